@@ -1,0 +1,282 @@
+"""A word format, declared once as data, and the code that reads and writes it.
+
+Portable: runs on CPython and MicroPython. Each format writes the source of its
+own ``encode`` and ``decode`` from its table of fields when it is defined, as
+the standard library's dataclasses do, so that a format costs no more at run
+time than shifts written by hand.
+"""
+
+import sys
+from collections import namedtuple
+
+WORD_BITS = 32
+WORD_MASK = 0xFFFFFFFF
+TABLES = sys.implementation.name != "micropython"
+TABLE_BITS = 9
+
+
+class WordError(ValueError):
+    """A word, or a value meant for one, that its format doesn't allow.
+
+    Attributes:
+        field: name of the field at fault, or the format's name where it is the whole word.
+        value: what was given.
+        allowed: what would have been allowed, in words.
+    """
+
+    def __init__(self, field, value, allowed):
+        ValueError.__init__(self, "{} is {!r}; allowed: {}".format(field, value, allowed))
+        self.field = field
+        self.value = value
+        self.allowed = allowed
+
+
+class FormatError(Exception):
+    """A format that can't be: fields that overlap, leave a hole or miss 32 bits."""
+
+
+class Field:
+    """Consecutive bits of a word.
+
+    Args:
+        name: the field's name in code, tables and JSON.
+        high, low: its first and last bit; 31 is the word's most significant.
+        meaning: one phrase for tables and documentation.
+        source: where it comes from, such as ``"seed 000, c3"``.
+        minimum, maximum: allowed raw values; all that the bits hold unless told.
+        one_hot: at most one bit may be set.
+        only: allowed raw values by name, as ``((1, "speed and direction"),)``; others are refused.
+        needs: name of the one-bit field without which this one should be 0.
+        reserved: carries nothing; strict decoding refuses a value other than 0.
+        default: the raw value where a caller gives none.
+    """
+
+    def __init__(
+        self,
+        name,
+        high,
+        low,
+        meaning,
+        source="",
+        minimum=0,
+        maximum=None,
+        one_hot=False,
+        only=(),
+        needs="",
+        reserved=False,
+        default=0,
+    ):
+        if not 0 <= low <= high < WORD_BITS:
+            raise FormatError("field {}: bits {}-{} are not in a 32-bit word".format(name, high, low))
+        self.name = name
+        self.high = high
+        self.low = low
+        self.width = high - low + 1
+        self.raw_mask = (1 << self.width) - 1
+        self.word_mask = self.raw_mask << low
+        self.meaning = meaning
+        self.source = source
+        self.minimum = minimum
+        self.maximum = self.raw_mask if maximum is None else maximum
+        self.one_hot = one_hot
+        self.only = only
+        self.needs = needs
+        self.reserved = reserved
+        self.default = default
+
+    def __repr__(self):
+        return "Field({!r}, {}, {})".format(self.name, self.high, self.low)
+
+    @property
+    def restricted(self):
+        """True where some values that fit the bits are still refused."""
+        return self.minimum > 0 or self.maximum < self.raw_mask or self.one_hot or bool(self.only)
+
+    @property
+    def allowed(self):
+        """What may stand in this field, in words."""
+        if self.only:
+            return " or ".join("{} ({})".format(value, name) for value, name in self.only)
+        if self.one_hot:
+            return "0, or one of " + ", ".join(str(1 << bit) for bit in range(self.width)) + " (exactly one bit)"
+        return "{} to {}".format(self.minimum, self.maximum)
+
+    def allows(self, raw):
+        """Whether the integer ``raw`` may stand in this field."""
+        if self.only:
+            return any(raw == value for value, _ in self.only)
+        if self.one_hot and raw & (raw - 1):
+            return False
+        return self.minimum <= raw <= self.maximum
+
+
+class WordFormat:
+    """A 32-bit word as a table of fields, most significant first.
+
+    Args:
+        name: what users call the format.
+        fields: the Fields; they must cover bits 31 to 0 without overlap or hole.
+        rule: called with the decoded values where fields depend on each other;
+            raises WordError. None where they don't.
+
+    Attributes:
+        values: the named tuple that ``decode`` returns, one raw integer a field.
+        decode: ``decode(word, strict=False)`` -> values. Reserved bits are kept;
+            with ``strict`` they are refused. Raises WordError.
+        encode: ``encode(name=raw, ...)`` -> word; fields left out take their
+            default. Raises WordError for a value out of range and TypeError for
+            a name that is none of its fields.
+
+    Raises:
+        FormatError: when it is defined, for fields that are not one 32-bit word.
+    """
+
+    def __init__(self, name, fields, rule=None):
+        self.name = name
+        self.fields = tuple(fields)
+        self._check_layout()
+        self.values = namedtuple(name.capitalize(), tuple(field.name for field in self.fields))
+        self.reserved_mask = sum(field.word_mask for field in self.fields if field.reserved)
+        self._rule = rule
+        space = {
+            "WordError": WordError,
+            "values": self.values,
+            # tuple.__new__ skips the named tuple's own constructor, half of the cost of a decode.
+            "new": getattr(tuple, "__new__", None) or (lambda cls, raw: cls(*raw)),
+            "refuse": self._refuse,
+            "rule": rule,
+        }
+        exec(self._decode_source(space), space)
+        exec(self._encode_source(), space)
+        self.decode = space["decode"]
+        self.encode = space["encode"]
+
+    def field(self, name):
+        """The Field called ``name``. Raises WordError that lists the names there are."""
+        for field in self.fields:
+            if field.name == name:
+                return field
+        raise WordError("field of " + self.name, name, ", ".join(field.name for field in self.fields))
+
+    def warnings(self, word):
+        """Sentences on bits of ``word`` that decode, yet that no well-made word has set."""
+        sentences = []
+        for field in self.fields:
+            raw = word >> field.low & field.raw_mask
+            if raw and field.reserved:
+                sentences.append("{} is {}, yet these bits are written 0".format(field.name, raw))
+            elif raw and field.needs and not word & self.field(field.needs).word_mask:
+                sentences.append("{} is {}, yet {} is 0: it has no effect".format(field.name, raw, field.needs))
+        return sentences
+
+    def _check_layout(self):
+        covered = 0
+        for field in self.fields:
+            if covered & field.word_mask:
+                raise FormatError("{}: field {} overlaps another".format(self.name, field.name))
+            covered |= field.word_mask
+        if covered != WORD_MASK:
+            missing = [bit for bit in range(WORD_BITS) if not covered >> bit & 1]
+            raise FormatError("{}: not 32 bits, no field holds bits {}".format(self.name, missing))
+
+    def _decode_source(self, space):
+        lines = ["def decode(word, strict=False):"]
+        lines.append("    if word >> 32: raise WordError({!r}, word, '0 to 4294967295')".format(self.name + " word"))
+        lines.append("    if strict and word & {}: refuse(word, None)".format(self.reserved_mask))
+        made = "new(values, {})".format(" + ".join(self._decoded_runs(space)))
+        restricted = [field for field in self.fields if field.restricted]
+        if not restricted and not self._rule:
+            lines.append("    return " + made)
+            return "\n".join(lines)
+        lines.append("    found = " + made)
+        for field in restricted:
+            lines.append("    if {}: refuse(None, found)".format(_condition(field, "found." + field.name)))
+        if self._rule:
+            lines.append("    rule(found)")
+        lines.append("    return found")
+        return "\n".join(lines)
+
+    def _decoded_runs(self, space):
+        """Expressions for runs of fields, each a tuple of raw values; their tables go into ``space``.
+
+        A run of three or more narrow fields is looked up in a table of ready tuples,
+        which halves the time of a control word's decode. Where memory is
+        scarce (MicroPython) every field is shifted out instead.
+        """
+        runs = []
+        for field in self.fields:
+            if TABLES and runs and runs[-1][0].high - field.low < TABLE_BITS:
+                runs[-1].append(field)
+            else:
+                runs.append([field])
+        expressions = []
+        for run in runs:
+            high, low = run[0].high, run[-1].low
+            if len(run) < 3:
+                for field in run:
+                    expressions.append("({},)".format(_bits("word", field.high, field.low)))
+                continue
+            table = "table_{}".format(low)
+            entries = range(1 << high - low + 1)
+            space[table] = [tuple(bits >> f.low - low & f.raw_mask for f in run) for bits in entries]
+            expressions.append("{}[{}]".format(table, _bits("word", high, low)))
+        return _merged(expressions)
+
+    def _encode_source(self):
+        names = [field.name for field in self.fields]
+        lines = ["def encode({}):".format(", ".join("{}={}".format(f.name, f.default) for f in self.fields))]
+        # A value doesn't fit where anything is left of it behind its bits; values
+        # of one width are tested together.
+        spills = []
+        for width in sorted(set(field.width for field in self.fields)):
+            same = [field.name for field in self.fields if field.width == width]
+            spills.append("({}) >> {}".format(" | ".join(same), width))
+        restricted = [_condition(field, field.name) for field in self.fields if field.restricted]
+        made = "({},)".format(", ".join(names))
+        lines.append("    if {}: refuse(None, {})".format(" or ".join(spills + restricted), made))
+        if self._rule:
+            lines.append("    rule(new(values, {}))".format(made))
+        # The upper half is put together first, in integers of one machine digit.
+        upper = ["{} << {}".format(f.name, f.low - 16) for f in self.fields if f.low >= 16]
+        lower = ["{} << {}".format(f.name, f.low) for f in self.fields if f.low < 16]
+        lines.append("    return ({}) << 16 | {}".format(" | ".join(upper), " | ".join(lower)))
+        return "\n".join(lines)
+
+    def _refuse(self, word, raws):
+        """Raise the WordError that a generated function found a reason for."""
+        if raws is None:
+            raws = tuple(word >> field.low & field.raw_mask for field in self.fields)
+            for field, raw in zip(self.fields, raws):
+                if field.reserved and raw:
+                    raise WordError(field.name, raw, "0 (reserved)")
+        for field, raw in zip(self.fields, raws):
+            if not field.allows(raw):
+                raise WordError(field.name, raw, field.allowed)
+
+
+def _condition(field, name):
+    """Source of an expression that is true where ``name`` holds a value that fits but is refused."""
+    if field.only:
+        return " and ".join("{} != {}".format(name, value) for value, _ in field.only)
+    if field.one_hot:
+        return "{} & ({} - 1)".format(name, name)
+    if field.minimum > 0:
+        return "not {} <= {} <= {}".format(field.minimum, name, field.maximum)
+    return "{} > {}".format(name, field.maximum)
+
+
+def _bits(name, high, low):
+    """Source of the bits ``high`` to ``low`` of the word called ``name``."""
+    shifted = "{} >> {}".format(name, low) if low else name
+    return shifted if high == WORD_BITS - 1 else "{} & {}".format(shifted, (1 << high - low + 1) - 1)
+
+
+def _merged(expressions):
+    """``["(a,)", "(b,)", "t[c]"]`` -> ``["(a, b,)", "t[c]"]``: one tuple for neighbours that are shifted out."""
+    merged = []
+    for expression in expressions:
+        if merged and merged[-1].startswith("(") and expression.startswith("("):
+            merged[-1] = merged[-1][:-1] + " " + expression[1:]
+        else:
+            merged.append(expression)
+    return merged

@@ -1,0 +1,70 @@
+"""The three words that Motorcade's parts share, each declared once.
+
+Sources: seed 000 (h1-h3, c1-c9) for HEADER and CONTROL, seed 001 for DRIVE.
+"""
+
+from motorcade.words.field import Field, WordError, WordFormat
+
+
+def _dwell_goes_with_words(header):
+    if bool(header.dwell) != bool(header.follower_words):
+        allowed = "exactly one bit" if header.follower_words else "0, as there are no follower words"
+        raise WordError("dwell", header.dwell, allowed)
+
+
+HEADER = WordFormat(
+    "header",
+    (
+        Field("leader_states", 31, 24, "how many leader control words follow", "seed 000, h1"),
+        Field("follower_words", 23, 16, "how many follower control words follow those", "seed 000, h2"),
+        Field(
+            "dwell", 15, 8, "how long each follower word is sent: one bit, 8 levels", "seed 000, h2", one_hot=True
+        ),
+        Field("reserved", 7, 0, "for extensions", "seed 000, h3", reserved=True),
+    ),
+    rule=_dwell_goes_with_words,
+)
+
+CONTROL = WordFormat(
+    "control",
+    (
+        Field("accept_ir", 31, 31, "a follower listens to infrared", "seed 000, c1"),
+        Field("forward", 30, 30, "passes words on by infrared", "seed 000, c2"),
+        Field("motor_enable", 29, 29, "the wheels are driven", "seed 000, c3"),
+        Field(
+            "motor_direction", 28, 27, "0 forward, 1 left, 2 right, 3 random", "seed 000, c3", needs="motor_enable"
+        ),
+        Field("motor_speed", 26, 25, "0 standing still to 3 fastest", "seed 000, c3", needs="motor_enable"),
+        Field("motor_duration", 24, 23, "level 0 (0 s) to 3 (longest)", "seed 000, c3", needs="motor_enable"),
+        Field("led_which", 22, 21, "LED 0 to 3", "seed 000, c4"),
+        Field("led_duration", 20, 19, "level 0 (0 s: off) to 3 (longest)", "seed 000, c4"),
+        Field("avoid_enable", 18, 18, "obstacles are avoided", "seed 000, c5"),
+        Field("avoid_radius", 17, 16, "level 0 (nearest) to 3", "seed 000, c5", needs="avoid_enable"),
+        Field("avoid_duration", 15, 14, "level 0 (0 s) to 3 (longest)", "seed 000, c5", needs="avoid_enable"),
+        Field("voice", 13, 13, "listens for 'stop' and 'go'", "seed 000, c6"),
+        Field("pir", 12, 12, "stands still while a person is sensed", "seed 000, c7"),
+        Field("reserved", 11, 1, "for extensions", "seed 000, c8", reserved=True),
+        Field("parity", 0, 0, "set on the air for an even number of ones", "seed 000, c9"),
+    ),
+)
+
+DRIVE = WordFormat(
+    "drive",
+    (
+        Field("code", 31, 28, "what the command is", "seed 001", only=((1, "speed and direction"),), default=1),
+        Field("angle", 27, 20, "servo angle in degrees; 90 centre, below right", "seed 001", maximum=180, default=90),
+        Field("direction", 19, 19, "1 forward, 0 backward", "seed 001"),
+        Field("speed", 18, 11, "PWM duty, 0 to 255", "seed 001"),
+        Field("reserved", 10, 0, "for extensions", "seed 001", reserved=True),
+    ),
+)
+
+FORMATS = (HEADER, CONTROL, DRIVE)
+
+
+def format_named(name):
+    """The WordFormat called ``name``: header, control or drive. Raises WordError."""
+    for word_format in FORMATS:
+        if word_format.name == name:
+            return word_format
+    raise WordError("format", name, ", ".join(word_format.name for word_format in FORMATS))

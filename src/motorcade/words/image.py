@@ -1,0 +1,119 @@
+"""An image: a header word, the leader's control words and the followers', and its bytes.
+
+Portable. Source: seed 000, general part; every word goes over a wire most
+significant byte first.
+"""
+
+import struct
+from collections import namedtuple
+
+from motorcade.words.field import WordError
+from motorcade.words.formats import CONTROL, HEADER
+
+MAX_WORDS = 1 + 255 + 255
+WORD_BYTES = 4
+
+Image = namedtuple("Image", ("leader", "followers", "dwell_level"))
+Image.__doc__ = """What an image holds.
+
+``leader`` and ``followers`` are tuples of control words; ``dwell_level`` is 0 to 7,
+or -1 where there are no follower words.
+"""
+
+
+class ImageError(ValueError):
+    """Bytes or words that are no image.
+
+    Attributes:
+        code: short name of the fault, stable: cut-off, too-long, header or word.
+    """
+
+    def __init__(self, code, sentence):
+        ValueError.__init__(self, sentence)
+        self.code = code
+
+
+def pack(word, byte_order="big"):
+    """The four bytes of ``word`` (0 to 4294967295). ``byte_order`` is big or little."""
+    return struct.pack("<I" if byte_order == "little" else ">I", word)
+
+
+def unpack(data, byte_order="big"):
+    """The word in four bytes."""
+    return struct.unpack("<I" if byte_order == "little" else ">I", data)[0]
+
+
+def words_to_bytes(words):
+    """An image's bytes, or any words', most significant byte first."""
+    return b"".join([pack(word) for word in words])
+
+
+def bytes_to_words(data):
+    """The words in ``data``. Raises ImageError unless it is a whole number of words."""
+    if len(data) % WORD_BYTES:
+        raise ImageError("cut-off", "{} bytes are no whole number of 4-byte words".format(len(data)))
+    return tuple(unpack(data[i : i + WORD_BYTES]) for i in range(0, len(data), WORD_BYTES))
+
+
+def image_words(image):
+    """The words of an Image, header first. Raises WordError where there are too many."""
+    dwell = 1 << image.dwell_level if image.followers else 0
+    header = HEADER.encode(leader_states=len(image.leader), follower_words=len(image.followers), dwell=dwell)
+    return (header,) + tuple(image.leader) + tuple(image.followers)
+
+
+def announced_words(header):
+    """How many words an image with this header word has, the header included."""
+    return 1 + (header >> 24) + (header >> 16 & 255)
+
+
+def parse_header(header):
+    """The decoded header. Raises ImageError where no image can begin so."""
+    try:
+        return HEADER.decode(header, True)
+    except WordError as error:
+        raise ImageError("header", "the header word 0x{:08X} is not valid: {}".format(header, error))
+
+
+def parse_image(words):
+    """The Image in ``words``, every word checked.
+
+    Raises:
+        ImageError: too few or too many words, a header that isn't one, or a
+            control word with bits set that an image writes 0 (reserved, parity).
+    """
+    if not words:
+        raise ImageError("cut-off", "the image is empty: not even a header word is here")
+    header = parse_header(words[0])
+    expected = announced_words(words[0])
+    if len(words) < expected:
+        raise ImageError(
+            "cut-off", "the image is cut off: its header announces {} words, {} are here".format(expected, len(words))
+        )
+    if len(words) > expected:
+        raise ImageError(
+            "too-long", "the image is too long: its header announces {} words, {} are here".format(expected, len(words))
+        )
+    for position in range(1, expected):
+        _check_control(words[position], position)
+    leader = tuple(words[1 : 1 + header.leader_states])
+    level = -1
+    while header.dwell >> level + 1:
+        level += 1
+    return Image(leader, tuple(words[1 + header.leader_states :]), level)
+
+
+def parse_image_bytes(data):
+    """The Image in ``data``. Raises ImageError."""
+    return parse_image(bytes_to_words(data))
+
+
+def _check_control(word, position):
+    try:
+        values = CONTROL.decode(word, True)
+    except WordError as error:
+        raise ImageError("word", "word {} (0x{:08X}) is not valid: {}".format(position, word, error))
+    if values.parity:
+        raise ImageError(
+            "word", "word {} (0x{:08X}) is not valid: parity is 1, an image writes 0".format(position, word)
+        )
