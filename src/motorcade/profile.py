@@ -1,0 +1,176 @@
+"""What the levels in a word mean for one kind of car: a TOML file, read once and checked.
+
+Times are integer milliseconds. The built-in profile is ``classroom``
+(`profiles/classroom.toml`); a project may name another TOML file beside it.
+"""
+
+import tomllib
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from motorcade.words.infrared import air_us
+
+
+class ProfileError(ValueError):
+    """A profile that isn't there, isn't TOML or can't be."""
+
+
+@dataclass(frozen=True, slots=True)
+class Infrared:
+    """Range of a frame, its unit, and the pauses between frames."""
+
+    range_mm: int
+    unit_us: int
+    gap_ms: int
+    relay_period_ms: int
+    sense_ms: int
+
+
+@dataclass(frozen=True, slots=True)
+class Serial:
+    """The serial line; always 8 data bits, no parity, 1 stop bit."""
+
+    baud: int
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """The car's size and what its sensors reach; angles are half of the cone, in degrees."""
+
+    diameter_mm: int
+    wheel_base_mm: int
+    ultrasonic_cone_deg: int
+    ultrasonic_range_mm: int
+    pir_range_mm: int
+    pir_half_angle_deg: int
+
+
+@dataclass(frozen=True, slots=True)
+class Servo:
+    """The steering servo's period and pulse widths."""
+
+    period_ms: int
+    pulse_0_deg_us: int
+    pulse_90_deg_us: int
+    pulse_180_deg_us: int
+
+
+@dataclass(frozen=True, slots=True)
+class Motor:
+    """The drive motor's largest PWM duty."""
+
+    pwm_max: int
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """One kind of car. Each tuple is indexed by the level that stands in a word."""
+
+    name: str
+    durations_ms: tuple[int, ...]
+    dwell_ms: tuple[int, ...]
+    speeds_mm_s: tuple[int, ...]
+    turn_rates_deg_s: tuple[int, ...]
+    avoid_radii_mm: tuple[int, ...]
+    idle_state_ms: int
+    infrared: Infrared
+    serial: Serial
+    body: Body
+    servo: Servo
+    motor: Motor
+
+
+_LISTS = {"durations_ms": 4, "dwell_ms": 8, "speeds_mm_s": 4, "turn_rates_deg_s": 4, "avoid_radii_mm": 4}
+_TABLES = {"infrared": Infrared, "serial": Serial, "body": Body, "servo": Servo, "motor": Motor}
+_START_AT_ZERO = ("durations_ms", "speeds_mm_s", "turn_rates_deg_s")
+
+
+@lru_cache(maxsize=32)
+def built_in_profile(name: str) -> Profile:
+    """The built-in profile called ``name``. Raises ProfileError that lists those there are."""
+    file = resources.files("motorcade") / "profiles" / f"{name}.toml"
+    if "/" in name or "\\" in name or not file.is_file():
+        raise ProfileError(f"there is no profile '{name}'; built in: {', '.join(built_in_profiles())}")
+    return parse_profile(file.read_text(encoding="utf-8"), name)
+
+
+def built_in_profiles() -> list[str]:
+    """The names of the profiles that come with Motorcade."""
+    files = (resources.files("motorcade") / "profiles").iterdir()
+    return sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml"))
+
+
+def load_profile(name: str, folder: Path) -> Profile:
+    """The profile that a project in ``folder`` names: a built-in one, or a ``.toml`` file there.
+
+    Raises:
+        ProfileError: it isn't there or isn't valid.
+    """
+    if not name.endswith(".toml"):
+        return built_in_profile(name)
+    try:
+        text = (folder / name).read_text(encoding="utf-8")
+    except (OSError, UnicodeError) as error:
+        raise ProfileError(f"the profile {name} can't be read: {error}") from None
+    return parse_profile(text, Path(name).stem)
+
+
+def parse_profile(text: str, name: str) -> Profile:
+    """The Profile in TOML ``text``. Raises ProfileError that names the key at fault."""
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ProfileError(f"the profile {name} is not TOML: {error}") from None
+    _check_keys(table, {*_LISTS, *_TABLES, "idle_state_ms"}, name)
+    values: dict[str, Any] = {key: _levels(table, key, count, name) for key, count in _LISTS.items()}
+    values["idle_state_ms"] = _whole(table["idle_state_ms"], "idle_state_ms", name)
+    for key, kind in _TABLES.items():
+        part = table[key]
+        if not isinstance(part, dict):
+            raise ProfileError(f"profile {name}: {key} is a table of its own: [{key}]")
+        _check_keys(part, set(kind.__slots__), f"{name}, [{key}]")
+        values[key] = kind(**{entry: _whole(value, f"{key}.{entry}", name) for entry, value in part.items()})
+    profile = Profile(name=name, **values)
+    _check_relay(profile)
+    return profile
+
+
+def _check_keys(table: dict[str, Any], expected: set[str], name: str) -> None:
+    if unknown := sorted(set(table) - expected):
+        raise ProfileError(f"profile {name}: '{unknown[0]}' is not known; known are {', '.join(sorted(expected))}")
+    if missing := sorted(expected - set(table)):
+        raise ProfileError(f"profile {name}: '{missing[0]}' is missing")
+
+
+def _whole(value: object, key: str, name: str) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or not 0 < value < 1 << 20:
+        raise ProfileError(f"profile {name}: {key} is {value!r}; allowed: whole numbers from 1 to {(1 << 20) - 1}")
+    return value
+
+
+def _levels(table: dict[str, Any], key: str, count: int, name: str) -> tuple[int, ...]:
+    values = table[key]
+    if not isinstance(values, list) or len(values) != count:
+        raise ProfileError(f"profile {name}: {key} is {values!r}; allowed: a list of {count} whole numbers")
+    if key in _START_AT_ZERO:
+        if values[0] != 0:
+            raise ProfileError(f"profile {name}: {key} starts with {values[0]!r}; level 0 is always 0")
+        levels = (0, *(_whole(value, key, name) for value in values[1:]))
+    else:
+        levels = tuple(_whole(value, key, name) for value in values)
+    if list(levels) != sorted(set(levels)):
+        raise ProfileError(f"profile {name}: {key} is {values}; each level must be above the one before")
+    return levels
+
+
+def _check_relay(profile: Profile) -> None:
+    infrared = profile.infrared
+    longest_ms = air_us(0xFFFFFFFF, infrared.unit_us) / 1000 + infrared.gap_ms
+    if infrared.relay_period_ms <= longest_ms:
+        raise ProfileError(
+            f"profile {profile.name}: infrared.relay_period_ms is {infrared.relay_period_ms}; "
+            f"it must be longer than a frame and its gap, {longest_ms:g} ms"
+        )

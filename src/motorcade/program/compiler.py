@@ -1,0 +1,191 @@
+"""From a program to its image: the words, where each comes from, and what there is to say about it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from motorcade.profile import Profile, built_in_profile
+from motorcade.program.diagnostics import Diagnostic, ProgramError, error, has_errors, phrase, warning
+from motorcade.program.expansion import Expander, Item, Row, cut_for_leader
+from motorcade.program.model import Followers, Program
+from motorcade.program.parts import control_word, slice_of
+from motorcade.program.rounds import Round, best_round, fits, literal_round
+from motorcade.program.steps import Step
+from motorcade.program.timing import MOST_PIECES, to_ms
+from motorcade.words.formats import CONTROL
+from motorcade.words.image import Image, image_words, words_to_bytes
+
+_ACCEPT_IR = CONTROL.field("accept_ir").word_mask
+_FORWARD = CONTROL.field("forward").word_mask
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """What became of a program.
+
+    Attributes:
+        words: header word, leader's words, followers' words; empty where there are errors.
+        leader_states, follower_words: how many of each, also where they are too many.
+        dwell_ms: how long each follower word is sent; 0 where there are none.
+        diagnostics: errors and warnings.
+        origins: for each word the path and id of the step that it comes from; for the
+            header ``("", None)``.
+    """
+
+    words: tuple[int, ...]
+    leader_states: int
+    follower_words: int
+    dwell_ms: int
+    diagnostics: tuple[Diagnostic, ...]
+    origins: tuple[tuple[str, str | None], ...]
+
+    @property
+    def image(self) -> bytes:
+        """The image's bytes. Raises ProgramError where the program has errors."""
+        if has_errors(self.diagnostics):
+            raise ProgramError(each for each in self.diagnostics if each.severity == "error")
+        return words_to_bytes(self.words)
+
+
+def compile_program(program: Program, profile: Profile | None = None) -> Compiled:
+    """The Compiled form of ``program`` for cars of ``profile`` (by default the built-in one that it names).
+
+    Raises:
+        ProfileError: the program names a profile that isn't built in, and none was given.
+    """
+    profile = profile or built_in_profile(program.profile)
+    leader = _Leader(program.leader, profile)
+    followers = _Followers(program.followers, profile)
+    diagnostics = (*leader.diagnostics, *followers.diagnostics)
+    words: tuple[int, ...] = ()
+    origins: tuple[tuple[str, str | None], ...] = ()
+    if not has_errors(diagnostics):
+        level = profile.dwell_ms.index(followers.dwell_ms) if followers.words else -1
+        words = image_words(Image(leader.words, followers.words, level))
+        origins = (("", None), *leader.origins, *followers.origins)
+    return Compiled(words, leader.count, followers.count, followers.dwell_ms, diagnostics, origins)
+
+
+class _Leader:
+    """The leader's states."""
+
+    def __init__(self, steps: Sequence[Step], profile: Profile):
+        self.words: list[int] = []
+        self.origins: list[tuple[str, str | None]] = []
+        self._levels_ms = profile.durations_ms
+        self._expander = Expander(profile, leads=True)
+        row = self._expander.expand(steps, "leader", accept_ir=False, forward=True)
+        self.diagnostics = self._expander.diagnostics
+        self.count = row.count
+        if not steps:
+            self.diagnostics.append(warning("empty-program", "leader"))
+        if has_errors(self.diagnostics):
+            return
+        if self.count > MOST_PIECES:
+            costs = [self._expander.expand([step], "", accept_ir=False, forward=True).count for step in steps]
+            self.diagnostics.append(_too_many("too-many-states", "leader", steps, self.count, costs))
+            return
+        levels = {duration: level for level, duration in enumerate(self._levels_ms)}
+        for item in row.items:
+            self._add(item, levels)
+
+    def _add(self, item: Item, levels: dict[int, int]) -> None:
+        pieces = cut_for_leader(item.parts, self._levels_ms)
+        if pieces is None:
+            self.diagnostics.append(self._expander.not_expressible(item.total_ms / 1000, item.path, item.id))
+            return
+        begin_ms = 0
+        for length_ms in pieces or (0,):
+            self.words.append(control_word(slice_of(item.parts, begin_ms, length_ms), levels, 0, 1))
+            self.origins.append((item.path, item.id))
+            begin_ms += length_ms
+
+
+class _Followers:
+    """The followers' words and their dwell."""
+
+    def __init__(self, followers: Followers | None, profile: Profile):
+        self.words: list[int] = []
+        self.origins: list[tuple[str, str | None]] = []
+        self.diagnostics: list[Diagnostic] = []
+        self.dwell_ms = 0
+        self.count = 0
+        if followers is None:
+            return
+        self._profile = profile
+        self._dwells = ", ".join(f"{dwell / 1000:g}" for dwell in profile.dwell_ms)
+        expander = Expander(profile, leads=False)
+        row = expander.expand(followers.steps, "followers.steps", followers.accept_ir, followers.forward)
+        self.diagnostics = expander.diagnostics
+        if not followers.steps:
+            self.diagnostics.append(warning("empty-program", "followers.steps"))
+        if has_errors(self.diagnostics) or not row.items:
+            return
+        found = self._round(row, followers)
+        if found is None:
+            return
+        if row.count > MOST_PIECES:
+            self.count = row.count if followers.dwell_seconds else row.total_ms // found.dwell_ms
+        else:
+            self.count = len(found.words)
+        if self.count > MOST_PIECES:
+            rows = [expander.expand([step], "", accept_ir=True, forward=False) for step in followers.steps]
+            costs = [each.count if followers.dwell_seconds else each.total_ms // found.dwell_ms for each in rows]
+            path = "followers.steps"
+            self.diagnostics.append(_too_many("too-many-words", path, followers.steps, self.count, costs))
+            return
+        self.words, self.dwell_ms = found.words, found.dwell_ms
+        self.origins = [(row.items[position].path, row.items[position].id) for position in found.origins]
+        self._warn_of_deafness(row.items, found)
+        self._warn_of_echo(row.items, found)
+
+    def _round(self, row: Row, followers: Followers) -> Round | None:
+        if followers.dwell_seconds is not None:
+            return self._literal_round(row.items, followers.dwell_seconds)
+        found = best_round(row.items, self._profile)
+        if found is None:
+            item = next((item for item in row.items if not fits(item, self._profile)), None)
+            if item is None:
+                self._no_dwell("followers.steps", None, phrase("steps-disagree"))
+            else:
+                self._no_dwell(item.path, item.id, phrase("step-not-a-dwell", seconds=f"{item.total_ms / 1000:g}"))
+        return found
+
+    def _literal_round(self, items: list[Item], dwell_seconds: float) -> Round | None:
+        dwell_ms = to_ms(dwell_seconds)
+        if dwell_ms not in self._profile.dwell_ms:
+            reason = phrase("dwell-not-a-level", seconds=f"{dwell_seconds:g}")
+            self._no_dwell("followers.dwell_seconds", None, reason)
+            return None
+        found = literal_round(items, dwell_ms, self._profile)
+        if isinstance(found, int):
+            item = items[found]
+            self._no_dwell(item.path, item.id, phrase("step-not-one-word", seconds=f"{item.total_ms / 1000:g}"))
+            return None
+        return found
+
+    def _no_dwell(self, path: str, step_id: str | None, reason: object) -> None:
+        self.diagnostics.append(error("dwell-not-expressible", path, step_id, reason=reason, dwells=self._dwells))
+
+    def _warn_of_deafness(self, items: list[Item], found: Round) -> None:
+        warned = set()
+        for word, position in zip(found.words, found.origins, strict=True):
+            item = items[position]
+            deaf_ms = min(item.total_ms, self._profile.durations_ms[-1])
+            if not word & _ACCEPT_IR and deaf_ms > found.dwell_ms and item.path not in warned:
+                warned.add(item.path)
+                seconds = {"deaf": f"{deaf_ms / 1000:g}", "dwell": f"{found.dwell_ms / 1000:g}"}
+                self.diagnostics.append(warning("deaf-followers", item.path, item.id, **seconds))
+
+    def _warn_of_echo(self, items: list[Item], found: Round) -> None:
+        different = len(set(found.words))
+        for word, position in zip(found.words, found.origins, strict=True):
+            if word & _FORWARD and different > 1:
+                item = items[position]
+                self.diagnostics.append(warning("echo", item.path, item.id, count=different))
+                return
+
+
+def _too_many(code: str, path: str, steps: Sequence[Step], count: int, costs: list[int]) -> Diagnostic:
+    costliest = costs.index(max(costs))
+    place = f"{path}[{costliest}]"
+    return error(code, place, steps[costliest].id, count=count, costliest=place, cost=max(costs))

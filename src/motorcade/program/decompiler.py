@@ -1,0 +1,145 @@
+"""From an image back to a program that compiles to the same bytes."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from motorcade.profile import Profile, built_in_profile
+from motorcade.program.compiler import compile_program
+from motorcade.program.model import Followers, Program
+from motorcade.program.parts import control_word, parts_of, slice_of
+from motorcade.program.steps import DIRECTIONS, Avoid, Drive, Led, Pir, Step, Together, Voice, Wait
+from motorcade.words.formats import CONTROL
+from motorcade.words.image import Image, parse_image
+
+
+class DecompileError(ValueError):
+    """A valid image that no program compiles to; the sentence names the word."""
+
+
+def decompile(words: Sequence[int], profile: Profile | None = None) -> Program:
+    """A Program that compiles to these ``words`` (an image, header first).
+
+    Followers' words that the compiler would choose itself become plain steps. Any
+    others become one step a word, with their dwell written down.
+
+    Raises:
+        ImageError: the words are no image.
+        DecompileError: a word holds what no step says, such as a leader that accepts infrared.
+    """
+    profile = profile or built_in_profile("classroom")
+    image = parse_image(tuple(words))
+    for position, word in enumerate(image.leader, start=1):
+        _check_leader_word(word, position)
+    for position, word in enumerate(image.followers, start=1 + len(image.leader)):
+        _check_word(word, position)
+    leader = [_step(word, profile) for word in image.leader]
+    if not image.followers:
+        return Program(leader, None, profile.name)
+    plain = Program(leader, _plain_followers(image, profile), profile.name)
+    if compile_program(plain, profile).words == tuple(words):
+        return plain
+    dwell_seconds = _seconds(profile.dwell_ms[image.dwell_level])
+    steps = [_step(word, profile) for word in image.followers]
+    return Program(leader, _followers(steps, image.followers, dwell_seconds), profile.name)
+
+
+def _plain_followers(image: Image, profile: Profile) -> Followers:
+    """The steps of which the words may be the countdowns."""
+    dwell_ms = profile.dwell_ms[image.dwell_level]
+    steps: list[Step] = []
+    first_words: list[int] = []
+    position = 0
+    while position < len(image.followers):
+        word = image.followers[position]
+        length_ms = max(_durations_ms(word, profile))
+        slots = length_ms // dwell_ms
+        if length_ms % dwell_ms or not _counts_down(image.followers[position : position + slots], dwell_ms, profile):
+            slots, length_ms = 1, dwell_ms
+        steps.append(_step(word, profile, length_ms))
+        first_words.append(word)
+        position += slots
+    return _followers(steps, first_words, None)
+
+
+def _counts_down(words: Sequence[int], dwell_ms: int, profile: Profile) -> bool:
+    """Whether each of the words, sent for one dwell, says what is left of the first; false for no words."""
+    if not words or len(words) * dwell_ms != max(_durations_ms(words[0], profile)):
+        return False
+    whole = parts_of(_step(words[0], profile))
+    levels = {duration: level for level, duration in enumerate(profile.durations_ms)}
+    first = CONTROL.decode(words[0])
+    for number, word in enumerate(words):
+        left = slice_of(whole, number * dwell_ms, whole.total_ms)
+        if any(duration not in levels for duration in left.durations_ms):
+            return False
+        if word != control_word(left, levels, first.accept_ir, first.forward):
+            return False
+    return True
+
+
+def _followers(steps: list[Step], words: Sequence[int], dwell_seconds: float | None) -> Followers:
+    """Followers whose common settings are the first step's, and which say where a step differs."""
+    first = CONTROL.decode(words[0])
+    made = []
+    for step, word in zip(steps, words, strict=True):
+        values = CONTROL.decode(word)
+        accept_ir = None if values.accept_ir == first.accept_ir else bool(values.accept_ir)
+        forward = None if values.forward == first.forward else bool(values.forward)
+        made.append(replace(step, accept_ir=accept_ir, forward=forward))
+    return Followers(made, bool(first.accept_ir), bool(first.forward), dwell_seconds)
+
+
+def _durations_ms(word: int, profile: Profile) -> tuple[int, int, int]:
+    """How long the word's motor, LED and avoidance last; 0 for one that it hasn't."""
+    values = CONTROL.decode(word)
+    return (
+        profile.durations_ms[values.motor_duration],
+        profile.durations_ms[values.led_duration],
+        profile.durations_ms[values.avoid_duration],
+    )
+
+
+def _step(word: int, profile: Profile, longest_ms: int | None = None) -> Step:
+    """The step that ``word`` does, its blocks cut to ``longest_ms``."""
+    values = CONTROL.decode(word)
+    motor_s, led_s, avoid_s = (
+        _seconds(duration if longest_ms is None else min(duration, longest_ms))
+        for duration in _durations_ms(word, profile)
+    )
+    parts: list[Step] = []
+    waits = values.motor_enable and values.motor_direction == 0 and values.motor_speed == 0
+    if waits:
+        parts.append(Wait(motor_s))
+    elif values.motor_enable:
+        parts.append(Drive(DIRECTIONS[values.motor_direction], values.motor_speed, motor_s))
+    if values.led_which or values.led_duration:
+        parts.append(Led(values.led_which, led_s))
+    if values.avoid_enable:
+        parts.append(Avoid(values.avoid_radius, avoid_s))
+    if len(parts) == 1 and not values.voice and not values.pir:
+        return parts[0]
+    if len(parts) == 1 and waits and not (values.voice and values.pir):
+        return Voice(motor_s) if values.voice else Pir(motor_s)
+    if values.voice:
+        parts.append(Voice())
+    if values.pir:
+        parts.append(Pir())
+    return Together(tuple(parts))
+
+
+def _seconds(duration_ms: int) -> float:
+    return duration_ms // 1000 if duration_ms % 1000 == 0 else duration_ms / 1000
+
+
+def _check_leader_word(word: int, position: int) -> None:
+    values = CONTROL.decode(word)
+    if values.accept_ir:
+        raise DecompileError(f"word {position} (0x{word:08X}) lets the leader accept infrared, which no leader can")
+    if not values.forward:
+        raise DecompileError(f"word {position} (0x{word:08X}) is a leader's, yet its forward bit is 0")
+    _check_word(word, position)
+
+
+def _check_word(word: int, position: int) -> None:
+    if warnings := CONTROL.warnings(word):
+        raise DecompileError(f"word {position} (0x{word:08X}) says what no step does: {warnings[0]}")

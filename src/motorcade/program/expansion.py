@@ -1,0 +1,140 @@
+"""A program's steps, checked and unrolled into a row of single steps.
+
+What can be wrong with a step by itself is found here; what can be wrong with
+the row (too long, no dwell that fits) is the compiler's.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from motorcade.profile import Profile
+from motorcade.program.diagnostics import Diagnostic, Phrase, error, phrase
+from motorcade.program.parts import Parts, parts_of
+from motorcade.program.steps import Pir, Repeat, Step, Together, Voice, Wait
+from motorcade.program.timing import MOST_PIECES, cut, is_sum, nearest_sums, pieces_needed, to_ms
+
+
+class Item(NamedTuple):
+    """One step of the row."""
+
+    parts: Parts
+    total_ms: int
+    path: str
+    id: str | None
+    accept_ir: bool
+    forward: bool
+
+
+class Row(NamedTuple):
+    """Steps one behind the other.
+
+    ``count`` (of a leader's states, of a follower's steps) and ``total_ms`` are those
+    of the whole row; ``items`` lists each step as often as it is done, but no repeat
+    in full that would count more than MOST_PIECES.
+    """
+
+    items: list[Item]
+    count: int
+    total_ms: int
+
+
+class Expander:
+    """Unrolls the steps of one car's program; ``diagnostics`` gathers what is wrong with them."""
+
+    def __init__(self, profile: Profile, leads: bool):
+        self.diagnostics: list[Diagnostic] = []
+        self._levels_ms = profile.durations_ms
+        self._idle_ms = profile.idle_state_ms
+        self._leads = leads
+
+    def expand(self, steps: Sequence[Step], path: str, accept_ir: bool, forward: bool) -> Row:
+        """The Row of ``steps``, which stand at ``path`` and inherit the two settings."""
+        items: list[Item] = []
+        count = total_ms = 0
+        for position, step in enumerate(steps):
+            row = self._expand_step(step, f"{path}[{position}]", accept_ir, forward)
+            items.extend(row.items)
+            count += row.count
+            total_ms += row.total_ms
+        return Row(items, count, total_ms)
+
+    def _expand_step(self, step: Step, path: str, accept_ir: bool, forward: bool) -> Row:
+        self._check_settings(step, path)
+        accept_ir = accept_ir if step.accept_ir is None else step.accept_ir
+        forward = forward if step.forward is None else step.forward
+        if isinstance(step, Repeat):
+            once = self.expand(step.steps, f"{path}.repeat.steps", accept_ir, forward)
+            count = once.count * step.times
+            times = step.times if count <= MOST_PIECES else 1
+            return Row(once.items * times, count, once.total_ms * step.times)
+        if not self._check_step(step, path):
+            return Row([], 0, 0)
+        parts = parts_of(step)
+        total_ms = parts.total_ms or self._idle_ms
+        item = Item(parts, total_ms, path, step.id, accept_ir, forward)
+        return Row([item], self._states_of(parts) if self._leads else 1, total_ms)
+
+    def _states_of(self, parts: Parts) -> int:
+        if parts.total_ms > MOST_PIECES * self._levels_ms[-1]:
+            return pieces_needed(parts.total_ms, self._levels_ms)
+        return max(1, len(cut_for_leader(parts, self._levels_ms) or ()))
+
+    def _check_settings(self, step: Step, path: str) -> None:
+        if not self._leads:
+            return
+        if step.accept_ir:
+            self.diagnostics.append(error("leader-accepts-ir", path, step.id))
+        if step.forward is not None:
+            allowed = f"{step.kind}, id, accept_ir"
+            self.diagnostics.append(error("unknown-field", f"{path}.forward", step.id, name="forward", allowed=allowed))
+
+    def _check_step(self, step: Step, path: str) -> bool:
+        before = len(self.diagnostics)
+        if isinstance(step, Together):
+            self._check_conflict(step, path)
+            for position, part in enumerate(step.steps):
+                self._check_duration(part, f"{path}.together[{position}]", part.id or step.id)
+        elif isinstance(step, (Voice, Pir)) and step.seconds is None:
+            self.diagnostics.append(error("missing-field", f"{path}.{step.kind}", step.id, name="seconds"))
+        else:
+            self._check_duration(step, path, step.id)
+        return len(self.diagnostics) == before
+
+    def _check_conflict(self, step: Together, path: str) -> None:
+        seen: dict[str, str] = {}
+        for position, part in enumerate(step.steps):
+            # Waiting is standing still with the motor's own bits.
+            block = "drive" if isinstance(part, Wait) else part.kind
+            if block in seen:
+                kinds = ", ".join(dict.fromkeys((seen[block], part.kind)))
+                place = f"{path}.together[{position}]"
+                self.diagnostics.append(error("parallel-conflict", place, part.id or step.id, kinds=kinds))
+            seen[block] = part.kind
+
+    def _check_duration(self, step: Step, path: str, step_id: str | None) -> None:
+        seconds = getattr(step, "seconds", None)
+        if seconds is None:
+            return
+        duration_ms = to_ms(seconds)
+        if duration_ms is None or not is_sum(duration_ms, self._levels_ms):
+            self.diagnostics.append(self.not_expressible(seconds, path, step_id))
+
+    def not_expressible(self, seconds: float, path: str, step_id: str | None) -> Diagnostic:
+        """The Diagnostic for a duration that no levels add up to, with the nearest that some do."""
+        return error(
+            "duration-not-expressible",
+            path,
+            step_id,
+            seconds=f"{seconds:g}",
+            nearest=_either(nearest_sums(seconds, self._levels_ms)),
+        )
+
+
+def cut_for_leader(parts: Parts, levels_ms: tuple[int, ...]) -> tuple[int, ...] | None:
+    """The lengths of the states that ``parts`` become; None where the levels can't express them."""
+    return cut(parts.durations_ms, levels_ms[1:], levels_ms)
+
+
+def _either(seconds: tuple[float, ...]) -> Phrase:
+    first, second = (f"{value:g}" for value in seconds)
+    return phrase("or", first=first, second=second)

@@ -1,0 +1,147 @@
+"""The followers' words: which dwell, and which durations, so that a follower does what the blocks say.
+
+The leader sends every word for one dwell and then the next, for ever. So a
+step has to last a whole number of dwells, and it is sent as words that count
+down what is left of it: 3 s of driving under a dwell of 1 s are the words
+'3 s', '2 s', '1 s'. A follower that misses one, or comes into range in the
+middle, still ends on time.
+
+A follower takes a different word at once, but the same word again only when
+its length is over, and that costs it up to a frame: it would fall behind a
+little with each repeat. So no two words in a row are the same where that can be
+helped. A block that goes on through the whole dwell anyway may carry a longer
+duration, for the next word cuts it off.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from motorcade.profile import Profile
+from motorcade.program.expansion import Item
+from motorcade.program.parts import Guard, Light, Motor, Parts, control_word, slice_of
+from motorcade.program.timing import MOST_PIECES, cut
+
+
+class Round(NamedTuple):
+    """One way to send the followers' program.
+
+    ``origins`` gives for each word the index of the item that it comes from;
+    ``keeps_step`` is false where a follower must wait for a repeat of the same
+    word and falls behind.
+    """
+
+    dwell_ms: int
+    words: list[int]
+    origins: list[int]
+    keeps_step: bool
+
+
+def best_round(items: list[Item], profile: Profile) -> Round | None:
+    """The Round with the fewest words among those that keep step, or else among all that fit; None for none."""
+    fallback = None
+    for dwell_ms in reversed(profile.dwell_ms):
+        found = round_with(items, dwell_ms, profile)
+        if found is None:
+            continue
+        if found.keeps_step and len(found.words) <= MOST_PIECES:
+            return found
+        fallback = fallback or found
+    return fallback
+
+
+def fits(item: Item, profile: Profile) -> bool:
+    """Whether any dwell can express this step alone."""
+    return any(_pieces(item, dwell_ms, profile) for dwell_ms in profile.dwell_ms)
+
+
+def round_with(items: list[Item], dwell_ms: int, profile: Profile) -> Round | None:
+    """The Round under this dwell, or None where some step can't be expressed with it."""
+    levels = {duration: level for level, duration in enumerate(profile.durations_ms)}
+    slots: list[tuple[int, Parts]] = []
+    for position, item in enumerate(items):
+        if item.total_ms % dwell_ms:
+            return None
+        pieces = _pieces(item, dwell_ms, profile)
+        if not pieces:
+            return None
+        slots.extend((position, parts) for parts in _slots(item.parts, pieces, dwell_ms))
+    words: list[int] = []
+    keeps_step = True
+    for number, (position, parts) in enumerate(slots):
+        item = items[position]
+        taken = set(words[-1:])
+        if number and number == len(slots) - 1:
+            taken.add(words[0])
+        word = None
+        for word in _words(parts, item, dwell_ms, levels):
+            if word not in taken:
+                break
+        else:
+            if word is None:
+                return None
+            word = next(_words(parts, item, dwell_ms, levels))
+            keeps_step = False
+        words.append(word)
+    return Round(dwell_ms, words, [position for position, _ in slots], keeps_step)
+
+
+def literal_round(items: list[Item], dwell_ms: int, profile: Profile) -> Round | int:
+    """Each step as one word, sent for ``dwell_ms``; or the index of the first step that isn't one word."""
+    levels = {duration: level for level, duration in enumerate(profile.durations_ms)}
+    words = []
+    for position, item in enumerate(items):
+        if any(duration not in levels for duration in item.parts.durations_ms):
+            return position
+        words.append(control_word(item.parts, levels, item.accept_ir, item.forward))
+    return Round(dwell_ms, words, list(range(len(items))), True)
+
+
+def _pieces(item: Item, dwell_ms: int, profile: Profile) -> tuple[int, ...] | None:
+    lengths = tuple(duration for duration in profile.durations_ms if duration and duration % dwell_ms == 0)
+    return cut(item.parts.durations_ms, lengths, profile.durations_ms) or None
+
+
+def _slots(parts: Parts, pieces: tuple[int, ...], dwell_ms: int) -> Iterator[Parts]:
+    """What is left of ``parts`` at the beginning of each dwell."""
+    begin_ms = 0
+    for length_ms in pieces:
+        piece = slice_of(parts, begin_ms, length_ms)
+        yield piece
+        for offset_ms in range(dwell_ms, length_ms, dwell_ms):
+            left = slice_of(piece, offset_ms, length_ms)
+            yield left
+        begin_ms += length_ms
+
+
+def _words(parts: Parts, item: Item, dwell_ms: int, levels: dict[int, int]) -> Iterator[int]:
+    """The words that do what ``parts`` say for one dwell, the plainest first; none where no word does."""
+    choices = [_durations(duration, item, dwell_ms, levels) for duration in parts.durations_ms]
+    if not all(choices):
+        return
+    plain = [choice[0] for choice in choices]
+    yield control_word(_with_durations(parts, plain), levels, item.accept_ir, item.forward)
+    for position, choice in enumerate(choices):
+        for duration in choice[1:]:
+            changed = plain[:position] + [duration] + plain[position + 1 :]
+            yield control_word(_with_durations(parts, changed), levels, item.accept_ir, item.forward)
+
+
+def _durations(left_ms: int, item: Item, dwell_ms: int, levels: dict[int, int]) -> list[int]:
+    """The durations by which a block with ``left_ms`` to go may stand in a word, the plainest first."""
+    own = [left_ms] if left_ms in levels else []
+    # A word that makes deaf can't be cut off, and a block that ends within the dwell must end on time.
+    if not item.accept_ir or left_ms < dwell_ms:
+        return own
+    return own + [duration for duration in levels if duration >= dwell_ms and duration != left_ms]
+
+
+def _with_durations(parts: Parts, durations: list[int]) -> Parts:
+    given = iter(durations)
+    motor, light, guard, voice, pir = parts
+    return Parts(
+        motor and Motor(motor[0], motor[1], next(given)),
+        light and Light(light[0], next(given)),
+        guard and Guard(guard[0], guard[1], next(given)),
+        voice,
+        pir,
+    )

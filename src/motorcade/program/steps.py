@@ -1,0 +1,209 @@
+"""The steps that a program is made of, and the short names to write them with in Python.
+
+Each step's fields and ranges are declared here once; the JSON Schema and the
+checks come from these declarations. Sources: seed 000, c3-c7.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, fields
+from typing import Any, ClassVar
+
+from motorcade.words.formats import CONTROL
+
+DIRECTIONS = ("forward", "left", "right", "random")
+
+
+def _level(field_name: str) -> Any:
+    control_field = CONTROL.field(field_name)
+    return field(
+        metadata={
+            "schema": {"type": "integer", "minimum": control_field.minimum, "maximum": control_field.maximum},
+        }
+    )
+
+
+_SECONDS = {"schema": {"type": "number", "minimum": 0, "maximum": 86400}}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Step:
+    """What every step may carry.
+
+    Attributes:
+        id: the block that it came from.
+        accept_ir, forward: for a follower's step only; None takes what the followers' program says.
+    """
+
+    kind: ClassVar[str] = ""
+    id: str | None = None
+    accept_ir: bool | None = None
+    forward: bool | None = None
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            schema = each.metadata.get("schema")
+            value = getattr(self, each.name)
+            if schema and not (value is None and each.default is None) and not _fits(value, schema):
+                raise ValueError(f"{self.kind}: {each.name} is {value!r}; allowed: {_allowed(schema)}")
+
+
+@dataclass(frozen=True, slots=True)
+class Drive(Step):
+    """Drive or turn for some seconds; speed level 0 stands still, 3 is fastest (c3)."""
+
+    kind: ClassVar[str] = "drive"
+    direction: str = field(metadata={"schema": {"enum": list(DIRECTIONS)}})
+    speed: int = _level("motor_speed")
+    seconds: float = field(metadata=_SECONDS)
+
+
+@dataclass(frozen=True, slots=True)
+class Wait(Step):
+    """Stand still for some seconds (c3 at speed 0)."""
+
+    kind: ClassVar[str] = "wait"
+    seconds: float = field(metadata=_SECONDS)
+
+
+@dataclass(frozen=True, slots=True)
+class Led(Step):
+    """Light one of the LEDs 0 to 3 for some seconds (c4)."""
+
+    kind: ClassVar[str] = "led"
+    which: int = _level("led_which")
+    seconds: float = field(metadata=_SECONDS)
+
+
+@dataclass(frozen=True, slots=True)
+class Avoid(Step):
+    """Avoid obstacles nearer than radius level 0 to 3 for some seconds (c5)."""
+
+    kind: ClassVar[str] = "avoid"
+    radius: int = _level("avoid_radius")
+    seconds: float = field(metadata=_SECONDS)
+
+
+@dataclass(frozen=True, slots=True)
+class Voice(Step):
+    """Listen for 'stop' and 'go' (c6): as part of a Together, or standing still for some seconds."""
+
+    kind: ClassVar[str] = "voice"
+    seconds: float | None = field(default=None, metadata=_SECONDS)
+
+
+@dataclass(frozen=True, slots=True)
+class Pir(Step):
+    """Stand still while a person is sensed (c7): as part of a Together, or for some seconds."""
+
+    kind: ClassVar[str] = "pir"
+    seconds: float | None = field(default=None, metadata=_SECONDS)
+
+
+@dataclass(frozen=True, slots=True)
+class Together(Step):
+    """Steps of different kinds that start at once; lasts as long as its longest."""
+
+    kind: ClassVar[str] = "together"
+    steps: tuple[Step, ...]
+
+    def __post_init__(self) -> None:
+        for part in as_steps(self.steps):
+            if isinstance(part, (Together, Repeat)):
+                raise ValueError(f"together: {part.kind} can't be part of it")
+            if isinstance(part, (Voice, Pir)) and part.seconds is not None:
+                raise ValueError(f"together: {part.kind} lasts as long as the others, so it takes no seconds here")
+
+
+@dataclass(frozen=True, slots=True)
+class Repeat(Step):
+    """Steps done over and over."""
+
+    kind: ClassVar[str] = "repeat"
+    times: int = field(metadata={"schema": {"type": "integer", "minimum": 1}})
+    steps: tuple[Step, ...]
+
+
+SIMPLE_KINDS: tuple[type[Step], ...] = (Drive, Wait, Led, Avoid, Voice, Pir)
+KINDS: dict[str, type[Step]] = {kind.kind: kind for kind in (*SIMPLE_KINDS, Together, Repeat)}
+
+
+def forward(seconds: float, speed: int = 2, **more: Any) -> Drive:
+    """Drive straight on."""
+    return Drive("forward", speed, seconds, **more)
+
+
+def left(seconds: float, speed: int = 2, **more: Any) -> Drive:
+    """Turn left on the spot."""
+    return Drive("left", speed, seconds, **more)
+
+
+def right(seconds: float, speed: int = 2, **more: Any) -> Drive:
+    """Turn right on the spot."""
+    return Drive("right", speed, seconds, **more)
+
+
+def wander(seconds: float, speed: int = 2, **more: Any) -> Drive:
+    """Drive on with random turns."""
+    return Drive("random", speed, seconds, **more)
+
+
+def wait(seconds: float, **more: Any) -> Wait:
+    """Stand still."""
+    return Wait(seconds, **more)
+
+
+def led(which: int, seconds: float, **more: Any) -> Led:
+    """Light LED 0 to 3."""
+    return Led(which, seconds, **more)
+
+
+def avoid(radius: int, seconds: float, **more: Any) -> Avoid:
+    """Keep away from obstacles; radius is level 0 to 3."""
+    return Avoid(radius, seconds, **more)
+
+
+def voice(seconds: float | None = None, **more: Any) -> Voice:
+    """Listen for 'stop' and 'go'."""
+    return Voice(seconds, **more)
+
+
+def pir(seconds: float | None = None, **more: Any) -> Pir:
+    """Stand still while a person is sensed."""
+    return Pir(seconds, **more)
+
+
+def together(*steps: Step, **more: Any) -> Together:
+    """Start these at once."""
+    return Together(steps, **more)
+
+
+def repeat(times: int, *steps: Step, **more: Any) -> Repeat:
+    """Do these so many times."""
+    return Repeat(times, steps, **more)
+
+
+def as_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
+    """``steps`` as a tuple. Raises TypeError that names what is no step."""
+    made = tuple(steps)
+    for position, step in enumerate(made):
+        if not isinstance(step, Step):
+            raise TypeError(f"step {position + 1} is {step!r}; write forward(3), led(0, 1), together(...) and so on")
+    return made
+
+
+def _fits(value: Any, schema: dict[str, Any]) -> bool:
+    if "enum" in schema:
+        return value in schema["enum"]
+    number = (int, float) if schema["type"] == "number" else int
+    if not isinstance(value, number) or isinstance(value, bool):
+        return False
+    # Written so that NaN, which is neither above nor below anything, doesn't fit.
+    return bool(value >= schema["minimum"]) and bool(value <= schema.get("maximum", value))
+
+
+def _allowed(schema: dict[str, Any]) -> str:
+    if "enum" in schema:
+        return ", ".join(schema["enum"])
+    if "maximum" in schema:
+        return f"{schema['minimum']} to {schema['maximum']}"
+    return f"whole numbers from {schema['minimum']}"
