@@ -1,0 +1,363 @@
+"""What a car does with a word: plain functions of integers, the same source on every target.
+
+CPython and MicroPython run this file, the simulator compiles it, and it
+translates to C line by line. So: no classes, no floats, no allocation, no clock
+and no input or output in here. Times are milliseconds that wrap
+(`motorcade.words.ticks`) and come in as arguments.
+
+Every function takes some of these:
+
+``s``
+    the car's memory: SIZE unsigned integers below 2^32, at the indices below.
+``image``
+    the image's words, header first; ``(0,)`` for a car without a program.
+``levels``
+    the profile's integers, at the indices below; made by `motorcade.car.board.make_levels`.
+``now``
+    the clock's reading in ms.
+
+Source: seed 000, c1-c9, for the fields; the behaviour is the protocol's section
+"What a car does with a word".
+"""
+
+from motorcade.words.formats import CONTROL
+from motorcade.words.infrared import air_us, parity_is_even, to_frame
+from motorcade.words.ticks import elapsed_ms, later_ms, reached
+
+# A car's memory, s.
+WORD = 0  # the word that the car executes or holds
+HOLDS = 1  # 1 once there is such a word
+STARTED_MS = 2  # when it began
+RUNNING = 3  # 1 until its length is over
+STOPPED = 4  # 1 from a heard 'stop' to 'go'
+DRAWS = 5  # directions drawn so far in this word, for random forward
+HEADING = 6  # the direction drawn last
+RANDOM = 7  # the generator's state, never 0
+STATE = 8  # leader: which of its states
+SLOT = 9  # leader: which follower word it sends
+SLOT_STARTED_MS = 10  # leader: since when
+NEXT_FRAME_MS = 11  # leader: when the next frame may begin
+DWELL_LEVEL = 12  # leader: 0 to 7
+RELAYED = 13  # leader: 1 where followers pass words on
+RELAY = 14  # follower: what it does about passing its word on, one of the three below
+RELAY_MS = 15  # follower: free since (SENSING), or sends at (WAITING)
+LOST_PARITY = 16  # frames dropped for their parity
+LOST_RESERVED = 17  # frames dropped for a reserved field
+SIZE = 18
+
+BUSY = 0
+SENSING = 1
+WAITING = 2
+
+# The profile's integers, levels.
+DURATIONS_MS = 0  # 4 of them
+DWELLS_MS = 4  # 8
+AVOID_RADII_MM = 12  # 4
+IDLE_STATE_MS = 16
+UNIT_US = 17
+GAP_MS = 18
+RELAY_PERIOD_MS = 19
+SENSE_MS = 20
+LEVELS = 21
+
+# Directions, as in a control word; what a car does with its wheels is direction * 4 + speed level.
+FORWARD = 0
+LEFT = 1
+RIGHT = 2
+RANDOM_FORWARD = 3
+STILL = 0
+NO_LED = 4
+RANDOM_STEP_MS = 500
+
+# What a microphone heard.
+NO_VOICE = 0
+VOICE_STOP = 1
+VOICE_GO = 2
+
+# What became of a frame.
+BEGUN = 0
+IGNORED = 1
+BAD_PARITY = 2
+BAD_RESERVED = 3
+DEAF = 4
+
+_ACCEPT_IR_AT = CONTROL.field("accept_ir").low
+_FORWARD_AT = CONTROL.field("forward").low
+_MOTOR_ENABLE_AT = CONTROL.field("motor_enable").low
+_MOTOR_DIRECTION_AT = CONTROL.field("motor_direction").low
+_MOTOR_SPEED_AT = CONTROL.field("motor_speed").low
+_MOTOR_DURATION_AT = CONTROL.field("motor_duration").low
+_LED_WHICH_AT = CONTROL.field("led_which").low
+_LED_DURATION_AT = CONTROL.field("led_duration").low
+_AVOID_ENABLE_AT = CONTROL.field("avoid_enable").low
+_AVOID_RADIUS_AT = CONTROL.field("avoid_radius").low
+_AVOID_DURATION_AT = CONTROL.field("avoid_duration").low
+_VOICE_AT = CONTROL.field("voice").low
+_PIR_AT = CONTROL.field("pir").low
+_RESERVED_MASK = CONTROL.reserved_mask
+_WORD_MASK = 0xFFFFFFFE  # a word without its parity bit
+
+
+def motor_ms(word, levels):
+    """How long ``word`` drives the motor."""
+    if word >> _MOTOR_ENABLE_AT & 1:
+        return levels[DURATIONS_MS + (word >> _MOTOR_DURATION_AT & 3)]
+    return 0
+
+
+def led_ms(word, levels):
+    """How long ``word`` lights its LED."""
+    return levels[DURATIONS_MS + (word >> _LED_DURATION_AT & 3)]
+
+
+def avoid_ms(word, levels):
+    """How long ``word`` avoids obstacles."""
+    if word >> _AVOID_ENABLE_AT & 1:
+        return levels[DURATIONS_MS + (word >> _AVOID_DURATION_AT & 3)]
+    return 0
+
+
+def length_ms(word, levels):
+    """How long ``word`` lasts: its longest block, or the idle time where none has a duration."""
+    length = motor_ms(word, levels)
+    other = led_ms(word, levels)
+    if other > length:
+        length = other
+    other = avoid_ms(word, levels)
+    if other > length:
+        length = other
+    if length > 0:
+        return length
+    return levels[IDLE_STATE_MS]
+
+
+def frame_ms(frame, levels):
+    """How long a frame occupies the air, in whole milliseconds."""
+    return (air_us(frame, levels[UNIT_US]) + 999) // 1000
+
+
+def switch_on(s, number):
+    """Forget everything; seed the generator with the car's own number, spread so that neighbours differ."""
+    for i in range(SIZE):
+        s[i] = 0
+    s[RANDOM] = ((number + 1) * 0x9E3779B1) & 0xFFFFFFFF
+    if s[RANDOM] == 0:
+        s[RANDOM] = 1
+
+
+def draw(s):
+    """The next 32 random bits: Marsaglia's xorshift, 13, 17, 5."""
+    x = s[RANDOM]
+    x = x ^ (x << 13 & 0xFFFFFFFF)
+    x = x ^ x >> 17
+    x = x ^ (x << 5 & 0xFFFFFFFF)
+    s[RANDOM] = x
+    return x
+
+
+def leader_start(s, image, now):
+    """Begin a leader's program. 1 where a first state began with it, 0 for a leader without states."""
+    leader_states = image[0] >> 24
+    follower_words = image[0] >> 16 & 255
+    dwell = image[0] >> 8 & 255
+    level = 0
+    while dwell >> level > 1:
+        level = level + 1
+    s[DWELL_LEVEL] = level
+    s[RELAYED] = 0
+    for i in range(follower_words):
+        if image[1 + leader_states + i] >> _FORWARD_AT & 1:
+            s[RELAYED] = 1
+    s[STATE] = 0
+    s[SLOT] = 0
+    s[SLOT_STARTED_MS] = now
+    s[NEXT_FRAME_MS] = now
+    s[RUNNING] = 0
+    s[HOLDS] = 0
+    if leader_states == 0:
+        return 0
+    _begin(s, image[1], now)
+    return 1
+
+
+def leader_step(s, image, now, levels):
+    """Go on to the next state if the present one's length is over: 1 then, else 0.
+
+    Call it until it gives 0: after a late tick several states may have ended.
+    Each begins exactly where the last one's length ended.
+    """
+    leader_states = image[0] >> 24
+    if leader_states == 0:
+        return 0
+    length = length_ms(s[WORD], levels)
+    if elapsed_ms(now, s[STARTED_MS]) < length:
+        return 0
+    _draw_headings(s, length, levels)
+    s[STATE] = (s[STATE] + 1) % leader_states
+    _begin(s, image[1 + s[STATE]], later_ms(s[STARTED_MS], length))
+    return 1
+
+
+def leader_sends(s, image, now, levels):
+    """1 where the leader begins a frame of its follower word ``s[SLOT]`` now, else 0."""
+    follower_words = image[0] >> 16 & 255
+    if follower_words == 0:
+        return 0
+    if reached(now, s[NEXT_FRAME_MS]) == 0:
+        return 0
+    dwell = levels[DWELLS_MS + s[DWELL_LEVEL]]
+    while elapsed_ms(now, s[SLOT_STARTED_MS]) >= dwell:
+        s[SLOT_STARTED_MS] = later_ms(s[SLOT_STARTED_MS], dwell)
+        s[SLOT] = (s[SLOT] + 1) % follower_words
+    if s[RELAYED]:
+        while reached(now, s[NEXT_FRAME_MS]):
+            s[NEXT_FRAME_MS] = later_ms(s[NEXT_FRAME_MS], levels[RELAY_PERIOD_MS])
+    else:
+        frame = to_frame(sent_word(s, image))
+        s[NEXT_FRAME_MS] = later_ms(now, frame_ms(frame, levels) + levels[GAP_MS])
+    return 1
+
+
+def sent_word(s, image):
+    """The follower word that a leader is sending."""
+    return image[1 + (image[0] >> 24) + s[SLOT]]
+
+
+def follower_step(s, now, levels):
+    """End the word that a follower runs if its length is over: 1 then, else 0."""
+    if s[RUNNING] == 0:
+        return 0
+    length = length_ms(s[WORD], levels)
+    if elapsed_ms(now, s[STARTED_MS]) < length:
+        return 0
+    _draw_headings(s, length, levels)
+    s[RUNNING] = 0
+    return 1
+
+
+def follower_hears(s, frame, now, levels):
+    """Take a frame that ended now; call follower_step first. Gives what became of it, BEGUN to DEAF."""
+    if s[RUNNING] and s[WORD] >> _ACCEPT_IR_AT & 1 == 0:
+        return DEAF
+    if parity_is_even(frame) == 0:
+        s[LOST_PARITY] = s[LOST_PARITY] + 1
+        return BAD_PARITY
+    if frame & _RESERVED_MASK:
+        s[LOST_RESERVED] = s[LOST_RESERVED] + 1
+        return BAD_RESERVED
+    word = frame & _WORD_MASK
+    if s[RUNNING]:
+        if s[WORD] == word:
+            return IGNORED
+        running_ms = elapsed_ms(now, s[STARTED_MS])
+        if running_ms > 0:
+            _draw_headings(s, running_ms - 1, levels)
+    s[HOLDS] = 1
+    _begin(s, word, now)
+    return BEGUN
+
+
+def follower_sends(s, air_is_busy, now, levels):
+    """1 where a follower that passes its word on begins a frame of ``s[WORD]`` now, else 0.
+
+    ``air_is_busy`` is 1 while the car senses a carrier or sends one itself.
+    """
+    if s[HOLDS] == 0 or s[WORD] >> _FORWARD_AT & 1 == 0:
+        s[RELAY] = BUSY
+        return 0
+    if s[RELAY] != WAITING:
+        if air_is_busy:
+            s[RELAY] = BUSY
+            return 0
+        if s[RELAY] == BUSY:
+            s[RELAY] = SENSING
+            s[RELAY_MS] = now
+        if elapsed_ms(now, s[RELAY_MS]) < levels[SENSE_MS]:
+            return 0
+        s[RELAY] = WAITING
+        s[RELAY_MS] = later_ms(now, (draw(s) >> 8) % levels[RELAY_PERIOD_MS])
+    if reached(now, s[RELAY_MS]) == 0:
+        return 0
+    s[RELAY] = BUSY
+    if air_is_busy:
+        return 0
+    return 1
+
+
+def hear_voice(s, voice):
+    """Take what the microphone heard; it counts only while a word that listens runs."""
+    if s[RUNNING] and s[WORD] >> _VOICE_AT & 1:
+        if voice == VOICE_STOP:
+            s[STOPPED] = 1
+        if voice == VOICE_GO:
+            s[STOPPED] = 0
+
+
+def looks_ahead(s):
+    """1 while the car needs its ultrasonic sensor, so that it needn't ping at other times."""
+    return s[RUNNING] & s[WORD] >> _AVOID_ENABLE_AT
+
+
+def wheels(s, obstacle_mm, person, now, levels):
+    """What the wheels do now: direction * 4 + speed level, STILL for standing still.
+
+    ``obstacle_mm`` is the distance that the ultrasonic sensor measures, large
+    where it finds nothing or needn't look; ``person`` is 1 while the PIR sensor sees somebody.
+    """
+    word = s[WORD]
+    speed = word >> _MOTOR_SPEED_AT & 3
+    if s[RUNNING] == 0 or speed == 0:
+        return STILL
+    running_ms = elapsed_ms(now, s[STARTED_MS])
+    if running_ms >= motor_ms(word, levels):
+        return STILL
+    direction = word >> _MOTOR_DIRECTION_AT & 3
+    if direction == RANDOM_FORWARD:
+        _draw_headings(s, running_ms, levels)
+        direction = s[HEADING]
+    if s[STOPPED]:
+        return STILL
+    if person and word >> _PIR_AT & 1:
+        return STILL
+    if running_ms < avoid_ms(word, levels):
+        if obstacle_mm < levels[AVOID_RADII_MM + (word >> _AVOID_RADIUS_AT & 3)]:
+            direction = RIGHT
+    return direction * 4 + speed
+
+
+def lit_led(s, now, levels):
+    """The LED that is on now, 0 to 3, or NO_LED."""
+    if s[RUNNING] and elapsed_ms(now, s[STARTED_MS]) < led_ms(s[WORD], levels):
+        return s[WORD] >> _LED_WHICH_AT & 3
+    return NO_LED
+
+
+def _begin(s, word, now):
+    s[WORD] = word
+    s[STARTED_MS] = now
+    s[RUNNING] = 1
+    s[DRAWS] = 0
+    if word >> _VOICE_AT & 1 == 0:
+        s[STOPPED] = 0
+
+
+def _draw_headings(s, running_ms, levels):
+    """Make the draws that fell due in the first ``running_ms`` of the word.
+
+    They are counted, not timed, so a car draws the same numbers however its
+    ticks fall, and whether or not it was standing still meanwhile.
+    """
+    word = s[WORD]
+    if word >> _MOTOR_DIRECTION_AT & 3 != RANDOM_FORWARD:
+        return
+    last_ms = motor_ms(word, levels) - 1
+    if running_ms < last_ms:
+        last_ms = running_ms
+    while s[DRAWS] * RANDOM_STEP_MS <= last_ms:
+        s[DRAWS] = s[DRAWS] + 1
+        quarter = draw(s) >> 30
+        s[HEADING] = FORWARD
+        if quarter == 2:
+            s[HEADING] = LEFT
+        if quarter == 3:
+            s[HEADING] = RIGHT
