@@ -1,0 +1,79 @@
+"""A simulated board: what a car's loop sees of its world."""
+
+from typing import TYPE_CHECKING
+
+from motorcade.car.board import Board, make_levels
+from motorcade.profile import Profile
+
+if TYPE_CHECKING:
+    from motorcade.sim.world import World
+
+
+def levels_of(profile: Profile) -> tuple[int, ...]:
+    """The profile's integers for the brain."""
+    infrared = profile.infrared
+    return make_levels(
+        profile.durations_ms,
+        profile.dwell_ms,
+        profile.avoid_radii_mm,
+        profile.idle_state_ms,
+        infrared.unit_us,
+        infrared.gap_ms,
+        infrared.relay_period_ms,
+        infrared.sense_ms,
+    )
+
+
+class SimulatedBoard(Board):
+    """The board of car ``index`` in ``world``; ``direction``, ``speed_level`` and ``led`` are what it was last set to."""
+
+    def __init__(self, world: "World", index: int, image: bytes | None):
+        self._world = world
+        self._image = image
+        self.index = index
+        self.number = (world.seed * 1_000_003 + index) & 0xFFFFFFFF
+        self.is_leader = image is not None
+        self.levels = world.levels
+        self.direction = 0
+        self.speed_level = 0
+        self.led = 4
+        self.outbox: int | None = None
+        self.inbox: list[int] = []
+
+    def now_ms(self) -> int:
+        return self._world.now_ms
+
+    def load_image(self) -> bytes | None:
+        return self._image
+
+    def received_frames(self) -> list[int]:
+        frames, self.inbox = self.inbox, []
+        return frames
+
+    def senses_carrier(self) -> bool:
+        return self._world.channel.senses_carrier(self.index)
+
+    def is_sending(self) -> bool:
+        return self._world.channel.is_sending(self.index)
+
+    def send_frame(self, frame: int) -> None:
+        self.outbox = frame
+
+    def obstacle_mm(self) -> int:
+        return self._world.obstacle_mm(self.index)
+
+    def sees_person(self) -> bool:
+        return self._world.sees_person(self.index)
+
+    def heard_voice(self) -> int:
+        return self._world.voice
+
+    def set_wheels(self, direction: int, speed_level: int) -> None:
+        self.direction = direction
+        self.speed_level = speed_level
+
+    def set_led(self, which: int) -> None:
+        self.led = which
+
+    def note(self, kind: str, at_ms: int, word: int, detail: int | str) -> None:
+        self._world.note(self.index, kind, at_ms, word, detail)
