@@ -1,2 +1,77 @@
-"""x"""
+"""Motorcade: program and drive small cars with 32-bit words.
+
+The public names; each is imported from its room when it is first used, so that
+a command that needs none of them starts at once.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from motorcade.profile import Profile as Profile
+    from motorcade.profile import load_profile as load_profile
+    from motorcade.program.compiler import Compiled as Compiled
+    from motorcade.program.compiler import compile_program as compile_program
+    from motorcade.program.decompiler import decompile as decompile
+    from motorcade.program.diagnostics import ProgramError as ProgramError
+    from motorcade.program.model import Followers as Followers
+    from motorcade.program.model import Program as Program
+    from motorcade.program.model import read_program as read_program
+    from motorcade.program.steps import avoid as avoid
+    from motorcade.program.steps import forward as forward
+    from motorcade.program.steps import led as led
+    from motorcade.program.steps import left as left
+    from motorcade.program.steps import pir as pir
+    from motorcade.program.steps import repeat as repeat
+    from motorcade.program.steps import right as right
+    from motorcade.program.steps import together as together
+    from motorcade.program.steps import voice as voice
+    from motorcade.program.steps import wait as wait
+    from motorcade.program.steps import wander as wander
+    from motorcade.sim.running import simulate as simulate
+    from motorcade.sim.world import World as World
+    from motorcade.words.field import WordError as WordError
+    from motorcade.words.formats import CONTROL as CONTROL
+    from motorcade.words.formats import DRIVE as DRIVE
+    from motorcade.words.formats import HEADER as HEADER
+
 __version__ = "0.1.0"
+
+_HOMES = {
+    "motorcade.profile": ("Profile", "load_profile"),
+    "motorcade.program.compiler": ("Compiled", "compile_program"),
+    "motorcade.program.decompiler": ("decompile",),
+    "motorcade.program.diagnostics": ("ProgramError",),
+    "motorcade.program.model": ("Followers", "Program", "read_program"),
+    "motorcade.program.steps": (
+        "avoid",
+        "forward",
+        "led",
+        "left",
+        "pir",
+        "repeat",
+        "right",
+        "together",
+        "voice",
+        "wait",
+        "wander",
+    ),
+    "motorcade.sim.running": ("simulate",),
+    "motorcade.sim.world": ("World",),
+    "motorcade.words.field": ("WordError",),
+    "motorcade.words.formats": ("CONTROL", "DRIVE", "HEADER"),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+__all__ = ["__version__", *sorted(_HOME_OF)]
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'motorcade' has no attribute '{name}'")
+    value = getattr(import_module(_HOME_OF[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

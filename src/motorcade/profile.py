@@ -5,7 +5,7 @@ Times are integer milliseconds. The built-in profile is ``classroom``
 """
 
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
@@ -84,7 +84,7 @@ class Profile:
 
 
 _LISTS = {"durations_ms": 4, "dwell_ms": 8, "speeds_mm_s": 4, "turn_rates_deg_s": 4, "avoid_radii_mm": 4}
-_TABLES = {"infrared": Infrared, "serial": Serial, "body": Body, "servo": Servo, "motor": Motor}
+_TABLES: dict[str, type[Any]] = {"infrared": Infrared, "serial": Serial, "body": Body, "servo": Servo, "motor": Motor}
 _START_AT_ZERO = ("durations_ms", "speeds_mm_s", "turn_rates_deg_s")
 
 
@@ -131,7 +131,7 @@ def parse_profile(text: str, name: str) -> Profile:
         part = table[key]
         if not isinstance(part, dict):
             raise ProfileError(f"profile {name}: {key} is a table of its own: [{key}]")
-        _check_keys(part, set(kind.__slots__), f"{name}, [{key}]")
+        _check_keys(part, {each.name for each in fields(kind)}, f"{name}, [{key}]")
         values[key] = kind(**{entry: _whole(value, f"{key}.{entry}", name) for entry, value in part.items()})
     profile = Profile(name=name, **values)
     _check_relay(profile)

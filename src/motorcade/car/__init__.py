@@ -1,0 +1,1 @@
+"""What a car does with a word. Portable and pure."""

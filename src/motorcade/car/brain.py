@@ -98,26 +98,26 @@ _RESERVED_MASK = CONTROL.reserved_mask
 _WORD_MASK = 0xFFFFFFFE  # a word without its parity bit
 
 
-def motor_ms(word, levels):
+def motor_ms(word: int, levels: tuple[int, ...]) -> int:
     """How long ``word`` drives the motor."""
     if word >> _MOTOR_ENABLE_AT & 1:
         return levels[DURATIONS_MS + (word >> _MOTOR_DURATION_AT & 3)]
     return 0
 
 
-def led_ms(word, levels):
+def led_ms(word: int, levels: tuple[int, ...]) -> int:
     """How long ``word`` lights its LED."""
     return levels[DURATIONS_MS + (word >> _LED_DURATION_AT & 3)]
 
 
-def avoid_ms(word, levels):
+def avoid_ms(word: int, levels: tuple[int, ...]) -> int:
     """How long ``word`` avoids obstacles."""
     if word >> _AVOID_ENABLE_AT & 1:
         return levels[DURATIONS_MS + (word >> _AVOID_DURATION_AT & 3)]
     return 0
 
 
-def length_ms(word, levels):
+def length_ms(word: int, levels: tuple[int, ...]) -> int:
     """How long ``word`` lasts: its longest block, or the idle time where none has a duration."""
     length = motor_ms(word, levels)
     other = led_ms(word, levels)
@@ -131,12 +131,12 @@ def length_ms(word, levels):
     return levels[IDLE_STATE_MS]
 
 
-def frame_ms(frame, levels):
+def frame_ms(frame: int, levels: tuple[int, ...]) -> int:
     """How long a frame occupies the air, in whole milliseconds."""
     return (air_us(frame, levels[UNIT_US]) + 999) // 1000
 
 
-def switch_on(s, number):
+def switch_on(s: list[int], number: int) -> None:
     """Forget everything; seed the generator with the car's own number, spread so that neighbours differ."""
     for i in range(SIZE):
         s[i] = 0
@@ -145,7 +145,7 @@ def switch_on(s, number):
         s[RANDOM] = 1
 
 
-def draw(s):
+def draw(s: list[int]) -> int:
     """The next 32 random bits: Marsaglia's xorshift, 13, 17, 5."""
     x = s[RANDOM]
     x = x ^ (x << 13 & 0xFFFFFFFF)
@@ -155,7 +155,7 @@ def draw(s):
     return x
 
 
-def leader_start(s, image, now):
+def leader_start(s: list[int], image: tuple[int, ...], now: int) -> int:
     """Begin a leader's program. 1 where a first state began with it, 0 for a leader without states."""
     leader_states = image[0] >> 24
     follower_words = image[0] >> 16 & 255
@@ -180,7 +180,7 @@ def leader_start(s, image, now):
     return 1
 
 
-def leader_step(s, image, now, levels):
+def leader_step(s: list[int], image: tuple[int, ...], now: int, levels: tuple[int, ...]) -> int:
     """Go on to the next state if the present one's length is over: 1 then, else 0.
 
     Call it until it gives 0: after a late tick several states may have ended.
@@ -198,7 +198,7 @@ def leader_step(s, image, now, levels):
     return 1
 
 
-def leader_sends(s, image, now, levels):
+def leader_sends(s: list[int], image: tuple[int, ...], now: int, levels: tuple[int, ...]) -> int:
     """1 where the leader begins a frame of its follower word ``s[SLOT]`` now, else 0."""
     follower_words = image[0] >> 16 & 255
     if follower_words == 0:
@@ -218,12 +218,12 @@ def leader_sends(s, image, now, levels):
     return 1
 
 
-def sent_word(s, image):
+def sent_word(s: list[int], image: tuple[int, ...]) -> int:
     """The follower word that a leader is sending."""
     return image[1 + (image[0] >> 24) + s[SLOT]]
 
 
-def follower_step(s, now, levels):
+def follower_step(s: list[int], now: int, levels: tuple[int, ...]) -> int:
     """End the word that a follower runs if its length is over: 1 then, else 0."""
     if s[RUNNING] == 0:
         return 0
@@ -235,7 +235,7 @@ def follower_step(s, now, levels):
     return 1
 
 
-def follower_hears(s, frame, now, levels):
+def follower_hears(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -> int:
     """Take a frame that ended now; call follower_step first. Gives what became of it, BEGUN to DEAF."""
     if s[RUNNING] and s[WORD] >> _ACCEPT_IR_AT & 1 == 0:
         return DEAF
@@ -257,7 +257,7 @@ def follower_hears(s, frame, now, levels):
     return BEGUN
 
 
-def follower_sends(s, air_is_busy, now, levels):
+def follower_sends(s: list[int], air_is_busy: int, now: int, levels: tuple[int, ...]) -> int:
     """1 where a follower that passes its word on begins a frame of ``s[WORD]`` now, else 0.
 
     ``air_is_busy`` is 1 while the car senses a carrier or sends one itself.
@@ -284,7 +284,7 @@ def follower_sends(s, air_is_busy, now, levels):
     return 1
 
 
-def hear_voice(s, voice):
+def hear_voice(s: list[int], voice: int) -> None:
     """Take what the microphone heard; it counts only while a word that listens runs."""
     if s[RUNNING] and s[WORD] >> _VOICE_AT & 1:
         if voice == VOICE_STOP:
@@ -293,12 +293,12 @@ def hear_voice(s, voice):
             s[STOPPED] = 0
 
 
-def looks_ahead(s):
+def looks_ahead(s: list[int]) -> int:
     """1 while the car needs its ultrasonic sensor, so that it needn't ping at other times."""
     return s[RUNNING] & s[WORD] >> _AVOID_ENABLE_AT
 
 
-def wheels(s, obstacle_mm, person, now, levels):
+def wheels(s: list[int], obstacle_mm: int, person: int, now: int, levels: tuple[int, ...]) -> int:
     """What the wheels do now: direction * 4 + speed level, STILL for standing still.
 
     ``obstacle_mm`` is the distance that the ultrasonic sensor measures, large
@@ -325,14 +325,14 @@ def wheels(s, obstacle_mm, person, now, levels):
     return direction * 4 + speed
 
 
-def lit_led(s, now, levels):
+def lit_led(s: list[int], now: int, levels: tuple[int, ...]) -> int:
     """The LED that is on now, 0 to 3, or NO_LED."""
     if s[RUNNING] and elapsed_ms(now, s[STARTED_MS]) < led_ms(s[WORD], levels):
         return s[WORD] >> _LED_WHICH_AT & 3
     return NO_LED
 
 
-def _begin(s, word, now):
+def _begin(s: list[int], word: int, now: int) -> None:
     s[WORD] = word
     s[STARTED_MS] = now
     s[RUNNING] = 1
@@ -341,7 +341,7 @@ def _begin(s, word, now):
         s[STOPPED] = 0
 
 
-def _draw_headings(s, running_ms, levels):
+def _draw_headings(s: list[int], running_ms: int, levels: tuple[int, ...]) -> None:
     """Make the draws that fell due in the first ``running_ms`` of the word.
 
     They are counted, not timed, so a car draws the same numbers however its

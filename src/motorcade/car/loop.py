@@ -4,11 +4,11 @@ Portable.
 """
 
 from motorcade.car import brain
-from motorcade.car.board import NOTHING_IN_SIGHT_MM
+from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
 from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import to_frame
 from motorcade.words.ticks import later_ms
-from motorcade.words.upload import IMAGE, READBACK, CarEnd, error_line
+from motorcade.words.upload import IMAGE, READBACK, CarEnd, CarEvent, error_line
 
 NO_PROGRAM = b"\0\0\0\0"
 _WHY_LOST = {brain.BAD_PARITY: "parity", brain.BAD_RESERVED: "reserved", brain.DEAF: "deaf"}
@@ -20,16 +20,16 @@ class Car:
     A car that was switched on with an image in its store begins it at its first tick.
     """
 
-    def __init__(self, board):
+    def __init__(self, board: Board) -> None:
         self.board = board
         self.memory = [0] * brain.SIZE
-        self.image = (0,)
+        self.image: tuple[int, ...] = (0,)
         self._serial = CarEnd()
         self._wheels = brain.STILL
         self._led = brain.NO_LED
         self._is_on = False
 
-    def tick(self):
+    def tick(self) -> None:
         """Do all that is due at the board's present time."""
         board = self.board
         now = board.now_ms()
@@ -47,7 +47,7 @@ class Car:
         self._act(now)
         self._send(now)
 
-    def _switch_on(self, now):
+    def _switch_on(self, now: int) -> None:
         self._is_on = True
         brain.switch_on(self.memory, self.board.number)
         stored = self.board.load_image()
@@ -56,11 +56,11 @@ class Car:
         if self.board.is_leader:
             self._begin_program(now)
 
-    def _begin_program(self, now):
+    def _begin_program(self, now: int) -> None:
         if brain.leader_start(self.memory, self.image, now):
             self._note_state()
 
-    def _serve_serial(self, now):
+    def _serve_serial(self, now: int) -> None:
         board = self.board
         self._serial.receive_data(board.read_serial(), now)
         event = self._serial.next_event()
@@ -73,7 +73,7 @@ class Car:
                 board.write_serial(event.answer)
             event = self._serial.next_event()
 
-    def _take_image(self, event, now):
+    def _take_image(self, event: CarEvent, now: int) -> None:
         try:
             self.board.store_image(event.image)
         except OSError:
@@ -84,7 +84,7 @@ class Car:
         if self.board.is_leader:
             self._begin_program(now)
 
-    def _follow(self, now):
+    def _follow(self, now: int) -> None:
         board, memory = self.board, self.memory
         if brain.follower_step(memory, now, board.levels):
             length = brain.length_ms(memory[brain.WORD], board.levels)
@@ -98,7 +98,7 @@ class Car:
             if result == brain.BEGUN:
                 board.note("start", now, memory[brain.WORD], 0)
 
-    def _act(self, now):
+    def _act(self, now: int) -> None:
         board, memory = self.board, self.memory
         obstacle_mm = board.obstacle_mm() if brain.looks_ahead(memory) else NOTHING_IN_SIGHT_MM
         wheels = brain.wheels(memory, obstacle_mm, board.sees_person(), now, board.levels)
@@ -110,7 +110,7 @@ class Car:
             self._led = led
             board.set_led(led)
 
-    def _send(self, now):
+    def _send(self, now: int) -> None:
         board, memory = self.board, self.memory
         if board.is_leader:
             if not brain.leader_sends(memory, self.image, now, board.levels):
@@ -124,6 +124,6 @@ class Car:
         board.send_frame(to_frame(word))
         board.note("frame", now, word, 0)
 
-    def _note_state(self):
+    def _note_state(self) -> None:
         memory = self.memory
         self.board.note("state", memory[brain.STARTED_MS], memory[brain.WORD], memory[brain.STATE])

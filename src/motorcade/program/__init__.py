@@ -1,0 +1,1 @@
+"""What the user means: steps, compiled into words and back."""

@@ -75,13 +75,13 @@ class _Leader:
         self._expander = Expander(profile, leads=True)
         row = self._expander.expand(steps, "leader", accept_ir=False, forward=True)
         self.diagnostics = self._expander.diagnostics
-        self.count = row.count
+        self.count = row.states
         if not steps:
             self.diagnostics.append(warning("empty-program", "leader"))
         if has_errors(self.diagnostics):
             return
         if self.count > MOST_PIECES:
-            costs = [self._expander.expand([step], "", accept_ir=False, forward=True).count for step in steps]
+            costs = [self._expander.expand([step], "", accept_ir=False, forward=True).states for step in steps]
             self.diagnostics.append(_too_many("too-many-states", "leader", steps, self.count, costs))
             return
         levels = {duration: level for level, duration in enumerate(self._levels_ms)}
@@ -123,13 +123,13 @@ class _Followers:
         found = self._round(row, followers)
         if found is None:
             return
-        if row.count > MOST_PIECES:
-            self.count = row.count if followers.dwell_seconds else row.total_ms // found.dwell_ms
+        if row.states > MOST_PIECES:
+            self.count = row.states if followers.dwell_seconds else row.total_ms // found.dwell_ms
         else:
             self.count = len(found.words)
         if self.count > MOST_PIECES:
             rows = [expander.expand([step], "", accept_ir=True, forward=False) for step in followers.steps]
-            costs = [each.count if followers.dwell_seconds else each.total_ms // found.dwell_ms for each in rows]
+            costs = [each.states if followers.dwell_seconds else each.total_ms // found.dwell_ms for each in rows]
             path = "followers.steps"
             self.diagnostics.append(_too_many("too-many-words", path, followers.steps, self.count, costs))
             return

@@ -145,9 +145,7 @@ class Diagnostic:
 
     def message(self, language: str = "en") -> str:
         """The sentence in ``language`` (en or zh)."""
-        values = {
-            name: value.text(language) if isinstance(value, Phrase) else value for name, value in self.arguments
-        }
+        values = {name: value.text(language) if isinstance(value, Phrase) else value for name, value in self.arguments}
         return MESSAGES[self.code][language].format(**values)
 
     def as_dict(self, language: str = "en") -> dict[str, Any]:

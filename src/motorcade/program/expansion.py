@@ -28,13 +28,13 @@ class Item(NamedTuple):
 class Row(NamedTuple):
     """Steps one behind the other.
 
-    ``count`` (of a leader's states, of a follower's steps) and ``total_ms`` are those
+    ``states`` (of a leader's states, of a follower's steps) and ``total_ms`` are those
     of the whole row; ``items`` lists each step as often as it is done, but no repeat
     in full that would count more than MOST_PIECES.
     """
 
     items: list[Item]
-    count: int
+    states: int
     total_ms: int
 
 
@@ -50,13 +50,13 @@ class Expander:
     def expand(self, steps: Sequence[Step], path: str, accept_ir: bool, forward: bool) -> Row:
         """The Row of ``steps``, which stand at ``path`` and inherit the two settings."""
         items: list[Item] = []
-        count = total_ms = 0
+        states = total_ms = 0
         for position, step in enumerate(steps):
             row = self._expand_step(step, f"{path}[{position}]", accept_ir, forward)
             items.extend(row.items)
-            count += row.count
+            states += row.states
             total_ms += row.total_ms
-        return Row(items, count, total_ms)
+        return Row(items, states, total_ms)
 
     def _expand_step(self, step: Step, path: str, accept_ir: bool, forward: bool) -> Row:
         self._check_settings(step, path)
@@ -64,9 +64,9 @@ class Expander:
         forward = forward if step.forward is None else step.forward
         if isinstance(step, Repeat):
             once = self.expand(step.steps, f"{path}.repeat.steps", accept_ir, forward)
-            count = once.count * step.times
-            times = step.times if count <= MOST_PIECES else 1
-            return Row(once.items * times, count, once.total_ms * step.times)
+            states = once.states * step.times
+            times = step.times if states <= MOST_PIECES else 1
+            return Row(once.items * times, states, once.total_ms * step.times)
         if not self._check_step(step, path):
             return Row([], 0, 0)
         parts = parts_of(step)

@@ -122,7 +122,7 @@ def _words(parts: Parts, item: Item, dwell_ms: int, levels: dict[int, int]) -> I
     yield control_word(_with_durations(parts, plain), levels, item.accept_ir, item.forward)
     for position, choice in enumerate(choices):
         for duration in choice[1:]:
-            changed = plain[:position] + [duration] + plain[position + 1 :]
+            changed = [*plain[:position], duration, *plain[position + 1 :]]
             yield control_word(_with_durations(parts, changed), levels, item.accept_ir, item.forward)
 
 
@@ -141,7 +141,7 @@ def _with_durations(parts: Parts, durations: list[int]) -> Parts:
     return Parts(
         motor and Motor(motor[0], motor[1], next(given)),
         light and Light(light[0], next(given)),
-        guard and Guard(guard[0], guard[1], next(given)),
+        guard and Guard(guard[0], next(given)),
         voice,
         pir,
     )

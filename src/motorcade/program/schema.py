@@ -169,7 +169,11 @@ def _allowed(schema: dict[str, Any]) -> str | Phrase:
 
 def _shown(value: Any) -> str:
     """``value`` as a pupil would have typed it, shortened."""
-    text = {None: "null", True: "true", False: "false"}.get(value) if value is None or value is True or value is False else None
+    text = (
+        {None: "null", True: "true", False: "false"}.get(value)
+        if value is None or value is True or value is False
+        else None
+    )
     if text is None:
         text = f'"{value}"' if isinstance(value, str) else "{...}" if isinstance(value, dict) else str(value)
     return text if len(text) <= 40 else text[:37] + "..."

@@ -13,13 +13,9 @@ from motorcade.words.formats import CONTROL
 DIRECTIONS = ("forward", "left", "right", "random")
 
 
-def _level(field_name: str) -> Any:
+def _level(field_name: str) -> dict[str, Any]:
     control_field = CONTROL.field(field_name)
-    return field(
-        metadata={
-            "schema": {"type": "integer", "minimum": control_field.minimum, "maximum": control_field.maximum},
-        }
-    )
+    return {"schema": {"type": "integer", "minimum": control_field.minimum, "maximum": control_field.maximum}}
 
 
 _SECONDS = {"schema": {"type": "number", "minimum": 0, "maximum": 86400}}
@@ -53,7 +49,7 @@ class Drive(Step):
 
     kind: ClassVar[str] = "drive"
     direction: str = field(metadata={"schema": {"enum": list(DIRECTIONS)}})
-    speed: int = _level("motor_speed")
+    speed: int = field(metadata=_level("motor_speed"))
     seconds: float = field(metadata=_SECONDS)
 
 
@@ -70,7 +66,7 @@ class Led(Step):
     """Light one of the LEDs 0 to 3 for some seconds (c4)."""
 
     kind: ClassVar[str] = "led"
-    which: int = _level("led_which")
+    which: int = field(metadata=_level("led_which"))
     seconds: float = field(metadata=_SECONDS)
 
 
@@ -79,7 +75,7 @@ class Avoid(Step):
     """Avoid obstacles nearer than radius level 0 to 3 for some seconds (c5)."""
 
     kind: ClassVar[str] = "avoid"
-    radius: int = _level("avoid_radius")
+    radius: int = field(metadata=_level("avoid_radius"))
     seconds: float = field(metadata=_SECONDS)
 
 
@@ -124,7 +120,8 @@ class Repeat(Step):
 
 
 SIMPLE_KINDS: tuple[type[Step], ...] = (Drive, Wait, Led, Avoid, Voice, Pir)
-KINDS: dict[str, type[Step]] = {kind.kind: kind for kind in (*SIMPLE_KINDS, Together, Repeat)}
+ALL_KINDS: tuple[type[Step], ...] = (*SIMPLE_KINDS, Together, Repeat)
+KINDS = {kind.kind: kind for kind in ALL_KINDS}
 
 
 def forward(seconds: float, speed: int = 2, **more: Any) -> Drive:

@@ -15,7 +15,9 @@ def to_ms(seconds: float) -> int | None:
 
 
 @lru_cache(maxsize=4096)
-def cut(durations_ms: tuple[int, ...], lengths_ms: tuple[int, ...], levels_ms: tuple[int, ...]) -> tuple[int, ...] | None:
+def cut(
+    durations_ms: tuple[int, ...], lengths_ms: tuple[int, ...], levels_ms: tuple[int, ...]
+) -> tuple[int, ...] | None:
     """Cut blocks that start together into the fewest pieces that words can hold.
 
     Each piece lasts one of ``lengths_ms``; a block either goes on through the

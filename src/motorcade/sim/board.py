@@ -25,7 +25,10 @@ def levels_of(profile: Profile) -> tuple[int, ...]:
 
 
 class SimulatedBoard(Board):
-    """The board of car ``index`` in ``world``; ``direction``, ``speed_level`` and ``led`` are what it was last set to."""
+    """The board of car ``index`` in ``world``.
+
+    ``direction``, ``speed_level`` and ``led`` are what the car set last.
+    """
 
     def __init__(self, world: "World", index: int, image: bytes | None):
         self._world = world

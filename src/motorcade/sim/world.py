@@ -115,12 +115,12 @@ class World:
         self._move()
         self.now_ms += self.tick_ms
 
-    def run(self, duration_ms: int) -> Iterator[int]:
-        """Step for ``duration_ms``; yields the time at every simulated second, for progress and tracks."""
+    def run(self, duration_ms: int, every_ms: int = 1000) -> Iterator[int]:
+        """Step for ``duration_ms``; yields the time every ``every_ms``, for progress and tracks."""
         end_ms = self.now_ms + duration_ms
         while self.now_ms < end_ms:
             self.step()
-            if self.now_ms % 1000 < self.tick_ms:
+            if self.now_ms % every_ms < self.tick_ms:
                 yield self.now_ms
 
     def note(self, car: int, kind: str, at_ms: int, word: int, detail: int | str) -> None:
@@ -185,8 +185,7 @@ class World:
         return [
             index
             for index in range(1, len(self.poses))
-            if index != sender
-            and math.hypot(self.poses[index].x - origin.x, self.poses[index].y - origin.y) <= reach_m
+            if index != sender and math.hypot(self.poses[index].x - origin.x, self.poses[index].y - origin.y) <= reach_m
         ]
 
     def _move(self) -> None:

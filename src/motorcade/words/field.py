@@ -9,6 +9,12 @@ time than shifts written by hand.
 import sys
 from collections import namedtuple
 
+# For the type checker alone: MicroPython has neither module.
+MYPY = False
+if MYPY:
+    from collections.abc import Callable, Iterable
+    from typing import Any
+
 WORD_BITS = 32
 WORD_MASK = 0xFFFFFFFF
 TABLES = sys.implementation.name != "micropython"
@@ -24,8 +30,8 @@ class WordError(ValueError):
         allowed: what would have been allowed, in words.
     """
 
-    def __init__(self, field, value, allowed):
-        ValueError.__init__(self, "{} is {!r}; allowed: {}".format(field, value, allowed))
+    def __init__(self, field: str, value: object, allowed: str) -> None:
+        ValueError.__init__(self, f"{field} is {value!r}; allowed: {allowed}")
         self.field = field
         self.value = value
         self.allowed = allowed
@@ -53,21 +59,21 @@ class Field:
 
     def __init__(
         self,
-        name,
-        high,
-        low,
-        meaning,
-        source="",
-        minimum=0,
-        maximum=None,
-        one_hot=False,
-        only=(),
-        needs="",
-        reserved=False,
-        default=0,
-    ):
+        name: str,
+        high: int,
+        low: int,
+        meaning: str,
+        source: str = "",
+        minimum: int = 0,
+        maximum: int | None = None,
+        one_hot: bool = False,
+        only: tuple[tuple[int, str], ...] = (),
+        needs: str = "",
+        reserved: bool = False,
+        default: int = 0,
+    ) -> None:
         if not 0 <= low <= high < WORD_BITS:
-            raise FormatError("field {}: bits {}-{} are not in a 32-bit word".format(name, high, low))
+            raise FormatError(f"field {name}: bits {high}-{low} are not in a 32-bit word")
         self.name = name
         self.high = high
         self.low = low
@@ -84,24 +90,24 @@ class Field:
         self.reserved = reserved
         self.default = default
 
-    def __repr__(self):
-        return "Field({!r}, {}, {})".format(self.name, self.high, self.low)
+    def __repr__(self) -> str:
+        return f"Field({self.name!r}, {self.high}, {self.low})"
 
     @property
-    def restricted(self):
+    def restricted(self) -> bool:
         """True where some values that fit the bits are still refused."""
         return self.minimum > 0 or self.maximum < self.raw_mask or self.one_hot or bool(self.only)
 
     @property
-    def allowed(self):
+    def allowed(self) -> str:
         """What may stand in this field, in words."""
         if self.only:
-            return " or ".join("{} ({})".format(value, name) for value, name in self.only)
+            return " or ".join(f"{value} ({name})" for value, name in self.only)
         if self.one_hot:
             return "0, or one of " + ", ".join(str(1 << bit) for bit in range(self.width)) + " (exactly one bit)"
-        return "{} to {}".format(self.minimum, self.maximum)
+        return f"{self.minimum} to {self.maximum}"
 
-    def allows(self, raw):
+    def allows(self, raw: int) -> bool:
         """Whether the integer ``raw`` may stand in this field."""
         if self.only:
             return any(raw == value for value, _ in self.only)
@@ -131,14 +137,14 @@ class WordFormat:
         FormatError: when it is defined, for fields that are not one 32-bit word.
     """
 
-    def __init__(self, name, fields, rule=None):
+    def __init__(self, name: str, fields: "Iterable[Field]", rule: "Callable[[Any], None] | None" = None) -> None:
         self.name = name
         self.fields = tuple(fields)
         self._check_layout()
-        self.values = namedtuple(name.capitalize(), tuple(field.name for field in self.fields))
+        self.values: Callable[..., Any] = namedtuple(name.capitalize(), [field.name for field in self.fields])  # type: ignore[misc]
         self.reserved_mask = sum(field.word_mask for field in self.fields if field.reserved)
         self._rule = rule
-        space = {
+        space: dict[str, Any] = {
             "WordError": WordError,
             "values": self.values,
             # tuple.__new__ skips the named tuple's own constructor, half of the cost of a decode.
@@ -148,41 +154,41 @@ class WordFormat:
         }
         exec(self._decode_source(space), space)
         exec(self._encode_source(), space)
-        self.decode = space["decode"]
-        self.encode = space["encode"]
+        self.decode: Callable[..., Any] = space["decode"]
+        self.encode: Callable[..., int] = space["encode"]
 
-    def field(self, name):
+    def field(self, name: str) -> Field:
         """The Field called ``name``. Raises WordError that lists the names there are."""
         for field in self.fields:
             if field.name == name:
                 return field
         raise WordError("field of " + self.name, name, ", ".join(field.name for field in self.fields))
 
-    def warnings(self, word):
+    def warnings(self, word: int) -> list[str]:
         """Sentences on bits of ``word`` that decode, yet that no well-made word has set."""
         sentences = []
         for field in self.fields:
             raw = word >> field.low & field.raw_mask
             if raw and field.reserved:
-                sentences.append("{} is {}, yet these bits are written 0".format(field.name, raw))
+                sentences.append(f"{field.name} is {raw}, yet these bits are written 0")
             elif raw and field.needs and not word & self.field(field.needs).word_mask:
-                sentences.append("{} is {}, yet {} is 0: it has no effect".format(field.name, raw, field.needs))
+                sentences.append(f"{field.name} is {raw}, yet {field.needs} is 0: it has no effect")
         return sentences
 
-    def _check_layout(self):
+    def _check_layout(self) -> None:
         covered = 0
         for field in self.fields:
             if covered & field.word_mask:
-                raise FormatError("{}: field {} overlaps another".format(self.name, field.name))
+                raise FormatError(f"{self.name}: field {field.name} overlaps another")
             covered |= field.word_mask
         if covered != WORD_MASK:
             missing = [bit for bit in range(WORD_BITS) if not covered >> bit & 1]
-            raise FormatError("{}: not 32 bits, no field holds bits {}".format(self.name, missing))
+            raise FormatError(f"{self.name}: not 32 bits, no field holds bits {missing}")
 
-    def _decode_source(self, space):
+    def _decode_source(self, space: "dict[str, Any]") -> str:
         lines = ["def decode(word, strict=False):"]
         lines.append("    if word >> 32: raise WordError({!r}, word, '0 to 4294967295')".format(self.name + " word"))
-        lines.append("    if strict and word & {}: refuse(word, None)".format(self.reserved_mask))
+        lines.append(f"    if strict and word & {self.reserved_mask}: refuse(word, None)")
         made = "new(values, {})".format(" + ".join(self._decoded_runs(space)))
         restricted = [field for field in self.fields if field.restricted]
         if not restricted and not self._rule:
@@ -190,20 +196,20 @@ class WordFormat:
             return "\n".join(lines)
         lines.append("    found = " + made)
         for field in restricted:
-            lines.append("    if {}: refuse(None, found)".format(_condition(field, "found." + field.name)))
+            lines.append("    if {}: refuse(0, found)".format(_condition(field, "found." + field.name)))
         if self._rule:
             lines.append("    rule(found)")
         lines.append("    return found")
         return "\n".join(lines)
 
-    def _decoded_runs(self, space):
+    def _decoded_runs(self, space: "dict[str, Any]") -> list[str]:
         """Expressions for runs of fields, each a tuple of raw values; their tables go into ``space``.
 
         A run of three or more narrow fields is looked up in a table of ready tuples,
         which halves the time of a control word's decode. Where memory is
         scarce (MicroPython) every field is shifted out instead.
         """
-        runs = []
+        runs: list[list[Field]] = []
         for field in self.fields:
             if TABLES and runs and runs[-1][0].high - field.low < TABLE_BITS:
                 runs[-1].append(field)
@@ -216,34 +222,34 @@ class WordFormat:
                 for field in run:
                     expressions.append("({},)".format(_bits("word", field.high, field.low)))
                 continue
-            table = "table_{}".format(low)
+            table = f"table_{low}"
             entries = range(1 << high - low + 1)
             space[table] = [tuple(bits >> f.low - low & f.raw_mask for f in run) for bits in entries]
             expressions.append("{}[{}]".format(table, _bits("word", high, low)))
         return _merged(expressions)
 
-    def _encode_source(self):
+    def _encode_source(self) -> str:
         names = [field.name for field in self.fields]
-        lines = ["def encode({}):".format(", ".join("{}={}".format(f.name, f.default) for f in self.fields))]
+        lines = ["def encode({}):".format(", ".join(f"{f.name}={f.default}" for f in self.fields))]
         # A value doesn't fit where anything is left of it behind its bits; values
         # of one width are tested together.
         spills = []
-        for width in sorted(set(field.width for field in self.fields)):
+        for width in sorted({field.width for field in self.fields}):
             same = [field.name for field in self.fields if field.width == width]
             spills.append("({}) >> {}".format(" | ".join(same), width))
         restricted = [_condition(field, field.name) for field in self.fields if field.restricted]
         made = "({},)".format(", ".join(names))
-        lines.append("    if {}: refuse(None, {})".format(" or ".join(spills + restricted), made))
+        lines.append("    if {}: refuse(0, {})".format(" or ".join(spills + restricted), made))
         if self._rule:
-            lines.append("    rule(new(values, {}))".format(made))
+            lines.append(f"    rule(new(values, {made}))")
         # The upper half is put together first, in integers of one machine digit.
-        upper = ["{} << {}".format(f.name, f.low - 16) for f in self.fields if f.low >= 16]
-        lower = ["{} << {}".format(f.name, f.low) for f in self.fields if f.low < 16]
+        upper = [f"{f.name} << {f.low - 16}" for f in self.fields if f.low >= 16]
+        lower = [f"{f.name} << {f.low}" for f in self.fields if f.low < 16]
         lines.append("    return ({}) << 16 | {}".format(" | ".join(upper), " | ".join(lower)))
         return "\n".join(lines)
 
-    def _refuse(self, word, raws):
-        """Raise the WordError that a generated function found a reason for."""
+    def _refuse(self, word: int, raws: tuple[int, ...] | None) -> None:
+        """Raise the WordError that a generated function found a reason for: in ``raws``, or strictly in ``word``."""
         if raws is None:
             raws = tuple(word >> field.low & field.raw_mask for field in self.fields)
             for field, raw in zip(self.fields, raws):
@@ -254,26 +260,26 @@ class WordFormat:
                 raise WordError(field.name, raw, field.allowed)
 
 
-def _condition(field, name):
+def _condition(field: Field, name: str) -> str:
     """Source of an expression that is true where ``name`` holds a value that fits but is refused."""
     if field.only:
-        return " and ".join("{} != {}".format(name, value) for value, _ in field.only)
+        return " and ".join(f"{name} != {value}" for value, _ in field.only)
     if field.one_hot:
-        return "{} & ({} - 1)".format(name, name)
+        return f"{name} & ({name} - 1)"
     if field.minimum > 0:
-        return "not {} <= {} <= {}".format(field.minimum, name, field.maximum)
-    return "{} > {}".format(name, field.maximum)
+        return f"not {field.minimum} <= {name} <= {field.maximum}"
+    return f"{name} > {field.maximum}"
 
 
-def _bits(name, high, low):
+def _bits(name: str, high: int, low: int) -> str:
     """Source of the bits ``high`` to ``low`` of the word called ``name``."""
-    shifted = "{} >> {}".format(name, low) if low else name
-    return shifted if high == WORD_BITS - 1 else "{} & {}".format(shifted, (1 << high - low + 1) - 1)
+    shifted = f"{name} >> {low}" if low else name
+    return shifted if high == WORD_BITS - 1 else f"{shifted} & {(1 << high - low + 1) - 1}"
 
 
-def _merged(expressions):
+def _merged(expressions: list[str]) -> list[str]:
     """``["(a,)", "(b,)", "t[c]"]`` -> ``["(a, b,)", "t[c]"]``: one tuple for neighbours that are shifted out."""
-    merged = []
+    merged: list[str] = []
     for expression in expressions:
         if merged and merged[-1].startswith("(") and expression.startswith("("):
             merged[-1] = merged[-1][:-1] + " " + expression[1:]

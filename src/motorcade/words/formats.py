@@ -3,10 +3,15 @@
 Sources: seed 000 (h1-h3, c1-c9) for HEADER and CONTROL, seed 001 for DRIVE.
 """
 
+# For the type checker alone: MicroPython has no typing.
+MYPY = False
+if MYPY:
+    from typing import Any
+
 from motorcade.words.field import Field, WordError, WordFormat
 
 
-def _dwell_goes_with_words(header):
+def _dwell_goes_with_words(header: "Any") -> None:
     if bool(header.dwell) != bool(header.follower_words):
         allowed = "exactly one bit" if header.follower_words else "0, as there are no follower words"
         raise WordError("dwell", header.dwell, allowed)
@@ -17,9 +22,7 @@ HEADER = WordFormat(
     (
         Field("leader_states", 31, 24, "how many leader control words follow", "seed 000, h1"),
         Field("follower_words", 23, 16, "how many follower control words follow those", "seed 000, h2"),
-        Field(
-            "dwell", 15, 8, "how long each follower word is sent: one bit, 8 levels", "seed 000, h2", one_hot=True
-        ),
+        Field("dwell", 15, 8, "how long each follower word is sent: one bit, 8 levels", "seed 000, h2", one_hot=True),
         Field("reserved", 7, 0, "for extensions", "seed 000, h3", reserved=True),
     ),
     rule=_dwell_goes_with_words,
@@ -31,9 +34,7 @@ CONTROL = WordFormat(
         Field("accept_ir", 31, 31, "a follower listens to infrared", "seed 000, c1"),
         Field("forward", 30, 30, "passes words on by infrared", "seed 000, c2"),
         Field("motor_enable", 29, 29, "the wheels are driven", "seed 000, c3"),
-        Field(
-            "motor_direction", 28, 27, "0 forward, 1 left, 2 right, 3 random", "seed 000, c3", needs="motor_enable"
-        ),
+        Field("motor_direction", 28, 27, "0 forward, 1 left, 2 right, 3 random", "seed 000, c3", needs="motor_enable"),
         Field("motor_speed", 26, 25, "0 standing still to 3 fastest", "seed 000, c3", needs="motor_enable"),
         Field("motor_duration", 24, 23, "level 0 (0 s) to 3 (longest)", "seed 000, c3", needs="motor_enable"),
         Field("led_which", 22, 21, "LED 0 to 3", "seed 000, c4"),
@@ -62,7 +63,7 @@ DRIVE = WordFormat(
 FORMATS = (HEADER, CONTROL, DRIVE)
 
 
-def format_named(name):
+def format_named(name: str) -> WordFormat:
     """The WordFormat called ``name``: header, control or drive. Raises WordError."""
     for word_format in FORMATS:
         if word_format.name == name:

@@ -28,54 +28,55 @@ class ImageError(ValueError):
         code: short name of the fault, stable: cut-off, too-long, header or word.
     """
 
-    def __init__(self, code, sentence):
+    def __init__(self, code: str, sentence: str) -> None:
         ValueError.__init__(self, sentence)
         self.code = code
 
 
-def pack(word, byte_order="big"):
+def pack(word: int, byte_order: str = "big") -> bytes:
     """The four bytes of ``word`` (0 to 4294967295). ``byte_order`` is big or little."""
     return struct.pack("<I" if byte_order == "little" else ">I", word)
 
 
-def unpack(data, byte_order="big"):
+def unpack(data: bytes, byte_order: str = "big") -> int:
     """The word in four bytes."""
-    return struct.unpack("<I" if byte_order == "little" else ">I", data)[0]
+    word: int = struct.unpack("<I" if byte_order == "little" else ">I", data)[0]
+    return word
 
 
-def words_to_bytes(words):
+def words_to_bytes(words: tuple[int, ...]) -> bytes:
     """An image's bytes, or any words', most significant byte first."""
     return b"".join([pack(word) for word in words])
 
 
-def bytes_to_words(data):
+def bytes_to_words(data: bytes) -> tuple[int, ...]:
     """The words in ``data``. Raises ImageError unless it is a whole number of words."""
     if len(data) % WORD_BYTES:
-        raise ImageError("cut-off", "{} bytes are no whole number of 4-byte words".format(len(data)))
+        raise ImageError("cut-off", f"{len(data)} bytes are no whole number of 4-byte words")
     return tuple(unpack(data[i : i + WORD_BYTES]) for i in range(0, len(data), WORD_BYTES))
 
 
-def image_words(image):
+def image_words(image: Image) -> tuple[int, ...]:
     """The words of an Image, header first. Raises WordError where there are too many."""
     dwell = 1 << image.dwell_level if image.followers else 0
     header = HEADER.encode(leader_states=len(image.leader), follower_words=len(image.followers), dwell=dwell)
     return (header,) + tuple(image.leader) + tuple(image.followers)
 
 
-def announced_words(header):
+def announced_words(header: int) -> int:
     """How many words an image with this header word has, the header included."""
     return 1 + (header >> 24) + (header >> 16 & 255)
 
 
-def parse_header(header):
-    """The decoded header. Raises ImageError where no image can begin so."""
+def check_header(header: int) -> None:
+    """Raises ImageError where no image can begin with this header word."""
     try:
-        return HEADER.decode(header, True)
+        HEADER.decode(header, True)
     except WordError as error:
-        raise ImageError("header", "the header word 0x{:08X} is not valid: {}".format(header, error))
+        raise ImageError("header", f"the header word 0x{header:08X} is not valid: {error}")
 
 
-def parse_image(words):
+def parse_image(words: tuple[int, ...]) -> Image:
     """The Image in ``words``, every word checked.
 
     Raises:
@@ -84,15 +85,16 @@ def parse_image(words):
     """
     if not words:
         raise ImageError("cut-off", "the image is empty: not even a header word is here")
-    header = parse_header(words[0])
+    check_header(words[0])
+    header = HEADER.decode(words[0])
     expected = announced_words(words[0])
     if len(words) < expected:
         raise ImageError(
-            "cut-off", "the image is cut off: its header announces {} words, {} are here".format(expected, len(words))
+            "cut-off", f"the image is cut off: its header announces {expected} words, {len(words)} are here"
         )
     if len(words) > expected:
         raise ImageError(
-            "too-long", "the image is too long: its header announces {} words, {} are here".format(expected, len(words))
+            "too-long", f"the image is too long: its header announces {expected} words, {len(words)} are here"
         )
     for position in range(1, expected):
         _check_control(words[position], position)
@@ -103,17 +105,15 @@ def parse_image(words):
     return Image(leader, tuple(words[1 + header.leader_states :]), level)
 
 
-def parse_image_bytes(data):
+def parse_image_bytes(data: bytes) -> Image:
     """The Image in ``data``. Raises ImageError."""
     return parse_image(bytes_to_words(data))
 
 
-def _check_control(word, position):
+def _check_control(word: int, position: int) -> None:
     try:
         values = CONTROL.decode(word, True)
     except WordError as error:
-        raise ImageError("word", "word {} (0x{:08X}) is not valid: {}".format(position, word, error))
+        raise ImageError("word", f"word {position} (0x{word:08X}) is not valid: {error}")
     if values.parity:
-        raise ImageError(
-            "word", "word {} (0x{:08X}) is not valid: parity is 1, an image writes 0".format(position, word)
-        )
+        raise ImageError("word", f"word {position} (0x{word:08X}) is not valid: parity is 1, an image writes 0")

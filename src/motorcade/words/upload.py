@@ -13,8 +13,8 @@ from motorcade.words.image import (
     WORD_BYTES,
     ImageError,
     announced_words,
+    check_header,
     pack,
-    parse_header,
     parse_image_bytes,
     unpack,
 )
@@ -47,26 +47,26 @@ Outcome = namedtuple("Outcome", ("kind", "detail"))
 Outcome.__doc__ = """How an upload or a readback ended: one of the kinds above, and a sentence or the image's bytes."""
 
 
-def ok_line(image):
+def ok_line(image: bytes) -> bytes:
     """The car's answer to an image that it holds now."""
-    return "OK words={} crc32={:08x}\n".format(len(image) // WORD_BYTES, crc32(image)).encode()
+    return f"OK words={len(image) // WORD_BYTES} crc32={crc32(image):08x}\n".encode()
 
 
-def error_line(reason):
+def error_line(reason: str) -> bytes:
     """The car's answer to bytes that it doesn't take; ``reason`` is one ASCII line."""
-    return "ERR {}\n".format(reason).encode()
+    return f"ERR {reason}\n".encode()
 
 
 class CarEnd:
     """What a car does with the bytes from its serial port."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._buffer = b""
         self._skipping = False
         self._last_byte_ms = 0
-        self._events = []
+        self._events: list[CarEvent] = []
 
-    def receive_data(self, data, now_ms):
+    def receive_data(self, data: bytes, now_ms: int) -> None:
         """Take bytes that came at ``now_ms``; call it with ``b""`` now and then so that silence is noticed."""
         if elapsed_ms(now_ms, self._last_byte_ms) >= SILENCE_MS:
             self._reset()
@@ -77,17 +77,17 @@ class CarEnd:
             self._buffer += data
             self._advance()
 
-    def next_event(self):
+    def next_event(self) -> CarEvent | None:
         """The next CarEvent, or None."""
         return self._events.pop(0) if self._events else None
 
-    def _reset(self):
+    def _reset(self) -> None:
         if self._buffer:
-            self._refuse("cut off after {} bytes".format(len(self._buffer)))
+            self._refuse(f"cut off after {len(self._buffer)} bytes")
         self._buffer = b""
         self._skipping = False
 
-    def _advance(self):
+    def _advance(self) -> None:
         while len(self._buffer) >= WORD_BYTES and not self._skipping:
             header = unpack(self._buffer[:WORD_BYTES])
             if header == READBACK_HEADER:
@@ -95,7 +95,7 @@ class CarEnd:
                 self._events.append(CarEvent(READBACK, b"", b""))
                 continue
             try:
-                parse_header(header)
+                check_header(header)
                 length = announced_words(header) * WORD_BYTES
                 if len(self._buffer) < length:
                     return
@@ -111,7 +111,7 @@ class CarEnd:
             self._buffer = self._buffer[length:]
             self._events.append(CarEvent(IMAGE, image, ok_line(image)))
 
-    def _refuse(self, reason):
+    def _refuse(self, reason: str) -> None:
         self._events.append(CarEvent(REFUSED, b"", error_line(reason)))
 
 
@@ -122,20 +122,20 @@ class UploaderEnd:
     ``next_event`` gives the Outcome.
     """
 
-    def __init__(self, image, verify=True):
+    def __init__(self, image: bytes, verify: bool = True) -> None:
         self.image = image
         self._verify = verify
         self._line = b""
-        self._sent_ms = None
-        self._outcome = None
+        self._sent_ms: int | None = None
+        self._outcome: Outcome | None = None
 
-    def finish_sending(self, now_ms):
+    def finish_sending(self, now_ms: int) -> None:
         """The last byte left at ``now_ms``: from here on the car's answer is due."""
         self._sent_ms = now_ms
         if not self._verify:
             self._outcome = Outcome(NOT_VERIFIED, "sent, not verified")
 
-    def receive_data(self, data, now_ms):
+    def receive_data(self, data: bytes, now_ms: int) -> None:
         """Take bytes that came back by ``now_ms``; ``b""`` lets a missing answer be noticed."""
         for i in range(len(data)):
             byte = data[i : i + 1]
@@ -144,16 +144,17 @@ class UploaderEnd:
                 self._line = b""
             else:
                 self._line = (self._line + byte)[-_LONGEST_LINE:]
-        if self._outcome is None and self._sent_ms is not None:
-            if elapsed_ms(now_ms, self._sent_ms) >= ANSWER_WITHIN_MS:
-                self._outcome = Outcome(SILENT, "no answer within {} ms".format(ANSWER_WITHIN_MS))
+        if self._outcome is not None or self._sent_ms is None:
+            return
+        if elapsed_ms(now_ms, self._sent_ms) >= ANSWER_WITHIN_MS:
+            self._outcome = Outcome(SILENT, f"no answer within {ANSWER_WITHIN_MS} ms")
 
-    def next_event(self):
+    def next_event(self) -> Outcome | None:
         """The Outcome, once, or None while it is open."""
         outcome, self._outcome = self._outcome, None
         return outcome
 
-    def _take_line(self, line):
+    def _take_line(self, line: bytes) -> None:
         if self._outcome is not None:
             return
         at = line.find(b"ERR ")
@@ -168,18 +169,18 @@ class UploaderEnd:
             self._outcome = Outcome(VERIFIED, _printable(answer))
         else:
             expected = _printable(ok_line(self.image).strip())
-            self._outcome = Outcome(MISMATCH, "the car answered '{}', expected '{}'".format(_printable(answer), expected))
+            self._outcome = Outcome(MISMATCH, f"the car answered '{_printable(answer)}', expected '{expected}'")
 
 
 class ReadbackEnd:
     """What a reader makes of the bytes that follow READBACK_REQUEST; its Outcome's detail is the image."""
 
-    def __init__(self, now_ms):
+    def __init__(self, now_ms: int) -> None:
         self._buffer = b""
         self._last_ms = now_ms
-        self._outcome = None
+        self._outcome: Outcome | None = None
 
-    def receive_data(self, data, now_ms):
+    def receive_data(self, data: bytes, now_ms: int) -> None:
         """Take bytes that came by ``now_ms``; ``b""`` lets a missing answer be noticed."""
         if data:
             self._buffer += data
@@ -187,17 +188,17 @@ class ReadbackEnd:
             self._advance()
         elif self._outcome is None and elapsed_ms(now_ms, self._last_ms) >= ANSWER_WITHIN_MS:
             if self._buffer:
-                sentence = "the car stopped after {} bytes".format(len(self._buffer))
+                sentence = f"the car stopped after {len(self._buffer)} bytes"
             else:
-                sentence = "no answer within {} ms".format(ANSWER_WITHIN_MS)
+                sentence = f"no answer within {ANSWER_WITHIN_MS} ms"
             self._outcome = Outcome(SILENT, sentence)
 
-    def next_event(self):
+    def next_event(self) -> Outcome | None:
         """The Outcome, once, or None while it is open."""
         outcome, self._outcome = self._outcome, None
         return outcome
 
-    def _advance(self):
+    def _advance(self) -> None:
         if self._buffer[:4] == b"ERR ":
             if b"\n" in self._buffer:
                 self._outcome = Outcome(REFUSED, _printable(self._buffer[4 : self._buffer.find(b"\n")]))
@@ -206,15 +207,15 @@ class ReadbackEnd:
             return
         try:
             header = unpack(self._buffer[:WORD_BYTES])
-            parse_header(header)
+            check_header(header)
             length = announced_words(header) * WORD_BYTES
             if len(self._buffer) >= length:
                 parse_image_bytes(self._buffer[:length])
                 self._outcome = Outcome(IMAGE, self._buffer[:length])
         except ImageError as error:
-            self._outcome = Outcome(REFUSED, "what came back is no image: {}".format(error))
+            self._outcome = Outcome(REFUSED, f"what came back is no image: {error}")
 
 
-def _printable(line):
+def _printable(line: bytes) -> str:
     """ASCII text of ``line``; bytes that noise put there become question marks."""
     return "".join([chr(byte) if 32 <= byte < 127 else "?" for byte in line]).strip()

@@ -1,0 +1,167 @@
+"""Commands about cars, simulated and real: simulate, ports, upload, readback, virtual-car.
+
+Each command imports what it needs when it runs, so that the others start at once.
+"""
+
+import os
+import signal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from motorcade.cli.options import (
+    Json,
+    Language,
+    Port,
+    ProfileOption,
+    Source,
+    image_of,
+    print_json,
+    profile_named,
+    tongue,
+    wants_json,
+    whole_number,
+    write_file,
+)
+
+if TYPE_CHECKING:
+    from motorcade.sim.running import Run
+
+
+def add_to(app: typer.Typer) -> None:
+    """Register the commands."""
+    app.command("simulate")(simulate_command)
+    app.command("ports")(ports_command)
+    app.command("upload")(upload_command)
+    app.command("readback")(readback_command)
+    app.command("virtual-car")(virtual_car_command)
+
+
+def simulate_command(
+    source: Source,
+    followers: Annotated[int, typer.Option(min=0, max=1000, help="How many followers.")] = 5,
+    seconds: Annotated[float, typer.Option(min=0, max=86400, help="Simulated time.")] = 30,
+    seed: Annotated[int, typer.Option(min=0, max=(1 << 32) - 1, help="The same seed gives the same run.")] = 0,
+    picture: Annotated[Path | None, typer.Option(help="Draw the tracks into this PNG, SVG or PDF file.")] = None,
+    language: Language = "",
+    as_json: Json = False,
+) -> None:
+    """Let a leader and its followers drive, by the very bytes that an upload sends."""
+    from rich.console import Console
+
+    from motorcade.console import cars_table, progress_bar
+    from motorcade.sim.running import simulate
+
+    image, profile = image_of(source, tongue(language))
+    with progress_bar("simulated", round(seconds * 1000)) as advance:
+        run = simulate(image, followers, seconds, seed, profile, progress=advance)
+    if picture:
+        _draw(run, picture)
+    if not wants_json(as_json):
+        Console().print(cars_table(run))
+        return
+    cars = [
+        {"id": index, "x": pose.x, "y": pose.y, "heading": pose.heading} for index, pose in enumerate(run.world.poses)
+    ]
+    print_json({"cars": cars, "events": [event.as_dict() for event in run.world.events]})
+
+
+def ports_command(as_json: Json = False) -> None:
+    """List this computer's serial ports."""
+    from motorcade.link.serial_port import ports
+
+    found = ports()
+    if wants_json(as_json):
+        print_json([port._asdict() for port in found])
+    elif not found:
+        print("No serial port is here. Plug the car in, or start `motorcade virtual-car`.")
+    for port in found if not wants_json(as_json) else ():
+        print(f"{port.device}  {port.description}")
+
+
+def upload_command(
+    source: Source,
+    port: Port,
+    no_verify: Annotated[bool, typer.Option("--no-verify", help="For a board that never answers.")] = False,
+    language: Language = "",
+    as_json: Json = False,
+) -> None:
+    """Send a program to the leader and check that it arrived."""
+    from motorcade.console import progress_bar
+    from motorcade.link.serial_port import upload
+
+    image, profile = image_of(source, tongue(language))
+    with progress_bar("sent", len(image)) as advance:
+        answer = upload(port, image, profile.serial.baud, verify=not no_verify, progress=advance)
+    if as_json:
+        print_json({"port": port, "bytes": len(image), "verified": not no_verify, "answer": answer})
+    elif no_verify:
+        print(f"{len(image)} bytes to {port}: sent, not verified")
+    else:
+        print(f"{len(image)} bytes to {port}: verified, the car answered {answer}")
+
+
+def readback_command(
+    port: Port,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Write the image's bytes here.")],
+    profile: ProfileOption = "classroom",
+    as_json: Json = False,
+) -> None:
+    """Fetch the image that a car holds."""
+    from motorcade.link.serial_port import readback
+
+    image = readback(port, profile_named(profile).serial.baud)
+    write_file(output, image)
+    if as_json:
+        print_json({"port": port, "bytes": len(image), "file": str(output)})
+    else:
+        print(f"{len(image)} bytes from {port} are in {output}")
+
+
+def virtual_car_command(
+    use_pty: Annotated[bool, typer.Option("--pty", help="At a pseudo-terminal (the default but on Windows).")] = False,
+    tcp: Annotated[str, typer.Option(help="At HOST:PORT instead; port 0 takes a free one.")] = "",
+    store: Annotated[Path | None, typer.Option(help="The file that the car keeps its image in.")] = None,
+    profile: ProfileOption = "classroom",
+    as_json: Json = False,
+) -> None:
+    """Be a leader car: take uploads, answer them, and run the program."""
+    from motorcade.console import virtual_car_observer
+    from motorcade.sim.virtual_car import ImageStore, PseudoTerminal, TcpPort, VirtualBoard, monotonic_clock, serve
+
+    if use_pty and tcp:
+        raise typer.BadParameter("--pty and --tcp exclude each other")
+    chosen = profile_named(profile)
+    kept = ImageStore(store or Path(typer.get_app_dir("motorcade")) / "virtual-car.image")
+    kept.load()
+    line = TcpPort(*_host_and_port(tcp)) if tcp or (os.name == "nt" and not use_pty) else PseudoTerminal()
+    board = VirtualBoard(line, kept, chosen, virtual_car_observer(chosen, as_json), monotonic_clock())
+    stopped: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda which, frame: stopped.append(which))
+    if as_json:
+        print_json({"port": line.address, "store": str(kept.path)})
+    else:
+        print(f"A virtual car waits at {line.address} and keeps its image in {kept.path}. Ctrl-C stops it.", flush=True)
+    try:
+        serve(board, line, lambda: bool(stopped))
+    finally:
+        line.close()
+
+
+def _host_and_port(address: str) -> tuple[str, int]:
+    host, colon, port = address.rpartition(":")
+    number = whole_number(port, "the port") if colon else -1
+    if not host or not 0 <= number <= 65535:
+        raise typer.BadParameter(f"'{address}' is not HOST:PORT, such as 127.0.0.1:7000", param_hint="--tcp")
+    return host, number
+
+
+def _draw(run: "Run", picture: Path) -> None:
+    try:
+        run.save_picture(picture)
+    except ModuleNotFoundError:
+        raise typer.BadParameter("drawing needs Matplotlib: pip install 'motorcade[sim]'") from None
+    except (OSError, ValueError) as problem:
+        raise typer.BadParameter(f"{picture} can't be drawn: {problem}", param_hint="--picture") from None

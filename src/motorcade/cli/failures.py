@@ -1,0 +1,34 @@
+"""Exit codes, and which failure has which."""
+
+FINE = 0
+PROGRAM_ERROR = 1
+USAGE = 2
+PORT_NOT_FOUND = 3
+PORT_BUSY = 4
+NO_ANSWER = 5
+VERIFICATION = 6
+
+
+def exit_code(problem: Exception) -> int | None:
+    """The exit code for an exception whose text is meant for the user; None for a fault of ours."""
+    from motorcade.link import serial_port
+    from motorcade.profile import ProfileError
+    from motorcade.program.decompiler import DecompileError
+    from motorcade.program.diagnostics import ProgramError
+    from motorcade.sim.virtual_car import StoreError
+    from motorcade.words.field import WordError
+    from motorcade.words.image import ImageError
+
+    codes = (
+        (ProgramError, PROGRAM_ERROR),
+        (ProfileError, PROGRAM_ERROR),
+        (ImageError, PROGRAM_ERROR),
+        (DecompileError, PROGRAM_ERROR),
+        (WordError, USAGE),
+        (StoreError, USAGE),
+        (serial_port.PortNotFoundError, PORT_NOT_FOUND),
+        (serial_port.PortBusyError, PORT_BUSY),
+        (serial_port.NoAnswerError, NO_ANSWER),
+        (serial_port.VerificationError, VERIFICATION),
+    )
+    return next((code for kind, code in codes if isinstance(problem, kind)), None)

@@ -1,0 +1,162 @@
+"""Commands about words and programs: encode, decode, compile, decompile, inspect.
+
+Each command imports what it needs when it runs, so that the others start at once.
+"""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from motorcade.cli.failures import PROGRAM_ERROR
+from motorcade.cli.options import (
+    ExistingFile,
+    Json,
+    Language,
+    ProfileOption,
+    compile_file,
+    print_json,
+    profile_named,
+    tongue,
+    wants_json,
+    whole_number,
+    write_file,
+)
+
+
+def add_to(app: typer.Typer) -> None:
+    """Register the commands."""
+    app.command()(encode)
+    app.command(context_settings={"ignore_unknown_options": True})(decode)
+    app.command("compile")(compile_command)
+    app.command("decompile")(decompile_command)
+    app.command()(inspect)
+
+
+def encode(
+    word_format: Annotated[str, typer.Argument(metavar="FORMAT", help="header, control or drive")],
+    values: Annotated[list[str] | None, typer.Argument(metavar="NAME=VALUE...", help="Raw values of fields.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Make a word from the values of its fields; fields left out take their default."""
+    from motorcade.words.formats import format_named
+
+    chosen = format_named(word_format)
+    fields: dict[str, int] = {}
+    for text in values or ():
+        name, equals, value = text.partition("=")
+        if not equals:
+            raise typer.BadParameter(f"'{text}' is not NAME=VALUE, such as {chosen.fields[0].name}=1")
+        chosen.field(name)
+        if name in fields:
+            raise typer.BadParameter(f"{name} is given twice")
+        fields[name] = whole_number(value, name)
+    word = chosen.encode(**fields)
+    made = {"word": word, "hex": f"0x{word:08X}", "bits": f"{word:032b}"}
+    if wants_json(as_json):
+        print_json(made)
+    else:
+        from rich.console import Console
+
+        from motorcade.console import coloured_bits
+
+        Console().print(f"{made['word']}  {made['hex']} ", coloured_bits(word, chosen))
+
+
+def decode(
+    word_format: Annotated[str, typer.Argument(metavar="FORMAT", help="header, control or drive")],
+    words: Annotated[
+        list[str], typer.Argument(metavar="WORD...", help="Decimal or 0x hex; a negative one is a signed int.")
+    ],
+    as_json: Json = False,
+) -> None:
+    """Show the fields of words."""
+    from motorcade.words.formats import format_named
+
+    chosen = format_named(word_format)
+    decoded = []
+    for text in words:
+        number = whole_number(text, "a word")
+        word = number + (1 << 32) if -(1 << 31) <= number < 0 else number
+        values = chosen.decode(word)
+        decoded.append({"word": word, "fields": values._asdict(), "warnings": chosen.warnings(word)})
+    if wants_json(as_json):
+        print_json(decoded)
+        return
+    from rich.console import Console
+
+    from motorcade.console import fields_table
+
+    for each in decoded:
+        Console().print(fields_table(each["word"], chosen, each["warnings"]))
+
+
+def compile_command(
+    project: ExistingFile,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Write the image's bytes here.")] = None,
+    language: Language = "",
+    as_json: Json = False,
+) -> None:
+    """Compile a project into the words of its image."""
+    from rich.console import Console
+
+    from motorcade.console import print_diagnostics, words_table
+    from motorcade.program.diagnostics import ProgramError, has_errors
+
+    spoken = tongue(language)
+    try:
+        compiled, profile = compile_file(project)
+        words, diagnostics = compiled.words, compiled.diagnostics
+        counts = (compiled.leader_states, compiled.follower_words, compiled.dwell_ms)
+    except ProgramError as problem:
+        words, diagnostics, counts, profile = (), problem.diagnostics, (0, 0, 0), None
+    failed = has_errors(diagnostics)
+    if output and not failed:
+        write_file(output, compiled.image)
+    if wants_json(as_json):
+        print_json(
+            {
+                "words": list(words),
+                "leader_states": counts[0],
+                "follower_words": counts[1],
+                "dwell_ms": counts[2],
+                "diagnostics": [each.as_dict(spoken) for each in diagnostics],
+            }
+        )
+    elif profile and not failed:
+        Console().print(words_table(words, profile))
+    print_diagnostics(Console(stderr=True), diagnostics, spoken)
+    if failed:
+        raise typer.Exit(PROGRAM_ERROR)
+
+
+def decompile_command(image: ExistingFile, profile: ProfileOption = "classroom") -> None:
+    """Print the project that compiles to an image."""
+    from motorcade.program.decompiler import decompile
+    from motorcade.words.image import bytes_to_words
+
+    sys.stdout.write(decompile(bytes_to_words(image.read_bytes()), profile_named(profile)).as_json())
+
+
+def inspect(image: ExistingFile, profile: ProfileOption = "classroom", as_json: Json = False) -> None:
+    """Show the words of an image with their fields."""
+    from motorcade.words.formats import CONTROL, HEADER
+    from motorcade.words.image import bytes_to_words, parse_image
+
+    words = bytes_to_words(image.read_bytes())
+    leader_states = len(parse_image(words).leader)
+    if not as_json:
+        from rich.console import Console
+
+        from motorcade.console import words_table
+
+        Console(width=None if sys.stdout.isatty() else 160).print(words_table(words, profile_named(profile)))
+        return
+    roles = ["header"] + ["leader"] * leader_states + ["follower"] * (len(words) - 1 - leader_states)
+    print_json(
+        [
+            {"word": word, "role": role, "fields": (CONTROL if number else HEADER).decode(word)._asdict()}
+            for number, (word, role) in enumerate(zip(words, roles, strict=True))
+        ]
+    )

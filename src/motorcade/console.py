@@ -1,0 +1,171 @@
+"""What the command line shows on a terminal: words, diagnostics and what cars did, as tables and sentences."""
+
+import json
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from motorcade.profile import Profile
+from motorcade.program.diagnostics import Diagnostic
+from motorcade.sim.running import Run
+from motorcade.words.field import WordFormat
+from motorcade.words.formats import CONTROL, HEADER
+from motorcade.words.image import parse_image
+
+_DIRECTIONS = ("forward", "left", "right", "random")
+_COLOURS = ("cyan", "yellow", "green", "magenta", "blue", "red")
+
+
+def coloured_bits(word: int, word_format: WordFormat) -> Text:
+    """The 32 bits, fields apart and each in a colour of its own."""
+    text = Text()
+    for number, field in enumerate(word_format.fields):
+        raw = word >> field.low & field.raw_mask
+        text.append(f"{raw:0{field.width}b}", style=_COLOURS[number % len(_COLOURS)])
+        text.append(" ")
+    text.rstrip()
+    return text
+
+
+def describe_header(word: int, profile: Profile) -> str:
+    """A header word in a phrase."""
+    values = HEADER.decode(word)
+    phrase = f"{values.leader_states} leader states, {values.follower_words} follower words"
+    if values.dwell:
+        phrase += f", each sent for {profile.dwell_ms[values.dwell.bit_length() - 1] / 1000:g} s"
+    return phrase
+
+
+def describe_control(word: int, profile: Profile) -> str:
+    """What a control word makes a car of ``profile`` do, in a phrase."""
+    values = CONTROL.decode(word)
+    seconds = [f"{duration / 1000:g} s" for duration in profile.durations_ms]
+    parts = []
+    if values.motor_enable and values.motor_speed == 0:
+        parts.append(f"stand still {seconds[values.motor_duration]}")
+    elif values.motor_enable:
+        turns = values.motor_direction in (1, 2)
+        speed = (
+            f"{profile.turn_rates_deg_s[values.motor_speed]}°/s"
+            if turns
+            else f"{profile.speeds_mm_s[values.motor_speed]} mm/s"
+        )
+        parts.append(f"{_DIRECTIONS[values.motor_direction]} {speed} {seconds[values.motor_duration]}")
+    if values.led_which or values.led_duration:
+        parts.append(f"LED {values.led_which} {seconds[values.led_duration]}")
+    if values.avoid_enable:
+        parts.append(f"avoid {profile.avoid_radii_mm[values.avoid_radius]} mm {seconds[values.avoid_duration]}")
+    parts.extend(name for name, bit in (("voice", values.voice), ("PIR", values.pir)) if bit)
+    return ", ".join(parts) or "nothing"
+
+
+def words_table(words: Sequence[int], profile: Profile) -> Table:
+    """The words of an image with their fields. Raises ImageError."""
+    image = parse_image(tuple(words))
+    table = Table(title=f"{len(words)} words, {len(words) * 4} bytes", title_justify="left")
+    table.add_column("#", justify="right")
+    table.add_column("for")
+    table.add_column("hex", no_wrap=True)
+    table.add_column("bits, field by field", no_wrap=True)
+    table.add_column("listens", justify="center")
+    table.add_column("passes on", justify="center")
+    table.add_column("what it says")
+    header_bits = coloured_bits(words[0], HEADER)
+    table.add_row("0", "header", f"{words[0]:08X}", header_bits, "", "", describe_header(words[0], profile))
+    for number, word in enumerate(words[1:], start=1):
+        leads = number <= len(image.leader)
+        values = CONTROL.decode(word)
+        table.add_row(
+            str(number),
+            "leader" if leads else "follower",
+            f"{word:08X}",
+            coloured_bits(word, CONTROL),
+            "" if leads else "yes" if values.accept_ir else "no",
+            "" if leads else "yes" if values.forward else "no",
+            describe_control(word, profile),
+        )
+    return table
+
+
+def cars_table(run: Run) -> Table:
+    """What each car of a run did and where it ended."""
+    world = run.world
+    counts: dict[int, Counter[str]] = {index: Counter() for index in range(len(world.cars))}
+    for event in world.events:
+        counts[event.car][event.kind] += 1
+    table = Table(title=f"What the cars did in {world.now_ms / 1000:g} s", title_justify="left")
+    for name in ("car", "words begun", "frames sent", "heard", "lost", "drove (m)", "x (m)", "y (m)", "heading (°)"):
+        table.add_column(name, justify="right")
+    for index, pose in enumerate(world.poses):
+        count = counts[index]
+        driven_m = sum(math.dist(a, b) for a, b in zip(run.tracks[index], run.tracks[index][1:], strict=False))
+        table.add_row(
+            f"{index} leader" if index == 0 else str(index),
+            str(count["state"] + count["start"]),
+            str(count["frame"]),
+            str(count["heard"]),
+            str(count["lost"]),
+            f"{driven_m:.2f}",
+            f"{pose.x:.2f}",
+            f"{pose.y:.2f}",
+            f"{math.degrees(pose.heading):.0f}",
+        )
+    return table
+
+
+def print_diagnostics(console: Console, diagnostics: Iterable[Diagnostic], language: str) -> None:
+    """One line each: place, severity, sentence."""
+    names = {"en": {"error": "error", "warning": "warning"}, "zh": {"error": "错误", "warning": "警告"}}[language]
+    for each in diagnostics:
+        line = Text()
+        line.append(f"{each.path}: " if each.path else "")
+        line.append(names[each.severity], style="bold red" if each.severity == "error" else "bold yellow")
+        line.append(f" {each.code}: {each.message(language)}")
+        console.print(line, soft_wrap=True)
+
+
+def fields_table(word: int, word_format: WordFormat, warnings: Iterable[str]) -> Table:
+    """One word's fields: bits, raw value, meaning."""
+    caption = "\n".join(f"warning: {sentence}" for sentence in warnings) or None
+    title = f"{word_format.name} word {word} = 0x{word:08X}"
+    table = Table(title=title, title_justify="left", caption=caption, caption_justify="left")
+    table.add_column("bits", justify="right")
+    table.add_column("field")
+    table.add_column("raw", justify="right")
+    table.add_column("meaning")
+    table.add_column("source")
+    for field in word_format.fields:
+        bits = str(field.high) if field.width == 1 else f"{field.high}-{field.low}"
+        table.add_row(bits, field.name, str(word >> field.low & field.raw_mask), field.meaning, field.source)
+    return table
+
+
+@contextmanager
+def progress_bar(verb: str, total: int) -> Iterator[Callable[[int], None]]:
+    """A bar on standard error while it takes more than a moment; call the yielded function with what is done."""
+    columns = (TextColumn(verb), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(verb, total=total)
+        yield lambda done: progress.update(task, completed=done)
+
+
+def virtual_car_observer(profile: Profile, as_json: bool) -> Callable[[str, int, int, int | str], None]:
+    """Prints what a virtual car's loop notes: a line, or a JSON object a line."""
+
+    def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
+        if kind == "frame":
+            return
+        if as_json:
+            print(json.dumps({"t_ms": at_ms, "kind": kind, "word": word, "detail": detail}), flush=True)
+        elif kind == "image":
+            print(f"{at_ms / 1000:9.3f} s  took an image of {word} bytes", flush=True)
+        else:
+            print(f"{at_ms / 1000:9.3f} s  state {detail}: {describe_control(word, profile)}", flush=True)
+
+    return observe

@@ -1,0 +1,228 @@
+"""A leader car that exists only in this process: real bytes in, real answer out.
+
+It runs the loop of a real car behind a pseudo-terminal or a TCP port, which
+pyserial reaches as ``socket://HOST:PORT``, and keeps its image in a file.
+"""
+
+import os
+import select
+import socket
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+from motorcade.car.board import Board
+from motorcade.car.loop import Car
+from motorcade.profile import Profile
+from motorcade.sim.board import levels_of
+from motorcade.words.image import ImageError, parse_image_bytes
+from motorcade.words.ticks import TICKS_MASK
+from motorcade.words.upload import error_line
+
+TICK_S = 0.005
+_CHUNK_BYTES = 4096
+
+
+class StoreError(Exception):
+    """A file that can't serve as a car's store."""
+
+
+class ImageStore:
+    """An image in a file. A crash at any moment leaves the old image or the new one, whole."""
+
+    def __init__(self, path: Path):
+        self.path = path
+
+    def load(self) -> bytes | None:
+        """The image's bytes, None where there is no file yet. Raises StoreError."""
+        try:
+            data = self.path.read_bytes()
+            parse_image_bytes(data)
+        except FileNotFoundError:
+            return None
+        except OSError as problem:
+            raise StoreError(f"{self.path} can't be read: {problem.strerror}") from None
+        except ImageError as problem:
+            raise StoreError(f"{self.path} holds no image: {problem}. Choose another file with --store") from None
+        return data
+
+    def save(self, data: bytes) -> None:
+        """Replace the image. Raises OSError; the old one is kept then."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=self.path.parent, prefix=self.path.name)
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            Path(name).replace(self.path)
+        except OSError:
+            Path(name).unlink(missing_ok=True)
+            raise
+
+
+class Line(Protocol):
+    """The car's end of a serial line."""
+
+    address: str
+
+    def wait(self, seconds: float) -> None:
+        """Until bytes may be there, or ``seconds`` have gone."""
+
+    def read(self) -> bytes:
+        """The bytes that are there."""
+
+    def write(self, data: bytes) -> None:
+        """Send ``data``; lost where nobody is connected."""
+
+    def close(self) -> None:
+        """Give the line up."""
+
+
+class PseudoTerminal:
+    """A serial port of this computer that leads to the car; POSIX only."""
+
+    def __init__(self) -> None:
+        if sys.platform == "win32":
+            raise StoreError("Windows has no pseudo-terminals: use --tcp 127.0.0.1:7000")
+        import pty
+        import tty
+
+        # The car keeps the other end open too: else the line would hang up with
+        # every client that leaves.
+        self._car_end, self._client_end = pty.openpty()
+        tty.setraw(self._client_end)
+        os.set_blocking(self._car_end, False)
+        self.address = os.ttyname(self._client_end)
+
+    def wait(self, seconds: float) -> None:
+        select.select([self._car_end], [], [], seconds)
+
+    def read(self) -> bytes:
+        try:
+            return os.read(self._car_end, _CHUNK_BYTES)
+        except BlockingIOError:
+            return b""
+
+    def write(self, data: bytes) -> None:
+        while data:
+            try:
+                data = data[os.write(self._car_end, data) :]
+            except BlockingIOError:
+                return
+
+    def close(self) -> None:
+        os.close(self._car_end)
+        os.close(self._client_end)
+
+
+class TcpPort:
+    """A TCP port that leads to the car, for one client at a time; others are told that it is busy."""
+
+    def __init__(self, host: str, port: int):
+        self._listener = socket.create_server((host, port))
+        self._client: socket.socket | None = None
+        bound_host, bound_port = self._listener.getsockname()[:2]
+        self.address = f"socket://{bound_host}:{bound_port}"
+
+    def wait(self, seconds: float) -> None:
+        watched = [self._listener] if self._client is None else [self._listener, self._client]
+        ready, _, _ = select.select(watched, [], [], seconds)
+        if self._listener in ready:
+            self._accept()
+
+    def read(self) -> bytes:
+        if self._client is None:
+            return b""
+        try:
+            data = self._client.recv(_CHUNK_BYTES)
+        except BlockingIOError:
+            return b""
+        except OSError:
+            data = b""
+        if not data:
+            self._hang_up()
+        return data
+
+    def write(self, data: bytes) -> None:
+        if self._client is None:
+            return
+        try:
+            self._client.sendall(data)
+        except OSError:
+            self._hang_up()
+
+    def close(self) -> None:
+        self._hang_up()
+        self._listener.close()
+
+    def _accept(self) -> None:
+        client, _ = self._listener.accept()
+        if self._client is not None:
+            with client:
+                client.sendall(error_line("busy with another uploader"))
+            return
+        client.setblocking(False)
+        self._client = client
+
+    def _hang_up(self) -> None:
+        if self._client is not None:
+            self._client.close()
+            self._client = None
+
+
+class VirtualBoard(Board):
+    """The board of a virtual leader. ``observe(kind, at_ms, word, detail)`` hears what a car's loop notes."""
+
+    def __init__(
+        self,
+        line: Line,
+        store: ImageStore,
+        profile: Profile,
+        observe: Callable[[str, int, int, int | str], None],
+        clock_s: Callable[[], float],
+    ):
+        self.is_leader = True
+        self.levels = levels_of(profile)
+        self._line = line
+        self._store = store
+        self._observe = observe
+        self._clock_s = clock_s
+        self._image = store.load()
+
+    def now_ms(self) -> int:
+        return int(self._clock_s() * 1000) & TICKS_MASK
+
+    def load_image(self) -> bytes | None:
+        return self._image
+
+    def store_image(self, data: bytes) -> None:
+        self._store.save(data)
+        self._image = data
+        self._observe("image", self.now_ms(), len(data), 0)
+
+    def read_serial(self) -> bytes:
+        return self._line.read()
+
+    def write_serial(self, data: bytes) -> None:
+        self._line.write(data)
+
+    def note(self, kind: str, at_ms: int, word: int, detail: int | str) -> None:
+        self._observe(kind, at_ms, word, detail)
+
+
+def serve(board: VirtualBoard, line: Line, stops: Callable[[], bool]) -> None:
+    """Run the car until ``stops()``."""
+    car = Car(board)
+    while not stops():
+        line.wait(TICK_S)
+        car.tick()
+
+
+def monotonic_clock() -> Callable[[], float]:
+    """A clock in seconds that starts at 0 now."""
+    begin = time.monotonic()
+    return lambda: time.monotonic() - begin
