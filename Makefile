@@ -1,18 +1,55 @@
-# The two commands that matter: `make run` and `make test`. Everything lives in .venv.
+# The two commands that matter: `make run` and `make test`. All that they install lives in .venv.
 PYTHON ?= python3
 BIN := $(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin)
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 STAMP := .venv/.installed
 
-.PHONY: setup run test lint types check format lock generate bench soak clean
+.PHONY: setup run test soak lint types format generate stale bench lock clean
+
+run: setup ## the main job: compile, upload, verify, drive, draw
+	$(BIN)/python examples/first_run.py
 
 setup: $(STAMP)
 
 $(STAMP): requirements.lock pyproject.toml
-	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Motorcade needs Python 3.11 or newer; this is " + sys.version.split()[0])'
+	$(PYTHON) -c 'import sys; sys.exit("Motorcade needs Python 3.11 or newer; this is " + sys.version.split()[0] if sys.version_info < (3, 11) else 0)'
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements.lock
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	$(PIP) install --require-hashes --requirement requirements.lock
+	$(PIP) install --no-deps --no-build-isolation --editable .
 	$(BIN)/python -c 'import pathlib; pathlib.Path("$(STAMP)").touch()'
 
+test: setup
+	$(BIN)/python -m pytest
+
+soak: setup ## the same properties with many more examples; slow
+	$(BIN)/python -m pytest --hypothesis-profile soak
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: setup
+	$(BIN)/mypy
+
+format: setup
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+generate: setup
+	$(BIN)/python scripts/generate.py
+
+stale: setup
+	$(BIN)/python scripts/generate.py --check
+
+bench: setup
+	$(BIN)/python benchmarks/words.py
+	$(BIN)/python benchmarks/compiler.py
+	$(BIN)/python benchmarks/start.py
+
+lock: setup ## pin the newest versions that fit pyproject.toml
+	$(PIP) install uv
+	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --all-extras --group dev --group bench \
+		--generate-hashes --no-emit-index-url --no-header --upgrade pyproject.toml --output-file requirements.lock
+
 clean:
-	$(PYTHON) -c 'import shutil; shutil.rmtree(".venv", ignore_errors=True); shutil.rmtree("build", ignore_errors=True)'
+	$(PYTHON) -c 'import shutil; [shutil.rmtree(name, ignore_errors=True) for name in (".venv", "build", "dist")]'

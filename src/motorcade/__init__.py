@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from motorcade.console import show as show
     from motorcade.profile import Profile as Profile
     from motorcade.profile import load_profile as load_profile
     from motorcade.program.compiler import Compiled as Compiled
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from motorcade.program.steps import wait as wait
     from motorcade.program.steps import wander as wander
     from motorcade.sim.running import simulate as simulate
+    from motorcade.sim.world import Pose as Pose
     from motorcade.sim.world import World as World
     from motorcade.words.field import WordError as WordError
     from motorcade.words.formats import CONTROL as CONTROL
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
+    "motorcade.console": ("show",),
     "motorcade.profile": ("Profile", "load_profile"),
     "motorcade.program.compiler": ("Compiled", "compile_program"),
     "motorcade.program.decompiler": ("decompile",),
@@ -57,7 +60,7 @@ _HOMES = {
         "wander",
     ),
     "motorcade.sim.running": ("simulate",),
-    "motorcade.sim.world": ("World",),
+    "motorcade.sim.world": ("Pose", "World"),
     "motorcade.words.field": ("WordError",),
     "motorcade.words.formats": ("CONTROL", "DRIVE", "HEADER"),
 }

@@ -5,15 +5,19 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
-from motorcade.profile import Profile
+from motorcade.profile import Profile, built_in_profile
+from motorcade.program.compiler import compile_program
 from motorcade.program.diagnostics import Diagnostic
-from motorcade.sim.running import Run
+from motorcade.program.model import Program
+from motorcade.sim.running import Run, simulate
+from motorcade.sim.world import Pose
 from motorcade.words.field import WordFormat
 from motorcade.words.formats import CONTROL, HEADER
 from motorcade.words.image import parse_image
@@ -36,9 +40,9 @@ def coloured_bits(word: int, word_format: WordFormat) -> Text:
 def describe_header(word: int, profile: Profile) -> str:
     """A header word in a phrase."""
     values = HEADER.decode(word)
-    phrase = f"{values.leader_states} leader states, {values.follower_words} follower words"
+    phrase = f"{values.leader_states} for the leader, {values.follower_words} for followers"
     if values.dwell:
-        phrase += f", each sent for {profile.dwell_ms[values.dwell.bit_length() - 1] / 1000:g} s"
+        phrase += f", {profile.dwell_ms[values.dwell.bit_length() - 1] / 1000:g} s each"
     return phrase
 
 
@@ -66,31 +70,26 @@ def describe_control(word: int, profile: Profile) -> str:
 
 
 def words_table(words: Sequence[int], profile: Profile) -> Table:
-    """The words of an image with their fields. Raises ImageError."""
+    """The words of an image: what each says, and its bits field by field. Raises ImageError."""
     image = parse_image(tuple(words))
-    table = Table(title=f"{len(words)} words, {len(words) * 4} bytes", title_justify="left")
-    table.add_column("#", justify="right")
-    table.add_column("for")
+    table = Table(title=f"{len(words)} words, {len(words) * 4} bytes", title_justify="left", show_lines=True)
+    table.add_column("#", justify="right", no_wrap=True)
+    table.add_column("for", no_wrap=True)
     table.add_column("hex", no_wrap=True)
-    table.add_column("bits, field by field", no_wrap=True)
-    table.add_column("listens", justify="center")
-    table.add_column("passes on", justify="center")
-    table.add_column("what it says")
-    header_bits = coloured_bits(words[0], HEADER)
-    table.add_row("0", "header", f"{words[0]:08X}", header_bits, "", "", describe_header(words[0], profile))
+    table.add_column("what it says, and its bits")
+    header = Text(describe_header(words[0], profile) + "\n") + coloured_bits(words[0], HEADER)
+    table.add_row("0", "header", f"{words[0]:08X}", header)
     for number, word in enumerate(words[1:], start=1):
         leads = number <= len(image.leader)
-        values = CONTROL.decode(word)
-        table.add_row(
-            str(number),
-            "leader" if leads else "follower",
-            f"{word:08X}",
-            coloured_bits(word, CONTROL),
-            "" if leads else "yes" if values.accept_ir else "no",
-            "" if leads else "yes" if values.forward else "no",
-            describe_control(word, profile),
-        )
+        says = describe_control(word, profile) + ("" if leads else _describe_infrared(word))
+        content = Text(says + "\n") + coloured_bits(word, CONTROL)
+        table.add_row(str(number), "leader" if leads else "follower", f"{word:08X}", content)
     return table
+
+
+def _describe_infrared(word: int) -> str:
+    values = CONTROL.decode(word)
+    return ("" if values.accept_ir else "; deaf meanwhile") + ("; passed on" if values.forward else "")
 
 
 def cars_table(run: Run) -> Table:
@@ -100,23 +99,29 @@ def cars_table(run: Run) -> Table:
     for event in world.events:
         counts[event.car][event.kind] += 1
     table = Table(title=f"What the cars did in {world.now_ms / 1000:g} s", title_justify="left")
-    for name in ("car", "words begun", "frames sent", "heard", "lost", "drove (m)", "x (m)", "y (m)", "heading (°)"):
+    table.add_column("car", no_wrap=True)
+    for name in ("words begun", "frames sent", "heard", "lost", "drove (m)", "x (m)", "y (m)", "faces (°)"):
         table.add_column(name, justify="right")
     for index, pose in enumerate(world.poses):
         count = counts[index]
         driven_m = sum(math.dist(a, b) for a, b in zip(run.tracks[index], run.tracks[index][1:], strict=False))
         table.add_row(
-            f"{index} leader" if index == 0 else str(index),
+            "leader" if index == 0 else str(index),
             str(count["state"] + count["start"]),
             str(count["frame"]),
             str(count["heard"]),
             str(count["lost"]),
-            f"{driven_m:.2f}",
-            f"{pose.x:.2f}",
-            f"{pose.y:.2f}",
-            f"{math.degrees(pose.heading):.0f}",
+            _rounded(driven_m, 2),
+            _rounded(pose.x, 2),
+            _rounded(pose.y, 2),
+            _rounded(math.degrees(pose.heading), 0),
         )
     return table
+
+
+def _rounded(value: float, digits: int) -> str:
+    """``value`` as text, never as minus zero."""
+    return f"{round(value, digits) + 0.0:.{digits}f}"
 
 
 def print_diagnostics(console: Console, diagnostics: Iterable[Diagnostic], language: str) -> None:
@@ -169,3 +174,33 @@ def virtual_car_observer(profile: Profile, as_json: bool) -> Callable[[str, int,
             print(f"{at_ms / 1000:9.3f} s  state {detail}: {describe_control(word, profile)}", flush=True)
 
     return observe
+
+
+def show(
+    program: Program,
+    followers: int = 5,
+    seconds: float = 30,
+    seed: int = 0,
+    poses: list[Pose] | None = None,
+    picture: str | Path | None = None,
+) -> Run:
+    """Compile a program, let it drive in the simulator, and print its words and what the cars did.
+
+    Args:
+        followers, seconds, seed, poses: as `motorcade.simulate` takes them.
+        picture: where to draw the tracks, if anywhere.
+
+    Raises:
+        ProgramError: the program has errors; its text says which and where.
+    """
+    console = Console()
+    compiled = compile_program(program)
+    print_diagnostics(console, compiled.diagnostics, "en")
+    profile = built_in_profile(program.profile)
+    console.print(words_table(compiled.words, profile) if compiled.words else "")
+    run = simulate(compiled.image, followers, seconds, seed, profile, poses)
+    console.print(cars_table(run))
+    if picture:
+        run.save_picture(picture)
+        console.print(f"The tracks are in {picture}.")
+    return run

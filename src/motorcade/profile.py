@@ -103,7 +103,7 @@ def built_in_profiles() -> list[str]:
     return sorted(file.name.removesuffix(".toml") for file in files if file.name.endswith(".toml"))
 
 
-def load_profile(name: str, folder: Path) -> Profile:
+def load_profile(name: str, folder: Path = Path()) -> Profile:
     """The profile that a project in ``folder`` names: a built-in one, or a ``.toml`` file there.
 
     Raises:

@@ -151,7 +151,7 @@ def inspect(image: ExistingFile, profile: ProfileOption = "classroom", as_json: 
 
         from motorcade.console import words_table
 
-        Console(width=None if sys.stdout.isatty() else 160).print(words_table(words, profile_named(profile)))
+        Console().print(words_table(words, profile_named(profile)))
         return
     roles = ["header"] + ["leader"] * leader_states + ["follower"] * (len(words) - 1 - leader_states)
     print_json(

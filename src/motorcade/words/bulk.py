@@ -68,7 +68,7 @@ def decode_columns(
         matrix = np.empty((len(fields), len(native)), dtype)
         chosen.decode(native, fields, matrix)
         columns.update(zip((field.name for field in fields), matrix, strict=True))
-    checked = [field for field in word_format.fields if field.restricted or strict and field.reserved]
+    checked = [field for field in word_format.fields if field.restricted or (strict and field.reserved)]
     row = _first_row_refused(checked, columns, strict)
     if row is not None:
         word_format.decode(int(native[row]), strict)
@@ -182,7 +182,7 @@ def _check_rule(word_format: WordFormat, words: Words) -> None:
 def _kernel(name: KernelName | None, count: int) -> _Kernel:
     if name not in ("numpy", "numba", None):
         raise ValueError(f"kernel is {name!r}; allowed: 'numpy', 'numba' or None")
-    if name == "numpy" or name is None and count < NUMBA_WORDS:
+    if name == "numpy" or (name is None and count < NUMBA_WORDS):
         return _NUMPY
     try:
         return _numba()
@@ -242,28 +242,29 @@ def _numba() -> _Kernel:
     """Numba's kernel, compiled once and then kept beside this file."""
     from numba import njit, prange
 
-    # Each block's words stay in a core's first cache while its columns are filled.
+    # A block's words stay in a core's first cache while its columns are filled. Its loops
+    # go over slices: only with indices from 0 does the compiler find them fit for SIMD.
     block_words = 4096
 
     @njit(parallel=True, cache=True)
-    def fill_columns(words, lows, masks, columns):
+    def fill_columns(words: Any, lows: Any, masks: Any, columns: Any) -> None:
         for block in prange((len(words) + block_words - 1) // block_words):
-            start = block * block_words
-            stop = min(start + block_words, len(words))
+            part = slice(block * block_words, (block + 1) * block_words)
+            source = words[part]
             for row in range(len(lows)):
-                low, mask, column = lows[row], masks[row], columns[row]
-                for index in range(start, stop):
-                    column[index] = words[index] >> low & mask
+                low, mask, column = lows[row], masks[row], columns[row][part]
+                for index in range(len(source)):
+                    column[index] = (source[index] >> low) & mask
 
     @njit(parallel=True, cache=True)
-    def add_columns(words, lows, columns):
+    def add_columns(words: Any, lows: Any, columns: Any) -> None:
         for block in prange((len(words) + block_words - 1) // block_words):
-            start = block * block_words
-            stop = min(start + block_words, len(words))
+            part = slice(block * block_words, (block + 1) * block_words)
+            target = words[part]
             for row in range(len(lows)):
-                low, column = lows[row], columns[row]
-                for index in range(start, stop):
-                    words[index] |= np.uint32(column[index]) << low
+                low, column = lows[row], columns[row][part]
+                for index in range(len(target)):
+                    target[index] |= np.uint32(column[index]) << low
 
     def decode(words: Words, fields: Sequence[Field], columns: Column) -> None:
         masks = np.array([field.raw_mask for field in fields], np.uint32)

@@ -1,0 +1,57 @@
+"""The whole way of a program, from blocks to tracks: what `make run` shows.
+
+A project is compiled to an image; its bytes go over a real serial port to a
+virtual leader, which answers; and by the bytes that the leader then holds, one
+leader and five followers drive for 30 simulated seconds.
+"""
+
+import os
+import tempfile
+import threading
+from pathlib import Path
+
+from rich.console import Console
+
+from motorcade import compile_program, load_profile, read_program, simulate
+from motorcade.console import cars_table, print_diagnostics, words_table
+from motorcade.link.serial_port import upload
+from motorcade.sim.virtual_car import ImageStore, PseudoTerminal, TcpPort, VirtualBoard, monotonic_clock, serve
+
+PROJECT = Path(__file__).with_name("parade.motorcade.json")
+PICTURE = Path("build") / "parade.png"
+
+
+def main() -> None:
+    """Compile, upload, verify, drive, draw."""
+    console = Console()
+    program = read_program(PROJECT.read_bytes())
+    profile = load_profile(program.profile, PROJECT.parent)
+    compiled = compile_program(program, profile)
+    print_diagnostics(console, compiled.diagnostics, "en")
+    console.print(words_table(compiled.words, profile))
+
+    with tempfile.TemporaryDirectory() as folder:
+        store = ImageStore(Path(folder) / "leader.image")
+        line = TcpPort("127.0.0.1", 0) if os.name == "nt" else PseudoTerminal()
+        board = VirtualBoard(line, store, profile, lambda *noted: None, monotonic_clock())
+        done = threading.Event()
+        leader = threading.Thread(target=serve, args=(board, line, done.is_set))
+        leader.start()
+        try:
+            answer = upload(line.address, compiled.image, profile.serial.baud)
+        finally:
+            done.set()
+            leader.join()
+            line.close()
+        console.print(f"Uploaded {len(compiled.image)} bytes to {line.address}. Verified, the car answered: {answer}")
+        held = store.load()
+
+    run = simulate(held or b"", followers=5, seconds=30, profile=profile)
+    console.print(cars_table(run))
+    PICTURE.parent.mkdir(exist_ok=True)
+    run.save_picture(PICTURE)
+    console.print(f"Where they drove: {PICTURE}")
+
+
+if __name__ == "__main__":
+    main()

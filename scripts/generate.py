@@ -1,0 +1,34 @@
+"""Writes the files that are generated, or with --check says which of them are out of date."""
+
+import json
+import sys
+from pathlib import Path
+
+from motorcade.program.schema import program_schema
+
+ROOT = Path(__file__).resolve().parent.parent
+GENERATED = {
+    "docs/motorcade-program-1.schema.json": lambda: json.dumps(program_schema(), indent=2, ensure_ascii=False) + "\n",
+}
+
+
+def main() -> int:
+    """0 where all is written, or up to date; 1 where --check finds a stale file."""
+    check = sys.argv[1:] == ["--check"]
+    stale = []
+    for name, make in GENERATED.items():
+        path, text = ROOT / name, make()
+        if path.exists() and path.read_text(encoding="utf-8") == text:
+            continue
+        stale.append(name)
+        if not check:
+            path.write_text(text, encoding="utf-8")
+            print(f"wrote {name}")
+    if check and stale:
+        print(f"Out of date: {', '.join(stale)}. Run `make generate` and commit.")
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

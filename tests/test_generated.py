@@ -1,0 +1,23 @@
+"""Generated files are what their generator makes today."""
+
+import json
+import runpy
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+
+
+def test_committed_files_are_up_to_date():
+    generated = runpy.run_path(str(ROOT / "scripts" / "generate.py"))["GENERATED"]
+    for name, make in generated.items():
+        assert (ROOT / name).read_text(encoding="utf-8") == make(), f"{name} is stale: run make generate"
+
+
+def test_the_schema_accepts_the_example_and_refuses_a_misspelt_key():
+    import jsonschema_rs
+
+    schema = json.loads((ROOT / "docs" / "motorcade-program-1.schema.json").read_text(encoding="utf-8"))
+    project = json.loads((ROOT / "examples" / "parade.motorcade.json").read_text(encoding="utf-8"))
+    assert jsonschema_rs.is_valid(schema, project)
+    project["leeder"] = project.pop("leader")
+    assert not jsonschema_rs.is_valid(schema, project)
