@@ -89,7 +89,7 @@ class _Leader:
             self._add(item, levels)
 
     def _add(self, item: Item, levels: dict[int, int]) -> None:
-        pieces = cut_for_leader(item.parts, self._levels_ms)
+        pieces = cut_for_leader(item, self._levels_ms)
         if pieces is None:
             self.diagnostics.append(self._expander.not_expressible(item.total_ms / 1000, item.path, item.id))
             return

@@ -69,7 +69,7 @@ def _counts_down(words: Sequence[int], dwell_ms: int, profile: Profile) -> bool:
     levels = {duration: level for level, duration in enumerate(profile.durations_ms)}
     first = CONTROL.decode(words[0])
     for number, word in enumerate(words):
-        left = slice_of(whole, number * dwell_ms, whole.total_ms)
+        left = slice_of(whole, number * dwell_ms, dwell_ms * len(words))
         if any(duration not in levels for duration in left.durations_ms):
             return False
         if word != control_word(left, levels, first.accept_ir, first.forward):

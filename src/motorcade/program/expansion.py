@@ -18,6 +18,7 @@ class Item(NamedTuple):
     """One step of the row."""
 
     parts: Parts
+    durations_ms: tuple[int, ...]
     total_ms: int
     path: str
     id: str | None
@@ -70,14 +71,15 @@ class Expander:
         if not self._check_step(step, path):
             return Row([], 0, 0)
         parts = parts_of(step)
-        total_ms = parts.total_ms or self._idle_ms
-        item = Item(parts, total_ms, path, step.id, accept_ir, forward)
-        return Row([item], self._states_of(parts) if self._leads else 1, total_ms)
+        durations_ms = parts.durations_ms
+        total_ms = max(durations_ms, default=0) or self._idle_ms
+        item = Item(parts, durations_ms, total_ms, path, step.id, accept_ir, forward)
+        return Row([item], self._states_of(item) if self._leads else 1, total_ms)
 
-    def _states_of(self, parts: Parts) -> int:
-        if parts.total_ms > MOST_PIECES * self._levels_ms[-1]:
-            return pieces_needed(parts.total_ms, self._levels_ms)
-        return max(1, len(cut_for_leader(parts, self._levels_ms) or ()))
+    def _states_of(self, item: Item) -> int:
+        if item.total_ms > MOST_PIECES * self._levels_ms[-1]:
+            return pieces_needed(item.total_ms, self._levels_ms)
+        return max(1, len(cut_for_leader(item, self._levels_ms) or ()))
 
     def _check_settings(self, step: Step, path: str) -> None:
         if not self._leads:
@@ -130,9 +132,9 @@ class Expander:
         )
 
 
-def cut_for_leader(parts: Parts, levels_ms: tuple[int, ...]) -> tuple[int, ...] | None:
-    """The lengths of the states that ``parts`` become; None where the levels can't express them."""
-    return cut(parts.durations_ms, levels_ms[1:], levels_ms)
+def cut_for_leader(item: Item, levels_ms: tuple[int, ...]) -> tuple[int, ...] | None:
+    """The lengths of the states that a leader's step becomes; None where the levels can't express it."""
+    return cut(item.durations_ms, levels_ms[1:], levels_ms)
 
 
 def _either(seconds: tuple[float, ...]) -> Phrase:

@@ -43,12 +43,7 @@ class Parts(NamedTuple):
     @property
     def durations_ms(self) -> tuple[int, ...]:
         """How long each block that there is lasts."""
-        return tuple(block.duration_ms for block in self[:3] if block is not None)
-
-    @property
-    def total_ms(self) -> int:
-        """How long the longest of them lasts; 0 where none lasts any time."""
-        return max(self.durations_ms, default=0)
+        return tuple([block.duration_ms for block in (self.motor, self.light, self.guard) if block is not None])
 
 
 def parts_of(step: Step) -> Parts:

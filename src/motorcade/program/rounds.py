@@ -14,6 +14,7 @@ duration, for the next word cuts it off.
 """
 
 from collections.abc import Iterator
+from functools import cache
 from typing import NamedTuple
 
 from motorcade.profile import Profile
@@ -90,15 +91,21 @@ def literal_round(items: list[Item], dwell_ms: int, profile: Profile) -> Round |
     levels = {duration: level for level, duration in enumerate(profile.durations_ms)}
     words = []
     for position, item in enumerate(items):
-        if any(duration not in levels for duration in item.parts.durations_ms):
+        if any(duration not in levels for duration in item.durations_ms):
             return position
         words.append(control_word(item.parts, levels, item.accept_ir, item.forward))
     return Round(dwell_ms, words, list(range(len(items))), True)
 
 
 def _pieces(item: Item, dwell_ms: int, profile: Profile) -> tuple[int, ...] | None:
-    lengths = tuple(duration for duration in profile.durations_ms if duration and duration % dwell_ms == 0)
-    return cut(item.parts.durations_ms, lengths, profile.durations_ms) or None
+    lengths = _lengths(profile.durations_ms, dwell_ms)
+    return cut(item.durations_ms, lengths, profile.durations_ms) or None
+
+
+@cache
+def _lengths(levels_ms: tuple[int, ...], dwell_ms: int) -> tuple[int, ...]:
+    """The levels that are whole dwells."""
+    return tuple(level for level in levels_ms if level and level % dwell_ms == 0)
 
 
 def _slots(parts: Parts, pieces: tuple[int, ...], dwell_ms: int) -> Iterator[Parts]:
