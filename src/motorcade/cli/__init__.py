@@ -14,7 +14,6 @@ app = typer.Typer(
     name="motorcade",
     help="Program and drive small cars: a leader, its followers, and the 32-bit words between them. "
     "Data comes as JSON wherever the output is no terminal, or with --json.",
-    no_args_is_help=True,
     pretty_exceptions_enable=False,
     add_completion=False,
 )
@@ -38,10 +37,13 @@ def main() -> NoReturn:
     sys.exit(0)
 
 
-@app.callback(no_args_is_help=True)
+@app.callback(invoke_without_command=True)
 def _motorcade(
-    version: Annotated[bool, typer.Option("--version", is_eager=True, help="Print the version and leave.")] = False,
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False,
 ) -> None:
     if version:
         print(f"motorcade {__version__}")
         raise typer.Exit
+    if context.invoked_subcommand is None:
+        print(context.get_help())

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from motorcade.cli.failures import UsageError
 from motorcade.cli.options import (
     Json,
     Language,
@@ -131,7 +132,7 @@ def virtual_car_command(
     from motorcade.sim.virtual_car import ImageStore, PseudoTerminal, TcpPort, VirtualBoard, monotonic_clock, serve
 
     if use_pty and tcp:
-        raise typer.BadParameter("--pty and --tcp exclude each other")
+        raise UsageError("--pty and --tcp exclude each other")
     chosen = profile_named(profile)
     kept = ImageStore(store or Path(typer.get_app_dir("motorcade")) / "virtual-car.image")
     kept.load()
@@ -154,7 +155,7 @@ def _host_and_port(address: str) -> tuple[str, int]:
     host, colon, port = address.rpartition(":")
     number = whole_number(port, "the port") if colon else -1
     if not host or not 0 <= number <= 65535:
-        raise typer.BadParameter(f"'{address}' is not HOST:PORT, such as 127.0.0.1:7000", param_hint="--tcp")
+        raise UsageError(f"'{address}' is not HOST:PORT, such as 127.0.0.1:7000")
     return host, number
 
 
@@ -162,6 +163,6 @@ def _draw(run: "Run", picture: Path) -> None:
     try:
         run.save_picture(picture)
     except ModuleNotFoundError:
-        raise typer.BadParameter("drawing needs Matplotlib: pip install 'motorcade[sim]'") from None
+        raise UsageError("drawing needs Matplotlib: pip install 'motorcade[sim]'") from None
     except (OSError, ValueError) as problem:
-        raise typer.BadParameter(f"{picture} can't be drawn: {problem}", param_hint="--picture") from None
+        raise UsageError(f"{picture} can't be drawn: {problem}") from None

@@ -9,13 +9,17 @@ NO_ANSWER = 5
 VERIFICATION = 6
 
 
+class UsageError(Exception):
+    """Something that the user typed and can't be."""
+
+
 def exit_code(problem: Exception) -> int | None:
     """The exit code for an exception whose text is meant for the user; None for a fault of ours."""
     from motorcade.link import serial_port
     from motorcade.profile import ProfileError
     from motorcade.program.decompiler import DecompileError
     from motorcade.program.diagnostics import ProgramError
-    from motorcade.sim.virtual_car import StoreError
+    from motorcade.sim.virtual_car import LineError, StoreError
     from motorcade.words.field import WordError
     from motorcade.words.image import ImageError
 
@@ -24,8 +28,10 @@ def exit_code(problem: Exception) -> int | None:
         (ProfileError, PROGRAM_ERROR),
         (ImageError, PROGRAM_ERROR),
         (DecompileError, PROGRAM_ERROR),
+        (UsageError, USAGE),
         (WordError, USAGE),
         (StoreError, USAGE),
+        (LineError, PORT_BUSY),
         (serial_port.PortNotFoundError, PORT_NOT_FOUND),
         (serial_port.PortBusyError, PORT_BUSY),
         (serial_port.NoAnswerError, NO_ANSWER),

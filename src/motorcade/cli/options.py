@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motorcade.cli.failures import PROGRAM_ERROR
+from motorcade.cli.failures import PROGRAM_ERROR, UsageError
 
 if TYPE_CHECKING:
     from motorcade.profile import Profile
@@ -39,7 +39,7 @@ def tongue(language: str) -> str:
     from motorcade.program.diagnostics import LANGUAGES
 
     if language and language not in LANGUAGES:
-        raise typer.BadParameter(f"'{language}' is not one of {', '.join(LANGUAGES)}", param_hint="--language")
+        raise UsageError(f"'{language}' is not one of {', '.join(LANGUAGES)}")
     system = locale.getlocale()[0] or ""
     return language or ("zh" if system.lower().startswith(("zh", "chinese")) else "en")
 
@@ -94,7 +94,7 @@ def write_file(path: Path, data: bytes) -> None:
     try:
         path.write_bytes(data)
     except OSError as problem:
-        raise typer.BadParameter(f"{path} can't be written: {problem.strerror}", param_hint="--output") from None
+        raise UsageError(f"{path} can't be written: {problem.strerror}") from None
 
 
 def whole_number(text: str, name: str) -> int:
@@ -102,7 +102,7 @@ def whole_number(text: str, name: str) -> int:
     try:
         return int(text, 0)
     except ValueError:
-        raise typer.BadParameter(f"{name} is '{text}'; allowed: a whole number, such as 42 or 0x2A") from None
+        raise UsageError(f"{name} is '{text}'; allowed: a whole number, such as 42 or 0x2A") from None
 
 
 def _is_project(source: Path) -> bool:

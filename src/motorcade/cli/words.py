@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from motorcade.cli.failures import PROGRAM_ERROR
+from motorcade.cli.failures import PROGRAM_ERROR, UsageError
 from motorcade.cli.options import (
     ExistingFile,
     Json,
@@ -47,10 +47,10 @@ def encode(
     for text in values or ():
         name, equals, value = text.partition("=")
         if not equals:
-            raise typer.BadParameter(f"'{text}' is not NAME=VALUE, such as {chosen.fields[0].name}=1")
+            raise UsageError(f"'{text}' is not NAME=VALUE, such as {chosen.fields[0].name}=1")
         chosen.field(name)
         if name in fields:
-            raise typer.BadParameter(f"{name} is given twice")
+            raise UsageError(f"{name} is given twice")
         fields[name] = whole_number(value, name)
     word = chosen.encode(**fields)
     made = {"word": word, "hex": f"0x{word:08X}", "bits": f"{word:032b}"}

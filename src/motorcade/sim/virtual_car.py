@@ -30,6 +30,10 @@ class StoreError(Exception):
     """A file that can't serve as a car's store."""
 
 
+class LineError(Exception):
+    """A line that the car can't wait at."""
+
+
 class ImageStore:
     """An image in a file. A crash at any moment leaves the old image or the new one, whole."""
 
@@ -87,7 +91,7 @@ class PseudoTerminal:
 
     def __init__(self) -> None:
         if sys.platform == "win32":
-            raise StoreError("Windows has no pseudo-terminals: use --tcp 127.0.0.1:7000")
+            raise LineError("Windows has no pseudo-terminals: use --tcp 127.0.0.1:7000")
         import pty
         import tty
 
@@ -123,7 +127,10 @@ class TcpPort:
     """A TCP port that leads to the car, for one client at a time; others are told that it is busy."""
 
     def __init__(self, host: str, port: int):
-        self._listener = socket.create_server((host, port))
+        try:
+            self._listener = socket.create_server((host, port))
+        except OSError as problem:
+            raise LineError(f"Can't wait at {host}:{port}: {problem.strerror}. Try another port.") from None
         self._client: socket.socket | None = None
         bound_host, bound_port = self._listener.getsockname()[:2]
         self.address = f"socket://{bound_host}:{bound_port}"

@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from motorcade.words.field import WORD_MASK, Field, WordFormat
+from motorcade.words.field import WORD_BITS, WORD_MASK, Field, WordFormat
 
 # 256 KiB of words and what is made of them stay in a core's second cache.
 BLOCK_WORDS = 1 << 16
@@ -271,7 +271,9 @@ def _numba() -> _Kernel:
         fill_columns(words, _lows(fields), masks, columns)
 
     def encode(words: Words, fields: Sequence[Field], columns: Sequence[Column]) -> None:
-        add_columns(words, _lows(fields), tuple(columns))
+        # As many as a word can have, or else each number of columns would be compiled anew.
+        padding = [columns[0]] * (WORD_BITS - len(columns))
+        add_columns(words, _lows(fields), (*columns, *padding))
 
     return _Kernel(decode, encode)
 

@@ -31,7 +31,7 @@ class WordError(ValueError):
     """
 
     def __init__(self, field: str, value: object, allowed: str) -> None:
-        ValueError.__init__(self, f"{field} is {value!r}; allowed: {allowed}")
+        super().__init__(f"{field} is {value!r}; allowed: {allowed}")
         self.field = field
         self.value = value
         self.allowed = allowed
@@ -141,7 +141,7 @@ class WordFormat:
         self.name = name
         self.fields = tuple(fields)
         self._check_layout()
-        self.values: Callable[..., Any] = namedtuple(name.capitalize(), [field.name for field in self.fields])  # type: ignore[misc]
+        self.values: Callable[..., Any] = namedtuple(name[0].upper() + name[1:], [field.name for field in self.fields])  # type: ignore[misc]
         self.reserved_mask = sum(field.word_mask for field in self.fields if field.reserved)
         self._rule = rule
         space: dict[str, Any] = {

@@ -14,7 +14,7 @@ MAX_WORDS = 1 + 255 + 255
 WORD_BYTES = 4
 
 Image = namedtuple("Image", ("leader", "followers", "dwell_level"))
-Image.__doc__ = """What an image holds.
+"""What an image holds.
 
 ``leader`` and ``followers`` are tuples of control words; ``dwell_level`` is 0 to 7,
 or -1 where there are no follower words.
@@ -29,7 +29,7 @@ class ImageError(ValueError):
     """
 
     def __init__(self, code: str, sentence: str) -> None:
-        ValueError.__init__(self, sentence)
+        super().__init__(sentence)
         self.code = code
 
 

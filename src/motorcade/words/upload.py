@@ -37,14 +37,14 @@ MISMATCH = "mismatch"
 SILENT = "silent"
 
 CarEvent = namedtuple("CarEvent", ("kind", "image", "answer"))
-CarEvent.__doc__ = """What the car's shell does next.
+"""What the car's shell does next.
 
 IMAGE: store ``image`` (bytes), then send ``answer``. READBACK: send the stored
 image's bytes. REFUSED: send ``answer``; the stored image stays.
 """
 
 Outcome = namedtuple("Outcome", ("kind", "detail"))
-Outcome.__doc__ = """How an upload or a readback ended: one of the kinds above, and a sentence or the image's bytes."""
+"""How an upload or a readback ended: one of the kinds above, and a sentence or the image's bytes."""
 
 
 def ok_line(image: bytes) -> bytes:
