@@ -95,7 +95,8 @@ class _Leader:
             return
         begin_ms = 0
         for length_ms in pieces or (0,):
-            self.words.append(control_word(slice_of(item.parts, begin_ms, length_ms), levels, 0, 1))
+            parts = item.parts if len(pieces) <= 1 else slice_of(item.parts, begin_ms, length_ms)
+            self.words.append(control_word(parts, levels, 0, 1))
             self.origins.append((item.path, item.id))
             begin_ms += length_ms
 

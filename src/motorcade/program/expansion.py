@@ -95,7 +95,7 @@ class Expander:
         if isinstance(step, Together):
             self._check_conflict(step, path)
             for position, part in enumerate(step.steps):
-                self._check_duration(part, f"{path}.together[{position}]", part.id or step.id)
+                self._check_duration(part, path, step.id, position)
         elif isinstance(step, (Voice, Pir)) and step.seconds is None:
             self.diagnostics.append(error("missing-field", f"{path}.{step.kind}", step.id, name="seconds"))
         else:
@@ -113,13 +113,15 @@ class Expander:
                 self.diagnostics.append(error("parallel-conflict", place, part.id or step.id, kinds=kinds))
             seen[block] = part.kind
 
-    def _check_duration(self, step: Step, path: str, step_id: str | None) -> None:
+    def _check_duration(self, step: Step, path: str, step_id: str | None, position: int | None = None) -> None:
+        """Check how long ``step`` lasts; with ``position`` it is that part of the together at ``path``."""
         seconds = getattr(step, "seconds", None)
         if seconds is None:
             return
         duration_ms = to_ms(seconds)
         if duration_ms is None or not is_sum(duration_ms, self._levels_ms):
-            self.diagnostics.append(self.not_expressible(seconds, path, step_id))
+            place = path if position is None else f"{path}.together[{position}]"
+            self.diagnostics.append(self.not_expressible(seconds, place, step.id or step_id))
 
     def not_expressible(self, seconds: float, path: str, step_id: str | None) -> Diagnostic:
         """The Diagnostic for a duration that no levels add up to, with the nearest that some do."""

@@ -7,6 +7,7 @@ from motorcade.program.timing import to_ms
 from motorcade.words.formats import CONTROL
 
 _encode = CONTROL.encode
+_DIRECTION_OF = {name: number for number, name in enumerate(DIRECTIONS)}
 
 
 class Motor(NamedTuple):
@@ -48,30 +49,23 @@ class Parts(NamedTuple):
 
 def parts_of(step: Step) -> Parts:
     """The Parts of a step that is no Repeat, has no two parts of one kind and lasts whole milliseconds."""
-    if isinstance(step, Together):
-        made = Parts()
-        for part in step.steps:
-            own = parts_of(part)
-            made = Parts(
-                made.motor or own.motor,
-                made.light or own.light,
-                made.guard or own.guard,
-                made.voice or own.voice,
-                made.pir or own.pir,
-            )
-        return made
-    if isinstance(step, Drive):
-        return Parts(motor=Motor(DIRECTIONS.index(step.direction), step.speed, _ms(step.seconds)))
-    if isinstance(step, Wait):
-        return Parts(motor=Motor(0, 0, _ms(step.seconds)))
-    if isinstance(step, Led):
-        return Parts(light=Light(step.which, _ms(step.seconds)))
-    if isinstance(step, Avoid):
-        return Parts(guard=Guard(step.radius, _ms(step.seconds)))
-    if isinstance(step, (Voice, Pir)):
-        still = None if step.seconds is None else Motor(0, 0, _ms(step.seconds))
-        return Parts(motor=still, voice=isinstance(step, Voice), pir=isinstance(step, Pir))
-    raise TypeError(f"{step.kind} is not one step")
+    motor = light = guard = None
+    voice = pir = False
+    for part in step.steps if isinstance(step, Together) else (step,):
+        if isinstance(part, Drive):
+            motor = Motor(_DIRECTION_OF[part.direction], part.speed, _ms(part.seconds))
+        elif isinstance(part, Led):
+            light = Light(part.which, _ms(part.seconds))
+        elif isinstance(part, Avoid):
+            guard = Guard(part.radius, _ms(part.seconds))
+        elif isinstance(part, Wait):
+            motor = Motor(0, 0, _ms(part.seconds))
+        elif isinstance(part, (Voice, Pir)):
+            voice = voice or isinstance(part, Voice)
+            pir = pir or isinstance(part, Pir)
+            if part.seconds is not None:
+                motor = Motor(0, 0, _ms(part.seconds))
+    return Parts(motor, light, guard, voice, pir)
 
 
 def slice_of(parts: Parts, begin_ms: int, length_ms: int) -> Parts:

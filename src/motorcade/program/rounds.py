@@ -40,11 +40,12 @@ class Round(NamedTuple):
 def best_round(items: list[Item], profile: Profile) -> Round | None:
     """The Round with the fewest words among those that keep step, or else among all that fit; None for none."""
     fallback = None
+    total_ms = sum(item.total_ms for item in items)
     for dwell_ms in reversed(profile.dwell_ms):
+        if fallback and total_ms > MOST_PIECES * dwell_ms:
+            break
         found = round_with(items, dwell_ms, profile)
-        if found is None:
-            continue
-        if found.keeps_step and len(found.words) <= MOST_PIECES:
+        if found and found.keeps_step and len(found.words) <= MOST_PIECES:
             return found
         fallback = fallback or found
     return fallback
@@ -112,7 +113,7 @@ def _slots(parts: Parts, pieces: tuple[int, ...], dwell_ms: int) -> Iterator[Par
     """What is left of ``parts`` at the beginning of each dwell."""
     begin_ms = 0
     for length_ms in pieces:
-        piece = slice_of(parts, begin_ms, length_ms)
+        piece = parts if len(pieces) == 1 else slice_of(parts, begin_ms, length_ms)
         yield piece
         for offset_ms in range(dwell_ms, length_ms, dwell_ms):
             left = slice_of(piece, offset_ms, length_ms)
@@ -122,11 +123,15 @@ def _slots(parts: Parts, pieces: tuple[int, ...], dwell_ms: int) -> Iterator[Par
 
 def _words(parts: Parts, item: Item, dwell_ms: int, levels: dict[int, int]) -> Iterator[int]:
     """The words that do what ``parts`` say for one dwell, the plainest first; none where no word does."""
-    choices = [_durations(duration, item, dwell_ms, levels) for duration in parts.durations_ms]
+    durations = parts.durations_ms
+    if all(duration in levels for duration in durations):
+        yield control_word(parts, levels, item.accept_ir, item.forward)
+    choices = [_durations(duration, item, dwell_ms, levels) for duration in durations]
     if not all(choices):
         return
     plain = [choice[0] for choice in choices]
-    yield control_word(_with_durations(parts, plain), levels, item.accept_ir, item.forward)
+    if plain != list(durations):
+        yield control_word(_with_durations(parts, plain), levels, item.accept_ir, item.forward)
     for position, choice in enumerate(choices):
         for duration in choice[1:]:
             changed = [*plain[:position], duration, *plain[position + 1 :]]

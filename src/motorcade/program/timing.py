@@ -8,6 +8,7 @@ from math import gcd
 MOST_PIECES = 255
 
 
+@lru_cache(maxsize=4096)
 def to_ms(seconds: float) -> int | None:
     """``seconds`` in whole milliseconds, or None where they are none."""
     duration_ms = round(seconds * 1000)
@@ -69,6 +70,7 @@ def pieces_needed(duration_ms: int, levels_ms: tuple[int, ...]) -> int:
     return -(-duration_ms // levels_ms[-1])
 
 
+@lru_cache(maxsize=4096)
 def is_sum(duration_ms: int, levels_ms: tuple[int, ...]) -> bool:
     """Whether levels add up to ``duration_ms``."""
     sums, step_ms = _sums(levels_ms)

@@ -1,12 +1,29 @@
 """A simulated board: what a car's loop sees of its world."""
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from motorcade.car.board import Board, make_levels
 from motorcade.profile import Profile
+from motorcade.sim.channel import Channel
 
-if TYPE_CHECKING:
-    from motorcade.sim.world import World
+
+class Surroundings(Protocol):
+    """What a board needs of the world around it; ``voice`` is what every car hears in this tick."""
+
+    seed: int
+    levels: tuple[int, ...]
+    now_ms: int
+    voice: int
+    channel: Channel
+
+    def obstacle_mm(self, car: int) -> int:
+        """Distance from the front of ``car`` to what its ultrasonic cone touches first."""
+
+    def sees_person(self, car: int) -> bool:
+        """Whether somebody stands in the PIR sector of ``car``."""
+
+    def note(self, car: int, kind: str, at_ms: int, word: int, detail: int | str) -> None:
+        """Take what the loop of ``car`` tells of."""
 
 
 def levels_of(profile: Profile) -> tuple[int, ...]:
@@ -30,7 +47,7 @@ class SimulatedBoard(Board):
     ``direction``, ``speed_level`` and ``led`` are what the car set last.
     """
 
-    def __init__(self, world: "World", index: int, image: bytes | None):
+    def __init__(self, world: Surroundings, index: int, image: bytes | None):
         self._world = world
         self._image = image
         self.index = index
