@@ -73,6 +73,8 @@ def words_table(words: Sequence[int], profile: Profile) -> Table:
     """The words of an image: what each says, and its bits field by field. Raises ImageError."""
     image = parse_image(tuple(words))
     table = Table(title=f"{len(words)} words, {len(words) * 4} bytes", title_justify="left", show_lines=True)
+    table.caption = "A control word's bits, in order: " + ", ".join(field.name for field in CONTROL.fields)
+    table.caption_justify = "left"
     table.add_column("#", justify="right", no_wrap=True)
     table.add_column("for", no_wrap=True)
     table.add_column("hex", no_wrap=True)
@@ -155,7 +157,8 @@ def fields_table(word: int, word_format: WordFormat, warnings: Iterable[str]) ->
 def progress_bar(verb: str, total: int) -> Iterator[Callable[[int], None]]:
     """A bar on standard error while it takes more than a moment; call the yielded function with what is done."""
     columns = (TextColumn(verb), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task(verb, total=total)
         yield lambda done: progress.update(task, completed=done)
 

@@ -115,7 +115,7 @@ def load_profile(name: str, folder: Path = Path()) -> Profile:
         text = (folder / name).read_text(encoding="utf-8")
     except (OSError, UnicodeError) as error:
         raise ProfileError(f"the profile {name} can't be read: {error}") from None
-    return parse_profile(text, Path(name).stem)
+    return parse_profile(text, name)
 
 
 def parse_profile(text: str, name: str) -> Profile:

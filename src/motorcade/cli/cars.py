@@ -3,6 +3,7 @@
 Each command imports what it needs when it runs, so that the others start at once.
 """
 
+import math
 import os
 import signal
 from pathlib import Path
@@ -41,7 +42,10 @@ def add_to(app: typer.Typer) -> None:
 
 def simulate_command(
     source: Source,
-    followers: Annotated[int, typer.Option(min=0, max=1000, help="How many followers.")] = 5,
+    followers: Annotated[
+        int | None,
+        typer.Option(min=0, max=1000, help="How many; 5 unless given, 0 where only the leader is programmed."),
+    ] = None,
     seconds: Annotated[float, typer.Option(min=0, max=86400, help="Simulated time.")] = 30,
     seed: Annotated[int, typer.Option(min=0, max=(1 << 32) - 1, help="The same seed gives the same run.")] = 0,
     picture: Annotated[Path | None, typer.Option(help="Draw the tracks into this PNG, SVG or PDF file.")] = None,
@@ -53,8 +57,13 @@ def simulate_command(
 
     from motorcade.console import cars_table, progress_bar
     from motorcade.sim.running import simulate
+    from motorcade.words.image import parse_image_bytes
 
     image, profile = image_of(source, tongue(language))
+    if math.isnan(seconds):
+        raise UsageError("--seconds is nan; allowed: 0 to 86400")
+    if followers is None:
+        followers = 5 if parse_image_bytes(image).followers else 0
     with progress_bar("simulated", round(seconds * 1000)) as advance:
         run = simulate(image, followers, seconds, seed, profile, progress=advance)
     if picture:

@@ -73,7 +73,6 @@ MESSAGES: dict[str, dict[str, str]] = {
 
 # Phrases that fill the braces, where they differ by language.
 PHRASES: dict[str, dict[str, str]] = {
-    "whole-number": {"en": "a whole number from {minimum}", "zh": "不小于 {minimum} 的整数"},
     "whole-range": {"en": "a whole number from {minimum} to {maximum}", "zh": "{minimum} 到 {maximum} 的整数"},
     "range": {"en": "a number from {minimum} to {maximum}", "zh": "{minimum} 到 {maximum} 的数"},
     "boolean": {"en": "true or false", "zh": "true 或 false"},

@@ -5,13 +5,13 @@ Everything else (blocks, compiler, decompiler) makes or takes this model.
 
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from motorcade.program.diagnostics import Phrase, ProgramError, error, phrase
 from motorcade.program.schema import FORMAT, check_shape
-from motorcade.program.steps import KINDS, Repeat, Step, Together, as_steps
+from motorcade.program.steps import KINDS, SECONDS, Repeat, Step, Together, as_steps
 
 SUFFIX = ".motorcade.json"
 # Deeper than anyone nests blocks by hand, and short of what the parser's stack takes.
@@ -42,6 +42,9 @@ class Followers:
         forward: bool = False,
         dwell_seconds: float | None = None,
     ):
+        _check_flags(accept_ir=accept_ir, forward=forward)
+        if dwell_seconds is not None and not 0 < dwell_seconds <= SECONDS["maximum"]:
+            raise ValueError(f"followers: dwell_seconds is {dwell_seconds!r}; allowed: 0 to {SECONDS['maximum']}")
         object.__setattr__(self, "steps", as_steps(steps))
         object.__setattr__(self, "accept_ir", accept_ir)
         object.__setattr__(self, "forward", forward)
@@ -64,6 +67,8 @@ class Program:
     ):
         if followers is not None and not isinstance(followers, Followers):
             followers = Followers(followers)
+        if not isinstance(profile, str):
+            raise ValueError(f"profile is {profile!r}; allowed: a profile's name")
         object.__setattr__(self, "leader", as_steps(leader))
         object.__setattr__(self, "followers", followers)
         object.__setattr__(self, "profile", profile)
@@ -100,12 +105,15 @@ def read_program(data: bytes | str) -> Program:
     try:
         text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
         document = json.loads(text, parse_constant=_refuse_constant)
+        if "\\ud" in text.lower():
+            # Half a surrogate pair is legal in JSON, yet no file or schema can hold it.
+            json.dumps(document, ensure_ascii=False).encode()
     except ProgramError:
         raise
     except json.JSONDecodeError as problem:
         where = phrase("syntax", line=problem.lineno, column=problem.colno, reason=problem.msg)
         raise _not_json(where) from None
-    except UnicodeDecodeError:
+    except UnicodeError:
         raise _not_json(phrase("not-text")) from None
     except RecursionError:
         raise _not_json(phrase("too-deep")) from None
@@ -149,11 +157,8 @@ def _step_as_dict(step: Step) -> dict[str, Any]:
     if isinstance(step, Together):
         document: dict[str, Any] = {step.kind: [_step_as_dict(part) for part in step.steps]}
     else:
-        content = {
-            each.name: getattr(step, each.name)
-            for each in fields(step)
-            if "schema" in each.metadata and getattr(step, each.name) is not None
-        }
+        own = {name: getattr(step, name) for name in step.own_schemas()}
+        content = {name: value for name, value in own.items() if value is not None}
         if isinstance(step, Repeat):
             content["steps"] = [_step_as_dict(part) for part in step.steps]
         document = {step.kind: content}
@@ -161,6 +166,12 @@ def _step_as_dict(step: Step) -> dict[str, Any]:
         if getattr(step, name) is not None:
             document[name] = getattr(step, name)
     return document
+
+
+def _check_flags(**flags: object) -> None:
+    for name, value in flags.items():
+        if not isinstance(value, bool):
+            raise ValueError(f"followers: {name} is {value!r}; allowed: True or False")
 
 
 def _depth(document: Any) -> int:

@@ -18,7 +18,8 @@ def _level(field_name: str) -> dict[str, Any]:
     return {"schema": {"type": "integer", "minimum": control_field.minimum, "maximum": control_field.maximum}}
 
 
-_SECONDS = {"schema": {"type": "number", "minimum": 0, "maximum": 86400}}
+_TYPES = {"boolean": bool, "string": str}
+SECONDS = {"type": "number", "minimum": 0, "maximum": 86400}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,9 +32,9 @@ class Step:
     """
 
     kind: ClassVar[str] = ""
-    id: str | None = None
-    accept_ir: bool | None = None
-    forward: bool | None = None
+    id: str | None = field(default=None, metadata={"schema": {"type": "string"}})
+    accept_ir: bool | None = field(default=None, metadata={"schema": {"type": "boolean"}})
+    forward: bool | None = field(default=None, metadata={"schema": {"type": "boolean"}})
 
     def __post_init__(self) -> None:
         for each in fields(self):
@@ -41,6 +42,13 @@ class Step:
             value = getattr(self, each.name)
             if schema and not (value is None and each.default is None) and not _fits(value, schema):
                 raise ValueError(f"{self.kind}: {each.name} is {value!r}; allowed: {_allowed(schema)}")
+
+    @classmethod
+    def own_schemas(cls) -> dict[str, dict[str, Any]]:
+        """The JSON Schema of each field that this kind has beyond those of every step."""
+        common = {each.name for each in fields(Step)}
+        own = [each for each in fields(cls) if each.name not in common and "schema" in each.metadata]
+        return {each.name: each.metadata["schema"] for each in own}
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +58,7 @@ class Drive(Step):
     kind: ClassVar[str] = "drive"
     direction: str = field(metadata={"schema": {"enum": list(DIRECTIONS)}})
     speed: int = field(metadata=_level("motor_speed"))
-    seconds: float = field(metadata=_SECONDS)
+    seconds: float = field(metadata={"schema": SECONDS})
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +66,7 @@ class Wait(Step):
     """Stand still for some seconds (c3 at speed 0)."""
 
     kind: ClassVar[str] = "wait"
-    seconds: float = field(metadata=_SECONDS)
+    seconds: float = field(metadata={"schema": SECONDS})
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +75,7 @@ class Led(Step):
 
     kind: ClassVar[str] = "led"
     which: int = field(metadata=_level("led_which"))
-    seconds: float = field(metadata=_SECONDS)
+    seconds: float = field(metadata={"schema": SECONDS})
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +84,7 @@ class Avoid(Step):
 
     kind: ClassVar[str] = "avoid"
     radius: int = field(metadata=_level("avoid_radius"))
-    seconds: float = field(metadata=_SECONDS)
+    seconds: float = field(metadata={"schema": SECONDS})
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +92,7 @@ class Voice(Step):
     """Listen for 'stop' and 'go' (c6): as part of a Together, or standing still for some seconds."""
 
     kind: ClassVar[str] = "voice"
-    seconds: float | None = field(default=None, metadata=_SECONDS)
+    seconds: float | None = field(default=None, metadata={"schema": SECONDS})
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +100,7 @@ class Pir(Step):
     """Stand still while a person is sensed (c7): as part of a Together, or for some seconds."""
 
     kind: ClassVar[str] = "pir"
-    seconds: float | None = field(default=None, metadata=_SECONDS)
+    seconds: float | None = field(default=None, metadata={"schema": SECONDS})
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +111,10 @@ class Together(Step):
     steps: tuple[Step, ...]
 
     def __post_init__(self) -> None:
+        Step.__post_init__(self)
         for part in as_steps(self.steps):
+            if part.accept_ir is not None or part.forward is not None:
+                raise ValueError("together: accept_ir and forward belong to the whole of it, not to a part")
             if isinstance(part, (Together, Repeat)):
                 raise ValueError(f"together: {part.kind} can't be part of it")
             if isinstance(part, (Voice, Pir)) and part.seconds is not None:
@@ -115,8 +126,12 @@ class Repeat(Step):
     """Steps done over and over."""
 
     kind: ClassVar[str] = "repeat"
-    times: int = field(metadata={"schema": {"type": "integer", "minimum": 1}})
+    times: int = field(metadata={"schema": {"type": "integer", "minimum": 1, "maximum": 1_000_000_000}})
     steps: tuple[Step, ...]
+
+    def __post_init__(self) -> None:
+        Step.__post_init__(self)
+        as_steps(self.steps)
 
 
 SIMPLE_KINDS: tuple[type[Step], ...] = (Drive, Wait, Led, Avoid, Voice, Pir)
@@ -191,16 +206,17 @@ def as_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
 def _fits(value: Any, schema: dict[str, Any]) -> bool:
     if "enum" in schema:
         return value in schema["enum"]
+    if schema["type"] in _TYPES:
+        return isinstance(value, _TYPES[schema["type"]])
     number = (int, float) if schema["type"] == "number" else int
     if not isinstance(value, number) or isinstance(value, bool):
         return False
-    # Written so that NaN, which is neither above nor below anything, doesn't fit.
-    return bool(value >= schema["minimum"]) and bool(value <= schema.get("maximum", value))
+    return bool(schema["minimum"] <= value <= schema["maximum"])
 
 
 def _allowed(schema: dict[str, Any]) -> str:
     if "enum" in schema:
         return ", ".join(schema["enum"])
-    if "maximum" in schema:
-        return f"{schema['minimum']} to {schema['maximum']}"
-    return f"whole numbers from {schema['minimum']}"
+    if schema["type"] in _TYPES:
+        return {"boolean": "True or False", "string": "text"}[schema["type"]]
+    return f"{schema['minimum']} to {schema['maximum']}"

@@ -199,9 +199,11 @@ class VirtualBoard(Board):
         self._observe = observe
         self._clock_s = clock_s
         self._image = store.load()
+        self._read_ms = 0
 
     def now_ms(self) -> int:
-        return int(self._clock_s() * 1000) & TICKS_MASK
+        self._read_ms = int(self._clock_s() * 1000) & TICKS_MASK
+        return self._read_ms
 
     def load_image(self) -> bytes | None:
         return self._image
@@ -209,7 +211,7 @@ class VirtualBoard(Board):
     def store_image(self, data: bytes) -> None:
         self._store.save(data)
         self._image = data
-        self._observe("image", self.now_ms(), len(data), 0)
+        self._observe("image", self._read_ms, len(data), 0)
 
     def read_serial(self) -> bytes:
         return self._line.read()

@@ -7,6 +7,7 @@ Numba's goes over the words once, on every core. Numba is imported when it is fi
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
+from importlib.util import find_spec
 from itertools import pairwise
 from typing import Any, Literal, NamedTuple
 
@@ -28,11 +29,12 @@ KernelName = Literal["numpy", "numba"]
 class _Kernel(NamedTuple):
     """Both functions take the words, fields whose columns are of one dtype, and these columns.
 
-    ``decode`` fills the columns, rows of one matrix; ``encode`` sets the fields' bits, 0 so far, in the words.
+    ``decode`` fills the columns, rows of one matrix. ``encode`` sets the fields' bits, 0 so far, in the
+    words, and says whether any value has bits beyond its field's: told on the way, it costs next to nothing.
     """
 
     decode: Callable[[Words, Sequence[Field], Column], None]
-    encode: Callable[[Words, Sequence[Field], Sequence[Column]], None]
+    encode: Callable[[Words, Sequence[Field], Sequence[Column]], bool]
 
 
 def decode_columns(
@@ -52,16 +54,12 @@ def decode_columns(
         dtype share their memory's owner; copy a column to keep it alone.
 
     Raises:
-        WordError: for the first word that the scalar ``decode`` refuses; first by
-            its fields' ranges, then by the format's rule.
+        WordError: for the first word that the scalar ``decode`` refuses: first by ranges, then by the format's rule.
         TypeError: the words aren't integers of at most 64 bits.
         ValueError: they aren't one-dimensional, or there is no such kernel.
         ImportError: Numba is asked for and can't be imported.
     """
-    given = _integers("words", words)
-    if given.dtype != np.uint32 and (row := _first_refused(given, range(WORD_MASK + 1))) is not None:
-        word_format.decode(int(given[row]))
-    native = _read_only(given, np.dtype(np.uint32))
+    native = _native_words(word_format, words)
     chosen = _kernel(kernel, len(native))
     columns: dict[str, Column] = {}
     for dtype, fields in _fields_by_dtype(word_format.fields):
@@ -91,27 +89,24 @@ def encode_columns(
         The words: uint32, shape (n,); n is 0 where there are no columns.
 
     Raises:
-        WordError: for the first row that the scalar ``encode`` refuses; first by
-            its values' ranges, then by the format's rule.
+        WordError: for the first row that the scalar ``encode`` refuses: first by ranges, then by the format's rule.
         TypeError: a name is none of the format's fields, or a column isn't integers of at most 64 bits.
         ValueError: a column isn't one-dimensional or not as long as the others, or there is no such kernel.
         ImportError: Numba is asked for and can't be imported.
     """
     given = {name: _integers(name, column) for name, column in columns.items()}
-    if unknown := sorted(set(given) - {field.name for field in word_format.fields}):
-        raise TypeError(f"{unknown[0]} is no field of {word_format.name}")
-    if len(lengths := {len(column) for column in given.values()}) > 1:
-        raise ValueError(f"columns of different lengths: {sorted(lengths)}")
-    count = max(lengths, default=0)
-    present = [field for field in word_format.fields if field.name in given]
-    row = _first_row_refused(present, given, strict=False)
-    if row is not None:
-        word_format.encode(**{name: int(column[row]) for name, column in given.items()})
+    count = _common_length(word_format, given)
     chosen = _kernel(kernel, count)
     left_out = sum(field.default << field.low for field in word_format.fields if field.name not in given)
     words = np.full(count, left_out, np.uint32)
+    present = [field for field in word_format.fields if field.name in given]
+    checked = []
     for dtype, fields in _fields_by_dtype(present):
-        chosen.encode(words, fields, [_read_only(given[field.name], dtype) for field in fields])
+        spilled = chosen.encode(words, fields, [_read_only(given[field.name], dtype) for field in fields])
+        checked += [field for field in fields if spilled or field.restricted or given[field.name].dtype != dtype]
+    row = _first_row_refused(checked, given, strict=False)
+    if row is not None:
+        word_format.encode(**{name: int(column[row]) for name, column in given.items()})
     _check_rule(word_format, words)
     return words
 
@@ -123,6 +118,21 @@ def _integers(name: str, values: npt.ArrayLike) -> npt.NDArray[Any]:
     if array.size and array.dtype.kind not in "biu":
         raise TypeError(f"{name}: of type {array.dtype}; allowed: integers of at most 64 bits")
     return array
+
+
+def _native_words(word_format: WordFormat, values: npt.ArrayLike) -> Words:
+    given = _integers("words", values)
+    if given.dtype != np.uint32 and (row := _first_refused(given, range(WORD_MASK + 1))) is not None:
+        word_format.decode(int(given[row]))
+    return _read_only(given, np.dtype(np.uint32))
+
+
+def _common_length(word_format: WordFormat, columns: Mapping[str, npt.NDArray[Any]]) -> int:
+    if unknown := sorted(set(columns) - {field.name for field in word_format.fields}):
+        raise TypeError(f"{unknown[0]} is no field of {word_format.name}")
+    if len(lengths := {len(column) for column in columns.values()}) > 1:
+        raise ValueError(f"columns of different lengths: {sorted(lengths)}")
+    return max(lengths, default=0)
 
 
 def _read_only(array: npt.NDArray[Any], dtype: np.dtype[Any]) -> npt.NDArray[Any]:
@@ -179,19 +189,6 @@ def _check_rule(word_format: WordFormat, words: Words) -> None:
             word_format.decode(word)
 
 
-def _kernel(name: KernelName | None, count: int) -> _Kernel:
-    if name not in ("numpy", "numba", None):
-        raise ValueError(f"kernel is {name!r}; allowed: 'numpy', 'numba' or None")
-    if name == "numpy" or (name is None and count < NUMBA_WORDS):
-        return _NUMPY
-    try:
-        return _numba()
-    except ImportError:
-        if name == "numba":
-            raise
-        return _NUMPY
-
-
 def _windows(fields: Sequence[Field], bits: int) -> list[list[Field]]:
     """Neighbouring fields together as far as they fit ``bits`` bits."""
     windows: list[list[Field]] = []
@@ -207,49 +204,51 @@ def _decode_numpy(words: Words, fields: Sequence[Field], columns: Column) -> Non
     windows = _windows(fields, 8 * columns.itemsize)
     column_of = dict(zip(fields, columns, strict=True))
     for start in range(0, len(words), BLOCK_WORDS):
-        block = words[start : start + BLOCK_WORDS]
+        part = slice(start, start + BLOCK_WORDS)
+        block = words[part]
         window_bits = np.empty(len(block), columns.dtype)
         for window in windows:
             low = window[-1].low
             np.right_shift(block, low, out=window_bits, casting="unsafe")
             for field in window:
-                column = column_of[field][start : start + BLOCK_WORDS]
+                column = column_of[field][part]
                 np.right_shift(window_bits, field.low - low, out=column)
                 column &= field.raw_mask
 
 
-def _encode_numpy(words: Words, fields: Sequence[Field], columns: Sequence[Column]) -> None:
+def _encode_numpy(words: Words, fields: Sequence[Field], columns: Sequence[Column]) -> bool:
     windows = _windows(fields, 8 * columns[0].itemsize)
     column_of = dict(zip(fields, columns, strict=True))
+    spilled = False
     for start in range(0, len(words), BLOCK_WORDS):
-        block = words[start : start + BLOCK_WORDS]
+        part = slice(start, start + BLOCK_WORDS)
+        block = words[part]
+        spilled |= any(column[part].max() > field.raw_mask for field, column in column_of.items())
         for window in windows:
-            window_bits = column_of[window[0]][start : start + BLOCK_WORDS].copy()
+            window_bits = column_of[window[0]][part].copy()
             for above, field in pairwise(window):
                 # A product, as NumPy's left shift of narrow integers is eight times slower.
                 window_bits *= 1 << above.low - field.low
-                window_bits |= column_of[field][start : start + BLOCK_WORDS]
-            wide = window_bits.astype(np.uint32)
-            wide <<= window[-1].low
-            block |= wide
-
-
-_NUMPY = _Kernel(_decode_numpy, _encode_numpy)
+                window_bits |= column_of[field][part]
+            block |= window_bits.astype(np.uint32) << window[-1].low
+    return spilled
 
 
 @cache
-def _numba() -> _Kernel:
-    """Numba's kernel, compiled once and then kept beside this file."""
+def _numba_loops() -> tuple[Any, Any]:
+    """Numba's loops for decoding and encoding: compiled once, then kept beside this file.
+
+    They go over slices: only with indices from 0 does the compiler find them fit for SIMD.
+    """
     from numba import njit, prange
 
-    # A block's words stay in a core's first cache while its columns are filled. Its loops
-    # go over slices: only with indices from 0 does the compiler find them fit for SIMD.
-    block_words = 4096
+    # A block's words stay in a core's first cache while all of its columns are gone over.
+    size = 4096
 
     @njit(parallel=True, cache=True)
     def fill_columns(words: Any, lows: Any, masks: Any, columns: Any) -> None:
-        for block in prange((len(words) + block_words - 1) // block_words):
-            part = slice(block * block_words, (block + 1) * block_words)
+        for block in prange((len(words) + size - 1) // size):
+            part = slice(block * size, (block + 1) * size)
             source = words[part]
             for row in range(len(lows)):
                 low, mask, column = lows[row], masks[row], columns[row][part]
@@ -257,26 +256,43 @@ def _numba() -> _Kernel:
                     column[index] = (source[index] >> low) & mask
 
     @njit(parallel=True, cache=True)
-    def add_columns(words: Any, lows: Any, columns: Any) -> None:
-        for block in prange((len(words) + block_words - 1) // block_words):
-            part = slice(block * block_words, (block + 1) * block_words)
+    def add_columns(words: Any, lows: Any, masks: Any, columns: Any) -> Any:
+        spilled = np.zeros((len(words) + size - 1) // size, np.uint32)
+        for block in prange(len(spilled)):
+            part = slice(block * size, (block + 1) * size)
             target = words[part]
             for row in range(len(lows)):
-                low, column = lows[row], columns[row][part]
+                low, column, seen = lows[row], columns[row][part], np.uint32(0)
                 for index in range(len(target)):
-                    target[index] |= np.uint32(column[index]) << low
+                    raw = np.uint32(column[index])  # else Numba widens to 64 bits
+                    seen |= raw
+                    target[index] |= raw << low
+                spilled[block] |= seen & ~masks[row]
+        return spilled.any()
 
-    def decode(words: Words, fields: Sequence[Field], columns: Column) -> None:
-        masks = np.array([field.raw_mask for field in fields], np.uint32)
-        fill_columns(words, _lows(fields), masks, columns)
-
-    def encode(words: Words, fields: Sequence[Field], columns: Sequence[Column]) -> None:
-        # As many as a word can have, or else each number of columns would be compiled anew.
-        padding = [columns[0]] * (WORD_BITS - len(columns))
-        add_columns(words, _lows(fields), (*columns, *padding))
-
-    return _Kernel(decode, encode)
+    return fill_columns, add_columns
 
 
-def _lows(fields: Sequence[Field]) -> Words:
-    return np.array([field.low for field in fields], np.uint32)
+def _decode_numba(words: Words, fields: Sequence[Field], columns: Column) -> None:
+    _numba_loops()[0](words, *_lows_and_masks(fields), columns)
+
+
+def _encode_numba(words: Words, fields: Sequence[Field], columns: Sequence[Column]) -> bool:
+    # As many as a word can have, or else each number of columns would be compiled anew.
+    padding = [columns[0]] * (WORD_BITS - len(columns))
+    return bool(_numba_loops()[1](words, *_lows_and_masks(fields), (*columns, *padding)))
+
+
+def _lows_and_masks(fields: Sequence[Field]) -> Words:
+    return np.array([[field.low for field in fields], [field.raw_mask for field in fields]], np.uint32)
+
+
+_KERNELS = {"numpy": _Kernel(_decode_numpy, _encode_numpy), "numba": _Kernel(_decode_numba, _encode_numba)}
+
+
+def _kernel(name: KernelName | None, count: int) -> _Kernel:
+    if name is None:
+        name = "numba" if count >= NUMBA_WORDS and find_spec("numba") else "numpy"
+    if name not in _KERNELS:
+        raise ValueError(f"kernel is {name!r}; allowed: {', '.join(_KERNELS)} or None")
+    return _KERNELS[name]

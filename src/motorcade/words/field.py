@@ -177,10 +177,14 @@ class WordFormat:
 
     def _check_layout(self) -> None:
         covered = 0
+        last_low = WORD_BITS
         for field in self.fields:
             if covered & field.word_mask:
                 raise FormatError(f"{self.name}: field {field.name} overlaps another")
+            if field.low > last_low:
+                raise FormatError(f"{self.name}: field {field.name} stands behind a less significant one")
             covered |= field.word_mask
+            last_low = field.low
         if covered != WORD_MASK:
             missing = [bit for bit in range(WORD_BITS) if not covered >> bit & 1]
             raise FormatError(f"{self.name}: not 32 bits, no field holds bits {missing}")
@@ -188,18 +192,19 @@ class WordFormat:
     def _decode_source(self, space: "dict[str, Any]") -> str:
         lines = ["def decode(word, strict=False):"]
         lines.append("    if word >> 32: raise WordError({!r}, word, '0 to 4294967295')".format(self.name + " word"))
-        lines.append(f"    if strict and word & {self.reserved_mask}: refuse(word, None)")
+        strict = f"    if strict and word & {self.reserved_mask}: refuse(word, None)"
         made = "new(values, {})".format(" + ".join(self._decoded_runs(space)))
         restricted = [field for field in self.fields if field.restricted]
         if not restricted and not self._rule:
-            lines.append("    return " + made)
+            lines += [strict, "    return " + made]
             return "\n".join(lines)
         lines.append("    found = " + made)
         for field in restricted:
             lines.append("    if {}: refuse(0, found)".format(_condition(field, "found." + field.name)))
         if self._rule:
             lines.append("    rule(found)")
-        lines.append("    return found")
+        # Strictness comes last: what is reserved depends on what else the word is.
+        lines += [strict, "    return found"]
         return "\n".join(lines)
 
     def _decoded_runs(self, space: "dict[str, Any]") -> list[str]:
@@ -245,7 +250,8 @@ class WordFormat:
         # The upper half is put together first, in integers of one machine digit.
         upper = [f"{f.name} << {f.low - 16}" for f in self.fields if f.low >= 16]
         lower = [f"{f.name} << {f.low}" for f in self.fields if f.low < 16]
-        lines.append("    return ({}) << 16 | {}".format(" | ".join(upper), " | ".join(lower)))
+        halves = ["({}) << 16".format(" | ".join(upper))] if upper else []
+        lines.append("    return " + " | ".join(halves + lower))
         return "\n".join(lines)
 
     def _refuse(self, word: int, raws: tuple[int, ...] | None) -> None:
@@ -262,13 +268,16 @@ class WordFormat:
 
 def _condition(field: Field, name: str) -> str:
     """Source of an expression that is true where ``name`` holds a value that fits but is refused."""
+    conditions = []
     if field.only:
-        return " and ".join(f"{name} != {value}" for value, _ in field.only)
+        conditions.append(" and ".join(f"{name} != {value}" for value, _ in field.only))
     if field.one_hot:
-        return f"{name} & ({name} - 1)"
+        conditions.append(f"{name} & ({name} - 1)")
     if field.minimum > 0:
-        return f"not {field.minimum} <= {name} <= {field.maximum}"
-    return f"{name} > {field.maximum}"
+        conditions.append(f"{name} < {field.minimum}")
+    if field.maximum < field.raw_mask:
+        conditions.append(f"{name} > {field.maximum}")
+    return " or ".join(conditions)
 
 
 def _bits(name: str, high: int, low: int) -> str:

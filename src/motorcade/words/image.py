@@ -57,7 +57,9 @@ def bytes_to_words(data: bytes) -> tuple[int, ...]:
 
 
 def image_words(image: Image) -> tuple[int, ...]:
-    """The words of an Image, header first. Raises WordError where there are too many."""
+    """The words of an Image, header first. Raises WordError: too many words, or no dwell level for them."""
+    if image.followers and not 0 <= image.dwell_level <= 7:
+        raise WordError("dwell level", image.dwell_level, "0 to 7")
     dwell = 1 << image.dwell_level if image.followers else 0
     header = HEADER.encode(leader_states=len(image.leader), follower_words=len(image.followers), dwell=dwell)
     return (header,) + tuple(image.leader) + tuple(image.followers)

@@ -128,11 +128,12 @@ class UploaderEnd:
         self._line = b""
         self._sent_ms: int | None = None
         self._outcome: Outcome | None = None
+        self._told = False
 
     def finish_sending(self, now_ms: int) -> None:
         """The last byte left at ``now_ms``: from here on the car's answer is due."""
         self._sent_ms = now_ms
-        if not self._verify:
+        if not self._verify and self._outcome is None:
             self._outcome = Outcome(NOT_VERIFIED, "sent, not verified")
 
     def receive_data(self, data: bytes, now_ms: int) -> None:
@@ -151,8 +152,10 @@ class UploaderEnd:
 
     def next_event(self) -> Outcome | None:
         """The Outcome, once, or None while it is open."""
-        outcome, self._outcome = self._outcome, None
-        return outcome
+        if self._outcome is None or self._told:
+            return None
+        self._told = True
+        return self._outcome
 
     def _take_line(self, line: bytes) -> None:
         if self._outcome is not None:
@@ -161,7 +164,7 @@ class UploaderEnd:
         if at >= 0:
             self._outcome = Outcome(REFUSED, _printable(line[at + 4 :]))
             return
-        at = line.find(b"OK ")
+        at = line.find(b"OK words=")
         if at < 0:
             return
         answer = line[at:].strip()
@@ -179,14 +182,17 @@ class ReadbackEnd:
         self._buffer = b""
         self._last_ms = now_ms
         self._outcome: Outcome | None = None
+        self._told = False
 
     def receive_data(self, data: bytes, now_ms: int) -> None:
         """Take bytes that came by ``now_ms``; ``b""`` lets a missing answer be noticed."""
+        if self._outcome is not None:
+            return
         if data:
             self._buffer += data
             self._last_ms = now_ms
             self._advance()
-        elif self._outcome is None and elapsed_ms(now_ms, self._last_ms) >= ANSWER_WITHIN_MS:
+        elif elapsed_ms(now_ms, self._last_ms) >= ANSWER_WITHIN_MS:
             if self._buffer:
                 sentence = f"the car stopped after {len(self._buffer)} bytes"
             else:
@@ -195,8 +201,10 @@ class ReadbackEnd:
 
     def next_event(self) -> Outcome | None:
         """The Outcome, once, or None while it is open."""
-        outcome, self._outcome = self._outcome, None
-        return outcome
+        if self._outcome is None or self._told:
+            return None
+        self._told = True
+        return self._outcome
 
     def _advance(self) -> None:
         if self._buffer[:4] == b"ERR ":
