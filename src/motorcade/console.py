@@ -4,7 +4,7 @@ import json
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from rich.console import Console
@@ -121,6 +121,16 @@ def cars_table(run: Run) -> Table:
     return table
 
 
+def print_unheard(run: Run) -> None:
+    """Say on standard error which followers never heard a frame, though some were sent."""
+    heard = {event.car for event in run.world.events if event.kind in ("heard", "lost")}
+    silent = [car for car in range(1, len(run.world.cars)) if car not in heard]
+    if silent and any(event.kind == "frame" for event in run.world.events):
+        who = f"Car {silent[0]} was" if len(silent) == 1 else f"{len(silent)} of the cars were"
+        line = f"{who} out of infrared range all the time; followers that pass words on reach further."
+        Console(stderr=True).print(line, soft_wrap=True)
+
+
 def _rounded(value: float, digits: int) -> str:
     """``value`` as text, never as minus zero."""
     return f"{round(value, digits) + 0.0:.{digits}f}"
@@ -170,11 +180,14 @@ def virtual_car_observer(profile: Profile, as_json: bool) -> Callable[[str, int,
         if kind == "frame":
             return
         if as_json:
-            print(json.dumps({"t_ms": at_ms, "kind": kind, "word": word, "detail": detail}), flush=True)
+            line = json.dumps({"t_ms": at_ms, "kind": kind, "word": word, "detail": detail})
         elif kind == "image":
-            print(f"{at_ms / 1000:9.3f} s  took an image of {word} bytes", flush=True)
+            line = f"{at_ms / 1000:9.3f} s  took an image of {word} bytes"
         else:
-            print(f"{at_ms / 1000:9.3f} s  state {detail}: {describe_control(word, profile)}", flush=True)
+            line = f"{at_ms / 1000:9.3f} s  state {detail}: {describe_control(word, profile)}"
+        # A car drives on when nobody reads its log any more.
+        with suppress(OSError):
+            print(line, flush=True)
 
     return observe
 

@@ -91,9 +91,9 @@ _START_AT_ZERO = ("durations_ms", "speeds_mm_s", "turn_rates_deg_s")
 @lru_cache(maxsize=32)
 def built_in_profile(name: str) -> Profile:
     """The built-in profile called ``name``. Raises ProfileError that lists those there are."""
+    if name not in built_in_profiles():
+        raise ProfileError(f"there is no profile '{name[:40]}'; built in: {', '.join(built_in_profiles())}")
     file = resources.files("motorcade") / "profiles" / f"{name}.toml"
-    if "/" in name or "\\" in name or not file.is_file():
-        raise ProfileError(f"there is no profile '{name}'; built in: {', '.join(built_in_profiles())}")
     return parse_profile(file.read_text(encoding="utf-8"), name)
 
 
@@ -113,8 +113,9 @@ def load_profile(name: str, folder: Path = Path()) -> Profile:
         return built_in_profile(name)
     try:
         text = (folder / name).read_text(encoding="utf-8")
-    except (OSError, UnicodeError) as error:
-        raise ProfileError(f"the profile {name} can't be read: {error}") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "its name or its text can't be"
+        raise ProfileError(f"the profile {name[:40]!r} can't be read: {reason}") from None
     return parse_profile(text, name)
 
 

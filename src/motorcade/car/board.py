@@ -91,6 +91,7 @@ class Board:
     def note(self, kind: str, at_ms: int, word: int, detail: int | str) -> None:
         """Something happened that an observer may want to know; real hardware needn't care.
 
-        ``kind`` is state, start, over, frame, heard or lost; ``detail`` is a
-        state's index, or why a frame was lost.
+        ``kind`` is image (one was taken; ``word`` is its number of bytes), state,
+        start, over, frame, heard or lost; ``detail`` is a state's index, or why a
+        frame was lost: parity, reserved or deaf.
         """

@@ -36,14 +36,15 @@ RANDOM = 7  # the generator's state, never 0
 STATE = 8  # leader: which of its states
 SLOT = 9  # leader: which follower word it sends
 SLOT_STARTED_MS = 10  # leader: since when
-NEXT_FRAME_MS = 11  # leader: when the next frame may begin
-DWELL_LEVEL = 12  # leader: 0 to 7
-RELAYED = 13  # leader: 1 where followers pass words on
-RELAY = 14  # follower: what it does about passing its word on, one of the three below
-RELAY_MS = 15  # follower: free since (SENSING), or sends at (WAITING)
-LOST_PARITY = 16  # frames dropped for their parity
-LOST_RESERVED = 17  # frames dropped for a reserved field
-SIZE = 18
+NEXT_FRAME_MS = 11  # leader: when the next frame is due
+QUIET_MS = 12  # leader: when its last frame and the gap behind it are over
+DWELL_LEVEL = 13  # leader: 0 to 7
+RELAYED = 14  # leader: 1 where followers pass words on
+RELAY = 15  # follower: what it does about passing its word on, one of the three below
+RELAY_MS = 16  # follower: free since (SENSING), or sends at (WAITING)
+LOST_PARITY = 17  # frames dropped for their parity
+LOST_RESERVED = 18  # frames dropped for a reserved field
+SIZE = 19
 
 BUSY = 0
 SENSING = 1
@@ -58,7 +59,6 @@ UNIT_US = 17
 GAP_MS = 18
 RELAY_PERIOD_MS = 19
 SENSE_MS = 20
-LEVELS = 21
 
 # Directions, as in a control word; what a car does with its wheels is direction * 4 + speed level.
 FORWARD = 0
@@ -136,10 +136,11 @@ def frame_ms(frame: int, levels: tuple[int, ...]) -> int:
     return (air_us(frame, levels[UNIT_US]) + 999) // 1000
 
 
-def switch_on(s: list[int], number: int) -> None:
+def switch_on(s: list[int], number: int, now: int) -> None:
     """Forget everything; seed the generator with the car's own number, spread so that neighbours differ."""
     for i in range(SIZE):
         s[i] = 0
+    s[QUIET_MS] = now
     s[RANDOM] = ((number + 1) * 0x9E3779B1) & 0xFFFFFFFF
     if s[RANDOM] == 0:
         s[RANDOM] = 1
@@ -203,18 +204,18 @@ def leader_sends(s: list[int], image: tuple[int, ...], now: int, levels: tuple[i
     follower_words = image[0] >> 16 & 255
     if follower_words == 0:
         return 0
-    if reached(now, s[NEXT_FRAME_MS]) == 0:
+    if reached(now, s[NEXT_FRAME_MS]) == 0 or reached(now, s[QUIET_MS]) == 0:
         return 0
     dwell = levels[DWELLS_MS + s[DWELL_LEVEL]]
     while elapsed_ms(now, s[SLOT_STARTED_MS]) >= dwell:
         s[SLOT_STARTED_MS] = later_ms(s[SLOT_STARTED_MS], dwell)
         s[SLOT] = (s[SLOT] + 1) % follower_words
-    if s[RELAYED]:
-        while reached(now, s[NEXT_FRAME_MS]):
-            s[NEXT_FRAME_MS] = later_ms(s[NEXT_FRAME_MS], levels[RELAY_PERIOD_MS])
-    else:
-        frame = to_frame(sent_word(s, image))
-        s[NEXT_FRAME_MS] = later_ms(now, frame_ms(frame, levels) + levels[GAP_MS])
+    frame = to_frame(sent_word(s, image))
+    s[QUIET_MS] = later_ms(now, frame_ms(frame, levels) + levels[GAP_MS])
+    if s[RELAYED] == 0:
+        s[NEXT_FRAME_MS] = s[QUIET_MS]
+    while s[RELAYED] and reached(now, s[NEXT_FRAME_MS]):
+        s[NEXT_FRAME_MS] = later_ms(s[NEXT_FRAME_MS], levels[RELAY_PERIOD_MS])
     return 1
 
 

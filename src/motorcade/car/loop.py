@@ -49,7 +49,7 @@ class Car:
 
     def _switch_on(self, now: int) -> None:
         self._is_on = True
-        brain.switch_on(self.memory, self.board.number)
+        brain.switch_on(self.memory, self.board.number, now)
         stored = self.board.load_image()
         if stored:
             self.image = bytes_to_words(stored)
@@ -80,6 +80,7 @@ class Car:
             self.board.write_serial(error_line("the image could not be stored"))
             return
         self.board.write_serial(event.answer)
+        self.board.note("image", now, len(event.image), 0)
         self.image = bytes_to_words(event.image)
         if self.board.is_leader:
             self._begin_program(now)

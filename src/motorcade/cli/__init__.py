@@ -1,6 +1,6 @@
 """The command line: parses, calls, prints."""
 
-import os
+import io
 import sys
 from typing import Annotated, NoReturn
 
@@ -23,11 +23,9 @@ cars.add_to(app)
 
 def main() -> NoReturn:
     """Run the command line; every failure ends in one sentence and its exit code."""
+    _speak_utf8()
     try:
         app()
-    except BrokenPipeError:
-        # Whoever read our output has enough; keep Python's own shutdown from complaining too.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except Exception as problem:
         code = exit_code(problem)
         if code is None:
@@ -35,6 +33,16 @@ def main() -> NoReturn:
         print(f"motorcade: {problem}", file=sys.stderr)
         sys.exit(code)
     sys.exit(0)
+
+
+def _speak_utf8() -> None:
+    """UTF-8 into files and pipes whatever the system's habit; on a terminal what it can't show becomes '?'."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            if stream.isatty():
+                stream.reconfigure(errors="replace")
+            else:
+                stream.reconfigure(encoding="utf-8")
 
 
 @app.callback(invoke_without_command=True)

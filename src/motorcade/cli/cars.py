@@ -49,23 +49,25 @@ def simulate_command(
     seconds: Annotated[float, typer.Option(min=0, max=86400, help="Simulated time.")] = 30,
     seed: Annotated[int, typer.Option(min=0, max=(1 << 32) - 1, help="The same seed gives the same run.")] = 0,
     picture: Annotated[Path | None, typer.Option(help="Draw the tracks into this PNG, SVG or PDF file.")] = None,
+    profile: ProfileOption = "classroom",
     language: Language = "",
     as_json: Json = False,
 ) -> None:
     """Let a leader and its followers drive, by the very bytes that an upload sends."""
     from rich.console import Console
 
-    from motorcade.console import cars_table, progress_bar
+    from motorcade.console import cars_table, print_unheard, progress_bar
     from motorcade.sim.running import simulate
     from motorcade.words.image import parse_image_bytes
 
-    image, profile = image_of(source, tongue(language))
+    image, chosen = image_of(source, profile, tongue(language))
     if math.isnan(seconds):
         raise UsageError("--seconds is nan; allowed: 0 to 86400")
     if followers is None:
         followers = 5 if parse_image_bytes(image).followers else 0
     with progress_bar("simulated", round(seconds * 1000)) as advance:
-        run = simulate(image, followers, seconds, seed, profile, progress=advance)
+        run = simulate(image, followers, seconds, seed, chosen, progress=advance)
+    print_unheard(run)
     if picture:
         _draw(run, picture)
     if not wants_json(as_json):
@@ -94,6 +96,7 @@ def upload_command(
     source: Source,
     port: Port,
     no_verify: Annotated[bool, typer.Option("--no-verify", help="For a board that never answers.")] = False,
+    profile: ProfileOption = "classroom",
     language: Language = "",
     as_json: Json = False,
 ) -> None:
@@ -101,9 +104,9 @@ def upload_command(
     from motorcade.console import progress_bar
     from motorcade.link.serial_port import upload
 
-    image, profile = image_of(source, tongue(language))
+    image, chosen = image_of(source, profile, tongue(language))
     with progress_bar("sent", len(image)) as advance:
-        answer = upload(port, image, profile.serial.baud, verify=not no_verify, progress=advance)
+        answer = upload(port, image, chosen.serial.baud, verify=not no_verify, progress=advance)
     if as_json:
         print_json({"port": port, "bytes": len(image), "verified": not no_verify, "answer": answer})
     elif no_verify:
@@ -162,6 +165,7 @@ def virtual_car_command(
 
 def _host_and_port(address: str) -> tuple[str, int]:
     host, colon, port = address.rpartition(":")
+    host = host.strip("[]")
     number = whole_number(port, "the port") if colon else -1
     if not host or not 0 <= number <= 65535:
         raise UsageError(f"'{address}' is not HOST:PORT, such as 127.0.0.1:7000")

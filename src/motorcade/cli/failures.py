@@ -31,6 +31,7 @@ def exit_code(problem: Exception) -> int | None:
         (UsageError, USAGE),
         (WordError, USAGE),
         (StoreError, USAGE),
+        (OSError, USAGE),
         (LineError, PORT_BUSY),
         (serial_port.PortNotFoundError, PORT_NOT_FOUND),
         (serial_port.PortBusyError, PORT_BUSY),

@@ -2,6 +2,7 @@
 
 import json
 import locale
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,6 +14,8 @@ from motorcade.cli.failures import PROGRAM_ERROR, UsageError
 if TYPE_CHECKING:
     from motorcade.profile import Profile
     from motorcade.program.compiler import Compiled
+
+_MOST_BYTES = 1 << 24
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, on a terminal too.")]
 Language = Annotated[str, typer.Option(help="Language of diagnostics: en or zh. The system's, unless given.")]
@@ -26,12 +29,16 @@ ProfileOption = Annotated[
 
 def wants_json(as_json: bool) -> bool:
     """Whether to print JSON: asked for, or nobody is looking."""
-    return as_json or not sys.stdout.isatty()
+    return as_json or sys.stdout is None or not sys.stdout.isatty()
 
 
 def print_json(data: Any) -> None:
-    """One JSON document on standard output."""
-    print(json.dumps(data, ensure_ascii=False), flush=True)
+    """One JSON document on standard output; a reader that has left already is no error."""
+    try:
+        print(json.dumps(data, ensure_ascii=False), flush=True)
+    except BrokenPipeError:
+        # Python flushes once more when it ends, and would complain then.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def tongue(language: str) -> str:
@@ -40,7 +47,10 @@ def tongue(language: str) -> str:
 
     if language and language not in LANGUAGES:
         raise UsageError(f"'{language}' is not one of {', '.join(LANGUAGES)}")
-    system = locale.getlocale()[0] or ""
+    # The variables count even where the locale that they name isn't installed.
+    names = [os.environ.get(name, "") for name in ("LC_ALL", "LC_MESSAGES", "LANG")]
+    names.append(locale.getlocale()[0] or "")
+    system = next((name for name in names if name and not name.startswith(("C", "POSIX"))), "")
     return language or ("zh" if system.lower().startswith(("zh", "chinese")) else "en")
 
 
@@ -51,35 +61,38 @@ def profile_named(name: str) -> "Profile":
     return load_profile(name, Path())
 
 
-def compile_file(project: Path) -> "tuple[Compiled, Profile]":
-    """The compiled project in a file, and its cars' profile. Raises ProgramError, ProfileError."""
-    from motorcade.profile import load_profile
+def compile_project(data: bytes, folder: Path) -> "tuple[Compiled, Profile]":
+    """The compiled project of a file in ``folder``, and its cars' profile. Raises ProgramError."""
+    from motorcade.profile import ProfileError, load_profile
     from motorcade.program.compiler import compile_program
+    from motorcade.program.diagnostics import ProgramError, error
     from motorcade.program.model import read_program
 
-    program = read_program(project.read_bytes())
-    profile = load_profile(program.profile, project.parent)
+    program = read_program(data)
+    try:
+        profile = load_profile(program.profile, folder)
+    except ProfileError as problem:
+        raise ProgramError([error("bad-profile", "profile", reason=str(problem))]) from None
     return compile_program(program, profile), profile
 
 
-def image_of(source: Path, language: str) -> "tuple[bytes, Profile]":
+def image_of(source: Path, profile_name: str, language: str) -> "tuple[bytes, Profile]":
     """The image in a file, or compiled from the project in it; diagnostics go to standard error.
 
-    A project's errors end the command.
+    ``profile_name`` is for an image; a project names its own. A project's errors end the command.
     """
     from rich.console import Console
 
     from motorcade.console import print_diagnostics
-    from motorcade.profile import built_in_profile
     from motorcade.program.diagnostics import ProgramError, has_errors
     from motorcade.words.image import parse_image_bytes
 
-    if not _is_project(source):
-        image = source.read_bytes()
-        parse_image_bytes(image)
-        return image, built_in_profile("classroom")
+    data = read_file(source)
+    if not _is_project(source, data):
+        parse_image_bytes(data)
+        return data, profile_named(profile_name)
     try:
-        compiled, profile = compile_file(source)
+        compiled, profile = compile_project(data, source.parent)
         diagnostics = compiled.diagnostics
     except ProgramError as problem:
         diagnostics = problem.diagnostics
@@ -89,21 +102,54 @@ def image_of(source: Path, language: str) -> "tuple[bytes, Profile]":
     return compiled.image, profile
 
 
-def write_file(path: Path, data: bytes) -> None:
-    """Write ``data``; a path that can't be written is a usage error."""
+def words_in(source: Path) -> tuple[int, ...]:
+    """The words in an image file. Raises ImageError."""
+    from motorcade.words.image import ImageError, bytes_to_words
+
+    data = read_file(source)
+    if _is_project(source, data):
+        raise ImageError("project", f"{source} is no image. If it is a project, compile it first")
+    return bytes_to_words(data)
+
+
+def read_file(path: Path) -> bytes:
+    """The bytes of a file, of which no project or image has more than 16 MiB."""
+    with path.open("rb") as file:
+        data = file.read(_MOST_BYTES + 1)
+    if len(data) > _MOST_BYTES:
+        raise UsageError(f"{path} has more than {_MOST_BYTES >> 20} MiB: it is no project and no image")
+    return data
+
+
+def write_file(path: Path, data: bytes, source: Path | None = None) -> None:
+    """Write ``data``, whole or not at all, but never over ``source``."""
+    from motorcade.files import replace_file
+
+    if source and path.exists() and path.samefile(source):
+        raise UsageError(f"{path} is what is being read: choose another name to write to")
     try:
-        path.write_bytes(data)
+        replace_file(path, data)
     except OSError as problem:
         raise UsageError(f"{path} can't be written: {problem.strerror}") from None
 
 
 def whole_number(text: str, name: str) -> int:
     """``text`` as an integer: decimal, 0x hex or 0b binary."""
+    for base in (0, 10):
+        try:
+            return int(text, base)
+        except ValueError:
+            continue
+    raise UsageError(f"{name} is '{text[:40]}'; allowed: a whole number, such as 42 or 0x2A")
+
+
+def _is_project(source: Path, data: bytes) -> bool:
+    from motorcade.words.image import ImageError, parse_image_bytes
+
+    if source.suffix == ".json":
+        return True
     try:
-        return int(text, 0)
-    except ValueError:
-        raise UsageError(f"{name} is '{text}'; allowed: a whole number, such as 42 or 0x2A") from None
-
-
-def _is_project(source: Path) -> bool:
-    return source.suffix == ".json" or source.read_bytes().lstrip()[:2] in (b'{"', b"{\n", b"{}")
+        parse_image_bytes(data)
+    except ImageError:
+        return data.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"{"
+    return False

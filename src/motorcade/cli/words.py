@@ -15,12 +15,14 @@ from motorcade.cli.options import (
     Json,
     Language,
     ProfileOption,
-    compile_file,
+    compile_project,
     print_json,
     profile_named,
+    read_file,
     tongue,
     wants_json,
     whole_number,
+    words_in,
     write_file,
 )
 
@@ -106,14 +108,14 @@ def compile_command(
 
     spoken = tongue(language)
     try:
-        compiled, profile = compile_file(project)
+        compiled, profile = compile_project(read_file(project), project.parent)
         words, diagnostics = compiled.words, compiled.diagnostics
         counts = (compiled.leader_states, compiled.follower_words, compiled.dwell_ms)
     except ProgramError as problem:
         words, diagnostics, counts, profile = (), problem.diagnostics, (0, 0, 0), None
     failed = has_errors(diagnostics)
     if output and not failed:
-        write_file(output, compiled.image)
+        write_file(output, compiled.image, project)
     if wants_json(as_json):
         print_json(
             {
@@ -131,20 +133,19 @@ def compile_command(
         raise typer.Exit(PROGRAM_ERROR)
 
 
-def decompile_command(image: ExistingFile, profile: ProfileOption = "classroom") -> None:
-    """Print the project that compiles to an image."""
+def decompile_command(image: ExistingFile, profile: ProfileOption = "classroom", as_json: Json = True) -> None:
+    """Print the project, always JSON, that compiles to an image."""
     from motorcade.program.decompiler import decompile
-    from motorcade.words.image import bytes_to_words
 
-    sys.stdout.write(decompile(bytes_to_words(image.read_bytes()), profile_named(profile)).as_json())
+    sys.stdout.write(decompile(words_in(image), profile_named(profile)).as_json())
 
 
 def inspect(image: ExistingFile, profile: ProfileOption = "classroom", as_json: Json = False) -> None:
     """Show the words of an image with their fields."""
     from motorcade.words.formats import CONTROL, HEADER
-    from motorcade.words.image import bytes_to_words, parse_image
+    from motorcade.words.image import parse_image
 
-    words = bytes_to_words(image.read_bytes())
+    words = words_in(image)
     leader_states = len(parse_image(words).leader)
     if not as_json:
         from rich.console import Console

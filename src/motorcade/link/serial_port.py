@@ -12,12 +12,18 @@ from typing import NamedTuple
 import serial
 from serial.tools import list_ports
 
+try:
+    from termios import error as TerminalError  # noqa: N812 - named as an error is
+except ImportError:  # Windows
+    TerminalError = OSError  # type: ignore[assignment, misc]
+
 from motorcade.words.upload import (
     IMAGE,
     MISMATCH,
     NOT_VERIFIED,
     READBACK_REQUEST,
     REFUSED,
+    SILENCE_MS,
     SILENT,
     Outcome,
     ReadbackEnd,
@@ -27,7 +33,8 @@ from motorcade.words.upload import (
 _CHUNK_BYTES = 64
 _READ_TIMEOUT_S = 0.02
 _WRITE_TIMEOUT_S = 5
-_BUSY = b"busy"
+_SETTLE_S = SILENCE_MS / 1000 + 0.1
+_LONGEST_SETTLE_S = 3.0
 
 
 class PortError(Exception):
@@ -85,10 +92,10 @@ def upload(
     end = UploaderEnd(image, verify)
     with _open(port, baud) as line:
         try:
-            line.reset_input_buffer()
+            _settle(line)
             for begin in range(0, len(image), _CHUNK_BYTES):
                 line.write(image[begin : begin + _CHUNK_BYTES])
-                line.flush()
+                _drain(line)
                 progress(min(begin + _CHUNK_BYTES, len(image)))
             end.finish_sending(_now_ms())
             outcome = _outcome(line, end)
@@ -98,7 +105,7 @@ def upload(
         hint = "Is the car switched on, and the baud rate right? For a board that never answers use --no-verify"
         raise NoAnswerError(f"The car at {port} gave {outcome.detail}. {hint}.")
     if outcome.kind == REFUSED:
-        raise _refused(port, outcome.detail)
+        raise _refused(port, f"refused: {outcome.detail}. It keeps the image that it had.", outcome.detail)
     if outcome.kind == MISMATCH:
         raise VerificationError(
             f"The car at {port} holds something else than was sent: {outcome.detail}. Upload again."
@@ -114,7 +121,7 @@ def readback(port: str, baud: int) -> bytes:
     """
     with _open(port, baud) as line:
         try:
-            line.reset_input_buffer()
+            _settle(line)
             line.write(READBACK_REQUEST)
             outcome = _outcome(line, ReadbackEnd(_now_ms()))
         except (serial.SerialException, OSError) as problem:
@@ -122,9 +129,28 @@ def readback(port: str, baud: int) -> bytes:
     if outcome.kind == SILENT:
         raise NoAnswerError(f"Nothing to read at {port}: {outcome.detail}. Is the car switched on?")
     if outcome.kind != IMAGE:
-        raise _refused(port, outcome.detail)
+        raise _refused(port, f"sent no image: {outcome.detail}.", outcome.detail)
     image: bytes = outcome.detail
     return image
+
+
+def _drain(line: serial.Serial) -> None:
+    """Wait until the bytes have left, so that progress and the answer's deadline are the line's, not the buffer's."""
+    try:
+        line.flush()
+    except TerminalError as problem:
+        raise serial.SerialException(str(problem)) from None
+
+
+def _settle(line: serial.Serial) -> None:
+    """Wait until the car has forgotten whatever reached it before, and told so.
+
+    Bytes of an upload that broke off would else become the beginning of this one.
+    """
+    begin_s = quiet_since_s = time.monotonic()
+    while (now_s := time.monotonic()) - quiet_since_s < _SETTLE_S and now_s - begin_s < _LONGEST_SETTLE_S:
+        if line.read(max(1, line.in_waiting)):
+            quiet_since_s = now_s
 
 
 def _outcome(line: serial.Serial, end: UploaderEnd | ReadbackEnd) -> Outcome:
@@ -136,12 +162,14 @@ def _outcome(line: serial.Serial, end: UploaderEnd | ReadbackEnd) -> Outcome:
 
 
 def _open(port: str, baud: int) -> serial.Serial:
+    if not port.strip():
+        raise PortNotFoundError("No port is named. `motorcade ports` lists those that are there.")
     try:
         return serial.serial_for_url(
             port, baudrate=baud, timeout=_READ_TIMEOUT_S, write_timeout=_WRITE_TIMEOUT_S, exclusive=True
         )
     except ValueError:
-        raise PortNotFoundError(f"'{port}' is not the name of a port. `motorcade ports` lists them.") from None
+        raise PortNotFoundError(f"'{port[:60]}' is not the name of a port. `motorcade ports` lists them.") from None
     except (serial.SerialException, OSError) as problem:
         raise _not_opened(port, problem) from None
 
@@ -156,21 +184,23 @@ def _not_opened(port: str, problem: Exception) -> PortError:
         )
     if code in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text or "PermissionError" in text:
         return PortBusyError(f"The port {port} is busy: close the other program that uses it.")
-    if code == errno.ENOTTY or "Inappropriate ioctl" in text:
+    if code in (errno.ENOTTY, errno.EISDIR) or "Inappropriate ioctl" in text:
         return PortNotFoundError(f"{port} is no serial port. `motorcade ports` lists those that are.")
     return PortNotFoundError(f"There is no port {port}. Is the cable in? `motorcade ports` lists what is there.")
 
 
-def _refused(port: str, reason: str) -> PortError:
-    if reason.encode().startswith(_BUSY):
-        return PortBusyError(f"The car at {port} is {reason}. Try again when it is done.")
-    return VerificationError(f"The car at {port} refused: {reason}. It keeps the image that it had.")
+def _refused(port: str, sentence: str, reason: str) -> PortError:
+    if reason.startswith("busy"):
+        return PortBusyError(f"The car at {port} is busy with another uploader. Try again when it is done.")
+    return VerificationError(f"The car at {port} {sentence}")
 
 
 def _gone(port: str, problem: Exception) -> PortError:
     if isinstance(problem, serial.SerialTimeoutException):
         return NoAnswerError(f"The car at {port} takes no more bytes. Is it switched on?")
-    return NoAnswerError(f"The car at {port} went away in the middle. It keeps the image that it had.")
+    return NoAnswerError(
+        f"The car at {port} went away in the middle: it holds the old image or the new one. Try again."
+    )
 
 
 def _now_ms() -> int:

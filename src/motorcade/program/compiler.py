@@ -8,7 +8,7 @@ from motorcade.program.diagnostics import Diagnostic, ProgramError, error, has_e
 from motorcade.program.expansion import Expander, Item, Row, cut_for_leader
 from motorcade.program.model import Followers, Program
 from motorcade.program.parts import control_word, slice_of
-from motorcade.program.rounds import Round, best_round, fits, literal_round
+from motorcade.program.rounds import Round, best_round, fits, literal_round, longest_dwell_ms
 from motorcade.program.steps import Step
 from motorcade.program.timing import MOST_PIECES, to_ms
 from motorcade.words.formats import CONTROL
@@ -76,10 +76,10 @@ class _Leader:
         row = self._expander.expand(steps, "leader", accept_ir=False, forward=True)
         self.diagnostics = self._expander.diagnostics
         self.count = row.states
-        if not steps:
-            self.diagnostics.append(warning("empty-program", "leader"))
         if has_errors(self.diagnostics):
             return
+        if not row.items:
+            self.diagnostics.append(warning("empty-program", "leader"))
         if self.count > MOST_PIECES:
             costs = [self._expander.expand([step], "", accept_ir=False, forward=True).states for step in steps]
             self.diagnostics.append(_too_many("too-many-states", "leader", steps, self.count, costs))
@@ -91,7 +91,7 @@ class _Leader:
     def _add(self, item: Item, levels: dict[int, int]) -> None:
         pieces = cut_for_leader(item, self._levels_ms)
         if pieces is None:
-            self.diagnostics.append(self._expander.not_expressible(item.total_ms / 1000, item.path, item.id))
+            self.diagnostics.append(self._expander.not_expressible_together(item))
             return
         begin_ms = 0
         for length_ms in pieces or (0,):
@@ -117,27 +117,33 @@ class _Followers:
         expander = Expander(profile, leads=False)
         row = expander.expand(followers.steps, "followers.steps", followers.accept_ir, followers.forward)
         self.diagnostics = expander.diagnostics
-        if not followers.steps:
+        if has_errors(self.diagnostics):
+            return
+        if not row.items:
             self.diagnostics.append(warning("empty-program", "followers.steps"))
-        if has_errors(self.diagnostics) or not row.items:
+            return
+        self.count = self._fewest_words(row, row.items, followers)
+        if self.count > MOST_PIECES:
+            rows = [expander.expand([step], "", accept_ir=True, forward=False) for step in followers.steps]
+            costs = [self._fewest_words(each, row.items, followers) for each in rows]
+            path = "followers.steps"
+            self.diagnostics.append(_too_many("too-many-words", path, followers.steps, self.count, costs))
             return
         found = self._round(row, followers)
         if found is None:
             return
-        if row.states > MOST_PIECES:
-            self.count = row.states if followers.dwell_seconds else row.total_ms // found.dwell_ms
-        else:
-            self.count = len(found.words)
-        if self.count > MOST_PIECES:
-            rows = [expander.expand([step], "", accept_ir=True, forward=False) for step in followers.steps]
-            costs = [each.states if followers.dwell_seconds else each.total_ms // found.dwell_ms for each in rows]
-            path = "followers.steps"
-            self.diagnostics.append(_too_many("too-many-words", path, followers.steps, self.count, costs))
-            return
+        self.count = len(found.words)
         self.words, self.dwell_ms = found.words, found.dwell_ms
         self.origins = [(row.items[position].path, row.items[position].id) for position in found.origins]
         self._warn_of_deafness(row.items, found)
         self._warn_of_echo(row.items, found)
+
+    def _fewest_words(self, row: Row, items: list[Item], followers: Followers) -> int:
+        """How many words the row takes under the longest dwell that all ``items`` could share."""
+        if followers.dwell_seconds is not None:
+            return row.states
+        dwell_ms = longest_dwell_ms(items, self._profile)
+        return row.total_ms // dwell_ms if dwell_ms else 0
 
     def _round(self, row: Row, followers: Followers) -> Round | None:
         if followers.dwell_seconds is not None:
@@ -148,7 +154,10 @@ class _Followers:
             if item is None:
                 self._no_dwell("followers.steps", None, phrase("steps-disagree"))
             else:
-                self._no_dwell(item.path, item.id, phrase("step-not-a-dwell", seconds=f"{item.total_ms / 1000:g}"))
+                seconds = f"{item.total_ms / 1000:g}"
+                takes_time = any(item.durations_ms)
+                reason = phrase("step-not-a-dwell", seconds=seconds) if takes_time else phrase("step-takes-no-time")
+                self._no_dwell(item.path, item.id, reason)
         return found
 
     def _literal_round(self, items: list[Item], dwell_seconds: float) -> Round | None:
@@ -171,7 +180,7 @@ class _Followers:
         warned = set()
         for word, position in zip(found.words, found.origins, strict=True):
             item = items[position]
-            deaf_ms = min(item.total_ms, self._profile.durations_ms[-1])
+            deaf_ms = _length_ms(word, self._profile)
             if not word & _ACCEPT_IR and deaf_ms > found.dwell_ms and item.path not in warned:
                 warned.add(item.path)
                 seconds = {"deaf": f"{deaf_ms / 1000:g}", "dwell": f"{found.dwell_ms / 1000:g}"}
@@ -184,6 +193,13 @@ class _Followers:
                 item = items[position]
                 self.diagnostics.append(warning("echo", item.path, item.id, count=different))
                 return
+
+
+def _length_ms(word: int, profile: Profile) -> int:
+    """How long a follower holds on to a word that the compiler made."""
+    values = CONTROL.decode(word)
+    levels = (values.motor_duration, values.led_duration, values.avoid_duration)
+    return profile.durations_ms[max(levels)] or profile.idle_state_ms
 
 
 def _too_many(code: str, path: str, steps: Sequence[Step], count: int, costs: list[int]) -> Diagnostic:

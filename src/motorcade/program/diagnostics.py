@@ -22,6 +22,14 @@ MESSAGES: dict[str, dict[str, str]] = {
         "en": "Here something is missing: {name}.",
         "zh": "此处缺少：{name}。",
     },
+    "duplicate-field": {
+        "en": "'{name}' stands twice in one pair of braces. Keep one of them.",
+        "zh": "同一对花括号中“{name}”出现了两次。请只保留一个。",
+    },
+    "bad-profile": {
+        "en": "The profile can't be used: {reason}.",
+        "zh": "无法使用该车型文件：{reason}。",
+    },
     "out-of-range": {
         "en": "The value is {value}; allowed: {allowed}.",
         "zh": "此处的值是 {value}；允许：{allowed}。",
@@ -83,10 +91,13 @@ PHRASES: dict[str, dict[str, str]] = {
     "one-kind": {"en": "exactly one of {kinds}", "zh": "{kinds} 中的恰好一个"},
     "nothing": {"en": "nothing", "zh": "（无）"},
     "or": {"en": "{first} s or {second} s", "zh": "{first} 秒或 {second} 秒"},
-    "single": {"en": "{first} s", "zh": "{first} 秒"},
     "step-not-a-dwell": {
         "en": "this step lasts {seconds} s",
         "zh": "这一步持续 {seconds} 秒",
+    },
+    "step-takes-no-time": {
+        "en": "this step takes no time, and a word is sent for at least one",
+        "zh": "这一步不占用时间，而每个码字至少要发送一段时间",
     },
     "dwell-not-a-level": {
         "en": "{seconds} s is not one of the sending times",

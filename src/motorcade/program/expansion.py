@@ -125,13 +125,27 @@ class Expander:
 
     def not_expressible(self, seconds: float, path: str, step_id: str | None) -> Diagnostic:
         """The Diagnostic for a duration that no levels add up to, with the nearest that some do."""
-        return error(
-            "duration-not-expressible",
-            path,
-            step_id,
-            seconds=f"{seconds:g}",
-            nearest=_either(nearest_sums(seconds, self._levels_ms)),
-        )
+        nearest = _either(*nearest_sums(seconds, self._levels_ms))
+        return error("duration-not-expressible", path, step_id, seconds=f"{seconds:g}", nearest=nearest)
+
+    def not_expressible_together(self, item: Item) -> Diagnostic:
+        """The same for blocks each of which could be expressed alone: the nearest lengths of their longest."""
+
+        def fits(seconds: float) -> bool:
+            total_ms = round(seconds * 1000)
+            durations_ms = tuple(
+                total_ms if duration == item.total_ms else min(duration, total_ms) for duration in item.durations_ms
+            )
+            return cut(durations_ms, self._levels_ms[1:], self._levels_ms) is not None
+
+        below = above = item.total_ms / 1000
+        while below == item.total_ms / 1000 or not fits(below):
+            below, _ = nearest_sums(below, self._levels_ms)
+        while above == item.total_ms / 1000 or not fits(above):
+            _, above = nearest_sums(above, self._levels_ms)
+        seconds = f"{item.total_ms / 1000:g}"
+        nearest = _either(below, above)
+        return error("duration-not-expressible", item.path, item.id, seconds=seconds, nearest=nearest)
 
 
 def cut_for_leader(item: Item, levels_ms: tuple[int, ...]) -> tuple[int, ...] | None:
@@ -139,6 +153,5 @@ def cut_for_leader(item: Item, levels_ms: tuple[int, ...]) -> tuple[int, ...] | 
     return cut(item.durations_ms, levels_ms[1:], levels_ms)
 
 
-def _either(seconds: tuple[float, ...]) -> Phrase:
-    first, second = (f"{value:g}" for value in seconds)
-    return phrase("or", first=first, second=second)
+def _either(below: float, above: float) -> Phrase:
+    return phrase("or", first=f"{below:g}", second=f"{above:g}")

@@ -11,9 +11,8 @@ from typing import Any
 
 from motorcade.program.diagnostics import Phrase, ProgramError, error, phrase
 from motorcade.program.schema import FORMAT, check_shape
-from motorcade.program.steps import KINDS, SECONDS, Repeat, Step, Together, as_steps
+from motorcade.program.steps import KINDS, LONGEST_S, Repeat, Step, Together, as_steps
 
-SUFFIX = ".motorcade.json"
 # Deeper than anyone nests blocks by hand, and short of what the parser's stack takes.
 DEEPEST = 100
 
@@ -43,8 +42,8 @@ class Followers:
         dwell_seconds: float | None = None,
     ):
         _check_flags(accept_ir=accept_ir, forward=forward)
-        if dwell_seconds is not None and not 0 < dwell_seconds <= SECONDS["maximum"]:
-            raise ValueError(f"followers: dwell_seconds is {dwell_seconds!r}; allowed: 0 to {SECONDS['maximum']}")
+        if dwell_seconds is not None and not _is_duration(dwell_seconds):
+            raise ValueError(f"followers: dwell_seconds is {dwell_seconds!r}; allowed: 0 to {LONGEST_S}")
         object.__setattr__(self, "steps", as_steps(steps))
         object.__setattr__(self, "accept_ir", accept_ir)
         object.__setattr__(self, "forward", forward)
@@ -104,7 +103,7 @@ def read_program(data: bytes | str) -> Program:
     """
     try:
         text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
-        document = json.loads(text, parse_constant=_refuse_constant)
+        document = json.loads(text, parse_constant=_refuse_constant, object_pairs_hook=_without_doubles)
         if "\\ud" in text.lower():
             # Half a surrogate pair is legal in JSON, yet no file or schema can hold it.
             json.dumps(document, ensure_ascii=False).encode()
@@ -174,6 +173,10 @@ def _check_flags(**flags: object) -> None:
             raise ValueError(f"followers: {name} is {value!r}; allowed: True or False")
 
 
+def _is_duration(seconds: object) -> bool:
+    return isinstance(seconds, (int, float)) and not isinstance(seconds, bool) and 0 < seconds <= LONGEST_S
+
+
 def _depth(document: Any) -> int:
     """How deeply ``document`` nests, counted no further than DEEPEST + 1."""
     level, depth = [document], 0
@@ -186,6 +189,16 @@ def _depth(document: Any) -> int:
             for child in (parent.values() if isinstance(parent, dict) else parent)
         ]
     return depth
+
+
+def _without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A JSON object; Python's own reader would silently keep only the last of two equal keys."""
+    document = dict(pairs)
+    if len(document) < len(pairs):
+        names = [name for name, _ in pairs]
+        double = next(name for name in names if names.count(name) > 1)
+        raise ProgramError([error("duplicate-field", double, name=double)])
+    return document
 
 
 def _refuse_constant(name: str) -> None:

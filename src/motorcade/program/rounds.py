@@ -51,6 +51,13 @@ def best_round(items: list[Item], profile: Profile) -> Round | None:
     return fallback
 
 
+def longest_dwell_ms(items: list[Item], profile: Profile) -> int | None:
+    """The longest dwell that divides every step's length and that a word can last; None where there is none."""
+    longest_ms = profile.durations_ms[-1]
+    shared = [dwell for dwell in profile.dwell_ms if all(item.total_ms % dwell == 0 for item in items)]
+    return max((dwell for dwell in shared if dwell <= longest_ms), default=None)
+
+
 def fits(item: Item, profile: Profile) -> bool:
     """Whether any dwell can express this step alone."""
     return any(_pieces(item, dwell_ms, profile) for dwell_ms in profile.dwell_ms)

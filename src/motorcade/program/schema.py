@@ -1,5 +1,6 @@
 """The JSON Schema of a project file, generated from the steps' own declarations, and its check."""
 
+import json
 from functools import cache
 from typing import Any
 
@@ -127,11 +128,19 @@ def _diagnose(document: Any, place: tuple[str | int, ...], problem: Any) -> list
             allowed = phrase("one-kind", kinds=kinds)
             return [error("unknown-field", path, step_id, name=", ".join(present), allowed=allowed)]
         return [error("missing-field", path, step_id, name=phrase("one-kind", kinds=kinds))]
-    return [error("out-of-range", path, step_id, value=_shown(problem.instance), allowed=_allowed(schema))]
+    return [error("out-of-range", path, step_id, value=_shown(_value_at(document, place)), allowed=_allowed(schema))]
 
 
 def _kinds_in(step: Any) -> list[str]:
     return [key for key in step if key in KINDS]
+
+
+def _value_at(document: Any, place: tuple[str | int, ...]) -> Any:
+    """What stands at ``place``; the validator's own copy has lost numbers that are too large."""
+    here = document
+    for part in place:
+        here = here[part]
+    return here
 
 
 def _id_at(document: Any, place: tuple[str | int, ...]) -> str | None:
@@ -168,11 +177,5 @@ def _allowed(schema: dict[str, Any]) -> str | Phrase:
 
 def _shown(value: Any) -> str:
     """``value`` as a pupil would have typed it, shortened."""
-    text = (
-        {None: "null", True: "true", False: "false"}.get(value)
-        if value is None or value is True or value is False
-        else None
-    )
-    if text is None:
-        text = f'"{value}"' if isinstance(value, str) else "{...}" if isinstance(value, dict) else str(value)
+    text = json.dumps(value, ensure_ascii=False)
     return text if len(text) <= 40 else text[:37] + "..."

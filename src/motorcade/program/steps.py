@@ -19,7 +19,8 @@ def _level(field_name: str) -> dict[str, Any]:
 
 
 _TYPES = {"boolean": bool, "string": str}
-SECONDS = {"type": "number", "minimum": 0, "maximum": 86400}
+LONGEST_S = 86400
+SECONDS = {"type": "number", "minimum": 0, "maximum": LONGEST_S}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,8 +1,8 @@
 """Durations made of levels: what can be made, what is nearest, and how to cut a step with the fewest cuts."""
 
-from bisect import bisect_right
 from functools import lru_cache
-from math import gcd
+from heapq import heappop, heappush
+from math import ceil, floor
 
 # No program holds more words than this, so no step is cut into more pieces.
 MOST_PIECES = 255
@@ -73,34 +73,36 @@ def pieces_needed(duration_ms: int, levels_ms: tuple[int, ...]) -> int:
 @lru_cache(maxsize=4096)
 def is_sum(duration_ms: int, levels_ms: tuple[int, ...]) -> bool:
     """Whether levels add up to ``duration_ms``."""
-    sums, step_ms = _sums(levels_ms)
-    if duration_ms > sums[-1]:
-        return duration_ms % step_ms == 0
-    return sums[bisect_right(sums, duration_ms) - 1] == duration_ms
+    return duration_ms >= _smallest_sums(levels_ms).get(duration_ms % levels_ms[1], duration_ms + 1)
 
 
-def nearest_sums(duration_s: float, levels_ms: tuple[int, ...]) -> tuple[float, ...]:
-    """The largest sum of levels below ``duration_s`` and the smallest above it, in seconds."""
-    sums, step_ms = _sums(levels_ms)
-    if duration_s * 1000 >= sums[-1]:
-        below = int(duration_s * 1000) // step_ms * step_ms
-        return below / 1000, (below + step_ms) / 1000
-    at = bisect_right(sums, duration_s * 1000)
-    return sums[at - 1] / 1000, sums[at] / 1000
+def nearest_sums(duration_s: float, levels_ms: tuple[int, ...]) -> tuple[float, float]:
+    """The largest sum of levels below ``duration_s`` (at least 0) and the smallest above it, in seconds."""
+    below_ms = ceil(duration_s * 1000 - 1e-6) - 1
+    above_ms = floor(duration_s * 1000 + 1e-6) + 1
+    step_ms = levels_ms[1]
+    below, above = [0], []
+    for residue, smallest in _smallest_sums(levels_ms).items():
+        if smallest <= below_ms:
+            below.append(below_ms - (below_ms - residue) % step_ms)
+        above.append(max(smallest, above_ms + (residue - above_ms) % step_ms))
+    return max(below) / 1000, min(above) / 1000
 
 
 @lru_cache(maxsize=64)
-def _sums(levels_ms: tuple[int, ...]) -> tuple[list[int], int]:
-    """All sums of levels up to where every multiple of their common divisor is one, and that divisor."""
-    positive = [level for level in levels_ms if level]
-    step_ms = gcd(*positive)
-    # Beyond the product of the two largest (in steps) no multiple is missing; a
-    # profile's four levels keep this small.
-    limit = positive[-1] // step_ms * (positive[-2] if len(positive) > 1 else step_ms) + positive[-1]
-    possible = {0}
-    sums = [0]
-    for candidate in range(step_ms, min(limit, MOST_PIECES * positive[-1]) + 1, step_ms):
-        if any(candidate - level in possible for level in positive):
-            possible.add(candidate)
-            sums.append(candidate)
-    return sums, step_ms
+def _smallest_sums(levels_ms: tuple[int, ...]) -> dict[int, int]:
+    """For each remainder modulo the shortest duration the smallest sum of levels that leaves it.
+
+    Every larger number with that remainder is a sum too: add the shortest duration.
+    """
+    step_ms = levels_ms[1]
+    smallest: dict[int, int] = {}
+    open_sums = [0]
+    while open_sums:
+        found = heappop(open_sums)
+        if found % step_ms in smallest:
+            continue
+        smallest[found % step_ms] = found
+        for level in levels_ms[2:]:
+            heappush(open_sums, found + level)
+    return smallest

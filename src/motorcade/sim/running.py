@@ -43,14 +43,15 @@ def simulate(
 
     Args:
         image: the image's bytes, as they would be uploaded.
-        followers: how many; they stand in rows of three behind the leader.
+        followers: how many; they stand around the leader, behind it first.
         seconds: simulated time.
         seed: the same seed gives the same run.
         profile: what the levels mean; the built-in ``classroom`` unless given.
         poses: where the cars stand at first, the leader first, in place of ``followers``.
         progress: called with the simulated time in ms, ten times a simulated second.
     """
-    world = World(image, profile or built_in_profile("classroom"), poses or formation(followers), seed)
+    chosen = profile or built_in_profile("classroom")
+    world = World(image, chosen, poses or formation(followers, chosen.infrared.range_mm / 1000), seed)
     tracks = [[(pose.x, pose.y)] for pose in world.poses]
     for now_ms in world.run(round(seconds * 1000), TRACK_EVERY_MS):
         for track, pose in zip(tracks, world.poses, strict=True):

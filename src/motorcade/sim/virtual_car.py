@@ -4,11 +4,11 @@ It runs the loop of a real car behind a pseudo-terminal or a TCP port, which
 pyserial reaches as ``socket://HOST:PORT``, and keeps its image in a file.
 """
 
+import contextlib
 import os
 import select
 import socket
 import sys
-import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +16,7 @@ from typing import Protocol
 
 from motorcade.car.board import Board
 from motorcade.car.loop import Car
+from motorcade.files import replace_file
 from motorcade.profile import Profile
 from motorcade.sim.board import levels_of
 from motorcade.words.image import ImageError, parse_image_bytes
@@ -24,6 +25,7 @@ from motorcade.words.upload import error_line
 
 TICK_S = 0.005
 _CHUNK_BYTES = 4096
+_MOST_TURNED_AWAY = 16
 
 
 class StoreError(Exception):
@@ -56,16 +58,7 @@ class ImageStore:
     def save(self, data: bytes) -> None:
         """Replace the image. Raises OSError; the old one is kept then."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=self.path.parent, prefix=self.path.name)
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(data)
-                file.flush()
-                os.fsync(file.fileno())
-            Path(name).replace(self.path)
-        except OSError:
-            Path(name).unlink(missing_ok=True)
-            raise
+        replace_file(self.path, data)
 
 
 class Line(Protocol):
@@ -128,28 +121,33 @@ class TcpPort:
 
     def __init__(self, host: str, port: int):
         try:
-            self._listener = socket.create_server((host, port))
+            family = socket.AF_INET6 if ":" in host else socket.AF_INET
+            self._listener = socket.create_server((host, port), family=family)
         except OSError as problem:
-            raise LineError(f"Can't wait at {host}:{port}: {problem.strerror}. Try another port.") from None
+            reason = os.strerror(problem.errno) if problem.errno and problem.errno > 0 else problem.strerror
+            raise LineError(f"Can't wait at {host}:{port}: {reason}. Try another port.") from None
         self._client: socket.socket | None = None
+        self._turned_away: list[socket.socket] = []
         bound_host, bound_port = self._listener.getsockname()[:2]
-        self.address = f"socket://{bound_host}:{bound_port}"
+        self.address = f"socket://{f'[{bound_host}]' if ':' in bound_host else bound_host}:{bound_port}"
 
     def wait(self, seconds: float) -> None:
-        watched = [self._listener] if self._client is None else [self._listener, self._client]
+        watched = [self._listener, *self._turned_away]
+        if self._client is not None:
+            watched.append(self._client)
         ready, _, _ = select.select(watched, [], [], seconds)
+        for refused in [each for each in self._turned_away if each in ready]:
+            self._answer_busy(refused)
         if self._listener in ready:
-            self._accept()
+            with contextlib.suppress(OSError):
+                self._accept()
 
     def read(self) -> bytes:
         if self._client is None:
             return b""
-        try:
-            data = self._client.recv(_CHUNK_BYTES)
-        except BlockingIOError:
+        data = _received(self._client)
+        if data is None:
             return b""
-        except OSError:
-            data = b""
         if not data:
             self._hang_up()
         return data
@@ -164,21 +162,45 @@ class TcpPort:
 
     def close(self) -> None:
         self._hang_up()
+        for refused in self._turned_away:
+            refused.close()
         self._listener.close()
 
     def _accept(self) -> None:
         client, _ = self._listener.accept()
-        if self._client is not None:
-            with client:
+        client.setblocking(False)
+        if self._client is not None and _received(self._client, socket.MSG_PEEK) == b"":
+            self._hang_up()
+        if self._client is None:
+            self._client = client
+            return
+        self._turned_away.append(client)
+        if len(self._turned_away) > _MOST_TURNED_AWAY:
+            self._turned_away.pop(0).close()
+
+    def _answer_busy(self, client: socket.socket) -> None:
+        """Tell a client that sent something; it is kept until it leaves, for closing first could lose the line."""
+        if _received(client):
+            with contextlib.suppress(OSError):
                 client.sendall(error_line("busy with another uploader"))
             return
-        client.setblocking(False)
-        self._client = client
+        self._turned_away.remove(client)
+        client.close()
 
     def _hang_up(self) -> None:
         if self._client is not None:
             self._client.close()
             self._client = None
+
+
+def _received(client: socket.socket, flags: int = 0) -> bytes | None:
+    """What came from ``client``: None for nothing yet, no bytes where it has left."""
+    try:
+        return client.recv(_CHUNK_BYTES, flags)
+    except BlockingIOError:
+        return None
+    except OSError:
+        return b""
 
 
 class VirtualBoard(Board):
@@ -199,11 +221,9 @@ class VirtualBoard(Board):
         self._observe = observe
         self._clock_s = clock_s
         self._image = store.load()
-        self._read_ms = 0
 
     def now_ms(self) -> int:
-        self._read_ms = int(self._clock_s() * 1000) & TICKS_MASK
-        return self._read_ms
+        return int(self._clock_s() * 1000) & TICKS_MASK
 
     def load_image(self) -> bytes | None:
         return self._image
@@ -211,7 +231,6 @@ class VirtualBoard(Board):
     def store_image(self, data: bytes) -> None:
         self._store.save(data)
         self._image = data
-        self._observe("image", self._read_ms, len(data), 0)
 
     def read_serial(self) -> bytes:
         return self._line.read()

@@ -5,6 +5,7 @@ runs; frames that they began go on the air; the cars move. No car sees what
 another one did in the same tick, so their order has no meaning.
 """
 
+import heapq
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,8 +19,8 @@ from motorcade.sim.board import SimulatedBoard, levels_of
 from motorcade.sim.channel import Channel
 
 VOICES = {"stop": VOICE_STOP, "go": VOICE_GO}
-_ROW_SPACING_M = 0.25
-_CARS_A_ROW = 3
+_SPACING_M = 0.25
+_SIDE = 20
 
 
 @dataclass(slots=True)
@@ -37,7 +38,8 @@ class Event(NamedTuple):
     ``kind`` is one of: state (the leader begins a state), start (a follower
     begins a word), over (its length is over), frame (a frame was begun), heard, lost.
     ``word`` is the control word, for a lost frame the bits on the air. ``detail``
-    holds what else there is: ``index`` of a state, ``why`` and ``sender`` of a lost frame.
+    holds what else there is: ``index`` of a state, ``why`` of a lost frame (parity,
+    reserved, deaf, sending, collision), ``sender`` of one that was lost on the air.
     """
 
     t_ms: int
@@ -51,14 +53,23 @@ class Event(NamedTuple):
         return {"t_ms": self.t_ms, "car": self.car, "kind": self.kind, "word": self.word, **self.detail}
 
 
-def formation(followers: int) -> list[Pose]:
-    """The leader at the origin, looking along x, and its followers in rows of three behind it, 250 mm apart."""
+def formation(followers: int, reach_m: float = 1.0) -> list[Pose]:
+    """The leader at the origin, looking along x, and its followers on a grid of 250 mm.
+
+    They stand as near to it as they can: first behind it, within ``reach_m``
+    (where its infrared is heard), then beside and before it, then further away.
+    """
     poses = [Pose(0.0, 0.0)]
-    for number in range(followers):
-        row, column = divmod(number, _CARS_A_ROW)
-        side = (column + 1) // 2 * (1 if column % 2 else -1)
-        poses.append(Pose(-_ROW_SPACING_M * (row + 1), _ROW_SPACING_M * side))
-    return poses
+    side = _SIDE + math.isqrt(followers)
+    places = [(column, row) for column in range(-side, side + 1) for row in range(-side, side + 1) if column or row]
+
+    def order(place: tuple[int, int]) -> tuple[bool, bool, int, int, int]:
+        column, row = place
+        squared = column * column + row * row
+        return squared * _SPACING_M**2 > reach_m**2, column >= 0, squared, -column, -row
+
+    nearest = heapq.nsmallest(followers, places, key=order)
+    return poses + [Pose(column * _SPACING_M, row * _SPACING_M) for column, row in nearest]
 
 
 class World:

@@ -244,7 +244,10 @@ class WordFormat:
             spills.append("({}) >> {}".format(" | ".join(same), width))
         restricted = [_condition(field, field.name) for field in self.fields if field.restricted]
         made = "({},)".format(", ".join(names))
-        lines.append("    if {}: refuse(0, {})".format(" or ".join(spills + restricted), made))
+        lines.append("    try:")
+        lines.append("        if {}: refuse(0, {})".format(" or ".join(spills + restricted), made))
+        # A value that can't be shifted is no integer: _refuse finds which.
+        lines.append(f"    except TypeError: refuse(0, {made})")
         if self._rule:
             lines.append(f"    rule(new(values, {made}))")
         # The upper half is put together first, in integers of one machine digit.
@@ -262,7 +265,7 @@ class WordFormat:
                 if field.reserved and raw:
                     raise WordError(field.name, raw, "0 (reserved)")
         for field, raw in zip(self.fields, raws):
-            if not field.allows(raw):
+            if not isinstance(raw, int) or not field.allows(raw):
                 raise WordError(field.name, raw, field.allowed)
 
 

@@ -161,14 +161,15 @@ class UploaderEnd:
         if self._outcome is not None:
             return
         at = line.find(b"ERR ")
-        if at >= 0:
+        if at == 0 or (at > 0 and not 32 <= line[at - 1] < 127):
+            # Behind other text it is a board's own message; behind noise it is an answer.
             self._outcome = Outcome(REFUSED, _printable(line[at + 4 :]))
             return
         at = line.find(b"OK words=")
         if at < 0:
             return
         answer = line[at:].strip()
-        if answer == ok_line(self.image).strip():
+        if answer.lower() == ok_line(self.image).strip().lower():
             self._outcome = Outcome(VERIFIED, _printable(answer))
         else:
             expected = _printable(ok_line(self.image).strip())

@@ -1,0 +1,89 @@
+"""How long the largest programs take to compile. Run it with ``python benchmarks/compiler.py``.
+
+Each shape has 255 leader states and 255 follower words, the most that an image
+holds. Shapes take turns, so that a machine that is slow for a while is slow for all.
+"""
+
+import gc
+from collections.abc import Callable
+from functools import partial
+from statistics import median
+from time import perf_counter_ns
+
+from rich.console import Console
+from rich.table import Table
+
+from motorcade.program.compiler import compile_program
+from motorcade.program.model import Program, read_program
+from motorcade.program.steps import DIRECTIONS, Avoid, Drive, Led, Repeat, Step, Together
+
+TURNS = 51
+GOAL_MS = 5.0
+STATES = 255
+WORDS = 255
+
+
+def different(number: int) -> Step:
+    """A step of 1 s unlike its neighbours."""
+    kinds = (Drive(DIRECTIONS[number % 4], number // 4 % 4, 1), Led(number % 4, 1), Avoid(number % 4, 1))
+    return kinds[number % 3]
+
+
+def together(number: int, drive_s: int, led_s: int, avoid_s: int) -> Step:
+    """One of 256 different steps of three blocks."""
+    drive = Drive(DIRECTIONS[number % 4], number // 4 % 4, drive_s)
+    return Together([drive, Led(number // 16 % 4, led_s), Avoid(number // 64, avoid_s)])
+
+
+def shapes() -> dict[str, Program]:
+    varied = [different(number) for number in range(STATES)]
+    short, long = [Drive("forward", 2, 1)], [Drive("forward", 2, 3)]
+    blocks = [together(number, 1, 1, 1) for number in range(STATES)]
+    uneven = [together(number, 3, 2, 1) for number in range(STATES)]
+    nested = [Repeat(17, [Repeat(3, varied[:5])])]
+    return {
+        "all different": Program(varied, varied),
+        "all the same, 1 s": Program(short * STATES, short * WORDS),
+        "all the same, 3 s": Program(long * STATES, long * WORDS),
+        "all the same, 3 s counted down by 1 s": Program(long * STATES, [*long * (WORDS // 3 - 1), *short * 3]),
+        "three blocks together": Program(blocks, blocks),
+        "three blocks together, of 3, 2 and 1 s": Program(uneven, uneven),
+        "a repeat in a repeat": Program(nested, nested),
+    }
+
+
+def medians_ms(contestants: dict[str, Callable[[], object]]) -> dict[str, float]:
+    times_ns: dict[str, list[int]] = {name: [] for name in contestants}
+    gc.disable()
+    for _ in range(TURNS):
+        for name, run in contestants.items():
+            begin_ns = perf_counter_ns()
+            run()
+            times_ns[name].append(perf_counter_ns() - begin_ns)
+    gc.enable()
+    return {name: median(each) / 1e6 for name, each in times_ns.items()}
+
+
+def read_and_compile(text: str) -> object:
+    return compile_program(read_program(text))
+
+
+def measured(time_ms: float) -> str:
+    colour, result = ("green", "met") if time_ms <= GOAL_MS else ("red", "missed")
+    return f"{time_ms:.2f} ms, [{colour}]{result}[/]"
+
+
+def main() -> None:
+    programs = shapes()
+    compiling = medians_ms({name: partial(compile_program, program) for name, program in programs.items()})
+    reading = medians_ms({name: partial(read_and_compile, program.as_json()) for name, program in programs.items()})
+    table = Table("shape", "states", "words", "compiled", "read and compiled", title=f"Goal: {GOAL_MS:g} ms")
+    for name, program in programs.items():
+        compiled = compile_program(program)
+        counts = (str(compiled.leader_states), str(compiled.follower_words))
+        table.add_row(name, *counts, measured(compiling[name]), measured(reading[name]))
+    Console(width=130).print(table)
+
+
+if __name__ == "__main__":
+    main()

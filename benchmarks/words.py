@@ -1,0 +1,207 @@
+"""Words beside other libraries: one at a time, and in bulk. Run it with ``python benchmarks/words.py``.
+
+Every peer is given what it takes (an integer, or its four bytes), and its
+format is built from Motorcade's table of fields. Contestants take turns, so that
+a machine that is slow for a while is slow for all of them; figures are medians.
+"""
+
+import gc
+import os
+from collections.abc import Callable, Iterable
+from functools import partial
+from statistics import median
+from time import perf_counter_ns
+from typing import Any
+
+import bitstruct.c
+import construct
+import numpy as np
+from cantools.database import Message
+from cantools.database.can import Signal
+from rich.console import Console
+from rich.table import Table
+
+from motorcade.words.bulk import decode_columns, encode_columns
+from motorcade.words.formats import CONTROL
+
+TURNS = 31
+SCALAR_WORDS = 4_000
+BULK_WORDS = (1 << 20, 1 << 24)
+DECODE_GOAL = 1.2
+ENCODE_GOAL = 3.0
+BULK_GOAL_PER_US = 100
+BULK_GOAL_OVER_NAIVE = 4.0
+NUMBA_GOAL_OVER_NUMPY = 3.0
+
+NAMES = [field.name for field in CONTROL.fields]
+KEYWORDS = ", ".join(f"{name}={name}" for name in NAMES)
+DICT = "{" + ", ".join(f"{name!r}: {name}" for name in NAMES) + "}"
+SHIFTED_OUT = ", ".join(f"{f.name!r}: word >> {f.low} & {f.raw_mask}" for f in CONTROL.fields)
+SHIFTED_IN = " | ".join(f"{field.name} << {field.low}" for field in CONTROL.fields)
+CHECKED = " or ".join(f"not 0 <= {field.name} <= {field.raw_mask}" for field in CONTROL.fields)
+
+Contestants = dict[str, Callable[[], object]]
+
+
+def medians_ns(contestants: Contestants, words: int) -> dict[str, float]:
+    """Median time of each contestant in ns a word."""
+    times_ns: dict[str, list[int]] = {name: [] for name in contestants}
+    for run in contestants.values():
+        run()
+    gc.disable()
+    for _ in range(TURNS):
+        for name, run in contestants.items():
+            begin_ns = perf_counter_ns()
+            made = run()
+            times_ns[name].append(perf_counter_ns() - begin_ns)
+            # What was made is freed outside the time measured, and before anyone makes the next.
+            del made
+    gc.enable()
+    return {name: median(each) / words for name, each in times_ns.items()}
+
+
+def loop(names: str, expression: str, rows: list[Any], **space: Any) -> Callable[[], None]:
+    """``expression`` for each of ``rows``, compiled in place: no call but the one that is measured."""
+    exec(f"def run(rows):\n    for {names} in rows:\n        {expression}", space)
+    return lambda: space["run"](rows)
+
+
+def bitstruct_format() -> str:
+    return "".join(f"u{field.width}" for field in CONTROL.fields)
+
+
+def construct_format() -> Any:
+    return construct.BitStruct(*(field.name / construct.BitsInteger(field.width) for field in CONTROL.fields))
+
+
+def cantools_message() -> Message:
+    signals = [
+        # DBC counts a big-endian signal's first bit from each byte's own bit 0.
+        Signal(field.name, (31 - field.high) // 8 * 8 + field.high % 8, field.width, byte_order="big_endian")
+        for field in CONTROL.fields
+    ]
+    return Message(1, "control", 4, signals)
+
+
+def scalar_decoders(words: list[int]) -> Contestants:
+    images = [word.to_bytes(4, "big") for word in words]
+    named = bitstruct.c.compile(bitstruct_format(), NAMES)
+    plain = bitstruct.c.compile(bitstruct_format())
+    by_hand = eval("lambda word: {" + SHIFTED_OUT + "}")
+    return {
+        "Motorcade": loop("word", "decode(word)", words, decode=CONTROL.decode),
+        "Motorcade, from bytes": loop(
+            "data", "decode(read(data, 'big'))", images, decode=CONTROL.decode, read=int.from_bytes
+        ),
+        "bitstruct C, dict": loop("data", "unpack(data)", images, unpack=named.unpack),
+        "bitstruct C, tuple": loop("data", "unpack(data)", images, unpack=plain.unpack),
+        "shifts by hand, dict": loop("word", "by_hand(word)", words, by_hand=by_hand),
+        "cantools": loop(
+            "data", "decode(data, decode_choices=False, scaling=False)", images, decode=cantools_message().decode
+        ),
+        "construct": loop("data", "parse(data)", images, parse=construct_format().parse),
+    }
+
+
+def scalar_encoders(words: list[int]) -> Contestants:
+    values = [tuple(CONTROL.decode(word)) for word in words]
+    dicts = [dict(zip(NAMES, each, strict=True)) for each in values]
+    names = ", ".join(NAMES)
+    named = bitstruct.c.compile(bitstruct_format(), NAMES)
+    plain = bitstruct.c.compile(bitstruct_format())
+    space: dict[str, Any] = {}
+    exec(f"def by_hand({names}):\n    if {CHECKED}: raise ValueError\n    return {SHIFTED_IN}", space)
+    return {
+        "Motorcade": loop(names, f"encode({KEYWORDS})", values, encode=CONTROL.encode),
+        "Motorcade, **dict": loop("each", "encode(**each)", dicts, encode=CONTROL.encode),
+        "bitstruct C, dict": loop(names, f"pack({DICT})", values, pack=named.pack),
+        "bitstruct C, ready dict": loop("each", "pack(each)", dicts, pack=named.pack),
+        "bitstruct C, values in order": loop(names, f"pack({names})", values, pack=plain.pack),
+        "shifts by hand, checked": loop(names, f"by_hand({KEYWORDS})", values, by_hand=space["by_hand"]),
+        "cantools": loop(names, f"encode({DICT}, scaling=False)", values, encode=cantools_message().encode),
+        "construct": loop(names, f"build({DICT})", values, build=construct_format().build),
+    }
+
+
+def naive_decode(words: Any) -> dict[str, Any]:
+    return {
+        field.name: (words >> field.low & field.raw_mask).astype(np.min_scalar_type(field.raw_mask))
+        for field in CONTROL.fields
+    }
+
+
+def naive_encode(columns: dict[str, Any]) -> Any:
+    words = np.zeros(len(columns[NAMES[0]]), np.uint32)
+    for field in CONTROL.fields:
+        words |= columns[field.name].astype(np.uint32) << field.low
+    return words
+
+
+def result(met: bool) -> str:
+    return "[green]met[/]" if met else "[red]missed[/]"
+
+
+def add_scalar_rows(
+    table: Table, task: str, contestants: Contestants, pairs: Iterable[tuple[str, str, float | None]]
+) -> None:
+    times_ns = medians_ns(contestants, SCALAR_WORDS)
+    for ours, peer, goal in pairs:
+        ratio = times_ns[ours] / times_ns[peer]
+        marks = (f"≤ {goal:g}", result(ratio <= goal)) if goal else ("", "")
+        table.add_row(task, ours, f"{times_ns[ours]:.0f}", peer, f"{times_ns[peer]:.0f}", f"{ratio:.2f}", *marks)
+    table.add_section()
+
+
+def scalar_table(words: list[int]) -> Table:
+    table = Table(
+        "task", "ours", "ns/word", "peer", "ns/word", "ours / peer", "goal", "result", title="One control word"
+    )
+    peers = ("bitstruct C, tuple", "shifts by hand, dict", "cantools", "construct")
+    pairs = [("Motorcade", "bitstruct C, dict", DECODE_GOAL), ("Motorcade, from bytes", "bitstruct C, dict", None)]
+    add_scalar_rows(table, "decode", scalar_decoders(words), [*pairs, *(("Motorcade", peer, None) for peer in peers)])
+    peers = ("bitstruct C, values in order", "shifts by hand, checked", "cantools", "construct")
+    pairs = [("Motorcade", "bitstruct C, dict", ENCODE_GOAL), ("Motorcade, **dict", "bitstruct C, ready dict", None)]
+    add_scalar_rows(table, "encode", scalar_encoders(words), [*pairs, *(("Motorcade", peer, None) for peer in peers)])
+    return table
+
+
+def add_bulk_rows(table: Table, task: str, count: int, contestants: Contestants) -> None:
+    naive_ns, numpy_ns, numba_ns = medians_ns(contestants, count).values()
+    fast = 1e3 / numpy_ns >= BULK_GOAL_PER_US or naive_ns / numpy_ns >= BULK_GOAL_OVER_NAIVE
+    goal = f"≥ {BULK_GOAL_PER_US} M/s or ≥ {BULK_GOAL_OVER_NAIVE:g} × naive"
+    numba_fast = numpy_ns / numba_ns >= NUMBA_GOAL_OVER_NUMPY
+    numba_goal = f"≥ {NUMBA_GOAL_OVER_NUMPY:g} × NumPy"
+    ratio = f"{naive_ns / numpy_ns:.1f} × naive"
+    numba_ratio = f"{naive_ns / numba_ns:.1f} × naive, {numpy_ns / numba_ns:.1f} × NumPy"
+    head = (task, f"{count:,}")
+    table.add_row(*head, "naive NumPy, unchecked", f"{1e3 / naive_ns:.0f}")
+    table.add_row(*head, "Motorcade, NumPy", f"{1e3 / numpy_ns:.0f}", ratio, goal, result(fast))
+    table.add_row(*head, "Motorcade, Numba", f"{1e3 / numba_ns:.0f}", numba_ratio, numba_goal, result(numba_fast))
+    table.add_section()
+
+
+def bulk_table(random: np.random.Generator) -> Table:
+    title = f"Control words in bulk, {os.cpu_count()} cores"
+    table = Table("task", "words", "way", "M words/s", "as fast as", "goal", "result", title=title)
+    for count in BULK_WORDS:
+        words = random.integers(0, 1 << 32, count, dtype=np.uint32)
+        columns = naive_decode(words)
+        decoders: Contestants = {"naive": partial(naive_decode, words)}
+        encoders: Contestants = {"naive": partial(naive_encode, columns)}
+        for kernel in ("numpy", "numba"):
+            decoders[kernel] = partial(decode_columns, CONTROL, words, kernel=kernel)
+            encoders[kernel] = partial(encode_columns, CONTROL, columns, kernel=kernel)
+        add_bulk_rows(table, "decode", count, decoders)
+        add_bulk_rows(table, "encode", count, encoders)
+    return table
+
+
+def main() -> None:
+    random = np.random.default_rng(1)
+    console = Console(width=130)
+    console.print(scalar_table(random.integers(0, 1 << 32, SCALAR_WORDS, dtype=np.uint32).tolist()))
+    console.print(bulk_table(random))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,277 @@
+"""The command about programs, compile, with good projects and bad ones; and bad projects wherever they are taken."""
+
+import contextlib
+import io
+import json
+import locale
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from unittest import mock
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motorcade.cli import main
+
+PARADE = Path(__file__).parents[2] / "examples" / "parade.motorcade.json"
+INSTALLED = shutil.which("motorcade", path=str(Path(sys.executable).parent))
+DRIVE = {"drive": {"direction": "forward", "speed": 1, "seconds": 1}}
+LIT = {"led": {"which": 1, "seconds": 1}}
+HALF = {"wait": {"seconds": 0.5}}
+
+
+def run(*arguments):
+    """The command, as the installed script runs it, in this process; a traceback fails the test."""
+    out, err = io.StringIO(), io.StringIO()
+    with (
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+        mock.patch.object(sys, "argv", ["motorcade", *map(str, arguments)]),
+        mock.patch.dict(os.environ, COLUMNS="160"),
+        pytest.raises(SystemExit) as left,
+    ):
+        main()
+    return SimpleNamespace(code=left.value.code, out=out.getvalue(), err=err.getvalue())
+
+
+def only_line(text):
+    (line,) = text.strip().splitlines()
+    return line
+
+
+def document(*leader, **more):
+    return {"format": "motorcade-program/1", "leader": list(leader), **more}
+
+
+@pytest.fixture
+def project(tmp_path):
+    """Writes a document, or text as it is, into a project file."""
+
+    def write(content):
+        path = tmp_path / "it.motorcade.json"
+        path.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_compile_prints_the_words_and_writes_their_bytes(tmp_path):
+    output = tmp_path / "parade.image"
+    ran = run("compile", PARADE, "-o", output, "--json")
+    assert (ran.code, ran.err) == (0, "")
+    printed = json.loads(ran.out)
+    assert set(printed) == {"words", "leader_states", "follower_words", "dwell_ms", "diagnostics"}
+    assert (printed["leader_states"], printed["follower_words"], printed["dwell_ms"]) == (3, 3, 2000)
+    assert printed["words"][0] == 0x03030200
+    assert printed["diagnostics"] == []
+    assert output.read_bytes() == b"".join(word.to_bytes(4, "big") for word in printed["words"])
+
+
+def test_an_error_has_code_severity_message_path_and_id(project):
+    ran = run("compile", project(document(DRIVE, {**HALF, "id": "block-7"})))
+    assert ran.code == 1
+    printed = json.loads(ran.out)
+    assert printed["words"] == []
+    (diagnostic,) = printed["diagnostics"]
+    message = diagnostic.pop("message")
+    place = {"code": "duration-not-expressible", "severity": "error", "path": "leader[1]", "id": "block-7"}
+    assert diagnostic == place
+    assert only_line(ran.err) == f"leader[1]: error duration-not-expressible: {message}"
+
+
+def test_a_warning_stops_nothing(project, tmp_path):
+    output = tmp_path / "empty.image"
+    ran = run("compile", project(document()), "-o", output)
+    assert ran.code == 0
+    (diagnostic,) = json.loads(ran.out)["diagnostics"]
+    assert (diagnostic["code"], diagnostic["severity"]) == ("empty-program", "warning")
+    assert "warning empty-program" in only_line(ran.err)
+    assert output.read_bytes() == bytes(4)
+
+
+def test_an_error_leaves_the_image_that_was_there(project, tmp_path):
+    output = tmp_path / "old.image"
+    output.write_bytes(b"kept")
+    ran = run("compile", project(document(HALF)), "-o", output)
+    assert (ran.code, len(json.loads(ran.out)["diagnostics"])) == (1, 1)
+    assert output.read_bytes() == b"kept"
+
+
+def test_a_project_that_windows_notepad_saved_compiles(project):
+    assert run("compile", project("\ufeff" + json.dumps(document(DRIVE)).replace("{", "{\r\n"))).code == 0
+
+
+def test_diagnostics_speak_chinese_when_asked_or_when_the_system_does(project, monkeypatch):
+    path = project(document({**DRIVE, "accept_ir": True}))
+    asked = run("compile", path, "--language", "zh")
+    assert asked.code == 1
+    # The sentence is seed 000's, c1 2.1.1.
+    assert "无法设置主机接受红外信息" in json.loads(asked.out)["diagnostics"][0]["message"]
+    assert "错误 leader-accepts-ir: 无法设置主机接受红外信息" in only_line(asked.err)
+    monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
+    monkeypatch.setattr(locale, "getlocale", lambda *category: ("zh_CN", "UTF-8"))
+    assert run("compile", path) == asked
+    assert "错误 leader-accepts-ir" in only_line(run("simulate", path).err)
+    assert "A leader can't" in only_line(run("compile", path, "--language", "en").err)
+
+
+def test_a_language_that_nobody_speaks_here_is_a_usage_error():
+    ran = run("compile", PARADE, "--language", "fr")
+    assert (ran.code, ran.out) == (2, "")
+    assert only_line(ran.err) == "motorcade: 'fr' is not one of en, zh"
+
+
+@pytest.mark.parametrize("language", ["zh", "en"])
+def test_json_comes_whatever_the_output_can_encode(project, language):
+    path = project(document({**DRIVE, "accept_ir": True, "id": "方块"}))
+    narrow = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
+    command = [INSTALLED, "compile", str(path), "--language", language]
+    ran = subprocess.run(command, env=narrow, capture_output=True, timeout=60, check=False)
+    assert ran.returncode == 1
+    assert b"Traceback" not in ran.stderr
+    assert json.loads(ran.stdout)["diagnostics"][0]["id"] == "方块"
+
+
+# Bad input, one by one
+
+BAD = {
+    "no JSON": ("leader: forward 3", "not-json", ""),
+    "an empty file": ("", "not-json", ""),
+    "cut off": ('{"format": "motorcade-program/1", "leader": [', "not-json", ""),
+    "no number": ('{"format": "motorcade-program/1", "leader": [{"wait": {"seconds": NaN}}]}', "not-json", ""),
+    "brackets for ever": ("[" * 50_000, "not-json", ""),
+    "JSON of something else": ([], "out-of-range", ""),
+    "no leader": ({"format": "motorcade-program/1"}, "missing-field", ""),
+    "another format": ({"format": "motorcade-program/9", "leader": []}, "out-of-range", "format"),
+    "an unknown key": (document(DRIVE, leeder=[]), "unknown-field", "leeder"),
+    "an unknown step": (document({"fly": {"seconds": 1}}), "unknown-field", "leader[0].fly"),
+    "an unknown key in a step": (document({**DRIVE, "colour": "red"}), "unknown-field", "leader[0].colour"),
+    "two steps in one": (document({**DRIVE, **LIT}), "unknown-field", "leader[0]"),
+    "a step that is a number": (document(5), "out-of-range", "leader[0]"),
+    "a step that is null": (document(None), "out-of-range", "leader[0]"),
+    "a step that is text": (document("drive"), "out-of-range", "leader[0]"),
+    "256 states": (document({"repeat": {"times": 256, "steps": [DRIVE]}}), "too-many-states", "leader[0]"),
+    "a leader that accepts infrared": (document({**DRIVE, "accept_ir": True}), "leader-accepts-ir", "leader[0]"),
+    "two motors at once": (document({"together": [DRIVE, DRIVE]}), "parallel-conflict", "leader[0].together[1]"),
+    "half a second": (document(HALF), "duration-not-expressible", "leader[0]"),
+    "a follower's half second": (
+        document(DRIVE, followers={"steps": [HALF]}),
+        "duration-not-expressible",
+        "followers.steps[0]",
+    ),
+}
+
+
+@pytest.mark.parametrize("language", ["en", "zh"])
+@pytest.mark.parametrize("name", BAD)
+def test_a_bad_project_gets_one_diagnostic_and_exit_code_1(project, name, language):
+    content, code, path = BAD[name]
+    ran = run("compile", project(content), "--language", language)
+    assert ran.code == 1
+    (diagnostic,) = json.loads(ran.out)["diagnostics"]
+    assert (diagnostic["code"], diagnostic["severity"], diagnostic["path"]) == (code, "error", path)
+    assert only_line(ran.err).endswith(diagnostic["message"])
+    assert any("\u4e00" <= character <= "\u9fff" for character in diagnostic["message"]) == (language == "zh")
+
+
+@pytest.mark.parametrize("typed", ["simulate", "upload --port no-such-port"])
+@pytest.mark.parametrize("name", ["no JSON", "an unknown key", "256 states", "two motors at once", "half a second"])
+def test_a_bad_project_neither_drives_nor_reaches_a_port(project, typed, name):
+    content, code, _ = BAD[name]
+    ran = run(*typed.split(), project(content))
+    assert (ran.code, ran.out) == (1, "")
+    assert f"error {code}: " in only_line(ran.err)
+
+
+def test_every_problem_of_a_step_has_a_line_of_its_own(project):
+    ran = run("compile", project(document({"drive": {"direction": "up", "speed": 9, "seconds": -1}})))
+    assert ran.code == 1
+    paths = [line.partition(": ")[0] for line in ran.err.splitlines()]
+    assert sorted(paths) == [f"leader[0].drive.{name}" for name in ("direction", "seconds", "speed")]
+
+
+def test_a_number_too_large_to_be_one_is_not_called_null(project):
+    ran = run("compile", project('{"format": "motorcade-program/1", "leader": [{"wait": {"seconds": 1e400}}]}'))
+    assert ran.code == 1
+    assert "error" in only_line(ran.err)
+    assert "null" not in ran.err
+
+
+def test_half_of_a_character_in_a_name_is_no_crash(project):
+    ran = run("compile", project('{"format": "motorcade-program/1", "leader": [], "\\ud83d": 1}'))
+    assert ran.code == 1
+    assert "error" in only_line(ran.err)
+
+
+def test_nothing_repeated_without_end_is_no_crash(project):
+    ran = run("compile", project(document({"repeat": {"times": 10**300, "steps": []}})))
+    assert ran.code in (0, 1)
+    assert len(ran.err) < 1000
+
+
+@pytest.mark.parametrize("name", ["racer", "", "../classroom", "a" * 4000, "missing.toml", "broken.toml", "\0.toml"])
+def test_a_profile_that_is_not_there_or_not_one_gets_one_sentence(project, tmp_path, name):
+    (tmp_path / "broken.toml").write_text("durations_ms = [", encoding="utf-8")
+    ran = run("compile", project(document(DRIVE, profile=name)))
+    assert ran.code == 1
+    assert "profile" in only_line(ran.err)
+
+
+@pytest.mark.parametrize("typed", ["compile", "decompile", "inspect", "simulate", "upload --port no-such-port"])
+def test_a_file_that_is_not_there_and_a_directory_are_usage_errors(typed, tmp_path):
+    for path, says in ((tmp_path / "nothing.json", "does not exist"), (tmp_path, "is a directory")):
+        ran = run(*typed.split(), path)
+        assert (ran.code, ran.out) == (2, "")
+        assert says in ran.err
+        assert "Traceback" not in ran.err
+
+
+@pytest.mark.parametrize("name", ["missing/it.image", "."])
+def test_an_output_that_cannot_be_written_is_a_usage_error(tmp_path, name):
+    ran = run("compile", PARADE, "-o", tmp_path / name)
+    assert (ran.code, ran.out) == (2, "")
+    assert "can't be written" in only_line(ran.err)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="names are always text on Windows")
+def test_a_name_that_is_no_text_is_told_all_the_same():
+    ran = subprocess.run([INSTALLED, "compile", PARADE, "-o", b"\xff/it.image"], capture_output=True, timeout=60)
+    assert (ran.returncode, ran.stdout) == (2, b"")
+    assert b"can't be written" in ran.stderr
+    assert ran.stderr.count(b"\n") == 1
+
+
+# Bad input, at random
+
+ANY_JSON = st.recursive(
+    st.none() | st.booleans() | st.integers(-(10**30), 10**30) | st.floats() | st.text(max_size=4),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=4), inner, max_size=3),
+    max_leaves=4,
+)
+
+
+def places(node, here=()):
+    """The way to each node of a document but its root."""
+    children = node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ()
+    for key, child in children:
+        yield (*here, key)
+        yield from places(child, (*here, key))
+
+
+@given(st.data())
+def test_a_project_with_anything_anywhere_compiles_or_says_what_is_wrong(tmp_path_factory, data):
+    broken = json.loads(PARADE.read_text(encoding="utf-8"))
+    *way, last = data.draw(st.sampled_from(list(places(broken))))
+    parent = broken
+    for key in way:
+        parent = parent[key]
+    parent[last] = data.draw(ANY_JSON)
+    path = tmp_path_factory.getbasetemp() / "anything.motorcade.json"
+    path.write_text(json.dumps(broken), encoding="utf-8")
+    ran = run("compile", path)
+    assert ran.code == 0 or (ran.code == 1 and ran.err.strip())

@@ -1,0 +1,297 @@
+"""The command line as a whole, and its commands about words and images: encode, decode, decompile, inspect."""
+
+import contextlib
+import io
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from unittest import mock
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motorcade import __version__, profile
+from motorcade.cli import main
+
+COMMANDS = ("encode", "decode", "compile", "decompile", "inspect", "simulate", "ports", "upload", "readback")
+INSTALLED = shutil.which("motorcade", path=str(Path(sys.executable).parent))
+PARADE = Path(__file__).parents[2] / "examples" / "parade.motorcade.json"
+HEAVY = ("numpy", "numba", "matplotlib", "serial", "jsonschema_rs", "rich", "pydantic")
+OTHER_ROOMS = ("motorcade.program", "motorcade.sim", "motorcade.link", "motorcade.console")
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def run(*arguments, stdout=None):
+    """The command, as the installed script runs it, in this process; a traceback fails the test."""
+    out, err = stdout or io.StringIO(), io.StringIO()
+    with (
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+        mock.patch.object(sys, "argv", ["motorcade", *map(str, arguments)]),
+        mock.patch.dict(os.environ, COLUMNS="160"),
+        pytest.raises(SystemExit) as left,
+    ):
+        main()
+    return SimpleNamespace(code=left.value.code, out=out.getvalue(), err=err.getvalue())
+
+
+def data(*arguments):
+    ran = run(*arguments)
+    assert (ran.code, ran.err) == (0, "")
+    return json.loads(ran.out)
+
+
+def refusal(code, *arguments):
+    """The one sentence that a command gives in place of its output."""
+    ran = run(*arguments)
+    assert (ran.code, ran.out) == (code, "")
+    (line,) = ran.err.strip().splitlines()
+    assert line.startswith("motorcade: ")
+    return line.removeprefix("motorcade: ")
+
+
+def imported_by(*arguments):
+    """The modules that the installed command imports, by Python's own report."""
+    reporting = {**os.environ, "PYTHONPROFILEIMPORTTIME": "1"}
+    ran = subprocess.run([INSTALLED, *arguments], env=reporting, capture_output=True, text=True, check=True, timeout=60)
+    return {line.rpartition("|")[2].strip() for line in ran.stderr.splitlines() if line.startswith("import time:")}
+
+
+def under(modules, roots):
+    return sorted(name for name in modules for root in roots if f"{name}.".startswith(f"{root}."))
+
+
+def bytes_of(*words):
+    return b"".join(word.to_bytes(4, "big") for word in words)
+
+
+@pytest.fixture
+def image(tmp_path):
+    """Writes words, or bytes as they are, into a file."""
+
+    def write(*content):
+        path = tmp_path / "it.image"
+        path.write_bytes(content[0] if isinstance(content[0], bytes) else bytes_of(*content))
+        return path
+
+    return write
+
+
+# The command line as a whole
+
+
+def test_the_installed_command_says_its_version_and_imports_nothing_heavy():
+    assert subprocess.check_output([INSTALLED, "--version"], text=True, timeout=60) == f"motorcade {__version__}\n"
+    modules = imported_by("--version")
+    assert "motorcade.cli" in modules
+    assert under(modules, (*HEAVY, *OTHER_ROOMS, "motorcade.words")) == []
+
+
+def test_a_word_for_a_script_is_decoded_without_anything_that_draws_or_compiles():
+    assert under(imported_by("decode", "control", "5"), (*HEAVY, *OTHER_ROOMS)) == []
+
+
+def test_compiling_imports_neither_arrays_nor_ports_nor_pictures():
+    assert under(imported_by("compile", str(PARADE)), ("numpy", "numba", "matplotlib", "serial")) == []
+
+
+@pytest.mark.parametrize("command", [*COMMANDS, "virtual-car"])
+def test_every_command_has_help(command):
+    ran = run(command, "--help")
+    assert (ran.code, ran.err) == (0, "")
+    assert "Usage:" in ran.out
+    assert f" {command} [OPTIONS]" in ran.out
+    assert f" {command} " in run("--help").out
+
+
+def test_no_arguments_print_the_help():
+    ran = run()
+    assert (ran.code, ran.err) == (0, "")
+    assert ran.out.strip() == run("--help").out.strip()
+
+
+@pytest.mark.parametrize("typed", ["fly", "--fly", "decode", "decode control", "encode", "compile", "upload it"])
+def test_missing_or_unknown_arguments_are_usage_errors(typed):
+    ran = run(*typed.split())
+    assert (ran.code, ran.out) == (2, "")
+    assert "Usage:" in ran.err
+    assert "Traceback" not in ran.err
+
+
+@pytest.mark.parametrize("command", ["decode", "decompile", "inspect"])
+def test_a_reader_that_has_enough_gets_no_complaint(command, image):
+    arguments = ["control", "5"] if command == "decode" else [image(0x01000000, 0x64800000)]
+    reader, writer = os.pipe()
+    os.close(reader)
+    try:
+        ran = subprocess.run([INSTALLED, command, *arguments], stdout=writer, stderr=subprocess.PIPE, timeout=60)
+    finally:
+        os.close(writer)
+    assert (ran.returncode, ran.stderr) == (0, b"")
+
+
+# encode and decode
+
+
+def test_encode_gives_the_word_in_three_ways():
+    # Seed 001's worked example: angle 40, forward, speed 150.
+    assert data("encode", "drive", "angle=40", "direction=1", "speed=0x96", "--json") == {
+        "word": 311209984,
+        "hex": "0x128CB000",
+        "bits": "00010010100011001011000000000000",
+    }
+
+
+def test_decode_gives_raw_fields_and_warnings_of_each_word_in_order():
+    led, idle_motor = data("decode", "control", "0x40280000", "0x01000000", "--json")
+    assert set(led) == {"word", "fields", "warnings"}
+    assert (led["word"], led["warnings"]) == (0x40280000, [])
+    assert {name: raw for name, raw in led["fields"].items() if raw} == {
+        "forward": 1,
+        "led_which": 1,
+        "led_duration": 1,
+    }
+    assert idle_motor["fields"]["motor_duration"] == 2
+    assert idle_motor["warnings"] == ["motor_duration is 2, yet motor_enable is 0: it has no effect"]
+
+
+@pytest.mark.parametrize("way", ["-5", "-- -5", "-0x5", "4294967291", "0xFFFFFFFB", "-5 --json", "--json -5"])
+def test_a_word_may_be_negative_or_hexadecimal(way):
+    (decoded,) = data("decode", "control", *way.split())
+    assert decoded["word"] == 0xFFFFFFFB
+    assert decoded["fields"]["reserved"] == 0b11111111101
+
+
+def test_the_lowest_signed_int_is_the_top_bit_alone():
+    (decoded,) = data("decode", "control", "-2147483648")
+    assert {name: raw for name, raw in decoded["fields"].items() if raw} == {"accept_ir": 1}
+
+
+@given(st.sampled_from(["control", "drive"]), st.integers(0, 0xFFFFFFFF))
+def test_what_decode_prints_encode_takes(name, bits):
+    # Of a drive word's bits those stay free that are never refused: code is 1, the angle at most 127.
+    word = bits if name == "control" else 1 << 28 | bits & 0x07FFFFFF
+    (decoded,) = data("decode", name, word)
+    assert data("encode", name, *(f"{field}={raw}" for field, raw in decoded["fields"].items()))["word"] == word
+
+
+def test_on_a_terminal_words_are_shown_to_read_and_json_only_when_asked():
+    table = run("decode", "header", "0x03030200", stdout=Terminal()).out
+    assert "header word 50528768 = 0x03030200" in table
+    assert "how many leader control words follow" in table
+    assert "0x40280000" in run("encode", "control", "forward=1", "led_which=1", "led_duration=1", stdout=Terminal()).out
+    asked = run("decode", "header", "0x03030200", "--json", stdout=Terminal()).out
+    assert json.loads(asked)[0]["fields"]["dwell"] == 2
+
+
+@pytest.mark.parametrize(
+    ("typed", "names", "allowed"),
+    [
+        ("decode motor 1", "'motor'", "header, control, drive"),
+        ("encode motor", "'motor'", "header, control, drive"),
+        ("decode control 4294967296", "4294967296", "0 to 4294967295"),
+        ("decode control -2147483649", "-2147483649", "0 to 4294967295"),
+        ("decode control five", "'five'", "a whole number, such as 42 or 0x2A"),
+        ("decode control 5 1.5", "'1.5'", "a whole number"),
+        ("decode header 0x01010300", "dwell is 3", "exactly one bit"),
+        ("decode header 0x01010000", "dwell is 0", "exactly one bit"),
+        ("decode header 0x01000100", "dwell is 1", "0, as there are no follower words"),
+        ("decode drive 0x20000000", "code is 2", "1 (speed and direction)"),
+        ("decode drive 0x1B500000", "angle is 181", "0 to 180"),
+        ("encode drive angle=181", "angle is 181", "0 to 180"),
+        ("encode drive speed=256", "speed is 256", "0 to 255"),
+        ("encode control motor_speed=-1", "motor_speed is -1", "0 to 3"),
+        ("encode control motor_speed=4", "motor_speed is 4", "0 to 3"),
+        ("encode control motor_speed=fast", "motor_speed is 'fast'", "a whole number"),
+        ("encode control motor_speed=", "motor_speed is ''", "a whole number"),
+        ("encode control sped=1", "'sped'", "motor_speed"),
+        ("encode control voice", "'voice'", "NAME=VALUE"),
+        ("encode control voice=1 voice=0", "voice", "twice"),
+    ],
+)
+def test_a_word_that_cannot_be_gets_one_sentence(typed, names, allowed):
+    sentence = refusal(2, *typed.split())
+    assert names in sentence
+    assert allowed in sentence
+
+
+# decompile and inspect
+
+
+def test_decompile_prints_a_project_that_compiles_to_the_same_bytes(tmp_path):
+    first, second, again = tmp_path / "a.image", tmp_path / "b.image", tmp_path / "again.motorcade.json"
+    data("compile", PARADE, "-o", first)
+    again.write_text(json.dumps(data("decompile", first)), encoding="utf-8")
+    data("compile", again, "-o", second)
+    assert second.read_bytes() == first.read_bytes()
+
+
+def test_decompile_for_a_profile_of_ones_own_prints_a_project_that_compiles(image, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(Path(profile.__file__).parent / "profiles" / "classroom.toml", "mine.toml")
+    project = data("decompile", image(0x01000000, 0x64800000), "--profile", "mine.toml")
+    Path("again.motorcade.json").write_text(json.dumps(project), encoding="utf-8")
+    assert data("compile", "again.motorcade.json")["words"] == [0x01000000, 0x64800000]
+
+
+def test_decompile_refuses_a_leader_that_accepts_infrared(image):
+    assert "word 1 (0xC0000000) lets the leader accept infrared" in refusal(
+        1, "decompile", image(0x01000000, 0xC0000000)
+    )
+
+
+def test_inspect_shows_a_table_and_fields_as_json(image):
+    path = image(0x01010200, 0x64800000, 0xC0280000)
+    table = run("inspect", path)
+    assert (table.code, table.err) == (0, "")
+    assert "forward 200 mm/s 1 s" in table.out
+    assert "LED 1 1 s" in table.out
+    header, leader, follower = data("inspect", path, "--json")
+    assert [each["role"] for each in (header, leader, follower)] == ["header", "leader", "follower"]
+    assert header["word"] == 0x01010200
+    assert header["fields"] == {"leader_states": 1, "follower_words": 1, "dwell": 2, "reserved": 0}
+    assert (leader["fields"]["motor_speed"], leader["fields"]["motor_duration"]) == (2, 1)
+    assert (follower["fields"]["accept_ir"], follower["fields"]["led_which"]) == (1, 1)
+
+
+@pytest.mark.parametrize("typed", ["decompile", "inspect", "simulate", "upload --port no-such-port"])
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (b"", "empty"),
+        (b"\x01\x00", "2 bytes are no whole number of 4-byte words"),
+        (bytes_of(0x02000000, 0x64800000), "cut off: its header announces 3 words, 2 are here"),
+        (bytes_of(0x01000000, 0x64800000, 0x64800000), "too long: its header announces 2 words, 3 are here"),
+        (bytes_of(0x00010300, 0xC0000000), "dwell is 3"),
+        (bytes_of(0x01000000, 0x40000002), "word 1 (0x40000002) is not valid: reserved is 1"),
+        (bytes_of(0x01000000, 0x40000001), "word 1 (0x40000001) is not valid: parity is 1"),
+        (bytes_of(0x000000FF), "reserved is 255"),
+    ],
+    ids=["empty", "half a word", "cut off", "too long", "two dwells", "reserved", "parity", "reserved header"],
+)
+def test_a_bad_image_gets_one_sentence_and_exit_code_1(image, typed, content, says):
+    assert says in refusal(1, *typed.split(), image(content))
+
+
+@given(st.binary(max_size=40))
+def test_any_bytes_are_an_image_or_get_one_sentence(tmp_path_factory, content):
+    path = tmp_path_factory.getbasetemp() / "anything.image"
+    path.write_bytes(content)
+    for command in ("decompile", "inspect"):
+        ran = run(command, path)
+        assert ran.code == 0 or (ran.code in (1, 2) and ran.err.count("\n") == 1)
+
+
+def test_an_image_that_looks_like_the_start_of_json_is_still_an_image(image):
+    # 123 states and 34 follower words: the header's first two bytes are '{"'.
+    ran = run("simulate", image(0x7B220100, *[0x40280000] * 123, *[0xC0280000] * 34), "--seconds", "0", "--json")
+    assert (ran.code, ran.err.strip()) == (0, "")

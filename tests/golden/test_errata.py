@@ -1,0 +1,264 @@
+"""The errata of seeds 000 and 001, each as a vector that was worked out by hand, most significant bit first."""
+
+import pytest
+
+from motorcade import Program, compile_program, forward, led, left, pir, repeat, together, voice
+from motorcade.car import brain
+from motorcade.profile import built_in_profile
+from motorcade.program.diagnostics import MESSAGES
+from motorcade.sim.board import levels_of
+from motorcade.words.field import WordError
+from motorcade.words.formats import CONTROL, DRIVE, HEADER
+from motorcade.words.image import ImageError, pack, parse_image, unpack
+
+# 000: the table's c3 has 7 bits and its c8 has 11, which makes 32 of the whole.
+ITEMS = [
+    # item, bits, the item's fields at their most, the word
+    ("c1", 1, {"accept_ir": 1}, 0b1_0_0000000_0000_00000_0_0_00000000000_0),
+    ("c2", 1, {"forward": 1}, 0b0_1_0000000_0000_00000_0_0_00000000000_0),
+    (
+        "c3",
+        7,  # the table's 6 lack the bit that says whether there is a motor at all
+        {"motor_enable": 1, "motor_direction": 3, "motor_speed": 3, "motor_duration": 3},
+        0b0_0_1111111_0000_00000_0_0_00000000000_0,
+    ),
+    ("c4", 4, {"led_which": 3, "led_duration": 3}, 0b0_0_0000000_1111_00000_0_0_00000000000_0),
+    (
+        "c5",
+        5,
+        {"avoid_enable": 1, "avoid_radius": 3, "avoid_duration": 3},
+        0b0_0_0000000_0000_11111_0_0_00000000000_0,
+    ),
+    ("c6", 1, {"voice": 1}, 0b0_0_0000000_0000_00000_1_0_00000000000_0),
+    ("c7", 1, {"pir": 1}, 0b0_0_0000000_0000_00000_0_1_00000000000_0),
+    ("c8", 11, {"reserved": 2047}, 0b0_0_0000000_0000_00000_0_0_11111111111_0),  # the table's 12 would make 33
+    ("c9", 1, {"parity": 1}, 0b0_0_0000000_0000_00000_0_0_00000000000_1),
+]
+
+
+def word_of(*fields):
+    """The word whose bits are written field by field, bit 31 first."""
+    bits = "".join(fields)
+    assert len(bits) == 32
+    return int(bits, 2)
+
+
+@pytest.mark.parametrize(("item", "width", "fields", "word"), ITEMS, ids=[each[0] for each in ITEMS])
+def test_each_item_of_the_control_word_has_its_own_bits(item, width, fields, word):
+    assert CONTROL.encode(**fields) == word
+    assert word.bit_count() == width
+    decoded = CONTROL.decode(word)._asdict()
+    assert {name: raw for name, raw in decoded.items() if raw} == fields
+
+
+def test_the_items_of_the_control_word_fill_32_bits():
+    assert sum(width for _, width, _, _ in ITEMS) == 32
+    everything = CONTROL.encode(**{name: raw for _, _, fields, _ in ITEMS for name, raw in fields.items()})
+    assert everything == 0xFFFFFFFF
+
+
+def test_the_parts_of_a_control_word_stand_in_the_order_of_the_list():
+    word = word_of(
+        "1",  # c1 a follower that listens
+        "0",  # c2 and doesn't pass on
+        "1",  # c3 the motor is driven:
+        "10",  # right
+        "01",  # at speed 1
+        "11",  # for the longest time
+        "01",  # c4 LED 1
+        "10",  # for duration 2
+        "1",  # c5 obstacles are avoided:
+        "11",  # from afar
+        "01",  # for duration 1
+        "0",  # c6 no voice
+        "1",  # c7 PIR
+        "00000000000",  # c8
+        "0",  # c9
+    )
+    assert word == 0xB3B75000
+    assert CONTROL.decode(word) == (1, 0, 1, 2, 1, 3, 1, 2, 1, 3, 1, 0, 1, 0, 0)
+
+
+@pytest.mark.parametrize("bit", range(1, 12))
+def test_c8_is_filled_with_zeros_in_all_of_its_11_bits(bit):
+    with pytest.raises(WordError, match=r"reserved is \d+; allowed: 0 \(reserved\)"):
+        CONTROL.decode(1 << bit, strict=True)
+    with pytest.raises(ImageError):
+        parse_image((0x01000000, 1 << bit))
+
+
+def test_an_led_that_is_not_driven_leaves_its_4_bits_0_and_no_others():
+    compiled = compile_program(Program([together(forward(1, speed=3), voice(), pir())]))
+    assert compiled.words[1] == word_of(
+        "0",  # c1 a leader never listens
+        "1",  # c2 a leader always sends
+        "1001101",  # c3 driven, forward, speed 3, duration 1
+        "0000",  # c4 these 4
+        "00000",  # c5
+        "1",  # c6
+        "1",  # c7
+        "00000000000",  # c8
+        "0",  # c9
+    )
+
+
+def test_an_image_is_in_the_order_of_the_list_and_big_endian():
+    compiled = compile_program(Program([forward(3), left(1, speed=1)]))
+    header = bytes(
+        [
+            0x02,  # h1: 2 states, one for each serial step
+            0x00,  # h2: no words for followers
+            0x00,  # h2: so no dwell either
+            0x00,  # h3
+        ]
+    )
+    first = word_of("0", "1", "1001011", "0" * 23)  # c1, c2, c3: driven, forward, speed 2, duration 3
+    second = word_of("0", "1", "1010101", "0" * 23)  # c1, c2, c3: driven, left, speed 1, duration 1
+    assert (first, second) == (0x65800000, 0x6A800000)
+    assert compiled.image == header + bytes.fromhex("65800000") + bytes.fromhex("6a800000")
+
+
+def test_the_header_is_in_the_order_of_the_list():
+    word = word_of(
+        "00000101",  # h1: 5 states
+        "00000011",  # h2, its upper 8 bits: 3 words
+        "00000100",  # h2, its lower 8 bits: the third dwell, one-hot
+        "00000000",  # h3
+    )
+    assert HEADER.encode(leader_states=5, follower_words=3, dwell=4) == word == 0x05030400
+    assert pack(word) == bytes([5, 3, 4, 0])
+
+
+def test_h1_counts_serial_steps_and_not_parallel_ones():
+    serial = compile_program(Program([forward(3), led(0, 3)]))
+    parallel = compile_program(Program([together(forward(3), led(0, 3))]))
+    assert (serial.words[0], parallel.words[0]) == (0x02000000, 0x01000000)
+
+
+def test_255_serial_steps_fit():
+    compiled = compile_program(Program([repeat(255, forward(1))]))
+    assert compiled.words[0] == 0xFF000000
+    assert compiled.diagnostics == ()
+
+
+def test_the_message_about_256_steps_says_serial():
+    compiled = compile_program(Program([repeat(256, forward(1))]))
+    (diagnostic,) = compiled.diagnostics
+    assert (diagnostic.code, diagnostic.severity) == ("too-many-states", "error")
+    assert "所用的串行模块数目已经大于255" in diagnostic.message("zh")
+    assert "serial modules in use are more than 255" in diagnostic.message("en")
+    assert "并行" not in MESSAGES["too-many-states"]["zh"]
+    assert "parallel" not in MESSAGES["too-many-states"]["en"]
+    assert compiled.words == ()
+
+
+def test_the_built_in_profile_says_what_the_levels_are():
+    profile = built_in_profile("classroom")
+    assert profile.durations_ms == (0, 1000, 2000, 3000)
+    assert profile.dwell_ms == (1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000)
+    assert profile.speeds_mm_s == (0, 100, 200, 300)
+    assert profile.turn_rates_deg_s == (0, 30, 60, 90)
+    assert profile.avoid_radii_mm == (100, 200, 300, 400)
+
+
+LEVELS = levels_of(built_in_profile("classroom"))
+DRIVES_ON = word_of("0", "1", "1001011", "0000", "00000", "0", "0", "00000000000", "0")
+LISTENS = word_of("0", "1", "1001011", "0000", "00000", "1", "0", "00000000000", "0")  # c6
+SENSES = word_of("0", "1", "1001011", "0000", "00000", "0", "1", "00000000000", "0")  # c7
+AT_SPEED_2 = 2  # forward
+
+
+def wheels(word, heard=(), person=0):
+    """What a leader's wheels do half a second into ``word``."""
+    memory = [0] * brain.SIZE
+    brain.switch_on(memory, 0, 0)
+    brain.leader_start(memory, (0x01000000, word), 0)
+    for voice_heard in heard:
+        brain.hear_voice(memory, voice_heard)
+    return brain.wheels(memory, 1 << 20, person, 500, LEVELS)
+
+
+@pytest.mark.parametrize(
+    ("word", "heard", "expected"),
+    [
+        (LISTENS, (), AT_SPEED_2),
+        (LISTENS, (brain.VOICE_STOP,), brain.STILL),
+        (LISTENS, (brain.VOICE_STOP, brain.VOICE_GO), AT_SPEED_2),
+        (DRIVES_ON, (brain.VOICE_STOP,), AT_SPEED_2),
+    ],
+    ids=["silence", "stop", "stop and go", "not asked to listen"],
+)
+def test_c6_lets_a_voice_hold_the_wheels(word, heard, expected):
+    assert wheels(word, heard=heard) == expected
+
+
+def test_c7_holds_the_wheels_while_a_person_is_sensed():
+    assert wheels(SENSES, person=1) == brain.STILL
+    assert wheels(SENSES, person=0) == AT_SPEED_2
+    assert wheels(DRIVES_ON, person=1) == AT_SPEED_2
+
+
+# 001
+VECTORS = [
+    # What the worked example's text says: a = 40.
+    (311209984, 0x128CB000, ("0001", "00101000", "1", "10010110"), (1, 40, 1, 150, 0)),
+    # The bits that it shows: a = 42.
+    (313307136, 0x12ACB000, ("0001", "00101010", "1", "10010110"), (1, 42, 1, 150, 0)),
+    # What the test program's struct makes of {40, false, 150}: angle 40, backward, speed 150.
+    (310685696, 0x1284B000, ("0001", "00101000", "0", "10010110"), (1, 40, 0, 150, 0)),
+    # What the test program's text meant: speed 40, backward, angle 150.
+    (425803776, 0x19614000, ("0001", "10010110", "0", "00101000"), (1, 150, 0, 40, 0)),
+]
+
+
+@pytest.mark.parametrize(("number", "hexadecimal", "fields", "values"), VECTORS, ids=[str(each[0]) for each in VECTORS])
+def test_a_drive_command_of_seed_001_there_and_back(number, hexadecimal, fields, values):
+    code, angle, direction, speed = fields
+    word = word_of(code, angle, direction, speed, "00000000000")
+    assert word == number == hexadecimal
+    assert DRIVE.decode(word, strict=True) == values
+    assert DRIVE.encode(code=values[0], angle=values[1], direction=values[2], speed=values[3]) == word
+
+
+def test_unpacking_is_and_where_the_prose_says_or():
+    # `cmd | mask` would find 255, 1 and 255 in here.
+    nothing_set = word_of("0001", "00000000", "0", "00000000", "00000000000")
+    assert DRIVE.decode(nothing_set) == (1, 0, 0, 0, 0)
+
+
+def test_a_drive_command_is_big_endian_unless_the_client_is_as_the_seed_was():
+    assert pack(311209984) == bytes([0x12, 0x8C, 0xB0, 0x00])
+    assert pack(311209984, "little") == bytes([0x00, 0xB0, 0x8C, 0x12])
+    assert unpack(bytes([0x00, 0xB0, 0x8C, 0x12]), "little") == 311209984
+
+
+@pytest.mark.parametrize("angle", [181, 255])
+def test_an_angle_over_180_is_refused_at_both_ends(angle):
+    on_the_wire = word_of("0001", f"{angle:08b}", "1", "10010110", "00000000000")
+    for refuse in (lambda: DRIVE.encode(angle=angle), lambda: DRIVE.decode(on_the_wire)):
+        with pytest.raises(WordError) as caught:
+            refuse()
+        assert (caught.value.field, caught.value.value, caught.value.allowed) == ("angle", angle, "0 to 180")
+
+
+@pytest.mark.parametrize("angle", [0, 180])
+def test_the_outermost_angles_are_allowed_at_both_ends(angle):
+    word = word_of("0001", f"{angle:08b}", "0", "00000000", "00000000000")
+    assert DRIVE.encode(angle=angle) == word
+    assert DRIVE.decode(word).angle == angle
+
+
+@pytest.mark.parametrize("strict", [False, True])
+@pytest.mark.parametrize("code", [0, 2, 15])
+def test_the_code_is_checked_before_all_that_depends_on_it(code, strict):
+    # Another command's bits: an angle of 255 and reserved bits, were its code 1.
+    word = word_of(f"{code:04b}", "11111111", "1", "11111111", "11111111111")
+    with pytest.raises(WordError) as caught:
+        DRIVE.decode(word, strict)
+    assert (caught.value.field, caught.value.value) == ("code", code)
+    assert caught.value.allowed == "1 (speed and direction)"
+
+
+def test_the_code_is_checked_first_when_a_command_is_made():
+    with pytest.raises(WordError, match="code is 2"):
+        DRIVE.encode(code=2, angle=181)

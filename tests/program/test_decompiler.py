@@ -1,0 +1,148 @@
+"""From words back to a program that says the same."""
+
+import re
+from importlib import resources
+from pathlib import Path
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from motorcade import (
+    Followers,
+    Program,
+    compile_program,
+    decompile,
+    forward,
+    led,
+    left,
+    load_profile,
+    read_program,
+    together,
+    voice,
+)
+from motorcade.profile import Profile
+from motorcade.program.decompiler import DecompileError
+from motorcade.words.formats import CONTROL
+from motorcade.words.image import Image, ImageError, image_words, parse_image
+from strategies import BRISK, CLASSROOM, programs
+
+PROFILES = st.sampled_from([CLASSROOM, BRISK])
+BIT = st.integers(0, 1)
+LEVEL = st.integers(0, 3)
+
+
+@st.composite
+def control_words(draw: st.DrawFn, **fixed: int) -> int:
+    """Any control word that an image may hold, nothing behind a block that is off."""
+    values = {"accept_ir": draw(BIT), "forward": draw(BIT), "voice": draw(BIT), "pir": draw(BIT)}
+    values |= {"led_which": draw(LEVEL), "led_duration": draw(LEVEL)}
+    if draw(st.booleans()):
+        values |= {"motor_enable": 1, "motor_direction": draw(LEVEL), "motor_speed": draw(LEVEL)}
+        values |= {"motor_duration": draw(LEVEL)}
+    if draw(st.booleans()):
+        values |= {"avoid_enable": 1, "avoid_radius": draw(LEVEL), "avoid_duration": draw(LEVEL)}
+    return CONTROL.encode(**(values | fixed))
+
+
+@st.composite
+def images(draw: st.DrawFn) -> tuple[int, ...]:
+    leader = draw(st.lists(control_words(accept_ir=0, forward=1), max_size=5))
+    few = draw(st.lists(control_words(), min_size=1, max_size=3))
+    followers = draw(st.lists(st.sampled_from(few) | control_words(), max_size=8))
+    return image_words(Image(leader, followers, draw(st.integers(0, 7)) if followers else -1))
+
+
+def assert_comes_back(words: tuple[int, ...], profile: Profile = CLASSROOM) -> Program:
+    program = decompile(words, profile)
+    compiled = compile_program(program, profile)
+    assert [each for each in compiled.diagnostics if each.severity == "error"] == []
+    assert compiled.words == words
+    assert read_program(program.as_json()) == program
+    return program
+
+
+@given(st.data(), PROFILES)
+def test_a_compiled_program_comes_back_as_one_that_compiles_to_the_same_words(
+    data: st.DataObject, profile: Profile
+) -> None:
+    compiled = compile_program(data.draw(programs(profile)), profile)
+    assume(compiled.words)
+    assert_comes_back(compiled.words, profile)
+
+
+@given(images(), PROFILES)
+def test_any_valid_image_comes_back_as_a_program_that_compiles_to_it(words: tuple[int, ...], profile: Profile) -> None:
+    assert_comes_back(words, profile)
+
+
+@pytest.mark.parametrize("word", [0xA5800000, 0x80000000, 0x00000000, 0xFFFFF000])
+@pytest.mark.parametrize("level", range(8))
+def test_the_largest_image_comes_back(word: int, level: int) -> None:
+    assert_comes_back(image_words(Image([0x7FFFF000] * 255, [word] * 255, level)))
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        Program([forward(3), left(1, speed=1), together(forward(2), led(1, 1))]),
+        Program([led(0, 2), voice(3)], [forward(3), led(2, 3)]),
+        Program([], Followers([forward(3), led(0, 1), together(left(2), led(1, 1), voice())], forward=True)),
+        Program([], Followers([led(0, 3), led(1, 2, accept_ir=True), forward(1, forward=True)], accept_ir=False)),
+    ],
+)
+def test_a_plain_program_comes_back_as_it_was_written(program: Program) -> None:
+    assert assert_comes_back(compile_program(program).words) == program
+
+
+def test_words_that_no_compiler_would_choose_keep_their_dwell() -> None:
+    short = CONTROL.encode(accept_ir=1, led_which=1, led_duration=1)
+    program = assert_comes_back(image_words(Image([], [short, short], 7)))
+    assert program.followers == Followers([led(1, 1), led(1, 1)], dwell_seconds=8)
+
+
+def test_a_project_that_came_back_finds_its_profile_again(tmp_path: Path) -> None:
+    text = (resources.files("motorcade") / "profiles" / "classroom.toml").read_text(encoding="utf-8")
+    (tmp_path / "mine.toml").write_text(text.replace("3000]", "9000]", 1), encoding="utf-8")
+    profile = load_profile("mine.toml", tmp_path)
+    program = decompile(compile_program(Program([led(0, 9)]), profile).words, profile)
+    assert program.leader == (led(0, 9),)
+    assert load_profile(program.profile, tmp_path) == profile
+
+
+@pytest.mark.parametrize(
+    ("leader", "followers", "position", "said"),
+    [
+        ([0x40000000, 0xC0000000], [], 2, "accept"),
+        ([0x20000000], [], 1, "forward"),
+        ([0x40800000], [], 1, "motor"),
+        ([0x40000000, 0x40010000], [], 2, "avoid"),
+        ([0x40000000], [0x80000000, 0x98000000], 3, "motor"),
+        ([], [0x80004000], 1, "avoid"),
+    ],
+)
+def test_a_word_that_no_step_says_is_named(leader: list[int], followers: list[int], position: int, said: str) -> None:
+    words = image_words(Image(leader, followers, 0 if followers else -1))
+    name = f"word {position} (0x{words[position]:08X})"
+    with pytest.raises(DecompileError, match=re.escape(name) + f".*{said}"):
+        decompile(words)
+
+
+@given(st.lists(st.integers(0, 0xFFFFFFFF), max_size=4), st.lists(st.integers(0, 0xFFFFFFFF), max_size=4))
+def test_any_image_comes_back_or_has_its_word_named(leader: list[int], followers: list[int]) -> None:
+    """The rest of each word is kept, only what no image may hold (reserved bits, parity) is taken off."""
+    unused = CONTROL.reserved_mask | 1
+    words = image_words(
+        Image([word & ~unused for word in leader], [word & ~unused for word in followers], 3 if followers else -1)
+    )
+    assert parse_image(words)
+    try:
+        assert_comes_back(words)
+    except DecompileError as error:
+        assert re.match(r"word [1-8] \(0x[0-9A-F]{8}\) ", str(error))  # noqa: PT017
+
+
+@pytest.mark.parametrize("words", [[], [0x01000000], [0, 0], [0x01000000, 0x40000001], [0x01000000, 0x40000002]])
+def test_what_is_no_image_is_refused(words: list[int]) -> None:
+    with pytest.raises(ImageError):
+        decompile(words)

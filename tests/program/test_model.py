@@ -1,0 +1,290 @@
+"""A program, its project file, and what is said about a file that is none."""
+
+import json
+import re
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motorcade import (
+    Followers,
+    Program,
+    ProgramError,
+    compile_program,
+    forward,
+    led,
+    left,
+    pir,
+    read_program,
+    repeat,
+    right,
+    together,
+    voice,
+    wait,
+)
+from motorcade.program.diagnostics import LANGUAGES, MESSAGES, PHRASES
+from motorcade.program.steps import Drive
+from strategies import CLASSROOM, JSON, damaged_documents, programs
+
+EXAMPLE = """
+{"format": "motorcade-program/1",
+ "profile": "classroom",
+ "leader": [
+   {"drive": {"direction": "forward", "speed": 2, "seconds": 3}},
+   {"drive": {"direction": "left", "speed": 1, "seconds": 1}},
+   {"together": [{"drive": {"direction": "forward", "speed": 3, "seconds": 2}}, {"led": {"which": 1, "seconds": 1}}]},
+   {"repeat": {"times": 2, "steps": [{"wait": {"seconds": 1}}, {"led": {"which": 0, "seconds": 1}}]}}],
+ "followers": {"accept_ir": true, "forward": false,
+   "steps": [{"drive": {"direction": "right", "speed": 2, "seconds": 2}}]}}
+"""
+IN_PYTHON = Program(
+    [
+        forward(3),
+        left(1, speed=1),
+        together(forward(2, speed=3), led(1, 1)),
+        repeat(2, wait(1), led(0, 1)),
+    ],
+    Followers([right(2)]),
+)
+
+
+def test_the_example_of_the_protocol_reads() -> None:
+    assert read_program(EXAMPLE) == IN_PYTHON
+    assert read_program(EXAMPLE.encode()) == IN_PYTHON
+    assert read_program(b"\xef\xbb\xbf" + EXAMPLE.encode()) == IN_PYTHON
+
+
+def test_the_example_of_the_protocol_compiles_to_words_worked_out_by_hand() -> None:
+    #            accept, forward, motor: enable direction speed duration, led: which duration, avoid ..., parity
+    wait_1_s = 0b0_1_1_00_00_01_00_00_0_00_00_0_0_00000000000_0
+    led_0_for_1_s = 0b0_1_0_00_00_00_00_01_0_00_00_0_0_00000000000_0
+    assert compile_program(read_program(EXAMPLE)).words == (
+        0b00000111_00000001_00000010_00000000,  # 7 states, 1 word, each sent for 2 s: level 1
+        0b0_1_1_00_10_11_00_00_0_00_00_0_0_00000000000_0,
+        0b0_1_1_01_01_01_00_00_0_00_00_0_0_00000000000_0,
+        0b0_1_1_00_11_10_01_01_0_00_00_0_0_00000000000_0,
+        *(wait_1_s, led_0_for_1_s, wait_1_s, led_0_for_1_s),
+        0b1_0_1_10_10_10_00_00_0_00_00_0_0_00000000000_0,
+    )
+
+
+@given(programs())
+def test_a_program_survives_its_project_file(program: Program) -> None:
+    assert read_program(program.as_json()) == program
+    assert read_program(program.as_json().encode()) == program
+
+
+def test_a_program_is_saved_as_utf_8(tmp_path: Any) -> None:
+    file = tmp_path / "舞.motorcade.json"
+    program = Program([led(0, 1, id="积木")])
+    program.save(file)
+    assert "积木" in file.read_text(encoding="utf-8")
+    assert read_program(file.read_bytes()) == program
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("", "line 1, column 1"),
+        ("{", "line 1, column 2"),
+        ('{\n "format":: 1}', "line 2, column 11"),
+        (b"\xff\xfe", "UTF-8"),
+        (EXAMPLE.encode("utf-16"), "UTF-8"),
+        ("NaN", "NaN"),
+        ('{"a": -Infinity}', "-Infinity"),
+        ("1" * 5000, "number"),
+        ("[" * 100_000, "deep"),
+        ("[" * 100_000 + "]" * 100_000, "deep"),
+        ('{"a":' * 100_000 + "1" + "}" * 100_000, "deep"),
+        ("[" * 200 + "]" * 200, "deep"),
+    ],
+)
+def test_what_is_not_json_is_said_to_be_none(content: bytes | str, said: str) -> None:
+    with pytest.raises(ProgramError, match=re.escape(said)) as caught:
+        read_program(content)
+    (diagnostic,) = caught.value.diagnostics
+    assert (diagnostic.code, diagnostic.severity, diagnostic.path) == ("not-json", "error", "")
+    assert_both_languages_say_it(diagnostic)
+
+
+UNKNOWN, MISSING, RANGE = "unknown-field", "missing-field", "out-of-range"
+
+
+def assert_is_said(document: str, code: str, path: str, step_id: str | None) -> None:
+    with pytest.raises(ProgramError) as caught:
+        read_program(document)
+    found = {(each.code, each.path, each.id): each for each in caught.value.diagnostics}
+    assert (code, path, step_id) in found
+    assert_both_languages_say_it(found[code, path, step_id])
+
+
+@pytest.mark.parametrize(
+    ("document", "code", "path"),
+    [
+        ("7", RANGE, ""),
+        ("null", RANGE, ""),
+        ("[]", RANGE, ""),
+        ('{"leader": []}', MISSING, ""),
+        ('{"format": "motorcade-program/1"}', MISSING, ""),
+        ('{"format": "motorcade-program/2", "leader": []}', RANGE, "format"),
+        ('{"format": "motorcade-program/1", "leader": {}}', RANGE, "leader"),
+        ('{"format": "motorcade-program/1", "leader": [5]}', RANGE, "leader[0]"),
+        ('{"format": "motorcade-program/1", "leader": [null]}', RANGE, "leader[0]"),
+        ('{"format": "motorcade-program/1", "leader": ["wait"]}', RANGE, "leader[0]"),
+        ('{"format": "motorcade-program/1", "leader": [{}]}', MISSING, "leader[0]"),
+        ('{"format": "motorcade-program/1", "leader": [], "profile": 1}', RANGE, "profile"),
+        ('{"format": "motorcade-program/1", "leader": [], "colour": 1}', UNKNOWN, "colour"),
+        ('{"format": "motorcade-program/1", "leader": [], "followers": []}', RANGE, "followers"),
+        ('{"format": "motorcade-program/1", "leader": [], "followers": {}}', MISSING, "followers"),
+    ],
+)
+def test_a_wrong_document_is_named_with_its_place(document: str, code: str, path: str) -> None:
+    assert_is_said(document, code, path, None)
+
+
+@pytest.mark.parametrize(
+    ("entry", "code", "path"),
+    [
+        ('"accept_ir": "yes"', RANGE, "followers.accept_ir"),
+        ('"forward": null', RANGE, "followers.forward"),
+        ('"dwell_seconds": -1', RANGE, "followers.dwell_seconds"),
+        ('"speed": 1', UNKNOWN, "followers.speed"),
+    ],
+)
+def test_a_wrong_setting_of_the_followers_is_named(entry: str, code: str, path: str) -> None:
+    document = '{"format": "motorcade-program/1", "leader": [], "followers": {"steps": [], %s}}'
+    assert_is_said(document % entry, code, path, None)
+
+
+@pytest.mark.parametrize(
+    ("content", "code", "place", "step_id"),
+    [
+        ('"id": "b"', MISSING, "", "b"),
+        ('"id": "b", "fly": {}', UNKNOWN, ".fly", "b"),
+        ('"id": "b", "wait": {"seconds": 1}, "pir": {"seconds": 1}', UNKNOWN, "", "b"),
+        ('"id": "b", "wait": {"seconds": 1}, "accept_ir": 1', RANGE, ".accept_ir", "b"),
+        ('"id": 5, "wait": {"seconds": 1}', RANGE, ".id", None),
+        ('"id": "b", "wait": 1', RANGE, ".wait", "b"),
+        ('"id": "b", "wait": {}', MISSING, ".wait", "b"),
+        ('"id": "b", "voice": {}', MISSING, ".voice", "b"),
+        ('"id": "b", "wait": {"seconds": -1}', RANGE, ".wait.seconds", "b"),
+        ('"id": "b", "wait": {"seconds": "1"}', RANGE, ".wait.seconds", "b"),
+        ('"id": "b", "wait": {"seconds": true}', RANGE, ".wait.seconds", "b"),
+        ('"id": "b", "wait": {"seconds": null}', RANGE, ".wait.seconds", "b"),
+        ('"id": "b", "wait": {"seconds": 86401}', RANGE, ".wait.seconds", "b"),
+        ('"id": "b", "wait": {"seconds": 1e999}', RANGE, ".wait.seconds", "b"),
+        ('"id": "b", "wait": {"seconds": 1, "speed": 1}', UNKNOWN, ".wait.speed", "b"),
+        ('"id": "b", "drive": {"direction": "left", "speed": 4, "seconds": 1}', RANGE, ".drive.speed", "b"),
+        ('"id": "b", "drive": {"direction": "left", "speed": 1.5, "seconds": 1}', RANGE, ".drive.speed", "b"),
+        ('"id": "b", "drive": {"direction": "up", "speed": 1, "seconds": 1}', RANGE, ".drive.direction", "b"),
+        ('"id": "b", "led": {"which": -1, "seconds": 1}', RANGE, ".led.which", "b"),
+        ('"id": "b", "avoid": {"radius": 9, "seconds": 1}', RANGE, ".avoid.radius", "b"),
+        ('"id": "b", "together": {}', RANGE, ".together", "b"),
+        ('"id": "b", "together": [{"together": []}]', UNKNOWN, ".together[0].together", "b"),
+        ('"together": [{"id": "c", "repeat": {"times": 1}}]', UNKNOWN, ".together[0].repeat", "c"),
+        ('"together": [{"id": "c", "voice": {"seconds": 1}}]', UNKNOWN, ".together[0].voice.seconds", "c"),
+        ('"together": [{"id": "c", "pir": {}, "accept_ir": true}]', UNKNOWN, ".together[0].accept_ir", "c"),
+        ('"id": "b", "repeat": {"times": 0, "steps": []}', RANGE, ".repeat.times", "b"),
+        ('"id": "b", "repeat": {"times": 1.5, "steps": []}', RANGE, ".repeat.times", "b"),
+        ('"id": "b", "repeat": {"times": 1}', MISSING, ".repeat", "b"),
+        ('"repeat": {"times": 1, "steps": [{"id": "c", "led": {}}]}', MISSING, ".repeat.steps[0].led", "c"),
+    ],
+)
+def test_a_wrong_step_is_named_with_its_place_and_id(content: str, code: str, place: str, step_id: str | None) -> None:
+    wait_1_s, step = '{"wait": {"seconds": 1}}', f"{{{content}}}"
+    leads = f'{{"format": "motorcade-program/1", "leader": [{wait_1_s}, {step}]}}'
+    assert_is_said(leads, code, f"leader[1]{place}", step_id)
+    follows = f'{{"format": "motorcade-program/1", "leader": [], "followers": {{"steps": [{step}]}}}}'
+    assert_is_said(follows, code, f"followers.steps[0]{place}", step_id)
+
+
+@pytest.mark.parametrize("old", ["motorcade-program", "leader", "wait", "an id"])
+def test_half_a_character_which_no_file_can_hold_is_refused(old: str) -> None:
+    document = '{"format": "motorcade-program/1", "leader": [{"id": "an id", "wait": {"seconds": 1}}]}'
+    with pytest.raises(ProgramError):
+        read_program(document.replace(old, r"\ud800"))
+
+
+def test_a_leader_has_no_forward_to_set_and_all_that_is_wrong_is_said_at_once() -> None:
+    document = '{"format": "motorcade-program/1", "leader": [{"id": "b", "wait": {"seconds": -1}, "forward": true}]}'
+    assert_is_said(document, UNKNOWN, "leader[0].forward", "b")
+    assert_is_said(document, RANGE, "leader[0].wait.seconds", "b")
+
+
+def assert_both_languages_say_it(diagnostic: Any) -> None:
+    english, chinese = (diagnostic.message(language) for language in LANGUAGES)
+    assert english != chinese
+    assert not re.search(r"{\w*}", english + chinese)
+    assert re.search("[一-鿿]", chinese)
+    assert diagnostic.as_dict("zh")["message"] == chinese
+
+
+@pytest.mark.parametrize("sentences", [*MESSAGES.values(), *PHRASES.values()])
+def test_no_sentence_has_braces_that_its_english_has_not(sentences: dict[str, str]) -> None:
+    english, chinese = (set(re.findall(r"{(\w+)}", sentences[language])) for language in LANGUAGES)
+    assert chinese <= english
+
+
+@given(damaged_documents())
+def test_a_damaged_document_is_a_program_or_has_its_faults_named(document: object) -> None:
+    try:
+        said = compile_program(read_program(json.dumps(document)), CLASSROOM).diagnostics
+    except ProgramError as error:
+        said = error.diagnostics
+    for diagnostic in said:
+        assert all(diagnostic.message(language) for language in LANGUAGES)
+
+
+@given(JSON)
+def test_any_other_json_has_its_faults_named(document: object) -> None:
+    with pytest.raises(ProgramError):
+        read_program(json.dumps(document))
+
+
+@given(st.binary(max_size=50) | st.text(max_size=50))
+def test_any_bytes_are_a_program_or_have_their_faults_named(data: bytes | str) -> None:
+    with pytest.raises(ProgramError):
+        read_program(data)
+
+
+NAN, INFINITE = float("nan"), float("inf")
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: forward(-1), "seconds is -1"),
+        (lambda: forward(NAN), "seconds is nan"),
+        (lambda: forward(INFINITE), "seconds is inf"),
+        (lambda: forward("3"), "seconds is '3'"),
+        (lambda: left(1, speed=4), "speed is 4; allowed: 0 to 3"),
+        (lambda: left(1, speed=True), "speed is True"),
+        (lambda: Drive("up", 1, 1), "direction is 'up'"),
+        (lambda: led(4, 1), "which is 4"),
+        (lambda: repeat(0, wait(1)), "times is 0"),
+        (lambda: repeat(1.5, wait(1)), "times is 1.5"),
+        (lambda: together(together()), "together"),
+        (lambda: together(repeat(2)), "repeat"),
+        (lambda: together(voice(1)), "voice"),
+        (lambda: together(forward(1), pir(seconds=1)), "pir"),
+        (lambda: together(forward(1, accept_ir=False)), "accept_ir"),
+        (lambda: wait(1, accept_ir="no"), "accept_ir"),
+        (lambda: wait(1, id=5), "id is 5"),
+        (lambda: Followers([wait(1)], accept_ir="yes"), "accept_ir"),
+        (lambda: Followers([wait(1)], dwell_seconds=NAN), "dwell_seconds"),
+        (lambda: Followers([wait(1)], dwell_seconds=INFINITE), "dwell_seconds"),
+        (lambda: Program([wait(1)], profile=5), "profile"),
+    ],
+)
+def test_python_refuses_a_wrong_value_with_a_sentence(make: Callable[[], object], said: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(said)):
+        make()
+
+
+@pytest.mark.parametrize("make", [lambda each: Program([each]), together, lambda each: repeat(2, each), Followers])
+def test_python_refuses_what_is_no_step(make: Callable[[object], object]) -> None:
+    with pytest.raises((TypeError, ValueError), match="step 1 is 'wait'"):
+        make("wait" if make is not Followers else ["wait"])

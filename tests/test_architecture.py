@@ -1,0 +1,57 @@
+"""The house's arrows point one way, and no file of it grows too long; read from the source with ast."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+HOUSE = Path(__file__).parent.parent / "src" / "motorcade"
+FILES = sorted(HOUSE.rglob("*.py"))
+LONGEST_LINES = 400
+
+# What each room imports of the house, itself aside. A new room needs a line here first.
+ARROWS = {
+    "words": (),
+    "files": (),
+    "car": ("words",),
+    "profile": ("words",),
+    "program": ("words", "profile"),
+    "sim": ("car", "words", "profile", "files"),
+    "link": ("words", "car.arbiter"),
+    "console": ("words", "files", "car", "profile", "program", "sim", "link"),
+    "cli": ("words", "files", "car", "profile", "program", "sim", "link", "console", "__version__"),
+    "__init__": ("words", "profile", "program", "sim", "console"),
+}
+
+
+def name_of(file):
+    return ".".join(file.relative_to(HOUSE).with_suffix("").parts)
+
+
+def imported_by(file):
+    """What ``file`` imports of the house, such as ``words.image`` or ``car.loop.Car``; inside functions too."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            assert node.level == 0, "imports here are absolute"
+            full = [f"{node.module}.{alias.name}" for alias in node.names]
+        elif isinstance(node, ast.Import):
+            full = [alias.name for alias in node.names]
+        else:
+            continue
+        yield from (
+            name.removeprefix("motorcade").removeprefix(".") for name in full if f"{name}.".startswith("motorcade.")
+        )
+
+
+@pytest.mark.parametrize("file", FILES, ids=name_of)
+def test_a_room_imports_only_what_its_arrows_point_at(file):
+    room = name_of(file).partition(".")[0]
+    assert room in ARROWS, f"say in ARROWS what {room} may import"
+    reachable = tuple(f"{name}." for name in (room, *ARROWS[room]))
+    assert [name for name in imported_by(file) if not f"{name}.".startswith(reachable)] == []
+
+
+@pytest.mark.parametrize("file", FILES, ids=name_of)
+def test_a_file_stays_short_enough_to_read(file):
+    lines = len(file.read_text(encoding="utf-8").splitlines())
+    assert lines <= LONGEST_LINES, "something in it wants a room of its own"

@@ -1,0 +1,84 @@
+"""What `import motorcade` offers, and what it costs."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import motorcade
+
+PUBLIC = {
+    "words": ["CONTROL", "DRIVE", "HEADER", "WordError"],
+    "programs": ["Compiled", "Followers", "Program", "ProgramError", "compile_program", "decompile", "read_program"],
+    "steps": ["avoid", "forward", "led", "left", "pir", "repeat", "right", "together", "voice", "wait", "wander"],
+    "cars": ["Profile", "load_profile", "Pose", "World", "simulate", "show"],
+}
+NAMES = sorted(["__version__", *(name for names in PUBLIC.values() for name in names)])
+
+
+def after(statement):
+    """The modules that a fresh Python has imported after ``statement``."""
+    script = f"{statement}; import sys; print('\\n'.join(sys.modules))"
+    return subprocess.check_output([sys.executable, "-c", script], text=True, timeout=60).split()
+
+
+def test_the_public_names_are_these():
+    assert sorted(motorcade.__all__) == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_public_name_imports(name):
+    space = {}
+    exec(f"from motorcade import {name}", space)
+    assert space[name] is getattr(motorcade, name)
+
+
+def test_dir_and_star_give_the_public_names_and_no_others():
+    space = {}
+    exec("from motorcade import *", space)
+    assert set(NAMES) == set(dir(motorcade)) == set(space) - {"__builtins__"}
+
+
+def test_a_type_checker_sees_the_same_names():
+    tree = ast.parse(Path(motorcade.__file__).read_text(encoding="utf-8"))
+    (checked,) = (node for node in tree.body if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING")
+    seen = {alias.asname: (line.module, alias.name) for line in checked.body for alias in line.names}
+    assert sorted([*seen, "__version__"]) == NAMES
+    for name, (module, original) in seen.items():
+        assert name == original
+        assert getattr(motorcade, name) is getattr(sys.modules[module], original)
+
+
+def test_a_name_that_is_not_there_is_an_attribute_error_that_names_it():
+    with pytest.raises(AttributeError, match="module 'motorcade' has no attribute 'backward'"):
+        motorcade.backward  # noqa: B018
+    with pytest.raises(ImportError, match="backward"):
+        exec("from motorcade import backward")
+
+
+def test_import_motorcade_imports_nothing_else_of_ours_and_nothing_of_others():
+    new = set(after("import motorcade")) - set(after("pass"))
+    assert {name for name in new if name.partition(".")[0] not in sys.stdlib_module_names} == {"motorcade"}
+
+
+def test_words_are_there_without_programs_worlds_or_libraries():
+    modules = after("from motorcade import CONTROL, WordError")
+    heavy = (
+        "motorcade.program",
+        "motorcade.sim",
+        "motorcade.link",
+        "numpy",
+        "serial",
+        "rich",
+        "typer",
+        "jsonschema_rs",
+    )
+    assert not [name for name in modules if name.startswith(heavy)]
+
+
+def test_a_program_is_written_and_compiled_without_worlds_ports_or_arrays():
+    modules = after("from motorcade import Program, forward, compile_program; compile_program(Program([forward(1)]))")
+    heavy = ("motorcade.sim", "motorcade.link", "numpy", "numba", "matplotlib", "serial", "rich", "typer")
+    assert not [name for name in modules if name.startswith(heavy)]

@@ -1,0 +1,251 @@
+"""The three words, and any other that can be declared: there and back, and what is refused."""
+
+import struct
+from itertools import pairwise
+
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from motorcade.words.field import Field, FormatError, WordError, WordFormat
+from motorcade.words.formats import CONTROL, DRIVE, FORMATS, HEADER, format_named
+from motorcade.words.image import pack, unpack
+
+ANY_WORD = st.integers(0, 0xFFFFFFFF)
+ONE_HOT = [1, 2, 4, 8, 16, 32, 64, 128]
+NO_WORDS = [-(1 << 31), -1, 1 << 32, 1 << 40]
+RESERVED_BITS = {"header": 8, "control": 11, "drive": 11}
+
+every_format = pytest.mark.parametrize("word_format", FORMATS, ids=lambda each: each.name)
+
+
+def every_value(fields):
+    return {field.name: st.integers(0, (1 << field.high - field.low + 1) - 1) for field in fields}
+
+
+def good_values(word_format):
+    """Values by name that make a good word, reserved bits included."""
+    strategies = every_value(word_format.fields)
+    if word_format is HEADER:
+        none = st.just({"follower_words": 0, "dwell": 0})
+        some = st.fixed_dictionaries({"follower_words": st.integers(1, 255), "dwell": st.sampled_from(ONE_HOT)})
+        return st.builds(lambda any_value, pair: {**any_value, **pair}, st.fixed_dictionaries(strategies), none | some)
+    if word_format is DRIVE:
+        strategies |= {"code": st.just(1), "angle": st.integers(0, 180)}
+    return st.fixed_dictionaries(strategies)
+
+
+def refusal(function, *args, **kwargs):
+    """The field, value and allowed values that a WordError names; each must stand in its sentence too."""
+    with pytest.raises(WordError) as caught:
+        function(*args, **kwargs)
+    error = caught.value
+    assert str(error) == f"{error.field} is {error.value!r}; allowed: {error.allowed}"
+    return error.field, error.value, error.allowed
+
+
+@every_format
+@given(data=st.data())
+def test_values_go_there_and_back_and_stand_at_their_bits(word_format, data):
+    values = data.draw(good_values(word_format))
+    word = word_format.encode(**values)
+    assert word_format.decode(word)._asdict() == values
+    bits = f"{word:032b}"
+    assert len(bits) == 32
+    assert {field.name: int(bits[31 - field.high : 32 - field.low], 2) for field in word_format.fields} == values
+
+
+@every_format
+@given(word=ANY_WORD)
+def test_any_word_is_refused_or_loses_nothing(word_format, word):
+    try:
+        values = word_format.decode(word)
+    except WordError:
+        return
+    assert word_format.encode(**values._asdict()) == word
+
+
+@every_format
+@given(data=st.data())
+def test_reserved_bits_survive_unless_strict(word_format, data):
+    reserved = data.draw(st.integers(1, (1 << RESERVED_BITS[word_format.name]) - 1))
+    word = word_format.encode(**{**data.draw(good_values(word_format)), "reserved": reserved})
+    decoded = word_format.decode(word)
+    assert decoded.reserved == reserved
+    assert word_format.encode(**decoded._asdict()) == word
+    assert refusal(word_format.decode, word, strict=True) == ("reserved", reserved, "0 (reserved)")
+
+
+@every_format
+@given(data=st.data())
+def test_strict_takes_what_has_no_reserved_bits(word_format, data):
+    values = {**data.draw(good_values(word_format)), "reserved": 0}
+    assert word_format.decode(word_format.encode(**values), strict=True)._asdict() == values
+
+
+@pytest.mark.parametrize(("word_format", "word"), [(HEADER, 0), (CONTROL, 0), (DRIVE, 0x15A00000)])
+def test_what_is_left_out_takes_its_default(word_format, word):
+    assert word_format.encode() == word
+
+
+@every_format
+@pytest.mark.parametrize("word", NO_WORDS)
+def test_what_is_no_32_bit_word_is_refused(word_format, word):
+    assert refusal(word_format.decode, word) == (f"{word_format.name} word", word, "0 to 4294967295")
+
+
+EVERY_FIELD = [
+    pytest.param(word_format, field.name, id=f"{word_format.name}.{field.name}")
+    for word_format in FORMATS
+    for field in word_format.fields
+]
+
+
+@pytest.mark.parametrize(("word_format", "name"), EVERY_FIELD)
+@given(data=st.data())
+def test_a_value_that_does_not_fit_its_field_is_refused_by_name(word_format, name, data):
+    most = word_format.field(name).maximum
+    value = data.draw(st.integers(max_value=-1) | st.integers(min_value=most + 1))
+    values = {**data.draw(good_values(word_format)), name: value}
+    assert refusal(word_format.encode, **values)[:2] == (name, value)
+
+
+HOT = "0, or one of 1, 2, 4, 8, 16, 32, 64, 128 (exactly one bit)"
+REFUSED = [
+    # word, values, the field at fault, what it may hold
+    (HEADER, 0x01010300, {"leader_states": 1, "follower_words": 1, "dwell": 3}, "dwell", HOT),
+    (HEADER, 0x0001FF00, {"follower_words": 1, "dwell": 255}, "dwell", HOT),
+    (HEADER, 0x01010000, {"leader_states": 1, "follower_words": 1, "dwell": 0}, "dwell", "exactly one bit"),
+    (HEADER, 0x01000200, {"leader_states": 1, "dwell": 2}, "dwell", "0, as there are no follower words"),
+    (DRIVE, 0x1B500000, {"angle": 181}, "angle", "0 to 180"),
+    (DRIVE, 0x25A00000, {"code": 2}, "code", "1 (speed and direction)"),
+    (DRIVE, 0x00000000, {"code": 0, "angle": 0}, "code", "1 (speed and direction)"),
+]
+
+
+@pytest.mark.parametrize(("word_format", "word", "values", "field", "allowed"), REFUSED)
+def test_a_refusal_names_field_value_and_what_is_allowed(word_format, word, values, field, allowed):
+    expected = (field, values[field], allowed)
+    assert refusal(word_format.decode, word) == expected
+    assert refusal(word_format.encode, **values) == expected
+
+
+def test_a_name_that_is_no_field_is_refused():
+    with pytest.raises(TypeError, match="gait"):
+        DRIVE.encode(gait=1)
+    assert refusal(DRIVE.field, "gait") == ("field of drive", "gait", "code, angle, direction, speed, reserved")
+
+
+def test_a_format_is_found_by_its_name():
+    assert [format_named(name) for name in ("header", "control", "drive")] == [HEADER, CONTROL, DRIVE]
+    assert refusal(format_named, "gait") == ("format", "gait", "header, control, drive")
+
+
+@pytest.mark.parametrize(
+    ("word_format", "word", "sentences"),
+    [
+        (CONTROL, 0x18000000, ["motor_direction is 3, yet motor_enable is 0: it has no effect"]),
+        (CONTROL, 0x06000000, ["motor_speed is 3, yet motor_enable is 0: it has no effect"]),
+        (CONTROL, 0x00800000, ["motor_duration is 1, yet motor_enable is 0: it has no effect"]),
+        (
+            CONTROL,
+            0x00014000,
+            [
+                "avoid_radius is 1, yet avoid_enable is 0: it has no effect",
+                "avoid_duration is 1, yet avoid_enable is 0: it has no effect",
+            ],
+        ),
+        (CONTROL, 0x00000FFE, ["reserved is 2047, yet these bits are written 0"]),
+        (HEADER, 0x000000FF, ["reserved is 255, yet these bits are written 0"]),
+        (DRIVE, 0x10000001, ["reserved is 1, yet these bits are written 0"]),
+        # All that a word may say, its parity as the air sets it.
+        (CONTROL, 0xFFFFF001, []),
+        (HEADER, 0xFFFF8000, []),
+    ],
+)
+def test_bits_that_no_well_made_word_has_decode_with_a_warning(word_format, word, sentences):
+    word_format.decode(word)
+    assert word_format.warnings(word) == sentences
+
+
+# Formats of one's own
+
+
+def declared(*places):
+    return WordFormat("own", [Field(name, high, low, "for a test") for name, high, low in places])
+
+
+@st.composite
+def layouts(draw):
+    """Places of fields that make a word, most significant first."""
+    lows = sorted(draw(st.sets(st.integers(1, 31))), reverse=True)
+    return [(f"f{high}", high - 1, low) for high, low in pairwise([32, *lows, 0])]
+
+
+@given(places=layouts(), word=ANY_WORD)
+@example(places=[("whole", 31, 0)], word=0xFFFFFFFF)
+@example(places=[("most", 31, 1), ("last", 0, 0)], word=0x80000001)
+def test_any_layout_of_32_bits_makes_a_format(places, word):
+    own = declared(*places)
+    values = own.decode(word)._asdict()
+    bits = f"{word:032b}"
+    assert values == {name: int(bits[31 - high : 32 - low], 2) for name, high, low in places}
+    assert own.encode(**values) == word
+
+
+@pytest.mark.parametrize(
+    ("places", "reason"),
+    [
+        ([("upper", 31, 16), ("lower", 16, 0)], "lower overlaps"),
+        ([("upper", 31, 0), ("lower", 15, 0)], "lower overlaps"),
+        ([("upper", 31, 17), ("lower", 15, 0)], r"no field holds bits \[16\]"),
+        ([("upper", 31, 16), ("lower", 15, 1)], r"no field holds bits \[0\]"),
+        ([("upper", 30, 16), ("lower", 15, 0)], r"no field holds bits \[31\]"),
+        ([], "no field holds bits"),
+        ([("upper", 32, 16), ("lower", 15, 0)], "bits 32-16 are not in a 32-bit word"),
+        ([("upper", 31, 16), ("lower", 15, -1)], "bits 15--1 are not in a 32-bit word"),
+        ([("upper", 31, 16), ("lower", 0, 15)], "bits 0-15 are not in a 32-bit word"),
+        # Most significant first: the tables that decode by runs of fields rely on it.
+        ([("a", 31, 24), ("d", 7, 0), ("b", 15, 8), ("c", 23, 16)], "field b stands behind"),
+        ([("a", 31, 13), ("c", 11, 11), ("b", 12, 12), ("d", 10, 0)], "field b stands behind"),
+    ],
+)
+def test_fields_that_are_not_one_word_fail_when_the_format_is_defined(places, reason):
+    with pytest.raises(FormatError, match=reason):
+        declared(*places)
+
+
+def test_all_limits_of_a_field_hold_together():
+    level = Field("level", 7, 0, "exactly one bit, not the uppermost", one_hot=True, minimum=1, maximum=64)
+    own = WordFormat("own", [Field("upper", 31, 16, "for a test"), Field("rest", 15, 8, "for a test"), level])
+    assert [raw for raw in range(256) if level.allows(raw)] == [1, 2, 4, 8, 16, 32, 64]
+    for raw in (0, 3, 128):
+        assert refusal(own.encode, level=raw)[:2] == ("level", raw)
+        assert refusal(own.decode, raw)[:2] == ("level", raw)
+
+
+# On a wire
+
+
+def test_a_word_on_a_wire_is_four_bytes_most_significant_first():
+    assert pack(0x01020304) == pack(0x01020304, "big") == bytes([1, 2, 3, 4])
+    assert pack(0x01020304, "little") == bytes([4, 3, 2, 1])
+
+
+@pytest.mark.parametrize("byte_order", ["big", "little"])
+@given(word=ANY_WORD)
+def test_a_word_goes_over_a_wire_and_back(byte_order, word):
+    data = pack(word, byte_order)
+    assert data == word.to_bytes(4, byte_order)
+    assert unpack(data, byte_order) == word
+
+
+@pytest.mark.parametrize(("byte_order", "signed_int"), [("big", ">i"), ("little", "<i")])
+def test_a_client_may_call_a_word_signed(byte_order, signed_int):
+    assert unpack(struct.pack(signed_int, -2), byte_order) == 0xFFFFFFFE
+
+
+@pytest.mark.parametrize("word", NO_WORDS)
+def test_what_is_no_word_does_not_go_over_a_wire(word):
+    with pytest.raises((struct.error, ValueError)):
+        pack(word)

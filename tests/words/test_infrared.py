@@ -1,0 +1,162 @@
+"""A word on the air: its parity, its air time, and a receiver that finds it again among noise."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motorcade.words.infrared import (
+    FrameReceiver,
+    air_us,
+    frame_durations_us,
+    ones,
+    parity_is_even,
+    to_frame,
+)
+
+UNIT_US = 560
+GAP_US = 5_000
+WORDS = st.integers(0, 0xFFFFFFFF)
+UNITS_US = st.sampled_from([300, UNIT_US, 1_000])
+# What else is on the air: durations about as long as a frame's parts, and frames that break off.
+DURATIONS_US = st.integers(0, 20_000) | st.sampled_from([560, 1_680, 4_480, 8_960]) | st.integers(200, 2_000)
+PARTS_US = st.builds(lambda frame, count: frame_durations_us(frame)[:count], WORDS, st.integers(1, 67))
+NOISE = st.lists(DURATIONS_US.map(lambda duration_us: [duration_us]) | PARTS_US, max_size=20).map(
+    lambda pieces: [duration_us for piece in pieces for duration_us in piece]
+)
+
+
+def hear(receiver, durations_us):
+    """The frames that ``receiver`` finds in durations: mark, space, mark, ..."""
+    frames = []
+    for position, duration_us in enumerate(durations_us):
+        if position % 2:
+            receiver.receive_space(duration_us)
+        else:
+            receiver.receive_mark(duration_us)
+        while (frame := receiver.next_frame()) is not None:
+            frames.append(frame)
+    return frames
+
+
+def before_a_mark(durations_us):
+    """The durations, and where they end with a mark the pause before the next one."""
+    return [*durations_us, GAP_US] if len(durations_us) % 2 else durations_us
+
+
+@given(word=WORDS)
+def test_parity_makes_the_ones_even_and_leaves_the_other_bits(word):
+    frame = to_frame(word)
+    assert frame.bit_count() % 2 == 0
+    assert frame | 1 == word | 1
+    assert parity_is_even(frame) == 1
+
+
+@pytest.mark.parametrize(
+    ("word", "frame"), [(0, 0), (1, 0), (0x80000000, 0x80000001), (0xC0000000, 0xC0000000), (0x65800000, 0x65800001)]
+)
+def test_the_parity_bit_is_the_last(word, frame):
+    assert to_frame(word) == frame
+
+
+@given(word=WORDS)
+def test_all_32_bits_are_counted(word):
+    assert ones(word) == word.bit_count()
+
+
+@given(word=WORDS, flipped=st.sets(st.integers(0, 31), min_size=1))
+def test_parity_detects_every_odd_number_of_flipped_bits(word, flipped):
+    frame = to_frame(word)
+    for bit in flipped:
+        frame ^= 1 << bit
+    assert parity_is_even(frame) == (len(flipped) % 2 == 0)
+
+
+@pytest.mark.parametrize(
+    ("frame", "expected_us"), [(0, 49_840), (0xFFFFFFFF, 85_680), (0x80000001, 52_080), (0x0000FFFF, 67_760)]
+)
+def test_air_time_of_a_frame(frame, expected_us):
+    assert air_us(frame, UNIT_US) == expected_us
+
+
+@given(frame=WORDS, unit_us=UNITS_US)
+def test_the_marks_and_spaces_of_a_frame_fill_its_air_time(frame, unit_us):
+    durations_us = frame_durations_us(frame, unit_us)
+    assert len(durations_us) == 67
+    assert sum(durations_us) == air_us(frame, unit_us)
+
+
+def test_a_frame_is_a_header_then_its_bits_from_the_first():
+    durations_us = frame_durations_us(0xA0000001)
+    assert durations_us[:2] == [8_960, 4_480]
+    assert durations_us[2:10] == [560, 1_680, 560, 560, 560, 1_680, 560, 560]  # 1 0 1 0
+    assert durations_us[-5:] == [560, 560, 560, 1_680, 560]  # 0 1 and the last mark
+
+
+@given(frames=st.lists(WORDS, max_size=4), unit_us=UNITS_US)
+def test_frames_one_behind_the_other_are_found(frames, unit_us):
+    on_air_us = [us for frame in frames for us in [*frame_durations_us(frame, unit_us), GAP_US]]
+    assert hear(FrameReceiver(unit_us), on_air_us) == frames
+
+
+@given(frame=WORDS, off_percent=st.lists(st.integers(-25, 25), min_size=67, max_size=67))
+def test_a_frame_is_found_though_each_duration_is_off(frame, off_percent):
+    nominal_us = frame_durations_us(frame)
+    jittered_us = [us + int(us * percent / 100) for us, percent in zip(nominal_us, off_percent, strict=True)]
+    assert hear(FrameReceiver(), jittered_us) == [frame]
+
+
+@pytest.mark.parametrize("frame", [0, 0x65800000, 0xFFFFFFFF])
+@pytest.mark.parametrize("lengthened_us", [-200, 200])
+def test_a_frame_is_found_by_a_sensor_that_stretches_marks_or_spaces(frame, lengthened_us):
+    nominal_us = frame_durations_us(frame)
+    stretched_us = [us + (-lengthened_us if position % 2 else lengthened_us) for position, us in enumerate(nominal_us)]
+    assert hear(FrameReceiver(), stretched_us) == [frame]
+
+
+@pytest.mark.parametrize(
+    ("position", "duration_us"),
+    [
+        (0, 4_480),  # the header's mark is short, as a repeat code's
+        (1, 2_240),  # its space is
+        (2, 2_000),  # a bit's mark is long
+        (20, 100),  # a bit's mark is a spike
+        (33, 5_000),  # a bit's space is a pause
+        (33, 100),  # a bit's space is a gap in reception
+        (66, 3_000),  # the last mark is long
+    ],
+)
+def test_what_has_not_the_shape_of_a_frame_is_none(position, duration_us):
+    durations_us = frame_durations_us(0xA5A5A5A5)
+    durations_us[position] = duration_us
+    assert hear(FrameReceiver(), durations_us) == []
+
+
+@given(noise=NOISE, frame=WORDS)
+def test_a_frame_is_found_whatever_came_before(noise, frame):
+    heard = hear(FrameReceiver(), before_a_mark(noise) + frame_durations_us(frame))
+    assert heard[-1:] == [frame]
+
+
+@given(frame=WORDS, spikes_us=st.lists(st.integers(0, 6_000), max_size=40))
+def test_a_frame_is_found_once_whatever_spikes_come_behind(frame, spikes_us):
+    assert hear(FrameReceiver(), [*frame_durations_us(frame), GAP_US, *spikes_us]) == [frame]
+
+
+@given(lost=WORDS, frame=WORDS, marks=st.integers(1, 33))
+def test_a_frame_that_is_cut_off_is_lost_alone(lost, frame, marks):
+    until_cut_off_us = frame_durations_us(lost)[: 2 * marks - 1]
+    assert hear(FrameReceiver(), [*until_cut_off_us, GAP_US, *frame_durations_us(frame)]) == [frame]
+
+
+@given(noise=NOISE)
+def test_any_noise_gives_32_bits_or_nothing(noise):
+    for frame in hear(FrameReceiver(), noise):
+        assert 0 <= frame <= 0xFFFFFFFF
+
+
+@given(events=st.lists(st.tuples(st.booleans(), DURATIONS_US | st.integers(-5, 1 << 40)), max_size=200))
+def test_marks_and_spaces_need_not_take_turns(events):
+    receiver = FrameReceiver()
+    for is_mark, duration_us in events:
+        (receiver.receive_mark if is_mark else receiver.receive_space)(duration_us)
+    assert hear(receiver, before_a_mark([1]) + frame_durations_us(0x65800001))[-1:] == [0x65800001]

@@ -1,0 +1,298 @@
+"""Serial upload: both ends, joined in memory, at any pace and in any pieces."""
+
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motorcade.words import upload
+from motorcade.words.image import Image, image_words, parse_image_bytes, words_to_bytes
+
+NO_PROGRAM = bytes(4)
+OLD = bytes.fromhex("01000000 6a800000")
+NEW = bytes.fromhex("02000000 65800000 6a800000")
+NEW_OK = b"OK words=3 crc32=325d103a\n"
+BAD_HEADER = bytes.fromhex("00010300")  # a dwell with two bits
+BAD_WORD = bytes.fromhex("01000000 40000001")  # a word with its parity bit
+
+LAST_TICK = 1_073_741_823
+STARTS_MS = st.sampled_from([0, 12_345, LAST_TICK - 700, LAST_TICK])
+
+
+@st.composite
+def images(draw):
+    # Control words as an image holds them: bits 11-1 (reserved) and 0 (parity) are 0.
+    row = st.lists(st.integers(0, 0xFFFFF).map(lambda upper_bits: upper_bits << 12), max_size=5)
+    leader, followers = draw(row), draw(row)
+    return words_to_bytes(image_words(Image(leader, followers, draw(st.integers(0, 7)))))
+
+
+@st.composite
+def pieces(draw, data):
+    """``data`` as it may come, cut anywhere."""
+    cuts = sorted(draw(st.sets(st.integers(1, len(data) - 1), max_size=8)))
+    return [data[begin:end] for begin, end in pairwise([0, *cuts, len(data)])]
+
+
+class Car:
+    """A car's shell: does what its end says, and keeps what it answers."""
+
+    def __init__(self, stored=NO_PROGRAM):
+        self.stored = stored
+        self._end = upload.CarEnd()
+
+    def take(self, data, now_ms):
+        """Receive ``data``; gives the events' kinds and all that the car sends back."""
+        kinds, answer = [], b""
+        for event in events_of(self._end, [(data, 0)], now_ms):
+            kinds.append(event.kind)
+            if event.kind == upload.IMAGE:
+                self.stored = event.image
+            answer += self.stored if event.kind == upload.READBACK else event.answer
+        return kinds, answer
+
+
+def events_of(end, arrivals, now_ms):
+    """All that ``end`` reports while the arrivals come, each after its pause."""
+    events = []
+    for data, pause_ms in arrivals:
+        now_ms = now_ms + pause_ms & LAST_TICK
+        end.receive_data(data, now_ms)
+        events += iter(end.next_event, None)
+    return events
+
+
+def outcomes(end, data, now_ms):
+    """The kinds of all that ``end`` reports once it has ``data``."""
+    return [outcome.kind for outcome in events_of(end, [(data, 0)], now_ms)]
+
+
+def waiting_uploader(now_ms=0):
+    end = upload.UploaderEnd(NEW)
+    end.finish_sending(now_ms)
+    return end
+
+
+# Both ends
+
+
+@given(image=images(), start_ms=STARTS_MS, data=st.data())
+def test_an_image_sent_in_any_pieces_is_stored_and_verified(image, start_ms, data):
+    car, answers, now_ms = Car(OLD), b"", start_ms
+    uploader = upload.UploaderEnd(image)
+    for piece in data.draw(pieces(image)):
+        now_ms = now_ms + data.draw(st.integers(0, 499)) & LAST_TICK
+        assert car.stored == OLD
+        answers += car.take(piece, now_ms)[1]
+    assert car.stored == image
+    uploader.finish_sending(now_ms)
+    for piece in data.draw(pieces(answers)):
+        uploader.receive_data(piece, now_ms)
+    assert uploader.next_event().kind == upload.VERIFIED
+
+
+@given(image=images(), start_ms=STARTS_MS, data=st.data())
+def test_an_image_is_read_back_in_any_pieces(image, start_ms, data):
+    car, reader = Car(image), upload.ReadbackEnd(start_ms)
+    answer = b"".join(car.take(piece, start_ms)[1] for piece in data.draw(pieces(upload.READBACK_REQUEST)))
+    assert car.stored == image
+    for piece in data.draw(pieces(answer)):
+        reader.receive_data(piece, start_ms)
+    assert reader.next_event() == (upload.IMAGE, image)
+
+
+# The car's end
+
+
+def test_the_answer_is_one_line_with_the_number_of_words_and_8_digits():
+    assert Car().take(NEW, 0) == ([upload.IMAGE], NEW_OK)
+    assert upload.ok_line(bytes.fromhex("01000000 02020000")) == b"OK words=2 crc32=0005c312\n"
+
+
+def test_the_image_is_stored_when_its_last_byte_is_there_and_not_before():
+    car = Car(OLD)
+    for byte in NEW[:-1]:
+        assert car.take(bytes([byte]), 0) == ([], b"")
+    assert car.take(NEW[-1:], 0)[0] == [upload.IMAGE]
+
+
+@pytest.mark.parametrize("start_ms", [0, LAST_TICK - 700, LAST_TICK - 250])
+def test_half_a_second_of_silence_makes_the_car_begin_anew(start_ms):
+    car = Car(OLD)
+    car.take(NEW[:6], start_ms)
+    assert car.take(b"", start_ms + 250 & LAST_TICK) == ([], b"")
+    assert car.take(b"", start_ms + 499 & LAST_TICK) == ([], b"")
+    assert car.take(b"", start_ms + 500 & LAST_TICK) == ([upload.REFUSED], b"ERR cut off after 6 bytes\n")
+    assert car.take(b"", start_ms + 2_000 & LAST_TICK) == ([], b"")
+    assert car.stored == OLD
+    assert car.take(NEW, start_ms + 2_001 & LAST_TICK) == ([upload.IMAGE], NEW_OK)
+
+
+def test_silence_is_noticed_even_if_the_next_byte_is_the_first_to_tell():
+    car = Car(OLD)
+    car.take(NEW[:6], 0)
+    assert car.take(NEW, 500) == ([upload.REFUSED, upload.IMAGE], b"ERR cut off after 6 bytes\n" + NEW_OK)
+
+
+@pytest.mark.parametrize(("bad", "reason"), [(BAD_HEADER, b"dwell is 3"), (BAD_WORD, b"parity is 1")])
+def test_after_bytes_that_are_no_image_only_silence_begins_the_next(bad, reason):
+    car = Car(OLD)
+    kinds, answer = car.take(bad, 0)
+    assert kinds == [upload.REFUSED]
+    assert answer.startswith(b"ERR ")
+    assert reason in answer
+    assert answer.endswith(b"\n")
+    # The rest of what was wrong is no image, even if it looks like one, and needs no second answer.
+    assert car.take(NEW, 400) == ([], b"")
+    assert car.take(NEW, 899) == ([], b"")
+    assert car.stored == OLD
+    assert car.take(NEW, 1_399) == ([upload.IMAGE], NEW_OK)
+
+
+@given(data=st.data())
+def test_readbacks_and_uploads_without_a_pause_are_all_answered(data):
+    car, everything = Car(), upload.READBACK_REQUEST + OLD + upload.READBACK_REQUEST + NEW
+    taken = [car.take(piece, 0) for piece in data.draw(pieces(everything))]
+    assert [kind for kinds, _ in taken for kind in kinds] == [upload.READBACK, upload.IMAGE] * 2
+    assert b"".join(answer for _, answer in taken) == NO_PROGRAM + upload.ok_line(OLD) + OLD + NEW_OK
+
+
+# The uploader's end
+
+
+@given(garbage=st.binary(max_size=300).filter(lambda data: b"OK " not in data and b"ERR " not in data))
+def test_garbage_before_the_answer_does_no_harm(garbage):
+    assert outcomes(waiting_uploader(), garbage + NEW_OK, 10) == [upload.VERIFIED]
+
+
+@pytest.mark.parametrize("boot", [b"rst cause:2, flash OK \r\n", b"LED OK now\n"])
+def test_what_a_board_says_while_it_starts_is_no_answer(boot):
+    end = waiting_uploader()
+    assert outcomes(end, boot, 10) == []
+    end.receive_data(NEW_OK.replace(b"\n", b"\r\n"), 20)
+    assert end.next_event() == (upload.VERIFIED, "OK words=3 crc32=325d103a")
+
+
+@pytest.mark.parametrize("answer", [b"OK words=3 crc32=325d103b", b"OK words=2 crc32=325d103a", b"OK words=3"])
+def test_an_answer_about_another_image_is_a_mismatch_that_shows_both(answer):
+    end = waiting_uploader()
+    end.receive_data(answer + b"\n", 10)
+    outcome = end.next_event()
+    assert outcome.kind == upload.MISMATCH
+    assert f"'{answer.decode()}'" in outcome.detail
+    assert NEW_OK.decode().strip() in outcome.detail
+
+
+@pytest.mark.parametrize("verify", [True, False])
+def test_a_refusal_counts_while_the_image_is_being_sent(verify):
+    end = upload.UploaderEnd(NEW, verify)
+    end.receive_data(b"\xff\0" + upload.error_line("cut off after 6 bytes"), 5)
+    end.finish_sending(10)
+    assert end.next_event() == (upload.REFUSED, "cut off after 6 bytes")
+
+
+@pytest.mark.parametrize("sent_ms", [0, LAST_TICK - 1_000])
+def test_two_seconds_after_the_last_byte_a_silent_car_is_reported(sent_ms):
+    end = upload.UploaderEnd(NEW)
+    assert outcomes(end, b"", sent_ms - 10_000 & LAST_TICK) == []  # a slow line may take as long as it likes
+    end.finish_sending(sent_ms)
+    assert outcomes(end, b"OK words=3", sent_ms + 1_999 & LAST_TICK) == []
+    assert outcomes(end, b"", sent_ms + 2_000 & LAST_TICK) == [upload.SILENT]
+    assert outcomes(end, b"", sent_ms + 9_000 & LAST_TICK) == []
+
+
+def test_without_verifying_an_upload_is_sent_and_never_verified():
+    end = upload.UploaderEnd(NEW, verify=False)
+    end.finish_sending(0)
+    assert end.next_event() == (upload.NOT_VERIFIED, "sent, not verified")
+    assert outcomes(end, NEW_OK, 10) == []
+
+
+@pytest.mark.parametrize(
+    ("answer", "kind"),
+    [(NEW_OK, upload.VERIFIED), (upload.ok_line(OLD), upload.MISMATCH), (upload.error_line("busy"), upload.REFUSED)],
+)
+def test_an_upload_has_one_outcome(answer, kind):
+    end = waiting_uploader()
+    assert outcomes(end, answer, 10) == [kind]
+    assert outcomes(end, NEW_OK, 20) == []
+    assert outcomes(end, b"", 10_000) == []
+
+
+# The reader's end
+
+
+@pytest.mark.parametrize(
+    ("data", "detail"),
+    [
+        (b"", "no answer within 2000 ms"),
+        (NEW[:-1], "the car stopped after 11 bytes"),
+        (b"ERR bus", "the car stopped after 7 bytes"),
+    ],
+)
+def test_a_car_that_stops_is_reported_to_the_reader(data, detail):
+    end = upload.ReadbackEnd(LAST_TICK)
+    assert outcomes(end, data, LAST_TICK) == []
+    assert outcomes(end, b"", 1_998) == []
+    end.receive_data(b"", 1_999)
+    assert end.next_event() == (upload.SILENT, detail)
+
+
+@pytest.mark.parametrize(
+    ("data", "detail"),
+    [(b"ERR busy\n", "busy"), (BAD_HEADER, "dwell is 3"), (BAD_WORD, "parity is 1"), (b"ready\n", "no image")],
+)
+def test_what_comes_back_and_is_no_image_is_refused_with_the_reason(data, detail):
+    end = upload.ReadbackEnd(0)
+    end.receive_data(data, 10)
+    outcome = end.next_event()
+    assert outcome.kind == upload.REFUSED
+    assert detail in outcome.detail
+
+
+@pytest.mark.parametrize(("answer", "kind"), [(NO_PROGRAM, upload.IMAGE), (NEW, upload.IMAGE), (b"no", upload.SILENT)])
+def test_a_readback_has_one_outcome(answer, kind):
+    end = upload.ReadbackEnd(0)
+    assert outcomes(end, answer, 10) + outcomes(end, b"", 2_010) == [kind]
+    assert outcomes(end, b"\0", 20) == []
+    assert outcomes(end, b"", 10_000) == []
+
+
+# Anything at all
+
+SNIPPETS = st.sampled_from([NEW, NEW[:6], upload.READBACK_REQUEST, NEW_OK, BAD_HEADER, BAD_WORD, b"ERR busy\n", b""])
+ARRIVALS = st.lists(st.tuples(SNIPPETS | images() | st.binary(max_size=40), st.integers(0, 1_500)), max_size=12)
+
+
+@given(arrivals=ARRIVALS, start_ms=STARTS_MS)
+def test_a_car_takes_whatever_comes(arrivals, start_ms):
+    for event in events_of(upload.CarEnd(), arrivals, start_ms):
+        if event.kind == upload.IMAGE:
+            parse_image_bytes(event.image)
+            assert event.answer == upload.ok_line(event.image)
+        elif event.kind == upload.REFUSED:
+            assert event.answer.startswith(b"ERR ")
+            assert event.answer[:-1].decode("ascii").isprintable()
+            assert event.answer.endswith(b"\n")
+        else:
+            assert event == (upload.READBACK, b"", b"")
+
+
+@given(arrivals=ARRIVALS, start_ms=STARTS_MS)
+def test_an_uploader_takes_whatever_comes(arrivals, start_ms):
+    received = b"".join(data for data, _ in arrivals)
+    for outcome in events_of(waiting_uploader(start_ms), arrivals, start_ms):
+        assert outcome.kind in {upload.VERIFIED, upload.MISMATCH, upload.REFUSED, upload.SILENT}
+        assert outcome.detail.isprintable()
+        assert outcome.kind != upload.VERIFIED or NEW_OK in received
+
+
+@given(arrivals=ARRIVALS, start_ms=STARTS_MS)
+def test_a_reader_takes_whatever_comes(arrivals, start_ms):
+    for outcome in events_of(upload.ReadbackEnd(start_ms), arrivals, start_ms):
+        if outcome.kind == upload.IMAGE:
+            parse_image_bytes(outcome.detail)
+        else:
+            assert outcome.kind in {upload.REFUSED, upload.SILENT}
+            assert outcome.detail.isprintable()
