@@ -26,9 +26,9 @@ _DIRECTIONS = ("forward", "left", "right", "random")
 _COLOURS = ("cyan", "yellow", "green", "magenta", "blue", "red")
 
 
-def coloured_bits(word: int, word_format: WordFormat) -> Text:
-    """The 32 bits, fields apart and each in a colour of its own."""
-    text = Text()
+def coloured_bits(word: int, word_format: WordFormat, before: str = "") -> Text:
+    """The 32 bits, fields apart and each in a colour of its own, behind the text ``before``."""
+    text = Text(before)
     for number, field in enumerate(word_format.fields):
         raw = word >> field.low & field.raw_mask
         text.append(f"{raw:0{field.width}b}", style=_COLOURS[number % len(_COLOURS)])

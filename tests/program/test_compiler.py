@@ -205,7 +205,7 @@ def test_what_cannot_be_is_said_with_its_place_and_block(program: Program, code:
     assert (diagnostic.code, diagnostic.severity, diagnostic.path) == (code, "error", path)
     assert diagnostic.id == (None if path == "followers.dwell_seconds" else "b")
     assert re.search(said, diagnostic.message("en"))
-    assert not re.search(r"{\w*}", "".join(diagnostic.message(language) for language in LANGUAGES))
+    assert not re.search(r"{\w+}", "".join(diagnostic.message(language) for language in LANGUAGES))
     assert compiled.words == ()
     with pytest.raises(ProgramError, match=re.escape(diagnostic.message("en"))):
         _ = compiled.image
@@ -227,7 +227,7 @@ def test_what_cannot_be_is_said_with_its_place_and_block(program: Program, code:
 def test_what_may_surprise_is_warned_of(program: Program, code: str, path: str) -> None:
     compiled = compile_program(program)
     assert [(each.code, each.severity, each.path) for each in compiled.diagnostics] == [(code, "warning", path)]
-    assert not re.search(r"{\w*}", "".join(compiled.diagnostics[0].message(language) for language in LANGUAGES))
+    assert not re.search(r"{\w+}", "".join(compiled.diagnostics[0].message(language) for language in LANGUAGES))
     assert compiled.words
     assert compiled.image
 

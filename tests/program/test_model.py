@@ -184,7 +184,7 @@ def test_a_wrong_setting_of_the_followers_is_named(entry: str, code: str, path: 
         ('"id": "b", "avoid": {"radius": 9, "seconds": 1}', RANGE, ".avoid.radius", "b"),
         ('"id": "b", "together": {}', RANGE, ".together", "b"),
         ('"id": "b", "together": [{"together": []}]', UNKNOWN, ".together[0].together", "b"),
-        ('"together": [{"id": "c", "repeat": {"times": 1}}]', UNKNOWN, ".together[0].repeat", "c"),
+        ('"id": "b", "together": [{"id": "c", "repeat": {"times": 1}}]', UNKNOWN, ".together[0].repeat", "c"),
         ('"together": [{"id": "c", "voice": {"seconds": 1}}]', UNKNOWN, ".together[0].voice.seconds", "c"),
         ('"together": [{"id": "c", "pir": {}, "accept_ir": true}]', UNKNOWN, ".together[0].accept_ir", "c"),
         ('"id": "b", "repeat": {"times": 0, "steps": []}', RANGE, ".repeat.times", "b"),
@@ -217,7 +217,7 @@ def test_a_leader_has_no_forward_to_set_and_all_that_is_wrong_is_said_at_once() 
 def assert_both_languages_say_it(diagnostic: Any) -> None:
     english, chinese = (diagnostic.message(language) for language in LANGUAGES)
     assert english != chinese
-    assert not re.search(r"{\w*}", english + chinese)
+    assert not re.search(r"{\w+}", english + chinese)
     assert re.search("[一-鿿]", chinese)
     assert diagnostic.as_dict("zh")["message"] == chinese
 

@@ -20,6 +20,7 @@ from motorcade.cli.options import (
     Source,
     image_of,
     print_json,
+    print_table,
     profile_named,
     tongue,
     wants_json,
@@ -54,8 +55,6 @@ def simulate_command(
     as_json: Json = False,
 ) -> None:
     """Let a leader and its followers drive, by the very bytes that an upload sends."""
-    from rich.console import Console
-
     from motorcade.console import cars_table, print_unheard, progress_bar
     from motorcade.sim.running import simulate
     from motorcade.words.image import parse_image_bytes
@@ -71,7 +70,7 @@ def simulate_command(
     if picture:
         _draw(run, picture)
     if not wants_json(as_json):
-        Console().print(cars_table(run))
+        print_table(cars_table(run))
         return
     cars = [
         {"id": index, "x": pose.x, "y": pose.y, "heading": pose.heading} for index, pose in enumerate(run.world.poses)

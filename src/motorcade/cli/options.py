@@ -12,6 +12,8 @@ import typer
 from motorcade.cli.failures import PROGRAM_ERROR, UsageError
 
 if TYPE_CHECKING:
+    from rich.console import RenderableType
+
     from motorcade.profile import Profile
     from motorcade.program.compiler import Compiled
 
@@ -33,9 +35,24 @@ def wants_json(as_json: bool) -> bool:
 
 
 def print_json(data: Any) -> None:
-    """One JSON document on standard output; a reader that has left already is no error."""
+    """One JSON document on standard output."""
+    print_text(json.dumps(data, ensure_ascii=False) + "\n")
+
+
+def print_table(table: "RenderableType") -> None:
+    """What Rich draws, on standard output."""
+    from rich.console import Console
+
+    console = Console()
+    with console.capture() as drawn:
+        console.print(table)
+    print_text(drawn.get())
+
+
+def print_text(text: str) -> None:
+    """Text on standard output; a reader that has left already is no error."""
     try:
-        print(json.dumps(data, ensure_ascii=False), flush=True)
+        print(text, end="", flush=True)
     except BrokenPipeError:
         # Python flushes once more when it ends, and would complain then.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -3,7 +3,6 @@
 Each command imports what it needs when it runs, so that the others start at once.
 """
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -17,6 +16,8 @@ from motorcade.cli.options import (
     ProfileOption,
     compile_project,
     print_json,
+    print_table,
+    print_text,
     profile_named,
     read_file,
     tongue,
@@ -59,11 +60,9 @@ def encode(
     if wants_json(as_json):
         print_json(made)
     else:
-        from rich.console import Console
-
         from motorcade.console import coloured_bits
 
-        Console().print(f"{made['word']}  {made['hex']} ", coloured_bits(word, chosen))
+        print_table(coloured_bits(word, chosen, f"{word}  0x{word:08X}  "))
 
 
 def decode(
@@ -86,12 +85,10 @@ def decode(
     if wants_json(as_json):
         print_json(decoded)
         return
-    from rich.console import Console
-
     from motorcade.console import fields_table
 
     for each in decoded:
-        Console().print(fields_table(each["word"], chosen, each["warnings"]))
+        print_table(fields_table(each["word"], chosen, each["warnings"]))
 
 
 def compile_command(
@@ -127,7 +124,7 @@ def compile_command(
             }
         )
     elif profile and not failed:
-        Console().print(words_table(words, profile))
+        print_table(words_table(words, profile))
     print_diagnostics(Console(stderr=True), diagnostics, spoken)
     if failed:
         raise typer.Exit(PROGRAM_ERROR)
@@ -137,7 +134,7 @@ def decompile_command(image: ExistingFile, profile: ProfileOption = "classroom",
     """Print the project, always JSON, that compiles to an image."""
     from motorcade.program.decompiler import decompile
 
-    sys.stdout.write(decompile(words_in(image), profile_named(profile)).as_json())
+    print_text(decompile(words_in(image), profile_named(profile)).as_json())
 
 
 def inspect(image: ExistingFile, profile: ProfileOption = "classroom", as_json: Json = False) -> None:
@@ -148,11 +145,9 @@ def inspect(image: ExistingFile, profile: ProfileOption = "classroom", as_json: 
     words = words_in(image)
     leader_states = len(parse_image(words).leader)
     if not as_json:
-        from rich.console import Console
-
         from motorcade.console import words_table
 
-        Console().print(words_table(words, profile_named(profile)))
+        print_table(words_table(words, profile_named(profile)))
         return
     roles = ["header"] + ["leader"] * leader_states + ["follower"] * (len(words) - 1 - leader_states)
     print_json(

@@ -172,6 +172,8 @@ def _open(port: str, baud: int) -> serial.Serial:
         raise PortNotFoundError(f"'{port[:60]}' is not the name of a port. `motorcade ports` lists them.") from None
     except (serial.SerialException, OSError) as problem:
         raise _not_opened(port, problem) from None
+    except TerminalError as problem:
+        raise _gone(port, problem) from None
 
 
 def _not_opened(port: str, problem: Exception) -> PortError:

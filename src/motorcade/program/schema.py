@@ -177,5 +177,5 @@ def _allowed(schema: dict[str, Any]) -> str | Phrase:
 
 def _shown(value: Any) -> str:
     """``value`` as a pupil would have typed it, shortened."""
-    text = json.dumps(value, ensure_ascii=False)
+    text = "{...}" if isinstance(value, dict) else json.dumps(value, ensure_ascii=False)
     return text if len(text) <= 40 else text[:37] + "..."
