@@ -43,9 +43,9 @@ def run(cars: World, duration_ms: int) -> list[Event]:
     return cars.events
 
 
-def wheels(cars: World, duration_ms: int) -> list[tuple[int, int]]:
-    """What the leader's wheels do in each millisecond."""
-    return [moment[0] for moment in watch(cars, 0, duration_ms)]
+def wheels(cars: World, ticks: int) -> list[tuple[int, int]]:
+    """What the leader's wheels do in each tick, a millisecond unless the world's clock is coarser."""
+    return [moment[0] for moment in watch(cars, 0, ticks)]
 
 
 def wandering(seed: int, tick_ms: int = 1) -> World:
@@ -129,12 +129,35 @@ def test_followers_that_pass_words_on_reach_beyond_the_leader(passes_on: bool, r
     assert {event.word for event in starts} == {compile_program(program).words[-1]}
 
 
+def test_followers_send_only_the_words_that_they_are_to_pass_on() -> None:
+    program = Program([wait(1)], [led(0, 3, forward=True), led(1, 3)])
+    passed_on = compile_program(program).words[2]
+    events = run(World(compile_program(program).image, CLASSROOM, formation(2)), 20_000)
+    assert {event.word for event in events if event.kind == "frame" and event.car > 0} == {passed_on}
+
+
 def test_deaf_followers_lose_what_is_sent_meanwhile() -> None:
     events = run(world([wait(1)], Followers([led(0, 3)], accept_ir=False), formation(1)), 3000)
     start = next(event for event in events if event.kind == "start")
     later = [event for event in events if event.car == 1 and event.t_ms > start.t_ms]
     assert {event.kind for event in later} == {"lost"}
     assert {event.detail["why"] for event in later} == {"deaf"}
+
+
+@pytest.mark.parametrize(
+    ("other", "distance_mm"),
+    [
+        (Pose(0.4, 0.0), 250),
+        (Pose(2.1, 0.0), 1950),
+        (Pose(2.2, 0.0), None),  # farther than ultrasound reaches
+        (Pose(-0.4, 0.0), None),
+        (Pose(0.475, 0.4), None),  # 45 degrees to the side
+        (Pose(0.1, 0.0), 0),
+    ],
+)
+def test_ultrasound_measures_to_the_nearest_body_ahead(other: Pose, distance_mm: int | None) -> None:
+    measured_mm = world([wait(1)], None, [Pose(0, 0), other]).obstacle_mm(0)
+    assert measured_mm > 100_000 if distance_mm is None else abs(measured_mm - distance_mm) <= 1
 
 
 def test_avoiding_turns_right_until_the_way_is_free() -> None:
@@ -205,27 +228,20 @@ def test_stop_is_heard_only_by_those_who_listen() -> None:
     assert set(wheels(cars, 1000)) == {(0, 2)}
 
 
-def headings(tick_ms: int, draws: int) -> list[int]:
-    """The direction in each half second of random driving."""
-    cars = world([wander(3), wander(1), wait(1)], None, ALONE, seed=3, tick_ms=tick_ms)
-    drawn: list[int] = []
-    while len(drawn) < draws:
-        run(cars, 500)
-        if cars.boards[0].speed_level:
-            drawn.append(cars.boards[0].direction)
-    return drawn
-
-
 def test_random_driving_goes_straight_half_of_the_time_and_turns_each_way_a_quarter() -> None:
-    drawn = Counter(headings(tick_ms=20, draws=4000))
+    cars = world([wander(3)], None, ALONE, seed=3, tick_ms=500)
+    drawn = Counter(direction for direction, _ in wheels(cars, 4000))
     assert 1850 <= drawn[0] <= 2150
     assert 850 <= drawn[1] <= 1150
     assert 850 <= drawn[2] <= 1150
 
 
-@pytest.mark.parametrize("tick_ms", [20, 50, 500])
+@pytest.mark.parametrize("tick_ms", [20, 333, 1750, 4321])
 def test_random_driving_is_the_same_whatever_the_tick(tick_ms: int) -> None:
-    assert headings(tick_ms, draws=60) == headings(1, draws=60)
+    prompt, late = (world([wander(3), wander(1), wait(1)], None, ALONE, tick_ms=each) for each in (1, tick_ms))
+    shown = wheels(prompt, 60_000)[::tick_ms]
+    assert {(0, 2), (1, 2), (2, 2)} <= set(shown)
+    assert wheels(late, len(shown)) == shown
 
 
 def test_random_driving_changes_its_mind_every_half_second() -> None:
@@ -237,9 +253,18 @@ def test_random_driving_changes_its_mind_every_half_second() -> None:
 
 @pytest.mark.parametrize("tick_ms", [7, 20, 333, 4321])
 def test_a_late_tick_loses_no_time_for_the_leader(tick_ms: int) -> None:
-    leader = [forward(3), repeat(2, left(1), together(forward(2), led(1, 1))), wander(2), wait(0)]
-    prompt, late = (world(leader, None, ALONE, tick_ms=each) for each in (1, tick_ms))
+    program = Program(
+        [forward(3), repeat(2, left(1), together(forward(2), led(1, 1))), wander(2), wait(0)],
+        [led(0, 1), led(1, 1), led(2, 1)],
+    )
+    compiled = compile_program(program)
+    prompt, late = (World(compiled.image, CLASSROOM, ALONE, tick_ms=each) for each in (1, tick_ms))
     shown, shown_late = watch(prompt, 0, 20_000), watch(late, 0, 20_000 // tick_ms)
     assert shown_late == shown[::tick_ms][: len(shown_late)]
-    told, told_late = ([event for event in cars.events if event.t_ms <= 12_000] for cars in (prompt, late))
+    told, told_late = (
+        [event for event in cars.events if event.kind == "state" and event.t_ms <= 12_000] for cars in (prompt, late)
+    )
     assert told_late == told
+    for event in late.events:
+        if event.kind == "frame":
+            assert event.word == compiled.words[-3:][event.t_ms // 1000 % 3]

@@ -6,6 +6,7 @@ checks come from these declarations. Sources: seed 000, c3-c7.
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields
+from functools import cache
 from typing import Any, ClassVar
 
 from motorcade.words.formats import CONTROL
@@ -38,11 +39,11 @@ class Step:
     forward: bool | None = field(default=None, metadata={"schema": {"type": "boolean"}})
 
     def __post_init__(self) -> None:
-        for each in fields(self):
-            schema = each.metadata.get("schema")
-            value = getattr(self, each.name)
-            if schema and not (value is None and each.default is None) and not _fits(value, schema):
-                raise ValueError(f"{self.kind}: {each.name} is {value!r}; allowed: {_allowed(schema)}")
+        own: Any = type(self)
+        for name, schema, optional in _declared(own):
+            value = getattr(self, name)
+            if not (value is None and optional) and not _fits(value, schema):
+                raise ValueError(f"{self.kind}: {name} is {value!r}; allowed: {_allowed(schema)}")
 
     @classmethod
     def own_schemas(cls) -> dict[str, dict[str, Any]]:
@@ -202,6 +203,13 @@ def as_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
         if not isinstance(step, Step):
             raise TypeError(f"step {position + 1} is {step!r}; write forward(3), led(0, 1), together(...) and so on")
     return made
+
+
+@cache
+def _declared(kind: Any) -> tuple[tuple[str, dict[str, Any], bool], ...]:
+    """Each checked field of a kind: its name, its schema, and whether it may be None."""
+    checked = [each for each in fields(kind) if "schema" in each.metadata]
+    return tuple((each.name, each.metadata["schema"], each.default is None) for each in checked)
 
 
 def _fits(value: Any, schema: dict[str, Any]) -> bool:
