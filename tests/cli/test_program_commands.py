@@ -114,6 +114,9 @@ def test_diagnostics_speak_chinese_when_asked_or_when_the_system_does(project, m
     assert "无法设置主机接受红外信息" in json.loads(asked.out)["diagnostics"][0]["message"]
     assert "错误 leader-accepts-ir: 无法设置主机接受红外信息" in only_line(asked.err)
     monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
+    assert run("compile", path) == asked
+    for name in ("LC_ALL", "LC_MESSAGES", "LANG"):
+        monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(locale, "getlocale", lambda *category: ("zh_CN", "UTF-8"))
     assert run("compile", path) == asked
     assert "错误 leader-accepts-ir" in only_line(run("simulate", path).err)
@@ -220,6 +223,15 @@ def test_a_profile_that_is_not_there_or_not_one_gets_one_sentence(project, tmp_p
     ran = run("compile", project(document(DRIVE, profile=name)))
     assert ran.code == 1
     assert "profile" in only_line(ran.err)
+
+
+def test_a_profile_that_was_asked_for_and_is_not_there_gets_one_sentence(tmp_path):
+    image = tmp_path / "it.image"
+    image.write_bytes(bytes(4))
+    for command in ("decompile", "inspect", "simulate"):
+        ran = run(command, image, "--profile", "racer")
+        assert (ran.code, ran.out) == (1, "")
+        assert only_line(ran.err) == "motorcade: there is no profile 'racer'; built in: classroom"
 
 
 @pytest.mark.parametrize("typed", ["compile", "decompile", "inspect", "simulate", "upload --port no-such-port"])
