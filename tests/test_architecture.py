@@ -21,6 +21,7 @@ ARROWS = {
     "console": ("words", "files", "car", "profile", "program", "sim", "link"),
     "cli": ("words", "files", "car", "profile", "program", "sim", "link", "console", "__version__"),
     "__init__": ("words", "profile", "program", "sim", "console"),
+    "__main__": ("cli",),
 }
 
 

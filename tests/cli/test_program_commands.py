@@ -154,7 +154,7 @@ BAD = {
     "an unknown key": (document(DRIVE, leeder=[]), "unknown-field", "leeder"),
     "an unknown step": (document({"fly": {"seconds": 1}}), "unknown-field", "leader[0].fly"),
     "an unknown key in a step": (document({**DRIVE, "colour": "red"}), "unknown-field", "leader[0].colour"),
-    "two steps in one": (document({**DRIVE, **LIT}), "unknown-field", "leader[0]"),
+    "two steps in one": (document({**DRIVE, **LIT}), "several-kinds", "leader[0]"),
     "a step that is a number": (document(5), "out-of-range", "leader[0]"),
     "a step that is null": (document(None), "out-of-range", "leader[0]"),
     "a step that is text": (document("drive"), "out-of-range", "leader[0]"),

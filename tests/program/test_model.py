@@ -164,7 +164,7 @@ def test_a_wrong_setting_of_the_followers_is_named(entry: str, code: str, path: 
     [
         ('"id": "b"', MISSING, "", "b"),
         ('"id": "b", "fly": {}', UNKNOWN, ".fly", "b"),
-        ('"id": "b", "wait": {"seconds": 1}, "pir": {"seconds": 1}', UNKNOWN, "", "b"),
+        ('"id": "b", "wait": {"seconds": 1}, "pir": {"seconds": 1}', "several-kinds", "", "b"),
         ('"id": "b", "wait": {"seconds": 1}, "accept_ir": 1', RANGE, ".accept_ir", "b"),
         ('"id": 5, "wait": {"seconds": 1}', RANGE, ".id", None),
         ('"id": "b", "wait": 1', RANGE, ".wait", "b"),

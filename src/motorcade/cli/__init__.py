@@ -13,7 +13,8 @@ from motorcade.cli.failures import exit_code
 app = typer.Typer(
     name="motorcade",
     help="Program and drive small cars: a leader, its followers, and the 32-bit words between them. "
-    "Data comes as JSON wherever the output is no terminal, or with --json.",
+    "Commands that print data print JSON into files and pipes, or with --json.",
+    context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
     add_completion=False,
 )

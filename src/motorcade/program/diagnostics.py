@@ -18,6 +18,10 @@ MESSAGES: dict[str, dict[str, str]] = {
         "en": "'{name}' can't stand here. What can: {allowed}.",
         "zh": "此处不能有“{name}”。可以有：{allowed}。",
     },
+    "several-kinds": {
+        "en": "A step is exactly one of {kinds}; here are {present}. To start several at once, put them in a together.",
+        "zh": "一个步骤只能是 {kinds} 中的一种；这里有 {present}。要并行执行，请放进 together。",
+    },
     "missing-field": {
         "en": "Here something is missing: {name}.",
         "zh": "此处缺少：{name}。",

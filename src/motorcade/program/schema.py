@@ -125,8 +125,7 @@ def _diagnose(document: Any, place: tuple[str | int, ...], problem: Any) -> list
         present = _kinds_in(problem.instance)
         kinds = ", ".join(option["required"][0] for option in schema["oneOf"])
         if present:
-            allowed = phrase("one-kind", kinds=kinds)
-            return [error("unknown-field", path, step_id, name=", ".join(present), allowed=allowed)]
+            return [error("several-kinds", path, step_id, kinds=kinds, present=", ".join(present))]
         return [error("missing-field", path, step_id, name=phrase("one-kind", kinds=kinds))]
     return [error("out-of-range", path, step_id, value=_shown(_value_at(document, place)), allowed=_allowed(schema))]
 
