@@ -66,7 +66,7 @@ def formation(followers: int, reach_m: float = 1.0) -> list[Pose]:
     def order(place: tuple[int, int]) -> tuple[bool, bool, int, int, int]:
         column, row = place
         squared = column * column + row * row
-        return squared * _SPACING_M**2 > reach_m**2, column >= 0, squared, -column, -row
+        return squared * _SPACING_M**2 > reach_m**2, column >= 0, squared, column, -row
 
     nearest = heapq.nsmallest(followers, places, key=order)
     return poses + [Pose(column * _SPACING_M, row * _SPACING_M) for column, row in nearest]
