@@ -95,6 +95,7 @@ PHRASES: dict[str, dict[str, str]] = {
     "one-kind": {"en": "exactly one of {kinds}", "zh": "{kinds} 中的恰好一个"},
     "nothing": {"en": "nothing", "zh": "（无）"},
     "or": {"en": "{first} s or {second} s", "zh": "{first} 秒或 {second} 秒"},
+    "single": {"en": "{first} s", "zh": "{first} 秒"},
     "step-not-a-dwell": {
         "en": "this step lasts {seconds} s",
         "zh": "这一步持续 {seconds} 秒",

@@ -13,6 +13,9 @@ from motorcade.program.parts import Parts, parts_of
 from motorcade.program.steps import Pir, Repeat, Step, Together, Voice, Wait
 from motorcade.program.timing import MOST_PIECES, cut, is_sum, nearest_sums, pieces_needed, to_ms
 
+# Three blocks may have no common length above theirs at all, so the search for one ends.
+_MOST_TRIES = 100
+
 
 class Item(NamedTuple):
     """One step of the row."""
@@ -138,14 +141,16 @@ class Expander:
             )
             return cut(durations_ms, self._levels_ms[1:], self._levels_ms) is not None
 
-        below = above = item.total_ms / 1000
-        while below == item.total_ms / 1000 or not fits(below):
+        seconds = item.total_ms / 1000
+        below, above = nearest_sums(seconds, self._levels_ms)
+        while not fits(below):
             below, _ = nearest_sums(below, self._levels_ms)
-        while above == item.total_ms / 1000 or not fits(above):
+        for _ in range(_MOST_TRIES):
+            if fits(above):
+                break
             _, above = nearest_sums(above, self._levels_ms)
-        seconds = f"{item.total_ms / 1000:g}"
-        nearest = _either(below, above)
-        return error("duration-not-expressible", item.path, item.id, seconds=seconds, nearest=nearest)
+        nearest = _either(below, above) if fits(above) else phrase("single", first=f"{below:g}")
+        return error("duration-not-expressible", item.path, item.id, seconds=f"{seconds:g}", nearest=nearest)
 
 
 def cut_for_leader(item: Item, levels_ms: tuple[int, ...]) -> tuple[int, ...] | None:

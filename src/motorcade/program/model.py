@@ -11,7 +11,7 @@ from typing import Any
 
 from motorcade.program.diagnostics import Phrase, ProgramError, error, phrase
 from motorcade.program.schema import FORMAT, check_shape
-from motorcade.program.steps import KINDS, LONGEST_S, Repeat, Step, Together, as_steps
+from motorcade.program.steps import KINDS, LONGEST_S, SHORTEST_DWELL_S, Repeat, Step, Together, as_steps
 
 # Deeper than anyone nests blocks by hand, and short of what the parser's stack takes.
 DEEPEST = 100
@@ -43,7 +43,9 @@ class Followers:
     ):
         _check_flags(accept_ir=accept_ir, forward=forward)
         if dwell_seconds is not None and not _is_duration(dwell_seconds):
-            raise ValueError(f"followers: dwell_seconds is {dwell_seconds!r}; allowed: 0 to {LONGEST_S}")
+            raise ValueError(
+                f"followers: dwell_seconds is {dwell_seconds!r}; allowed: {SHORTEST_DWELL_S} to {LONGEST_S}"
+            )
         object.__setattr__(self, "steps", as_steps(steps))
         object.__setattr__(self, "accept_ir", accept_ir)
         object.__setattr__(self, "forward", forward)
@@ -174,7 +176,9 @@ def _check_flags(**flags: object) -> None:
 
 
 def _is_duration(seconds: object) -> bool:
-    return isinstance(seconds, (int, float)) and not isinstance(seconds, bool) and 0 < seconds <= LONGEST_S
+    return (
+        isinstance(seconds, (int, float)) and not isinstance(seconds, bool) and SHORTEST_DWELL_S <= seconds <= LONGEST_S
+    )
 
 
 def _depth(document: Any) -> int:

@@ -7,7 +7,7 @@ from typing import Any
 import jsonschema_rs
 
 from motorcade.program.diagnostics import Diagnostic, Phrase, error, phrase
-from motorcade.program.steps import KINDS, SECONDS, SIMPLE_KINDS, Pir, Repeat, Step, Together, Voice
+from motorcade.program.steps import KINDS, SECONDS, SHORTEST_DWELL_S, SIMPLE_KINDS, Pir, Repeat, Step, Together, Voice
 
 FORMAT = "motorcade-program/1"
 _ID = {"type": "string"}
@@ -30,7 +30,7 @@ def program_schema() -> dict[str, Any]:
                 "properties": {
                     "accept_ir": _FLAG,
                     "forward": _FLAG,
-                    "dwell_seconds": SECONDS,
+                    "dwell_seconds": {**SECONDS, "minimum": SHORTEST_DWELL_S},
                     "steps": {"type": "array", "items": {"$ref": "#/$defs/follower_step"}},
                 },
                 "required": ["steps"],

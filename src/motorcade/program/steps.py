@@ -21,6 +21,7 @@ def _level(field_name: str) -> dict[str, Any]:
 
 _TYPES = {"boolean": bool, "string": str}
 LONGEST_S = 86400
+SHORTEST_DWELL_S = 0.001
 SECONDS = {"type": "number", "minimum": 0, "maximum": LONGEST_S}
 
 
@@ -198,6 +199,8 @@ def repeat(times: int, *steps: Step, **more: Any) -> Repeat:
 
 def as_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
     """``steps`` as a tuple. Raises TypeError that names what is no step."""
+    if isinstance(steps, Step):
+        raise TypeError(f"{steps.kind} stands alone; put steps into a list, such as [forward(3), left(1)]")
     made = tuple(steps)
     for position, step in enumerate(made):
         if not isinstance(step, Step):
