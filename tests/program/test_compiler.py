@@ -13,6 +13,7 @@ from motorcade import (
     Followers,
     Program,
     ProgramError,
+    avoid,
     compile_program,
     forward,
     led,
@@ -60,9 +61,10 @@ def fewest_states(durations_ms: list[int], levels_ms: tuple[int, ...]) -> int | 
 @given(st.data())
 def test_a_leaders_step_takes_the_fewest_states_that_can_hold_it(data: st.DataObject) -> None:
     profile = data.draw(odd_profiles())
-    drive_s, led_s = data.draw(sums(profile, least=1)), data.draw(sums(profile))
-    compiled = compile_program(Program([together(forward(drive_s), led(1, led_s))]), profile)
-    fewest = fewest_states([round(drive_s * 1000), round(led_s * 1000)], profile.durations_ms)
+    lengths_s = [data.draw(sums(profile, least=1)), data.draw(sums(profile)), data.draw(sums(profile))]
+    step = together(forward(lengths_s[0]), led(1, lengths_s[1]), avoid(2, lengths_s[2]))
+    compiled = compile_program(Program([step]), profile)
+    fewest = fewest_states([round(length * 1000) for length in lengths_s], profile.durations_ms)
     if fewest is not None:
         assert compiled.leader_states == fewest
     elif compiled.words:
@@ -266,11 +268,18 @@ def test_steps_without_a_dwell_in_common_are_said_to_disagree() -> None:
     assert "0.4, 0.6" in diagnostic.message("zh")
 
 
-def test_blocks_whose_levels_cannot_go_together_are_not_offered_what_they_are() -> None:
+@pytest.mark.parametrize(
+    ("step", "nearest"),
+    [
+        (together(forward(8), led(1, 7)), "7 s or 10 s"),
+        (together(forward(10), led(1, 7), avoid(1, 8)), "7 s"),  # however long it is, 7 s and 8 s don't go together
+    ],
+)
+def test_blocks_that_cannot_go_together_are_said_with_the_lengths_that_could(step: Step, nearest: str) -> None:
     profile = replace(CLASSROOM, durations_ms=(0, 3000, 5000, 7000))
-    (diagnostic,) = compile_program(Program([together(forward(8), led(1, 7))]), profile).diagnostics
+    (diagnostic,) = compile_program(Program([step]), profile).diagnostics
     assert diagnostic.code == "duration-not-expressible"
-    assert "nearest that can: 8 s" not in diagnostic.message()
+    assert diagnostic.message().endswith(f"nearest that can: {nearest}.")
 
 
 def test_a_repeat_beyond_all_counting_is_answered() -> None:

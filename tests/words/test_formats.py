@@ -249,3 +249,8 @@ def test_a_client_may_call_a_word_signed(byte_order, signed_int):
 def test_what_is_no_word_does_not_go_over_a_wire(word):
     with pytest.raises((struct.error, ValueError)):
         pack(word)
+
+
+def test_a_byte_order_that_is_none_is_not_guessed():
+    with pytest.raises(KeyError, match="middle"):
+        pack(1, "middle")

@@ -10,8 +10,8 @@ from collections import namedtuple
 from motorcade.words.field import WordError
 from motorcade.words.formats import CONTROL, HEADER
 
-MAX_WORDS = 1 + 255 + 255
 WORD_BYTES = 4
+_PACKING = {"big": ">I", "little": "<I"}
 
 Image = namedtuple("Image", ("leader", "followers", "dwell_level"))
 """What an image holds.
@@ -34,13 +34,13 @@ class ImageError(ValueError):
 
 
 def pack(word: int, byte_order: str = "big") -> bytes:
-    """The four bytes of ``word`` (0 to 4294967295). ``byte_order`` is big or little."""
-    return struct.pack("<I" if byte_order == "little" else ">I", word)
+    """The four bytes of ``word`` (0 to 4294967295). ``byte_order`` is big or little; KeyError else."""
+    return struct.pack(_PACKING[byte_order], word)
 
 
 def unpack(data: bytes, byte_order: str = "big") -> int:
     """The word in four bytes."""
-    word: int = struct.unpack("<I" if byte_order == "little" else ">I", data)[0]
+    word: int = struct.unpack(_PACKING[byte_order], data)[0]
     return word
 
 
