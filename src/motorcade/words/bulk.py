@@ -183,7 +183,7 @@ def _first_row_refused(fields: Sequence[Field], columns: Mapping[str, npt.NDArra
 
 def _check_rule(word_format: WordFormat, words: Words) -> None:
     """Raise the WordError of the first word that breaks the format's rule, a function of one word's values."""
-    if word_format._rule:
+    if word_format.rule:
         first_rows = np.unique(words, return_index=True)[1]
         for word in words[np.sort(first_rows)].tolist():
             word_format.decode(word)

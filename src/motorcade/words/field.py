@@ -143,7 +143,7 @@ class WordFormat:
         self._check_layout()
         self.values: Callable[..., Any] = namedtuple(name[0].upper() + name[1:], [field.name for field in self.fields])  # type: ignore[misc]
         self.reserved_mask = sum(field.word_mask for field in self.fields if field.reserved)
-        self._rule = rule
+        self.rule = rule
         space: dict[str, Any] = {
             "WordError": WordError,
             "values": self.values,
@@ -195,13 +195,13 @@ class WordFormat:
         strict = f"    if strict and word & {self.reserved_mask}: refuse(word, None)"
         made = "new(values, {})".format(" + ".join(self._decoded_runs(space)))
         restricted = [field for field in self.fields if field.restricted]
-        if not restricted and not self._rule:
+        if not restricted and not self.rule:
             lines += [strict, "    return " + made]
             return "\n".join(lines)
         lines.append("    found = " + made)
         for field in restricted:
             lines.append("    if {}: refuse(0, found)".format(_condition(field, "found." + field.name)))
-        if self._rule:
+        if self.rule:
             lines.append("    rule(found)")
         # Strictness comes last: what is reserved depends on what else the word is.
         lines += [strict, "    return found"]
@@ -248,7 +248,7 @@ class WordFormat:
         lines.append("        if {}: refuse(0, {})".format(" or ".join(spills + restricted), made))
         # A value that can't be shifted is no integer: _refuse finds which.
         lines.append(f"    except TypeError: refuse(0, {made})")
-        if self._rule:
+        if self.rule:
             lines.append(f"    rule(new(values, {made}))")
         # The upper half is put together first, in integers of one machine digit.
         upper = [f"{f.name} << {f.low - 16}" for f in self.fields if f.low >= 16]
