@@ -9,8 +9,8 @@ middle, still ends on time.
 A follower takes a different word at once, but the same word again only when
 its length is over, and that costs it up to a frame: it would fall behind a
 little with each repeat. So no two words in a row are the same where that can be
-helped. A block that goes on through the whole dwell anyway may carry a longer
-duration, for the next word cuts it off.
+helped. A block that goes on through the whole dwell anyway may carry another
+duration, longer than the dwell, for the next word cuts it off.
 """
 
 from collections.abc import Iterator
@@ -60,7 +60,7 @@ def longest_dwell_ms(items: list[Item], profile: Profile) -> int | None:
 
 def fits(item: Item, profile: Profile) -> bool:
     """Whether any dwell can express this step alone."""
-    return any(_pieces(item, dwell_ms, profile) for dwell_ms in profile.dwell_ms)
+    return any(round_with([item], dwell_ms, profile) for dwell_ms in profile.dwell_ms)
 
 
 def round_with(items: list[Item], dwell_ms: int, profile: Profile) -> Round | None:
@@ -68,12 +68,10 @@ def round_with(items: list[Item], dwell_ms: int, profile: Profile) -> Round | No
     levels = {duration: level for level, duration in enumerate(profile.durations_ms)}
     slots: list[tuple[int, Parts]] = []
     for position, item in enumerate(items):
-        if item.total_ms % dwell_ms:
+        left = _slots(item, dwell_ms, profile)
+        if not left:
             return None
-        pieces = _pieces(item, dwell_ms, profile)
-        if not pieces:
-            return None
-        slots.extend((position, parts) for parts in _slots(item.parts, pieces, dwell_ms))
+        slots.extend((position, parts) for parts in left)
     words: list[int] = []
     keeps_step = True
     for number, (position, parts) in enumerate(slots):
@@ -105,27 +103,32 @@ def literal_round(items: list[Item], dwell_ms: int, profile: Profile) -> Round |
     return Round(dwell_ms, words, list(range(len(items))), True)
 
 
-def _pieces(item: Item, dwell_ms: int, profile: Profile) -> tuple[int, ...] | None:
-    lengths = _lengths(profile.durations_ms, dwell_ms)
-    return cut(item.durations_ms, lengths, profile.durations_ms) or None
-
-
 @cache
 def _lengths(levels_ms: tuple[int, ...], dwell_ms: int) -> tuple[int, ...]:
     """The levels that are whole dwells."""
     return tuple(level for level in levels_ms if level and level % dwell_ms == 0)
 
 
-def _slots(parts: Parts, pieces: tuple[int, ...], dwell_ms: int) -> Iterator[Parts]:
-    """What is left of ``parts`` at the beginning of each dwell."""
+def _slots(item: Item, dwell_ms: int, profile: Profile) -> list[Parts]:
+    """What is left of the step at the beginning of each dwell; empty where it isn't made of dwells.
+
+    A follower that is deaf meanwhile hears the next word only when its own is
+    over, so a deaf step is cut into pieces that words can hold, and what is left
+    is that of its piece.
+    """
+    if item.total_ms % dwell_ms:
+        return []
+    pieces: tuple[int, ...] | None = (item.total_ms,)
+    if not item.accept_ir:
+        pieces = cut(item.durations_ms, _lengths(profile.durations_ms, dwell_ms), profile.durations_ms)
+    slots = []
     begin_ms = 0
-    for length_ms in pieces:
-        piece = parts if len(pieces) == 1 else slice_of(parts, begin_ms, length_ms)
-        yield piece
-        for offset_ms in range(dwell_ms, length_ms, dwell_ms):
-            left = slice_of(piece, offset_ms, length_ms)
-            yield left
+    for length_ms in pieces or ():
+        piece = item.parts if length_ms == item.total_ms else slice_of(item.parts, begin_ms, length_ms)
+        slots.append(piece)
+        slots.extend(slice_of(piece, offset_ms, length_ms) for offset_ms in range(dwell_ms, length_ms, dwell_ms))
         begin_ms += length_ms
+    return slots
 
 
 def _words(parts: Parts, item: Item, dwell_ms: int, levels: dict[int, int]) -> Iterator[int]:
@@ -151,7 +154,9 @@ def _durations(left_ms: int, item: Item, dwell_ms: int, levels: dict[int, int]) 
     # A word that makes deaf can't be cut off, and a block that ends within the dwell must end on time.
     if not item.accept_ir or left_ms < dwell_ms:
         return own
-    return own + [duration for duration in levels if duration >= dwell_ms and duration != left_ms]
+    others = [duration for duration in levels if duration >= dwell_ms and duration != left_ms]
+    # Best is one that lasts beyond the dwell, so that the wheels don't stop while the next word is on its way.
+    return own + sorted(others, key=lambda duration: (duration == dwell_ms, duration > left_ms, -duration))
 
 
 def _with_durations(parts: Parts, durations: list[int]) -> Parts:
