@@ -1,7 +1,8 @@
 """From an image back to a program that compiles to the same bytes."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 from motorcade.profile import Profile, built_in_profile
 from motorcade.program.compiler import compile_program
@@ -10,6 +11,9 @@ from motorcade.program.parts import control_word, parts_of, slice_of
 from motorcade.program.steps import DIRECTIONS, Avoid, Drive, Led, Pir, Step, Together, Voice, Wait
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, parse_image
+
+# From this bit on: whether a follower listens, and whether it passes the word on.
+_SETTINGS_AT = CONTROL.field("forward").low
 
 
 class DecompileError(ValueError):
@@ -35,30 +39,54 @@ def decompile(words: Sequence[int], profile: Profile | None = None) -> Program:
     leader = [_step(word, profile) for word in image.leader]
     if not image.followers:
         return Program(leader, None, profile.name)
-    plain = Program(leader, _plain_followers(image, profile), profile.name)
-    if compile_program(plain, profile).words == tuple(words):
-        return plain
+    for guess in (_counted_down, _driven_through):
+        plain = Program(leader, _plain_followers(image, profile, guess), profile.name)
+        if compile_program(plain, profile).words == tuple(words):
+            return plain
     dwell_seconds = _seconds(profile.dwell_ms[image.dwell_level])
     steps = [_step(word, profile) for word in image.followers]
     return Program(leader, _followers(steps, image.followers, dwell_seconds), profile.name)
 
 
-def _plain_followers(image: Image, profile: Profile) -> Followers:
-    """The steps of which the words may be the countdowns."""
+def _plain_followers(image: Image, profile: Profile, dwells_of: Callable[..., int]) -> Followers:
+    """The steps that the words may come from; ``dwells_of`` guesses how many words belong to the next one."""
     dwell_ms = profile.dwell_ms[image.dwell_level]
     steps: list[Step] = []
     first_words: list[int] = []
     position = 0
     while position < len(image.followers):
         word = image.followers[position]
-        length_ms = max(_durations_ms(word, profile))
-        slots = length_ms // dwell_ms
-        if length_ms % dwell_ms or not _counts_down(image.followers[position : position + slots], dwell_ms, profile):
-            slots, length_ms = 1, dwell_ms
-        steps.append(_step(word, profile, length_ms))
+        dwells = dwells_of(image.followers[position:], dwell_ms, profile)
+        step = _step(word, profile, dwells * dwell_ms)
+        if dwells_of is _driven_through and dwells > 1:
+            step = _lasting(step, dwells * dwell_ms)
+        steps.append(step)
         first_words.append(word)
-        position += slots
+        position += dwells
     return _followers(steps, first_words, None)
+
+
+def _counted_down(words: Sequence[int], dwell_ms: int, profile: Profile) -> int:
+    """How many of the first words count one step down; 1 where they count nothing down."""
+    length_ms = max(_durations_ms(words[0], profile))
+    dwells = length_ms // dwell_ms
+    return dwells if length_ms % dwell_ms == 0 and _counts_down(words[:dwells], dwell_ms, profile) else 1
+
+
+def _driven_through(words: Sequence[int], dwell_ms: int, profile: Profile) -> int:
+    """How many of the first words do one and the same thing, however long each says; 1 for several things at once."""
+    first = _step(words[0], profile)
+    if not isinstance(first, (Drive, Wait, Led, Avoid, Voice, Pir)):
+        return 1
+    dwells = 1
+    for word in words[1:]:
+        step = _step(word, profile)
+        if type(step) is not type(first) or _lasting(step, 0) != _lasting(first, 0):
+            break
+        if (word ^ words[0]) >> _SETTINGS_AT:
+            break
+        dwells += 1
+    return dwells
 
 
 def _counts_down(words: Sequence[int], dwell_ms: int, profile: Profile) -> bool:
@@ -75,6 +103,12 @@ def _counts_down(words: Sequence[int], dwell_ms: int, profile: Profile) -> bool:
         if word != control_word(left, levels, first.accept_ir, first.forward):
             return False
     return True
+
+
+def _lasting(step: Step, duration_ms: int) -> Step:
+    """The same step, of a kind that has seconds, for another time."""
+    changes: dict[str, Any] = {"seconds": _seconds(duration_ms)}
+    return replace(step, **changes)
 
 
 def _followers(steps: list[Step], words: Sequence[int], dwell_seconds: float | None) -> Followers:
