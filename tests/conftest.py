@@ -1,10 +1,8 @@
 """What all tests share."""
 
-import os
-
 from hypothesis import settings
 
 # The same examples every time, so that a failure is the change's and not the day's; `make soak` goes further.
 settings.register_profile("quick", deadline=None, derandomize=True)
 settings.register_profile("soak", deadline=None, max_examples=1_000)
-settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
+settings.load_profile("quick")

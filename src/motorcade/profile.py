@@ -157,7 +157,7 @@ def _levels(table: dict[str, Any], key: str, count: int, name: str) -> tuple[int
     if not isinstance(values, list) or len(values) != count:
         raise ProfileError(f"profile {name}: {key} is {values!r}; allowed: a list of {count} whole numbers")
     if key in _START_AT_ZERO:
-        if values[0] != 0:
+        if type(values[0]) is not int or values[0] != 0:
             raise ProfileError(f"profile {name}: {key} starts with {values[0]!r}; level 0 is always 0")
         levels = (0, *(_whole(value, key, name) for value in values[1:]))
     else:
