@@ -1,30 +1,24 @@
 """Commands about cars: simulate, ports, upload, readback and virtual-car, with their exit codes."""
 
 import contextlib
-import io
 import json
 import os
 import select
-import shutil
 import socket
 import subprocess
 import sys
 import threading
-from pathlib import Path
 from types import SimpleNamespace
-from unittest import mock
 
 import pytest
 import serial
 from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 
-from motorcade.cli import main
+from command_line import INSTALLED, PARADE, Terminal, run
 from motorcade.link import serial_port
 from motorcade.words import upload as protocol
 
-INSTALLED = shutil.which("motorcade", path=str(Path(sys.executable).parent))
-PARADE = Path(__file__).parents[2] / "examples" / "parade.motorcade.json"
 DEADLINE_S = 10
 # One state: forward at 200 mm/s for 1 s; and a follower's word.
 LEADER_ONLY = bytes.fromhex("01000000 64800000")
@@ -32,25 +26,6 @@ IMAGE = bytes.fromhex("01010100 64800000 E4800000")
 OK = b"OK words=3 crc32=aaa3b7a2\n"
 EVENT_KINDS = {"state", "start", "over", "frame", "heard", "lost"}
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
-
-
-class Terminal(io.StringIO):
-    def isatty(self):
-        return True
-
-
-def run(*arguments, stdout=None):
-    """The command, as the installed script runs it, in this process; a traceback fails the test."""
-    out, err = stdout or io.StringIO(), io.StringIO()
-    with (
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(err),
-        mock.patch.object(sys, "argv", ["motorcade", *map(str, arguments)]),
-        mock.patch.dict(os.environ, COLUMNS="160"),
-        pytest.raises(SystemExit) as left,
-    ):
-        main()
-    return SimpleNamespace(code=left.value.code, out=out.getvalue(), err=err.getvalue())
 
 
 def data(*arguments):

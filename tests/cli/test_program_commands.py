@@ -1,42 +1,20 @@
 """The command about programs, compile, with good projects and bad ones; and bad projects wherever they are taken."""
 
-import contextlib
-import io
 import json
 import locale
 import os
-import shutil
 import subprocess
 import sys
-from pathlib import Path
-from types import SimpleNamespace
-from unittest import mock
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.cli import main
+from command_line import INSTALLED, PARADE, run
 
-PARADE = Path(__file__).parents[2] / "examples" / "parade.motorcade.json"
-INSTALLED = shutil.which("motorcade", path=str(Path(sys.executable).parent))
 DRIVE = {"drive": {"direction": "forward", "speed": 1, "seconds": 1}}
 LIT = {"led": {"which": 1, "seconds": 1}}
 HALF = {"wait": {"seconds": 0.5}}
-
-
-def run(*arguments):
-    """The command, as the installed script runs it, in this process; a traceback fails the test."""
-    out, err = io.StringIO(), io.StringIO()
-    with (
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(err),
-        mock.patch.object(sys, "argv", ["motorcade", *map(str, arguments)]),
-        mock.patch.dict(os.environ, COLUMNS="160"),
-        pytest.raises(SystemExit) as left,
-    ):
-        main()
-    return SimpleNamespace(code=left.value.code, out=out.getvalue(), err=err.getvalue())
 
 
 def only_line(text):

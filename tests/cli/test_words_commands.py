@@ -1,47 +1,21 @@
 """The command line as a whole, and its commands about words and images: encode, decode, decompile, inspect."""
 
-import contextlib
-import io
 import json
 import os
 import shutil
 import subprocess
-import sys
 from pathlib import Path
-from types import SimpleNamespace
-from unittest import mock
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from command_line import INSTALLED, PARADE, Terminal, run
 from motorcade import __version__, profile
-from motorcade.cli import main
 
 COMMANDS = ("encode", "decode", "compile", "decompile", "inspect", "simulate", "ports", "upload", "readback")
-INSTALLED = shutil.which("motorcade", path=str(Path(sys.executable).parent))
-PARADE = Path(__file__).parents[2] / "examples" / "parade.motorcade.json"
 HEAVY = ("numpy", "numba", "matplotlib", "serial", "jsonschema_rs", "rich", "pydantic")
 OTHER_ROOMS = ("motorcade.program", "motorcade.sim", "motorcade.link", "motorcade.console")
-
-
-class Terminal(io.StringIO):
-    def isatty(self):
-        return True
-
-
-def run(*arguments, stdout=None):
-    """The command, as the installed script runs it, in this process; a traceback fails the test."""
-    out, err = stdout or io.StringIO(), io.StringIO()
-    with (
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(err),
-        mock.patch.object(sys, "argv", ["motorcade", *map(str, arguments)]),
-        mock.patch.dict(os.environ, COLUMNS="160"),
-        pytest.raises(SystemExit) as left,
-    ):
-        main()
-    return SimpleNamespace(code=left.value.code, out=out.getvalue(), err=err.getvalue())
 
 
 def data(*arguments):

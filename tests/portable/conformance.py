@@ -9,12 +9,14 @@ part, run both with 1 for EVERY: ``python conformance.py SEED STEPS EVERY`` and
 import sys
 from binascii import crc32
 
+from inputs import Random, damaged, draw_frame, draw_image, draw_raw
+
 from motorcade.car import brain
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board, make_levels
 from motorcade.car.loop import Car
 from motorcade.words.field import WordError
-from motorcade.words.formats import CONTROL, FORMATS
-from motorcade.words.image import Image, ImageError, image_words, parse_image_bytes, words_to_bytes
+from motorcade.words.formats import FORMATS
+from motorcade.words.image import ImageError, image_words, parse_image_bytes
 from motorcade.words.infrared import FrameReceiver, air_us, frame_durations_us, to_frame
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 from motorcade.words.upload import READBACK_REQUEST, CarEnd, ReadbackEnd, UploaderEnd
@@ -60,33 +62,6 @@ def total_names():
     return names
 
 
-class Random:
-    """32-bit xorshift, written here so that both interpreters draw the same inputs."""
-
-    def __init__(self, seed):
-        self._state = (seed + 1) * 0x9E3779B1 & 0xFFFFFFFF or 1
-
-    def bits(self):
-        x = self._state
-        x ^= x << 13 & 0xFFFFFFFF
-        x ^= x >> 17
-        x ^= x << 5 & 0xFFFFFFFF
-        self._state = x
-        return x
-
-    def below(self, limit):
-        return self.bits() % limit
-
-    def between(self, low, high):
-        return low + self.below(high - low + 1)
-
-    def one_in(self, times):
-        return self.below(times) == 0
-
-    def pick(self, options):
-        return options[self.below(len(options))]
-
-
 class Record:
     """All answers so far as one CRC-32, and how often each of the totals was met."""
 
@@ -102,53 +77,6 @@ class Record:
     def count(self, name):
         self.totals[name] += 1
         self.add(name)
-
-
-def draw_word(random, for_leader=False):
-    """A control word as an image holds it: any block, any level."""
-    word = random.bits() & ~(CONTROL.reserved_mask | 1)
-    if for_leader:
-        return word & 0x7FFFFFFF | 0x40000000
-    # Deaf words and those that are passed on would otherwise crowd out the rest.
-    if not random.one_in(8):
-        word |= 0x80000000
-    if not random.one_in(3):
-        word &= 0xBFFFFFFF
-    return word
-
-
-def draw_image(random):
-    leader = [draw_word(random, for_leader=True) for _ in range(random.below(9))]
-    followers = [draw_word(random) for _ in range(random.below(6))]
-    return words_to_bytes(image_words(Image(leader, followers, random.below(8))))
-
-
-def draw_frame(random, held):
-    """What reaches a follower that holds the word ``held``."""
-    kind = random.below(6)
-    if kind == 0:
-        return to_frame(held)
-    frame = to_frame(draw_word(random))
-    if kind == 1:
-        return frame ^ 1 << random.below(32)
-    if kind == 2:
-        return to_frame(frame | random.bits() & CONTROL.reserved_mask)
-    return frame
-
-
-def damaged(random, data):
-    """``data`` half of the time; else with one bit wrong, cut off, or with bytes before or behind it."""
-    kind = random.below(8)
-    at = random.below(len(data) + 1)
-    if kind == 0 and at < len(data):
-        return data[:at] + bytes([data[at] ^ 1 << random.below(8)]) + data[at + 1 :]
-    if kind == 1:
-        return data[:at]
-    if kind == 2:
-        return data + bytes([random.below(256) for _ in range(4)])
-    if kind == 3:
-        return bytes([random.below(256) for _ in range(random.between(1, 4))]) + data
-    return data
 
 
 class ScriptedBoard(Board):
@@ -282,21 +210,6 @@ class Pair:
 def step_ticks(random, record):
     now, then = random.bits() & TICKS_MASK, random.bits() & TICKS_MASK
     record.add(elapsed_ms(now, then), later_ms(now, then), reached(now, then))
-
-
-def draw_raw(random, field):
-    """A raw value for ``field``: most are allowed."""
-    if random.one_in(50):
-        return random.pick((-1, -field.maximum - 2, field.raw_mask + 1, field.raw_mask << random.between(1, 40)))
-    if random.one_in(8):
-        return random.between(0, field.raw_mask)
-    if field.reserved:
-        return 0
-    if field.only:
-        return field.only[0][0]
-    if field.one_hot:
-        return 1 << random.below(field.width)
-    return random.between(field.minimum, field.maximum)
 
 
 def step_formats(random, record):

@@ -1,4 +1,4 @@
-// Runs conformance.py and the portable files under MicroPython: node run_micropython.mjs SEED STEPS EVERY
+// Runs conformance.py, its inputs.py and the portable files under MicroPython: node run_micropython.mjs SEED STEPS EVERY
 import { readdirSync, readFileSync } from "node:fs";
 import { loadMicroPython } from "@micropython/micropython-webassembly-pyscript/micropython.mjs";
 
@@ -28,7 +28,9 @@ function installMotorcade(fs) {
 
 const python = await loadMicroPython({ heapsize: HEAP_BYTES, stdout: console.log });
 const modules = installMotorcade(python.FS);
-python.FS.writeFile(`${LIBRARY}/conformance.py`, readFileSync(new URL("conformance.py", HERE)));
+for (const file of ["inputs.py", "conformance.py"]) {
+  python.FS.writeFile(`${LIBRARY}/${file}`, readFileSync(new URL(file, HERE)));
+}
 try {
   for (const name of modules) python.runPython(`import ${name}`);
   python.runPython(`from conformance import lines\nfound = lines(${process.argv.slice(2).join(", ")})`);

@@ -1,0 +1,38 @@
+"""The command line, run as its installed script runs it, for the tests of its commands."""
+
+import contextlib
+import io
+import os
+import shutil
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from unittest import mock
+
+import pytest
+
+from motorcade.cli import main
+
+INSTALLED = shutil.which("motorcade", path=str(Path(sys.executable).parent))
+PARADE = Path(__file__).parents[1] / "examples" / "parade.motorcade.json"
+
+
+class Terminal(io.StringIO):
+    """A standard output that somebody is looking at."""
+
+    def isatty(self):
+        return True
+
+
+def run(*arguments, stdout=None):
+    """The command in this process; a traceback fails the test."""
+    out, err = stdout or io.StringIO(), io.StringIO()
+    with (
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+        mock.patch.object(sys, "argv", ["motorcade", *map(str, arguments)]),
+        mock.patch.dict(os.environ, COLUMNS="160"),
+        pytest.raises(SystemExit) as left,
+    ):
+        main()
+    return SimpleNamespace(code=left.value.code, out=out.getvalue(), err=err.getvalue())
