@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import json
 import os
 import shutil
 import sys
@@ -36,3 +37,19 @@ def run(*arguments, stdout=None):
     ):
         main()
     return SimpleNamespace(code=left.value.code, out=out.getvalue(), err=err.getvalue())
+
+
+def data(*arguments):
+    """The JSON that a command prints, and nothing else."""
+    ran = run(*arguments)
+    assert (ran.code, ran.err) == (0, "")
+    return json.loads(ran.out)
+
+
+def refusal(code, *arguments):
+    """The one sentence that a command gives in place of its output."""
+    ran = run(*arguments)
+    assert (ran.code, ran.out) == (code, "")
+    (line,) = ran.err.strip().splitlines()
+    assert line.startswith("motorcade: ")
+    return line.removeprefix("motorcade: ")

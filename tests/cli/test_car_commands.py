@@ -15,7 +15,7 @@ import serial
 from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 
-from command_line import INSTALLED, PARADE, Terminal, run
+from command_line import INSTALLED, PARADE, Terminal, data, refusal, run
 from motorcade.link import serial_port
 from motorcade.words import upload as protocol
 
@@ -26,21 +26,6 @@ IMAGE = bytes.fromhex("01010100 64800000 E4800000")
 OK = b"OK words=3 crc32=aaa3b7a2\n"
 EVENT_KINDS = {"state", "start", "over", "frame", "heard", "lost"}
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
-
-
-def data(*arguments):
-    ran = run(*arguments)
-    assert (ran.code, ran.err.strip()) == (0, "")
-    return json.loads(ran.out)
-
-
-def refusal(code, *arguments):
-    """The one sentence that a command gives in place of its output."""
-    ran = run(*arguments)
-    assert (ran.code, ran.out) == (code, "")
-    (line,) = ran.err.strip().splitlines()
-    assert line.startswith("motorcade: ")
-    return line.removeprefix("motorcade: ")
 
 
 @pytest.fixture(autouse=True)

@@ -10,27 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from command_line import INSTALLED, PARADE, Terminal, run
+from command_line import INSTALLED, PARADE, Terminal, data, refusal, run
 from motorcade import __version__, profile
 
 COMMANDS = ("encode", "decode", "compile", "decompile", "inspect", "simulate", "ports", "upload", "readback")
 HEAVY = ("numpy", "numba", "matplotlib", "serial", "jsonschema_rs", "rich", "pydantic")
 OTHER_ROOMS = ("motorcade.program", "motorcade.sim", "motorcade.link", "motorcade.console")
-
-
-def data(*arguments):
-    ran = run(*arguments)
-    assert (ran.code, ran.err) == (0, "")
-    return json.loads(ran.out)
-
-
-def refusal(code, *arguments):
-    """The one sentence that a command gives in place of its output."""
-    ran = run(*arguments)
-    assert (ran.code, ran.out) == (code, "")
-    (line,) = ran.err.strip().splitlines()
-    assert line.startswith("motorcade: ")
-    return line.removeprefix("motorcade: ")
 
 
 def imported_by(*arguments):

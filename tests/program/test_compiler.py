@@ -294,3 +294,11 @@ def test_a_repeat_beyond_all_counting_is_answered() -> None:
         diagnostics = error.diagnostics
     assert diagnostics
     assert all(each.message(language) for each in diagnostics for language in LANGUAGES)
+
+
+def test_words_that_only_a_shorter_dwell_can_say_are_counted_as_they_are() -> None:
+    profile = replace(CLASSROOM, durations_ms=(0, 1000, 2500, 3000))
+    steps = [together(forward(3), led(1, 2)), together(forward(3), led(2, 2))] * 50
+    (diagnostic,) = compile_program(Program([wait(1)], steps), profile).diagnostics
+    assert diagnostic.code == "too-many-words"
+    assert re.search("300 words.* needs 3 of them", diagnostic.message())

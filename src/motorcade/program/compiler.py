@@ -123,16 +123,19 @@ class _Followers:
             self.diagnostics.append(warning("empty-program", "followers.steps"))
             return
         self.count = self._fewest_words(row, row.items, followers)
+        found = self._round(row, followers) if self.count <= MOST_PIECES else None
+        if found:
+            self.count = len(found.words)
         if self.count > MOST_PIECES:
             rows = [expander.expand([step], "", accept_ir=True, forward=False) for step in followers.steps]
-            costs = [self._fewest_words(each, row.items, followers) for each in rows]
+            costs = [
+                each.total_ms // found.dwell_ms if found else self._fewest_words(each, row.items, followers)
+                for each in rows
+            ]
             path = "followers.steps"
             self.diagnostics.append(_too_many("too-many-words", path, followers.steps, self.count, costs))
+        if not found or self.count > MOST_PIECES:
             return
-        found = self._round(row, followers)
-        if found is None:
-            return
-        self.count = len(found.words)
         self.words, self.dwell_ms = found.words, found.dwell_ms
         self.origins = [(row.items[position].path, row.items[position].id) for position in found.origins]
         self._warn_of_deafness(row.items, found)
