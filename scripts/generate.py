@@ -3,13 +3,20 @@
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 from motorcade.program.schema import program_schema
+from motorcade.sim.mat.schema import mat_schema
 
 ROOT = Path(__file__).resolve().parent.parent
 GENERATED = {
-    "docs/motorcade-program-1.schema.json": lambda: json.dumps(program_schema(), indent=2, ensure_ascii=False) + "\n",
+    "docs/motorcade-mat-1.schema.json": lambda: _json(mat_schema()),
+    "docs/motorcade-program-1.schema.json": lambda: _json(program_schema()),
 }
+
+
+def _json(schema: dict[str, Any]) -> str:
+    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
 
 
 def main() -> int:

@@ -9,6 +9,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+Wall = tuple[float, float, float, float]
+Disc = tuple[float, float, float]
+Corners = tuple[tuple[float, float], ...]
+
 _SPACING_M = 0.25
 _SIDE = 20
 
@@ -144,9 +148,9 @@ class Mat:
     tick_ms: int = 1
     size_m: tuple[float, float] | None = None
     walled: bool = False
-    walls: tuple[tuple[float, float, float, float], ...] = ()
-    discs: tuple[tuple[float, float, float], ...] = ()
-    polygons: tuple[tuple[tuple[float, float], ...], ...] = ()
+    walls: tuple[Wall, ...] = ()
+    discs: tuple[Disc, ...] = ()
+    polygons: tuple[Corners, ...] = ()
     people: tuple[Person, ...] = ()
     voices: tuple[Voice, ...] = ()
     physics: Physics = Physics()

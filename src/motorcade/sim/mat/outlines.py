@@ -1,0 +1,81 @@
+"""What must hold of walls, obstacles, paths and voices whatever the cars: lengths, areas, times that rise."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorcade.sim.mat.model import Corners, Mat, MatError
+from motorcade.sim.mat.schema import SHORTEST_M
+
+_SMALLEST_M2 = SHORTEST_M * SHORTEST_M
+_SHORTEST_S = 0.001
+
+
+def check_outlines(mat: Mat, called: str) -> None:
+    """Raises MatError, about the mat called ``called``, where a wall, an obstacle or a path can't be."""
+    if mat.walled and mat.size_m is None:
+        raise MatError(f"mat {called}: edge is a wall but there is no size_m; give the mat's width and height")
+    for number, (x0, y0, x1, y1) in enumerate(mat.walls):
+        if (x1 - x0) ** 2 + (y1 - y0) ** 2 < _SMALLEST_M2:
+            raise MatError(f"mat {called}: wall[{number}] has no length; give two different points, 1 mm apart or more")
+    for number, corners in enumerate(mat.polygons):
+        if problem := _problem_of(corners):
+            raise MatError(f"mat {called}: polygon[{number}].corners_m {problem}")
+    for number, person in enumerate(mat.people):
+        place = f"mat {called}: person[{number}].path"
+        times = [t_s for t_s, _, _ in person.path]
+        if times[0] != 0:
+            raise MatError(f"{place}[0] is at {times[0]:g} s; begin the path at 0 s")
+        for step in range(1, len(times)):
+            if times[step] - times[step - 1] < _SHORTEST_S * (1 - 1e-6):
+                raise MatError(
+                    f"{place}[{step}] is at {times[step]:g} s, after {times[step - 1]:g} s; "
+                    "let times rise, by 0.001 s or more"
+                )
+
+
+def _problem_of(corners: Corners) -> str:
+    """What is wrong with a polygon, as the end of a sentence; empty where nothing is."""
+    points = np.array(corners)
+    nexts = np.roll(points, -1, axis=0)
+    short = np.flatnonzero(((nexts - points) ** 2).sum(axis=1) < _SMALLEST_M2)
+    if short.size:
+        after = (int(short[0]) + 1) % len(corners)
+        return f"has corners {int(short[0])} and {after} at one place; leave one of them out"
+    if np.abs(_turn(points[0], points, nexts)).sum() / 2 < _SMALLEST_M2:
+        return "has no area; move its corners apart"
+    if crossing := _crossing(points, nexts):
+        one, other = crossing
+        return f"meets itself where its sides {one} and {other} touch or cross; list its corners in order round it"
+    return ""
+
+
+def _crossing(begins: NDArray[np.float64], ends: NDArray[np.float64]) -> tuple[int, int] | None:
+    """Two sides of a polygon that meet elsewhere than at the corner they share; side k begins at corner k."""
+    count = len(begins)
+    for side in range(count):
+        begin, end = begins[side], ends[side]
+        following = (side + 1) % count
+        if _turn(begin, end, ends[following]) == 0 and np.dot(end - begin, ends[following] - end) < 0:
+            return side, following
+        others = np.arange(side + 2, count if side else count - 1)
+        if hits := others[_meet(begin, end, begins[others], ends[others])].tolist():
+            return side, hits[0]
+    return None
+
+
+def _meet(
+    a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64], d: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Whether the segment from ``a`` to ``b`` meets each of those from ``c`` to ``d``, at an end too."""
+    boxes = (np.minimum(a, b) <= np.maximum(c, d)) & (np.minimum(c, d) <= np.maximum(a, b))
+    apart = np.sign(_turn(a, b, c)) * np.sign(_turn(a, b, d)) > 0
+    beside = np.sign(_turn(c, d, a)) * np.sign(_turn(c, d, b)) > 0
+    meet: NDArray[np.bool_] = boxes.all(axis=1) & ~apart & ~beside
+    return meet
+
+
+def _turn(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Above 0 where the way from ``a`` over ``b`` to ``c`` turns left, 0 where it is straight."""
+    ahead, onward = b - a, c - a
+    turn: NDArray[np.float64] = ahead[..., 0] * onward[..., 1] - ahead[..., 1] * onward[..., 0]
+    return turn
