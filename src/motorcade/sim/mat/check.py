@@ -58,8 +58,8 @@ def _check_room(mat: Mat, diameter_m: float) -> None:
         one, other = pair
         apart_m = float(np.hypot(x_m[one] - x_m[other], y_m[one] - y_m[other]))
         raise MatError(
-            f"mat {mat.name}: {_where(mat, other)}, {apart_m:g} m from {_who(mat, one)}; "
-            f"{about}, so move them apart, or give a crowd's spacing_m more"
+            f"mat {mat.name}: {_where(mat, other)}, {apart_m:g} m from {_who(mat, one)}; {about}, so move them "
+            "apart, or give a crowd more spacing_m"
         )
 
 

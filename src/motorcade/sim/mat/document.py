@@ -46,16 +46,26 @@ def document_of(mat: Mat) -> dict[str, Any]:
         "name": mat.name,
         "tick_ms": mat.tick_ms,
         "edge": "wall" if mat.walled else "open",
-        "wall": [{"from_m": [x0, y0], "to_m": [x1, y1]} for x0, y0, x1, y1 in mat.walls],
+        "wall": [{"from_m": wall[:2], "to_m": wall[2:]} for wall in mat.walls],
         "disc": [{"centre_m": [x, y], "radius_m": radius} for x, y, radius in mat.discs],
-        "polygon": [{"corners_m": [list(corner) for corner in corners]} for corners in mat.polygons],
-        "person": [{"path": [list(step) for step in each.path], "repeats": each.repeats} for each in mat.people],
+        "polygon": [{"corners_m": corners} for corners in mat.polygons],
+        "person": [asdict(person) for person in mat.people],
         "voice": [{"at_s": voice.at_s, "word": voice.word} | _where(voice) for voice in mat.voices],
         "physics": {key: value for key, value in asdict(mat.physics).items() if value is not None},
     }
     if mat.size_m is not None:
-        document["size_m"] = list(mat.size_m)
-    return document
+        document["size_m"] = mat.size_m
+    plain: dict[str, Any] = _plain(document)
+    return plain
+
+
+def _plain(value: Any) -> Any:
+    """NumPy's numbers as Python's, all the way down."""
+    if isinstance(value, dict):
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    return value.item() if isinstance(value, np.generic) else value
 
 
 def _where(voice: Voice) -> dict[str, Any]:
@@ -109,7 +119,7 @@ def _crowd(mat: Mat, table: dict[str, Any], called: str) -> Crowd:
     elif mat.size_m is not None:
         corner_m, size_m = (0.0, 0.0), mat.size_m
     else:
-        raise MatError(f"{called}.corner_m is missing and the mat has no size_m; give one of them")
+        raise MatError(f"{called} has no area and the mat no size_m; give the crowd its corner_m and size_m")
     heading = table["heading_deg"]
     return Crowd(
         called=called,

@@ -17,7 +17,7 @@ def mat_schema() -> Schema:
         ("format", "name"),
         format=_choice("the format of this file", FORMAT),
         name=_part(
-            "what the mat is called", "a line of 1 to 200 characters", type="string", minLength=1, maxLength=200
+            "what the mat is called", "a line of 1 to 100 characters", type="string", minLength=1, maxLength=100
         ),
         tick_ms=_whole("the clock's step", 1, 40, "milliseconds", default=1),
         size_m=_size("the mat's width and height; its lower left corner is the origin"),
@@ -80,7 +80,7 @@ def _voice() -> Schema:
         ("at_s", "word"),
         at_s=_number("when it is said", 0, LAST_S, "seconds"),
         word=_choice("what is said", "stop", "go"),
-        centre_m=_point("the middle of where it is heard, everywhere without"),
+        centre_m=_point("the middle of where it is heard"),
         radius_m=_number("how far from centre_m it is heard", SHORTEST_M, FARTHEST_M, "metres"),
     )
     return table | {"dependentRequired": {"centre_m": ["radius_m"], "radius_m": ["centre_m"]}}
@@ -103,7 +103,7 @@ def _crowd() -> Schema:
         ("cars",),
         cars=_whole("how many cars stand there", 1, MOST_CARS),
         leaders=_whole("how many of them lead, evenly spread", 0, MOST_CARS, default=0),
-        corner_m=_point("the lower left corner of their area, the whole mat without"),
+        corner_m=_point("the lower left corner of their area"),
         size_m=_size("the width and height of their area"),
         spacing_m=_number("the least distance of two cars' centres", 0.01, 100, "metres", default=0.25),
         placement=_choice("whether they stand in rows or anyhow", "grid", "random", default="grid"),
@@ -115,7 +115,7 @@ def _crowd() -> Schema:
 
 def _physics() -> Schema:
     capture = {"type": "number", "exclusiveMinimum": 1, "maximum": 1_000_000}
-    survives = "how many times stronger than another a frame must be to survive it, never without"
+    survives = "how many times stronger than another a frame must be to survive it"
     table = _table(
         (),
         collisions=_flag("whether bodies push each other apart, and walls and obstacles hold them", default=True),

@@ -72,9 +72,12 @@ def _check_values(document: Any, mat: str) -> None:
             )
         elif isinstance(value, int | float):
             if not abs(value) <= _LARGEST:
-                raise MatError(f"mat {mat}: {_text(place)} is too large or no number at all; give a usual number")
+                shown = value if isinstance(value, float) else "a very long number"
+                raise MatError(f"mat {mat}: {_text(place)} is {shown}; give a number of usual size")
         elif not isinstance(value, str | None):
-            raise MatError(f"mat {mat}: {_text(place)} is {value}; a mat holds no dates or times of day")
+            raise MatError(
+                f"mat {mat}: {_text(place)} is {value}; allowed: numbers, text, lists, tables, true and false"
+            )
         for text in (value, *place[-1:]):
             if isinstance(text, str) and not text.isprintable():
                 raise MatError(f"mat {mat}: {_text(place)} holds characters that can't be shown; leave them out")
