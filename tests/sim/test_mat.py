@@ -150,6 +150,24 @@ def test_a_file_may_begin_with_a_byte_order_mark_and_end_in_capitals(tmp_path: P
     assert read_mat(path) == mat(CAR)
 
 
+@pytest.mark.parametrize(
+    "corners",
+    [
+        "[[0, 0], [1, 0], [0, 1]]",
+        "[[0, 3], [1, 1], [3, 1], [1.5, 0], [2, -2], [0, -1], [-2, -2], [-1.5, 0], [-3, 1], [-1, 1]]",
+        "[[0, 0], [5, 0], [5, 5], [1, 5], [1, 2], [3, 2], [3, 3], [2, 3], [2, 4], [4, 4], [4, 1], [0, 1]]",
+        "[[0, 0], [1, 0], [2, 0], [2, 1]]",
+    ],
+    ids=["triangle", "star", "spiral", "a corner on a straight side"],
+)
+def test_an_obstacle_may_have_any_outline_that_does_not_meet_itself(corners: str) -> None:
+    points = json.loads(corners)
+    for first in range(len(points)):
+        turned = points[first:] + points[:first]
+        for each in (turned, turned[::-1]):
+            assert mat(f"[[polygon]]\ncorners_m = {each}").polygons == (tuple(map(tuple, each)),)
+
+
 def test_the_first_car_of_an_open_table_leads() -> None:
     table = open_table([Pose(0, 0, 1), Pose(1, 2)], tick_ms=3)
     assert table.tick_ms == 3

@@ -129,6 +129,10 @@ USUAL = "give a number of usual size"
             'crowd[0].heading_deg is "up"; allowed: a number from -360 to 360 degrees, or "random"',
         ),
         (
+            f"[[crowd]]\ncars = 3\nseed = 4294967296\n{AREA}",
+            "crowd[0].seed is 4294967296; allowed: a whole number from 0 to 4294967295",
+        ),
+        (
             f"[[crowd]]\ncars = 401\n{AREA}",
             "crowd[0] finds room for 400 of its 401 cars on 5 x 5 m, 0.25 m apart; "
             "lower cars or spacing_m, or give it a larger or emptier area",

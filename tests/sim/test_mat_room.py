@@ -37,6 +37,20 @@ def test_cars_that_start_in_each_other_are_found(points: list[tuple[int, int]]) 
             check_mat(open_table(poses), CLASSROOM)
 
 
+def test_two_cars_are_near_in_whatever_direction_and_place() -> None:
+    dice = np.random.RandomState(1)
+    for angle in np.linspace(0, math.tau, 240):
+        x_m, y_m = dice.random_sample(2)
+        for distance_m in (0.1499, 0.1501):
+            near = Pose(x_m + distance_m * math.cos(angle), y_m + distance_m * math.sin(angle))
+            poses = [Pose(-10, -10), Pose(x_m, y_m), near]
+            if distance_m > BODY_M:
+                check_mat(open_table(poses), CLASSROOM)
+            else:
+                with pytest.raises(MatError, match=r"car 2 starts at .* m from car 1"):
+                    check_mat(open_table(poses), CLASSROOM)
+
+
 def test_the_one_car_among_many_that_has_no_room_is_named() -> None:
     crowd = mat(f"[[crowd]]\ncars = 90000\n{AREA.replace('5, 5', '75, 75')}")
     x_m, y_m = crowd.starts.x_m.copy(), crowd.starts.y_m.copy()
@@ -81,8 +95,11 @@ def test_a_car_has_room_in_the_bay_of_an_obstacle_but_not_in_its_arms(
 
 
 def test_touching_is_no_overlap() -> None:
-    touching = 'size_m = [0.3, 0.3]\nedge = "wall"\n[[crowd]]\ncars = 4\nspacing_m = 0.15\n'
+    touching = 'size_m = [2.1, 1.35]\nedge = "wall"\n[[crowd]]\ncars = 126\nspacing_m = 0.15\n'
     check_mat(mat(touching), CLASSROOM)
+    # As floats 1.075 - 1 is below 0.075, and 0.6 - 0.45 below 0.15.
+    against = open_table([Pose(1, 0.45), Pose(1, 0.6)])
+    check_mat(replace(against, walls=((1.075, 0.0, 1.075, 1.0),)), CLASSROOM)
 
 
 @settings(max_examples=60)
@@ -143,10 +160,17 @@ def test_a_crowd_keeps_clear_of_what_stands_there_and_of_single_cars() -> None:
         assert abs(y_m[1:] - 3).min() > 0.125 - 1e-9
 
 
-@pytest.mark.parametrize("placement", ["grid", "random"])
-def test_leaders_are_spread_evenly(placement: str) -> None:
+@pytest.mark.parametrize(("placement", "off_m"), [("grid", 1e-9), ("random", 0.3)])
+def test_leaders_stand_in_the_middle_of_equal_parts_of_the_crowd(placement: str, off_m: float) -> None:
     starts = mat(f'[[crowd]]\ncars = 400\nleaders = 16\nplacement = "{placement}"\n{AREA}').starts
     x_m, y_m = starts.x_m[starts.leads], starts.y_m[starts.leads]
     squares = {(int(x // 1.25), int(y // 1.25)) for x, y in zip(x_m, y_m, strict=True)}
     assert len(squares) == 16
-    assert apart_m(x_m, y_m) > 0.8
+    assert np.abs(np.mod([x_m, y_m], 1.25) - 0.625).max() <= off_m
+
+
+def test_leaders_are_apart_where_their_number_fills_no_rows() -> None:
+    for leaders in (3, 17, 22, 28):
+        starts = mat(f"[[crowd]]\ncars = 400\nleaders = {leaders}\n{AREA}").starts
+        share_m2 = 25 / leaders
+        assert apart_m(starts.x_m[starts.leads], starts.y_m[starts.leads]) > 0.65 * math.sqrt(share_m2)
