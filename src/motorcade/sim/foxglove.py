@@ -15,7 +15,7 @@ from motorcade.sim.palette import LEADER, LEDS, WordColours, rgb
 from motorcade.sim.recording import Frame
 
 FRAME_ID = "mat"
-# Beyond this many cars each is a flat dart, all of a colour in one list: a tenth of a cylinder's and an arrow's JSON.
+# Beyond this many cars each is a flat dart, all of a colour in one list: a fifth of a cylinder's and an arrow's JSON.
 MOST_BODIES = 1000
 _MOST_NUMBERS = 50
 _HEIGHT_M = 0.06

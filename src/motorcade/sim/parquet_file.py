@@ -63,42 +63,55 @@ class ParquetSink:
         self._texts = {_PREFIX + key: text for key, text in about.as_texts().items()}
         self._number = np.arange(about.cars, dtype=np.uint32)
         self._frames: list[Frame] = []
-        self._parts = {path: _Part(path, _TRACK.with_metadata(self._texts))}
+        self._batches: list[NDArray[np.void]] = []
+        self._track = _Part(path, _TRACK.with_metadata(self._texts))
         self._events = _Part(beside(path, "events"), _EVENTS.with_metadata(self._texts))
-        self._parts[beside(path, "events")] = self._events
+        # Its columns are known with the first moment.
+        self._counts: _Part | None = None
 
     def write(self, frame: Frame) -> None:
-        counts_path = beside(self._path, "counts")
-        if counts_path not in self._parts:
-            columns = [("t_ms", pa.uint32()), *((name, pa.int64()) for name in frame.counts)]
-            self._parts[counts_path] = _Part(counts_path, pa.schema(columns, metadata=self._texts))
         self._frames.append(frame)
         if len(self._frames) >= _MOST_FRAMES or len(self._frames) * len(self._number) >= _BATCH_ROWS:
             self._flush()
 
     def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
-        kinds = pa.DictionaryArray.from_arrays(events["kind"].astype(np.int8), list(KINDS))
-        whys = pa.DictionaryArray.from_arrays(events["why"].astype(np.int8), list(WHYS))
-        numbers = {name: np.ascontiguousarray(events[name]) for name in ("t_ms", "car", "word", "other")}
-        self._events.write([numbers["t_ms"], numbers["car"], kinds, whys, numbers["word"], numbers["other"]])
+        self._batches.append(events)
+        if sum(map(len, self._batches)) >= _BATCH_ROWS:
+            self._flush_events()
 
     def close(self) -> None:
         self._flush()
-        for part in self._parts.values():
+        if self._counts is None:
+            # Nothing was recorded: an older file of this name stays.
+            self._track.discard()
+            self._events.discard()
+            return
+        for part in (self._track, self._events, self._counts):
             part.finish()
 
     def _flush(self) -> None:
+        self._flush_events()
         frames, self._frames = self._frames, []
         if not frames:
             return
-        cars = len(self._number)
-        times = np.repeat(np.array([frame.t_ms for frame in frames], np.uint32), cars)
-        columns: list[Any] = [times, np.tile(self._number, len(frames))]
-        for place in range(1, 9):
-            columns.append(np.concatenate([np.asarray(frame[place]) for frame in frames]))
-        self._parts[self._path].write(columns)
-        sums = [[frame.counts[name] for frame in frames] for name in frames[0].counts]
-        self._parts[beside(self._path, "counts")].write([[frame.t_ms for frame in frames], *sums])
+        times = np.array([frame.t_ms for frame in frames], np.uint32)
+        columns: list[Any] = [times.repeat(len(self._number)), np.tile(self._number, len(frames))]
+        columns += [np.concatenate(column) for column in list(zip(*frames, strict=True))[1:9]]
+        self._track.write(columns)
+        if self._counts is None:
+            sums = [("t_ms", pa.uint32()), *((name, pa.int64()) for name in frames[0].counts)]
+            self._counts = _Part(beside(self._path, "counts"), pa.schema(sums, metadata=self._texts))
+        self._counts.write([times, *([frame.counts[name] for frame in frames] for name in frames[0].counts)])
+
+    def _flush_events(self) -> None:
+        batches, self._batches = self._batches, []
+        if not batches:
+            return
+        events = np.concatenate(batches)
+        columns: list[Any] = [np.ascontiguousarray(events[name]) for name in _EVENTS.names]
+        for place, texts in ((2, KINDS), (3, WHYS)):
+            columns[place] = pa.DictionaryArray.from_arrays(columns[place].astype(np.int8), list(texts))
+        self._events.write(columns)
 
 
 class _Part:
@@ -141,6 +154,11 @@ class _Part:
                     _write_group(parquet, batches)
             _write_group(parquet, batches)
         whole.replace(self._path)
+        self._part.unlink()
+
+    def discard(self) -> None:
+        """Leave no trace of it."""
+        self._file.close()
         self._part.unlink()
 
 
@@ -220,7 +238,8 @@ class ParquetRecording:
             reason = "is no Parquet file, or its end is cut off, without which it can't be read"
             raise RecordingError(f"{self.name} {reason}: record the run again") from None
         except OSError as problem:
-            raise RecordingError(f"{self.name} can't be read: {problem.strerror or problem}") from None
+            reason = f"can't be read: {problem.strerror}" if problem.strerror else "is damaged: record the run again"
+            raise RecordingError(f"{self.name} {reason}") from None
 
     def _tables(self, path: Path) -> Iterator[Any]:
         """Row groups of whole moments, one at a time."""
