@@ -1,0 +1,137 @@
+"""Commands about recorded runs: replay and plot."""
+
+import json
+import sys
+
+import pytest
+from PIL import Image
+
+from command_line import Terminal, data, refusal, run
+from recorded_run import record, world
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """``run.mcap`` and ``run.parquet``: two seconds of six cars; and ``cut.mcap``."""
+    folder = tmp_path_factory.mktemp("recordings")
+    record([folder / "run.mcap", folder / "run.parquet"], world(seeds=7), duration_ms=2000)
+    whole = (folder / "run.mcap").read_bytes()
+    (folder / "cut.mcap").write_bytes(whole[: len(whole) // 2])
+    return folder
+
+
+def lines(*arguments):
+    ran = run(*arguments)
+    assert (ran.code, ran.err) == (0, "")
+    return [json.loads(line) for line in ran.out.splitlines()]
+
+
+@pytest.mark.parametrize("ending", ["mcap", "parquet"])
+def test_replay_tells_a_pipe_the_run_its_moments_and_its_events(ending, folder):
+    first, *others = lines("replay", folder / f"run.{ending}")
+    assert (first["type"], first["mat"], first["seed"], first["cars"]) == ("run", "a table with a wall", 7, 6)
+    moments = [line for line in others if line["type"] == "cars"]
+    events = [line for line in others if line["type"] == "event"]
+    assert [moment["t_ms"] for moment in moments] == list(range(0, 2001, 100))
+    assert moments[0]["number"] == [0, 1, 2, 3, 4, 5]
+    assert moments[0]["x_m"][0] == 1.0
+    assert moments[-1]["counts"]["frames"] == sum(event["kind"] == "frame" for event in events)
+    assert all(set(event) == {"type", "t_ms", "car", "kind", "why", "word", "other"} for event in events)
+    # In the order of time: what happened up to a moment stands before it.
+    t_ms = 0
+    for line in others:
+        assert line["t_ms"] >= t_ms or line["type"] == "event"
+        t_ms = max(t_ms, line["t_ms"])
+
+
+def test_both_kinds_of_file_tell_the_same(folder):
+    (one, *ones), (other, *others) = (lines("replay", folder / f"run.{ending}") for ending in ("mcap", "parquet"))
+    assert one == other
+    assert len(ones) == len(others)
+    for left, right in zip(ones, others, strict=True):
+        assert {
+            key: pytest.approx(value, abs=1e-6) if key in ("x_m", "y_m", "heading_rad") else value
+            for key, value in left.items()
+        } == right
+
+
+def test_replay_shows_a_terminal_the_mat_the_clock_and_the_counts(folder):
+    ran = run("replay", folder / "run.parquet", "--speed", "100000", stdout=Terminal())
+    assert ran.code == 0
+    assert "a table with a wall, 6 cars" in ran.out
+    assert "→" in ran.out
+    assert "2.0 s   frames: " in ran.out
+    assert "heard" in ran.out
+
+
+def test_replay_gives_a_terminal_json_where_it_asks(folder):
+    ran = run("replay", folder / "run.parquet", "--json", stdout=Terminal())
+    assert json.loads(ran.out.splitlines()[0])["type"] == "run"
+
+
+@pytest.mark.parametrize("name", ["film.mp4", "film.gif"])
+def test_replay_draws_a_film(name, folder, tmp_path):
+    told = data("replay", folder / "run.mcap", "--video", tmp_path / name, "--json")
+    assert told == {"video": str(tmp_path / name), "t_ms": 2000}
+    assert (tmp_path / name).stat().st_size > 5000
+    ran = run("replay", folder / "run.mcap", "--video", tmp_path / name, "--speed", "4")
+    assert (ran.code, ran.out) == (0, f"{tmp_path / name} shows 2 s of {folder / 'run.mcap'}.\n")
+
+
+@pytest.mark.parametrize("kind", [None, "tracks", "words", "air"])
+def test_plot_draws_one_kind_or_all(kind, folder, tmp_path):
+    path = tmp_path / "plot.png"
+    told = data("plot", folder / "run.mcap", "-o", path, "--json", *(["--kind", kind] if kind else []))
+    assert told == {"picture": str(path), "kinds": [kind] if kind else ["tracks", "words", "air"]}
+    with Image.open(path) as picture:
+        assert picture.size == ((960, 720) if kind else (1800, 900))
+
+
+def test_a_cut_off_file_is_shown_as_far_as_it_goes_and_said_to_be_cut_off(folder, tmp_path):
+    path = tmp_path / "plot.png"
+    for arguments in (("replay", folder / "cut.mcap"), ("replay", folder / "cut.mcap", "--video", tmp_path / "a.gif")):
+        ran = run(*arguments)
+        assert ran.code in (0, 2)
+        (line,) = ran.err.splitlines()
+        assert line.startswith(f"motorcade: {folder / 'cut.mcap'}")
+    ran = run("plot", folder / "cut.mcap", "-o", path)
+    assert ran.code in (0, 2)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("replay", "gone.mcap"), "gone.mcap can't be read: No such file or directory"),
+        (("replay", "{folder}/run.events.parquet"), "holds only a part of a run"),
+        (("replay", "{folder}/other.mcap"), "is no MCAP file"),
+        (("replay", "{folder}/run.mcap", "--speed", "0"), "--speed is 0; allowed: 0.001 to 100000"),
+        (("replay", "{folder}/run.mcap", "--speed", "nan"), "--speed is nan; allowed: 0.001 to 100000"),
+        (("replay", "{folder}/run.mcap", "--video", "a.avi"), "its name must end in .mp4 or .gif"),
+        (("replay", "{folder}/run.mcap", "--video", "gone/a.mp4"), "there is no folder gone"),
+        (("plot", "{folder}/run.mcap", "-o", "a.txt"), "its name must end in .png, .svg or .pdf"),
+        (("plot", "{folder}/run.mcap", "-o", "gone/a.png"), "there is no folder gone"),
+    ],
+)
+def test_what_cannot_be_done_is_said_in_a_sentence(arguments, sentence, folder):
+    (folder / "other.mcap").write_bytes(b"GIF89a and so on, nothing to replay")
+    assert sentence in refusal(2, *(argument.format(folder=folder) for argument in arguments))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "missing"),
+    [
+        (("replay", "{folder}/run.mcap"), "mcap"),
+        (("replay", "{folder}/run.parquet"), "pyarrow"),
+        (("replay", "{folder}/run.mcap", "--video", "{folder}/a.mp4"), "imageio_ffmpeg"),
+        (("plot", "{folder}/run.mcap", "-o", "{folder}/a.png"), "matplotlib"),
+    ],
+)
+def test_a_missing_library_is_named_with_the_command_that_brings_it(arguments, missing, folder, monkeypatch):
+    ours = ("motorcade.sim.mcap_file", "motorcade.sim.parquet_file", "motorcade.sim.video", "motorcade.sim.picture")
+    for module in list(sys.modules):
+        if module.partition(".")[0] == missing or module in (*ours, "motorcade.sim.plots", "motorcade.sim.drawing"):
+            monkeypatch.delitem(sys.modules, module)
+    monkeypatch.setitem(sys.modules, missing, None)
+    sentence = refusal(2, *(argument.format(folder=folder) for argument in arguments))
+    assert f"needs {missing}" in sentence
+    assert sentence.endswith("pip install 'motorcade[sim]'")
