@@ -3,6 +3,7 @@
 Each command imports what it needs when it runs, so that the others start at once.
 """
 
+import heapq
 import json
 import math
 import os
@@ -10,6 +11,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import StrEnum
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -108,22 +110,16 @@ def _lines(recording: "Recording") -> Iterator[str]:
     """The run, then its moments and events in order of time, each as JSON."""
     from motorcade.sim.events import KINDS, WHYS
 
-    def told(events: "Iterator[tuple[int, ...]]") -> Iterator[tuple[int, str]]:
-        for t_ms, _, car, kind, why, word, other in events:
-            event = {"t_ms": t_ms, "car": car, "kind": KINDS[kind], "why": WHYS[why], "word": word, "other": other}
-            yield t_ms, json.dumps({"type": "event", **event})
+    def happened() -> Iterator[tuple[int, dict[str, object]]]:
+        for batch in recording.events():
+            for t_ms, _, car, kind, why, word, other in batch.tolist():
+                event = {"t_ms": t_ms, "car": car, "kind": KINDS[kind], "why": WHYS[why], "word": word, "other": other}
+                yield t_ms, {"type": "event", **event}
 
+    moments = ((frame.t_ms, {"type": "cars", **frame.as_dict()}) for frame in recording.frames())
     yield json.dumps({"type": "run", **recording.about.as_dict()}, ensure_ascii=False)
-    events = told(row for batch in recording.events() for row in batch.tolist())
-    upcoming = next(events, None)
-    for frame in recording.frames():
-        while upcoming and upcoming[0] <= frame.t_ms:
-            yield upcoming[1]
-            upcoming = next(events, None)
-        yield json.dumps({"type": "cars", **frame.as_dict()})
-    if upcoming:
-        yield upcoming[1]
-    yield from (line for _, line in events)
+    for _, line in heapq.merge(happened(), moments, key=itemgetter(0)):
+        yield json.dumps(line)
 
 
 def _print_lines(lines: Iterator[str]) -> None:
