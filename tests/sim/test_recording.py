@@ -13,7 +13,7 @@ from PIL import Image
 from motorcade.sim.description import Description
 from motorcade.sim.events import KINDS, WHYS
 from motorcade.sim.recorder import recorder
-from motorcade.sim.recording import RecordingError, open_recording
+from motorcade.sim.recording import Kept, RecordingError, open_recording
 from recorded_run import MAT, crowd, record, world
 
 ENDINGS = ("mcap", "parquet")
@@ -315,8 +315,14 @@ def test_many_cars_are_darts_of_few_colours(tmp_path):
     assert len(cars["triangles"]) == 2
 
 
-def test_films_and_pictures_are_drawn_once_the_run_is_over(tmp_path):
-    record([tmp_path / "run.gif", tmp_path / "run.png"], world(), duration_ms=300)
+@pytest.mark.parametrize("keeps", [True, False])
+def test_films_and_pictures_are_drawn_once_the_run_is_over(keeps, tmp_path):
+    cars = world()
+    kept = Kept(Description.of(cars, 100)) if keeps else None
+    with recorder([kept, tmp_path / "run.gif", tmp_path / "run.png"], cars) as recording:
+        for _ in range(3):
+            cars.run(100)
+            recording(cars)
     assert sorted(file.name for file in tmp_path.iterdir()) == ["run.gif", "run.png"]
     with Image.open(tmp_path / "run.gif") as film:
         assert film.n_frames == 4

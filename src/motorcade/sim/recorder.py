@@ -38,14 +38,16 @@ class Recorder:
         self._index = index
         self._due_ms = world.now_ms
         self._last_ms = -1
-        self._sinks: list[Sink] = [target for target in targets if isinstance(target, Kept)]
+        kept = [target for target in targets if isinstance(target, Kept)]
+        self._kept = kept[0] if kept else None
+        self._sinks: list[Sink] = [*kept]
         paths = [Path(target) for target in targets if not isinstance(target, Kept)]
         for path in paths:
             check_writable(path, (*KINDS_OF_FILE, *FILMS, *PICTURES))
         files = [path for path in paths if path.suffix.lower() in KINDS_OF_FILE]
         self._drawings = [path for path in paths if path not in files]
         self._folder: tempfile.TemporaryDirectory[str] | None = None
-        if self._drawings and not files:
+        if self._drawings and not files and not kept:
             self._folder = tempfile.TemporaryDirectory(prefix="motorcade-")
             files = [Path(self._folder.name) / "run.parquet"]
         self._files = files
@@ -90,7 +92,7 @@ class Recorder:
         self._finish()
         drawings, self._drawings = self._drawings, []
         for path in drawings:
-            draw(open_recording(self._files[0]), path, progress)
+            draw(self._kept or open_recording(self._files[0]), path, progress)
 
     def __exit__(
         self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
