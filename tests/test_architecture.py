@@ -18,9 +18,10 @@ ARROWS = {
     "program": ("words", "profile"),
     "sim": ("car", "words", "profile", "files"),
     "link": ("words", "car.arbiter"),
-    "console": ("words", "files", "car", "profile", "program", "sim", "link"),
-    "cli": ("words", "files", "car", "profile", "program", "sim", "link", "console", "__version__"),
-    "__init__": ("words", "profile", "program", "sim", "console"),
+    "console": ("words", "files", "car", "profile", "program"),
+    "runs": ("profile", "program", "sim", "console"),
+    "cli": ("words", "files", "car", "profile", "program", "sim", "link", "console", "runs", "__version__"),
+    "__init__": ("words", "profile", "program", "sim", "runs"),
     "__main__": ("cli",),
 }
 

@@ -8,7 +8,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from motorcade.console import show as show
     from motorcade.profile import Profile as Profile
     from motorcade.profile import load_profile as load_profile
     from motorcade.program.compiler import Compiled as Compiled
@@ -29,8 +28,14 @@ if TYPE_CHECKING:
     from motorcade.program.steps import voice as voice
     from motorcade.program.steps import wait as wait
     from motorcade.program.steps import wander as wander
+    from motorcade.runs import show as show
+    from motorcade.sim.mat import Mat as Mat
+    from motorcade.sim.mat import Physics as Physics
+    from motorcade.sim.mat import Pose as Pose
+    from motorcade.sim.mat import formation as formation
+    from motorcade.sim.mat import open_table as open_table
+    from motorcade.sim.mat import read_mat as read_mat
     from motorcade.sim.running import simulate as simulate
-    from motorcade.sim.world import Pose as Pose
     from motorcade.sim.world import World as World
     from motorcade.words.field import WordError as WordError
     from motorcade.words.formats import CONTROL as CONTROL
@@ -40,7 +45,6 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
-    "motorcade.console": ("show",),
     "motorcade.profile": ("Profile", "load_profile"),
     "motorcade.program.compiler": ("Compiled", "compile_program"),
     "motorcade.program.decompiler": ("decompile",),
@@ -59,8 +63,10 @@ _HOMES = {
         "wait",
         "wander",
     ),
+    "motorcade.runs": ("show",),
+    "motorcade.sim.mat": ("Mat", "Physics", "Pose", "formation", "open_table", "read_mat"),
     "motorcade.sim.running": ("simulate",),
-    "motorcade.sim.world": ("Pose", "World"),
+    "motorcade.sim.world": ("World",),
     "motorcade.words.field": ("WordError",),
     "motorcade.words.formats": ("CONTROL", "DRIVE", "HEADER"),
 }

@@ -1,23 +1,16 @@
-"""What the command line shows on a terminal: words, diagnostics and what cars did, as tables and sentences."""
+"""What the command line shows on a terminal: words and diagnostics, as tables and sentences."""
 
 import json
-import math
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
-from motorcade.profile import Profile, built_in_profile
-from motorcade.program.compiler import compile_program
+from motorcade.profile import Profile
 from motorcade.program.diagnostics import Diagnostic
-from motorcade.program.model import Program
-from motorcade.sim.running import Run, simulate
-from motorcade.sim.world import Pose
 from motorcade.words.field import WordFormat
 from motorcade.words.formats import CONTROL, HEADER
 from motorcade.words.image import parse_image
@@ -94,48 +87,6 @@ def _describe_infrared(word: int) -> str:
     return ("" if values.accept_ir else "; deaf meanwhile") + ("; passed on" if values.forward else "")
 
 
-def cars_table(run: Run) -> Table:
-    """What each car of a run did and where it ended."""
-    world = run.world
-    counts: dict[int, Counter[str]] = {index: Counter() for index in range(len(world.cars))}
-    for event in world.events:
-        counts[event.car][event.kind] += 1
-    table = Table(title=f"What the cars did in {world.now_ms / 1000:g} s", title_justify="left")
-    table.add_column("car", no_wrap=True)
-    for name in ("words begun", "frames sent", "heard", "lost", "drove (m)", "x (m)", "y (m)", "faces (°)"):
-        table.add_column(name, justify="right")
-    for index, pose in enumerate(world.poses):
-        count = counts[index]
-        driven_m = sum(math.dist(a, b) for a, b in zip(run.tracks[index], run.tracks[index][1:], strict=False))
-        table.add_row(
-            "leader" if index == 0 else str(index),
-            str(count["state"] + count["start"]),
-            str(count["frame"]),
-            str(count["heard"]),
-            str(count["lost"]),
-            _rounded(driven_m, 2),
-            _rounded(pose.x, 2),
-            _rounded(pose.y, 2),
-            _rounded(math.degrees(pose.heading), 0),
-        )
-    return table
-
-
-def print_unheard(run: Run) -> None:
-    """Say on standard error which followers never heard a frame, though some were sent."""
-    heard = {event.car for event in run.world.events if event.kind in ("heard", "lost")}
-    silent = [car for car in range(1, len(run.world.cars)) if car not in heard]
-    if silent and any(event.kind == "frame" for event in run.world.events):
-        who = f"Car {silent[0]} was" if len(silent) == 1 else f"{len(silent)} of the cars were"
-        line = f"{who} out of infrared range all the time; followers that pass words on reach further."
-        Console(stderr=True).print(line, soft_wrap=True)
-
-
-def _rounded(value: float, digits: int) -> str:
-    """``value`` as text, never as minus zero."""
-    return f"{round(value, digits) + 0.0:.{digits}f}"
-
-
 def print_diagnostics(console: Console, diagnostics: Iterable[Diagnostic], language: str) -> None:
     """One line each: place, severity, sentence."""
     names = {"en": {"error": "error", "warning": "warning"}, "zh": {"error": "错误", "warning": "警告"}}[language]
@@ -190,33 +141,3 @@ def virtual_car_observer(profile: Profile, as_json: bool) -> Callable[[str, int,
             print(line, flush=True)
 
     return observe
-
-
-def show(
-    program: Program,
-    followers: int = 5,
-    seconds: float = 30,
-    seed: int = 0,
-    poses: list[Pose] | None = None,
-    picture: str | Path | None = None,
-) -> Run:
-    """Compile a program, let it drive in the simulator, and print its words and what the cars did.
-
-    Args:
-        followers, seconds, seed, poses: as `motorcade.simulate` takes them.
-        picture: where to draw the tracks, if anywhere.
-
-    Raises:
-        ProgramError: the program has errors; its text says which and where.
-    """
-    console = Console()
-    compiled = compile_program(program)
-    print_diagnostics(console, compiled.diagnostics, "en")
-    profile = built_in_profile(program.profile)
-    console.print(words_table(compiled.words, profile) if compiled.words else "")
-    run = simulate(compiled.image, followers, seconds, seed, profile, poses)
-    console.print(cars_table(run))
-    if picture:
-        run.save_picture(picture)
-        console.print(f"The tracks are in {picture}.")
-    return run

@@ -6,7 +6,7 @@ from motorcade import Program, compile_program, forward, led, left, pir, repeat,
 from motorcade.car import brain
 from motorcade.profile import built_in_profile
 from motorcade.program.diagnostics import MESSAGES
-from motorcade.sim.board import levels_of
+from motorcade.sim.levels import levels_of
 from motorcade.words.field import WordError
 from motorcade.words.formats import CONTROL, DRIVE, HEADER
 from motorcade.words.image import ImageError, pack, parse_image, unpack

@@ -33,18 +33,18 @@ STOPPED = 4  # 1 from a heard 'stop' to 'go'
 DRAWS = 5  # directions drawn so far in this word, for random forward
 HEADING = 6  # the direction drawn last
 RANDOM = 7  # the generator's state, never 0
+# A car leads or follows for as long as it is on, so the two share the places behind these.
 STATE = 8  # leader: which of its states
 SLOT = 9  # leader: which follower word it sends
 SLOT_STARTED_MS = 10  # leader: since when
 NEXT_FRAME_MS = 11  # leader: when the next frame is due
 QUIET_MS = 12  # leader: when its last frame and the gap behind it are over
-DWELL_LEVEL = 13  # leader: 0 to 7
-RELAYED = 14  # leader: 1 where followers pass words on
-RELAY = 15  # follower: what it does about passing its word on, one of the three below
-RELAY_MS = 16  # follower: free since (SENSING), or sends at (WAITING)
-LOST_PARITY = 17  # frames dropped for their parity
-LOST_RESERVED = 18  # frames dropped for a reserved field
-SIZE = 19
+RELAYED = 13  # leader: 1 where followers pass words on
+RELAY = 8  # follower: what it does about passing its word on, one of the three below
+RELAY_MS = 9  # follower: free since (SENSING), or sends at (WAITING)
+LOST_PARITY = 10  # follower: frames dropped for their parity
+LOST_RESERVED = 11  # follower: frames dropped for a reserved field
+SIZE = 14
 
 BUSY = 0
 SENSING = 1
@@ -131,6 +131,15 @@ def length_ms(word: int, levels: tuple[int, ...]) -> int:
     return levels[IDLE_STATE_MS]
 
 
+def dwell_ms(image: tuple[int, ...], levels: tuple[int, ...]) -> int:
+    """How long a leader with ``image`` sends each follower word."""
+    dwell = image[0] >> 8 & 255
+    level = 0
+    while dwell >> level > 1:
+        level = level + 1
+    return levels[DWELLS_MS + level]
+
+
 def frame_ms(frame: int, levels: tuple[int, ...]) -> int:
     """How long a frame occupies the air, in whole milliseconds."""
     return (air_us(frame, levels[UNIT_US]) + 999) // 1000
@@ -160,11 +169,6 @@ def leader_start(s: list[int], image: tuple[int, ...], now: int) -> int:
     """Begin a leader's program. 1 where a first state began with it, 0 for a leader without states."""
     leader_states = image[0] >> 24
     follower_words = image[0] >> 16 & 255
-    dwell = image[0] >> 8 & 255
-    level = 0
-    while dwell >> level > 1:
-        level = level + 1
-    s[DWELL_LEVEL] = level
     s[RELAYED] = 0
     for i in range(follower_words):
         if image[1 + leader_states + i] >> _FORWARD_AT & 1:
@@ -206,7 +210,7 @@ def leader_sends(s: list[int], image: tuple[int, ...], now: int, levels: tuple[i
         return 0
     if reached(now, s[NEXT_FRAME_MS]) == 0 or reached(now, s[QUIET_MS]) == 0:
         return 0
-    dwell = levels[DWELLS_MS + s[DWELL_LEVEL]]
+    dwell = dwell_ms(image, levels)
     while elapsed_ms(now, s[SLOT_STARTED_MS]) >= dwell:
         s[SLOT_STARTED_MS] = later_ms(s[SLOT_STARTED_MS], dwell)
         s[SLOT] = (s[SLOT] + 1) % follower_words

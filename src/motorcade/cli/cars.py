@@ -6,6 +6,8 @@ Each command imports what it needs when it runs, so that the others start at onc
 import math
 import os
 import signal
+import sys
+import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -27,9 +29,13 @@ from motorcade.cli.options import (
     whole_number,
     write_file,
 )
+from motorcade.cli.recordings import extra_sim
 
 if TYPE_CHECKING:
+    from motorcade.profile import Profile
     from motorcade.sim.running import Run
+
+_SLOW_START_S = 2.0
 
 
 def add_to(app: typer.Typer) -> None:
@@ -45,37 +51,70 @@ def simulate_command(
     source: Source,
     followers: Annotated[
         int | None,
-        typer.Option(min=0, max=1000, help="How many; 5 unless given, 0 where only the leader is programmed."),
+        typer.Option(min=0, max=1_000_000, help="How many; 5 unless given, 0 where only the leader is programmed."),
     ] = None,
     seconds: Annotated[float, typer.Option(min=0, max=86400, help="Simulated time.")] = 30,
     seed: Annotated[int, typer.Option(min=0, max=(1 << 32) - 1, help="The same seed gives the same run.")] = 0,
+    mat: Annotated[Path | None, typer.Option(help="The place that they drive on, a .toml or .json file.")] = None,
+    record: Annotated[list[Path] | None, typer.Option(help="Record the run into this .mcap or .parquet file.")] = None,
+    video: Annotated[Path | None, typer.Option(help="Draw the run into this MP4 or GIF file.")] = None,
     picture: Annotated[Path | None, typer.Option(help="Draw the tracks into this PNG, SVG or PDF file.")] = None,
     profile: ProfileOption = "classroom",
     language: Language = "",
     as_json: Json = False,
 ) -> None:
     """Let a leader and its followers drive, by the very bytes that an upload sends."""
-    from motorcade.console import cars_table, print_unheard, progress_bar
-    from motorcade.sim.running import simulate
-    from motorcade.words.image import parse_image_bytes
-
     image, chosen = image_of(source, profile, tongue(language))
     if math.isnan(seconds):
         raise UsageError("--seconds is nan; allowed: 0 to 86400")
+    if mat and followers is not None:
+        raise UsageError("--followers and --mat exclude each other: the mat says which cars there are")
+    files = [*(record or ()), *([video] if video else ()), *([picture] if picture else ())]
+    with extra_sim("simulating"):
+        from motorcade.runs import cars_table, print_unheard, run_as_dict
+
+        run = _simulate(image, followers, seconds, seed, chosen, mat, files)
+    print_unheard(run)
+    if wants_json(as_json):
+        print_json(run_as_dict(run))
+    else:
+        print_table(cars_table(run))
+
+
+def _simulate(
+    image: bytes,
+    followers: int | None,
+    seconds: float,
+    seed: int,
+    profile: "Profile",
+    mat: Path | None,
+    files: list[Path],
+) -> "Run":
+    from motorcade.console import progress_bar
+    from motorcade.sim.mat import read_mat
+    from motorcade.sim.running import simulate
+    from motorcade.words.image import parse_image_bytes
+
     if followers is None:
         followers = 5 if parse_image_bytes(image).followers else 0
-    with progress_bar("simulated", round(seconds * 1000)) as advance:
-        run = simulate(image, followers, seconds, seed, chosen, progress=advance)
-    print_unheard(run)
-    if picture:
-        _draw(run, picture)
-    if not wants_json(as_json):
-        print_table(cars_table(run))
-        return
-    cars = [
-        {"id": index, "x": pose.x, "y": pose.y, "heading": pose.heading} for index, pose in enumerate(run.world.poses)
-    ]
-    print_json({"cars": cars, "events": [event.as_dict() for event in run.world.events]})
+    place = read_mat(mat) if mat else None
+    notice = threading.Timer(_SLOW_START_S, _tell_of_compiling)
+    notice.daemon = True
+    notice.start()
+
+    def go_on(now_ms: int) -> None:
+        notice.cancel()
+        advance(now_ms)
+
+    try:
+        with progress_bar("simulated", round(seconds * 1000)) as advance:
+            return simulate(image, followers, seconds, seed, profile, mat=place, record=files, progress=go_on)
+    finally:
+        notice.cancel()
+
+
+def _tell_of_compiling() -> None:
+    print("The simulator is being compiled for this computer, once; that takes up to a minute.", file=sys.stderr)
 
 
 def ports_command(as_json: Json = False) -> None:
@@ -169,12 +208,3 @@ def _host_and_port(address: str) -> tuple[str, int]:
     if not host or not 0 <= number <= 65535:
         raise UsageError(f"'{address}' is not HOST:PORT, such as 127.0.0.1:7000")
     return host, number
-
-
-def _draw(run: "Run", picture: Path) -> None:
-    try:
-        run.save_picture(picture)
-    except ModuleNotFoundError:
-        raise UsageError("drawing needs Matplotlib: pip install 'motorcade[sim]'") from None
-    except (OSError, ValueError) as problem:
-        raise UsageError(f"{picture} can't be drawn: {problem}") from None

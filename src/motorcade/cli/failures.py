@@ -19,6 +19,7 @@ def exit_code(problem: Exception) -> int | None:
     from motorcade.profile import ProfileError
     from motorcade.program.decompiler import DecompileError
     from motorcade.program.diagnostics import ProgramError
+    from motorcade.sim.errors import MatError, WorldError
     from motorcade.sim.virtual_car import LineError, StoreError
     from motorcade.words.field import WordError
     from motorcade.words.image import ImageError
@@ -28,6 +29,8 @@ def exit_code(problem: Exception) -> int | None:
         (ProfileError, PROGRAM_ERROR),
         (ImageError, PROGRAM_ERROR),
         (DecompileError, PROGRAM_ERROR),
+        (MatError, PROGRAM_ERROR),
+        (WorldError, PROGRAM_ERROR),
         (UsageError, USAGE),
         (WordError, USAGE),
         (StoreError, USAGE),

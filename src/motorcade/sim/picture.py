@@ -1,40 +1,67 @@
-"""A picture of where cars drove."""
+"""Pictures of a run: where cars drove, which words they held, and what became of their frames."""
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 
-from motorcade.sim.world import Pose, World
+from motorcade.sim.plots import KINDS_OF_PLOT, Panel
+from motorcade.sim.recording import PICTURES, Progress, Recording, RecordingError, check_writable
 
-
-def draw_tracks(tracks: Sequence[Sequence[tuple[float, float]]], world: World, path: Path) -> None:
-    """Write the cars' tracks (metres) and where they ended to ``path``; its ending says the format."""
-    figure = Figure(figsize=(8, 6), layout="constrained")
-    axes = figure.add_subplot()
-    radius_m = world.profile.body.diameter_mm / 2000
-    for index in reversed(range(len(tracks))):
-        leads = index == 0
-        colour = "#d62728" if leads else f"C{(index - 1) % 9 if (index - 1) % 9 != 3 else 9}"
-        xs, ys = zip(*tracks[index], strict=True)
-        axes.plot(xs, ys, color=colour, linewidth=2.2 if leads else 1.2, alpha=0.9)
-        axes.plot(xs[0], ys[0], marker="x", color=colour, markersize=6)
-        _draw_car(axes, world.poses[index], radius_m, colour, leads)
-    axes.set_aspect("equal", adjustable="datalim")
-    axes.margins(0.08)
-    axes.set_xlabel("x (m)")
-    axes.set_ylabel("y (m)")
-    cars = len(tracks)
-    axes.set_title(f"One leader (red), {cars - 1} followers, {world.now_ms / 1000:g} s; x marks where each began")
-    axes.grid(alpha=0.3)
-    figure.savefig(path, dpi=120)
+_DPI = 120
 
 
-def _draw_car(axes: Axes, pose: Pose, radius_m: float, colour: str, leads: bool) -> None:
-    axes.add_patch(Circle((pose.x, pose.y), radius_m, facecolor=colour, edgecolor="black", alpha=1 if leads else 0.7))
-    nose_x = pose.x + radius_m * math.cos(pose.heading)
-    nose_y = pose.y + radius_m * math.sin(pose.heading)
-    axes.plot([pose.x, nose_x], [pose.y, nose_y], color="black", linewidth=1.5)
+def draw_tracks(recording: Recording, path: str | Path, progress: Progress = lambda done_ms: None) -> None:
+    """Write a picture of the cars' tracks and where they ended; see `draw_plots`."""
+    draw_plots(recording, path, ["tracks"], progress=progress)
+
+
+def draw_plots(
+    recording: Recording,
+    path: str | Path,
+    kinds: Sequence[str] = tuple(KINDS_OF_PLOT),
+    name_of_word: Callable[[int], str] = lambda word: f"0x{word:08X}",
+    progress: Progress = lambda done_ms: None,
+) -> None:
+    """Write plots of a run to ``path``; its ending says the format.
+
+    Args:
+        kinds: which, of tracks (on the mat), words (who held which when) and air (what became of frames).
+        name_of_word: what a word is called in the legend.
+        progress: called with the simulated time in ms that has been read.
+
+    Raises:
+        RecordingError: the recording holds no moment, or the picture can't be written.
+    """
+    path = Path(path)
+    check_writable(path, PICTURES)
+    panels = [KINDS_OF_PLOT[kind](recording.about) for kind in kinds]
+    read = 0
+    for frame in recording.frames():
+        for panel in panels:
+            panel.take(frame)
+        progress(frame.t_ms)
+        read += 1
+    if not read:
+        raise RecordingError(f"{recording.name} holds no moment of the run: there is nothing to draw")
+    figure = _figure(panels, name_of_word)
+    try:
+        figure.savefig(path, dpi=_DPI)
+    except OSError as problem:
+        raise RecordingError(f"{path} can't be written: {problem.strerror or problem}") from None
+
+
+def _figure(panels: Sequence[Panel], name_of_word: Callable[[int], str]) -> Figure:
+    """The panels on one figure: the first at the left and large, the others stacked beside it."""
+    figure = Figure(figsize=(8, 6) if len(panels) == 1 else (15, 7.5), layout="constrained")
+    places: list[Axes]
+    if len(panels) == 1:
+        places = [figure.add_subplot()]
+    else:
+        grid = figure.add_gridspec(len(panels) - 1, 2, width_ratios=(1.1, 1))
+        places = [figure.add_subplot(grid[:, 0])]
+        places += [figure.add_subplot(grid[row, 1]) for row in range(len(panels) - 1)]
+    for panel, axes in zip(panels, places, strict=True):
+        panel.draw(axes, name_of_word)
+    return figure

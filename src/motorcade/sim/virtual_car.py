@@ -18,7 +18,7 @@ from motorcade.car.board import Board
 from motorcade.car.loop import Car
 from motorcade.files import replace_file
 from motorcade.profile import Profile
-from motorcade.sim.board import levels_of
+from motorcade.sim.levels import levels_of
 from motorcade.words.image import ImageError, parse_image_bytes
 from motorcade.words.ticks import TICKS_MASK
 from motorcade.words.upload import error_line

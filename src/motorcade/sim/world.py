@@ -1,218 +1,295 @@
-"""A small world, exact and plain: cars that run the loop of a real car, on one clock and one seed.
+"""A world of cars, or many side by side: what `motorcade.sim.engine` steps, with a face for people."""
 
-Each tick, in this order: frames that ended are delivered; every car's loop
-runs; frames that they began go on the air; the cars move. No car sees what
-another one did in the same tick, so their order has no meaning.
-"""
-
-import heapq
 import math
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
 
-from motorcade.car.board import NOTHING_IN_SIGHT_MM
-from motorcade.car.brain import LEFT, NO_VOICE, RIGHT, VOICE_GO, VOICE_STOP
-from motorcade.car.loop import Car
-from motorcade.profile import Profile
-from motorcade.sim.board import SimulatedBoard, levels_of
-from motorcade.sim.channel import Channel
+import numba
+import numpy as np
+from numpy.typing import NDArray
 
-VOICES = {"stop": VOICE_STOP, "go": VOICE_GO}
-_SPACING_M = 0.25
-_SIDE = 20
+from motorcade.car.brain import NO_VOICE, RUNNING, WORD
+from motorcade.profile import Profile, built_in_profile
+from motorcade.sim import engine, layout, tally
+from motorcade.sim.errors import WorldError
+from motorcade.sim.geometry import FULL_TURN
+from motorcade.sim.layout import VOICES
+from motorcade.sim.mat import Mat
+from motorcade.sim.tally import KINDS as KINDS
+from motorcade.sim.tally import WHYS as WHYS
+from motorcade.words.image import parse_image_bytes
+from motorcade.words.ticks import TICKS_MASK
+
+EVENT = np.dtype(
+    [
+        ("t_ms", "<u4"),
+        ("world", "<u4"),
+        ("car", "<u4"),
+        ("kind", "u1"),
+        ("why", "u1"),
+        ("word", "<u4"),
+        ("other", "<u4"),
+    ]
+)
+# One world of fewer cars is stepped faster by one thread.
+_LARGE = 5_000
+_COUNTED = {
+    "frames": tally.FRAMES,
+    "heard": tally.HEARD,
+    "lost_collision": tally.LOST_COLLISION,
+    "lost_sending": tally.LOST_SENDING,
+    "lost_parity": tally.LOST_PARITY,
+    "lost_reserved": tally.LOST_RESERVED,
+    "deaf": tally.DEAF,
+    "undetected": tally.UNDETECTED,
+    "touching_ms": tally.TOUCHING_MS,
+}
 
 
-@dataclass(slots=True)
-class Pose:
-    """Where a car is: metres, and radians counter-clockwise from the x axis."""
+@dataclass(frozen=True)
+class Snapshot:
+    """What the cars of a world show at a moment, in the order of their numbers.
 
-    x: float
-    y: float
-    heading: float = 0.0
-
-
-class Event(NamedTuple):
-    """Something that happened to a car.
-
-    ``kind`` is one of: state (the leader begins a state), start (a follower
-    begins a word), over (its length is over), frame (a frame was begun), heard, lost.
-    ``word`` is the control word, for a lost frame the bits on the air. ``detail``
-    holds what else there is: ``index`` of a state, ``why`` of a lost frame (parity,
-    reserved, deaf, sending, collision), ``sender`` of one that was lost on the air.
+    Attributes:
+        t_ms: the moment.
+        x_m, y_m, heading: float64, metres and radians from -pi to pi.
+        word: uint32, the word that each executes or holds.
+        runs: bool, whether that word's length is not yet over.
+        wheels: uint8, direction * 4 + speed level.
+        led: uint8, the LED that is on, 4 for none.
+        sends: bool, whether the car's frame is on the air.
     """
 
     t_ms: int
-    car: int
-    kind: str
-    word: int
-    detail: dict[str, Any]
-
-    def as_dict(self) -> dict[str, Any]:
-        """The event for JSON."""
-        return {"t_ms": self.t_ms, "car": self.car, "kind": self.kind, "word": self.word, **self.detail}
-
-
-def formation(followers: int, reach_m: float = 1.0) -> list[Pose]:
-    """The leader at the origin, looking along x, and its followers on a grid of 250 mm.
-
-    They stand as near to it as they can: first behind it, within ``reach_m``
-    (where its infrared is heard), then beside and before it, then further away.
-    """
-    poses = [Pose(0.0, 0.0)]
-    side = _SIDE + math.isqrt(followers)
-    places = [(column, row) for column in range(-side, side + 1) for row in range(-side, side + 1) if column or row]
-
-    def order(place: tuple[int, int]) -> tuple[bool, bool, int, int, int]:
-        column, row = place
-        squared = column * column + row * row
-        return squared * _SPACING_M**2 > reach_m**2, column >= 0, squared, column, -row
-
-    nearest = heapq.nsmallest(followers, places, key=order)
-    return poses + [Pose(column * _SPACING_M, row * _SPACING_M) for column, row in nearest]
+    x_m: NDArray[np.float64]
+    y_m: NDArray[np.float64]
+    heading: NDArray[np.float64]
+    word: NDArray[np.uint32]
+    runs: NDArray[np.bool_]
+    wheels: NDArray[np.uint8]
+    led: NDArray[np.uint8]
+    sends: NDArray[np.bool_]
 
 
 class World:
-    """One leader (car 0) and its followers.
+    """Cars on a mat.
 
     Args:
-        image: the leader's image, the very bytes that were uploaded.
-        profile: what its levels mean.
-        poses: where the cars stand at first, the leader first.
-        seed: the same seed gives the same run.
-        tick_ms: the clock's step.
-        people: where people stand, (x, y) in metres.
+        mat: where they start, and what is around them.
+        images: the leaders' programs, the very bytes that are uploaded; the mat's
+            k-th leader runs ``images[k % len(images)]``.
+        profile: what the levels in words mean; the built-in ``classroom`` unless given.
+        seeds: one seed for one world, or several for as many worlds side by side. The
+            same seed gives the same run, to the last bit, with any number of threads.
+        events: whether to keep events for `take_events`.
+        threads: how many may work; as many as there are processors unless given.
+
+    Attributes:
+        cars: how many there are in each world.
+        worlds: how many worlds there are.
+        now_ms: simulated time; wraps at 2^30.
+        state: the arrays themselves (`motorcade.sim.state.Cars`), not in the order of car numbers.
+
+    Raises:
+        ImageError: an image that is none.
+        WorldError: what can't be simulated, or doesn't fit into the memory.
     """
 
     def __init__(
         self,
-        image: bytes,
-        profile: Profile,
-        poses: list[Pose],
-        seed: int = 0,
-        tick_ms: int = 1,
-        people: list[tuple[float, float]] | None = None,
-    ):
-        self.profile = profile
-        self.levels = levels_of(profile)
-        self.people = people or []
-        self.tick_ms = tick_ms
-        self._image = image
-        self._first_poses = poses
-        self.reset(seed)
+        mat: Mat,
+        images: Sequence[bytes] = (),
+        profile: Profile | None = None,
+        *,
+        seeds: int | Sequence[int] = 0,
+        events: bool = False,
+        threads: int | None = None,
+    ) -> None:
+        for image in images:
+            parse_image_bytes(image)
+        self.mat = mat
+        self.images = tuple(images)
+        self.profile = profile or built_in_profile("classroom")
+        self.tick_ms = mat.tick_ms
+        self.cars = len(mat.starts)
+        self.worlds = len(_seed_list(seeds))
+        self.threads = min(threads or numba.config.NUMBA_NUM_THREADS, numba.config.NUMBA_NUM_THREADS)
+        self._check()
+        self._parts = engine.MOST_PARTS if self._is_large else self.worlds
+        self._rules = layout.rules_of(mat, self.profile, images)
+        self.state = layout.cars_of(self.worlds, self.cars)
+        self._cells = layout.cells_of(self.worlds, self.cars)
+        self._place = layout.place_of(mat, self._rules)
+        self._people = layout.people_of(mat, self._parts)
+        self._voices = layout.voices_of(mat)
+        self._keeps_events = events
+        self.reset(seeds)
 
-    def reset(self, seed: int) -> None:
-        """Everything as at the beginning, with ``seed``."""
-        self.seed = seed
-        self.now_ms = 0
-        self.voice = NO_VOICE
-        self.events: list[Event] = []
-        self.poses = [Pose(pose.x, pose.y, pose.heading) for pose in self._first_poses]
-        self.channel = Channel(len(self.poses), self.profile.infrared.unit_us)
-        self.boards = [SimulatedBoard(self, index, None if index else self._image) for index in range(len(self.poses))]
-        self.cars = [Car(board) for board in self.boards]
+    def reset(self, seeds: int | Sequence[int] | None = None) -> None:
+        """Everything as at the beginning, with other seeds where they are given (as many as there are worlds)."""
+        if seeds is not None:
+            if len(_seed_list(seeds)) != self.worlds:
+                raise WorldError(f"{len(_seed_list(seeds))} seeds for {self.worlds} worlds: give one for each")
+            self.seeds = _seed_list(seeds)
+        layout.put_in_place(self.state, self.mat, self.worlds, len(self.images))
+        room = 64 * self.cars + 1024 if self._keeps_events else 0
+        self._tally = tally.Tally(
+            np.zeros((self._parts, tally.COUNTS), np.int64),
+            np.zeros((self._parts, room // (self._parts if self._is_large else 1), tally.COLUMNS), np.uint32),
+        )
+        self._tick = 0
+        self._said = NO_VOICE
+        self._taken: list[NDArray[np.void]] = []
+
+    @property
+    def now_ms(self) -> int:
+        """Simulated time in ms."""
+        return self._tick * self.tick_ms & TICKS_MASK
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that the world's state occupies, scratch included."""
+        arrays = [*self.state[2:], self.state.memory, *self._cells, *self._place, *self._people, *self._voices]
+        return sum(array.nbytes for array in arrays) + self._tally.counts.nbytes + self._tally.events.nbytes
 
     def say(self, word: str) -> None:
         """Every car hears ``stop`` or ``go`` in the next tick."""
-        self.voice = VOICES[word]
+        self._said = VOICES[word]
 
     def step(self) -> None:
         """One tick."""
-        self._deliver()
-        for car in self.cars:
-            car.tick()
-        self.voice = NO_VOICE
-        self._put_on_air()
-        self._move()
-        self.now_ms += self.tick_ms
+        self._advance(1)
 
-    def run(self, duration_ms: int, every_ms: int = 1000) -> Iterator[int]:
-        """Step for ``duration_ms``; yields the time every ``every_ms``, for progress and tracks."""
-        end_ms = self.now_ms + duration_ms
-        while self.now_ms < end_ms:
-            self.step()
-            if self.now_ms % every_ms < self.tick_ms:
-                yield self.now_ms
+    def run(self, duration_ms: int) -> None:
+        """Step for ``duration_ms``, all in one compiled call; a part of a tick is left out."""
+        ticks = duration_ms // self.tick_ms
+        while ticks > 0:
+            # With events a call is short, since there has to be room for all of them.
+            now = min(ticks, max(self.tick_ms, 200) // self.tick_ms) if self._keeps_events else ticks
+            self._advance(now)
+            ticks -= now
 
-    def note(self, car: int, kind: str, at_ms: int, word: int, detail: int | str) -> None:
-        """Record an event that a car's loop tells of."""
-        extra: dict[str, Any] = {}
-        if kind == "state":
-            extra["index"] = detail
-        elif kind == "lost":
-            extra["why"] = detail
-        self.events.append(Event(at_ms, car, kind, word, extra))
+    def snapshot(self, world: int = 0) -> Snapshot:
+        """What the cars of a world show now."""
+        part = slice(world * self.cars, (world + 1) * self.cars)
+        state = self.state
+        order = np.argsort(state.number[part])
+        led = np.empty(self.cars, np.uint8)
+        # As the last tick set them; the next one may put some out.
+        engine.read_leds(part.start, self.now_ms - self.tick_ms & TICKS_MASK, state, self._rules, led)
+        heading = state.heading[part][order] / FULL_TURN * math.tau
+        return Snapshot(
+            t_ms=self.now_ms,
+            x_m=state.x[part][order] / 1e6,
+            y_m=state.y[part][order] / 1e6,
+            heading=np.where(heading > math.pi, heading - math.tau, heading),
+            word=state.memory[WORD, part][order],
+            runs=state.memory[RUNNING, part][order].astype(bool),
+            wheels=state.wheels[part][order],
+            led=led[order],
+            sends=((self.now_ms - state.sends_until[part][order].astype(np.int64)) & TICKS_MASK) >= 1 << 29,
+        )
 
-    def obstacle_mm(self, car: int) -> int:
-        """Distance from the front of ``car`` to the nearest body that its ultrasonic cone touches."""
-        body = self.profile.body
-        radius_m = body.diameter_mm / 2000
-        pose = self.poses[car]
-        front_x = pose.x + radius_m * math.cos(pose.heading)
-        front_y = pose.y + radius_m * math.sin(pose.heading)
-        nearest_mm = NOTHING_IN_SIGHT_MM
-        for index, other in enumerate(self.poses):
-            if index == car:
-                continue
-            distance_m = math.hypot(other.x - front_x, other.y - front_y)
-            if distance_m <= radius_m:
-                return 0
-            off_axis = _turn(math.atan2(other.y - front_y, other.x - front_x) - pose.heading)
-            if abs(off_axis) <= math.radians(body.ultrasonic_cone_deg) + math.asin(radius_m / distance_m):
-                nearest_mm = min(nearest_mm, int((distance_m - radius_m) * 1000))
-        return nearest_mm if nearest_mm <= body.ultrasonic_range_mm else NOTHING_IN_SIGHT_MM
+    def take_events(self) -> NDArray[np.void]:
+        """The events since the last call, as an array of EVENT, by time and then car.
 
-    def sees_person(self, car: int) -> bool:
-        """Whether somebody stands in the PIR sector of ``car``."""
-        body = self.profile.body
-        pose = self.poses[car]
-        for x, y in self.people:
-            if math.hypot(x - pose.x, y - pose.y) * 1000 > body.pir_range_mm:
-                continue
-            off_axis = _turn(math.atan2(y - pose.y, x - pose.x) - pose.heading)
-            if abs(off_axis) <= math.radians(body.pir_half_angle_deg):
-                return True
-        return False
+        ``kind`` and ``why`` are indices into KINDS and WHYS: state (the leader begins
+        a state), start (a follower begins a word), over (its length is over), frame (a
+        frame was begun), heard, lost. ``word`` is the control word, for a lost frame the
+        bits on the air; ``other`` the index of a state, or the number of a frame's sender.
+        An event's time may lie before the tick that noticed it.
+        """
+        if not self._keeps_events:
+            raise WorldError("this world keeps no events: make it with events=True")
+        events = np.concatenate([np.zeros(0, EVENT), *self._taken])
+        self._taken = []
+        return events[np.argsort(events, order=("t_ms", "world", "car"), kind="stable")]
 
-    def _deliver(self) -> None:
-        for frame in self.channel.ended(self.now_ms * 1000):
-            for receiver in frame.receivers:
-                if why := frame.lost.get(receiver):
-                    extra = {"why": why, "sender": frame.sender}
-                    self.events.append(Event(self.now_ms, receiver, "lost", frame.bits, extra))
-                else:
-                    self.boards[receiver].inbox.append(frame.bits)
+    def counts(self) -> dict[str, NDArray[np.int64]]:
+        """What has happened since reset, each of shape (worlds,).
 
-    def _put_on_air(self) -> None:
-        for board in self.boards:
-            if board.outbox is not None:
-                self.channel.begin(board.index, board.outbox, self.now_ms * 1000, self._in_range(board.index))
-                board.outbox = None
+        ``frames`` were begun; frames were ``heard``, or lost at a receiver: ``lost_collision``, ``lost_sending``,
+        ``lost_parity``, ``lost_reserved``, ``deaf``; of those heard, ``undetected`` had flipped bits. ``touching_ms``
+        is the time that cars were in touch with something, summed over cars.
+        """
+        counts = self._tally.counts
+        return {
+            name: counts[:, k].sum(keepdims=True) if self._is_large else counts[:, k].copy()
+            for name, k in _COUNTED.items()
+        }
 
-    def _in_range(self, sender: int) -> list[int]:
-        """The followers that a frame of ``sender`` reaches now; a leader never listens."""
-        origin = self.poses[sender]
-        reach_m = self.profile.infrared.range_mm / 1000
-        return [
-            index
-            for index in range(1, len(self.poses))
-            if index != sender and math.hypot(self.poses[index].x - origin.x, self.poses[index].y - origin.y) <= reach_m
-        ]
+    @property
+    def _is_large(self) -> bool:
+        return self.worlds == 1 and self.threads > 1 and self.cars >= _LARGE
 
-    def _move(self) -> None:
-        seconds = self.tick_ms / 1000
-        for board, pose in zip(self.boards, self.poses, strict=True):
-            if board.speed_level == 0:
-                continue
-            if board.direction in (LEFT, RIGHT):
-                turn = math.radians(self.profile.turn_rates_deg_s[board.speed_level]) * seconds
-                pose.heading = _turn(pose.heading + (turn if board.direction == LEFT else -turn))
-            else:
-                distance_m = self.profile.speeds_mm_s[board.speed_level] / 1000 * seconds
-                pose.x += distance_m * math.cos(pose.heading)
-                pose.y += distance_m * math.sin(pose.heading)
+    def _advance(self, ticks: int) -> None:
+        while True:
+            before = self._backup() if self._keeps_events else None
+            self._call(ticks)
+            if before is None or not self._overflows():
+                break
+            self._restore(before)
+            old = self._tally
+            room = old.events.shape[1] * 2
+            self._tally = tally.Tally(old.counts, np.zeros((self._parts, room, tally.COLUMNS), np.uint32))
+        self._tick += ticks
+        self._said = NO_VOICE
+        if self._keeps_events:
+            self._collect()
+
+    def _call(self, ticks: int) -> None:
+        kernel = engine.run_many if self.worlds > 1 and self.threads > 1 else engine.run_one
+        if self._is_large:
+            kernel = engine.run_large
+        numba.set_num_threads(self.threads)
+        kernel(
+            self._tick,
+            ticks,
+            self._said,
+            self.cars,
+            self.seeds,
+            self.state,
+            self._cells,
+            self._place,
+            self._people,
+            self._voices,
+            self._rules,
+            self._tally,
+        )
+
+    def _backup(self) -> list[NDArray[np.generic]]:
+        return [array.copy() for array in self._changing()]
+
+    def _restore(self, backup: list[NDArray[np.generic]]) -> None:
+        for array, before in zip(self._changing(), backup, strict=True):
+            array[...] = before
+
+    def _changing(self) -> list[NDArray[np.generic]]:
+        state = self.state
+        return [state.rows, state.push, state.wheels, state.program, *self._cells, self._tally.counts]
+
+    def _overflows(self) -> bool:
+        return int(self._tally.counts[:, tally.EVENTS].max()) > self._tally.events.shape[1]
+
+    def _collect(self) -> None:
+        counts = self._tally.counts[:, tally.EVENTS]
+        for part, count in enumerate(counts.tolist()):
+            rows = self._tally.events[part, :count]
+            events = np.zeros(count, EVENT)
+            events["world"] = 0 if self._is_large else part
+            for k, name in enumerate(("t_ms", "car", "kind", "why", "word", "other")):
+                events[name] = rows[:, k]
+            self._taken.append(events)
+        counts[:] = 0
+
+    def _check(self) -> None:
+        if self.cars == 0:
+            raise WorldError("there is no car on the mat: put at least one there")
+        if self.mat.starts.leads.any() and not self.images:
+            raise WorldError("the mat has leaders: give a program for them to run")
+        if len(self.images) > 255:
+            raise WorldError(f"{len(self.images)} programs; a world runs up to 255")
 
 
-def _turn(angle: float) -> float:
-    """``angle`` brought to -pi ... pi."""
-    return math.remainder(angle, math.tau)
+def _seed_list(seeds: int | Sequence[int]) -> NDArray[np.int64]:
+    return np.atleast_1d(np.asarray(seeds, np.int64))

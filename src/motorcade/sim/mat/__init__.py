@@ -1,10 +1,10 @@
 """Mats: the places that cars drive on, with all that stands, walks, speaks and disturbs there."""
 
+from motorcade.sim.errors import MatError as MatError
 from motorcade.sim.mat.check import check_mat as check_mat
 from motorcade.sim.mat.file import parse_mat as parse_mat
 from motorcade.sim.mat.file import read_mat as read_mat
 from motorcade.sim.mat.model import Mat as Mat
-from motorcade.sim.mat.model import MatError as MatError
 from motorcade.sim.mat.model import Person as Person
 from motorcade.sim.mat.model import Physics as Physics
 from motorcade.sim.mat.model import Pose as Pose

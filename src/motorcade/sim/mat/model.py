@@ -9,16 +9,14 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from motorcade.sim.errors import MatError
+
 Wall = tuple[float, float, float, float]
 Disc = tuple[float, float, float]
 Corners = tuple[tuple[float, float], ...]
 
 _SPACING_M = 0.25
 _SIDE = 20
-
-
-class MatError(ValueError):
-    """A mat that isn't there, can't be read or can't be."""
 
 
 @dataclass(slots=True)
