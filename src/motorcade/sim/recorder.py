@@ -48,7 +48,7 @@ class Recorder:
         self._drawings = [path for path in paths if path not in files]
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         if self._drawings and not files and not kept:
-            self._folder = tempfile.TemporaryDirectory(prefix="motorcade-")
+            self._folder = tempfile.TemporaryDirectory(prefix="motorcade-", ignore_cleanup_errors=True)
             files = [Path(self._folder.name) / "run.parquet"]
         self._files = files
         about = Description.of(world, every_ms, index)
