@@ -116,7 +116,8 @@ class Tracks:
                 LineCollection(list(tracks[which]), colors=colours[self._drawn[which]], linewidths=width, alpha=alpha)
             )
         if few:
-            axes.scatter(*tracks[:, 0].T, c=colours[self._drawn], marker="x", s=36, zorder=2.5)
+            xs, ys = tracks[:, 0].T
+            axes.scatter(xs, ys, c=colours[self._drawn], marker="x", s=36, zorder=2.5)
         figure = axes.get_figure(root=True)
         if figure is not None:
             figure.draw_without_rendering()
@@ -129,7 +130,7 @@ class Tracks:
         cycle = np.array([rgb(colour) for colour in own], np.float32)
         leads = np.zeros(self._about.cars, bool)
         leads[list(self._about.leaders)] = True
-        colours = cycle[(np.cumsum(~leads) - 1) % len(cycle)]
+        colours: NDArray[np.float32] = cycle[(np.cumsum(~leads) - 1) % len(cycle)]
         colours[leads] = rgb(LEADER)
         return colours
 
