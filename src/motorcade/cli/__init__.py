@@ -7,7 +7,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from motorcade import __version__
-from motorcade.cli import cars, recordings, words
+from motorcade.cli import cars, experiments, recordings, words
 from motorcade.cli.failures import exit_code
 
 app = typer.Typer(
@@ -21,6 +21,7 @@ app = typer.Typer(
 words.add_to(app)
 cars.add_to(app)
 recordings.add_to(app)
+experiments.add_to(app)
 
 
 def main() -> NoReturn:

@@ -1,0 +1,157 @@
+"""The command about large experiments: sweep.
+
+It imports what it needs when it runs, so that the other commands start at once.
+"""
+
+import dataclasses
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from motorcade.cli.failures import UsageError
+from motorcade.cli.options import (
+    Json,
+    Language,
+    image_of,
+    print_json,
+    print_text,
+    tongue,
+    wants_json,
+)
+
+if TYPE_CHECKING:
+    from motorcade.profile import Profile
+    from motorcade.sim.mat import Mat
+    from motorcade.sim.sweep.plan import Plan
+    from motorcade.sim.sweep.spec import Sweep
+
+STOPPED = 130
+
+
+def add_to(app: typer.Typer) -> None:
+    """Register the command."""
+    app.command()(sweep)
+
+
+def sweep(
+    spec: Annotated[Path, typer.Argument(metavar="SPEC.toml", exists=True, dir_okay=False, readable=True)],
+    output: Annotated[Path, typer.Option("-o", "--output", dir_okay=False, help="The table, a Parquet file.")],
+    jobs: Annotated[int, typer.Option(min=0, max=1024, help="How many processes at once; 0: one a core.")] = 0,
+    scheduler: Annotated[str, typer.Option(help="Run on the Dask cluster at tcp://HOST:PORT instead.")] = "",
+    picture: Annotated[Path | None, typer.Option(help="Draw the table into this PNG, SVG or PDF file.")] = None,
+    x: Annotated[str, typer.Option(help="The picture's axis to the right: a parameter, program or mat.")] = "",
+    y: Annotated[str, typer.Option(help="Its axis upwards: a measure, or with --colour a parameter.")] = "",
+    colour: Annotated[str, typer.Option(help="A measure to colour it by.")] = "",
+    language: Language = "",
+    as_json: Json = False,
+) -> None:
+    """Run programs on mats with many parameters and seeds: a table with a row a run.
+
+    The same command again goes on where it was stopped.
+    """
+    if len({bool(each) for each in (picture, x, y)}) > 1 or (colour and not picture):
+        raise UsageError("a picture needs --picture, --x and --y")
+    with _in_sentences(output):
+        plan = _plan(spec, tongue(language))
+        if picture:
+            from motorcade.sim.sweep.picture import check_picture
+
+            check_picture(plan.sweep, picture, x, y, colour)
+        ran = _run(plan, output, jobs, scheduler)
+        if picture:
+            from motorcade.sim.sweep.picture import draw_sweep
+
+            draw_sweep(plan.sweep, output, picture, x, y, colour)
+    if wants_json(as_json):
+        told = {"runs": plan.runs, "tasks": plan.tasks, "tasks_run": ran, "table": str(output)}
+        print_json(told | ({"picture": str(picture)} if picture else {}))
+        return
+    kept = f"; {plan.tasks - ran:,} of {plan.tasks:,} tasks were done already" if ran < plan.tasks else ""
+    print_text(f"{plan.runs:,} runs are in {output}{kept}.\n" + (f"The picture is {picture}.\n" if picture else ""))
+
+
+def _plan(spec: Path, language: str) -> "Plan":
+    from motorcade import __version__
+    from motorcade.console import progress_bar
+    from motorcade.sim.sweep.plan import Plan
+    from motorcade.sim.sweep.spec import read_sweep
+
+    wanted = read_sweep(spec)
+    programs = [_program(spec, index, wanted, language) for index in range(len(wanted.programs))]
+    mats = [_mat(spec, index, wanted) for index in range(len(wanted.mats))]
+    with progress_bar("checked", wanted.cells) as advance:
+        return Plan(wanted, programs, mats, __version__, advance)
+
+
+def _run(plan: "Plan", output: Path, jobs: int, scheduler: str) -> int:
+    from motorcade.console import progress_bar
+    from motorcade.sim.sweep.schedule import on_this_computer, run_sweep
+
+    if scheduler:
+        from motorcade.sim.sweep.cluster import on_a_cluster
+
+        workers = on_a_cluster(scheduler)
+    else:
+        workers = on_this_computer(jobs)
+    with progress_bar("runs", plan.runs) as advance:
+        return run_sweep(plan, output, workers, advance)
+
+
+def _program(spec: Path, index: int, wanted: "Sweep", language: str) -> "tuple[bytes, Profile]":
+    """The image and the profile of one of the programs that a sweep names."""
+    from motorcade.words.image import ImageError
+
+    name = wanted.programs[index]
+    place = f"{spec.name}: programs[{index}], '{name}',"
+    profile_name = wanted.profile
+    if profile_name.endswith(".toml"):
+        profile_name = str(spec.parent / profile_name)
+    try:
+        image, profile = image_of(spec.parent / name, profile_name, language)
+    except OSError as problem:
+        raise UsageError(f"{place} can't be read: {problem.strerror}") from None
+    except ImageError as problem:
+        raise ImageError(problem.code, f"{place} is no program: {problem}") from None
+    except typer.Exit:
+        print(f"motorcade: {place} has errors: mend them first", file=sys.stderr)
+        raise
+    return image, dataclasses.replace(profile, name=Path(profile.name).name)
+
+
+def _mat(spec: Path, index: int, wanted: "Sweep") -> "Mat | None":
+    """One of the mats that a sweep names; None for the empty table."""
+    from motorcade.sim.mat import MatError, read_mat
+    from motorcade.sim.sweep.spec import EMPTY_TABLE
+
+    name = wanted.mats[index]
+    if name == EMPTY_TABLE:
+        return None
+    try:
+        return read_mat(spec.parent / name)
+    except MatError as problem:
+        raise UsageError(f"{spec.name}: mats[{index}], '{name}': {problem}") from None
+
+
+@contextmanager
+def _in_sentences(output: Path) -> Iterator[None]:
+    """Whatever ends a sweep early, said in a sentence."""
+    try:
+        yield
+    except ModuleNotFoundError as problem:
+        extra = "cluster" if problem.name in ("dask", "distributed") else "sim"
+        raise UsageError(f"this needs {problem.name}: pip install 'motorcade[{extra}]'") from None
+    except KeyboardInterrupt:
+        print(f"motorcade: stopped; the same command goes on from what is in {output}.parts", file=sys.stderr)
+        raise typer.Exit(STOPPED) from None
+    except OSError as problem:
+        raise UsageError(f"{problem.filename or output} can't be used: {problem.strerror or problem}") from None
+    except ValueError as problem:
+        from motorcade.sim.sweep.parameters import SweepError
+
+        if isinstance(problem, SweepError):
+            raise UsageError(str(problem)) from None
+        raise

@@ -1,0 +1,285 @@
+"""The command sweep: one table, however it was run; killed, resumed, on a cluster; its pictures and its refusals."""
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pyarrow.parquet as pq
+import pytest
+
+from command_line import PARADE, data, refusal, run
+from motorcade.sim.sweep import plan as planning
+
+DEADLINE_S = 60
+CAR_STEPS = 40_000
+# The command with small tasks, so that there are many of them.
+SMALL_TASKS = f"""
+from motorcade.cli import main
+from motorcade.sim.sweep import plan
+plan.TASK_CAR_STEPS = {CAR_STEPS}
+main()
+"""
+SPEC = """
+format = "motorcade-sweep/1"
+programs = ["parade.motorcade.json"]
+seconds = 0.4
+seeds = 3
+
+[grid]
+cars = [0, 2, 8]
+physics.bit_error_rate = [0, 0.01]
+physics.capture_ratio = ["never", 2]
+"""
+RUNS = 36
+posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows sends no Ctrl-C to one process alone")
+
+
+@pytest.fixture(autouse=True)
+def small_tasks(monkeypatch):
+    monkeypatch.setattr(planning, "TASK_CAR_STEPS", CAR_STEPS)
+
+
+@pytest.fixture
+def spec(tmp_path):
+    (tmp_path / PARADE.name).write_bytes(PARADE.read_bytes())
+    path = tmp_path / "spec.toml"
+    path.write_text(SPEC, encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def long_spec(spec):
+    """Some hundred tasks, so that there is a middle of them."""
+    spec.write_text(SPEC.replace("seeds = 3", "seeds = 120"), encoding="utf-8")
+    return spec
+
+
+def wait_until(holds, *processes):
+    end = time.monotonic() + DEADLINE_S
+    while not holds():
+        assert time.monotonic() < end
+        assert all(process.poll() is None for process in processes), "it ended too early"
+        time.sleep(0.01)
+
+
+def parts_of(table):
+    return {path: path.stat().st_mtime_ns for path in table.with_name(f"{table.name}.parts").glob("*.parquet")}
+
+
+@contextlib.contextmanager
+def sweeping(*arguments, output=subprocess.PIPE):
+    """The command in a process of its own; ended when it is still there at the end."""
+    command = [sys.executable, "-c", SMALL_TASKS, "sweep", *map(str, arguments)]
+    process = subprocess.Popen(command, stdout=output, stderr=output, text=True)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+# One table
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory):
+    """The long sweep's table, made in one go by one process."""
+    folder = tmp_path_factory.mktemp("expected")
+    (folder / PARADE.name).write_bytes(PARADE.read_bytes())
+    spec = folder / "spec.toml"
+    spec.write_text(SPEC.replace("seeds = 3", "seeds = 120"), encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(planning, "TASK_CAR_STEPS", CAR_STEPS)
+        told = data("sweep", spec, "-o", folder / "out.parquet", "--jobs", "1")
+    assert told["tasks"] == told["tasks_run"] > 20
+    return (folder / "out.parquet").read_bytes()
+
+
+def test_a_table_has_a_row_a_run_in_order(spec, tmp_path):
+    table = tmp_path / "out.parquet"
+    told = data("sweep", spec, "-o", table, "--jobs", "1")
+    assert (told["runs"], told["tasks_run"]) == (RUNS, told["tasks"])
+    rows = pq.read_table(table).to_pylist()
+    assert [row["run"] for row in rows] == list(range(RUNS))
+    assert list(rows[0])[:4] == ["run", "program", "mat", "seed"]
+    given = [(row["cars"], row["physics.bit_error_rate"], row["physics.capture_ratio"], row["seed"]) for row in rows]
+    assert given == [
+        (cars, rate, ratio, seed)
+        for cars in (0, 2, 8)
+        for rate in (0, 0.01)
+        for ratio in (None, 2)
+        for seed in range(3)
+    ]
+    assert {(row["program"], row["mat"]) for row in rows} == {(PARADE.name, "empty")}
+    assert [path.name for path in tmp_path.iterdir() if "out" in path.name] == ["out.parquet"]
+
+
+def test_several_processes_make_the_same_table(long_spec, tmp_path, expected):
+    table = tmp_path / "out.parquet"
+    data("sweep", long_spec, "-o", table, "--jobs", "2")
+    assert table.read_bytes() == expected
+
+
+def test_a_killed_sweep_goes_on_and_runs_nothing_twice(long_spec, tmp_path, expected):
+    table = tmp_path / "out.parquet"
+    with sweeping(long_spec, "-o", table, "--jobs", "2", output=subprocess.DEVNULL) as process:
+        wait_until(lambda: len(parts_of(table)) > 3, process)
+        process.kill()
+    kept = parts_of(table)
+    assert not table.exists()
+    told = data("sweep", long_spec, "-o", table, "--jobs", "1")
+    assert told["tasks_run"] == told["tasks"] - len(kept)
+    assert table.read_bytes() == expected
+    assert not table.with_name("out.parquet.parts").exists()
+
+
+@posix_only
+def test_ctrl_c_ends_in_a_sentence(long_spec, tmp_path):
+    table = tmp_path / "out.parquet"
+    with sweeping(long_spec, "-o", table, "--jobs", "2") as process:
+        wait_until(lambda: parts_of(table), process)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=DEADLINE_S)
+    assert (process.returncode, out) == (130, "")
+    assert err == f"motorcade: stopped; the same command goes on from what is in {table}.parts\n"
+    assert parts_of(table)
+
+
+def test_a_finished_table_is_not_run_again_nor_replaced_by_another(spec, tmp_path):
+    table = tmp_path / "out.parquet"
+    data("sweep", spec, "-o", table, "--jobs", "1")
+    before = table.read_bytes()
+    assert data("sweep", spec, "-o", table)["tasks_run"] == 0
+    (tmp_path / PARADE.name).write_text('{"format": "motorcade-program/1", "leader": [{"wait": {"seconds": 1}}]}')
+    assert "out.parquet holds another sweep (program parade.motorcade.json " in refusal(2, "sweep", spec, "-o", table)
+    assert table.read_bytes() == before
+    assert "is no sweep's table" in refusal(2, "sweep", spec, "-o", spec)
+
+
+def test_two_commands_keep_apart(long_spec, tmp_path):
+    table = tmp_path / "out.parquet"
+    with sweeping(long_spec, "-o", table, "--jobs", "1") as process:
+        wait_until(lambda: parts_of(table), process)
+        assert "another `motorcade sweep` is at work" in refusal(2, "sweep", long_spec, "-o", table)
+
+
+# A cluster
+
+
+@contextlib.contextmanager
+def dask(tmp_path, *arguments):
+    """A process of Dask's, which talks into a file; it knows this checkout."""
+    with (tmp_path / f"{arguments[0]}.log").open("ab") as log:
+        command = [sys.executable, "-m", f"distributed.cli.dask_{arguments[0]}", *arguments[1:], "--no-dashboard"]
+        process = subprocess.Popen(command, stdout=log, stderr=log, cwd=tmp_path)
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_a_cluster_makes_the_same_table_though_a_worker_dies(long_spec, tmp_path, expected):
+    table, where = tmp_path / "out.parquet", tmp_path / "scheduler.json"
+    worker = ("worker", "--scheduler-file", str(where), "--nworkers", "1", "--nthreads", "1", "--no-nanny")
+    with contextlib.ExitStack() as running:
+        scheduler = ("scheduler", "--port", "0", "--host", "127.0.0.1", "--scheduler-file", str(where))
+        scheduler = running.enter_context(dask(tmp_path, *scheduler))
+        first, second = (running.enter_context(dask(tmp_path, *worker)) for _ in range(2))
+        wait_until(where.exists, scheduler)
+        address = json.loads(where.read_bytes())["address"]
+        process = running.enter_context(sweeping(long_spec, "-o", table, "--scheduler", address))
+        wait_until(lambda: len(parts_of(table)) > 3, process, first, second)
+        first.kill()
+        out, err = process.communicate(timeout=DEADLINE_S)
+    assert (process.returncode, err) == (0, "")
+    told = json.loads(out)
+    assert told["tasks_run"] == told["tasks"]
+    assert table.read_bytes() == expected
+
+
+def test_a_cluster_that_is_not_there_is_named(spec, tmp_path, monkeypatch):
+    from motorcade.sim.sweep import cluster
+
+    monkeypatch.setattr(cluster, "CONNECT_S", 0.1)
+    arguments = ("sweep", spec, "-o", tmp_path / "out.parquet", "--scheduler")
+    assert "no Dask scheduler answers at tcp://127.0.0.1:1" in refusal(2, *arguments, "tcp://127.0.0.1:1")
+    assert "no Dask scheduler answers at nonsense" in refusal(2, *arguments, "nonsense")
+
+
+# Pictures
+
+
+@pytest.mark.parametrize(
+    "axes",
+    [
+        ("--x", "cars", "--y", "spread_m"),
+        ("--x", "program", "--y", "frames"),
+        ("--x", "cars", "--y", "physics.capture_ratio", "--colour", "lost_share"),
+    ],
+    ids=" ".join,
+)
+def test_a_picture_of_any_two_axes(spec, tmp_path, axes):
+    picture = tmp_path / "it.png"
+    told = data("sweep", spec, "-o", tmp_path / "out.parquet", "--jobs", "1", "--picture", picture, *axes)
+    assert told["picture"] == str(picture)
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("name", "axes", "says"),
+    [
+        ("it.png", "--x spread_m --y cars", "--x is 'spread_m'; allowed: program, mat, seed, cars"),
+        ("it.png", "--x cars --y physics.bit_error_rate", "name the measure with --colour"),
+        ("it.png", "--x cars --y cars --colour frames", "--y is 'cars'; with --colour allowed: program"),
+        ("it.png", "--x cars --y seed --colour mat", "--colour is 'mat'; allowed: frames"),
+        ("it.nonsense", "--x cars --y frames", "can't be drawn; allowed endings"),
+        ("missing/it.png", "--x cars --y frames", "there is no folder"),
+        ("it.png", "--x cars", "needs --picture, --x and --y"),
+    ],
+)
+def test_a_picture_that_cannot_be_is_refused_before_anything_runs(spec, tmp_path, name, axes, says):
+    arguments = ("-o", tmp_path / "out.parquet", "--picture", tmp_path / name, *axes.split())
+    assert says in refusal(2, "sweep", spec, *arguments)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [PARADE.name, "spec.toml"]
+
+
+# What can't be
+
+
+def test_programs_and_mats_that_cannot_be_are_named(spec, tmp_path):
+    def refused(code, old, new):
+        spec.write_text(SPEC.replace(old, new), encoding="utf-8")
+        return refusal(code, "sweep", spec, "-o", tmp_path / "out.parquet")
+
+    assert "programs[0], 'none', can't be read: No such file" in refused(2, PARADE.name, "none")
+    assert "programs[0], 'spec.toml', is no program" in refused(1, PARADE.name, "spec.toml")
+    one_mat = SPEC.replace("cars = [0, 2, 8]", "").replace("seeds = 3", 'mats = ["none.toml"]')
+    assert "mats[0], 'none.toml': mat none.toml" in refused(2, SPEC, one_mat)
+    (tmp_path / PARADE.name).write_text('{"format": "motorcade-program/1", "leader": [{"wait": {"seconds": 0.5}}]}')
+    spec.write_text(SPEC, encoding="utf-8")
+    ran = run("sweep", spec, "-o", tmp_path / "out.parquet")
+    assert (ran.code, ran.out) == (1, "")
+    assert (
+        ran.err.splitlines()[-1] == f"motorcade: spec.toml: programs[0], '{PARADE.name}', has errors: mend them first"
+    )
+
+
+@pytest.mark.parametrize(("missing", "extra"), [("pyarrow", "sim"), ("joblib", "sim"), ("distributed", "cluster")])
+def test_what_is_not_installed_is_named_with_its_command(spec, tmp_path, monkeypatch, missing, extra):
+    monkeypatch.setitem(sys.modules, missing, None)
+    for name in [each for each in sys.modules if each.startswith("motorcade.sim.sweep.")]:
+        monkeypatch.delitem(sys.modules, name)
+    more = ("--scheduler", "tcp://127.0.0.1:1") if missing == "distributed" else ()
+    said = refusal(2, "sweep", spec, "-o", tmp_path / "out.parquet", *more)
+    assert said == f"this needs {missing}: pip install 'motorcade[{extra}]'"
+
+
+def test_the_command_line_starts_without_what_a_sweep_needs():
+    code = "import sys, motorcade.cli; print(*sys.modules)"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, env=os.environ)
+    assert not {"numpy", "numba", "pyarrow", "joblib", "dask", "matplotlib"} & set(ran.stdout.split())
