@@ -97,8 +97,7 @@ def _run(plan: "Plan", output: Path, jobs: int, scheduler: str) -> int:
         workers = on_a_cluster(scheduler)
     else:
         workers = on_this_computer(jobs)
-    with progress_bar("runs", plan.runs) as advance:
-        return run_sweep(plan, output, workers, advance)
+    return run_sweep(plan, output, workers, progress_bar)
 
 
 def _program(spec: Path, index: int, wanted: "Sweep", language: str) -> "tuple[bytes, Profile]":

@@ -13,11 +13,10 @@ that touches the cone. **PIR.** A person whose place is within range and sector.
 
 import math
 
-from numba.extending import register_jitable
-
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.brain import LEFT, RIGHT
 from motorcade.sim.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS, cell_at
+from motorcade.sim.compiled import in_kernel
 from motorcade.sim.geometry import (
     FAR_UM,
     cosine,
@@ -34,7 +33,7 @@ NOISE_MS = 100
 _MOST_PUSH_UM = 32_000.0
 
 
-@register_jitable
+@in_kernel
 def others_near(
     i: int, world: int, looks: int, cars: Cars, cells: Cells, rules: Rules
 ) -> tuple[float, float, float, float]:
@@ -82,7 +81,7 @@ def others_near(
     return math.sqrt(nearest), obstacle, push_x, push_y
 
 
-@register_jitable
+@in_kernel
 def place_near(i: int, looks: int, cars: Cars, place: Place, rules: Rules) -> tuple[float, float, float, float]:
     """Look at walls and obstacles around car ``i``; gives what ``others_near`` gives, from centre to surface."""
     nearest, obstacle, push_x, push_y = rules.near_place, FAR_UM, 0.0, 0.0
@@ -115,7 +114,7 @@ def place_near(i: int, looks: int, cars: Cars, place: Place, rules: Rules) -> tu
     return nearest, obstacle, push_x, push_y
 
 
-@register_jitable
+@in_kernel
 def _place_in_cone(i: int, item: int, cars: Cars, place: Place, rules: Rules) -> float:
     ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
     front_x = float(cars.x[i]) + rules.radius * ahead_x
@@ -134,7 +133,7 @@ def _place_in_cone(i: int, item: int, cars: Cars, place: Place, rules: Rules) ->
     return segment_in_cone(ahead_0, aside_0, ahead_1, aside_1, rules.cone_cos, rules.cone_sin)
 
 
-@register_jitable
+@in_kernel
 def obstacle_mm(distance: float, rules: Rules) -> int:
     """What the ultrasonic sensor says of a distance in µm."""
     if distance >= FAR_UM:
@@ -143,7 +142,7 @@ def obstacle_mm(distance: float, rules: Rules) -> int:
     return whole if whole <= rules.ultrasonic_range_mm else NOTHING_IN_SIGHT_MM
 
 
-@register_jitable
+@in_kernel
 def keep_push(i: int, push_x: float, push_y: float, cars: Cars, rules: Rules) -> None:
     """Keep the push for this tick's way, so bounded that the car goes no further than the fastest drives."""
     way_x = float(cars.way_x[i]) / (1 << WAY_BITS)
@@ -158,7 +157,7 @@ def keep_push(i: int, push_x: float, push_y: float, cars: Cars, rules: Rules) ->
     cars.push[i] = (whole_x & 0xFFFF) << 16 | (whole_y & 0xFFFF)
 
 
-@register_jitable
+@in_kernel
 def person_at(k: int, now: int, people: People) -> tuple[float, float]:
     """Where person ``k`` is: on the straight line between two points of the path."""
     first, last = people.first[k], people.first[k + 1] - 1
@@ -176,7 +175,7 @@ def person_at(k: int, now: int, people: People) -> tuple[float, float]:
     return math.floor(x + 0.5), math.floor(y + 0.5)
 
 
-@register_jitable
+@in_kernel
 def person_near(i: int, part: int, cars: Cars, people: People, rules: Rules) -> tuple[int, float]:
     """Whether car ``i`` senses a person, and how far outside its PIR range the nearest is (0.0: within)."""
     x, y = float(cars.x[i]), float(cars.y[i])
@@ -192,7 +191,7 @@ def person_near(i: int, part: int, cars: Cars, people: People, rules: Rules) -> 
     return sensed, max(math.sqrt(nearest) - rules.pir_range, 0.0)
 
 
-@register_jitable
+@in_kernel
 def set_way(i: int, wheels: int, cars: Cars, rules: Rules) -> None:
     """Drive as the wheels say: straight along the heading, or on the spot."""
     cars.wheels[i] = wheels
@@ -202,14 +201,14 @@ def set_way(i: int, wheels: int, cars: Cars, rules: Rules) -> None:
     _set_way_along(i, way, cars, rules)
 
 
-@register_jitable
+@in_kernel
 def _set_way_along(i: int, way: float, cars: Cars, rules: Rules) -> None:
     way = way * (1 << WAY_BITS)
     cars.way_x[i] = math.floor(way * cosine(cars.heading[i], rules.cosines) + 0.5)
     cars.way_y[i] = math.floor(way * sine(cars.heading[i], rules.cosines) + 0.5)
 
 
-@register_jitable
+@in_kernel
 def _slip(i: int, seed: int, now: int, cars: Cars, rules: Rules) -> None:
     """Wheel noise: each wheel's speed is off by a normal share, drawn anew every NOISE_MS.
 
@@ -234,7 +233,7 @@ def _slip(i: int, seed: int, now: int, cars: Cars, rules: Rules) -> None:
     _set_way_along(i, (left + right) / 2.0, cars, rules)
 
 
-@register_jitable
+@in_kernel
 def move(begin: int, end: int, seed: int, tick: int, cars: Cars, rules: Rules) -> None:
     """Everyone goes one tick's way.
 
@@ -255,13 +254,13 @@ def move(begin: int, end: int, seed: int, tick: int, cars: Cars, rules: Rules) -
             cars.heading[i] = (int(cars.heading[i]) + rules.turns[cars.wheels[i]]) & 0xFFFFFFFF
 
 
-@register_jitable
+@in_kernel
 def _whole_um(way: int, phase: int) -> int:
     mask = (1 << WAY_BITS) - 1
     rest = way & mask
     return (way >> WAY_BITS) + (((rest * phase & mask) + rest) >> WAY_BITS)
 
 
-@register_jitable
+@in_kernel
 def _signed(bits: int) -> int:
     return (bits ^ 0x8000) - 0x8000

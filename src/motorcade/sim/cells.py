@@ -2,9 +2,8 @@
 
 import math
 
-from numba.extending import register_jitable
-
-from motorcade.sim.state import Cars, Cells, Floats, Words
+from motorcade.sim.compiled import in_kernel
+from motorcade.sim.state import Cars, Cells, Floats
 
 ORIGIN_X = 0
 ORIGIN_Y = 1
@@ -13,13 +12,13 @@ COLUMNS = 3
 ROWS = 4
 
 
-@register_jitable
+@in_kernel
 def cell_at(length: float, origin: float, per_um: float, most: int) -> int:
     """The column or row of a coordinate; what lies outside belongs to the border."""
     return int(min(max((length - origin) * per_um, 0.0), float(most - 1)))
 
 
-@register_jitable
+@in_kernel
 def fit(world: int, begin: int, end: int, cars: Cars, cells: Cells, side: float) -> None:
     """Lay cells over the rectangle that a world's cars are in, larger than ``side`` where they would be too many."""
     low_x, high_x = cars.x[begin], cars.x[begin]
@@ -43,7 +42,7 @@ def fit(world: int, begin: int, end: int, cars: Cars, cells: Cells, side: float)
     frame[ROWS] = rows
 
 
-@register_jitable
+@in_kernel
 def order_by_cell(world: int, begin: int, end: int, cars: Cars, cells: Cells) -> None:
     """Fill ``cars.order`` with each index's car-to-be, cell behind cell, and ``cells.first``. Stable."""
     frame = cells.frame[world]
@@ -70,21 +69,39 @@ def order_by_cell(world: int, begin: int, end: int, cars: Cars, cells: Cells) ->
     first[0] = begin
 
 
-@register_jitable
+@in_kernel
 def _cell_of(cars: Cars, i: int, frame: Floats, columns: int, rows: int) -> int:
     column = cell_at(float(cars.x[i]), frame[ORIGIN_X], frame[PER_UM], columns)
     return cell_at(float(cars.y[i]), frame[ORIGIN_Y], frame[PER_UM], rows) * columns + column
 
 
-@register_jitable
-def gather(low: int, high: int, row: Words, scratch: Words, order: Words) -> None:
-    """Put each index's value-to-be into ``scratch``."""
+@in_kernel
+def fields(cars: Cars) -> int:
+    """How many fields are carried along when cars are put in order."""
+    return cars.rows.shape[0] + 2
+
+
+@in_kernel
+def gather(low: int, high: int, field: int, cars: Cars) -> None:
+    """Put each index's value-to-be of a field into the scratch."""
+    rows = cars.rows.shape[0]
     for i in range(low, high):
-        scratch[i] = row[order[i]]
+        if field < rows:
+            cars.push[i] = cars.rows[field, cars.order[i]]
+        elif field == rows:
+            cars.push[i] = cars.wheels[cars.order[i]]
+        else:
+            cars.push[i] = cars.program[cars.order[i]]
 
 
-@register_jitable
-def put_back(low: int, high: int, row: Words, scratch: Words) -> None:
+@in_kernel
+def put_back(low: int, high: int, field: int, cars: Cars) -> None:
     """Take the values that ``gather`` laid out."""
+    rows = cars.rows.shape[0]
     for i in range(low, high):
-        row[i] = scratch[i]
+        if field < rows:
+            cars.rows[field, i] = cars.push[i]
+        elif field == rows:
+            cars.wheels[i] = cars.push[i]
+        else:
+            cars.program[i] = cars.push[i]

@@ -18,24 +18,23 @@ Parity then finds every odd number of flips and no even one.
 
 import math
 
-from numba.extending import register_jitable
-
 from motorcade.car import brain
 from motorcade.sim import tally
 from motorcade.sim.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS, cell_at
+from motorcade.sim.compiled import in_kernel
 from motorcade.sim.geometry import cosine, cross, is_shaded, mix, sine
 from motorcade.sim.state import NOBODY, Cars, Cells, Floats, Place, Rules
 from motorcade.sim.tally import Tally
 from motorcade.words.ticks import later_ms, reached
 
 
-@register_jitable
+@in_kernel
 def air_is_busy(i: int, now: int, cars: Cars) -> int:
     """1 while others' frames, or its own, are on the air around car ``i``."""
     return 1 - reached(now, cars.air_until[i]) * reached(now, cars.sends_until[i])
 
 
-@register_jitable
+@in_kernel
 def begin_frame(i: int, frame: int, now: int, part: int, cars: Cars, rules: Rules, told: Tally) -> None:
     """Car ``i`` begins a frame; what it was hearing is lost. ``heard`` holds its own frame while it sends."""
     if cars.heard_from[i] != NOBODY:
@@ -46,7 +45,7 @@ def begin_frame(i: int, frame: int, now: int, part: int, cars: Cars, rules: Rule
     told.counts[part, tally.FRAMES] += 1
 
 
-@register_jitable
+@in_kernel
 def spread_frame(
     j: int,
     world: int,
@@ -86,7 +85,7 @@ def spread_frame(
             _arrive(i, j, int(distance), now, part, cars, rules, told)
 
 
-@register_jitable
+@in_kernel
 def _arrive(i: int, j: int, distance: int, now: int, part: int, cars: Cars, rules: Rules, told: Tally) -> None:
     """A frame of car ``j`` begins to reach car ``i``."""
     loudest = int(cars.loudest[i])
@@ -112,12 +111,12 @@ def _arrive(i: int, j: int, distance: int, now: int, part: int, cars: Cars, rule
         cars.air_until[i] = cars.sends_until[j]
 
 
-@register_jitable
+@in_kernel
 def _is_louder(distance: int, other: int, capture: float) -> bool:
     return capture > 0.0 and float(other) * float(other) >= capture * float(distance) * float(distance)
 
 
-@register_jitable
+@in_kernel
 def _is_hidden(i: int, j: int, world: int, cars: Cars, cells: Cells, place: Place, rules: Rules) -> bool:
     ax, ay = float(cars.x[j]), float(cars.y[j])
     bx, by = float(cars.x[i]), float(cars.y[i])
@@ -137,7 +136,7 @@ def _is_hidden(i: int, j: int, world: int, cars: Cars, cells: Cells, place: Plac
     return False
 
 
-@register_jitable
+@in_kernel
 def _is_hidden_by_place(ax: float, ay: float, bx: float, by: float, place: Place) -> bool:
     frame = place.frame
     columns = int(frame[COLUMNS])
@@ -157,7 +156,7 @@ def _is_hidden_by_place(ax: float, ay: float, bx: float, by: float, place: Place
     return False
 
 
-@register_jitable
+@in_kernel
 def received(i: int, seed: int, now: int, cars: Cars, flips: Floats) -> int:
     """The frame that ends at car ``i`` now, with the bits that flipped on its way."""
     frame = int(cars.heard[i])

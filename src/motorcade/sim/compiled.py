@@ -20,10 +20,14 @@ from numba.extending import register_jitable
 from motorcade.car import brain, rest
 from motorcade.words import infrared, ticks
 
-for _module in (ticks, infrared, brain, rest):
+# For functions that kernels call. Inlined, since a call would copy each array's description.
+in_kernel = register_jitable(forceinline=True)
+
+_BRAIN = (ticks, infrared, brain, rest)
+for _module in _BRAIN:
     for _function in list(vars(_module).values()):
         if isinstance(_function, FunctionType) and _function.__module__ == _module.__name__:
-            register_jitable(_function)
+            in_kernel(_function)
 
 
 def compiled(
@@ -41,10 +45,11 @@ def compiled(
         parallel: whether the kernel's ``prange`` loops use several threads.
     """
     digest = hashlib.sha256()
-    for module in (ticks, infrared, brain, rest):
-        digest.update(Path(str(module.__file__)).read_bytes())
-    for path in sources:
+    for path in (*(Path(str(module.__file__)) for module in _BRAIN), *sources, Path(__file__)):
         digest.update(path.read_bytes())
-    compile_kernel = numba.njit(cache=True, parallel=parallel, error_model="numpy", nogil=True)
+    # Nothing is allocated in a kernel, so its arrays need no counting of references, which takes most of the time.
+    # Fused, one part would enter a loop before all have left the one before it.
+    loops = {"fusion": False} if parallel else False
+    compile_kernel = numba.njit(cache=True, parallel=loops, error_model="numpy", nogil=True, _nrt=False)
     kernel: Callable[..., Any] = compile_kernel(make(f"{digest.hexdigest()}, parallel={parallel}"))
     return kernel

@@ -15,24 +15,21 @@ from pathlib import Path
 from typing import Any
 
 import numba
-import numpy as np
-from numba.extending import register_jitable
 
 from motorcade.car import brain, rest
 from motorcade.sim import bodies, channel, compiled, geometry, state, tally
 from motorcade.sim import cells as grid
-from motorcade.sim.state import NOBODY, Cars, Cells, Ints, People, Place, Rules, Voices
+from motorcade.sim.compiled import in_kernel
+from motorcade.sim.state import MOST_PARTS, NOBODY, Cars, Cells, Ints, People, Place, Rules, Voices
 from motorcade.sim.tally import Tally
 from motorcade.words.formats import CONTROL
 from motorcade.words.infrared import to_frame
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 
-# Strips of a large world; more than threads, so that a crowded one holds up no other.
-MOST_PARTS = 32
 _PIR_AT = CONTROL.field("pir").low
 
 
-@register_jitable
+@in_kernel
 def switch_on(begin: int, end: int, seed: int, now: int, part: int, cars: Cars, rules: Rules, told: Tally) -> None:
     """What every car does in its first tick."""
     for i in range(begin, end):
@@ -44,7 +41,7 @@ def switch_on(begin: int, end: int, seed: int, now: int, part: int, cars: Cars, 
                 tally.tell(told, part, now, cars.number[i], tally.STATE, 0, s[brain.WORD], 0)
 
 
-@register_jitable
+@in_kernel
 def think(
     begin: int,
     end: int,
@@ -95,7 +92,7 @@ def think(
     return senders - begin
 
 
-@register_jitable
+@in_kernel
 def _step(i: int, part: int, seed: int, now: int, cars: Cars, rules: Rules, told: Tally) -> None:
     s, number = cars.memory[:, i], cars.number[i]
     if cars.program[i] > 0:
@@ -110,7 +107,7 @@ def _step(i: int, part: int, seed: int, now: int, cars: Cars, rules: Rules, told
         _hear(i, part, seed, now, cars, rules, told)
 
 
-@register_jitable
+@in_kernel
 def _hear(i: int, part: int, seed: int, now: int, cars: Cars, rules: Rules, told: Tally) -> None:
     s, number, sender = cars.memory[:, i], cars.number[i], cars.heard_from[i]
     frame = channel.received(i, seed, now, cars, rules.flips)
@@ -131,7 +128,7 @@ def _hear(i: int, part: int, seed: int, now: int, cars: Cars, rules: Rules, told
             tally.tell(told, part, now, number, tally.START, 0, s[brain.WORD], 0)
 
 
-@register_jitable
+@in_kernel
 def _voices_at(now: int, voices: Voices, rules: Rules) -> tuple[int, int]:
     first = 0
     while first < voices.at_ms.shape[0] and voices.at_ms[first] <= now - rules.tick_ms:
@@ -142,7 +139,7 @@ def _voices_at(now: int, voices: Voices, rules: Rules) -> tuple[int, int]:
     return first, last
 
 
-@register_jitable
+@in_kernel
 def _listen(i: int, s: Any, said: int, first: int, last: int, cars: Cars, voices: Voices) -> None:
     heard = said
     for k in range(first, last):
@@ -153,7 +150,7 @@ def _listen(i: int, s: Any, said: int, first: int, last: int, cars: Cars, voices
         brain.hear_voice(s, heard)
 
 
-@register_jitable
+@in_kernel
 def _look(
     i: int, world: int, now: int, looks: int, cars: Cars, cells: Cells, place: Place, rules: Rules
 ) -> tuple[float, float, float]:
@@ -171,13 +168,13 @@ def _look(
     return min(obstacle, other), push_x + other_x, push_y + other_y
 
 
-@register_jitable
+@in_kernel
 def _ticks(distance: float, step: float) -> int:
     """How many ticks nothing can have come this near, at least one; ``step`` is the way of one tick."""
     return int(min(max(distance / step, 1.0), 1000.0))
 
 
-@register_jitable
+@in_kernel
 def _sends(i: int, part: int, now: int, cars: Cars, rules: Rules, told: Tally) -> int:
     s = cars.memory[:, i]
     if cars.program[i] > 0:
@@ -194,7 +191,7 @@ def _sends(i: int, part: int, now: int, cars: Cars, rules: Rules, told: Tally) -
     return 1
 
 
-@register_jitable
+@in_kernel
 def _rest(i: int, now: int, away: int, cars: Cars, rules: Rules) -> None:
     """Set when the car has to be looked at next."""
     s = cars.memory[:, i]
@@ -216,25 +213,21 @@ def _rest(i: int, now: int, away: int, cars: Cars, rules: Rules) -> None:
     cars.due[i] = later_ms(now, max(wait, 1))
 
 
-@register_jitable
+@in_kernel
 def walk(part: int, now: int, people: People) -> None:
     """Bring the people to where they are now."""
     for k in range(people.now_x.shape[1]):
         people.now_x[part, k], people.now_y[part, k] = bodies.person_at(k, now, people)
 
 
-@register_jitable
+@in_kernel
 def sort(world: int, begin: int, end: int, cars: Cars, cells: Cells, rules: Rules) -> None:
     """Bring a world's cars into the order of their cells."""
     grid.fit(world, begin, end, cars, cells, rules.cell)
     grid.order_by_cell(world, begin, end, cars, cells)
-    for k in range(cars.rows.shape[0]):
-        grid.gather(begin, end, cars.rows[k], cars.push, cars.order)
-        grid.put_back(begin, end, cars.rows[k], cars.push)
-    grid.gather(begin, end, cars.wheels, cars.push, cars.order)
-    grid.put_back(begin, end, cars.wheels, cars.push)
-    grid.gather(begin, end, cars.program, cars.push, cars.order)
-    grid.put_back(begin, end, cars.program, cars.push)
+    for field in range(grid.fields(cars)):
+        grid.gather(begin, end, field, cars)
+        grid.put_back(begin, end, field, cars)
     cars.push[begin:end] = 0
 
 
@@ -276,6 +269,11 @@ def _worlds_kernel(fingerprint: str) -> Callable[..., None]:
     return run
 
 
+@in_kernel
+def _share(part: int, count: int) -> tuple[int, int]:
+    return count * part // MOST_PARTS, count * (part + 1) // MOST_PARTS
+
+
 def _large_kernel(fingerprint: str) -> Callable[..., None]:
     def run(
         first_tick: int,
@@ -294,15 +292,21 @@ def _large_kernel(fingerprint: str) -> Callable[..., None]:
         """One world in strips of rows of cells, several threads at work on each tick."""
         _ = fingerprint
         seed, first, frame = seeds[0], cells.first[0], cells.frame[0]
-        senders = np.zeros(MOST_PARTS, np.int64)
-        strips = np.zeros(MOST_PARTS + 1, np.int64)
+        senders, strips = cells.strips[0], cells.strips[1]
         for tick in range(first_tick, first_tick + ticks):
             now = tick * rules.tick_ms & TICKS_MASK
             voice = said if tick == first_tick else brain.NO_VOICE
             if tick == 0:
                 switch_on(0, per_world, seed, now, 0, cars, rules, told)
             if tick % rules.sort_every == 0:
-                _sort_large(per_world, cars, cells, rules)
+                grid.fit(0, 0, per_world, cars, cells, rules.cell)
+                grid.order_by_cell(0, 0, per_world, cars, cells)
+                for field in range(grid.fields(cars)):
+                    for part in numba.prange(MOST_PARTS):
+                        grid.gather(*_share(part, per_world), field, cars)
+                    for part in numba.prange(MOST_PARTS):
+                        grid.put_back(*_share(part, per_world), field, cars)
+                cars.push[:] = 0
             rows, columns = int(frame[grid.ROWS]), int(frame[grid.COLUMNS])
             # A frame begun in one strip reaches the next one at most.
             reach = int((rules.range + 2.0 * rules.drift) * frame[grid.PER_UM]) + 2
@@ -340,30 +344,6 @@ def _large_kernel(fingerprint: str) -> Callable[..., None]:
                 bodies.move(begin, end, seed, tick, cars, rules)
 
     return run
-
-
-@numba.njit(parallel=True, error_model="numpy")
-def _sort_large(per_world: int, cars: Cars, cells: Cells, rules: Rules) -> None:
-    grid.fit(0, 0, per_world, cars, cells, rules.cell)
-    grid.order_by_cell(0, 0, per_world, cars, cells)
-    for k in range(cars.rows.shape[0] + 2):
-        for part in numba.prange(MOST_PARTS):
-            begin, end = per_world * part // MOST_PARTS, per_world * (part + 1) // MOST_PARTS
-            if k < cars.rows.shape[0]:
-                grid.gather(begin, end, cars.rows[k], cars.push, cars.order)
-            elif k == cars.rows.shape[0]:
-                grid.gather(begin, end, cars.wheels, cars.push, cars.order)
-            else:
-                grid.gather(begin, end, cars.program, cars.push, cars.order)
-        for part in numba.prange(MOST_PARTS):
-            begin, end = per_world * part // MOST_PARTS, per_world * (part + 1) // MOST_PARTS
-            if k < cars.rows.shape[0]:
-                grid.put_back(begin, end, cars.rows[k], cars.push)
-            elif k == cars.rows.shape[0]:
-                grid.put_back(begin, end, cars.wheels, cars.push)
-            else:
-                grid.put_back(begin, end, cars.program, cars.push)
-    cars.push[:] = 0
 
 
 def _leds_kernel(fingerprint: str) -> Callable[..., None]:

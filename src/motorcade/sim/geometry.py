@@ -9,8 +9,9 @@ import math
 from statistics import NormalDist
 
 import numpy as np
-from numba.extending import register_jitable
 from numpy.typing import NDArray
+
+from motorcade.sim.compiled import in_kernel
 
 FULL_TURN = 1 << 32
 QUARTER_TURN = 1 << 30
@@ -32,7 +33,7 @@ def to_heading(radians: float) -> int:
     return round(radians / math.tau * FULL_TURN) % FULL_TURN
 
 
-@register_jitable
+@in_kernel
 def cosine(heading: int, cosines: NDArray[np.float64]) -> float:
     """The cosine of a binary angle, within 3e-7; ``cosines`` is COSINES."""
     heading = int(heading) & 0xFFFFFFFF
@@ -41,13 +42,13 @@ def cosine(heading: int, cosines: NDArray[np.float64]) -> float:
     return cosines[k] + (cosines[k + 1] - cosines[k]) * part
 
 
-@register_jitable
+@in_kernel
 def sine(heading: int, cosines: NDArray[np.float64]) -> float:
     """The sine of a binary angle, within 3e-7."""
     return cosine(int(heading) - QUARTER_TURN, cosines)
 
 
-@register_jitable
+@in_kernel
 def nearest_of_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> tuple[float, float]:
     """The point of a segment that is nearest to (x, y)."""
     along_x, along_y = x1 - x0, y1 - y0
@@ -59,14 +60,20 @@ def nearest_of_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: 
     return x0 + part * along_x, y0 + part * along_y
 
 
-@register_jitable
+@in_kernel
 def is_shaded(ax: float, ay: float, bx: float, by: float, x: float, y: float, radius: float) -> bool:
     """Whether a disc about (x, y) touches the line of sight from a to b."""
-    near_x, near_y = nearest_of_segment(x, y, ax, ay, bx, by)
-    return (x - near_x) * (x - near_x) + (y - near_y) * (y - near_y) < radius * radius
+    along_x, along_y, to_x, to_y = bx - ax, by - ay, x - ax, y - ay
+    squared, dot = along_x * along_x + along_y * along_y, to_x * along_x + to_y * along_y
+    if dot <= 0.0:
+        return to_x * to_x + to_y * to_y < radius * radius
+    if dot >= squared:
+        return (x - bx) * (x - bx) + (y - by) * (y - by) < radius * radius
+    aside = to_x * along_y - to_y * along_x
+    return aside * aside < radius * radius * squared
 
 
-@register_jitable
+@in_kernel
 def cross(ax: float, ay: float, bx: float, by: float, x0: float, y0: float, x1: float, y1: float) -> bool:
     """Whether the line of sight from a to b meets a segment."""
     side_0 = (bx - ax) * (y0 - ay) - (by - ay) * (x0 - ax)
@@ -76,7 +83,7 @@ def cross(ax: float, ay: float, bx: float, by: float, x0: float, y0: float, x1: 
     return (side_0 > 0.0) != (side_1 > 0.0) and (side_a > 0.0) != (side_b > 0.0)
 
 
-@register_jitable
+@in_kernel
 def disc_in_cone(ahead: float, aside: float, radius: float, cone_cos: float, cone_sin: float) -> float:
     """How far a disc's surface is from the tip of a cone that it touches; FAR_UM where it doesn't.
 
@@ -94,7 +101,7 @@ def disc_in_cone(ahead: float, aside: float, radius: float, cone_cos: float, con
     return FAR_UM
 
 
-@register_jitable
+@in_kernel
 def segment_in_cone(
     ahead_0: float, aside_0: float, ahead_1: float, aside_1: float, cone_cos: float, cone_sin: float
 ) -> float:
@@ -119,7 +126,7 @@ def segment_in_cone(
     return math.sqrt(near_ahead * near_ahead + near_aside * near_aside)
 
 
-@register_jitable
+@in_kernel
 def mix(seed: int, number: int, moment: int) -> int:
     """32 bits that look random: a hash of three integers, for draws that are the simulator's and no car's.
 

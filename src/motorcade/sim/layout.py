@@ -13,7 +13,7 @@ from motorcade.sim.errors import WorldError
 from motorcade.sim.geometry import COSINES, FAR_UM, FULL_TURN, MOST_NORMAL, NORMALS
 from motorcade.sim.levels import levels_of
 from motorcade.sim.mat import Mat
-from motorcade.sim.state import NOBODY, Cars, Cells, Floats, Ints, People, Place, Rules, Voices, Words
+from motorcade.sim.state import MOST_PARTS, NOBODY, Cars, Cells, Floats, Ints, People, Place, Rules, Voices, Words
 from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import air_us
 
@@ -22,7 +22,7 @@ _FIELDS = Cars._fields[2:-4]
 _SIGNED = ("x", "y", "way_x", "way_y")
 _DRIFT_UM = 60_000
 _LOOK_BEYOND_UM = 100_000.0
-_PLACE_CELL_UM = 500_000.0
+_PLACE_CELL_UM = 1_000_000.0
 _MOST_PLACE_CELLS = 1 << 20
 
 
@@ -110,8 +110,9 @@ def put_in_place(cars: Cars, mat: Mat, worlds: int, images: int) -> None:
 
 
 def cells_of(worlds: int, per_world: int) -> Cells:
-    """Room for a world's cells: about as many as it has cars."""
-    return Cells(np.zeros((worlds, per_world + 17), np.int32), np.zeros((worlds, 5), np.float64))
+    """Room for a world's cells: at most three for four cars, and a few more."""
+    first, frame = np.zeros((worlds, per_world * 3 // 4 + 17), np.int32), np.zeros((worlds, 5), np.float64)
+    return Cells(first, frame, np.zeros((2, MOST_PARTS + 1), np.int64))
 
 
 def people_of(mat: Mat, parts: int) -> People:

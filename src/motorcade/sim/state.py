@@ -16,6 +16,8 @@ Words = NDArray[np.uint32]
 Lengths = NDArray[np.int32]
 
 NOBODY = 0xFFFFFFFF
+# Strips of a large world; more than threads, so that a crowded one holds up no other.
+MOST_PARTS = 32
 
 
 class Cars(NamedTuple):
@@ -48,6 +50,7 @@ class Cells(NamedTuple):
 
     first: Lengths  # (worlds, most cells + 1): index of each cell's first car
     frame: Floats  # (worlds, 5): origin x and y (µm), cells a µm, columns, rows
+    strips: Ints  # (2, MOST_PARTS + 1): of a large world, how many cars of each begin a frame, and its first row
 
 
 class Place(NamedTuple):

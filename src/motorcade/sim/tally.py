@@ -7,8 +7,9 @@ threads don't meet; their order means nothing, since events are sorted when take
 from typing import NamedTuple
 
 import numpy as np
-from numba.extending import register_jitable
 from numpy.typing import NDArray
+
+from motorcade.sim.compiled import in_kernel
 
 # Columns of the counts.
 FRAMES = 0
@@ -50,7 +51,7 @@ class Tally(NamedTuple):
     events: NDArray[np.uint32]  # (parts, room, COLUMNS)
 
 
-@register_jitable
+@in_kernel
 def tell(tally: Tally, part: int, at_ms: int, car: int, kind: int, why: int, word: int, other: int) -> None:
     """Note an event where there is room for it."""
     k = tally.counts[part, EVENTS]
@@ -65,7 +66,7 @@ def tell(tally: Tally, part: int, at_ms: int, car: int, kind: int, why: int, wor
         event[5] = other
 
 
-@register_jitable
+@in_kernel
 def lose(tally: Tally, part: int, at_ms: int, car: int, why: int, frame: int, sender: int) -> None:
     """Count and note a lost frame."""
     tally.counts[part, _COLUMN_OF_WHY[why]] += 1

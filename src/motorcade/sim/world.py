@@ -15,6 +15,7 @@ from motorcade.sim.errors import WorldError
 from motorcade.sim.geometry import FULL_TURN
 from motorcade.sim.layout import VOICES
 from motorcade.sim.mat import Mat
+from motorcade.sim.state import MOST_PARTS
 from motorcade.sim.tally import KINDS as KINDS
 from motorcade.sim.tally import WHYS as WHYS
 from motorcade.words.image import parse_image_bytes
@@ -115,7 +116,7 @@ class World:
         self.worlds = len(_seed_list(seeds))
         self.threads = min(threads or numba.config.NUMBA_NUM_THREADS, numba.config.NUMBA_NUM_THREADS)
         self._check()
-        self._parts = engine.MOST_PARTS if self._is_large else self.worlds
+        self._parts = MOST_PARTS if self._is_large else self.worlds
         self._rules = layout.rules_of(mat, self.profile, images)
         self.state = layout.cars_of(self.worlds, self.cars)
         self._cells = layout.cells_of(self.worlds, self.cars)

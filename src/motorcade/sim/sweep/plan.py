@@ -25,8 +25,10 @@ from motorcade.sim.mat import Mat, MatError, check_mat, formation, open_table
 from motorcade.sim.sweep.parameters import Parameter, SweepError, Value, mat_with, profile_with
 from motorcade.sim.sweep.spec import EMPTY_TABLE, Sweep
 
-TASK_CAR_STEPS = 10_000_000
-# What it costs to set up and to measure a car (in ticks), a run and a World.
+TASK_CAR_STEPS = 15_000_000
+# What frames cost, however long a tick is, and what it costs to set up and to measure a car (both in ticks),
+# a run and a World.
+TICKS_PER_MS = 0.5
 START_TICKS = 50
 RUN_CAR_STEPS = 1_000
 WORLD_CAR_STEPS = 10_000
@@ -176,7 +178,8 @@ class Plan:
             self._check(program, mat, values, profile, checked)
         except (MatError, ProfileError, WorldError) as problem:
             raise SweepError(f"{self.place(cell)}: {problem}") from None
-        return cars * (ticks + START_TICKS) + RUN_CAR_STEPS + WORLD_CAR_STEPS // len(self.sweep.seeds)
+        steps = cars * (ticks + int(self.sweep.duration_ms * TICKS_PER_MS) + START_TICKS)
+        return steps + RUN_CAR_STEPS + WORLD_CAR_STEPS // len(self.sweep.seeds)
 
     def _check(
         self, program: int, mat: int, values: Mapping[str, Value], profile: Profile, checked: set[tuple[object, ...]]

@@ -1,14 +1,18 @@
 """Runs a sweep's tasks on all cores of this computer, or on a Dask cluster."""
 
 import signal
-from collections.abc import Callable, Generator, Sequence
-from contextlib import closing
+import threading
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import AbstractContextManager, closing, contextmanager
 from pathlib import Path
 
 from motorcade.sim.sweep.parameters import SweepError
 from motorcade.sim.sweep.plan import Plan, Task
 from motorcade.sim.sweep.store import Store
 from motorcade.sim.sweep.task import run_task
+
+Bar = Callable[[str, int], AbstractContextManager[Callable[[int], None]]]
+"""Shows how much of a total is done: what it yields is called with that."""
 
 _LONELY_S = 30  # how long a worker stays when the process that it works for was killed
 
@@ -19,14 +23,19 @@ Workers = Callable[[Plan, Sequence[int]], Results]
 """Runs those tasks of a plan whose numbers it is given."""
 
 
-def run_sweep(plan: Plan, path: Path, workers: Workers, progress: Callable[[int], None] = lambda runs: None) -> int:
+@contextmanager
+def _no_bar(verb: str, total: int) -> Iterator[Callable[[int], None]]:
+    yield lambda done: None
+
+
+def run_sweep(plan: Plan, path: Path, workers: Workers, bar: Bar = _no_bar) -> int:
     """Make the table at ``path``; what an earlier call has finished isn't run again.
 
     Args:
         plan: what to run.
         path: of the table, a Parquet file.
         workers: `on_this_computer` or `on_a_cluster`.
-        progress: called with the number of runs that are done.
+        bar: shows how far it is, such as `motorcade.console.progress_bar`.
 
     Returns:
         How many tasks were run.
@@ -41,22 +50,21 @@ def run_sweep(plan: Plan, path: Path, workers: Workers, progress: Callable[[int]
         with store.opened():
             missing = store.missing()
             if missing:
-                _run_missing(plan, missing, store, workers, progress)
-            store.merge()
+                _run_missing(plan, missing, store, workers, bar)
+            with bar("table", plan.tasks) as advance:
+                store.merge(advance)
     store.forget()
     return len(missing)
 
 
-def _run_missing(
-    plan: Plan, missing: Sequence[int], store: Store, workers: Workers, progress: Callable[[int], None]
-) -> None:
+def _run_missing(plan: Plan, missing: Sequence[int], store: Store, workers: Workers, bar: Bar) -> None:
     done = plan.runs - sum(plan.task_runs(index) for index in missing)
-    progress(done)
-    with closing(workers(plan, missing)) as results:
+    with bar("runs", plan.runs) as advance, closing(workers(plan, missing)) as results:
+        advance(done)
         for index, rows in results:
             store.keep(index, rows)
             done += plan.task_runs(index)
-            progress(done)
+            advance(done)
 
 
 def on_this_computer(jobs: int) -> Workers:
@@ -71,19 +79,34 @@ def on_this_computer(jobs: int) -> Workers:
             backend="loky",
             return_as="generator_unordered",
             batch_size=1,
-            initializer=_leave_ctrl_c_to_the_parent,
+            initializer=_ignore_ctrl_c,
             idle_worker_timeout=_LONELY_S,
         )
         try:
-            yield from parallel(delayed(_numbered)(index, plan.task(index)) for index in tasks)
+            with _ctrl_c_ignored():
+                results = parallel(delayed(_numbered)(index, plan.task(index)) for index in tasks)
+            yield from results
         except TerminatedWorkerError:
             raise SweepError("a worker process ended at once, perhaps for want of memory: try fewer --jobs") from None
 
     return run
 
 
-def _leave_ctrl_c_to_the_parent() -> None:
+def _ignore_ctrl_c() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+@contextmanager
+def _ctrl_c_ignored() -> Iterator[None]:
+    """For a moment, in which the workers start: they then ignore it for good, before they could be told to."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _numbered(index: int, task: Task) -> tuple[int, bytes]:

@@ -3,7 +3,7 @@
 import json
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -64,8 +64,8 @@ class Store:
         """Take the rows of task ``index``."""
         replace_file(self._part(index), rows)
 
-    def merge(self) -> None:
-        """Make the table of all parts."""
+    def merge(self, progress: Callable[[int], None] = lambda done: None) -> None:
+        """Make the table of all parts; ``progress`` is called with how many are in it."""
         schema = table_schema(self._plan.sweep.points.parameters)
         schema = schema.with_metadata({_CONTENTS: json.dumps(self._plan.contents).encode()})
         unfinished = self.folder / "table"
@@ -78,6 +78,7 @@ class Store:
                 while len(rows) >= GROUP_ROWS:
                     writer.write_table(rows.slice(0, GROUP_ROWS).combine_chunks())
                     rows = rows.slice(GROUP_ROWS)
+                progress(index + 1)
             writer.write_table(rows.combine_chunks())
         unfinished.replace(self.path)
 
