@@ -298,9 +298,15 @@ def hear_voice(s: list[int], voice: int) -> None:
             s[STOPPED] = 0
 
 
-def looks_ahead(s: list[int]) -> int:
-    """1 while the car needs its ultrasonic sensor, so that it needn't ping at other times."""
-    return s[RUNNING] & s[WORD] >> _AVOID_ENABLE_AT
+def looks_mm(s: list[int], now: int, levels: tuple[int, ...]) -> int:
+    """How near an obstacle has to be to matter now; 0 while the car needn't look, and so needn't ping."""
+    word = s[WORD]
+    running_ms = elapsed_ms(now, s[STARTED_MS])
+    if s[RUNNING] == 0 or running_ms >= avoid_ms(word, levels) or running_ms >= motor_ms(word, levels):
+        return 0
+    if word >> _MOTOR_SPEED_AT & 3 == 0:
+        return 0
+    return levels[AVOID_RADII_MM + (word >> _AVOID_RADIUS_AT & 3)]
 
 
 def wheels(s: list[int], obstacle_mm: int, person: int, now: int, levels: tuple[int, ...]) -> int:

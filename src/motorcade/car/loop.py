@@ -101,7 +101,8 @@ class Car:
 
     def _act(self, now: int) -> None:
         board, memory = self.board, self.memory
-        obstacle_mm = board.obstacle_mm() if brain.looks_ahead(memory) else NOTHING_IN_SIGHT_MM
+        looks = brain.looks_mm(memory, now, board.levels)
+        obstacle_mm = board.obstacle_mm() if looks else NOTHING_IN_SIGHT_MM
         wheels = brain.wheels(memory, obstacle_mm, board.sees_person(), now, board.levels)
         if wheels != self._wheels:
             self._wheels = wheels

@@ -30,25 +30,38 @@ from motorcade.sim.state import Cars, Cells, People, Place, Rules
 
 WAY_BITS = 12
 NOISE_MS = 100
+# How much farther than what matters now a car looks, so as not to have to look again soon.
+LOOK_BEYOND_UM = 150_000.0
 _MOST_PUSH_UM = 32_000.0
 
 
 @in_kernel
-def others_near(
-    i: int, world: int, looks: int, cars: Cars, cells: Cells, rules: Rules
-) -> tuple[float, float, float, float]:
-    """Look at the cars around car ``i``.
+def way_of(i: int, cars: Cars, rules: Rules) -> tuple[float, float, float]:
+    """What car ``i`` drives in a tick in x and y, and at most in any direction."""
+    way_x, way_y = float(cars.way_x[i]) / (1 << WAY_BITS), float(cars.way_y[i]) / (1 << WAY_BITS)
+    if rules.wheel_noise > 0.0:
+        return way_x, way_y, rules.fastest
+    return way_x, way_y, math.sqrt(way_x * way_x + way_y * way_y)
 
-    Gives the distance to the nearest centre (at most ``rules.near``), that from
-    its front to the nearest body in the ultrasonic cone (FAR_UM: none, or it
-    doesn't look), and the push of all that touch it.
+
+@in_kernel
+def others_near(
+    i: int, world: int, look: float, cars: Cars, cells: Cells, rules: Rules
+) -> tuple[float, float, float, float]:
+    """Look at the cars around car ``i``, of which its ultrasonic sensor sees those within ``look`` (0.0: it is off).
+
+    Gives for how many ticks none of them can come to matter, as long as this car's wheels do the same; the
+    distance from its front to the nearest in the cone (FAR_UM: none); and the push of all that touch it.
     """
     x, y = float(cars.x[i]), float(cars.y[i])
     ahead_x, ahead_y = 0.0, 0.0
-    if looks:
+    if look > 0.0:
         ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
-    nearest, obstacle, push_x, push_y = rules.near * rules.near, FAR_UM, 0.0, 0.0
-    wide = rules.near + rules.drift
+    reach = rules.contact + look
+    near = reach + LOOK_BEYOND_UM
+    way_x, way_y, own = way_of(i, cars, rules)
+    ticks, obstacle, push_x, push_y = LOOK_BEYOND_UM / (own + rules.fastest), FAR_UM, 0.0, 0.0
+    wide = near + rules.drift
     frame, first = cells.frame[world], cells.first[world]
     columns = int(frame[COLUMNS])
     rows = int(frame[ROWS])
@@ -60,17 +73,20 @@ def others_near(
         for j in range(first[row * columns + left], first[row * columns + right + 1]):
             dx, dy = float(cars.x[j]) - x, float(cars.y[j]) - y
             squared = dx * dx + dy * dy
-            if squared >= nearest and squared >= rules.avoid_reach * rules.avoid_reach:
+            if squared >= near * near or j == i:
                 continue
-            if j == i:
+            distance = math.sqrt(squared)
+            if look > 0.0:
+                ahead, aside = dx * ahead_x + dy * ahead_y - rules.radius, dy * ahead_x - dx * ahead_y
+                ticks = min(ticks, _gap_to_cone(ahead, aside, look, rules) / (own + rules.fastest))
+                seen = disc_in_cone(ahead, aside, rules.radius, rules.cone_cos, rules.cone_sin)
+                if seen <= look:
+                    obstacle = min(obstacle, seen)
+            if rules.collisions == 0:
                 continue
-            nearest = min(nearest, squared)
-            if looks and squared < rules.avoid_reach * rules.avoid_reach:
-                ahead = dx * ahead_x + dy * ahead_y - rules.radius
-                aside = dy * ahead_x - dx * ahead_y
-                obstacle = min(obstacle, disc_in_cone(ahead, aside, rules.radius, rules.cone_cos, rules.cone_sin))
-            if squared < rules.contact * rules.contact and rules.collisions:
-                distance = math.sqrt(squared)
+            closing = _closing(way_x * dx + way_y * dy, distance, own, rules) + rules.fastest
+            ticks = min(ticks, (distance - rules.contact) / max(closing, 1.0))
+            if distance < rules.contact:
                 overlap = rules.contact - distance
                 if distance == 0.0:
                     # Two that stand on one point part by their numbers.
@@ -78,13 +94,37 @@ def others_near(
                     dx = 1.0 if cars.number[i] < cars.number[j] else -1.0
                 push_x -= math.floor(dx * overlap / (2.0 * distance) + 0.5)
                 push_y -= math.floor(dy * overlap / (2.0 * distance) + 0.5)
-    return math.sqrt(nearest), obstacle, push_x, push_y
+    return ticks, obstacle, push_x, push_y
 
 
 @in_kernel
-def place_near(i: int, looks: int, cars: Cars, place: Place, rules: Rules) -> tuple[float, float, float, float]:
-    """Look at walls and obstacles around car ``i``; gives what ``others_near`` gives, from centre to surface."""
-    nearest, obstacle, push_x, push_y = rules.near_place, FAR_UM, 0.0, 0.0
+def _closing(product: float, distance: float, own: float, rules: Rules) -> float:
+    """How fast a car comes nearer to a point, from the product of its way and the vector to there.
+
+    Along a straight way that is never more than at first; with wheel noise the way isn't straight.
+    """
+    if rules.wheel_noise > 0.0:
+        return own
+    return product / max(distance, 1.0)
+
+
+@in_kernel
+def _gap_to_cone(ahead: float, aside: float, look: float, rules: Rules) -> float:
+    """How far a body is from being seen: beyond the range, or beside the cone, whichever is more."""
+    away = math.sqrt(ahead * ahead + aside * aside) - rules.radius
+    aside = abs(aside)
+    beside = aside * rules.cone_cos - ahead * rules.cone_sin - rules.radius
+    if ahead * rules.cone_cos + aside * rules.cone_sin <= 0.0:
+        beside = away
+    return max(away - look, beside)
+
+
+@in_kernel
+def place_near(i: int, look: float, cars: Cars, place: Place, rules: Rules) -> tuple[float, float, float, float]:
+    """Look at walls and obstacles around car ``i``; gives what ``others_near`` gives."""
+    way_x, way_y, own = way_of(i, cars, rules)
+    around = rules.radius + look
+    ticks, obstacle, push_x, push_y = (rules.near_place - around) / max(own, 1.0), FAR_UM, 0.0, 0.0
     x, y = float(cars.x[i]), float(cars.y[i])
     frame = place.frame
     columns = int(frame[COLUMNS])
@@ -104,14 +144,15 @@ def place_near(i: int, looks: int, cars: Cars, place: Place, rules: Rules) -> tu
             dx, dy = disc[0] - x, disc[1] - y
             distance = math.sqrt(dx * dx + dy * dy)
             surface = distance - disc[2]
-        nearest = min(nearest, surface)
-        if looks and surface < rules.avoid_reach:
+        closing = own if look > 0.0 else _closing(way_x * dx + way_y * dy, distance, own, rules)
+        ticks = min(ticks, (surface - around) / max(closing, 1.0))
+        if look > 0.0 and surface < look + rules.radius:
             obstacle = min(obstacle, _place_in_cone(i, item, cars, place, rules))
         if surface < rules.radius and distance > 0.0 and rules.collisions:
             share = (rules.radius - surface) / distance
             push_x -= math.floor(dx * share + 0.5)
             push_y -= math.floor(dy * share + 0.5)
-    return nearest, obstacle, push_x, push_y
+    return ticks, obstacle, push_x, push_y
 
 
 @in_kernel
@@ -189,6 +230,12 @@ def person_near(i: int, part: int, cars: Cars, people: People, rules: Rules) -> 
         if squared <= reach and dx * ahead_x + dy * ahead_y >= rules.pir_cos * math.sqrt(squared):
             sensed = 1
     return sensed, max(math.sqrt(nearest) - rules.pir_range, 0.0)
+
+
+@in_kernel
+def turns(wheels: int) -> bool:
+    """Whether wheels turn the car on the spot."""
+    return (wheels >> 2 == LEFT or wheels >> 2 == RIGHT) and wheels & 3 > 0
 
 
 @in_kernel

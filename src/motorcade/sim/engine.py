@@ -72,16 +72,26 @@ def think(
         _step(i, part, seed, now, cars, rules, told)
         if everyone:
             _listen(i, s, said, first_voice, last_voice, cars, voices)
-        looks = brain.looks_ahead(s)
-        distance, push_x, push_y = _look(i, world, now, looks, cars, cells, place, rules)
+        look = float(brain.looks_mm(s, now, rules.levels)) * 1000.0
+        looks = look > 0.0 or (rules.collisions and reached(now, cars.clear[i]))
+        distance, push_x, push_y = geometry.FAR_UM, 0.0, 0.0
+        if looks:
+            ticks, seen, push_x, push_y = bodies.others_near(i, world, look, cars, cells, rules)
+            place_ticks, distance, other_x, other_y = bodies.place_near(i, look, cars, place, rules)
+            distance, push_x, push_y = min(distance, seen), push_x + other_x, push_y + other_y
+            cars.clear[i] = later_ms(now, _whole_ticks(min(ticks, place_ticks)) * rules.tick_ms)
         sensed, away = 0, rest.NEVER_MS
         if people.now_x.shape[1] and s[brain.RUNNING] and s[brain.WORD] >> _PIR_AT & 1:
             sensed, outside = bodies.person_near(i, part, cars, people, rules)
-            away = _ticks(outside, rules.person_step + rules.fastest) * rules.tick_ms
+            away = _whole_ticks(outside / (rules.person_step + rules.fastest)) * rules.tick_ms
         obstacle_mm = bodies.obstacle_mm(distance, rules)
         wheels = brain.wheels(s, obstacle_mm, sensed, now, rules.levels)
         if wheels != cars.wheels[i]:
             bodies.set_way(i, wheels, cars, rules)
+            # It was clear for as long as it went on as before.
+            cars.clear[i] = now
+        elif look > 0.0 and (bodies.turns(wheels) or rules.wheel_noise > 0.0):
+            cars.clear[i] = now
         if push_x != 0.0 or push_y != 0.0:
             bodies.keep_push(i, push_x, push_y, cars, rules)
             told.counts[part, tally.TOUCHING_MS] += rules.tick_ms
@@ -151,27 +161,8 @@ def _listen(i: int, s: Any, said: int, first: int, last: int, cars: Cars, voices
 
 
 @in_kernel
-def _look(
-    i: int, world: int, now: int, looks: int, cars: Cars, cells: Cells, place: Place, rules: Rules
-) -> tuple[float, float, float]:
-    """Distance to what the ultrasonic sensor meets, and the push of what the body touches."""
-    if not looks:
-        if rules.collisions == 0:
-            cars.clear[i] = later_ms(now, rest.NEVER_MS)
-        if rules.collisions == 0 or reached(now, cars.clear[i]) == 0:
-            return geometry.FAR_UM, 0.0, 0.0
-    nearest, obstacle, push_x, push_y = bodies.others_near(i, world, looks, cars, cells, rules)
-    surface, other, other_x, other_y = bodies.place_near(i, looks, cars, place, rules)
-    reach = rules.avoid_reach if looks else rules.contact
-    ticks = min(_ticks(nearest - reach, 2.0 * rules.fastest), _ticks(surface - reach + rules.radius, rules.fastest))
-    cars.clear[i] = later_ms(now, ticks * rules.tick_ms)
-    return min(obstacle, other), push_x + other_x, push_y + other_y
-
-
-@in_kernel
-def _ticks(distance: float, step: float) -> int:
-    """How many ticks nothing can have come this near, at least one; ``step`` is the way of one tick."""
-    return int(min(max(distance / step, 1.0), 1000.0))
+def _whole_ticks(ticks: float) -> int:
+    return int(min(max(ticks, 1.0), 1000.0))
 
 
 @in_kernel
@@ -195,14 +186,15 @@ def _sends(i: int, part: int, now: int, cars: Cars, rules: Rules, told: Tally) -
 def _rest(i: int, now: int, away: int, cars: Cars, rules: Rules) -> None:
     """Set when the car has to be looked at next."""
     s = cars.memory[:, i]
-    wait = min(away, elapsed_ms(cars.clear[i], now))
+    wait = away
+    if rules.collisions or brain.looks_mm(s, now, rules.levels):
+        wait = min(wait, elapsed_ms(cars.clear[i], now))
     if cars.program[i] > 0:
         wait = min(wait, rest.leader_rest_ms(s, rules.images[int(cars.program[i]) - 1], now, rules.levels))
     else:
-        wait = min(wait, rest.follower_rest_ms(s, 1, now, rules.levels))
-        if channel.air_is_busy(i, now, cars) == 0:
-            wait = min(wait, rest.follower_rest_ms(s, 0, now, rules.levels))
-        elif rest.follower_rest_ms(s, 0, now, rules.levels) < wait:
+        busy = channel.air_is_busy(i, now, cars)
+        wait = min(wait, rest.follower_rest_ms(s, busy, now, rules.levels))
+        if busy and rest.follower_rest_ms(s, 0, now, rules.levels) < wait:
             # It waits for the air to be free.
             free = cars.air_until[i]
             if reached(cars.sends_until[i], free):

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from motorcade.car.brain import LEFT, RIGHT, SIZE, VOICE_GO, VOICE_STOP
 from motorcade.profile import Profile
+from motorcade.sim.bodies import LOOK_BEYOND_UM
 from motorcade.sim.errors import WorldError
 from motorcade.sim.geometry import COSINES, FAR_UM, FULL_TURN, MOST_NORMAL, NORMALS
 from motorcade.sim.levels import levels_of
@@ -21,7 +22,7 @@ VOICES = {"stop": VOICE_STOP, "go": VOICE_GO}
 _FIELDS = Cars._fields[2:-4]
 _SIGNED = ("x", "y", "way_x", "way_y")
 _DRIFT_UM = 60_000
-_LOOK_BEYOND_UM = 100_000.0
+CELL_UM = 450_000.0
 _PLACE_CELL_UM = 1_000_000.0
 _MOST_PLACE_CELLS = 1 << 20
 
@@ -41,8 +42,7 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
     fastest = math.ceil(fastest * (1 + MOST_NORMAL * physics.wheel_noise))
     _check(profile, tick_ms, fastest, radius)
     sort_every = max(_DRIFT_UM // fastest, 1)
-    avoid_reach = max(profile.avoid_radii_mm) * 1000.0 + 2 * radius
-    near = avoid_reach + _LOOK_BEYOND_UM
+    near_place = max(profile.avoid_radii_mm) * 1000.0 + radius + LOOK_BEYOND_UM
     has_place = bool(mat.walls or mat.discs or mat.polygons or (mat.walled and mat.size_m))
     return Rules(
         levels=np.array(levels_of(profile), np.int64),
@@ -59,7 +59,6 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
         line_of_sight=int(physics.line_of_sight),
         radius=radius,
         contact=2 * radius,
-        avoid_reach=avoid_reach,
         ultrasonic_range_mm=body.ultrasonic_range_mm,
         cone_cos=_cosine(body.ultrasonic_cone_deg),
         cone_sin=_cosine(90 - body.ultrasonic_cone_deg),
@@ -72,9 +71,8 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
         wheel_noise=float(physics.wheel_noise),
         drift=float(sort_every * fastest),
         sort_every=int(sort_every),
-        cell=near / 1.5,
-        near=near,
-        near_place=near if has_place else FAR_UM,
+        cell=CELL_UM,
+        near_place=near_place if has_place else FAR_UM,
     )
 
 

@@ -102,7 +102,6 @@ class Rules(NamedTuple):
     line_of_sight: int
     radius: float
     contact: float  # distance of the centres of cars that touch
-    avoid_reach: float  # within which the ultrasonic sensor matters, centre to centre
     ultrasonic_range_mm: int
     cone_cos: float
     cone_sin: float
@@ -116,5 +115,4 @@ class Rules(NamedTuple):
     drift: float  # µm that a car may have gone since the last sort
     sort_every: int  # ticks
     cell: float  # side of a cell
-    near: float  # how far a car looks for others, centre to centre
-    near_place: float  # and for what stands still; every list of Place reaches so far
+    near_place: float  # how far a car looks for what stands still; every list of Place reaches so far

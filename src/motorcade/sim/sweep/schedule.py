@@ -1,7 +1,11 @@
 """Runs a sweep's tasks on all cores of this computer, or on a Dask cluster."""
 
+import multiprocessing
+import os
 import signal
+import sys
 import threading
+import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import AbstractContextManager, closing, contextmanager
 from pathlib import Path
@@ -14,7 +18,7 @@ from motorcade.sim.sweep.task import run_task
 Bar = Callable[[str, int], AbstractContextManager[Callable[[int], None]]]
 """Shows how much of a total is done: what it yields is called with that."""
 
-_LONELY_S = 30  # how long a worker stays when the process that it works for was killed
+_LOOK_EVERY_S = 0.5
 
 Results = Generator[tuple[int, bytes], None, None]
 """Finished tasks, in whatever order they end: the number of each, and its rows."""
@@ -79,11 +83,11 @@ def on_this_computer(jobs: int) -> Workers:
             backend="loky",
             return_as="generator_unordered",
             batch_size=1,
-            initializer=_ignore_ctrl_c,
-            idle_worker_timeout=_LONELY_S,
+            initializer=_obey_parent,
+            initargs=(os.getpid(),),
         )
         try:
-            with _ctrl_c_ignored():
+            with _ctrl_c_put_off():
                 results = parallel(delayed(_numbered)(index, plan.task(index)) for index in tasks)
             yield from results
         except TerminatedWorkerError:
@@ -92,21 +96,38 @@ def on_this_computer(jobs: int) -> Workers:
     return run
 
 
-def _ignore_ctrl_c() -> None:
+def _obey_parent(parent_pid: int) -> None:
+    """Leave Ctrl-C to the parent, and never outlive it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_leave_with, args=(parent_pid,), daemon=True).start()
+
+
+def _leave_with(parent_pid: int) -> None:
+    if sys.platform == "win32":
+        parent = multiprocessing.parent_process()
+        if parent is None:
+            return
+        parent.join()
+    else:
+        while os.getppid() == parent_pid:
+            time.sleep(_LOOK_EVERY_S)
+    os._exit(1)
 
 
 @contextmanager
-def _ctrl_c_ignored() -> Iterator[None]:
-    """For a moment, in which the workers start: they then ignore it for good, before they could be told to."""
-    if threading.current_thread() is not threading.main_thread():
+def _ctrl_c_put_off() -> Iterator[None]:
+    """What starts meanwhile never hears of Ctrl-C, not even before it could ignore it; here it comes afterwards."""
+    if sys.platform == "win32":
         yield
         return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # else joblib starts it meanwhile, which lets signals through again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _numbered(index: int, task: Task) -> tuple[int, bytes]:
