@@ -45,6 +45,7 @@ bench: setup
 	$(BIN)/python benchmarks/words.py
 	$(BIN)/python benchmarks/compiler.py
 	$(BIN)/python benchmarks/start.py
+	$(BIN)/python benchmarks/swarm.py
 
 lock: setup ## pin the newest versions that fit pyproject.toml
 	$(PIP) install uv

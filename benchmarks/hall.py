@@ -1,0 +1,114 @@
+"""The hall that crowds are measured in: a walled mat for any number of cars, with everything on it but noise."""
+
+import json
+import math
+from functools import cache
+
+import numpy as np
+
+from motorcade.program.compiler import compile_program
+from motorcade.program.model import Followers, Program
+from motorcade.program.steps import Step, avoid, forward, led, left, pir, together, voice, wander
+from motorcade.sim.mat import Mat, parse_mat
+from motorcade.sim.mat.schema import FORMAT
+
+TICK_MS = 20
+NEIGHBOURS = 6.5  # that a car has within the range of infrared, in the mean
+RANGE_M = 1.0
+AREA_OF_OBSTACLE_M2 = 100
+CARS_OF_LEADER = 100
+CARS_OF_PERSON = 2_000
+VOICES = 600  # one a second
+PHYSICS = {"capture_ratio": 4, "beam_half_angle_deg": 170, "bit_error_rate": 0.0001}
+
+
+def programs() -> list[bytes]:
+    """Images for the leaders, which so say different things at a time; some words are passed on."""
+    leader = [together(forward(3), led(0, 1)), left(1), wander(3), together(forward(2), voice())]
+    words: list[Step] = [
+        together(wander(3), led(0, 2), forward=True),
+        together(forward(3, speed=2), avoid(2, 3)),
+        together(wander(3), pir()),
+        together(wander(2), voice(), forward=True),
+        together(wander(3), avoid(1, 3), pir(), led(1, 1)),
+    ]
+    turned = [words[k:] + words[:k] for k in range(len(words))]
+    return [
+        compile_program(Program([*leader, wander(1 + k % 3)], Followers(steps))).image for k, steps in enumerate(turned)
+    ]
+
+
+@cache
+def side_m(cars: int) -> float:
+    """Side of the square in which ``cars`` cars have NEIGHBOURS in the mean, those at its edge included."""
+    low, high = 1.5 * RANGE_M, math.sqrt(cars)
+    for _ in range(60):
+        side = (low + high) / 2
+        r = RANGE_M / side
+        # The chance of two points anywhere in a unit square to be less than r apart.
+        if (cars - 1) * (math.pi * r**2 - 8 / 3 * r**3 + r**4 / 2) > NEIGHBOURS:
+            low = side
+        else:
+            high = side
+    return round(side, 3)
+
+
+def hall(cars: int) -> Mat:
+    """The mat, its cars placed at random."""
+    side, dice = side_m(cars), np.random.RandomState(cars)
+    places = dice.uniform(0.6, side - 0.6, (max(round(side**2 / AREA_OF_OBSTACLE_M2), 1), 2)).round(3).tolist()
+    document = {
+        "format": FORMAT,
+        "name": f"hall for {cars} cars",
+        "tick_ms": TICK_MS,
+        "size_m": [side, side],
+        "edge": "wall",
+        "wall": [{"from_m": [x - 0.4, y - 0.15], "to_m": [x + 0.4, y + 0.15]} for x, y in places[::3]],
+        "disc": [{"centre_m": place, "radius_m": 0.2} for place in places[1::3]],
+        "polygon": [{"corners_m": [[x - 0.2, y - 0.2], [x + 0.2, y - 0.2], [x, y + 0.3]]} for x, y in places[2::3]],
+        "person": [_person(side, dice) for _ in range(max(cars // CARS_OF_PERSON, 1))],
+        "voice": [_voice(at_s, side, dice) for at_s in range(1, VOICES + 1)],
+        "crowd": [
+            {
+                "cars": cars,
+                "leaders": max(cars // CARS_OF_LEADER, 1),
+                "corner_m": [0.01, 0.01],
+                "size_m": [side - 0.02, side - 0.02],
+                "spacing_m": 0.16,
+                "placement": "random",
+                "heading_deg": "random",
+            }
+        ],
+        "physics": PHYSICS,
+    }
+    return parse_mat(json.dumps(document), "hall", "json")
+
+
+def _person(side: float, dice: np.random.RandomState) -> dict[str, object]:
+    """Somebody who walks round four places at 1 m/s."""
+    corners = dice.uniform(0, min(side, 8), (4, 2)) + dice.uniform(0, max(side - 8, 0), 2)
+    path, t_s = [], 0.0
+    for here, there in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        path.append([round(t_s, 3), *here.round(3).tolist()])
+        t_s += max(math.dist(here, there), 0.1)
+    return {"path": [*path, [round(t_s, 3), *path[0][1:]]], "repeats": True}
+
+
+def _voice(at_s: int, side: float, dice: np.random.RandomState) -> dict[str, object]:
+    """Somebody calls stop, and go a second later, anywhere on the mat; a quarter of its side away they are heard."""
+    centre_m = dice.uniform(0, side, 2).round(3).tolist()
+    return {"at_s": at_s, "word": ("go", "stop")[at_s % 2], "centre_m": centre_m, "radius_m": side / 4}
+
+
+def neighbours(x_m: np.ndarray, y_m: np.ndarray) -> float:
+    """How many others a car has within RANGE_M, in the mean of up to 2,000 of the cars."""
+    order = np.argsort(x_m)
+    x_m, y_m = x_m[order], y_m[order]
+    some = np.linspace(0, len(x_m) - 1, min(len(x_m), 2000)).astype(int)
+    first = np.searchsorted(x_m, x_m[some] - RANGE_M)
+    end = np.searchsorted(x_m, x_m[some] + RANGE_M, side="right")
+    found = 0
+    for one, low, high in zip(some, first, end, strict=True):
+        away = np.hypot(x_m[low:high] - x_m[one], y_m[low:high] - y_m[one])
+        found += np.count_nonzero(away <= RANGE_M) - 1
+    return found / len(some)

@@ -1,0 +1,156 @@
+"""Other simulators in the same hall, each with as much of the task as it offers, and the memory's own speed.
+
+**IR-SIM** drives robots with differential wheels by velocities given, among the
+same obstacles. Either it finds collisions and lets them be, or bodies push each
+other (``contact``). **VMAS** drives as many bodies in batches of worlds by PyTorch,
+one round obstacle in each. Neither has words, infrared, programs or people.
+**The plain loop** is Motorcade's own: `motorcade.car.loop`, one car after the other,
+with all of the task.
+"""
+
+import contextlib
+import io
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+import numba
+import numpy as np
+from hall import TICK_MS, hall, programs
+from quiet import Contestant
+
+from motorcade.profile import built_in_profile
+from motorcade.sim.mat import Mat
+
+sys.path.append(str(Path(__file__).parent.parent / "tests"))
+from plain_world import PlainWorld
+
+RADIUS_M = 0.075
+FASTEST_M_S = 0.3
+FASTEST_RAD_S = 1.6
+TRIAD_ITEMS = 1 << 24
+
+
+def ir_sim(cars: int, collisions: str, ticks: int) -> Contestant:
+    """``collisions``: ``unobstructed`` or ``contact``, as IR-SIM calls them."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        import irsim
+    # JSON is YAML.
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "hall.yaml"
+        path.write_text(json.dumps(_ir_sim_world(hall(cars), collisions)), encoding="utf-8")
+        env = irsim.make(str(path), display=False, disable_all_plot=True, log_level="ERROR", seed=1)
+    dice = np.random.RandomState(1)
+    ways = [
+        np.array([[dice.uniform(0, FASTEST_M_S)], [dice.uniform(-FASTEST_RAD_S, FASTEST_RAD_S)]]) for _ in range(cars)
+    ]
+    numbers = list(range(cars))
+
+    def run() -> None:
+        for _ in range(ticks):
+            env.step(ways, numbers)
+
+    return Contestant(cars * ticks, run)
+
+
+def _ir_sim_world(mat: Mat, collisions: str) -> dict[str, object]:
+    starts, (width, height) = mat.starts, mat.size_m
+    corners = [(0, 0), (width, 0), (width, height), (0, height)]
+    walls = [*((wall[:2], wall[2:]) for wall in mat.walls), *zip(corners, corners[1:] + corners[:1], strict=True)]
+    obstacles = [{"shape": {"name": "linestring", "vertices": wall}} for wall in walls]
+    obstacles += [{"shape": {"name": "circle", "radius": radius}, "state": [x, y, 0]} for x, y, radius in mat.discs]
+    obstacles += [{"shape": {"name": "polygon", "vertices": corners}} for corners in mat.polygons]
+    robots = {
+        "number": len(starts),
+        "kinematics": {"name": "diff"},
+        "shape": {"name": "circle", "radius": RADIUS_M},
+        "mass": 1,
+        "state": np.stack([starts.x_m, starts.y_m, starts.heading], axis=1).tolist(),
+        "vel_min": [-FASTEST_M_S, -FASTEST_RAD_S],
+        "vel_max": [FASTEST_M_S, FASTEST_RAD_S],
+    }
+    tick_s = TICK_MS / 1000
+    world = {
+        "width": width,
+        "height": height,
+        "step_time": tick_s,
+        "sample_time": tick_s,
+        "collision_mode": collisions,
+    }
+    return {"world": world, "robot": [robots], "obstacle": obstacles}
+
+
+def vmas(cars: int, worlds: int, ticks: int) -> Contestant | None:
+    """None where VMAS isn't installed."""
+    try:
+        import torch
+        import vmas as library
+        from vmas.simulator.core import Agent, Landmark, Sphere, World
+        from vmas.simulator.dynamics.diff_drive import DiffDrive
+        from vmas.simulator.scenario import BaseScenario
+        from vmas.simulator.utils import ScenarioUtils
+    except ImportError:
+        return None
+    half = hall(cars).size_m[0] / 2
+
+    class Hall(BaseScenario):
+        def make_world(self, batch_dim: int, device: torch.device, **_: object) -> World:
+            world = World(
+                batch_dim, device, dt=TICK_MS / 1000, substeps=1, x_semidim=half, y_semidim=half, collision_force=100
+            )
+            ranges = {"u_range": [FASTEST_M_S, FASTEST_RAD_S], "u_multiplier": [1, 1]}
+            for number in range(cars):
+                drive = DiffDrive(world, integration="euler")
+                world.add_agent(Agent(str(number), shape=Sphere(RADIUS_M), dynamics=drive, **ranges))
+            world.add_landmark(Landmark("obstacle", collide=True, movable=False, shape=Sphere(0.2)))
+            return world
+
+        def reset_world_at(self, env_index: int | None = None) -> None:
+            bounds = (-half, half)
+            ScenarioUtils.spawn_entities_randomly(
+                self.world.entities, self.world, env_index, 2 * RADIUS_M, x_bounds=bounds, y_bounds=bounds
+            )
+
+        def reward(self, agent: Agent) -> torch.Tensor:
+            return torch.zeros(self.world.batch_dim)
+
+        def observation(self, agent: Agent) -> torch.Tensor:
+            return agent.state.pos
+
+    torch.set_num_threads(2)
+    env = library.make_env(Hall(), num_envs=worlds, device="cpu", continuous_actions=True, seed=1)
+    fastest = torch.tensor([FASTEST_M_S, FASTEST_RAD_S])
+    ways = [torch.rand(worlds, 2) * fastest for _ in range(cars)]
+
+    def run() -> None:
+        with torch.no_grad():
+            for _ in range(ticks):
+                env.step(ways)
+
+    return Contestant(cars * worlds * ticks, run)
+
+
+def plain_loop(cars: int, ticks: int) -> Contestant:
+    world = PlainWorld(hall(cars), programs(), built_in_profile("classroom"))
+    return Contestant(cars * ticks, lambda: world.run(ticks * TICK_MS))
+
+
+@numba.njit(parallel=True)
+def _triad(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> None:
+    for i in numba.prange(a.shape[0]):
+        a[i] = b[i] + 3.0 * c[i]
+
+
+def memory_roof() -> Contestant:
+    """STREAM's triad: its work is bytes, counted as STREAM does, two reads and one write."""
+    a, b, c = np.zeros(TRIAD_ITEMS), np.ones(TRIAD_ITEMS), np.ones(TRIAD_ITEMS)
+    turns = 8
+
+    def run() -> None:
+        numba.set_num_threads(2)
+        for _ in range(turns):
+            _triad(a, b, c)
+
+    run()
+    return Contestant(turns * 3 * a.nbytes, run)

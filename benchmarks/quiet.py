@@ -1,0 +1,93 @@
+"""Times on a machine that others use too: each repetition knows how much processor time they had meanwhile."""
+
+import os
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from statistics import median
+
+import psutil
+
+QUIET = 0.15  # processors that others may use
+FEWEST = 3  # quiet repetitions that make a median
+PATIENCE_S = 4.0
+
+
+@dataclass
+class Contestant:
+    """Something that is timed again and again.
+
+    Attributes:
+        work: how much of it one ``run`` does, in any unit.
+        run: what is timed.
+        prepare: what comes before each ``run``, not timed.
+        seconds: each repetition's time.
+        others: processors that all others used in it.
+    """
+
+    work: float
+    run: Callable[[], object]
+    prepare: Callable[[], object] = lambda: None
+    seconds: list[float] = field(default_factory=list)
+    others: list[float] = field(default_factory=list)
+
+    def repeat(self) -> None:
+        self.prepare()
+        _wait_for_quiet()
+        others_s, begin_s = _others_s(), time.perf_counter()
+        self.run()
+        took_s = time.perf_counter() - begin_s
+        self.seconds.append(took_s)
+        self.others.append((_others_s() - others_s) / took_s)
+
+    @property
+    def quiet(self) -> list[float]:
+        return [each for each, others in zip(self.seconds, self.others, strict=True) if others < QUIET]
+
+    @property
+    def is_quiet(self) -> bool:
+        return len(self.quiet) >= FEWEST
+
+    @property
+    def counted(self) -> list[float]:
+        """The times that count: of quiet repetitions, or of all where those are too few."""
+        return self.quiet if self.is_quiet else self.seconds
+
+    @property
+    def rate(self) -> float:
+        """Median of work a second."""
+        return self.work / median(self.counted)
+
+    @property
+    def rates(self) -> tuple[float, float]:
+        """Least and most work a second."""
+        return self.work / max(self.counted), self.work / min(self.counted)
+
+    @property
+    def repetitions(self) -> str:
+        return f"{len(self.quiet)} of {len(self.seconds)}" + ("" if self.is_quiet else ", [red]busy[/]")
+
+
+def take_turns(contestants: Mapping[str, Contestant], wanted: int, told: Callable[[str], None]) -> None:
+    """Repeat each until ``wanted`` of its repetitions were quiet, or it had three times as many."""
+    for turn in range(3 * wanted):
+        for name, contestant in contestants.items():
+            if len(contestant.quiet) < wanted:
+                told(f"turn {turn + 1}: {name}")
+                contestant.repeat()
+
+
+def _others_s() -> float:
+    """Processor time that all other processes have had."""
+    all_s, children_s = psutil.cpu_times(), os.times()
+    used_s = sum(getattr(all_s, kind, 0.0) for kind in ("user", "nice", "system", "irq", "softirq", "steal"))
+    return float(used_s - time.process_time() - children_s.children_user - children_s.children_system)
+
+
+def _wait_for_quiet() -> None:
+    begin_s = time.perf_counter()
+    while time.perf_counter() - begin_s < PATIENCE_S:
+        others_s = _others_s()
+        time.sleep(0.2)
+        if _others_s() - others_s < 0.2 * QUIET:
+            return

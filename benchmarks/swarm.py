@@ -1,0 +1,255 @@
+"""Crowds of cars: how many car-steps a second, and how that compares. Run it with ``python benchmarks/swarm.py``.
+
+A car-step is one car and one tick of 20 ms. Every repetition of a crowd begins
+anew, lives for five seconds, so that words have spread, and is timed for the next
+four, all in one call; small crowds many times one after the other. All that a
+mat can hold is on it, and all physics but noise (`hall`). Contestants take turns,
+figures are medians of repetitions during which others left the machine alone.
+"""
+
+import argparse
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from statistics import mean
+
+import numpy as np
+from hall import TICK_MS, hall, neighbours, programs
+from peers import ir_sim, memory_roof, plain_loop, vmas
+from quiet import Contestant, take_turns
+from rich.console import Console
+from rich.table import Table
+
+from motorcade.profile import built_in_profile
+from motorcade.sim.layout import rules_of
+from motorcade.sim.world import World
+
+WARM_MS = 5_000
+TIMED_MS = 4_000
+FEWEST_STEPS = 12_000_000  # in a repetition, so that it takes a while
+SHOWN_WORLDS = 200
+TURNS, QUICK_TURNS = 7, 3
+ONE_WORLD_GOALS = {1_000_000: (2, 40, 20), 100_000: (2, 40, 20), 1_000: (1, 15, 8), 100: (1, 12, 6)}
+SCALING_GOAL = 1.3
+BYTES_GOAL = 128
+START_GOAL_S, START_FLOOR_S = 1.0, 3.0
+START = """
+import sys
+from motorcade.sim.mat import formation, open_table
+from motorcade.sim.world import World
+World(open_table(formation(5)), [bytes.fromhex(sys.argv[1])]).step()
+"""
+
+
+class Crowd:
+    """``worlds`` worlds of ``cars`` cars each, stepped by ``threads`` threads."""
+
+    def __init__(self, cars: int, threads: int, worlds: int = 1) -> None:
+        mat, images = hall(cars), programs()
+        copies = max(FEWEST_STEPS * TICK_MS // (cars * worlds * TIMED_MS), 1)
+        seeds = np.arange(copies * worlds).reshape(copies, worlds)
+        self.worlds = [World(mat, images, seeds=each.tolist(), threads=threads) for each in seeds]
+        self.cars = cars * worlds * copies
+        self.contestant = Contestant(self.cars * TIMED_MS / TICK_MS, self._run, self._prepare)
+
+    def _prepare(self) -> None:
+        for world in self.worlds:
+            world.reset()
+            world.run(WARM_MS)
+        self._before = self._counts()
+
+    def _run(self) -> None:
+        for world in self.worlds:
+            world.run(TIMED_MS)
+
+    def _counts(self) -> dict[str, float]:
+        counts = [world.counts() for world in self.worlds]
+        return {name: float(sum(each[name].sum() for each in counts)) for name in counts[0]}
+
+    def life(self) -> str:
+        """What the cars did while they were timed last."""
+        shown = [(world, k) for world in self.worlds for k in range(world.worlds)][:SHOWN_WORLDS]
+        snapshots = [world.snapshot(k) for world, k in shown]
+        near = mean(neighbours(each.x_m, each.y_m) for each in snapshots)
+        moving = mean(float((each.wheels & 3 > 0).mean()) for each in snapshots)
+        a_car_second = {
+            name: (count - self._before[name]) / self.cars / TIMED_MS * 1000 for name, count in self._counts().items()
+        }
+        frames, heard, touching = (a_car_second[name] for name in ("frames", "heard", "touching_ms"))
+        return f"{near:.1f} · {moving:.0%} · {frames:.1f} · {heard:.1f} · {touching / 1000:.0%}"
+
+
+def fresh_start() -> Contestant:
+    command = [sys.executable, "-c", START, programs()[0].hex()]
+    return Contestant(1, lambda: subprocess.run(command, check=True), lambda: None)
+
+
+def result(figure: float, goal: float, floor: float | None = None, *, least: bool = True) -> str:
+    """Whether a figure is at least its goal, or at most where ``least`` is False."""
+    sign = 1 if least else -1
+    if sign * figure >= sign * goal:
+        return "[green]met[/]"
+    if floor is not None and sign * figure >= sign * floor:
+        return "[yellow]above floor[/]" if least else "[yellow]within floor[/]"
+    return "[red]missed[/]"
+
+
+def rates(contestant: Contestant, digits: int = 1) -> str:
+    low, high = (each / 1e6 for each in contestant.rates)
+    return f"{contestant.rate / 1e6:.{digits}f} ({low:.{digits}f}–{high:.{digits}f}) M/s"
+
+
+def plural(count: int, noun: str) -> str:
+    return f"{count:,} {noun}" + ("s" if count > 1 else "")
+
+
+class Report:
+    """The table, row by row."""
+
+    def __init__(self, turns: int) -> None:
+        title = f"Car-steps a second and more, medians (least–most) of {turns} quiet repetitions"
+        self.table = Table("", "figure", "goal", "floor", "result", "quiet", "the cars*", title=title)
+        self.table.caption = (
+            "* others within 1 m of a car, share of cars that drive; frames begun, frames heard by a car a second; "
+            "share of time in touch with something"
+        )
+
+    def crowd(self, name: str, crowd: Crowd, goal: float, floor: float) -> None:
+        it = crowd.contestant
+        marks = (f"≥ {goal:g} M/s", f"{floor:g} M/s", result(it.rate / 1e6, goal, floor))
+        self.table.add_row(name, rates(it), *marks, it.repetitions, crowd.life())
+
+    def figure(self, name: str, figure: str, goal: str = "", floor: str = "", met: str = "", quiet: str = "") -> None:
+        self.table.add_row(name, figure, goal, floor, met, quiet)
+
+    def peer(self, name: str, peer: Contestant, ours: Contestant) -> None:
+        ratio = ours.rate / peer.rate
+        self.table.add_row(name, rates(peer, 4), "", "", f"ours is {ratio:,.0f} ×", peer.repetitions)
+
+
+def one_world(cars: int, threads: int) -> str:
+    return f"{cars:,} cars, {plural(threads, 'thread')}"
+
+
+def crowds(quick: bool) -> dict[str, Crowd]:
+    sizes = [(cars, threads) for cars, (threads, _, _) in ONE_WORLD_GOALS.items()]
+    sizes += [(10_000, 1), (10_000, 2)]
+    return {one_world(*size): Crowd(*size) for size in sizes if not quick or size[0] < 1_000_000}
+
+
+def bytes_a_step(crowd: Crowd) -> float:
+    """About what a car-step moves between processor and memory.
+
+    In a tick about every cache line of all arrays holds a car that is looked at, and every car's place is
+    written; to sort them, all rows are gathered and put back.
+    """
+    world = crowd.worlds[0]
+    rules = rules_of(world.mat, built_in_profile("classroom"), world.images)
+    return (world.nbytes + 4 * world.state.rows.nbytes / rules.sort_every) / world.cars + 8
+
+
+def add_crowds(report: Report, one: dict[str, Crowd], many_name: str, many: Crowd) -> None:
+    for cars, (threads, goal, floor) in ONE_WORLD_GOALS.items():
+        name = one_world(cars, threads)
+        if cars == 1_000:
+            best, other = sorted(
+                (one_world(10_000, each) for each in (1, 2)), key=lambda each: -one[each].contestant.rate
+            )
+            report.crowd(best, one[best], 25, 12)
+            report.figure(other, rates(one[other].contestant), quiet=one[other].contestant.repetitions)
+        if name in one:
+            report.crowd(name, one[name], goal, floor)
+    report.crowd(many_name, many, 45, 25)
+    report.table.add_section()
+
+
+def add_scaling(report: Report, one: dict[str, Crowd], start: Contestant) -> None:
+    large, small = next(iter(one.values())), one[one_world(10_000, 2)]
+    ratio = small.contestant.rate / large.contestant.rate
+    name = f"a car-step's cost, 10,000 → {large.cars:,}, 2 threads"
+    met = result(ratio, SCALING_GOAL, least=False)
+    report.figure(name, f"{ratio:.2f} ×", f"≤ {SCALING_GOAL} ×", "", met)
+    each = large.worlds[0].nbytes / large.cars
+    met = result(each, BYTES_GOAL, least=False)
+    report.figure(f"memory a car, of {large.cars:,}", f"{each:.1f} bytes", f"≤ {BYTES_GOAL} bytes", "", met)
+    start_s, least_s, most_s = 1 / start.rate, min(start.counted), max(start.counted)
+    report.figure(
+        "start to first step, compiled before",
+        f"{start_s:.2f} ({least_s:.2f}–{most_s:.2f}) s",
+        f"≤ {START_GOAL_S:g} s",
+        f"{START_FLOOR_S:g} s",
+        result(start_s, START_GOAL_S, START_FLOOR_S, least=False),
+        start.repetitions,
+    )
+    report.table.add_section()
+
+
+def add_roof(report: Report, large: Crowd, roof: Contestant) -> None:
+    low, high = (each / 1e9 for each in roof.rates)
+    name = "memory roof: triad, 2 threads"
+    report.figure(name, f"{roof.rate / 1e9:.1f} ({low:.1f}–{high:.1f}) GB/s", quiet=roof.repetitions)
+    each = bytes_a_step(large)
+    share = each * large.contestant.rate / roof.rate
+    report.figure(
+        f"{large.cars:,} cars, about {each:.0f} bytes a step",
+        f"{each * large.contestant.rate / 1e9:.1f} GB/s, {share:.0%} of the roof",
+    )
+    report.table.add_section()
+
+
+def add_peers(report: Report, peers: dict[str, tuple[Contestant | None, Contestant]]) -> None:
+    for name, (peer, ours) in peers.items():
+        if peer:
+            report.peer(name, peer, ours)
+        else:
+            report.figure(name, "[dim]not installed[/]")
+
+
+def peers_of(one: dict[str, Crowd], many: Crowd) -> dict[str, tuple[Contestant | None, Contestant]]:
+    """Each with the crowd of ours that it is compared to."""
+    hundred, thousand = one[one_world(100, 1)].contestant, one[one_world(1_000, 1)].contestant
+    return {
+        "IR-SIM, 100 robots, collisions found": (ir_sim(100, "unobstructed", 200), hundred),
+        "IR-SIM, 100 robots, bodies push": (ir_sim(100, "contact", 100), hundred),
+        "IR-SIM, 1,000 robots, collisions found": (ir_sim(1_000, "unobstructed", 10), thousand),
+        "IR-SIM, 1,000 robots, bodies push": (ir_sim(1_000, "contact", 8), thousand),
+        "VMAS, 4,096 worlds × 16 robots, 2 threads": (vmas(16, 4_096, 4), many.contestant),
+        "our plain loop (CPython), 100 cars": (plain_loop(100, 25), hundred),
+    }
+
+
+def contestants_of(
+    one: dict[str, Crowd], peers: dict[str, tuple[Contestant | None, Contestant]]
+) -> Iterator[tuple[str, Contestant]]:
+    yield from ((name, crowd.contestant) for name, crowd in one.items())
+    yield from ((name, peer) for name, (peer, _) in peers.items() if peer)
+
+
+def measure(quick: bool, told: Callable[[str], None]) -> Table:
+    turns, worlds = (QUICK_TURNS, 2_048) if quick else (TURNS, 32_768)
+    many_name = f"{worlds:,} worlds × 16 cars, 2 threads"
+    one, many = crowds(quick), Crowd(16, 2, worlds)
+    peers, start, roof = peers_of(one, many), fresh_start(), memory_roof()
+    start.run()
+    contestants = dict(contestants_of({**one, many_name: many}, peers))
+    take_turns({**contestants, "first step": start, "triad": roof}, turns, told)
+    report = Report(turns)
+    add_crowds(report, one, many_name, many)
+    add_scaling(report, one, start)
+    add_roof(report, next(iter(one.values())), roof)
+    add_peers(report, peers)
+    return report.table
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Measure crowds of cars.")
+    parser.add_argument("--quick", action="store_true", help="fewer repetitions, 100,000 cars at most")
+    quick = parser.parse_args().quick
+    console = Console(width=150)
+    with console.status("making the crowds") as status:
+        table = measure(quick, status.update)
+    console.print(table)
+
+
+if __name__ == "__main__":
+    main()
