@@ -13,6 +13,7 @@ from motorcade.car.brain import LEFT, RIGHT
 from motorcade.car.loop import Car
 from motorcade.profile import Profile
 from motorcade.sim import layout
+from motorcade.sim.events import KINDS, WHYS
 from motorcade.sim.geometry import (
     COSINES,
     FAR_UM,
@@ -28,7 +29,6 @@ from motorcade.sim.geometry import (
     sine,
 )
 from motorcade.sim.mat import Mat
-from motorcade.sim.tally import KINDS, WHYS
 from motorcade.words.infrared import air_us, ones
 
 BY_COLLISION, BY_SENDING = "collision", "sending"

@@ -92,6 +92,7 @@ def _simulate(
 ) -> "Run":
     from motorcade.console import progress_bar
     from motorcade.sim.mat import read_mat
+    from motorcade.sim.recording import FILMS, PICTURES
     from motorcade.sim.running import simulate
     from motorcade.words.image import parse_image_bytes
 
@@ -102,13 +103,26 @@ def _simulate(
     notice.daemon = True
     notice.start()
 
+    duration_ms = round(seconds * 1000)
+    drawings = [path for path in files if path.suffix.lower() in (*FILMS, *PICTURES)]
+    behind_ms, last_ms = duration_ms, 0
+
     def go_on(now_ms: int) -> None:
         notice.cancel()
         advance(now_ms)
 
+    def draw_on(now_ms: int) -> None:
+        nonlocal behind_ms, last_ms
+        if now_ms < last_ms:
+            behind_ms += duration_ms
+        last_ms = now_ms
+        advance(behind_ms + now_ms)
+
     try:
-        with progress_bar("simulated", round(seconds * 1000)) as advance:
-            return simulate(image, followers, seconds, seed, profile, mat=place, record=files, progress=go_on)
+        with progress_bar("done", duration_ms * (1 + len(drawings))) as advance:
+            return simulate(
+                image, followers, seconds, seed, profile, mat=place, record=files, progress=go_on, drawn=draw_on
+            )
     finally:
         notice.cancel()
 

@@ -78,7 +78,7 @@ def _cell_of(cars: Cars, i: int, frame: Floats, columns: int, rows: int) -> int:
 @in_kernel
 def fields(cars: Cars) -> int:
     """How many fields are carried along when cars are put in order."""
-    return cars.rows.shape[0] + 2
+    return int(cars.rows.shape[0]) + 2
 
 
 @in_kernel

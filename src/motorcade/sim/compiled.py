@@ -50,6 +50,6 @@ def compiled(
     # Nothing is allocated in a kernel, so its arrays need no counting of references, which takes most of the time.
     # Fused, one part would enter a loop before all have left the one before it.
     loops = {"fusion": False} if parallel else False
-    compile_kernel = numba.njit(cache=True, parallel=loops, error_model="numpy", nogil=True, _nrt=False)
-    kernel: Callable[..., Any] = compile_kernel(make(f"{digest.hexdigest()}, parallel={parallel}"))
+    options: dict[str, Any] = {"cache": True, "parallel": loops, "error_model": "numpy", "nogil": True, "_nrt": False}
+    kernel: Callable[..., Any] = numba.njit(**options)(make(f"{digest.hexdigest()}, parallel={parallel}"))
     return kernel

@@ -39,7 +39,7 @@ def cosine(heading: int, cosines: NDArray[np.float64]) -> float:
     heading = int(heading) & 0xFFFFFFFF
     k = heading >> _STEP_BITS
     part = float(heading & ((1 << _STEP_BITS) - 1)) / (1 << _STEP_BITS)
-    return cosines[k] + (cosines[k + 1] - cosines[k]) * part
+    return float(cosines[k] + (cosines[k + 1] - cosines[k]) * part)
 
 
 @in_kernel

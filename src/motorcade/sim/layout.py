@@ -21,6 +21,8 @@ from motorcade.words.infrared import air_us
 VOICES = {"stop": VOICE_STOP, "go": VOICE_GO}
 _FIELDS = Cars._fields[2:-4]
 _SIGNED = ("x", "y", "way_x", "way_y")
+# What a car takes with events, room for cells and all; without events it is about half.
+BYTES_A_CAR = 256
 _DRIFT_UM = 60_000
 CELL_UM = 450_000.0
 _PLACE_CELL_UM = 1_000_000.0

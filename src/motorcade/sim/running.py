@@ -58,6 +58,7 @@ def simulate(
     mat: Mat | None = None,
     record: Iterable[str | Path] = (),
     progress: Callable[[int], None] = lambda now_ms: None,
+    drawn: Callable[[int], None] = lambda now_ms: None,
 ) -> Run:
     """Let leaders with ``image`` and their followers drive.
 
@@ -71,6 +72,7 @@ def simulate(
         mat: the whole place, in place of both.
         record: files to record the run in: .mcap, .parquet; .mp4, .gif; .png, .svg, .pdf.
         progress: called with the simulated time in ms, ten times a simulated second.
+        drawn: called with the time that has been drawn, for each film and picture from 0.
 
     Raises:
         MatError, WorldError: what can't be simulated.
@@ -95,4 +97,5 @@ def simulate(
             driven_m += np.hypot(now.x_m - before.x_m, now.y_m - before.y_m)
             before = now
             progress(world.now_ms)
+        take.draw(drawn)
     return Run(world, driven_m, kept)

@@ -5,7 +5,7 @@ world the cars stand in the order of the cells that they are in, so that
 neighbours are near in memory; ``number`` says which car is at an index.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,8 @@ Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Words = NDArray[np.uint32]
 Lengths = NDArray[np.int32]
+# An array where the brain, of which each target has its own kind, says list or tuple of integers.
+ForBrain = Any
 
 NOBODY = 0xFFFFFFFF
 # Strips of a large world; more than threads, so that a crowded one holds up no other.
@@ -24,7 +26,7 @@ class Cars(NamedTuple):
     """Every car of every world, one world behind the other: arrays of shape (cars,) but for the first two."""
 
     rows: Words  # (ROWS, cars): all that follows in one, down to sends_until
-    memory: Words  # (brain.SIZE, cars): the brain's; a column is one car's
+    memory: ForBrain  # uint32, (brain.SIZE, cars): the brain's; a column is one car's
     x: Lengths
     y: Lengths
     way_x: Lengths  # what it drives in a tick, in 2^-12 µm
@@ -88,8 +90,8 @@ class Voices(NamedTuple):
 class Rules(NamedTuple):
     """The profile's and the mat's figures."""
 
-    levels: Ints
-    images: Words  # (images, longest)
+    levels: ForBrain  # int64
+    images: ForBrain  # uint32, (images, longest)
     cosines: Floats
     normals: Floats
     flips: Floats  # (33,): chance of at most k flipped bits, times 2^32

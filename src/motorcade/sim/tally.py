@@ -24,7 +24,7 @@ TOUCHING_MS = 8
 EVENTS = 9  # events that happened, whether or not there was room for them
 COUNTS = 16  # two cache lines, so that no two threads write to one
 
-# Kinds of events, and why a frame was lost.
+# Indices into KINDS and WHYS of `motorcade.sim.events`.
 STATE = 0
 START = 1
 OVER = 2
@@ -36,8 +36,6 @@ RESERVED = 2
 DEAFNESS = 3
 SENDING = 4
 COLLISION = 5
-KINDS = ("state", "start", "over", "frame", "heard", "lost")
-WHYS = ("", "parity", "reserved", "deaf", "sending", "collision")
 _COLUMN_OF_WHY = (FRAMES, LOST_PARITY, LOST_RESERVED, DEAF, LOST_SENDING, LOST_COLLISION)
 
 # One event: when, the car's number, its kind, why, the word, and the other car or the state's index.

@@ -6,32 +6,23 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
+import psutil
 from numpy.typing import NDArray
 
 from motorcade.car.brain import NO_VOICE, RUNNING, WORD
 from motorcade.profile import Profile, built_in_profile
 from motorcade.sim import engine, layout, tally
 from motorcade.sim.errors import WorldError
+from motorcade.sim.events import EVENT as EVENT
+from motorcade.sim.events import KINDS as KINDS
+from motorcade.sim.events import WHYS as WHYS
 from motorcade.sim.geometry import FULL_TURN
 from motorcade.sim.layout import VOICES
 from motorcade.sim.mat import Mat
 from motorcade.sim.state import MOST_PARTS
-from motorcade.sim.tally import KINDS as KINDS
-from motorcade.sim.tally import WHYS as WHYS
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.ticks import TICKS_MASK
 
-EVENT = np.dtype(
-    [
-        ("t_ms", "<u4"),
-        ("world", "<u4"),
-        ("car", "<u4"),
-        ("kind", "u1"),
-        ("why", "u1"),
-        ("word", "<u4"),
-        ("other", "<u4"),
-    ]
-)
 # One world of fewer cars is stepped faster by one thread.
 _LARGE = 5_000
 _COUNTED = {
@@ -114,7 +105,9 @@ class World:
         self.tick_ms = mat.tick_ms
         self.cars = len(mat.starts)
         self.worlds = len(_seed_list(seeds))
-        self.threads = min(threads or numba.config.NUMBA_NUM_THREADS, numba.config.NUMBA_NUM_THREADS)
+        most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]  # it comes from the environment
+        self.threads = min(threads or most, most)
+        self._keeps_events = events
         self._check()
         self._parts = MOST_PARTS if self._is_large else self.worlds
         self._rules = layout.rules_of(mat, self.profile, images)
@@ -123,7 +116,6 @@ class World:
         self._place = layout.place_of(mat, self._rules)
         self._people = layout.people_of(mat, self._parts)
         self._voices = layout.voices_of(mat)
-        self._keeps_events = events
         self.reset(seeds)
 
     def reset(self, seeds: int | Sequence[int] | None = None) -> None:
@@ -150,8 +142,9 @@ class World:
     @property
     def nbytes(self) -> int:
         """Bytes that the world's state occupies, scratch included."""
-        arrays = [*self.state[2:], self.state.memory, *self._cells, *self._place, *self._people, *self._voices]
-        return sum(array.nbytes for array in arrays) + self._tally.counts.nbytes + self._tally.events.nbytes
+        state = (self.state.rows, self.state.push, self.state.order, self.state.wheels, self.state.program)
+        arrays = (*state, *self._cells, *self._place, *self._people, *self._voices, *self._tally)
+        return sum(np.asarray(array).nbytes for array in arrays)
 
     def say(self, word: str) -> None:
         """Every car hears ``stop`` or ``go`` in the next tick."""
@@ -242,21 +235,25 @@ class World:
         kernel = engine.run_many if self.worlds > 1 and self.threads > 1 else engine.run_one
         if self._is_large:
             kernel = engine.run_large
+        before = numba.get_num_threads()
         numba.set_num_threads(self.threads)
-        kernel(
-            self._tick,
-            ticks,
-            self._said,
-            self.cars,
-            self.seeds,
-            self.state,
-            self._cells,
-            self._place,
-            self._people,
-            self._voices,
-            self._rules,
-            self._tally,
-        )
+        try:
+            kernel(
+                self._tick,
+                ticks,
+                self._said,
+                self.cars,
+                self.seeds,
+                self.state,
+                self._cells,
+                self._place,
+                self._people,
+                self._voices,
+                self._rules,
+                self._tally,
+            )
+        finally:
+            numba.set_num_threads(before)
 
     def _backup(self) -> list[NDArray[np.generic]]:
         return [array.copy() for array in self._changing()]
@@ -270,7 +267,7 @@ class World:
         return [state.rows, state.push, state.wheels, state.program, *self._cells, self._tally.counts]
 
     def _overflows(self) -> bool:
-        return int(self._tally.counts[:, tally.EVENTS].max()) > self._tally.events.shape[1]
+        return bool(self._tally.counts[:, tally.EVENTS].max() > self._tally.events.shape[1])
 
     def _collect(self) -> None:
         counts = self._tally.counts[:, tally.EVENTS]
@@ -290,6 +287,12 @@ class World:
             raise WorldError("the mat has leaders: give a program for them to run")
         if len(self.images) > 255:
             raise WorldError(f"{len(self.images)} programs; a world runs up to 255")
+        needed, free = self.cars * self.worlds * layout.BYTES_A_CAR, psutil.virtual_memory().available
+        if needed > free:
+            raise WorldError(
+                f"{self.cars * self.worlds:,} cars need {needed / 1e9:.1f} GB of memory "
+                f"and {free / 1e9:.1f} GB are free: take fewer cars or worlds"
+            )
 
 
 def _seed_list(seeds: int | Sequence[int]) -> NDArray[np.int64]:

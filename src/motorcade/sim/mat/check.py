@@ -3,8 +3,9 @@
 import numpy as np
 
 from motorcade.profile import Profile
+from motorcade.sim.errors import MatError
 from motorcade.sim.mat.document import document_of
-from motorcade.sim.mat.model import Mat, MatError
+from motorcade.sim.mat.model import Mat
 from motorcade.sim.mat.nearness import close_pair, obstructed
 from motorcade.sim.mat.outlines import check_outlines
 from motorcade.sim.mat.schema import FARTHEST_M

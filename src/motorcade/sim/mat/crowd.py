@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motorcade.sim.mat.model import MatError
+from motorcade.sim.errors import MatError
 
 Points = NDArray[np.float64]
 IsFree = Callable[[Points, Points], NDArray[np.bool_]]

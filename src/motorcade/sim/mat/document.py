@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from motorcade.sim.errors import MatError
 from motorcade.sim.mat.crowd import Crowd, IsFree, Points, place_crowd
-from motorcade.sim.mat.model import Mat, MatError, Person, Physics, Starts, Voice
+from motorcade.sim.mat.model import Mat, Person, Physics, Starts, Voice
 from motorcade.sim.mat.nearness import obstructed
 from motorcade.sim.mat.outlines import check_outlines
 from motorcade.sim.mat.schema import FORMAT, MOST_CARS

@@ -5,8 +5,9 @@ import tomllib
 from pathlib import Path
 from typing import Any, Literal
 
+from motorcade.sim.errors import MatError
 from motorcade.sim.mat.document import mat_of
-from motorcade.sim.mat.model import Mat, MatError
+from motorcade.sim.mat.model import Mat
 
 _KINDS: dict[str, Literal["toml", "json"]] = {".toml": "toml", ".json": "json"}
 

@@ -174,6 +174,9 @@ def formation(followers: int, reach_m: float = 1.0) -> list[Pose]:
 
 
 def open_table(poses: Sequence[Pose], tick_ms: int = 1) -> Mat:
-    """A plane without end, with nothing on it but cars; the first of them leads."""
+    """A plane without end, with nothing on it but cars; the first of them leads.
+
+    They carry their infrared above their bodies, so that none shades another.
+    """
     leads = [number == 0 for number in range(len(poses))]
-    return Mat("open table", Starts.of(poses, leads), tick_ms)
+    return Mat("open table", Starts.of(poses, leads), tick_ms, physics=Physics(line_of_sight=False))

@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from motorcade.sim.mat.model import Corners, Mat, MatError
+from motorcade.sim.errors import MatError
+from motorcade.sim.mat.model import Corners, Mat
 from motorcade.sim.mat.schema import SHORTEST_M
 
 _SMALLEST_M2 = SHORTEST_M * SHORTEST_M

@@ -6,7 +6,7 @@ from typing import Any
 
 import jsonschema_rs
 
-from motorcade.sim.mat.model import MatError
+from motorcade.sim.errors import MatError
 from motorcade.sim.mat.schema import Schema, mat_schema
 
 Place = tuple[str | int, ...]
