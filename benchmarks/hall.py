@@ -2,7 +2,6 @@
 
 import json
 import math
-from functools import cache
 
 import numpy as np
 
@@ -38,7 +37,6 @@ def programs() -> list[bytes]:
     ]
 
 
-@cache
 def side_m(cars: int) -> float:
     """Side of the square in which ``cars`` cars have NEIGHBOURS in the mean, those at its edge included."""
     low, high = 1.5 * RANGE_M, math.sqrt(cars)

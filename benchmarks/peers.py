@@ -96,9 +96,7 @@ def vmas(cars: int, worlds: int, ticks: int) -> Contestant | None:
 
     class Hall(BaseScenario):
         def make_world(self, batch_dim: int, device: torch.device, **_: object) -> World:
-            world = World(
-                batch_dim, device, dt=TICK_MS / 1000, substeps=1, x_semidim=half, y_semidim=half, collision_force=100
-            )
+            world = World(batch_dim, device, dt=TICK_MS / 1000, substeps=1, x_semidim=half, y_semidim=half)
             ranges = {"u_range": [FASTEST_M_S, FASTEST_RAD_S], "u_multiplier": [1, 1]}
             for number in range(cars):
                 drive = DiffDrive(world, integration="euler")

@@ -10,7 +10,7 @@ import psutil
 
 QUIET = 0.15  # processors that others may use
 FEWEST = 3  # quiet repetitions that make a median
-PATIENCE_S = 4.0
+PATIENCE_S = 2.0
 
 
 @dataclass
@@ -69,8 +69,8 @@ class Contestant:
 
 
 def take_turns(contestants: Mapping[str, Contestant], wanted: int, told: Callable[[str], None]) -> None:
-    """Repeat each until ``wanted`` of its repetitions were quiet, or it had three times as many."""
-    for turn in range(3 * wanted):
+    """Repeat each until ``wanted`` of its repetitions were quiet, or it had twice as many."""
+    for turn in range(2 * wanted):
         for name, contestant in contestants.items():
             if len(contestant.quiet) < wanted:
                 told(f"turn {turn + 1}: {name}")

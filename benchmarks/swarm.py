@@ -81,7 +81,7 @@ class Crowd:
 
 def fresh_start() -> Contestant:
     command = [sys.executable, "-c", START, programs()[0].hex()]
-    return Contestant(1, lambda: subprocess.run(command, check=True), lambda: None)
+    return Contestant(1, lambda: subprocess.run(command, check=True))
 
 
 def result(figure: float, goal: float, floor: float | None = None, *, least: bool = True) -> str:
@@ -213,7 +213,10 @@ def peers_of(one: dict[str, Crowd], many: Crowd) -> dict[str, tuple[Contestant |
         "IR-SIM, 100 robots, bodies push": (ir_sim(100, "contact", 100), hundred),
         "IR-SIM, 1,000 robots, collisions found": (ir_sim(1_000, "unobstructed", 10), thousand),
         "IR-SIM, 1,000 robots, bodies push": (ir_sim(1_000, "contact", 8), thousand),
-        "VMAS, 4,096 worlds × 16 robots, 2 threads": (vmas(16, 4_096, 4), many.contestant),
+        f"VMAS, {many.worlds[0].worlds:,} worlds × 16 robots, 2 threads": (
+            vmas(16, many.worlds[0].worlds, 4),
+            many.contestant,
+        ),
         "our plain loop (CPython), 100 cars": (plain_loop(100, 25), hundred),
     }
 
@@ -245,7 +248,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Measure crowds of cars.")
     parser.add_argument("--quick", action="store_true", help="fewer repetitions, 100,000 cars at most")
     quick = parser.parse_args().quick
-    console = Console(width=150)
+    console = Console(width=160)
     with console.status("making the crowds") as status:
         table = measure(quick, status.update)
     console.print(table)
