@@ -63,7 +63,7 @@ def think(
     They stand at the beginning of their part of ``cars.order`` then.
     """
     senders = begin
-    first_voice, last_voice = _voices_at(now, voices, rules)
+    first_voice, last_voice = _voices_until(now - rules.tick_ms, voices), _voices_until(now, voices)
     everyone = said != brain.NO_VOICE or first_voice < last_voice
     for i in range(begin, end):
         if reached(now, cars.due[i]) == 0 and not everyone:
@@ -139,14 +139,16 @@ def _hear(i: int, part: int, seed: int, now: int, cars: Cars, rules: Rules, told
 
 
 @in_kernel
-def _voices_at(now: int, voices: Voices, rules: Rules) -> tuple[int, int]:
-    first = 0
-    while first < voices.at_ms.shape[0] and voices.at_ms[first] <= now - rules.tick_ms:
-        first += 1
-    last = first
-    while last < voices.at_ms.shape[0] and voices.at_ms[last] <= now:
-        last += 1
-    return first, last
+def _voices_until(at_ms: int, voices: Voices) -> int:
+    """How many of the voices have been heard by a moment."""
+    low, high = 0, voices.at_ms.shape[0]
+    while low < high:
+        middle = (low + high) // 2
+        if voices.at_ms[middle] <= at_ms:
+            low = middle + 1
+        else:
+            high = middle
+    return low
 
 
 @in_kernel

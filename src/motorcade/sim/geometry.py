@@ -64,13 +64,16 @@ def nearest_of_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: 
 def is_shaded(ax: float, ay: float, bx: float, by: float, x: float, y: float, radius: float) -> bool:
     """Whether a disc about (x, y) touches the line of sight from a to b."""
     along_x, along_y, to_x, to_y = bx - ax, by - ay, x - ax, y - ay
-    squared, dot = along_x * along_x + along_y * along_y, to_x * along_x + to_y * along_y
+    squared, aside = along_x * along_x + along_y * along_y, to_x * along_y - to_y * along_x
+    # Most discs are beside the line, so that is asked first.
+    if aside * aside >= radius * radius * squared and squared > 0.0:
+        return False
+    dot = to_x * along_x + to_y * along_y
     if dot <= 0.0:
         return to_x * to_x + to_y * to_y < radius * radius
     if dot >= squared:
         return (x - bx) * (x - bx) + (y - by) * (y - by) < radius * radius
-    aside = to_x * along_y - to_y * along_x
-    return aside * aside < radius * radius * squared
+    return True
 
 
 @in_kernel

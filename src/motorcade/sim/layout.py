@@ -24,6 +24,7 @@ _SIGNED = ("x", "y", "way_x", "way_y")
 # What a car takes with events, room for cells and all; without events it is about half.
 BYTES_A_CAR = 256
 _DRIFT_UM = 60_000
+_LINE = 16  # cars to a cache line
 CELL_UM = 450_000.0
 _PLACE_CELL_UM = 1_000_000.0
 _MOST_PLACE_CELLS = 1 << 20
@@ -81,7 +82,9 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
 def cars_of(worlds: int, per_world: int) -> Cars:
     """Room for all cars, zeroed."""
     count = worlds * per_world
-    rows = np.zeros((SIZE + len(_FIELDS), count), np.uint32)
+    # Fields an odd number of cache lines apart, or those of one car would all fall on a few places of the cache.
+    lines = -(-count // _LINE) | 1
+    rows = np.zeros((SIZE + len(_FIELDS), lines * _LINE), np.uint32)[:, :count]
     fields = {
         name: rows[SIZE + k].view(np.int32) if name in _SIGNED else rows[SIZE + k] for k, name in enumerate(_FIELDS)
     }
