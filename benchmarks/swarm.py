@@ -107,7 +107,7 @@ class Report:
     """The table, row by row."""
 
     def __init__(self, turns: int) -> None:
-        title = f"Car-steps a second and more, medians (least–most) of {turns} quiet repetitions"
+        title = f"Crowds of cars: medians (least–most) of {turns} quiet repetitions, or of all where too few were"
         self.table = Table("", "figure", "goal", "floor", "result", "quiet", "the cars*", title=title)
         self.table.caption = (
             "* others within 1 m of a car, share of cars that drive; frames begun, frames heard by a car a second; "
