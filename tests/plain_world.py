@@ -274,6 +274,8 @@ class PlainWorld:
         return whole if nearest < FAR_UM and whole <= self.rules.ultrasonic_range_mm else NOTHING_IN_SIGHT_MM
 
     def sees_person(self, car: int) -> bool:
+        if not self.mat.people:
+            return False
         ahead_x, ahead_y = cosine(self.heading[car], COSINES), sine(self.heading[car], COSINES)
         for person in self.mat.people:
             x, y = self._person_at(person)

@@ -1,4 +1,4 @@
-"""Random programs, and two kinds of cars to run them on."""
+"""Random programs and images, and two kinds of cars to run them on."""
 
 from dataclasses import replace
 from typing import Any
@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 from motorcade import Followers, Program
 from motorcade.profile import Profile, built_in_profile
 from motorcade.program.steps import DIRECTIONS, Avoid, Drive, Led, Pir, Repeat, Step, Together, Voice, Wait
+from motorcade.words.formats import CONTROL
+from motorcade.words.image import Image, image_words, words_to_bytes
 
 CLASSROOM = built_in_profile("classroom")
 # The same cars in a hurry: as many cases in less than half of the simulated time.
@@ -106,3 +108,33 @@ def damaged_documents(draw: st.DrawFn) -> dict[str, Any]:
     else:
         del place[key]
     return document
+
+
+@st.composite
+def words(draw: st.DrawFn, leads: bool = False) -> int:
+    """Any control word of an image, whatever a compiler would say of it."""
+    motor, avoids, led = draw(st.booleans()), draw(st.booleans()), draw(st.booleans())
+    is_deaf = leads or draw(st.integers(0, 7)) == 7
+    return CONTROL.encode(
+        accept_ir=int(not is_deaf),
+        forward=int(leads or draw(st.booleans())),
+        motor_enable=int(motor),
+        motor_direction=draw(LEVELS) * motor,
+        motor_speed=draw(LEVELS) * motor,
+        motor_duration=draw(LEVELS) * motor,
+        led_which=draw(LEVELS) * led,
+        led_duration=draw(LEVELS) * led,
+        avoid_enable=int(avoids),
+        avoid_radius=draw(LEVELS) * avoids,
+        avoid_duration=draw(LEVELS) * avoids,
+        voice=int(draw(st.booleans())),
+        pir=int(draw(st.booleans())),
+    )
+
+
+@st.composite
+def images(draw: st.DrawFn, states: int = 0, followers: int = 0) -> bytes:
+    """Any image of ``states`` to four leader words, and ``followers`` to three for followers."""
+    leader = draw(st.lists(words(leads=True), min_size=states, max_size=4))
+    told = draw(st.lists(words(), min_size=followers, max_size=3))
+    return words_to_bytes(image_words(Image(leader, told, draw(LEVELS))))

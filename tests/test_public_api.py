@@ -13,7 +13,8 @@ PUBLIC = {
     "words": ["CONTROL", "DRIVE", "HEADER", "WordError"],
     "programs": ["Compiled", "Followers", "Program", "ProgramError", "compile_program", "decompile", "read_program"],
     "steps": ["avoid", "forward", "led", "left", "pir", "repeat", "right", "together", "voice", "wait", "wander"],
-    "cars": ["Profile", "load_profile", "Pose", "World", "simulate", "show"],
+    "mats": ["Mat", "Physics", "Pose", "formation", "open_table", "read_mat"],
+    "cars": ["Profile", "load_profile", "World", "simulate", "show"],
 }
 NAMES = sorted(["__version__", *(name for names in PUBLIC.values() for name in names)])
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from motorcade.program.steps import DIRECTIONS, Drive, Led, Repeat, Step, Together
-from motorcade.sim.world import World
+from plain_world import PlainWorld
 
 STILL = (0, 0)
 DARK = 4
@@ -43,10 +43,10 @@ def moments(steps: Sequence[Step], idle_ms: int) -> list[Moment]:
     return shown
 
 
-def watch(world: World, car: int, duration_ms: int) -> list[Moment]:
-    """What a simulated car shows in each millisecond."""
+def watch(world: PlainWorld, car: int, ticks: int) -> list[Moment]:
+    """What a car of the plain world, which is the engine's equal, shows in each tick."""
     shown = []
-    for _ in range(duration_ms):
+    for _ in range(ticks):
         world.step()
         board = world.boards[car]
         shown.append(((board.direction, board.speed_level), board.led))

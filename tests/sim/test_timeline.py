@@ -1,4 +1,7 @@
-"""A car does what the blocks say, when they say it: the simulator against an oracle of the blocks' meaning."""
+"""A car does what the blocks say, when they say it: simulated cars against an oracle of the blocks' meaning.
+
+What they show in each millisecond is seen in the plain world; test_engine.py shows that the engine does the same.
+"""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -6,15 +9,18 @@ from itertools import pairwise
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from motorcade import Pose, Program, World, compile_program, led, wait
+from motorcade import Mat, Physics, Pose, Program, World, compile_program, led, open_table, wait
 from motorcade.profile import Profile
+from motorcade.sim.events import KINDS
 from motorcade.words.formats import CONTROL
 from motorcade.words.infrared import air_us, to_frame
+from plain_world import PlainWorld
 from strategies import BRISK, CLASSROOM, rows, single_steps, sums, togethers
 from timelines import DARK, STILL, Moment, agrees, length_ms, moments, unrolled, watch
 
 PROFILES = st.sampled_from([BRISK, BRISK, CLASSROOM])
 LONGEST_MS = 15_000
+STATE, START = KINDS.index("state"), KINDS.index("start")
 # What takes a tenth of a second is tried on a third of the cases.
 SLOW = settings(max_examples=settings().max_examples // 3)
 
@@ -26,6 +32,18 @@ def leader_cases(draw: st.DrawFn) -> tuple[Program, Profile]:
     program = Program(draw(rows(sums(profile), least=1)), followers)
     assume(len(moments(program.leader, profile.idle_state_ms)) <= LONGEST_MS)
     return program, profile
+
+
+def table(*poses: Pose) -> Mat:
+    """Nothing but cars, which neither touch nor shade one another."""
+    return replace(open_table(poses), physics=Physics(collisions=False, line_of_sight=False))
+
+
+def told(world: World, duration_ms: int, car: int, kind: int) -> list[tuple[int, int, int]]:
+    """Time, word and other of a car's events of one kind."""
+    world.run(duration_ms)
+    events = world.take_events()
+    return events[(events["car"] == car) & (events["kind"] == kind)][["t_ms", "word", "other"]].tolist()
 
 
 class Follower:
@@ -42,11 +60,15 @@ class Follower:
         assume(self.round_ms <= LONGEST_MS)
         self.air_ms = [-(-air_us(to_frame(word), profile.infrared.unit_us) // 1000) for word in self.words]
         self.said = moments(program.followers.steps, profile.idle_state_ms)
-        self.world = World(compiled.image, profile, [Pose(0, 0), Pose(100, 0)])
+        self.place = table(Pose(0, 0), Pose(100, 0)), [compiled.image], profile
 
-    def starts(self) -> list[tuple[int, int]]:
+    def shown(self, duration_ms: int) -> list[Moment]:
+        """What it shows in each millisecond."""
+        return watch(PlainWorld(*self.place), 1, duration_ms)
+
+    def starts(self, duration_ms: int) -> list[tuple[int, int]]:
         """When it began each word, and which."""
-        return [(event.t_ms, event.word) for event in self.world.events if event[1:3] == (1, "start")]
+        return [(t_ms, word) for t_ms, word, _ in told(World(*self.place, events=True), duration_ms, 1, START)]
 
     def said_at(self, at_ms: int) -> Moment:
         """What the blocks say at ``at_ms`` of the leader's clock, which the follower can't know before it begins."""
@@ -69,7 +91,7 @@ def followers(draw: st.DrawFn, deaf: bool = False) -> Follower:
 def test_leader_shows_in_each_millisecond_what_its_blocks_say(case: tuple[Program, Profile]) -> None:
     program, profile = case
     said = moments(program.leader, profile.idle_state_ms)
-    world = World(compile_program(program, profile).image, profile, [Pose(0, 0)])
+    world = PlainWorld(table(Pose(0, 0)), [compile_program(program, profile).image], profile)
     for at_ms, (wheels, lit) in enumerate(watch(world, 0, 2 * len(said) + 1)):
         wheels_said, led_said = said[at_ms % len(said)]
         assert agrees(wheels, wheels_said), at_ms
@@ -81,26 +103,21 @@ def test_leader_begins_a_state_of_each_step_where_the_step_begins(case: tuple[Pr
     program, profile = case
     steps = list(unrolled(program.leader, "leader"))
     compiled = compile_program(program, profile)
-    world = World(compiled.image, profile, [Pose(0, 0)])
+    world = World(table(Pose(0, 0)), [compiled.image], profile, events=True)
     begins, at_ms = set(), 0
     for path, step in steps + steps:
         begins.add((at_ms, path))
         at_ms += length_ms(step, profile.idle_state_ms)
-    for _ in world.run(at_ms):
-        pass
-    states = [event for event in world.events if event.kind == "state"]
-    told = [(event.t_ms, compiled.origins[1 + event.detail["index"]][0]) for event in states]
-    assert begins <= set(told)
-    assert len(told) == 2 * compiled.leader_states
+    states = [(t_ms, compiled.origins[1 + index][0]) for t_ms, _, index in told(world, at_ms, 0, STATE)]
+    assert begins <= set(states)
+    assert len(states) == 2 * compiled.leader_states
 
 
 @SLOW
 @given(followers())
 def test_follower_takes_each_word_within_a_frame_and_a_gap(car: Follower) -> None:
     assume(len(car.words) > 1)
-    for _ in car.world.run(2 * car.round_ms):
-        pass
-    starts = car.starts()
+    starts = car.starts(2 * car.round_ms)
     assert [word for _, word in starts] == [*car.words, *car.words]
     for slot, (t_ms, _) in enumerate(starts):
         at = slot % len(car.words)
@@ -115,7 +132,7 @@ def assert_follows(car: Follower, late_ms: int = 0) -> None:
     Where one word ends and the next has not been taken it may stand still for so long.
     """
     first_ms, last_ms = min(car.air_ms), 2 * max(car.air_ms) + car.gap_ms + late_ms
-    for at_ms, (wheels, lit) in enumerate(watch(car.world, 1, 2 * car.round_ms)):
+    for at_ms, (wheels, lit) in enumerate(car.shown(2 * car.round_ms)):
         # No block is shorter than 50 ms, so none is passed over.
         said = [car.said_at(then_ms) for then_ms in (*range(at_ms - last_ms, at_ms - first_ms, 50), at_ms - first_ms)]
         if (at_ms - last_ms) // car.dwell_ms != (at_ms - first_ms) // car.dwell_ms:
@@ -149,8 +166,9 @@ def test_a_single_word_begins_anew_within_a_frame_and_a_gap(data: st.DataObject)
     seconds = st.sampled_from(usual.durations_ms[1:]).map(lambda level: level / 1000)
     car = Follower(Program([], [data.draw(single_steps(seconds) | togethers(seconds))]), usual)
     assume(len(car.words) == 1)
-    shown = watch(car.world, 1, 4 * (car.round_ms + 200))
-    starts = [t_ms for t_ms, _ in car.starts()]
+    duration_ms = 4 * (car.round_ms + 200)
+    shown = car.shown(duration_ms)
+    starts = [t_ms for t_ms, _ in car.starts(duration_ms)]
     assert len(starts) >= 4
     for begin_ms, next_ms in pairwise(starts):
         assert car.dwell_ms <= next_ms - begin_ms <= car.dwell_ms + car.air_ms[0] + car.gap_ms

@@ -1,0 +1,103 @@
+"""The loop of a car on a bench: its clock and its dice, however late its ticks come."""
+
+from collections import Counter
+from itertools import pairwise
+
+import pytest
+
+from motorcade import Program, compile_program, forward, led, left, repeat, together, wait, wander
+from motorcade.car.board import Board
+from motorcade.car.loop import Car
+from motorcade.sim.levels import levels_of
+from strategies import CLASSROOM
+from timelines import Moment
+
+DRIVES, TURNS_LEFT, TURNS_RIGHT = (0, 2), (1, 2), (2, 2)
+
+
+class BenchBoard(Board):
+    """A leader's board without sensors, whose clock the test sets."""
+
+    is_leader = True
+    levels = levels_of(CLASSROOM)
+
+    def __init__(self, image: bytes, number: int):
+        self.image, self.number = image, number
+        self.clock_ms = 0
+        self.shown: Moment = ((0, 0), 4)
+        self.told: list[tuple[int, str, int, int | str]] = []
+
+    def now_ms(self) -> int:
+        return self.clock_ms
+
+    def load_image(self) -> bytes:
+        return self.image
+
+    def set_wheels(self, direction: int, speed_level: int) -> None:
+        self.shown = ((direction, speed_level), self.shown[1])
+
+    def set_led(self, which: int) -> None:
+        self.shown = (self.shown[0], which)
+
+    def note(self, kind: str, at_ms: int, word: int, detail: int | str) -> None:
+        self.told.append((at_ms, kind, word, detail))
+
+
+def drive(image: bytes, tick_ms: int, ticks: int, number: int = 0) -> tuple[list[Moment], BenchBoard]:
+    """What a car shows in each tick, and its board at the end."""
+    board = BenchBoard(image, number)
+    car, shown = Car(board), []
+    for tick in range(ticks):
+        board.clock_ms = tick * tick_ms
+        car.tick()
+        shown.append(board.shown)
+    return shown, board
+
+
+def wheels(leader: list, tick_ms: int, ticks: int, number: int = 0) -> list[tuple[int, int]]:
+    return [moment[0] for moment in drive(compile_program(Program(leader)).image, tick_ms, ticks, number)[0]]
+
+
+def test_random_driving_goes_straight_half_of_the_time_and_turns_each_way_a_quarter() -> None:
+    drawn = Counter(wheels([wander(3)], 500, 4000, number=3))
+    assert 1850 <= drawn[DRIVES] <= 2150
+    assert 850 <= drawn[TURNS_LEFT] <= 1150
+    assert 850 <= drawn[TURNS_RIGHT] <= 1150
+
+
+def test_each_car_draws_its_own_directions() -> None:
+    assert len({tuple(wheels([wander(3)], 500, 20, number)) for number in range(20)}) == 20
+
+
+@pytest.mark.parametrize("tick_ms", [20, 333, 1750, 4321])
+def test_random_driving_is_the_same_whatever_the_tick(tick_ms: int) -> None:
+    roams = [wander(3), wander(1), wait(1)]
+    shown = wheels(roams, 1, 60_000)[::tick_ms]
+    assert {DRIVES, TURNS_LEFT, TURNS_RIGHT} <= set(shown)
+    assert wheels(roams, tick_ms, len(shown)) == shown
+
+
+def test_random_driving_changes_its_mind_every_half_second() -> None:
+    shown = wheels([wander(3)], 1, 30_000)
+    changes = [at_ms for at_ms, (before, after) in enumerate(pairwise(shown), start=1) if before != after]
+    assert len(changes) > 20
+    assert all(at_ms % 500 == 0 for at_ms in changes)
+
+
+@pytest.mark.parametrize("tick_ms", [7, 20, 333, 4321])
+def test_a_late_tick_loses_no_time_for_the_leader(tick_ms: int) -> None:
+    program = Program(
+        [forward(3), repeat(2, left(1), together(forward(2), led(1, 1))), wander(2), wait(0)],
+        [led(0, 1), led(1, 1)],
+    )
+    compiled = compile_program(program)
+    shown, prompt = drive(compiled.image, 1, 20_000)
+    shown_late, late = drive(compiled.image, tick_ms, 20_000 // tick_ms)
+    assert shown_late == shown[::tick_ms][: len(shown_late)]
+    states, states_late = (
+        [event for event in board.told if event[1] == "state" and event[0] <= 12_000] for board in (prompt, late)
+    )
+    assert states_late == states
+    frames = [(t_ms, word) for t_ms, kind, word, _ in late.told if kind == "frame"]
+    assert frames
+    assert all(word == compiled.words[-2:][t_ms // 1000 % 2] for t_ms, word in frames)
