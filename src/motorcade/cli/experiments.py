@@ -89,13 +89,15 @@ def _plan(spec: Path, language: str) -> "Plan":
 
 def _run(plan: "Plan", output: Path, jobs: int, scheduler: str) -> int:
     from motorcade.console import progress_bar
-    from motorcade.sim.sweep.schedule import on_this_computer, run_sweep
+    from motorcade.sim.sweep.schedule import run_sweep
 
     if scheduler:
         from motorcade.sim.sweep.cluster import on_a_cluster
 
         workers = on_a_cluster(scheduler)
     else:
+        from motorcade.sim.sweep.processes import on_this_computer
+
         workers = on_this_computer(jobs)
     return run_sweep(plan, output, workers, progress_bar)
 

@@ -124,7 +124,8 @@ def place_near(i: int, look: float, cars: Cars, place: Place, rules: Rules) -> t
     """Look at walls and obstacles around car ``i``; gives what ``others_near`` gives."""
     way_x, way_y, own = way_of(i, cars, rules)
     around = rules.radius + look
-    ticks, obstacle, push_x, push_y = (rules.near_place - around) / max(own, 1.0), FAR_UM, 0.0, 0.0
+    near = around + LOOK_BEYOND_UM
+    ticks, obstacle, push_x, push_y = LOOK_BEYOND_UM / max(own, 1.0), FAR_UM, 0.0, 0.0
     x, y = float(cars.x[i]), float(cars.y[i])
     frame = place.frame
     columns = int(frame[COLUMNS])
@@ -133,17 +134,19 @@ def place_near(i: int, look: float, cars: Cars, place: Place, rules: Rules) -> t
     segments = place.segments.shape[0]
     for k in range(place.first[cell], place.first[cell + 1]):
         item = place.items[k]
+        thick = 0.0
         if item < segments:
             wall = place.segments[item]
             near_x, near_y = nearest_of_segment(x, y, wall[0], wall[1], wall[2], wall[3])
             dx, dy = near_x - x, near_y - y
-            distance = math.sqrt(dx * dx + dy * dy)
-            surface = distance
         else:
             disc = place.discs[item - segments]
-            dx, dy = disc[0] - x, disc[1] - y
-            distance = math.sqrt(dx * dx + dy * dy)
-            surface = distance - disc[2]
+            dx, dy, thick = disc[0] - x, disc[1] - y, disc[2]
+        squared = dx * dx + dy * dy
+        if squared >= (near + thick) * (near + thick):
+            continue
+        distance = math.sqrt(squared)
+        surface = distance - thick
         closing = own if look > 0.0 else _closing(way_x * dx + way_y * dy, distance, own, rules)
         ticks = min(ticks, (surface - around) / max(closing, 1.0))
         if look > 0.0 and surface < look + rules.radius:

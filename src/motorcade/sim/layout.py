@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from motorcade.car.brain import LEFT, RIGHT, SIZE, VOICE_GO, VOICE_STOP
+from motorcade.car.brain import AVOID_RADII_MM, LEFT, RIGHT, SIZE, VOICE_GO, VOICE_STOP
 from motorcade.profile import Profile
 from motorcade.sim.bodies import LOOK_BEYOND_UM
 from motorcade.sim.errors import WorldError
@@ -45,8 +45,6 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
     fastest = math.ceil(fastest * (1 + MOST_NORMAL * physics.wheel_noise))
     _check(profile, tick_ms, fastest, radius)
     sort_every = max(_DRIFT_UM // fastest, 1)
-    near_place = max(profile.avoid_radii_mm) * 1000.0 + radius + LOOK_BEYOND_UM
-    has_place = bool(mat.walls or mat.discs or mat.polygons or (mat.walled and mat.size_m))
     return Rules(
         levels=np.array(levels_of(profile), np.int64),
         images=_images(images),
@@ -75,7 +73,6 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
         drift=float(sort_every * fastest),
         sort_every=int(sort_every),
         cell=CELL_UM,
-        near_place=near_place if has_place else FAR_UM,
     )
 
 
@@ -155,7 +152,8 @@ def place_of(mat: Mat, rules: Rules) -> Place:
         walls += _sides(polygon)
     segments = np.round(np.array(walls, np.float64).reshape(-1, 4) * 1e6)
     discs = np.round(np.array(mat.discs, np.float64).reshape(-1, 3) * 1e6)
-    reach = max(rules.near_place, rules.range * rules.line_of_sight)
+    farthest_look = max(rules.levels[AVOID_RADII_MM : AVOID_RADII_MM + 4]) * 1000.0
+    reach = max(farthest_look + rules.radius + LOOK_BEYOND_UM, rules.range * rules.line_of_sight)
     if not len(segments) and not len(discs):
         return Place(segments, discs, np.array([0.0, 0.0, 0.0, 1.0, 1.0]), np.zeros(2, np.int32), np.zeros(0, np.int32))
     ends = np.concatenate([segments[:, :2], segments[:, 2:], discs[:, :2] - discs[:, 2:], discs[:, :2] + discs[:, 2:]])

@@ -117,4 +117,3 @@ class Rules(NamedTuple):
     drift: float  # µm that a car may have gone since the last sort
     sort_every: int  # ticks
     cell: float  # side of a cell
-    near_place: float  # how far a car looks for what stands still; every list of Place reaches so far
