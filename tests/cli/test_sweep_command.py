@@ -8,11 +8,13 @@ import subprocess
 import sys
 import time
 
+import psutil
 import pyarrow.parquet as pq
 import pytest
 
 from command_line import PARADE, data, refusal, run
 from motorcade.sim.sweep import plan as planning
+from motorcade.sim.sweep import store
 
 DEADLINE_S = 60
 CAR_STEPS = 40_000
@@ -54,7 +56,7 @@ def spec(tmp_path):
 @pytest.fixture
 def long_spec(spec):
     """Some hundred tasks, so that there is a middle of them."""
-    spec.write_text(SPEC.replace("seeds = 3", "seeds = 120"), encoding="utf-8")
+    spec.write_text(SPEC.replace("seeds = 3", "seeds = 240"), encoding="utf-8")
     return spec
 
 
@@ -71,15 +73,15 @@ def parts_of(table):
 
 
 @contextlib.contextmanager
-def sweeping(*arguments, output=subprocess.PIPE):
+def sweeping(*arguments):
     """The command in a process of its own; ended when it is still there at the end."""
     command = [sys.executable, "-c", SMALL_TASKS, "sweep", *map(str, arguments)]
-    process = subprocess.Popen(command, stdout=output, stderr=output, text=True)
-    try:
-        yield process
-    finally:
-        process.kill()
-        process.communicate()
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 # One table
@@ -91,7 +93,7 @@ def expected(tmp_path_factory):
     folder = tmp_path_factory.mktemp("expected")
     (folder / PARADE.name).write_bytes(PARADE.read_bytes())
     spec = folder / "spec.toml"
-    spec.write_text(SPEC.replace("seeds = 3", "seeds = 120"), encoding="utf-8")
+    spec.write_text(SPEC.replace("seeds = 3", "seeds = 240"), encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(planning, "TASK_CAR_STEPS", CAR_STEPS)
         told = data("sweep", spec, "-o", folder / "out.parquet", "--jobs", "1")
@@ -99,7 +101,8 @@ def expected(tmp_path_factory):
     return (folder / "out.parquet").read_bytes()
 
 
-def test_a_table_has_a_row_a_run_in_order(spec, tmp_path):
+def test_a_table_has_a_row_a_run_in_order(spec, tmp_path, monkeypatch):
+    monkeypatch.setattr(store, "GROUP_ROWS", 10)
     table = tmp_path / "out.parquet"
     told = data("sweep", spec, "-o", table, "--jobs", "1")
     assert (told["runs"], told["tasks_run"]) == (RUNS, told["tasks"])
@@ -126,9 +129,11 @@ def test_several_processes_make_the_same_table(long_spec, tmp_path, expected):
 
 def test_a_killed_sweep_goes_on_and_runs_nothing_twice(long_spec, tmp_path, expected):
     table = tmp_path / "out.parquet"
-    with sweeping(long_spec, "-o", table, "--jobs", "2", output=subprocess.DEVNULL) as process:
+    with sweeping(long_spec, "-o", table, "--jobs", "2") as process:
         wait_until(lambda: len(parts_of(table)) > 3, process)
         process.kill()
+        # Its workers hold the other end, so this ends when they have left too.
+        process.communicate(timeout=DEADLINE_S)
     kept = parts_of(table)
     assert not table.exists()
     told = data("sweep", long_spec, "-o", table, "--jobs", "1")
@@ -138,15 +143,18 @@ def test_a_killed_sweep_goes_on_and_runs_nothing_twice(long_spec, tmp_path, expe
 
 
 @posix_only
-def test_ctrl_c_ends_in_a_sentence(long_spec, tmp_path):
+@pytest.mark.parametrize("parts", [0, 3], ids=["while workers start", "while they work"])
+def test_ctrl_c_ends_in_a_sentence(long_spec, tmp_path, parts):
     table = tmp_path / "out.parquet"
     with sweeping(long_spec, "-o", table, "--jobs", "2") as process:
-        wait_until(lambda: parts_of(table), process)
-        process.send_signal(signal.SIGINT)
+        known = psutil.Process(process.pid)
+        wait_until(lambda: len(known.children()) > 2 and len(parts_of(table)) >= parts, process)
+        # As a terminal does, which tells the workers too.
+        os.killpg(process.pid, signal.SIGINT)
         out, err = process.communicate(timeout=DEADLINE_S)
     assert (process.returncode, out) == (130, "")
     assert err == f"motorcade: stopped; the same command goes on from what is in {table}.parts\n"
-    assert parts_of(table)
+    assert len(parts_of(table)) >= parts
 
 
 def test_a_finished_table_is_not_run_again_nor_replaced_by_another(spec, tmp_path):

@@ -12,7 +12,7 @@ from motorcade import Program, forward, led
 from motorcade.profile import built_in_profile
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers
-from motorcade.sim.mat import Physics, Pose, Starts, open_table
+from motorcade.sim.mat import Pose, Starts, open_table
 from motorcade.sim.sweep import plan as planning
 from motorcade.sim.sweep.parameters import SweepError
 from motorcade.sim.sweep.plan import Plan
@@ -24,6 +24,7 @@ from motorcade.sim.world import World
 HEAD = 'format = "motorcade-sweep/1"\nprograms = ["a"]\n'
 CLASSROOM = built_in_profile("classroom")
 IMAGE = compile_program(Program(leader=[forward(3)], followers=Followers([led(0, 1), led(1, 1)]))).image
+PASSED_ON = compile_program(Program(leader=[forward(3)], followers=Followers([led(0, 1)], forward=True))).image
 
 
 def spec(text="", seconds="1"):
@@ -88,6 +89,8 @@ def test_a_draw_depends_on_no_other():
     more = drawn("tick_ms = {from = 1, to = 2}\ncars = {from = 1, to = 1000}", count=9)
     assert [point["cars"] for point in more[:5]] == [point["cars"] for point in first]
     assert len({point["cars"] for point in more}) > 5
+    both = drawn("physics.bit_error_rate = {from = 0, to = 0.5}\nphysics.wheel_noise = {from = 0, to = 0.5}", count=5)
+    assert all(len(set(point.values())) == 2 for point in both)
 
 
 @pytest.mark.parametrize(
@@ -163,7 +166,8 @@ def test_parameters_reach_the_world():
     (batch,) = plan.task(0).batches
     assert len(batch.mat.starts) == 4
     assert batch.mat.starts.leads.tolist() == [True, False, False, False]
-    assert (batch.mat.tick_ms, batch.mat.physics) == (5, Physics(wheel_noise=0.25, capture_ratio=None))
+    physics = dataclasses.replace(open_table([Pose(0, 0)]).physics, wheel_noise=0.25, capture_ratio=None)
+    assert (batch.mat.tick_ms, batch.mat.physics) == (5, physics)
     infrared = dataclasses.replace(CLASSROOM.infrared, range_mm=400)
     expected = dataclasses.replace(CLASSROOM, infrared=infrared, dwell_ms=(*CLASSROOM.dwell_ms[:7], 9000))
     assert batch.profile == expected
@@ -171,16 +175,17 @@ def test_parameters_reach_the_world():
 
 def test_a_run_is_that_of_a_world_of_its_own_and_is_measured_as_documented():
     grid = "seeds = [4, 7]\n[grid]\ncars = [6]\nphysics.bit_error_rate = [0.01]\nphysics.wheel_noise = [0.2]"
-    rows = rows_of(plan_of(grid, seconds="1.5"))
+    plan = plan_of(grid, seconds="1.5", image=PASSED_ON)
+    rows, (batch,) = rows_of(plan), plan.task(0).batches
     assert [row["seed"] for row in rows] == [4, 7]
-    (batch,) = plan_of(grid, seconds="1.5").task(0).batches
     for row in rows:
-        world = World(batch.mat, [IMAGE], batch.profile, seeds=row["seed"], threads=1)
+        world = World(batch.mat, [PASSED_ON], batch.profile, seeds=row["seed"], threads=1)
         start = world.snapshot()
         world.run(1500)
         end, counts = world.snapshot(), {name: int(value[0]) for name, value in world.counts().items()}
         assert {name: row[name] for name in counts} == counts
         cars = [SimpleNamespace(x=x, y=y, at=at) for x, y, at in zip(end.x_m, end.y_m, end.heading, strict=True)]
+        assert all(counts[name] for name in ("lost_collision", "lost_sending", "lost_parity"))
         lost = sum(counts[name] for name in counts if name.startswith("lost_")) + counts["deaf"]
         assert row["lost_share"] == pytest.approx(lost / (lost + counts["heard"]))
         distances = [math.dist((car.x, car.y), (cars[0].x, cars[0].y)) for car in cars[1:]]
@@ -234,6 +239,21 @@ def test_where_tasks_are_cut_changes_no_row(monkeypatch):
     assert cut.tasks > 8
     assert sum(map(cut.task_runs, range(cut.tasks))) == 28
     assert rows_of(cut) == rows
+
+
+def test_what_shows_only_in_a_run_is_named_with_its_point(monkeypatch):
+    def too_large(*arguments, **options):
+        raise MemoryError
+
+    plan = plan_of("[grid]\ncars = [3]")
+    monkeypatch.setattr("motorcade.sim.world.World", too_large)
+    with pytest.raises(SweepError, match="a, the empty table, cars = 3: this computer has too little memory for it"):
+        run_task(plan.task(0))
+
+
+def test_a_worker_with_another_motorcade_is_refused():
+    with pytest.raises(SweepError, match="another Motorcade than this computer"):
+        run_task(dataclasses.replace(plan_of().task(0), code="of yesterday"))
 
 
 # What is kept
