@@ -1,14 +1,19 @@
 """A car that waits while a person stands in its way, and drives on when they have gone."""
 
-from motorcade import Pose, Program, World, compile_program, forward, load_profile, pir, together
+from dataclasses import replace
+
+from motorcade import Pose, Program, World, compile_program, forward, open_table, pir, together
+from motorcade.sim.mat import Person
 
 program = Program(leader=[together(forward(3), pir())])
+# They walk up from the side, stand before the car from the 3rd second to the 6th, and walk on.
+passer_by = Person(((0, 2.5, 6), (3, 2.5, 0), (6, 2.5, 0), (9, 2.5, -6)))
 
 if __name__ == "__main__":
-    image = compile_program(program).image
-    world = World(image, load_profile("classroom"), [Pose(0, 0)])
+    mat = replace(open_table([Pose(0, 0)]), people=(passer_by,))
+    world = World(mat, [compile_program(program).image])
     for second in range(9):
-        world.people = [(2.5, 0)] if 3 <= second < 6 else []
-        for _ in world.run(1000):
-            state = "a person is there" if world.people else "nobody is there"
-            print(f"{second + 1} s: {state}, the car is at {world.poses[0].x:.2f} m")
+        world.run(1000)
+        car = world.snapshot()
+        state = "drives" if car.wheels[0] else "waits for somebody"
+        print(f"{second + 1} s: the car {state}, at {car.x_m[0]:.2f} m")

@@ -5,6 +5,7 @@ once and goes on passing it; the table at the end shows the ripple.
 """
 
 from motorcade import Followers, Pose, Program, led, show, wait
+from motorcade.sim.events import KINDS
 
 CARS = 9
 APART_M = 0.8  # infrared reaches 1 m: the next car, not the one behind it
@@ -14,5 +15,7 @@ program = Program(leader=[wait(3)], followers=Followers([led(0, 3)], forward=Tru
 if __name__ == "__main__":
     run = show(program, seconds=15, poses=[Pose(number * APART_M, 0) for number in range(CARS)])
     for car in range(1, CARS):
-        first = next((event.t_ms for event in run.world.events if event.car == car and event.kind == "start"), None)
-        print(f"car {car}, {car * APART_M:.1f} m away, " + (f"lit after {first} ms" if first else "stayed dark"))
+        lit_ms = run.events["t_ms"][(run.events["car"] == car) & (run.events["kind"] == KINDS.index("start"))]
+        print(
+            f"car {car}, {car * APART_M:.1f} m away, " + (f"lit after {lit_ms[0]} ms" if len(lit_ms) else "stayed dark")
+        )
