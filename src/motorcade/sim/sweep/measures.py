@@ -1,6 +1,5 @@
 """What a run is measured by: the columns behind its parameters in a sweep's table."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -15,7 +14,7 @@ from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import to_frame
 
 if TYPE_CHECKING:
-    from motorcade.sim.world import Snapshot, World
+    from motorcade.sim.world import World
 
 Numbers = NDArray[np.float64]
 
@@ -49,50 +48,56 @@ MEASURES = (
 _LOST = ("lost_collision", "lost_sending", "lost_parity", "lost_reserved", "deaf")
 
 
-def run_and_measure(world: "World", image: bytes, duration_ms: int) -> dict[str, Sequence[float | None]]:
+def run_and_measure(world: "World", image: bytes, duration_ms: int) -> dict[str, list[int] | list[float | None]]:
     """Let every world run for ``duration_ms``; each measure's values, one a world, None where it has no meaning."""
-    starts = world.mat.starts
     world.run(duration_ms)
     counts = world.counts()
-    columns: dict[str, Sequence[float | None]] = {
+    columns: dict[str, list[int] | list[float | None]] = {
         measure.name: counts[measure.name].tolist() for measure in MEASURES if measure.counts
     }
     lost = np.sum([counts[name] for name in _LOST], axis=0)
-    reached = lost + counts["heard"]
-    columns["lost_share"] = [_share(some, all_) for some, all_ in zip(lost.tolist(), reached.tolist(), strict=True)]
-    word = last_word(image, world.profile, duration_ms, world.tick_ms)
-    ends = [_end(world.snapshot(index), starts.leads, (starts.x_m, starts.y_m), word) for index in range(world.worlds)]
-    names = [measure.name for measure in MEASURES if not measure.counts and measure.name != "lost_share"]
-    columns.update(zip(names, zip(*ends, strict=True), strict=True))
-    return columns
+    columns["lost_share"] = _known(lost / np.maximum(lost + counts["heard"], 1), lost + counts["heard"] > 0)
+    return columns | _ends(world, last_word(image, world.profile, duration_ms, world.tick_ms))
 
 
-def _end(
-    snapshot: "Snapshot", leads: NDArray[np.bool_], start: tuple[Numbers, Numbers], word: int | None
-) -> tuple[float | None, ...]:
-    """informed_share, leader_distance_m, spread_m, alignment and moved_m of one world."""
-    x_m, y_m, follows = snapshot.x_m, snapshot.y_m, ~leads
-    informed = distance_m = None
-    if follows.any() and word is not None:
-        informed = float(np.mean(snapshot.word[follows] == word))
-    if follows.any() and leads.any():
-        distance_m = float(np.mean(_to_nearest(x_m[follows], y_m[follows], x_m[leads], y_m[leads])))
-    spread_m = float(np.sqrt(np.var(x_m) + np.var(y_m)))
-    alignment = float(np.hypot(np.mean(np.cos(snapshot.heading)), np.mean(np.sin(snapshot.heading))))
-    moved_m = float(np.mean(np.hypot(x_m - start[0], y_m - start[1])))
-    return informed, distance_m, spread_m, alignment, moved_m
+def _ends(world: "World", word: int | None) -> dict[str, list[int] | list[float | None]]:
+    """The measures of the moment; ``word`` is what the informed hold."""
+    starts, ends = world.mat.starts, [world.snapshot(index) for index in range(world.worlds)]
+    x_m, y_m, heading, words = (
+        np.stack([getattr(end, name) for end in ends]) for name in ("x_m", "y_m", "heading", "word")
+    )
+    leads, follows = starts.leads, ~starts.leads
+    some = np.full(world.worlds, follows.any())
+    distance_m = _to_nearest(x_m[:, follows], y_m[:, follows], x_m[:, leads], y_m[:, leads])
+    informed = words[:, follows] == (0 if word is None else word)
+    spread_m = np.sqrt(np.var(x_m, axis=1) + np.var(y_m, axis=1))
+    alignment = np.hypot(np.mean(np.cos(heading), axis=1), np.mean(np.sin(heading), axis=1))
+    moved_m = np.mean(np.hypot(x_m - starts.x_m, y_m - starts.y_m), axis=1)
+    return {
+        "informed_share": _known(_mean(informed), some & (word is not None)),
+        "leader_distance_m": _known(_mean(distance_m), some & leads.any()),
+        "spread_m": spread_m.tolist(),
+        "alignment": alignment.tolist(),
+        "moved_m": moved_m.tolist(),
+    }
+
+
+def _mean(values: NDArray[np.generic]) -> Numbers:
+    """The mean of each world's values, of which there may be none."""
+    sums: Numbers = np.sum(values, axis=1, dtype=np.float64)
+    return sums / max(values.shape[1], 1)
+
+
+def _known(values: Numbers, known: NDArray[np.bool_]) -> list[float | None]:
+    return [value if is_known else None for value, is_known in zip(values.tolist(), known.tolist(), strict=True)]
 
 
 def _to_nearest(x_m: Numbers, y_m: Numbers, leaders_x_m: Numbers, leaders_y_m: Numbers) -> Numbers:
-    """The distance of each place from the nearest of the leaders."""
-    nearest_m = np.full(len(x_m), np.inf)
-    for leader_x_m, leader_y_m in zip(leaders_x_m, leaders_y_m, strict=True):
-        np.minimum(nearest_m, np.hypot(x_m - leader_x_m, y_m - leader_y_m), out=nearest_m)
+    """The distance of each place from the nearest of its world's leaders; all arrays have a row a world."""
+    nearest_m = np.full(x_m.shape, np.inf)
+    for leader_x_m, leader_y_m in zip(leaders_x_m.T, leaders_y_m.T, strict=True):
+        np.minimum(nearest_m, np.hypot(x_m - leader_x_m[:, None], y_m - leader_y_m[:, None]), out=nearest_m)
     return nearest_m
-
-
-def _share(some: int, all_: int) -> float | None:
-    return some / all_ if all_ else None
 
 
 @lru_cache(maxsize=1024)
