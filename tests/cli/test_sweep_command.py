@@ -17,7 +17,7 @@ from motorcade.sim.sweep import plan as planning
 from motorcade.sim.sweep import store
 
 DEADLINE_S = 60
-CAR_STEPS = 40_000
+CAR_STEPS = 150_000
 # The command with small tasks, so that there are many of them.
 SMALL_TASKS = f"""
 from motorcade.cli import main

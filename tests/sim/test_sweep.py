@@ -234,7 +234,7 @@ def test_where_tasks_are_cut_changes_no_row(monkeypatch):
     assert whole.tasks == 1
     rows = rows_of(whole)
     assert [row["run"] for row in rows] == list(range(28))
-    monkeypatch.setattr(planning, "TASK_CAR_STEPS", 10_000)
+    monkeypatch.setattr(planning, "TASK_CAR_STEPS", 70_000)
     cut = plan_of(text, seconds="0.2")
     assert cut.tasks > 8
     assert sum(map(cut.task_runs, range(cut.tasks))) == 28

@@ -84,8 +84,8 @@ def _ends(world: "World", word: int | None) -> dict[str, list[int] | list[float 
 
 def _mean(values: NDArray[np.generic]) -> Numbers:
     """The mean of each world's values, of which there may be none."""
-    sums: Numbers = np.sum(values, axis=1, dtype=np.float64)
-    return sums / max(values.shape[1], 1)
+    mean: Numbers = np.sum(values, axis=1, dtype=np.float64) / max(values.shape[1], 1)
+    return mean
 
 
 def _known(values: Numbers, known: NDArray[np.bool_]) -> list[float | None]:

@@ -25,13 +25,13 @@ from motorcade.sim.mat import Mat, MatError, check_mat, formation, open_table
 from motorcade.sim.sweep.parameters import Parameter, SweepError, Value, mat_with, profile_with
 from motorcade.sim.sweep.spec import EMPTY_TABLE, Sweep
 
-TASK_CAR_STEPS = 15_000_000
+TASK_CAR_STEPS = 150_000_000
 # What frames cost, however long a tick is, and what it costs to set up and to measure a car (both in ticks),
 # a run and a World.
-TICKS_PER_MS = 0.5
-START_TICKS = 50
-RUN_CAR_STEPS = 1_000
-WORLD_CAR_STEPS = 10_000
+TICKS_PER_MS = 0.25
+START_TICKS = 200
+RUN_CAR_STEPS = 2_000
+WORLD_CAR_STEPS = 160_000
 FOLLOWERS = 5
 _NOISE = "physics.wheel_noise"
 
