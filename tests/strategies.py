@@ -6,6 +6,7 @@ from typing import Any
 from hypothesis import strategies as st
 
 from motorcade import Followers, Program
+from motorcade.car.brain import FORWARD, LEFT, RANDOM_FORWARD, RIGHT
 from motorcade.profile import Profile, built_in_profile
 from motorcade.program.steps import DIRECTIONS, Avoid, Drive, Led, Pir, Repeat, Step, Together, Voice, Wait
 from motorcade.words.formats import CONTROL
@@ -113,20 +114,22 @@ def damaged_documents(draw: st.DrawFn) -> dict[str, Any]:
 @st.composite
 def words(draw: st.DrawFn, leads: bool = False) -> int:
     """Any control word of an image, whatever a compiler would say of it."""
-    motor, avoids, led = draw(st.booleans()), draw(st.booleans()), draw(st.booleans())
+    usual = st.sampled_from([1, 1, 1, 0])
+    motor, avoids, led = draw(usual), draw(usual), draw(usual)
+    levels = st.sampled_from([3, 2, 1, 0])
     is_deaf = leads or draw(st.integers(0, 7)) == 7
     return CONTROL.encode(
         accept_ir=int(not is_deaf),
         forward=int(leads or draw(st.booleans())),
-        motor_enable=int(motor),
-        motor_direction=draw(LEVELS) * motor,
-        motor_speed=draw(LEVELS) * motor,
-        motor_duration=draw(LEVELS) * motor,
-        led_which=draw(LEVELS) * led,
-        led_duration=draw(LEVELS) * led,
-        avoid_enable=int(avoids),
-        avoid_radius=draw(LEVELS) * avoids,
-        avoid_duration=draw(LEVELS) * avoids,
+        motor_enable=motor,
+        motor_direction=draw(st.sampled_from([FORWARD, RANDOM_FORWARD, FORWARD, LEFT, RIGHT])) * motor,
+        motor_speed=draw(levels) * motor,
+        motor_duration=draw(levels) * motor,
+        led_which=draw(levels) * led,
+        led_duration=draw(levels) * led,
+        avoid_enable=avoids,
+        avoid_radius=draw(levels) * avoids,
+        avoid_duration=draw(levels) * avoids,
         voice=int(draw(st.booleans())),
         pir=int(draw(st.booleans())),
     )

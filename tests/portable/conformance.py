@@ -1,9 +1,10 @@
 """Drives the portable files through random steps and prints a running CRC-32 of all that they answer.
 
 Portable itself: CPython and MicroPython run this file with the same seed, and
-must print the same lines (test_conformance.py). To find the step where they
-part, run both with 1 for EVERY: ``python conformance.py SEED STEPS EVERY`` and
-``node run_micropython.mjs SEED STEPS EVERY``.
+so does CPython with the brain that the simulator compiles. All must print the
+same lines (test_conformance.py). To find the step where they part, run them
+with 1 for EVERY: ``python conformance.py SEED STEPS EVERY``,
+``node run_micropython.mjs SEED STEPS EVERY``, ``python run_compiled.py SEED STEPS EVERY``.
 """
 
 import sys
@@ -11,7 +12,7 @@ from binascii import crc32
 
 from inputs import Random, damaged, draw_frame, draw_image, draw_raw
 
-from motorcade.car import brain
+from motorcade.car import brain, rest
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board, make_levels
 from motorcade.car.loop import Car
 from motorcade.words.field import WordError
@@ -195,6 +196,10 @@ class Pair:
         free = brain.wheels(memory, NOTHING_IN_SIGHT_MM, 0, self._clock_ms, levels)
         record.add(in_the_way, free, *memory)
         record.add(*car.image)
+        if car.board.is_leader:
+            record.add(rest.leader_rest_ms(memory, car.image, self._clock_ms, levels))
+        else:
+            record.add(*[rest.follower_rest_ms(memory, busy, self._clock_ms, levels) for busy in (0, 1)])
         if in_the_way != free:
             record.count("avoiding")
         if memory[brain.DRAWS]:

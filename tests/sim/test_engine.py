@@ -1,236 +1,140 @@
-"""The engine finds what the plain loop of a car finds, whoever and however many step it."""
+"""The engine against the plain world, and against itself with other threads, slices and neighbours."""
 
-import hashlib
 import json
 import os
 import subprocess
 import sys
-from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
-from hypothesis import given, reject, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motorcade import (
-    Followers,
-    Program,
-    ProgramError,
-    avoid,
-    compile_program,
-    forward,
-    led,
-    left,
-    pir,
-    together,
-    voice,
-    wander,
-)
-from motorcade.profile import Profile
-from motorcade.sim import geometry
-from motorcade.sim.mat import Mat, Person, Physics, Starts, Voice
-from motorcade.sim.state import Cars
+from motorcade import Pose, open_table
+from motorcade.sim.events import KINDS, WHYS
 from motorcade.sim.world import World
 from plain_world import PlainWorld
-from strategies import BRISK, CLASSROOM, programs
+from strategies import BRISK
+from worlds import DURATIONS_MS, Case, cases, contents, crowd, digest, ran
 
-# What a pair of worlds costs, several seconds of many cars by the plain loop, is tried on a fifth of the cases.
-SLOW = settings(max_examples=settings().max_examples // 5)
-FIELDS = [name for name in Cars._fields if name not in ("rows", "memory", "push", "order")]
-CROWD = 6_000
+SLICES = 5
+FEW = settings(max_examples=max(settings().max_examples // 4, 1))
+LOST, FRAME, HEARD = (KINDS.index(kind) for kind in ("lost", "frame", "heard"))
 
 
-@st.composite
-def mats(draw: st.DrawFn) -> Mat:
-    cars, side_m = draw(st.integers(2, 16)), draw(st.sampled_from([1.5, 3.0, 6.0]))
-    dice = np.random.default_rng(draw(st.integers(0, 999)))
-    x_m, y_m = dice.uniform(0, side_m, cars), dice.uniform(0, side_m, cars)
-    starts = Starts(x_m, y_m, dice.uniform(-7, 7, cars), np.arange(cars) % draw(st.integers(2, 9)) == 0)
-    return Mat(
-        name="anything",
-        starts=starts,
-        tick_ms=draw(st.sampled_from([1, 5, 20])),
-        size_m=(side_m, side_m),
-        walled=draw(st.booleans()),
-        walls=((0.3, 0.3, 1.2, 0.9),),
-        discs=((1.0, 1.0, 0.2),),
-        polygons=(((2.0, 2.0), (2.5, 2.0), (2.2, 2.6)),),
-        people=(Person(((0, 0, 0), (3, 2, 2), (9, 0, 4)), repeats=draw(st.booleans())), Person(((0, 1.5, 0.5),))),
-        voices=(Voice(1, "stop", 1.0, 1.0, 1.0), Voice(2, "go")),
-        physics=Physics(
-            collisions=draw(st.booleans()),
-            line_of_sight=draw(st.booleans()),
-            capture_ratio=draw(st.sampled_from([None, 2.0, 4.0])),
-            beam_half_angle_deg=draw(st.sampled_from([60.0, 180.0])),
-            bit_error_rate=draw(st.sampled_from([0.0, 0.02])),
-            wheel_noise=draw(st.sampled_from([0.0, 0.1])),
-        ),
+def told(world: World) -> list[tuple[int, int, int, int, int, int]]:
+    """The events as the plain world tells them, in any order."""
+    names = ["t_ms", "car", "kind", "why", "word", "other"]
+    return sorted(world.take_events()[names].tolist())
+
+
+def shown(world: World) -> dict[str, list[int]]:
+    """What is to be seen of each car, in the engine's own units."""
+    now, held = world.snapshot(), contents(world)
+    seen = {name: held[name].tolist() for name in ("x", "y", "heading")}
+    return seen | {name: getattr(now, name).tolist() for name in ("word", "runs", "wheels", "led", "sends")}
+
+
+def plainly_shown(world: PlainWorld) -> dict[str, list[int]]:
+    brains = [car.memory for car in world.cars]
+    sending = {frame.sender for frame in world.on_air if frame.end_ms > world.now_ms}
+    return {
+        "x": world.x,
+        "y": world.y,
+        "heading": world.heading,
+        "word": [memory[0] for memory in brains],
+        "runs": [bool(memory[3]) for memory in brains],
+        "wheels": [board.direction * 4 + board.speed_level for board in world.boards],
+        "led": [board.led for board in world.boards],
+        "sends": [board.index in sending for board in world.boards],
+    }
+
+
+def plainly_counted(world: PlainWorld) -> dict[str, int]:
+    kinds = [kind for _, _, kind, _, _, _ in world.events]
+    whys = [WHYS[why] for _, _, kind, why, _, _ in world.events if kind == LOST]
+    lost = {f"lost_{why}": whys.count(why) for why in ("collision", "sending", "parity", "reserved")}
+    sent = {"frames": kinds.count(FRAME), "heard": kinds.count(HEARD), "deaf": whys.count("deaf")}
+    return sent | lost | {"undetected": world.undetected, "touching_ms": world.touching_ms}
+
+
+@FEW
+@given(cases())
+def test_the_engine_does_what_the_plain_world_does(case: Case) -> None:
+    engine = World(case.mat, case.images, case.profile, seeds=case.seed, events=True)
+    plain = PlainWorld(case.mat, case.images, case.profile, case.seed)
+    happened = []
+    for _ in range(SLICES):
+        engine.run(DURATIONS_MS[case.mat.tick_ms] // SLICES)
+        plain.run(DURATIONS_MS[case.mat.tick_ms] // SLICES)
+        happened += told(engine)
+        assert shown(engine) == plainly_shown(plain), engine.now_ms
+        assert sorted(happened) == sorted(plain.events)
+    assert {name: int(counts[0]) for name, counts in engine.counts().items()} == plainly_counted(plain)
+
+
+def elsewhere(expression: str, **environment: str) -> object:
+    """What an expression of `worlds` gives in a Python of its own, as JSON."""
+    script = f"import json, worlds; print(json.dumps({expression}))"
+    path = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
+    command = [sys.executable, "-W", "ignore", "-c", script]
+    ran = subprocess.run(
+        command, env={**os.environ, "PYTHONPATH": path, **environment}, check=True, stdout=subprocess.PIPE, text=True
     )
+    return json.loads(ran.stdout)
 
 
-def told_by(world: World) -> list[tuple[int, ...]]:
-    columns = ("t_ms", "car", "kind", "why", "word", "other")
-    return sorted(tuple(int(event[name]) for name in columns) for event in world.take_events())
+def test_any_number_of_threads_finds_the_same_bits() -> None:
+    """One thread runs a large world whole, more than one run it in strips."""
+    by_threads = elsewhere("[worlds.large_and_many(threads) for threads in (1, 2, 3, 8)]", NUMBA_NUM_THREADS="8")
+    assert by_threads == [by_threads[0]] * 4
+    assert len(set(by_threads[0])) == 6
 
 
-def images_of(program: Program, profile: Profile) -> list[bytes]:
-    try:
-        return [compile_program(program, profile).image]
-    except ProgramError:
-        reject()
+def test_a_crowd_does_all_that_there_is() -> None:
+    """Else its digests would say little."""
+    world = ran(crowd(6000), 1600)
+    counts = {name: int(values[0]) for name, values in world.counts().items()}
+    assert {name for name, count in counts.items() if not count} <= {"deaf"}
+    assert np.unique(world.snapshot().wheels).size >= 4
 
 
-@SLOW
-@given(st.data(), mats(), st.sampled_from([BRISK, CLASSROOM]), st.integers(0, 999))
-def test_words_times_places_and_outputs_are_those_of_the_plain_loop(
-    data: st.DataObject, mat: Mat, profile: Profile, seed: int
-) -> None:
-    images = images_of(data.draw(programs(profile)), profile)
-    world, plain = World(mat, images, profile, seeds=seed, events=True), PlainWorld(mat, images, profile, seed)
-    for _ in range(6):
-        world.run(400)
-        plain.run(400)
-        shown = world.snapshot()
-        assert np.rint(shown.x_m * 1e6).tolist() == plain.x
-        assert np.rint(shown.y_m * 1e6).tolist() == plain.y
-        assert shown.wheels.tolist() == [board.direction * 4 + board.speed_level for board in plain.boards]
-        assert shown.led.tolist() == [board.led for board in plain.boards]
-        assert by_number(world, world.state.heading) == plain.heading
-    assert told_by(world) == sorted(plain.events)
-    memory = [by_number(world, row) for row in world.state.memory]
-    assert [list(column) for column in zip(*memory, strict=True)] == [car.memory for car in plain.cars]
-    counts = world.counts()
-    assert (counts["undetected"][0], counts["touching_ms"][0]) == (plain.undetected, plain.touching_ms)
+def test_python_finds_the_same_integers_as_the_compiled_engine() -> None:
+    held = "worlds.digest(worlds.ran(worlds.crowd(12), 1200))"
+    assert elsewhere(held, NUMBA_DISABLE_JIT="1") == digest(ran(crowd(12), 1200))
 
 
-def by_number(world: World, field: np.ndarray) -> list[int]:
-    return field[np.argsort(world.state.number)].tolist()
+@FEW
+@given(cases(tick_ms=20), st.data())
+def test_a_world_run_at_once_in_slices_by_ticks_or_beside_others_is_the_same(case: Case, data: st.DataObject) -> None:
+    duration_ms, seeds = 2000, [case.seed, 7, 8]
+    once, sliced, stepped = (World(case.mat, case.images, case.profile, seeds=case.seed) for _ in range(3))
+    beside = World(case.mat, case.images, case.profile, seeds=data.draw(st.permutations(seeds)))
+    once.run(duration_ms)
+    beside.run(duration_ms)
+    while sliced.now_ms < duration_ms:
+        sliced.run(min(20 * data.draw(st.integers(1, 40)), duration_ms - sliced.now_ms))
+    while stepped.now_ms < duration_ms:
+        stepped.step()
+    same = [digest(world) for world in (once, sliced, stepped)]
+    assert [*same, digest(beside, beside.seeds.tolist().index(case.seed))] == [same[0]] * 4
 
 
-def crowd(cars: int = CROWD) -> tuple[Mat, list[bytes]]:
-    """Everything at once, in a hall with six cars around each."""
-    side_m = float(np.sqrt(cars / 2))
-    dice = np.random.default_rng(cars)
-    columns = int(np.ceil(np.sqrt(cars)))
-    place = np.arange(cars)
-    x_m, y_m = (
-        (each + 0.5 + dice.uniform(-0.2, 0.2, cars)) * side_m / columns for each in (place % columns, place // columns)
+def test_events_are_kept_however_many_there_are() -> None:
+    """Each car begins a state in each millisecond: twice there is no room, and more is made."""
+    mat = open_table([Pose(place, 0) for place in range(40)], tick_ms=20)
+    mat = replace(mat, starts=replace(mat.starts, leads=np.ones(40, bool)))
+    two_idle_states = bytes.fromhex("02000000 40000000 40000000")
+    told, untold = (
+        World(mat, [two_idle_states], replace(BRISK, idle_state_ms=1), seeds=3, events=events)
+        for events in (True, False)
     )
-    mat = Mat(
-        name="hall",
-        starts=Starts(x_m, y_m, dice.uniform(-3, 3, cars), place % 20 == 0),
-        tick_ms=20,
-        size_m=(side_m, side_m),
-        walled=True,
-        walls=tuple((x, x / 2, x + 1, x / 2 + 0.5) for x in np.arange(1, side_m - 2, 3).tolist()),
-        discs=tuple((x, side_m - x, 0.3) for x in np.arange(1, side_m - 2, 4).tolist()),
-        people=(Person(((0, 0, 0), (20, side_m, side_m)), repeats=True),),
-        voices=(Voice(1, "stop", side_m / 2, side_m / 2, side_m / 4), Voice(2, "go")),
-        physics=Physics(capture_ratio=4.0, beam_half_angle_deg=170.0, bit_error_rate=0.001),
-    )
-    words = [
-        together(wander(3), avoid(1, 3), led(0, 2)),
-        together(forward(2, speed=3), pir()),
-        together(wander(2), voice()),
-    ]
-    program = Program([forward(2), left(1), wander(3)], Followers(words, forward=True))
-    return mat, [compile_program(program).image]
-
-
-def digest(world: World, number: int = 0) -> str:
-    """Of all that a world's cars are, in the order of their numbers."""
-    part = slice(number * world.cars, (number + 1) * world.cars)
-    order = np.argsort(world.state.number[part])
-    rows = [*world.state.memory[:, part], *(getattr(world.state, name)[part] for name in FIELDS)]
-    return hashlib.sha256(b"".join(row[order].tobytes() for row in rows)).hexdigest()
-
-
-def outcome(threads: int) -> tuple[str, dict[str, list[int]]]:
-    world = World(*crowd(), threads=threads)
-    world.run(3000)
-    return digest(world), {name: values.tolist() for name, values in world.counts().items()}
-
-
-def in_a_process(expression: str, **environment: str) -> object:
-    """The value of an expression over this module, found by a Python of its own, through JSON."""
-    program = f"import json, test_engine; print(json.dumps({expression}))"
-    paths = os.pathsep.join(str(folder) for folder in Path(__file__).parents[:2])
-    done = subprocess.run(
-        [sys.executable, "-c", program],
-        env={**os.environ, "PYTHONPATH": paths, **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
-
-
-@pytest.mark.parametrize("threads", [2, 8])
-def test_a_crowd_is_the_same_to_the_last_bit_with_any_number_of_threads(threads: int) -> None:
-    several = in_a_process(f"test_engine.outcome({threads})", NUMBA_NUM_THREADS=str(threads))
-    assert several == list(outcome(1))
-
-
-def test_a_run_is_the_same_in_one_call_in_slices_and_tick_by_tick() -> None:
-    worlds = [World(*crowd(200)) for _ in range(3)]
-    worlds[0].run(2000)
-    for _ in range(10):
-        worlds[1].run(200)
-    for _ in range(100):
-        worlds[2].step()
-    assert len({digest(world) for world in worlds}) == 1
-
-
-def test_keeping_events_changes_nothing_even_when_their_room_grows() -> None:
-    mat, images = crowd(300)
-    silent, telling = World(mat, images), World(mat, images, events=True)
-    telling._tally = telling._tally._replace(events=telling._tally.events[:, :8])
-    silent.run(2000)
-    telling.run(2000)
-    assert digest(silent) == digest(telling)
-    assert len(telling.take_events()) > 1000
-
-
-def test_each_of_many_worlds_is_as_if_it_were_alone() -> None:
-    mat, images = crowd(60)
-    seeds = [3, 14, 15, 92]
-    many = World(mat, images, seeds=seeds, threads=2)
-    many.run(3000)
-    for number, seed in enumerate(seeds):
-        alone = World(mat, images, seeds=seed)
-        alone.run(3000)
-        assert digest(many, number) == digest(alone)
-        assert [values[number] for values in many.counts().values()] == [
-            values[0] for values in alone.counts().values()
-        ]
-    assert len({digest(many, number) for number in range(len(seeds))}) == len(seeds)
-
-
-def test_reset_begins_anew_with_the_same_or_another_seed() -> None:
-    mat, images = crowd(60)
-    world = World(mat, images, seeds=7)
-    world.run(2000)
-    first = digest(world)
-    world.reset()
-    world.run(2000)
-    assert digest(world) == first
-    world.reset(8)
-    world.run(2000)
-    assert digest(world) != first
-
-
-def small(duration_ms: int = 1500) -> Sequence[object]:
-    world = World(*crowd(30), seeds=5)
-    world.run(duration_ms)
-    return digest(world), {name: values.tolist() for name, values in world.counts().items()}
-
-
-def test_the_same_source_gives_the_same_integers_without_the_compiler() -> None:
-    assert in_a_process("test_engine.small()", NUMBA_DISABLE_JIT="1") == list(small())
-
-
-def test_draws_of_the_hash_are_even() -> None:
-    draws = np.array([geometry.mix(1, number, 7) >> 28 for number in range(20_000)])
-    assert np.bincount(draws, minlength=16).min() > 1100
+    for world in (told, untold):
+        world.run(600)
+    events = told.take_events()
+    assert events["t_ms"].tolist() == [t_ms for t_ms in range(581) for _ in range(40)]
+    assert events["car"].tolist() == list(range(40)) * 581
+    assert events["other"].tolist() == [t_ms % 2 for t_ms in range(581) for _ in range(40)]
+    assert digest(told) == digest(untold)
+    assert not len(told.take_events())

@@ -1,0 +1,119 @@
+"""Runs conformance.py with the brain as the simulator compiles it: ``python run_compiled.py SEED STEPS EVERY``."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import conformance
+import numpy as np
+
+from motorcade.car import brain, loop, rest
+from motorcade.sim.compiled import compiled
+
+SWITCH_ON, LEADER_START, LEADER_STEP, LEADER_SENDS, SENT_WORD, LEADER_REST = range(6)
+FOLLOWER_STEP, FOLLOWER_HEARS, FOLLOWER_SENDS, FOLLOWER_REST = range(6, 10)
+HEAR_VOICE, LOOKS, WHEELS, LED = range(10, 14)
+
+
+def _kernel(fingerprint: str) -> Callable[..., int]:
+    def call(which: int, memory: Any, images: Any, first: int, second: int, now: int, levels: Any) -> int:
+        """One of the brain's functions, on arrays of the simulator's kinds."""
+        _ = fingerprint
+        s, image = memory[:, 0], images[0]
+        if which == SWITCH_ON:
+            brain.switch_on(s, first, now)
+        if which == LEADER_START:
+            return brain.leader_start(s, image, now)
+        if which == LEADER_STEP:
+            return brain.leader_step(s, image, now, levels)
+        if which == LEADER_SENDS:
+            return brain.leader_sends(s, image, now, levels)
+        if which == SENT_WORD:
+            return int(brain.sent_word(s, image))
+        if which == LEADER_REST:
+            return rest.leader_rest_ms(s, image, now, levels)
+        if which == FOLLOWER_STEP:
+            return brain.follower_step(s, now, levels)
+        if which == FOLLOWER_HEARS:
+            return brain.follower_hears(s, first, now, levels)
+        if which == FOLLOWER_SENDS:
+            return brain.follower_sends(s, first, now, levels)
+        if which == FOLLOWER_REST:
+            return rest.follower_rest_ms(s, first, now, levels)
+        if which == HEAR_VOICE:
+            brain.hear_voice(s, first)
+        if which == LOOKS:
+            return brain.looks_mm(s, now, levels)
+        if which == WHEELS:
+            return brain.wheels(s, first, second, now, levels)
+        if which == LED:
+            return brain.lit_led(s, now, levels)
+        return 0
+
+    return call
+
+
+class CompiledBrain:
+    """What stands where a car looks for `motorcade.car.brain` and `motorcade.car.rest`."""
+
+    def __init__(self) -> None:
+        self._call = compiled(_kernel, (Path(__file__),), parallel=False)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(brain, name)
+
+    def _run(self, which: int, s: list[int], image=(0,), now=0, levels=(0,), first=0, second=0) -> int:
+        memory = np.array(s, np.uint32).reshape(-1, 1)
+        arrays = memory, np.array([image], np.uint32)
+        found = self._call(which, *arrays, int(first), int(second), now, np.array(levels, np.int64))
+        s[:] = memory[:, 0].tolist()
+        return int(found)
+
+    def switch_on(self, s, number, now):
+        self._run(SWITCH_ON, s, now=now, first=number)
+
+    def leader_start(self, s, image, now):
+        return self._run(LEADER_START, s, image, now)
+
+    def leader_step(self, s, image, now, levels):
+        return self._run(LEADER_STEP, s, image, now, levels)
+
+    def leader_sends(self, s, image, now, levels):
+        return self._run(LEADER_SENDS, s, image, now, levels)
+
+    def sent_word(self, s, image):
+        return self._run(SENT_WORD, s, image)
+
+    def leader_rest_ms(self, s, image, now, levels):
+        return self._run(LEADER_REST, s, image, now, levels)
+
+    def follower_step(self, s, now, levels):
+        return self._run(FOLLOWER_STEP, s, now=now, levels=levels)
+
+    def follower_hears(self, s, frame, now, levels):
+        return self._run(FOLLOWER_HEARS, s, now=now, levels=levels, first=frame)
+
+    def follower_sends(self, s, air_is_busy, now, levels):
+        return self._run(FOLLOWER_SENDS, s, now=now, levels=levels, first=air_is_busy)
+
+    def follower_rest_ms(self, s, air_is_busy, now, levels):
+        return self._run(FOLLOWER_REST, s, now=now, levels=levels, first=air_is_busy)
+
+    def hear_voice(self, s, voice):
+        self._run(HEAR_VOICE, s, first=voice)
+
+    def looks_mm(self, s, now, levels):
+        return self._run(LOOKS, s, now=now, levels=levels)
+
+    def wheels(self, s, obstacle_mm, person, now, levels):
+        return self._run(WHEELS, s, now=now, levels=levels, first=obstacle_mm, second=person)
+
+    def lit_led(self, s, now, levels):
+        return self._run(LED, s, now=now, levels=levels)
+
+
+if __name__ == "__main__":
+    loop.brain = conformance.brain = conformance.rest = CompiledBrain()
+    for line in conformance.lines(*[int(argument) for argument in sys.argv[1:]]):
+        print(line)
