@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motorcade import Pose, open_table
+from motorcade.car.brain import RUNNING, WORD
 from motorcade.sim.events import KINDS, WHYS
 from motorcade.sim.world import World
 from plain_world import PlainWorld
@@ -32,7 +33,7 @@ def told(world: World) -> list[tuple[int, int, int, int, int, int]]:
 def shown(world: World) -> dict[str, list[int]]:
     """What is to be seen of each car, in the engine's own units."""
     now, held = world.snapshot(), contents(world)
-    seen = {name: held[name].tolist() for name in ("x", "y", "heading")}
+    seen = {name: held[name].T.tolist() for name in ("x", "y", "heading", "memory")}
     return seen | {name: getattr(now, name).tolist() for name in ("word", "runs", "wheels", "led", "sends")}
 
 
@@ -43,8 +44,9 @@ def plainly_shown(world: PlainWorld) -> dict[str, list[int]]:
         "x": world.x,
         "y": world.y,
         "heading": world.heading,
-        "word": [memory[0] for memory in brains],
-        "runs": [bool(memory[3]) for memory in brains],
+        "memory": brains,
+        "word": [memory[WORD] for memory in brains],
+        "runs": [bool(memory[RUNNING]) for memory in brains],
         "wheels": [board.direction * 4 + board.speed_level for board in world.boards],
         "led": [board.led for board in world.boards],
         "sends": [board.index in sending for board in world.boards],
@@ -119,6 +121,17 @@ def test_a_world_run_at_once_in_slices_by_ticks_or_beside_others_is_the_same(cas
         stepped.step()
     same = [digest(world) for world in (once, sliced, stepped)]
     assert [*same, digest(beside, beside.seeds.tolist().index(case.seed))] == [same[0]] * 4
+
+
+def test_reset_begins_anew_with_the_same_seed_or_another() -> None:
+    world = ran(crowd(60), 1600)
+    first = digest(world)
+    world.reset()
+    world.run(1600)
+    assert digest(world) == first
+    world.reset(6)
+    world.run(1600)
+    assert digest(world) == digest(ran(crowd(60), 1600, seeds=6)) != first
 
 
 def test_events_are_kept_however_many_there_are() -> None:
