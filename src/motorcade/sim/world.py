@@ -104,7 +104,7 @@ class World:
         self.profile = profile or built_in_profile("classroom")
         self.tick_ms = mat.tick_ms
         self.cars = len(mat.starts)
-        self.worlds = len(_seed_list(seeds))
+        self.worlds = len(seeds) if isinstance(seeds, Sequence) else np.size(seeds)
         most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]  # it comes from the environment
         self.threads = min(threads or most, most)
         self._keeps_events = events
