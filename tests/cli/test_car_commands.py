@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 import threading
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -22,6 +23,7 @@ from motorcade.words import upload as protocol
 DEADLINE_S = 10
 # One state: forward at 200 mm/s for 1 s; and a follower's word.
 LEADER_ONLY = bytes.fromhex("01000000 64800000")
+MATS = Path(__file__).parents[2] / "examples" / "mats"
 IMAGE = bytes.fromhex("01010100 64800000 E4800000")
 OK = b"OK words=3 crc32=aaa3b7a2\n"
 EVENT_KINDS = {"state", "start", "over", "frame", "heard", "lost"}
@@ -45,7 +47,7 @@ def image(tmp_path):
 
 def test_simulate_tells_where_cars_end_and_what_happened():
     printed = data("simulate", PARADE, "--followers", "2", "--seconds", "1.5", "--json")
-    assert set(printed) == {"cars", "events"}
+    assert set(printed) == {"cars", "counts", "events"}
     assert [set(car) for car in printed["cars"]] == [{"id", "x", "y", "heading"}] * 3
     assert [car["id"] for car in printed["cars"]] == [0, 1, 2]
     # The leader drives straight on at 200 mm/s.
@@ -80,12 +82,34 @@ def test_simulate_draws_a_picture_and_on_a_terminal_a_table(tmp_path):
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.parametrize("option", ["--picture", "--record", "--video"])
 @pytest.mark.parametrize("name", ["tracks.nonsense", "missing/tracks.png"])
-def test_a_picture_that_cannot_be_drawn_is_a_usage_error(tmp_path, name):
-    assert "can't be drawn" in refusal(2, "simulate", PARADE, "--seconds", "0", "--picture", tmp_path / name)
+def test_a_file_that_cannot_be_written_is_a_usage_error(tmp_path, option, name):
+    assert "can't be written" in refusal(2, "simulate", PARADE, "--seconds", "0", option, tmp_path / name)
 
 
-OUT_OF_RANGE = ("--followers -1", "--followers 1001", "--seed -1", "--seconds -1", "--seconds inf", "--seconds nan")
+def test_simulate_drives_on_a_mat_and_records_the_run(tmp_path):
+    recording = tmp_path / "run.parquet"
+    told = data("simulate", PARADE, "--mat", MATS / "pillars.toml", "--seconds", "1", "--record", recording)
+    assert len(told["cars"]) > 6
+    assert told["counts"]["frames"] > 0
+    lines = run("replay", recording).out.splitlines()
+    assert json.loads(lines[0])["mat"] != "open table"
+
+
+def test_a_mat_says_which_cars_there_are():
+    told = refusal(2, "simulate", PARADE, "--mat", MATS / "maze.toml", "--followers", "3")
+    assert "exclude each other" in told
+
+
+def test_a_mat_with_a_mistake_is_refused_in_a_sentence(tmp_path):
+    wrong = tmp_path / "wrong.toml"
+    text = 'format = "motorcade-mat/1"\nname = "w"\n[[wall]]\nfrom_m = [0, 0]\nto_m = [0, 0]\n'
+    wrong.write_text(text, encoding="utf-8")
+    assert "wall[0] has no length" in refusal(1, "simulate", PARADE, "--mat", wrong)
+
+
+OUT_OF_RANGE = ("--followers -1", "--followers 10001", "--seed -1", "--seconds -1", "--seconds inf", "--seconds nan")
 
 
 @pytest.mark.parametrize("option", OUT_OF_RANGE)
@@ -102,7 +126,7 @@ def test_simulating_needs_no_drawing_library_without_a_picture():
     ran = subprocess.run(command, env=reporting, capture_output=True, text=True, check=True, timeout=60)
     imported = {line.rpartition("|")[2].strip() for line in ran.stderr.splitlines() if line.startswith("import time:")}
     assert "motorcade.sim.world" in imported
-    assert not imported & {"numpy", "numba", "matplotlib", "serial"}
+    assert not imported & {"matplotlib", "pyarrow", "mcap", "imageio_ffmpeg", "serial"}
 
 
 # ports

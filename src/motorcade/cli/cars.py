@@ -51,7 +51,7 @@ def simulate_command(
     source: Source,
     followers: Annotated[
         int | None,
-        typer.Option(min=0, max=1_000_000, help="How many; 5 unless given, 0 where only the leader is programmed."),
+        typer.Option(min=0, max=10_000, help="How many; 5 unless given, 0 where only the leader is programmed."),
     ] = None,
     seconds: Annotated[float, typer.Option(min=0, max=86400, help="Simulated time.")] = 30,
     seed: Annotated[int, typer.Option(min=0, max=(1 << 32) - 1, help="The same seed gives the same run.")] = 0,
