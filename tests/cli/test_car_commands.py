@@ -90,7 +90,8 @@ def test_a_file_that_cannot_be_written_is_a_usage_error(tmp_path, option, name):
 
 def test_simulate_drives_on_a_mat_and_records_the_run(tmp_path):
     recording = tmp_path / "run.parquet"
-    told = data("simulate", PARADE, "--mat", MATS / "pillars.toml", "--seconds", "1", "--record", recording)
+    ran = run("simulate", PARADE, "--mat", MATS / "pillars.toml", "--seconds", "1", "--record", recording)
+    told = json.loads(ran.out)
     assert len(told["cars"]) > 6
     assert told["counts"]["frames"] > 0
     lines = run("replay", recording).out.splitlines()
