@@ -128,7 +128,8 @@ def _simulate(
 
 
 def _tell_of_compiling() -> None:
-    print("The simulator is being compiled for this computer, once; that takes up to a minute.", file=sys.stderr)
+    if sys.stderr.isatty():
+        print("The simulator is being compiled for this computer, once; that takes up to a minute.", file=sys.stderr)
 
 
 def ports_command(as_json: Json = False) -> None:
