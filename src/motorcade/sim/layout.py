@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -235,6 +236,7 @@ def _images(images: Sequence[bytes]) -> Words:
     return table
 
 
+@lru_cache(maxsize=256)
 def _flips(rate: float) -> NDArray[np.float64]:
     """The chance of at most k of 32 bits to flip, times 2^32, without a rounding that differs between machines."""
     exact, total, chances = Fraction(rate), Fraction(0), []
