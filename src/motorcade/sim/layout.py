@@ -111,8 +111,8 @@ def put_in_place(cars: Cars, mat: Mat, worlds: int, images: int) -> None:
 
 
 def cells_of(worlds: int, per_world: int) -> Cells:
-    """Room for a world's cells: at most three for four cars, and a few more."""
-    first, frame = np.zeros((worlds, per_world * 3 // 4 + 17), np.int32), np.zeros((worlds, 5), np.float64)
+    """Room for a world's cells: at most five for eight cars, and a few more."""
+    first, frame = np.zeros((worlds, per_world * 5 // 8 + 17), np.int32), np.zeros((worlds, 5), np.float64)
     return Cells(first, frame, np.zeros((2, MOST_PARTS + 1), np.int64))
 
 
