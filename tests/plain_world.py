@@ -5,7 +5,7 @@ and plane geometry, and none of its ways to be fast.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
@@ -28,7 +28,7 @@ from motorcade.sim.geometry import (
     segment_in_cone,
     sine,
 )
-from motorcade.sim.mat import Mat
+from motorcade.sim.mat import Mat, Pose
 from motorcade.words.infrared import air_us, ones
 
 BY_COLLISION, BY_SENDING = "collision", "sending"
@@ -108,7 +108,7 @@ class PlainWorld:
     """One world of plainly stepped cars."""
 
     def __init__(self, mat: Mat, images: list[bytes], profile: Profile, seed: int = 0):
-        self.mat, self.profile, self.seed = mat, profile, seed
+        self.mat, self.images, self.profile, self.seed = mat, images, profile, seed
         self.rules = layout.rules_of(mat, profile, images)
         self.place = layout.place_of(mat, self.rules)
         starts = mat.starts
@@ -140,6 +140,19 @@ class PlainWorld:
 
     def say(self, word: str) -> None:
         self.said = layout.VOICES[word]
+
+    def furnish(self, mat: Mat, range_mm: int) -> None:
+        self.mat = replace(mat, starts=self.mat.starts, tick_ms=self.mat.tick_ms)
+        self.profile = replace(self.profile, infrared=replace(self.profile.infrared, range_mm=range_mm))
+        self.rules = layout.rules_of(self.mat, self.profile, self.images)
+        self.place = layout.place_of(self.mat, self.rules)
+        for car in range(len(self.cars)):
+            self.set_way(car)
+
+    def move(self, car: int, pose: Pose) -> None:
+        self.x[car], self.y[car] = round(pose.x * 1e6), round(pose.y * 1e6)
+        self.heading[car] = round(pose.heading / math.tau * FULL_TURN) % FULL_TURN
+        self.set_way(car)
 
     def step(self) -> None:
         self._deliver()
@@ -327,14 +340,23 @@ class PlainWorld:
                     dx, distance = (1 if car < other else -1), 1
                 push_x -= math.floor(dx * share / (2 * distance) + 0.5)
                 push_y -= math.floor(dy * share / (2 * distance) + 0.5)
+        away_x, away_y, pressed_along = 0, 0, []
+        touched = 0
         points = [(*nearest_of_segment(x, y, *wall), 0.0) for wall in self.place.segments]
         for to_x, to_y, radius in (*points, *self.place.discs):
             dx, dy = to_x - x, to_y - y
             distance = math.sqrt(dx * dx + dy * dy)
             if distance > 0 and distance - radius < self.rules.radius:
                 share = (self.rules.radius - (distance - radius)) / distance
-                push_x -= math.floor(dx * share + 0.5)
-                push_y -= math.floor(dy * share + 0.5)
+                away_x -= math.floor(dx * share + 0.5)
+                away_y -= math.floor(dy * share + 0.5)
+                touched += 1
+                into = (push_x * dx + push_y * dy) / (dx * dx + dy * dy)
+                if into > 0:
+                    pressed_along.append((push_x - into * dx, push_y - into * dy))
+        if pressed_along:
+            push_x, push_y = pressed_along[0] if touched == 1 else (0, 0)
+        push_x, push_y = math.floor(push_x + 0.5) + away_x, math.floor(push_y + 0.5) + away_y
         if push_x or push_y:
             self.touching_ms += self.mat.tick_ms
         return self._bounded(car, push_x, push_y) if push_x or push_y else (0, 0)

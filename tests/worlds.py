@@ -151,4 +151,4 @@ def ran(mat: Mat, duration_ms: int, seeds: int | list[int] = 5, **more: object) 
 def large_and_many(threads: int) -> list[str]:
     """What one large world and some small ones hold after a while, with so many threads."""
     many = ran(crowd(60), 1600, [5, 6, 7, 8, 9], threads=threads)
-    return [digest(ran(crowd(6000), 1600, threads=threads)), *(digest(many, which) for which in range(many.worlds))]
+    return [digest(ran(crowd(20_000), 1600, threads=threads)), *(digest(many, which) for which in range(many.worlds))]

@@ -79,8 +79,10 @@ class BareCar:
 
     def rest_ms(self, now: int, at: Change) -> int:
         if self.image:
-            return rest.leader_rest_ms(self.memory, self.image, now, self.levels)
-        return rest.follower_rest_ms(self.memory, at.air_is_busy, now, self.levels)
+            frames_ms = rest.frames_rest_ms(self.memory, self.image, now)
+        else:
+            frames_ms = rest.relay_rest_ms(self.memory, at.air_is_busy, now)
+        return min(rest.word_rest_ms(self.memory, now, self.levels), frames_ms)
 
 
 @pytest.mark.parametrize("leads", [True, False], ids=["leader", "follower"])
@@ -124,11 +126,17 @@ def follower(word: int) -> list[int]:
     return memory
 
 
-@pytest.mark.parametrize(("word", "air_is_busy", "rest_ms"), [(DRIVE_800, 0, 800), (PASSED_ON, 1, 1200)])
-def test_a_car_rests_until_its_word_has_something_new_to_do(word: int, air_is_busy: int, rest_ms: int) -> None:
+@pytest.mark.parametrize(("word", "rest_ms"), [(DRIVE_800, 800), (PASSED_ON, 1200)])
+def test_a_car_rests_until_its_word_has_something_new_to_do(word: int, rest_ms: int) -> None:
     memory = follower(word)
-    assert rest.follower_rest_ms(memory, air_is_busy, 0, LEVELS) == rest_ms
-    assert rest.follower_rest_ms(memory, air_is_busy, 100, LEVELS) == rest_ms - 100
+    assert rest.word_rest_ms(memory, 0, LEVELS) == rest_ms
+    assert rest.word_rest_ms(memory, 100, LEVELS) == rest_ms - 100
+
+
+def test_a_car_with_a_word_to_pass_on_rests_while_others_send() -> None:
+    memory = follower(PASSED_ON)
+    assert rest.relay_rest_ms(memory, 1, 0) == rest.NEVER_MS
+    assert rest.relay_rest_ms(memory, 0, 0) == 1
 
 
 def test_a_car_that_waits_for_its_turn_to_send_rests_until_then() -> None:
@@ -137,11 +145,12 @@ def test_a_car_that_waits_for_its_turn_to_send_rests_until_then() -> None:
     while memory[brain.RELAY] != brain.WAITING:
         assert not brain.follower_sends(memory, 0, now, LEVELS)
         now += 1
-    assert 1 < rest.follower_rest_ms(memory, 0, now, LEVELS) == elapsed_ms(memory[brain.RELAY_MS], now)
+    assert 1 < rest.relay_rest_ms(memory, 0, now) == elapsed_ms(memory[brain.RELAY_MS], now)
 
 
 def test_a_car_with_nothing_to_do_rests_for_days() -> None:
     memory = [0] * brain.SIZE
     brain.switch_on(memory, 1, 0)
-    assert rest.follower_rest_ms(memory, 0, 0, LEVELS) == rest.NEVER_MS
-    assert rest.leader_rest_ms(memory, (0,), 0, LEVELS) == rest.NEVER_MS
+    assert rest.word_rest_ms(memory, 0, LEVELS) == rest.NEVER_MS
+    assert rest.relay_rest_ms(memory, 0, 0) == rest.NEVER_MS
+    assert rest.frames_rest_ms(memory, (0,), 0) == rest.NEVER_MS

@@ -196,10 +196,11 @@ class Pair:
         free = brain.wheels(memory, NOTHING_IN_SIGHT_MM, 0, self._clock_ms, levels)
         record.add(in_the_way, free, *memory)
         record.add(*car.image)
+        record.add(rest.word_rest_ms(memory, self._clock_ms, levels))
         if car.board.is_leader:
-            record.add(rest.leader_rest_ms(memory, car.image, self._clock_ms, levels))
+            record.add(rest.frames_rest_ms(memory, car.image, self._clock_ms))
         else:
-            record.add(*[rest.follower_rest_ms(memory, busy, self._clock_ms, levels) for busy in (0, 1)])
+            record.add(*[rest.relay_rest_ms(memory, busy, self._clock_ms) for busy in (0, 1)])
         if in_the_way != free:
             record.count("avoiding")
         if memory[brain.DRAWS]:

@@ -11,9 +11,9 @@ import numpy as np
 from motorcade.car import brain, loop, rest
 from motorcade.sim.compiled import compiled
 
-SWITCH_ON, LEADER_START, LEADER_STEP, LEADER_SENDS, SENT_WORD, LEADER_REST = range(6)
-FOLLOWER_STEP, FOLLOWER_HEARS, FOLLOWER_SENDS, FOLLOWER_REST = range(6, 10)
-HEAR_VOICE, LOOKS, WHEELS, LED = range(10, 14)
+SWITCH_ON, LEADER_START, LEADER_STEP, LEADER_SENDS, SENT_WORD, FRAMES_REST = range(6)
+FOLLOWER_STEP, FOLLOWER_HEARS, FOLLOWER_SENDS, RELAY_REST = range(6, 10)
+HEAR_VOICE, LOOKS, WHEELS, LED, WORD_REST = range(10, 15)
 
 
 def _kernel(fingerprint: str) -> Callable[..., int]:
@@ -31,16 +31,16 @@ def _kernel(fingerprint: str) -> Callable[..., int]:
             return brain.leader_sends(s, image, now, levels)
         if which == SENT_WORD:
             return int(brain.sent_word(s, image))
-        if which == LEADER_REST:
-            return rest.leader_rest_ms(s, image, now, levels)
+        if which == FRAMES_REST:
+            return rest.frames_rest_ms(s, image, now)
         if which == FOLLOWER_STEP:
             return brain.follower_step(s, now, levels)
         if which == FOLLOWER_HEARS:
             return brain.follower_hears(s, first, now, levels)
         if which == FOLLOWER_SENDS:
             return brain.follower_sends(s, first, now, levels)
-        if which == FOLLOWER_REST:
-            return rest.follower_rest_ms(s, first, now, levels)
+        if which == RELAY_REST:
+            return rest.relay_rest_ms(s, first, now)
         if which == HEAR_VOICE:
             brain.hear_voice(s, first)
         if which == LOOKS:
@@ -49,6 +49,8 @@ def _kernel(fingerprint: str) -> Callable[..., int]:
             return brain.wheels(s, first, second, now, levels)
         if which == LED:
             return brain.lit_led(s, now, levels)
+        if which == WORD_REST:
+            return rest.word_rest_ms(s, now, levels)
         return 0
 
     return call
@@ -85,8 +87,8 @@ class CompiledBrain:
     def sent_word(self, s, image):
         return self._run(SENT_WORD, s, image)
 
-    def leader_rest_ms(self, s, image, now, levels):
-        return self._run(LEADER_REST, s, image, now, levels)
+    def frames_rest_ms(self, s, image, now):
+        return self._run(FRAMES_REST, s, image, now)
 
     def follower_step(self, s, now, levels):
         return self._run(FOLLOWER_STEP, s, now=now, levels=levels)
@@ -97,8 +99,8 @@ class CompiledBrain:
     def follower_sends(self, s, air_is_busy, now, levels):
         return self._run(FOLLOWER_SENDS, s, now=now, levels=levels, first=air_is_busy)
 
-    def follower_rest_ms(self, s, air_is_busy, now, levels):
-        return self._run(FOLLOWER_REST, s, now=now, levels=levels, first=air_is_busy)
+    def relay_rest_ms(self, s, air_is_busy, now):
+        return self._run(RELAY_REST, s, now=now, first=air_is_busy)
 
     def hear_voice(self, s, voice):
         self._run(HEAR_VOICE, s, first=voice)
@@ -111,6 +113,9 @@ class CompiledBrain:
 
     def lit_led(self, s, now, levels):
         return self._run(LED, s, now=now, levels=levels)
+
+    def word_rest_ms(self, s, now, levels):
+        return self._run(WORD_REST, s, now=now, levels=levels)
 
 
 if __name__ == "__main__":

@@ -76,6 +76,29 @@ def test_the_engine_does_what_the_plain_world_does(case: Case) -> None:
     assert {name: int(counts[0]) for name, counts in engine.counts().items()} == plainly_counted(plain)
 
 
+@FEW
+@given(cases(tick_ms=20), cases(tick_ms=20), st.data())
+def test_cars_that_are_moved_and_refurnished_do_what_the_plain_world_does(
+    case: Case, other: Case, data: st.DataObject
+) -> None:
+    engine = World(case.mat, case.images, case.profile, seeds=case.seed, events=True)
+    plain = PlainWorld(case.mat, case.images, case.profile, case.seed)
+    happened = []
+    for number in range(SLICES):
+        car = data.draw(st.integers(0, engine.cars - 1))
+        pose = Pose(float(other.mat.starts.x_m[number]), float(other.mat.starts.y_m[number]), 0.3 * number)
+        for world in (engine, plain):
+            if number == 2:
+                world.furnish(other.mat, other.profile.infrared.range_mm)
+            if number:
+                world.move(car, pose)
+            world.run(DURATIONS_MS[20] // SLICES)
+        happened += told(engine)
+        assert shown(engine) == plainly_shown(plain), engine.now_ms
+        assert sorted(happened) == sorted(plain.events)
+    assert {name: int(counts[0]) for name, counts in engine.counts().items()} == plainly_counted(plain)
+
+
 def elsewhere(expression: str, **environment: str) -> object:
     """What an expression of `worlds` gives in a Python of its own, as JSON."""
     script = f"import json, worlds; print(json.dumps({expression}))"
@@ -96,7 +119,7 @@ def test_any_number_of_threads_finds_the_same_bits() -> None:
 
 def test_a_crowd_does_all_that_there_is() -> None:
     """Else its digests would say little."""
-    world = ran(crowd(6000), 1600)
+    world = ran(crowd(20_000), 1600)
     counts = {name: int(values[0]) for name, values in world.counts().items()}
     assert {name for name, count in counts.items() if not count} <= {"deaf"}
     assert np.unique(world.snapshot().wheels).size >= 4

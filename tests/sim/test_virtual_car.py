@@ -16,6 +16,7 @@ from serial.urlhandler import protocol_socket
 
 from motorcade.car.loop import Car
 from motorcade.link import serial_port
+from motorcade.link.failures import PortBusyError
 from motorcade.profile import built_in_profile
 from motorcade.sim import virtual_car
 from motorcade.sim.virtual_car import ImageStore, PseudoTerminal, StoreError, TcpPort, VirtualBoard
@@ -248,9 +249,9 @@ def test_a_second_client_is_told_busy_and_the_first_goes_on(store):
     with driven("tcp", store) as address, serial.serial_for_url(address, timeout=DEADLINE_S) as first:
         first.write(READBACK_REQUEST)
         assert first.read(4) == NO_PROGRAM
-        with pytest.raises(serial_port.PortBusyError, match="busy with another uploader"):
+        with pytest.raises(PortBusyError, match="busy with another uploader"):
             serial_port.upload(address, NEW, 115200)
-        with pytest.raises(serial_port.PortBusyError, match="busy with another uploader"):
+        with pytest.raises(PortBusyError, match="busy with another uploader"):
             serial_port.readback(address, 115200)
         first.write(NEW)
         assert first.read(len(OK_NEW)) == OK_NEW

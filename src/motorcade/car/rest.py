@@ -15,37 +15,34 @@ _FORWARD_AT = CONTROL.field("forward").low
 _MOTOR_DIRECTION_AT = CONTROL.field("motor_direction").low
 
 
-def leader_rest_ms(s: list[int], image: tuple[int, ...], now: int, levels: tuple[int, ...]) -> int:
-    """For how many ms a leader need not be looked at after now, where nothing new reaches its sensors."""
-    rest = _word_rest_ms(s, now, levels)
-    if image[0] >> 16 & 255:
-        due = s[brain.NEXT_FRAME_MS]
-        if reached(due, s[brain.QUIET_MS]) == 0:
-            due = s[brain.QUIET_MS]
-        if elapsed_ms(due, now) < rest:
-            rest = elapsed_ms(due, now)
-    return rest
+def frames_rest_ms(s: list[int], image: tuple[int, ...], now: int) -> int:
+    """For how many ms a leader need not be looked at after now to begin a frame."""
+    if image[0] >> 16 & 255 == 0:
+        return NEVER_MS
+    due = s[brain.NEXT_FRAME_MS]
+    if reached(due, s[brain.QUIET_MS]) == 0:
+        due = s[brain.QUIET_MS]
+    return elapsed_ms(due, now)
 
 
-def follower_rest_ms(s: list[int], air_is_busy: int, now: int, levels: tuple[int, ...]) -> int:
-    """For how many ms a follower need not be looked at after now.
+def relay_rest_ms(s: list[int], air_is_busy: int, now: int) -> int:
+    """For how many ms a follower need not be looked at after now to pass its word on.
 
-    That holds where it hears no frame, nothing new reaches its other sensors
-    and the air stays as busy as it is.
+    That holds where the air stays as busy as it is.
     """
-    rest = _word_rest_ms(s, now, levels)
     if s[brain.HOLDS] == 0 or s[brain.WORD] >> _FORWARD_AT & 1 == 0:
-        return rest
+        return NEVER_MS
     if s[brain.RELAY] == brain.WAITING:
-        if elapsed_ms(s[brain.RELAY_MS], now) < rest:
-            rest = elapsed_ms(s[brain.RELAY_MS], now)
-    elif air_is_busy == 0:
-        rest = 1
-    return rest
+        return elapsed_ms(s[brain.RELAY_MS], now)
+    return NEVER_MS if air_is_busy else 1
 
 
-def _word_rest_ms(s: list[int], now: int, levels: tuple[int, ...]) -> int:
-    """How long it is until the word does something new: a block or the word is over, or a direction is drawn."""
+def word_rest_ms(s: list[int], now: int, levels: tuple[int, ...]) -> int:
+    """For how many ms after now the word does nothing new: no block nor it is over, and no direction is drawn.
+
+    A car may rest for so long, or until it has a frame to begin or to pass on, where it hears none and nothing
+    new reaches its other sensors.
+    """
     if s[brain.RUNNING] == 0:
         return NEVER_MS
     word = s[brain.WORD]

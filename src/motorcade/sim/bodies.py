@@ -4,8 +4,8 @@
 their centres, each by half of the overlap; walls and obstacles push by all of it.
 Every car's push is worked out from where the others are now, then all are
 applied at once, never further than the fastest car drives in a tick (Jacobi's
-way through position-based dynamics, Müller et al. 2007). So bodies give by up to
-one tick's way.
+way through position-based dynamics, Müller et al. 2007). So walls give by up to
+one tick's way, and so do bodies, but for those that a queue of others presses.
 
 **Ultrasonic.** The distance from the front of the body to the nearest surface
 that touches the cone. **PIR.** A person whose place is within range and sector.
@@ -31,7 +31,7 @@ from motorcade.sim.state import Cars, Cells, People, Place, Rules
 WAY_BITS = 12
 NOISE_MS = 100
 # How much farther than what matters now a car looks, so as not to have to look again soon.
-LOOK_BEYOND_UM = 150_000.0
+LOOK_BEYOND_UM = 100_000.0
 _MOST_PUSH_UM = 32_000.0
 
 
@@ -120,12 +120,18 @@ def _gap_to_cone(ahead: float, aside: float, look: float, rules: Rules) -> float
 
 
 @in_kernel
-def place_near(i: int, look: float, cars: Cars, place: Place, rules: Rules) -> tuple[float, float, float, float]:
-    """Look at walls and obstacles around car ``i``; gives what ``others_near`` gives."""
+def place_near(
+    i: int, look: float, push_x: float, push_y: float, cars: Cars, place: Place, rules: Rules
+) -> tuple[float, float, float, float]:
+    """Look at walls and obstacles around car ``i``, which others push; gives what ``others_near`` gives.
+
+    However many push, none is pushed into a wall that it touches, and out of a corner by its walls alone.
+    """
     way_x, way_y, own = way_of(i, cars, rules)
     around = rules.radius + look
     near = around + LOOK_BEYOND_UM
-    ticks, obstacle, push_x, push_y = LOOK_BEYOND_UM / max(own, 1.0), FAR_UM, 0.0, 0.0
+    ticks, obstacle, away_x, away_y = LOOK_BEYOND_UM / max(own, 1.0), FAR_UM, 0.0, 0.0
+    touched, pressed, along_x, along_y = 0, 0, push_x, push_y
     x, y = float(cars.x[i]), float(cars.y[i])
     frame = place.frame
     columns = int(frame[COLUMNS])
@@ -133,6 +139,8 @@ def place_near(i: int, look: float, cars: Cars, place: Place, rules: Rules) -> t
     cell = cell_at(y, frame[ORIGIN_Y], frame[PER_UM], int(frame[ROWS])) * columns + column
     segments = place.segments.shape[0]
     for k in range(place.first[cell], place.first[cell + 1]):
+        if place.away[k] >= near:
+            break
         item = place.items[k]
         thick = 0.0
         if item < segments:
@@ -153,9 +161,16 @@ def place_near(i: int, look: float, cars: Cars, place: Place, rules: Rules) -> t
             obstacle = min(obstacle, _place_in_cone(i, item, cars, place, rules))
         if surface < rules.radius and distance > 0.0 and rules.collisions:
             share = (rules.radius - surface) / distance
-            push_x -= math.floor(dx * share + 0.5)
-            push_y -= math.floor(dy * share + 0.5)
-    return ticks, obstacle, push_x, push_y
+            away_x -= math.floor(dx * share + 0.5)
+            away_y -= math.floor(dy * share + 0.5)
+            touched += 1
+            into = (push_x * dx + push_y * dy) / squared
+            if into > 0.0:
+                pressed = 1
+                along_x, along_y = push_x - into * dx, push_y - into * dy
+    if pressed:
+        push_x, push_y = (along_x, along_y) if touched == 1 else (0.0, 0.0)
+    return ticks, obstacle, math.floor(push_x + 0.5) + away_x, math.floor(push_y + 0.5) + away_y
 
 
 @in_kernel
@@ -202,7 +217,7 @@ def keep_push(i: int, push_x: float, push_y: float, cars: Cars, rules: Rules) ->
 
 
 @in_kernel
-def person_at(k: int, now: int, people: People) -> tuple[float, float]:
+def _person_at(k: int, now: int, people: People) -> tuple[float, float]:
     """Where person ``k`` is: on the straight line between two points of the path."""
     first, last = people.first[k], people.first[k + 1] - 1
     at = now
@@ -220,8 +235,12 @@ def person_at(k: int, now: int, people: People) -> tuple[float, float]:
 
 
 @in_kernel
-def person_near(i: int, part: int, cars: Cars, people: People, rules: Rules) -> tuple[int, float]:
+def person_near(i: int, part: int, now: int, cars: Cars, people: People, rules: Rules) -> tuple[int, float]:
     """Whether car ``i`` senses a person, and how far outside its PIR range the nearest is (0.0: within)."""
+    if people.walked_ms[part] != now:
+        people.walked_ms[part] = now
+        for k in range(people.now_x.shape[1]):
+            people.now_x[part, k], people.now_y[part, k] = _person_at(k, now, people)
     x, y = float(cars.x[i]), float(cars.y[i])
     ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
     reach = rules.pir_range * rules.pir_range

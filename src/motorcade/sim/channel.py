@@ -80,7 +80,7 @@ def spread_frame(
             distance = math.sqrt(squared)
             if dx * ahead_x + dy * ahead_y < rules.beam_cos * distance:
                 continue
-            if rules.line_of_sight and _is_hidden(i, j, world, cars, cells, place, rules):
+            if rules.line_of_sight and _is_hidden(i, j, distance, world, cars, cells, place, rules):
                 continue
             _arrive(i, j, int(distance), now, part, cars, rules, told)
 
@@ -117,10 +117,12 @@ def _is_louder(distance: int, other: int, capture: float) -> bool:
 
 
 @in_kernel
-def _is_hidden(i: int, j: int, world: int, cars: Cars, cells: Cells, place: Place, rules: Rules) -> bool:
+def _is_hidden(
+    i: int, j: int, distance: float, world: int, cars: Cars, cells: Cells, place: Place, rules: Rules
+) -> bool:
     ax, ay = float(cars.x[j]), float(cars.y[j])
     bx, by = float(cars.x[i]), float(cars.y[i])
-    if _is_hidden_by_place(ax, ay, bx, by, place):
+    if _is_hidden_by_place(ax, ay, bx, by, distance, place):
         return True
     frame, first = cells.frame[world], cells.first[world]
     columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
@@ -129,21 +131,25 @@ def _is_hidden(i: int, j: int, world: int, cars: Cars, cells: Cells, place: Plac
     right = cell_at(max(ax, bx) + wide, frame[ORIGIN_X], frame[PER_UM], columns)
     bottom = cell_at(min(ay, by) - wide, frame[ORIGIN_Y], frame[PER_UM], rows)
     top = cell_at(max(ay, by) + wide, frame[ORIGIN_Y], frame[PER_UM], rows)
+    # Without a branch for each car, which no processor can foresee.
+    hidden = False
     for row in range(bottom, top + 1):
         for k in range(first[row * columns + left], first[row * columns + right + 1]):
-            if k != i and k != j and is_shaded(ax, ay, bx, by, float(cars.x[k]), float(cars.y[k]), rules.radius):
-                return True
-    return False
+            shades = is_shaded(ax, ay, bx, by, float(cars.x[k]), float(cars.y[k]), rules.radius)
+            hidden |= shades & (k != i) & (k != j)
+    return hidden
 
 
 @in_kernel
-def _is_hidden_by_place(ax: float, ay: float, bx: float, by: float, place: Place) -> bool:
+def _is_hidden_by_place(ax: float, ay: float, bx: float, by: float, distance: float, place: Place) -> bool:
     frame = place.frame
     columns = int(frame[COLUMNS])
     column = cell_at(ax, frame[ORIGIN_X], frame[PER_UM], columns)
     cell = cell_at(ay, frame[ORIGIN_Y], frame[PER_UM], int(frame[ROWS])) * columns + column
     segments = place.segments.shape[0]
     for k in range(place.first[cell], place.first[cell + 1]):
+        if place.away[k] > distance:
+            break
         item = place.items[k]
         if item < segments:
             wall = place.segments[item]

@@ -63,17 +63,11 @@ def nearest_of_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: 
 @in_kernel
 def is_shaded(ax: float, ay: float, bx: float, by: float, x: float, y: float, radius: float) -> bool:
     """Whether a disc about (x, y) touches the line of sight from a to b."""
-    along_x, along_y, to_x, to_y = bx - ax, by - ay, x - ax, y - ay
-    squared, aside = along_x * along_x + along_y * along_y, to_x * along_y - to_y * along_x
-    # Most discs are beside the line, so that is asked first.
-    if aside * aside >= radius * radius * squared and squared > 0.0:
-        return False
-    dot = to_x * along_x + to_y * along_y
-    if dot <= 0.0:
-        return to_x * to_x + to_y * to_y < radius * radius
-    if dot >= squared:
-        return (x - bx) * (x - bx) + (y - by) * (y - by) < radius * radius
-    return True
+    along_x, along_y, to_x, to_y, from_x, from_y = bx - ax, by - ay, x - ax, y - ay, x - bx, y - by
+    squared, near = along_x * along_x + along_y * along_y, radius * radius
+    aside, dot = to_x * along_y - to_y * along_x, to_x * along_x + to_y * along_y
+    between = (dot > 0.0) & (dot < squared) & (aside * aside < near * squared)
+    return between | (to_x * to_x + to_y * to_y < near) | (from_x * from_x + from_y * from_y < near)
 
 
 @in_kernel
@@ -83,7 +77,7 @@ def cross(ax: float, ay: float, bx: float, by: float, x0: float, y0: float, x1: 
     side_1 = (bx - ax) * (y1 - ay) - (by - ay) * (x1 - ax)
     side_a = (x1 - x0) * (ay - y0) - (y1 - y0) * (ax - x0)
     side_b = (x1 - x0) * (by - y0) - (y1 - y0) * (bx - x0)
-    return (side_0 > 0.0) != (side_1 > 0.0) and (side_a > 0.0) != (side_b > 0.0)
+    return ((side_0 > 0.0) != (side_1 > 0.0)) & ((side_a > 0.0) != (side_b > 0.0))
 
 
 @in_kernel

@@ -27,8 +27,11 @@ BYTES_A_CAR = 256
 _DRIFT_UM = 60_000
 _LINE = 16  # cars to a cache line
 CELL_UM = 450_000.0
-_PLACE_CELL_UM = 1_000_000.0
-_MOST_PLACE_CELLS = 1 << 20
+# So few cars are found sooner among all than in cells.
+_FEW_CARS = 24
+_NEVER = 1 << 40
+_PLACE_CELL_UM = 250_000.0
+_FEW_PLACE_CELLS = 1 << 14
 
 
 def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
@@ -45,7 +48,8 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
     fastest = max(speeds.max(), turns.max() / wheel_turn / 2 if physics.wheel_noise else 0.0)
     fastest = math.ceil(fastest * (1 + MOST_NORMAL * physics.wheel_noise))
     _check(profile, tick_ms, fastest, radius)
-    sort_every = max(_DRIFT_UM // fastest, 1)
+    few = len(mat.starts) <= _FEW_CARS
+    sort_every = _NEVER if few else max(_DRIFT_UM // fastest, 1)
     return Rules(
         levels=np.array(levels_of(profile), np.int64),
         images=_images(images),
@@ -73,7 +77,7 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
         wheel_noise=float(physics.wheel_noise),
         drift=float(sort_every * fastest),
         sort_every=int(sort_every),
-        cell=CELL_UM,
+        cell=FAR_UM if few else CELL_UM,
     )
 
 
@@ -128,6 +132,7 @@ def people_of(mat: Mat, parts: int) -> People:
         repeats=np.array([person.repeats for person in mat.people], np.int64),
         now_x=np.zeros((parts, len(mat.people))),
         now_y=np.zeros((parts, len(mat.people))),
+        walked_ms=np.full(parts, -1, np.int64),
     )
 
 
@@ -156,24 +161,26 @@ def place_of(mat: Mat, rules: Rules) -> Place:
     farthest_look = max(rules.levels[AVOID_RADII_MM : AVOID_RADII_MM + 4]) * 1000.0
     reach = max(farthest_look + rules.radius + LOOK_BEYOND_UM, rules.range * rules.line_of_sight)
     if not len(segments) and not len(discs):
-        return Place(segments, discs, np.array([0.0, 0.0, 0.0, 1.0, 1.0]), np.zeros(2, np.int32), np.zeros(0, np.int32))
+        frame = np.array([0.0, 0.0, 0.0, 1.0, 1.0])
+        return Place(segments, discs, frame, np.zeros(2, np.int32), np.zeros(0, np.int32), np.zeros(0, np.float32))
     ends = np.concatenate([segments[:, :2], segments[:, 2:], discs[:, :2] - discs[:, 2:], discs[:, :2] + discs[:, 2:]])
     low, high = ends.min(axis=0) - reach - 1, ends.max(axis=0) + reach + 1
-    side = max(_PLACE_CELL_UM, math.sqrt(float(np.prod(high - low)) / _MOST_PLACE_CELLS))
+    most_cells = max(_FEW_PLACE_CELLS, len(mat.starts) // 3)
+    side = max(_PLACE_CELL_UM, math.sqrt(float(np.prod(high - low)) / most_cells))
     # Beyond a border cell nothing is within reach, so its own list is empty and serves all that lies there.
     columns, rows = (int(count) for count in np.ceil((high - low) / side) + 2)
     frame = np.array([low[0] - side, low[1] - side, 1 / side, columns, rows])
     reached = [_cells_near(frame, *_box(each), reach) for each in segments]
     reached += [_cells_near(frame, *_box_of_disc(each), reach) for each in discs]
-    kept = [
-        cells[_distances(frame, cells, item, segments, discs) <= reach + side * math.sqrt(0.5) + 2]
-        for item, cells in enumerate(reached)
-    ]
-    cells = np.concatenate(kept)
-    items = np.repeat(np.arange(len(kept)), [len(each) for each in kept])
-    order = np.lexsort((items, cells))
+    cells = np.concatenate(reached)
+    items = np.repeat(np.arange(len(reached)), [len(each) for each in reached])
+    # No point of a cell is nearer to an item than this.
+    away = np.concatenate([_distances(frame, each, item, segments, discs) for item, each in enumerate(reached)])
+    away = np.maximum(away - side * math.sqrt(0.5) - 2, 0.0).astype(np.float32)
+    near = np.flatnonzero(away <= reach)
+    order = near[np.lexsort((away[near], cells[near]))]
     first = np.searchsorted(cells[order], np.arange(columns * rows + 1))
-    return Place(segments, discs, frame, first.astype(np.int32), items[order].astype(np.int32))
+    return Place(segments, discs, frame, first.astype(np.int32), items[order].astype(np.int32), away[order])
 
 
 def _sides(corners: Sequence[tuple[float, float]]) -> list[tuple[float, float, float, float]]:

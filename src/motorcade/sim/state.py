@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
+Singles = NDArray[np.float32]
 Words = NDArray[np.uint32]
 Lengths = NDArray[np.int32]
 # An array where the brain, of which each target has its own kind, says list or tuple of integers.
@@ -62,7 +63,8 @@ class Place(NamedTuple):
     discs: Floats  # (discs, 3): x, y, radius
     frame: Floats  # (5,): as of Cells
     first: Lengths  # (cells + 1,)
-    items: Lengths  # a segment's index, or a disc's behind all segments
+    items: Lengths  # of each cell, the nearest first: a segment's index, or a disc's behind all segments
+    away: Singles  # µm that each of them is away from its cell at least
 
 
 class People(NamedTuple):
@@ -73,8 +75,9 @@ class People(NamedTuple):
     x: Floats
     y: Floats
     repeats: Ints  # (people,): 1 where the path begins anew when it is over
-    now_x: Floats  # (parts, people): where they are in this tick
+    now_x: Floats  # (parts, people): where they are
     now_y: Floats
+    walked_ms: Ints  # (parts,): when that was worked out
 
 
 class Voices(NamedTuple):

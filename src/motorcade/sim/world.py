@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numba
 import numpy as np
@@ -16,15 +16,16 @@ from motorcade.sim.errors import WorldError
 from motorcade.sim.events import EVENT as EVENT
 from motorcade.sim.events import KINDS as KINDS
 from motorcade.sim.events import WHYS as WHYS
-from motorcade.sim.geometry import FULL_TURN
+from motorcade.sim.geometry import FULL_TURN, to_heading
 from motorcade.sim.layout import VOICES
-from motorcade.sim.mat import Mat
+from motorcade.sim.mat import Mat, Pose
+from motorcade.sim.mat.schema import FARTHEST_M
 from motorcade.sim.state import MOST_PARTS
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.ticks import TICKS_MASK
 
 # One world of fewer cars is stepped faster by one thread.
-_LARGE = 5_000
+_LARGE = 20_000
 _COUNTED = {
     "frames": tally.FRAMES,
     "heard": tally.HEARD,
@@ -150,6 +151,42 @@ class World:
         """Every car hears ``stop`` or ``go`` in the next tick."""
         self._said = VOICES[word]
 
+    def furnish(self, mat: Mat, range_mm: int | None = None) -> None:
+        """Put other walls, obstacles, people, voices and physics around the cars, which stay where they are and go on.
+
+        Args:
+            mat: what is around them from now on; where its own cars start and how long its tick is doesn't matter.
+            range_mm: how far infrared reaches; as far as before unless given.
+
+        Raises:
+            WorldError: what can't be simulated; everything is as before then.
+        """
+        mat = replace(mat, starts=self.mat.starts, tick_ms=self.tick_ms)
+        infrared = self.profile.infrared
+        profile = replace(self.profile, infrared=replace(infrared, range_mm=range_mm or infrared.range_mm))
+        rules = layout.rules_of(mat, profile, self.images)
+        self._place = layout.place_of(mat, rules)
+        self._people = layout.people_of(mat, self._parts)
+        self._voices = layout.voices_of(mat)
+        self.mat, self.profile, self._rules = mat, profile, rules
+        self._wake()
+
+    def move(self, car: int, pose: Pose, world: int = 0) -> None:
+        """Lift a car and put it down elsewhere, where it goes on with what it does.
+
+        Raises:
+            WorldError: there is no such car or place.
+        """
+        if not 0 <= car < self.cars:
+            raise WorldError(f"there is no car {car}; allowed: 0 to {self.cars - 1}")
+        if not (abs(pose.x) <= FARTHEST_M and abs(pose.y) <= FARTHEST_M and math.isfinite(pose.heading)):
+            raise WorldError(f"a car can't be put at [{pose.x:g}, {pose.y:g}]; allowed: up to {FARTHEST_M} m from 0")
+        begin = world * self.cars
+        index = begin + int(np.flatnonzero(self.state.number[begin : begin + self.cars] == car)[0])
+        self.state.x[index], self.state.y[index] = round(pose.x * 1e6), round(pose.y * 1e6)
+        self.state.heading[index] = to_heading(pose.heading)
+        self._wake()
+
     def step(self) -> None:
         """One tick."""
         self._advance(1)
@@ -215,6 +252,9 @@ class World:
     @property
     def _is_large(self) -> bool:
         return self.worlds == 1 and self.threads > 1 and self.cars >= _LARGE
+
+    def _wake(self) -> None:
+        engine.wake(self.now_ms, self.cars, self.worlds, self.state, self._cells, self._rules)
 
     def _advance(self, ticks: int) -> None:
         while True:
