@@ -279,3 +279,17 @@ def test_a_virtual_car_that_cannot_start_says_why(tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         where = f"127.0.0.1:{taken.getsockname()[1]}"
         assert f"an't wait at {where}" in refusal(4, "virtual-car", "--tcp", where, "--store", tmp_path / "car.image")
+
+
+@pytest.mark.parametrize("language", ["en", "zh"])
+def test_ports_and_images_are_complained_of_in_the_language_that_was_asked_for(tmp_path, language):
+    broken = tmp_path / "broken.image"
+    broken.write_bytes(b"\x01")
+    missing = run("upload", PARADE, "--port", "/dev/there-is-none", "--language", language)
+    fetched = run("readback", "--port", "/dev/there-is-none", "-o", tmp_path / "x", "--language", language)
+    shown = run("inspect", broken, "--language", language)
+    says = {"en": ("There is no port", "1 bytes are"), "zh": ("没有端口 /dev/there-is-none", "1 个字节")}[language]
+    assert says[0] in missing.err
+    assert says[0] in fetched.err
+    assert says[1] in shown.err
+    assert (missing.code, fetched.code, shown.code) == (3, 3, 1)

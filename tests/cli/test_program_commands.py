@@ -50,6 +50,13 @@ def test_compile_prints_the_words_and_writes_their_bytes(tmp_path):
     assert output.read_bytes() == b"".join(word.to_bytes(4, "big") for word in printed["words"])
 
 
+def test_a_project_of_the_studio_compiles_whatever_stands_beside_the_program(tmp_path):
+    beside = {"mat": {"name": "a table"}, "view": {"leader": {"blocks": {"blocks": [{"x": 1}]}}}}
+    studio = tmp_path / "studio.motorcade.json"
+    studio.write_text(json.dumps({**json.loads(PARADE.read_text(encoding="utf-8")), **beside}), encoding="utf-8")
+    assert run("compile", studio).out == run("compile", PARADE).out != ""
+
+
 def test_an_error_has_code_severity_message_path_and_id(project):
     ran = run("compile", project(document(DRIVE, {**HALF, "id": "block-7"})))
     assert ran.code == 1

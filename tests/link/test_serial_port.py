@@ -14,7 +14,14 @@ import serial
 from serial.urlhandler import protocol_socket
 
 from motorcade.link import serial_port
-from motorcade.link.serial_port import NoAnswerError, PortBusyError, PortNotFoundError, VerificationError
+from motorcade.link.failures import (
+    MESSAGES,
+    NoAnswerError,
+    PortBusyError,
+    PortError,
+    PortNotFoundError,
+    VerificationError,
+)
 from motorcade.profile import built_in_profile
 from motorcade.sim.virtual_car import ImageStore, PseudoTerminal, TcpPort, VirtualBoard, monotonic_clock, serve
 from motorcade.words import upload as protocol
@@ -297,3 +304,11 @@ def test_what_the_system_says_about_a_port_becomes_a_sentence(monkeypatch, error
     monkeypatch.setattr(serial, "serial_for_url", fail)
     assert says in refused(error, upload, "P")
     assert says in refused(error, readback, "P")
+
+
+@pytest.mark.parametrize("code", MESSAGES)
+def test_every_failure_has_a_sentence_in_both_languages(code):
+    problem = PortError(code, port="PORT", detail="DETAIL")
+    assert ("PORT" in str(problem)) == ("PORT" in problem.message("zh"))
+    assert problem.message("zh").endswith(("。", "？"))
+    assert problem.message("en") == str(problem)

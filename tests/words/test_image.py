@@ -14,6 +14,7 @@ from motorcade.words.image import (
     parse_image_bytes,
     words_to_bytes,
 )
+from motorcade.words.sentences import image_sentence
 
 MOST = 255
 LEVELS = st.integers(0, 7)
@@ -145,6 +146,24 @@ def test_a_reserved_or_parity_bit_in_any_word_is_refused_with_its_place(image, b
     assert code == "word"
     assert f"word {place} (0x{words[place]:08X})" in sentence
     assert ("parity is 1" if bit == 0 else f"reserved is {1 << bit - 1}") in sentence
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        ("", "空的"),
+        ("00 00", "2 个字节"),
+        ("02 00 00 00  40 00 00 00", "说明有 3 个码字，这里只有 2 个"),
+        ("00 00 00 00  40 00 00 00", "说明有 1 个码字，这里有 2 个"),
+        ("00 00 00 ff", "头位串 0x000000FF 无效：reserved 的值不能是 255"),
+        ("01 00 00 00  40 00 00 01", "第 1 个码字（0x40000001）无效：parity"),
+        ("01 00 00 00  40 00 00 02", "第 1 个码字（0x40000002）无效：reserved"),
+    ],
+)
+def test_what_is_wrong_is_said_in_chinese_too(data, says):
+    problem = parsed(bytes.fromhex(data))
+    assert says in image_sentence(problem, "zh")
+    assert image_sentence(problem, "en") == str(problem)
 
 
 @pytest.mark.parametrize("word", [-1, 1 << 32])

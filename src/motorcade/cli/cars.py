@@ -29,7 +29,7 @@ from motorcade.cli.options import (
     whole_number,
     write_file,
 )
-from motorcade.cli.recordings import extra_sim
+from motorcade.cli.recordings import needs_extra
 
 if TYPE_CHECKING:
     from motorcade.profile import Profile
@@ -70,7 +70,7 @@ def simulate_command(
     if mat and followers is not None:
         raise UsageError("--followers and --mat exclude each other: the mat says which cars there are")
     files = [*(record or ()), *([video] if video else ()), *([picture] if picture else ())]
-    with extra_sim("simulating"):
+    with needs_extra("simulating"):
         from motorcade.runs import cars_table, print_unheard, run_as_dict
 
         run = _simulate(image, followers, seconds, seed, chosen, mat, files)
@@ -172,6 +172,7 @@ def readback_command(
     port: Port,
     output: Annotated[Path, typer.Option("-o", "--output", help="Write the image's bytes here.")],
     profile: ProfileOption = "classroom",
+    language: Language = "",
     as_json: Json = False,
 ) -> None:
     """Fetch the image that a car holds."""

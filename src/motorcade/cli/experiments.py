@@ -105,6 +105,7 @@ def _run(plan: "Plan", output: Path, jobs: int, scheduler: str) -> int:
 def _program(spec: Path, index: int, wanted: "Sweep", language: str) -> "tuple[bytes, Profile]":
     """The image and the profile of one of the programs that a sweep names."""
     from motorcade.words.image import ImageError
+    from motorcade.words.sentences import image_sentence
 
     name = wanted.programs[index]
     place = f"{spec.name}: programs[{index}], '{name}',"
@@ -116,7 +117,8 @@ def _program(spec: Path, index: int, wanted: "Sweep", language: str) -> "tuple[b
     except OSError as problem:
         raise UsageError(f"{place} can't be read: {problem.strerror}") from None
     except ImageError as problem:
-        raise ImageError(problem.code, f"{place} is no program: {problem}") from None
+        reason = image_sentence(problem, language)
+        raise ImageError("program", f"{place} is no program: {problem}", place=place, reason=reason) from None
     except typer.Exit:
         print(f"motorcade: {place} has errors: mend them first", file=sys.stderr)
         raise

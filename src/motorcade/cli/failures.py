@@ -15,7 +15,7 @@ class UsageError(Exception):
 
 def exit_code(problem: Exception) -> int | None:
     """The exit code for an exception whose text is meant for the user; None for a fault of ours."""
-    from motorcade.link import serial_port
+    from motorcade.link.failures import NoAnswerError, PortBusyError, PortNotFoundError, VerificationError
     from motorcade.profile import ProfileError
     from motorcade.program.decompiler import DecompileError
     from motorcade.program.diagnostics import ProgramError
@@ -36,9 +36,20 @@ def exit_code(problem: Exception) -> int | None:
         (StoreError, USAGE),
         (OSError, USAGE),
         (LineError, PORT_BUSY),
-        (serial_port.PortNotFoundError, PORT_NOT_FOUND),
-        (serial_port.PortBusyError, PORT_BUSY),
-        (serial_port.NoAnswerError, NO_ANSWER),
-        (serial_port.VerificationError, VERIFICATION),
+        (PortNotFoundError, PORT_NOT_FOUND),
+        (PortBusyError, PORT_BUSY),
+        (NoAnswerError, NO_ANSWER),
+        (VerificationError, VERIFICATION),
     )
     return next((code for kind, code in codes if isinstance(problem, kind)), None)
+
+
+def sentence(problem: Exception, language: str) -> str:
+    """What is wrong, in ``language`` (en or zh) where it has a sentence for it."""
+    from motorcade.link.failures import PortError
+    from motorcade.words.image import ImageError
+    from motorcade.words.sentences import image_sentence
+
+    if isinstance(problem, PortError):
+        return problem.message(language)
+    return image_sentence(problem, language) if isinstance(problem, ImageError) else str(problem)

@@ -4,6 +4,7 @@ import json
 import locale
 import os
 import sys
+from contextvars import ContextVar
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -20,7 +21,18 @@ if TYPE_CHECKING:
 _MOST_BYTES = 1 << 24
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, on a terminal too.")]
-Language = Annotated[str, typer.Option(help="Language of diagnostics: en or zh. The system's, unless given.")]
+# What a command was asked to speak, for what is said when it has failed.
+asked: ContextVar[str] = ContextVar("asked", default="")
+
+
+def _remember(language: str) -> str:
+    asked.set(language)
+    return language
+
+
+Language = Annotated[
+    str, typer.Option(help="Language of diagnostics: en or zh. The system's, unless given.", callback=_remember)
+]
 ExistingFile = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True)]
 Source = Annotated[Path, typer.Argument(metavar="PROJECT|IMAGE", exists=True, dir_okay=False, readable=True)]
 Port = Annotated[str, typer.Option("--port", "-p", help="Such as /dev/ttyUSB0, COM3 or socket://127.0.0.1:7000.")]
@@ -64,11 +76,22 @@ def tongue(language: str) -> str:
 
     if language and language not in LANGUAGES:
         raise UsageError(f"'{language}' is not one of {', '.join(LANGUAGES)}")
+    return language or _system_language()
+
+
+def spoken() -> str:
+    """The language that the command was asked to speak, or the system's where there is no such."""
+    from motorcade.program.diagnostics import LANGUAGES
+
+    return asked.get() if asked.get() in LANGUAGES else _system_language()
+
+
+def _system_language() -> str:
     # The variables count even where the locale that they name isn't installed.
     names = [os.environ.get(name, "") for name in ("LC_ALL", "LC_MESSAGES", "LANG")]
     names.append(locale.getlocale()[0] or "")
     system = next((name for name in names if name and not name.startswith(("C", "POSIX"))), "")
-    return language or ("zh" if system.lower().startswith(("zh", "chinese")) else "en")
+    return "zh" if system.lower().startswith(("zh", "chinese")) else "en"
 
 
 def profile_named(name: str) -> "Profile":
@@ -125,7 +148,7 @@ def words_in(source: Path) -> tuple[int, ...]:
 
     data = read_file(source)
     if _is_project(source, data):
-        raise ImageError("project", f"{source} is no image. If it is a project, compile it first")
+        raise ImageError("project", f"{source} is no image. If it is a project, compile it first", file=source)
     return bytes_to_words(data)
 
 

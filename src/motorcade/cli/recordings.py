@@ -41,14 +41,14 @@ def add_to(app: typer.Typer) -> None:
 
 
 @contextmanager
-def extra_sim(what: str) -> Iterator[None]:
-    """A library of the extra ``sim`` that is missing ends in a sentence that says how to get it."""
+def needs_extra(what: str, extra: str = "sim") -> Iterator[None]:
+    """A library of the ``extra`` that is missing ends in a sentence that says how to get it."""
     try:
         yield
     except ModuleNotFoundError as missing:
         if not missing.name or missing.name.startswith("motorcade"):
             raise
-        raise UsageError(f"{what} needs {missing.name}: pip install 'motorcade[sim]'") from None
+        raise UsageError(f"{what} needs {missing.name}: pip install 'motorcade[{extra}]'") from None
 
 
 def replay_command(
@@ -60,7 +60,7 @@ def replay_command(
     """Show a recorded run: live on a terminal, as a line of JSON a moment and event into files and pipes."""
     if not math.isfinite(speed) or not 0.001 <= speed <= 100_000:
         raise UsageError(f"--speed is {speed:g}; allowed: 0.001 to 100000")
-    with extra_sim("replaying"):
+    with needs_extra("replaying"):
         from motorcade.sim.recording import open_recording
 
         recording = open_recording(run)
@@ -84,7 +84,7 @@ def plot_command(
     as_json: Json = False,
 ) -> None:
     """Draw a recorded run: tracks on the mat, who held which word when, what became of the frames."""
-    with extra_sim("drawing"):
+    with needs_extra("drawing"):
         from motorcade.console import describe_control, progress_bar
         from motorcade.sim.picture import draw_plots
         from motorcade.sim.recording import open_recording

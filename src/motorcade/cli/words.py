@@ -130,14 +130,18 @@ def compile_command(
         raise typer.Exit(PROGRAM_ERROR)
 
 
-def decompile_command(image: ExistingFile, profile: ProfileOption = "classroom", as_json: Json = True) -> None:
+def decompile_command(
+    image: ExistingFile, profile: ProfileOption = "classroom", language: Language = "", as_json: Json = True
+) -> None:
     """Print the project, always JSON, that compiles to an image."""
     from motorcade.program.decompiler import decompile
 
     print_text(decompile(words_in(image), profile_named(profile)).as_json())
 
 
-def inspect(image: ExistingFile, profile: ProfileOption = "classroom", as_json: Json = False) -> None:
+def inspect(
+    image: ExistingFile, profile: ProfileOption = "classroom", language: Language = "", as_json: Json = False
+) -> None:
     """Show the words of an image with their fields."""
     from motorcade.words.formats import CONTROL, HEADER
     from motorcade.words.image import parse_image

@@ -17,44 +17,21 @@ try:
 except ImportError:  # Windows
     TerminalError = OSError  # type: ignore[assignment, misc]
 
-from motorcade.words.upload import (
-    IMAGE,
-    MISMATCH,
-    NOT_VERIFIED,
-    READBACK_REQUEST,
-    REFUSED,
-    SILENCE_MS,
-    SILENT,
-    Outcome,
-    ReadbackEnd,
-    UploaderEnd,
+from motorcade.link.failures import (
+    NoAnswerError,
+    PortBusyError,
+    PortError,
+    PortNotFoundError,
+    readback_failure,
+    upload_failure,
 )
+from motorcade.words.upload import NOT_VERIFIED, READBACK_REQUEST, SILENCE_MS, Outcome, ReadbackEnd, UploaderEnd
 
 _CHUNK_BYTES = 64
 _READ_TIMEOUT_S = 0.02
 _WRITE_TIMEOUT_S = 5
 _SETTLE_S = SILENCE_MS / 1000 + 0.1
 _LONGEST_SETTLE_S = 3.0
-
-
-class PortError(Exception):
-    """Something between here and the car."""
-
-
-class PortNotFoundError(PortError):
-    """There is no such port."""
-
-
-class PortBusyError(PortError):
-    """The port is in use by someone else, or this user may not use it."""
-
-
-class NoAnswerError(PortError):
-    """The car said nothing, or went away."""
-
-
-class VerificationError(PortError):
-    """The car refused the image or holds another one than was sent."""
 
 
 class PortInfo(NamedTuple):
@@ -101,15 +78,8 @@ def upload(
             outcome = _outcome(line, end)
         except (serial.SerialException, OSError) as problem:
             raise _gone(port, problem) from None
-    if outcome.kind == SILENT:
-        hint = "Is the car switched on, and the baud rate right? For a board that never answers use --no-verify"
-        raise NoAnswerError(f"The car at {port} gave {outcome.detail}. {hint}.")
-    if outcome.kind == REFUSED:
-        raise _refused(port, f"refused: {outcome.detail}. It keeps the image that it had.", outcome.detail)
-    if outcome.kind == MISMATCH:
-        raise VerificationError(
-            f"The car at {port} holds something else than was sent: {outcome.detail}. Upload again."
-        )
+    if failure := upload_failure(port, outcome.kind, outcome.detail):
+        raise failure
     return outcome.detail if outcome.kind != NOT_VERIFIED else "sent, not verified"
 
 
@@ -126,10 +96,8 @@ def readback(port: str, baud: int) -> bytes:
             outcome = _outcome(line, ReadbackEnd(_now_ms()))
         except (serial.SerialException, OSError) as problem:
             raise _gone(port, problem) from None
-    if outcome.kind == SILENT:
-        raise NoAnswerError(f"Nothing to read at {port}: {outcome.detail}. Is the car switched on?")
-    if outcome.kind != IMAGE:
-        raise _refused(port, f"sent no image: {outcome.detail}.", outcome.detail)
+    if failure := readback_failure(port, outcome.kind, outcome.detail):
+        raise failure
     image: bytes = outcome.detail
     return image
 
@@ -163,13 +131,13 @@ def _outcome(line: serial.Serial, end: UploaderEnd | ReadbackEnd) -> Outcome:
 
 def _open(port: str, baud: int) -> serial.Serial:
     if not port.strip():
-        raise PortNotFoundError("No port is named. `motorcade ports` lists those that are there.")
+        raise PortNotFoundError("no-port-named")
     try:
         return serial.serial_for_url(
             port, baudrate=baud, timeout=_READ_TIMEOUT_S, write_timeout=_WRITE_TIMEOUT_S, exclusive=True
         )
     except ValueError:
-        raise PortNotFoundError(f"'{port[:60]}' is not the name of a port. `motorcade ports` lists them.") from None
+        raise PortNotFoundError("not-a-port-name", port=port) from None
     except (serial.SerialException, OSError) as problem:
         raise _not_opened(port, problem) from None
     except TerminalError as problem:
@@ -180,29 +148,18 @@ def _not_opened(port: str, problem: Exception) -> PortError:
     """The sentence for a port that didn't open; pyserial tells some cases apart in its text only."""
     code, text = getattr(problem, "errno", None), str(problem)
     if code in (errno.EACCES, errno.EPERM) and "denied" in text and "PermissionError" not in text:
-        return PortBusyError(
-            f"You may not use {port}. On Linux join the group that owns it (often dialout): "
-            "sudo usermod -aG dialout $USER, then log in again."
-        )
+        return PortBusyError("port-forbidden", port=port)
     if code in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text or "PermissionError" in text:
-        return PortBusyError(f"The port {port} is busy: close the other program that uses it.")
+        return PortBusyError("port-busy", port=port)
     if code in (errno.ENOTTY, errno.EISDIR) or "Inappropriate ioctl" in text:
-        return PortNotFoundError(f"{port} is no serial port. `motorcade ports` lists those that are.")
-    return PortNotFoundError(f"There is no port {port}. Is the cable in? `motorcade ports` lists what is there.")
-
-
-def _refused(port: str, sentence: str, reason: str) -> PortError:
-    if reason.startswith("busy"):
-        return PortBusyError(f"The car at {port} is busy with another uploader. Try again when it is done.")
-    return VerificationError(f"The car at {port} {sentence}")
+        return PortNotFoundError("no-serial-port", port=port)
+    return PortNotFoundError("no-such-port", port=port)
 
 
 def _gone(port: str, problem: Exception) -> PortError:
     if isinstance(problem, serial.SerialTimeoutException):
-        return NoAnswerError(f"The car at {port} takes no more bytes. Is it switched on?")
-    return NoAnswerError(
-        f"The car at {port} went away in the middle: it holds the old image or the new one. Try again."
-    )
+        return NoAnswerError("takes-no-bytes", port=port)
+    return NoAnswerError("went-away", port=port)
 
 
 def _now_ms() -> int:

@@ -26,11 +26,13 @@ class ImageError(ValueError):
 
     Attributes:
         code: short name of the fault, stable: cut-off, too-long, header or word.
+        figures: what its sentence tells, by name; `motorcade.words.sentences` says it in other languages.
     """
 
-    def __init__(self, code: str, sentence: str) -> None:
+    def __init__(self, code: str, sentence: str, **figures: object) -> None:
         super().__init__(sentence)
         self.code = code
+        self.figures = figures
 
 
 def pack(word: int, byte_order: str = "big") -> bytes:
@@ -52,7 +54,7 @@ def words_to_bytes(words: tuple[int, ...]) -> bytes:
 def bytes_to_words(data: bytes) -> tuple[int, ...]:
     """The words in ``data``. Raises ImageError unless it is a whole number of words."""
     if len(data) % WORD_BYTES:
-        raise ImageError("cut-off", f"{len(data)} bytes are no whole number of 4-byte words")
+        raise ImageError("cut-off", f"{len(data)} bytes are no whole number of 4-byte words", count=len(data))
     return tuple(unpack(data[i : i + WORD_BYTES]) for i in range(0, len(data), WORD_BYTES))
 
 
@@ -75,7 +77,8 @@ def check_header(header: int) -> None:
     try:
         HEADER.decode(header, True)
     except WordError as error:
-        raise ImageError("header", f"the header word 0x{header:08X} is not valid: {error}")
+        figures = {"word": header, "field": error.field, "value": error.value}
+        raise ImageError("header", f"the header word 0x{header:08X} is not valid: {error}", **figures)
 
 
 def parse_image(words: tuple[int, ...]) -> Image:
@@ -91,13 +94,11 @@ def parse_image(words: tuple[int, ...]) -> Image:
     header = HEADER.decode(words[0])
     expected = announced_words(words[0])
     if len(words) < expected:
-        raise ImageError(
-            "cut-off", f"the image is cut off: its header announces {expected} words, {len(words)} are here"
-        )
+        sentence = f"the image is cut off: its header announces {expected} words, {len(words)} are here"
+        raise ImageError("cut-off", sentence, expected=expected, here=len(words))
     if len(words) > expected:
-        raise ImageError(
-            "too-long", f"the image is too long: its header announces {expected} words, {len(words)} are here"
-        )
+        sentence = f"the image is too long: its header announces {expected} words, {len(words)} are here"
+        raise ImageError("too-long", sentence, expected=expected, here=len(words))
     for position in range(1, expected):
         _check_control(words[position], position)
     leader = tuple(words[1 : 1 + header.leader_states])
@@ -116,6 +117,11 @@ def _check_control(word: int, position: int) -> None:
     try:
         values = CONTROL.decode(word, True)
     except WordError as error:
-        raise ImageError("word", f"word {position} (0x{word:08X}) is not valid: {error}")
+        raise _bad_word(position, word, error.field, error.value, str(error))
     if values.parity:
-        raise ImageError("word", f"word {position} (0x{word:08X}) is not valid: parity is 1, an image writes 0")
+        raise _bad_word(position, word, "parity", 1, "parity is 1, an image writes 0")
+
+
+def _bad_word(position: int, word: int, field: str, value: object, reason: str) -> ImageError:
+    sentence = f"word {position} (0x{word:08X}) is not valid: {reason}"
+    return ImageError("word", sentence, position=position, word=word, field=field, value=value)
