@@ -11,15 +11,20 @@ from functools import partial
 from statistics import median
 from time import thread_time_ns
 
+import msgspec
 from rich.console import Console
 from rich.table import Table
 
+from motorcade.program.blocks import blocks_of
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program, read_program
 from motorcade.program.steps import DIRECTIONS, Avoid, Drive, Led, Repeat, Step, Together
+from motorcade.studio.compiling import Blocks, compiled_blocks
+from motorcade.studio.http import answer, decoded
 
 TURNS = 51
 GOAL_MS = 5.0
+ANSWER_GOAL_MS = 20.0
 STATES = 255
 WORDS = 255
 
@@ -69,8 +74,17 @@ def read_and_compile(text: str) -> object:
     return compile_program(read_program(text))
 
 
-def measured(time_ms: float) -> str:
-    colour, result = ("green", "met") if time_ms <= GOAL_MS else ("red", "missed")
+def message(program: Program) -> bytes:
+    """What the page sends of a program."""
+    return msgspec.json.encode(Blocks(*blocks_of(program)))
+
+
+def answer_the_page(sent: bytes) -> object:
+    return answer(compiled_blocks(decoded(sent, Blocks)))
+
+
+def measured(time_ms: float, goal_ms: float) -> str:
+    colour, result = ("green", "met") if time_ms <= goal_ms else ("red", "missed")
     return f"{time_ms:.2f} ms, [{colour}]{result}[/]"
 
 
@@ -78,19 +92,27 @@ def main() -> None:
     programs = shapes()
     compiling = medians_ms({name: partial(compile_program, program) for name, program in programs.items()})
     reading = medians_ms({name: partial(read_and_compile, program.as_json()) for name, program in programs.items()})
+    answering = medians_ms({name: partial(answer_the_page, message(program)) for name, program in programs.items()})
     table = Table(
         "shape",
         "states",
         "words",
         "compiled",
         "read from JSON and compiled",
-        title=f"Goal for compiling: {GOAL_MS:g} ms",
+        "blocks to the page's words",
+        title=f"Goals: compiling {GOAL_MS:g} ms, answering the page {ANSWER_GOAL_MS:g} ms",
     )
     for name, program in programs.items():
         compiled = compile_program(program)
         counts = (str(compiled.leader_states), str(compiled.follower_words))
-        table.add_row(name, *counts, measured(compiling[name]), f"{reading[name]:.2f} ms")
-    Console(width=130).print(table)
+        table.add_row(
+            name,
+            *counts,
+            measured(compiling[name], GOAL_MS),
+            f"{reading[name]:.2f} ms",
+            measured(answering[name], ANSWER_GOAL_MS),
+        )
+    Console(width=150).print(table)
 
 
 if __name__ == "__main__":

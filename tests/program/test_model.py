@@ -139,6 +139,8 @@ def assert_is_said(document: str, code: str, path: str, step_id: str | None) -> 
         ('{"format": "motorcade-program/1", "leader": [], "colour": 1}', UNKNOWN, "colour"),
         ('{"format": "motorcade-program/1", "leader": [], "followers": []}', RANGE, "followers"),
         ('{"format": "motorcade-program/1", "leader": [], "followers": {}}', MISSING, "followers"),
+        ('{"format": "motorcade-program/1", "leader": [], "mat": null}', RANGE, "mat"),
+        ('{"format": "motorcade-program/1", "leader": [], "view": []}', RANGE, "view"),
     ],
 )
 def test_a_wrong_document_is_named_with_its_place(document: str, code: str, path: str) -> None:
@@ -199,6 +201,15 @@ def test_a_wrong_step_is_named_with_its_place_and_id(content: str, code: str, pl
     assert_is_said(leads, code, f"leader[1]{place}", step_id)
     follows = f'{{"format": "motorcade-program/1", "leader": [], "followers": {{"steps": [{step}]}}}}'
     assert_is_said(follows, code, f"followers.steps[0]{place}", step_id)
+
+
+def test_what_stands_beside_a_program_is_not_looked_into() -> None:
+    row: dict[str, Any] = {}
+    for _ in range(400):
+        row = {"next": {"block": row}}
+    program = Program([wait(1)])
+    document = {**program.as_dict(), "mat": {"anything": [1, {"forward": 2}]}, "view": {"leader": row}}
+    assert read_program(json.dumps(document)) == program
 
 
 @pytest.mark.parametrize("old", ["motorcade-program", "leader", "wait", "an id"])

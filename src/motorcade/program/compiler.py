@@ -183,7 +183,7 @@ class _Followers:
         warned = set()
         for word, position in zip(found.words, found.origins, strict=True):
             item = items[position]
-            deaf_ms = _length_ms(word, self._profile)
+            deaf_ms = length_ms(word, self._profile)
             if not word & _ACCEPT_IR and deaf_ms > found.dwell_ms and item.path not in warned:
                 warned.add(item.path)
                 seconds = {"deaf": f"{deaf_ms / 1000:g}", "dwell": f"{found.dwell_ms / 1000:g}"}
@@ -198,8 +198,8 @@ class _Followers:
                 return
 
 
-def _length_ms(word: int, profile: Profile) -> int:
-    """How long a follower holds on to a word that the compiler made."""
+def length_ms(word: int, profile: Profile) -> int:
+    """How long a car is busy with a word that the compiler made."""
     values = CONTROL.decode(word)
     levels = (values.motor_duration, values.led_duration, values.avoid_duration)
     return profile.durations_ms[max(levels)] or profile.idle_state_ms

@@ -81,6 +81,30 @@ MESSAGES: dict[str, dict[str, str]] = {
         "an old word can come back and overwrite a new one.",
         "zh": "从机会转发码字，而码字共有 {count} 个：旧的码字可能传回来覆盖新的码字。",
     },
+    "bad-blocks": {
+        "en": "These blocks can't be read: the file that they come from is damaged. Open another version of it.",
+        "zh": "无法读取这些积木：它们所在的文件已损坏。请打开另一个版本。",
+    },
+    "unknown-block": {
+        "en": "There is no block '{type}' here. Take it away.",
+        "zh": "这里没有“{type}”积木。请将它移除。",
+    },
+    "second-hat": {
+        "en": "The block that everything begins with stands here twice. Take one of them away.",
+        "zh": "起始积木出现了两次。请移除其中一个。",
+    },
+    "too-many-in-a-row": {
+        "en": "More than {most} blocks stand one behind the other, more than a car can hold. Use a repeat block.",
+        "zh": "相连的积木超过 {most} 个，小车装不下。请使用重复积木。",
+    },
+    "blocks-too-deep": {
+        "en": "Blocks stand more than {most} deep inside each other. Take some of them out.",
+        "zh": "积木嵌套超过 {most} 层。请取出一些。",
+    },
+    "not-inside-together": {
+        "en": "This block can't start together with others. Put it around the together block, or behind it.",
+        "zh": "此积木不能放在并行积木里面。请放在它的外面或后面。",
+    },
 }
 
 # Phrases that fill the braces, where they differ by language.

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from motorcade.program.diagnostics import Phrase, ProgramError, error, phrase
-from motorcade.program.schema import FORMAT, check_shape
+from motorcade.program.schema import BESIDE, FORMAT, check_shape
 from motorcade.program.steps import KINDS, LONGEST_S, SHORTEST_DWELL_S, Repeat, Step, Together, as_steps
 
 # Deeper than anyone nests blocks by hand, and short of what the parser's stack takes.
@@ -103,6 +103,11 @@ def read_program(data: bytes | str) -> Program:
     Raises:
         ProgramError: with every diagnostic that there is to say about its shape.
     """
+    return program_from_dict(read_document(data))
+
+
+def read_document(data: bytes | str) -> Any:
+    """The parsed JSON of a project file, in which no key stands twice. Raises ProgramError."""
     try:
         text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
         document = json.loads(text, parse_constant=_refuse_constant, object_pairs_hook=_without_doubles)
@@ -120,14 +125,22 @@ def read_program(data: bytes | str) -> Program:
         raise _not_json(phrase("too-deep")) from None
     except ValueError as problem:  # a number with thousands of digits
         raise _not_json(phrase("bad-number", number=str(problem)[:40])) from None
-    return program_from_dict(document)
+    return document
 
 
 def program_from_dict(document: Any) -> Program:
-    """The Program in parsed JSON. Raises ProgramError."""
+    """The Program in parsed JSON. What stands beside it there is not looked into. Raises ProgramError."""
+    if isinstance(document, dict):
+        document = {
+            name: {} if name in BESIDE and isinstance(value, dict) else value for name, value in document.items()
+        }
     if _depth(document) > DEEPEST:
         raise _not_json(phrase("too-deep"))
-    if diagnostics := check_shape(document):
+    try:
+        diagnostics = check_shape(document)
+    except UnicodeError:  # half a surrogate pair
+        raise _not_json(phrase("not-text")) from None
+    if diagnostics:
         raise ProgramError(diagnostics)
     followers = document.get("followers")
     return Program(

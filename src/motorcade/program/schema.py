@@ -10,6 +10,11 @@ from motorcade.program.diagnostics import Diagnostic, Phrase, error, phrase
 from motorcade.program.steps import KINDS, SECONDS, SHORTEST_DWELL_S, SIMPLE_KINDS, Pir, Repeat, Step, Together, Voice
 
 FORMAT = "motorcade-program/1"
+# What may stand beside a program in its file, for the page alone.
+BESIDE = {
+    "mat": "The mat that it drives on, as docs/mats.md says.",
+    "view": "Where the page's blocks stand, and comments on them.",
+}
 _ID = {"type": "string"}
 _FLAG = {"type": "boolean"}
 
@@ -36,6 +41,7 @@ def program_schema() -> dict[str, Any]:
                 "required": ["steps"],
                 "additionalProperties": False,
             },
+            **{name: {"type": "object", "description": what} for name, what in BESIDE.items()},
         },
         "required": ["format", "leader"],
         "additionalProperties": False,

@@ -1,0 +1,294 @@
+"""A program's blocks: the states of Blockly's workspaces, and the program that they say.
+
+Each step is a block of its own type, with the step's fields in capitals. What no
+step is: the hats that everything hangs on, and the infrared block, whose steps
+get its settings as their own.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from itertools import groupby
+from typing import Any
+
+from motorcade.program.diagnostics import ProgramError, error
+from motorcade.program.model import Followers, Program, program_from_dict
+from motorcade.program.schema import FORMAT
+from motorcade.program.steps import KINDS, Pir, Repeat, Step, Together, Voice
+
+Workspace = dict[str, Any]
+Block = dict[str, Any]
+Flags = dict[str, bool]
+
+PREFIX = "motorcade_"
+LEADER_HAT = f"{PREFIX}leader"
+FOLLOWERS_HAT = f"{PREFIX}followers"
+INFRARED = f"{PREFIX}infrared"
+_HOLDING = (INFRARED, f"{PREFIX}{Together.kind}", f"{PREFIX}{Repeat.kind}")
+
+# No image holds more states or words than 255. A row of blocks is JSON nested twice as deep, which
+# Python's reader follows to about a thousand.
+MOST_IN_A_ROW = 400
+# What program_from_dict reads, which counts three brackets for a repeat.
+MOST_DEEP = 30
+
+_SETTINGS = ("accept_ir", "forward")
+_CHOICES = {"same": None, "yes": True, "no": False}
+_TICKS = {"TRUE": True, "FALSE": False}
+_LEVELS = {str(level): level for level in range(4)}
+_NOWHERE: Block = {}
+_HAT_AT = {"x": 24, "y": 24}
+
+
+def program_of(leader: Any, followers: Any = None, profile: str = "classroom") -> Program:
+    """The Program that the blocks below the two workspaces' hats say; a step's id is its block's.
+
+    Loose and disabled blocks say nothing; a workspace without a hat has no steps.
+    ``followers`` is None where only the leader is programmed.
+
+    Raises:
+        ProgramError: blocks that no program says; a leader that accepts infrared is among them.
+    """
+    document: dict[str, Any] = {"format": FORMAT, "profile": profile, "followers": None}
+    document["leader"] = _Reader("leader", leads=True).steps(_below(_hat(leader, LEADER_HAT, "leader"), "leader"))
+    if followers is not None:
+        hat = _hat(followers, FOLLOWERS_HAT, "followers")
+        reader = _Reader("followers.steps", leads=False)
+        document["followers"] = {**_of_hat(hat), "steps": reader.steps(_below(hat, "followers"))}
+    return program_from_dict(document)
+
+
+def blocks_of(program: Program) -> tuple[Workspace, Workspace | None]:
+    """The workspaces of the leader and of the followers, laid out anew.
+
+    Raises:
+        ProgramError: the program's steps are too many in a row, or too deep in each other.
+    """
+    leader = _workspace(LEADER_HAT, {}, _blocks(program.leader, "leader", 0))
+    if program.followers is None:
+        return leader, None
+    followers = _blocks(program.followers.steps, "followers.steps", 0)
+    return leader, _workspace(FOLLOWERS_HAT, _hat_fields(program.followers), followers)
+
+
+class _Reader:
+    """Reads the steps of one editor; ``path`` is theirs in the program."""
+
+    def __init__(self, path: str, leads: bool):
+        self._path = path
+        self._leads = leads
+
+    def steps(self, first: Block | None) -> list[dict[str, Any]]:
+        """The steps, for JSON, that ``first`` and all that hangs below it say."""
+        return self._steps(first, self._path, 0)
+
+    def _steps(self, first: Block | None, path: str, depth: int, inside: bool = False) -> list[dict[str, Any]]:
+        return [
+            self._step(block, flags, f"{path}[{number}]", deep, inside)
+            for number, (block, flags, deep) in enumerate(self._row(first, {}, path, depth, inside))
+        ]
+
+    def _row(
+        self, first: Block | None, flags: Flags, path: str, depth: int, inside: bool
+    ) -> Iterator[tuple[Block, Flags, int]]:
+        """The steps of a row: each one's block, the settings of the infrared blocks around it, and its depth."""
+        for block in _chain(first, path):
+            if depth > MOST_DEEP:
+                raise _refused("blocks-too-deep", path, block, most=MOST_DEEP)
+            if not _is_enabled(block):
+                continue
+            if inside and block.get("type") in _HOLDING:
+                raise _refused("not-inside-together", path, block)
+            if block.get("type") != INFRARED:
+                yield block, flags, depth
+                continue
+            own = _own_flags(block, path)
+            if self._leads and own != {"accept_ir": False}:
+                raise _refused("leader-accepts-ir", path, block)
+            yield from self._row(_inside(block, path), flags | own, path, depth + 1, inside)
+
+    def _step(self, block: Block, flags: Flags, path: str, depth: int, inside: bool) -> dict[str, Any]:
+        kind = str(block.get("type")).removeprefix(PREFIX)
+        if kind not in KINDS:
+            raise _refused("unknown-block", path, block, type=str(block.get("type"))[:40])
+        document: dict[str, Any] = {**flags}
+        if "id" in block:
+            document["id"] = block["id"]
+        if kind == Together.kind:
+            document[kind] = self._steps(_inside(block, path), f"{path}.{kind}", depth + 1, inside=True)
+            return document
+        # In a together these two last as long as it does.
+        no_fields = inside and kind in (Voice.kind, Pir.kind)
+        document[kind] = {} if no_fields else _read_fields(block, path, KINDS[kind])
+        if kind == Repeat.kind:
+            document[kind]["steps"] = self._steps(_inside(block, path), f"{path}.{kind}.steps", depth + 1)
+        return document
+
+
+def _hat(workspace: Any, kind: str, path: str) -> Block:
+    """The workspace's hat; an empty block where there is none."""
+    blocks = _object(_object(workspace, path).get("blocks"), path).get("blocks", [])
+    if not isinstance(blocks, list):
+        raise _refused("bad-blocks", path, _NOWHERE)
+    hats = [block for block in blocks if isinstance(block, dict) and block.get("type") == kind]
+    if len(hats) > 1:
+        raise _refused("second-hat", path, hats[1])
+    return hats[0] if hats else _NOWHERE
+
+
+def _of_hat(hat: Block) -> dict[str, Any]:
+    """The settings of the followers' hat, for JSON."""
+    fields = _object(hat.get("fields"), "followers", hat)
+    settings = {name: _chosen(fields[name.upper()], _TICKS) for name in _SETTINGS if name.upper() in fields}
+    dwell = fields.get("DWELL", "auto")
+    return settings if dwell == "auto" else {**settings, "dwell_seconds": _number(dwell)}
+
+
+def _hat_fields(followers: Followers) -> dict[str, Any]:
+    ticks = {name.upper(): "TRUE" if getattr(followers, name) else "FALSE" for name in _SETTINGS}
+    dwell = followers.dwell_seconds
+    return {**ticks, "DWELL": "auto" if dwell is None else str(_plain(dwell))}
+
+
+def _chain(block: Block | None, path: str) -> Iterator[Block]:
+    """The block and those that hang below it."""
+    for _ in range(MOST_IN_A_ROW):
+        if block is None:
+            return
+        yield block
+        block = _below(block, path)
+    if block is not None:
+        raise _refused("too-many-in-a-row", path, block, most=MOST_IN_A_ROW)
+
+
+def _below(block: Block, path: str) -> Block | None:
+    return _connected(block.get("next"), path, block)
+
+
+def _inside(block: Block, path: str) -> Block | None:
+    return _connected(_object(block.get("inputs"), path, block).get("STEPS"), path, block)
+
+
+def _connected(connection: Any, path: str, block: Block) -> Block | None:
+    if connection is None:
+        return None
+    return _object(_object(connection, path, block).get("block"), path, block) or None
+
+
+def _object(value: Any, path: str, block: Block = _NOWHERE) -> dict[str, Any]:
+    """What stands in ``block``; it must be an object where it is there at all."""
+    if value is None:
+        return {}
+    if not isinstance(value, dict):
+        raise _refused("bad-blocks", path, block)
+    return value
+
+
+def _is_enabled(block: Block) -> bool:
+    return block.get("enabled") is not False and not block.get("disabledReasons")
+
+
+def _own_flags(block: Block, path: str) -> Flags:
+    """What an infrared block sets; what it leaves as it is isn't among them."""
+    fields = _object(block.get("fields"), path, block)
+    flags = {}
+    for name in _SETTINGS:
+        choice = str(fields.get(name.upper(), "same"))
+        if choice not in _CHOICES:
+            raise _refused("out-of-range", path, block, value=choice[:40], allowed=", ".join(_CHOICES))
+        flags[name] = _CHOICES[choice]
+    return {name: flag for name, flag in flags.items() if flag is not None}
+
+
+def _read_fields(block: Block, path: str, kind: Any) -> dict[str, Any]:
+    fields = _object(block.get("fields"), path, block)
+    return {
+        name: _chosen(fields[capitals], _LEVELS) if is_menu else fields[capitals]
+        for capitals, name, is_menu in _fields_of(kind)
+        if capitals in fields
+    }
+
+
+@cache
+def _fields_of(kind: type[Step]) -> tuple[tuple[str, str, bool], ...]:
+    """Each field of a kind: its name in a block, its name in the step, and whether it is a menu of levels."""
+    schemas = kind.own_schemas()
+    return tuple(
+        (name.upper(), name, kind is not Repeat and schema.get("type") == "integer") for name, schema in schemas.items()
+    )
+
+
+def _chosen(value: Any, meanings: Mapping[str, Any]) -> Any:
+    """What a menu's or a checkbox's text means; whatever else there may be is for the schema to refuse."""
+    return meanings.get(value, value) if isinstance(value, str) else value
+
+
+def _number(text: Any) -> Any:
+    try:
+        return _plain(float(text))
+    except (TypeError, ValueError):
+        return text
+
+
+def _plain(number: float) -> float:
+    """2.0 as 2."""
+    return int(number) if float(number).is_integer() else number
+
+
+def _blocks(steps: Sequence[Step], path: str, depth: int) -> Block | None:
+    """The first block of the row that says ``steps``; the others hang below it."""
+    row: list[Block] = []
+    for flags, group in groupby(steps, key=lambda step: (step.accept_ir, step.forward)):
+        if flags == (None, None):
+            row += [_block(step, path, depth) for step in group]
+        else:
+            row.append(_infrared(flags, _hung([_block(step, path, depth + 1) for step in group], path)))
+    return _hung(row, path)
+
+
+def _block(step: Step, path: str, depth: int) -> Block:
+    if depth > MOST_DEEP:
+        raise ProgramError([error("blocks-too-deep", path, step.id, most=MOST_DEEP)])
+    block: Block = {"type": f"{PREFIX}{step.kind}"}
+    if step.id is not None:
+        block["id"] = step.id
+    kind: Any = type(step)
+    block["fields"] = {
+        capitals: str(value) if is_menu else value
+        for capitals, name, is_menu in _fields_of(kind)
+        if (value := getattr(step, name)) is not None
+    }
+    return _holding(block, _blocks(step.steps, path, depth + 1)) if isinstance(step, Together | Repeat) else block
+
+
+def _infrared(flags: tuple[bool | None, bool | None], first: Block | None) -> Block:
+    said = {flag: choice for choice, flag in _CHOICES.items()}
+    fields = {name.upper(): said[flag] for name, flag in zip(_SETTINGS, flags, strict=True)}
+    return _holding({"type": INFRARED, "fields": fields}, first)
+
+
+def _holding(block: Block, first: Block | None) -> Block:
+    return {**block, "inputs": {"STEPS": {"block": first}}} if first else block
+
+
+def _hung(row: Sequence[Block], path: str) -> Block | None:
+    """The row's first block, with each of the others below the one before it."""
+    if len(row) > MOST_IN_A_ROW:
+        raise ProgramError([error("too-many-in-a-row", path, most=MOST_IN_A_ROW)])
+    below = None
+    for block in reversed(row):
+        below = {**block, "next": {"block": below}} if below else block
+    return below
+
+
+def _workspace(hat: str, fields: dict[str, Any], first: Block | None) -> Workspace:
+    block: Block = {"type": hat, "id": hat, **_HAT_AT}
+    if fields:
+        block["fields"] = fields
+    if first:
+        block["next"] = {"block": first}
+    return {"blocks": {"languageVersion": 0, "blocks": [block]}}
+
+
+def _refused(code: str, path: str, block: Mapping[str, Any], **arguments: Any) -> ProgramError:
+    block_id = block.get("id")
+    return ProgramError([error(code, path, block_id if isinstance(block_id, str) else None, **arguments)])

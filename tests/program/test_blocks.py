@@ -1,0 +1,245 @@
+"""Blocks and programs say the same; what blocks can't say is a sentence about the block at fault."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motorcade import Followers, Program, ProgramError, compile_program
+from motorcade import forward as drive
+from motorcade.program.blocks import MOST_DEEP, MOST_IN_A_ROW, blocks_of, program_of
+from motorcade.program.diagnostics import LANGUAGES
+from motorcade.program.steps import led, left, pir, repeat, together, voice, wait
+from strategies import JSON, programs
+
+DRIVE = {"type": "motorcade_drive", "fields": {"DIRECTION": "forward", "SPEED": "2", "SECONDS": 3}}
+WAIT = {"type": "motorcade_wait", "id": "w", "fields": {"SECONDS": 1}}
+
+
+def row(*blocks):
+    """The first of the blocks, the others hanging below it."""
+    first = None
+    for block in reversed(blocks):
+        first = {**block, "next": {"block": first}} if first else block
+    return first
+
+
+def holding(kind, *blocks, **more):
+    inputs = {"STEPS": {"block": row(*blocks)}} if blocks else {}
+    return {"type": f"motorcade_{kind}", "inputs": inputs, **more}
+
+
+def workspace(*blocks, kind="leader", loose=(), **hat):
+    hat = {"type": f"motorcade_{kind}", "id": "hat", **hat}
+    return {"blocks": {"languageVersion": 0, "blocks": [row(hat, *blocks), *loose]}}
+
+
+def followers(*blocks, **hat):
+    return workspace(*blocks, kind="followers", **hat)
+
+
+def infrared(*blocks, accept_ir="same", forward="same", block_id="ir"):
+    return holding("infrared", *blocks, id=block_id, fields={"ACCEPT_IR": accept_ir, "FORWARD": forward})
+
+
+def diagnostic(leader, told=None):
+    """The one thing that there is to say about these blocks, which can be said in every language."""
+    with pytest.raises(ProgramError) as refused:
+        program_of(leader, told)
+    (only,) = refused.value.diagnostics
+    assert all(only.message(language) for language in LANGUAGES)
+    return only
+
+
+@given(programs())
+def test_a_program_is_the_same_after_it_was_blocks(program):
+    leader, told = json.loads(json.dumps(blocks_of(program)))
+    assert program_of(leader, told, program.profile) == program
+
+
+@pytest.mark.parametrize(
+    ("block", "step"),
+    [
+        (DRIVE, drive(3)),
+        (WAIT, wait(1, id="w")),
+        ({"type": "motorcade_led", "id": "x", "fields": {"WHICH": "3", "SECONDS": 0.4}}, led(3, 0.4, id="x")),
+        ({"type": "motorcade_voice", "fields": {"SECONDS": 2}}, voice(2)),
+        (holding("together", DRIVE, {"type": "motorcade_pir", "fields": {"SECONDS": 9}}), together(drive(3), pir())),
+        (holding("together", id="t"), together(id="t")),
+        (holding("repeat", WAIT, DRIVE, fields={"TIMES": 7}), repeat(7, wait(1, id="w"), drive(3))),
+        (infrared(DRIVE, accept_ir="no"), drive(3, accept_ir=False)),
+    ],
+)
+def test_a_block_is_a_step(block, step):
+    assert program_of(workspace(block)).leader == (step,)
+
+
+def test_a_hat_of_the_followers_says_what_holds_for_all_of_them():
+    told = followers(WAIT, fields={"ACCEPT_IR": "FALSE", "FORWARD": True, "DWELL": "2"})
+    assert program_of(workspace(), told).followers == Followers([wait(1, id="w")], False, True, 2)
+    assert program_of(workspace(), followers(fields={"DWELL": "auto"})).followers == Followers([])
+    assert program_of(workspace()).followers is None
+
+
+def test_of_infrared_blocks_in_each_other_the_inner_one_wins():
+    inner = infrared(DRIVE, accept_ir="yes")
+    told = followers(
+        infrared(WAIT, inner, holding("repeat", DRIVE, fields={"TIMES": 2}), accept_ir="no", forward="yes")
+    )
+    flags = [(step.accept_ir, step.forward) for step in program_of(workspace(), told).followers.steps]
+    assert flags == [(False, True), (True, True), (False, True)]
+    # The repeat's own steps take what holds for the repeat.
+    assert program_of(workspace(), told).followers.steps[2].steps == (drive(3),)
+
+
+@pytest.mark.parametrize("off", [{"enabled": False}, {"disabledReasons": ["MANUALLY_DISABLED"]}])
+def test_loose_and_disabled_blocks_say_nothing(off):
+    blocks = workspace(WAIT, {**DRIVE, **off}, WAIT, loose=[DRIVE, {"type": "nonsense"}])
+    assert program_of(blocks).leader == (wait(1, id="w"), wait(1, id="w"))
+
+
+@pytest.mark.parametrize("nothing", [{}, {"blocks": {}}, {"blocks": {"blocks": []}}, workspace()])
+def test_an_editor_without_steps_is_a_program_without_steps(nothing):
+    assert program_of(nothing) == Program([])
+
+
+@pytest.mark.parametrize(("accept_ir", "forward"), [("yes", "same"), ("no", "yes"), ("same", "no"), ("same", "same")])
+def test_a_leader_with_infrared_settings_gets_the_seeds_prompt_on_that_block(accept_ir, forward):
+    blocks = workspace(WAIT, holding("repeat", infrared(DRIVE, accept_ir=accept_ir, forward=forward)))
+    said = diagnostic(blocks)
+    assert (said.code, said.id) == ("leader-accepts-ir", "ir")
+    assert "无法设置主机接受红外信息" in said.message("zh")
+
+
+@pytest.mark.parametrize(
+    ("block", "code", "path"),
+    [
+        ({"type": "math_number", "id": "b"}, "unknown-block", "leader[1]"),
+        ({"id": "b"}, "unknown-block", "leader[1]"),
+        ({"type": ["x"], "id": "b"}, "unknown-block", "leader[1]"),
+        ({"type": "motorcade_leader", "id": "b"}, "unknown-block", "leader[1]"),
+        ({"type": "motorcade_wait", "id": "b"}, "missing-field", "leader[1].wait"),
+        ({**WAIT, "id": "b", "fields": {"SECONDS": "1"}}, "out-of-range", "leader[1].wait.seconds"),
+        ({**WAIT, "id": "b", "fields": {"SECONDS": -1}}, "out-of-range", "leader[1].wait.seconds"),
+        ({**WAIT, "id": "b", "fields": {"SECONDS": float("inf")}}, "out-of-range", "leader[1].wait.seconds"),
+        ({"type": "motorcade_led", "id": "b", "fields": {"WHICH": "4", "SECONDS": 1}}, "out-of-range", None),
+        ({"type": "motorcade_led", "id": "b", "fields": {"WHICH": {}, "SECONDS": 1}}, "out-of-range", None),
+        (holding("repeat", id="b", fields={"TIMES": 0}), "out-of-range", "leader[1].repeat.times"),
+        (holding("together", holding("repeat", id="b", fields={"TIMES": 1})), "not-inside-together", None),
+        (holding("together", holding("together", id="b")), "not-inside-together", None),
+        (holding("together", infrared(DRIVE, block_id="b")), "not-inside-together", "leader[1].together"),
+        (holding("infrared", DRIVE, id="b", fields={"FORWARD": []}), "out-of-range", "leader"),
+        ({**WAIT, "id": "b", "fields": 3}, "bad-blocks", "leader[1]"),
+        ({**WAIT, "id": "b", "next": 3}, "bad-blocks", "leader"),
+        ({**WAIT, "id": "b", "next": {"block": "w"}}, "bad-blocks", "leader"),
+        ({"type": "motorcade_repeat", "id": "b", "inputs": {"STEPS": [WAIT]}}, "bad-blocks", "leader[1]"),
+    ],
+)
+def test_what_a_block_cannot_say_is_said_about_that_block(block, code, path):
+    said = diagnostic(workspace(WAIT, block))
+    assert (said.code, said.id) == (code, "b")
+    assert path is None or said.path == path
+
+
+@pytest.mark.parametrize(
+    ("fields", "path"),
+    [
+        ({"ACCEPT_IR": "maybe"}, "followers.accept_ir"),
+        ({"FORWARD": 1}, "followers.forward"),
+        ({"DWELL": "long"}, "followers.dwell_seconds"),
+        ({"DWELL": "inf"}, "followers.dwell_seconds"),
+        ({"DWELL": None}, "followers.dwell_seconds"),
+    ],
+)
+def test_what_the_hat_cannot_say(fields, path):
+    said = diagnostic(workspace(), followers(fields=fields))
+    assert (said.code, said.path) == ("out-of-range", path)
+
+
+@pytest.mark.parametrize("garbage", [3, "x", [], {"blocks": 3}, {"blocks": {"blocks": {}}}])
+def test_no_workspace_at_all(garbage):
+    assert diagnostic(garbage).code == "bad-blocks"
+    assert diagnostic({}, garbage).code == "bad-blocks"
+
+
+def test_two_hats_in_one_editor():
+    said = diagnostic(workspace(loose=[{"type": "motorcade_leader", "id": "second"}]))
+    assert (said.code, said.id) == ("second-hat", "second")
+
+
+def test_as_many_blocks_in_a_row_as_a_car_could_hold_and_more():
+    assert len(program_of(workspace(*[WAIT] * MOST_IN_A_ROW)).leader) == MOST_IN_A_ROW
+    said = diagnostic(workspace(*[WAIT] * MOST_IN_A_ROW, {**WAIT, "id": "first too many"}))
+    assert (said.code, said.id) == ("too-many-in-a-row", "first too many")
+    assert blocks_of(Program([wait(1)] * MOST_IN_A_ROW))
+    with pytest.raises(ProgramError, match="Use a repeat block"):
+        blocks_of(Program([wait(1)] * (MOST_IN_A_ROW + 1)))
+
+
+@pytest.mark.parametrize("kind", ["repeat", "infrared"])
+def test_blocks_may_stand_in_each_other_but_not_for_ever(kind):
+    fields = {"TIMES": 1} if kind == "repeat" else {"ACCEPT_IR": "no"}
+    block = {**WAIT, "id": "innermost"}
+    for _ in range(MOST_DEEP):
+        block = holding(kind, block, fields=fields)
+    assert blocks_of(program_of(workspace(block)))
+    assert diagnostic(workspace(holding(kind, block, fields=fields))).code == "blocks-too-deep"
+
+
+def test_a_program_too_deep_for_blocks_says_so():
+    step = wait(1)
+    for _ in range(MOST_DEEP + 1):
+        step = repeat(1, step)
+    with pytest.raises(ProgramError, match="Take some of them out"):
+        blocks_of(Program([step]))
+
+
+def test_blocks_that_hang_below_themselves_come_to_an_end():
+    below = dict(WAIT)
+    below["next"] = {"block": below}
+    assert diagnostic(workspace(below)).code == "too-many-in-a-row"
+    inside = holding("repeat", WAIT, fields={"TIMES": 2})
+    inside["inputs"]["STEPS"]["block"] = inside
+    assert diagnostic(workspace(inside)).code == "blocks-too-deep"
+    around = infrared(accept_ir="no")
+    around["inputs"] = {"STEPS": {"block": around}}
+    assert diagnostic(workspace(around)).code == "blocks-too-deep"
+
+
+@given(st.data())
+def test_damaged_blocks_never_do_worse_than_a_sentence(data):
+    leader, told = blocks_of(data.draw(programs()))
+    place = leader if data.draw(st.booleans()) or told is None else told
+    for _ in range(data.draw(st.integers(0, 20))):
+        inner = list(place.values()) if isinstance(place, dict) else place
+        deeper = [each for each in inner if isinstance(each, dict | list) and each]
+        if not deeper:
+            break
+        place = data.draw(st.sampled_from(deeper))
+    key = data.draw(st.sampled_from(list(place) if isinstance(place, dict) else range(len(place))))
+    place[key] = data.draw(JSON)
+    try:
+        diagnostics = compile_program(program_of(leader, told)).diagnostics
+    except ProgramError as refused:
+        diagnostics = refused.diagnostics
+    assert all(each.message(language) for each in diagnostics for language in LANGUAGES)
+
+
+def test_what_is_wrong_with_a_step_is_found_by_its_block():
+    blocks = workspace({**WAIT, "id": "half", "fields": {"SECONDS": 0.5}})
+    (said,) = compile_program(program_of(blocks)).diagnostics
+    assert (said.code, said.id) == ("duration-not-expressible", "half")
+
+
+def test_steps_with_the_same_settings_share_an_infrared_block():
+    deaf = [replace(step, accept_ir=False) for step in (drive(1), left(1))]
+    _, told = blocks_of(Program([], Followers([*deaf, wait(1)])))
+    hat = told["blocks"]["blocks"][0]
+    shared = hat["next"]["block"]
+    assert shared["fields"] == {"ACCEPT_IR": "no", "FORWARD": "same"}
+    assert shared["inputs"]["STEPS"]["block"]["next"]["block"]["type"] == "motorcade_drive"
+    assert shared["next"]["block"]["type"] == "motorcade_wait"
+    assert isinstance(hat["x"], int)
+    assert isinstance(hat["y"], int)
