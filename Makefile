@@ -4,9 +4,12 @@ BIN := $(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin)
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 STAMP := .venv/.installed
 
-.PHONY: setup run test soak lint types format generate stale bench lock clean
+.PHONY: setup run demo page test soak lint types format generate stale bench screenshots lock clean
 
-run: setup ## the main job: compile, upload, verify, drive, draw
+run: setup ## the studio, in the browser
+	$(BIN)/motorcade studio
+
+demo: setup ## the whole way without a browser: compile, upload, verify, drive, draw
 	$(BIN)/python examples/first_run.py
 
 setup: $(STAMP)
@@ -18,7 +21,11 @@ $(STAMP): requirements.lock pyproject.toml
 	$(PIP) install --no-deps --no-build-isolation --editable .
 	$(BIN)/python -c 'import pathlib; pathlib.Path("$(STAMP)").touch()'
 
+page: setup ## build the studio's page anew
+	$(BIN)/python hatch_build.py build
+
 test: setup
+	$(BIN)/python hatch_build.py test
 	$(BIN)/python -m pytest
 
 soak: setup ## the same properties with many more examples; slow
@@ -27,9 +34,11 @@ soak: setup ## the same properties with many more examples; slow
 lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/python hatch_build.py lint
 
 types: setup
 	$(BIN)/mypy
+	$(BIN)/python hatch_build.py types
 
 format: setup
 	$(BIN)/ruff check --fix .
@@ -46,6 +55,11 @@ bench: setup
 	$(BIN)/python benchmarks/compiler.py
 	$(BIN)/python benchmarks/start.py
 	$(BIN)/python benchmarks/swarm.py
+	$(BIN)/python benchmarks/studio_server.py
+	$(BIN)/python benchmarks/studio_page.py
+
+screenshots: setup ## the README's pictures of the studio
+	$(BIN)/python scripts/screenshots.py
 
 lock: setup ## pin the newest versions that fit pyproject.toml
 	$(PIP) install uv

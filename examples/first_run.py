@@ -1,4 +1,4 @@
-"""The whole way of a program, from blocks to tracks: what `make run` shows.
+"""The whole way of a program, from blocks to tracks: what `make demo` shows.
 
 A project is compiled to an image; its bytes go over a real serial port to a
 virtual leader, which answers; and by the bytes that the leader then holds, one

@@ -20,7 +20,8 @@ ARROWS = {
     "link": ("words", "car.arbiter"),
     "console": ("words", "files", "car", "profile", "program"),
     "runs": ("profile", "program", "sim", "console"),
-    "cli": ("words", "files", "car", "profile", "program", "sim", "link", "console", "runs", "__version__"),
+    "studio": ("words", "files", "car", "profile", "program", "sim", "link"),
+    "cli": ("words", "files", "car", "profile", "program", "sim", "link", "console", "runs", "studio", "__version__"),
     "__init__": ("words", "profile", "program", "sim", "runs"),
     "__main__": ("cli",),
 }

@@ -7,8 +7,9 @@ from typing import Annotated, NoReturn
 import typer
 
 from motorcade import __version__
-from motorcade.cli import cars, experiments, recordings, words
-from motorcade.cli.failures import exit_code
+from motorcade.cli import cars, experiments, recordings, studio, words
+from motorcade.cli.failures import exit_code, sentence
+from motorcade.cli.options import asked, spoken
 
 app = typer.Typer(
     name="motorcade",
@@ -22,18 +23,20 @@ words.add_to(app)
 cars.add_to(app)
 recordings.add_to(app)
 experiments.add_to(app)
+studio.add_to(app)
 
 
 def main() -> NoReturn:
     """Run the command line; every failure ends in one sentence and its exit code."""
     _speak_utf8()
+    asked.set("")
     try:
         app()
     except Exception as problem:
         code = exit_code(problem)
         if code is None:
             raise
-        print(f"motorcade: {problem}", file=sys.stderr)
+        print(f"motorcade: {sentence(problem, spoken())}", file=sys.stderr)
         sys.exit(code)
     sys.exit(0)
 

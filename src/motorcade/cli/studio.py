@@ -1,0 +1,50 @@
+"""The command about the page: studio.
+
+It imports what it needs when it runs, so that the other commands start at once.
+"""
+
+import secrets
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from motorcade.cli.options import Json, print_json
+from motorcade.cli.recordings import needs_extra
+
+
+def add_to(app: typer.Typer) -> None:
+    """Register the command."""
+    app.command("studio")(studio_command)
+
+
+def studio_command(
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Where it listens; 0 takes a free one.")] = 7700,
+    host: Annotated[
+        str, typer.Option(help="The address it listens at. Any but this computer's own asks others for a token.")
+    ] = "127.0.0.1",
+    library: Annotated[Path | None, typer.Option(file_okay=False, help="The folder that projects are kept in.")] = None,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Don't open the page.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Program with blocks in the browser, watch the cars do it, and upload it."""
+    with needs_extra("the studio", "studio"):
+        from motorcade.studio.serving import is_loopback, listen, names_of, open_browser, serve, url_of
+        from motorcade.studio.settings import Settings
+    folder = library or Path(typer.get_app_dir("motorcade")) / "projects"
+    with listen(host, port) as listener:
+        names = names_of(listener, host)
+        token = None if is_loopback(listener) else secrets.token_urlsafe(24)
+        real_port = listener.getsockname()[1]
+        url = url_of(names[0], real_port, token)
+        settings = Settings(library=folder, host=host, port=real_port, names=frozenset(names), token=token)
+
+        def ready() -> None:
+            if as_json:
+                print_json({"url": url, "library": str(folder)})
+            else:
+                print(f"The studio is at {url} and keeps projects in {folder}. Ctrl-C stops it.", flush=True)
+            if not no_browser:
+                open_browser(url)
+
+        serve(settings, listener, ready)

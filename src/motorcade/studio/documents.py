@@ -1,0 +1,70 @@
+"""A project's file: the program, and beside it the mat and what the blocks look like."""
+
+import json
+from typing import Any
+
+import msgspec
+from msgspec import Struct
+
+from motorcade.program.blocks import Workspace, blocks_of, program_of
+from motorcade.program.diagnostics import ProgramError
+from motorcade.program.model import Program, program_from_dict, read_document
+
+
+class Project(Struct):
+    """What the page works on."""
+
+    leader: dict[str, Any]
+    followers: dict[str, Any] | None = None
+    profile: str = "classroom"
+    mat: dict[str, Any] | None = None
+
+
+def project_text(project: Project) -> str:
+    """The text of the project's file.
+
+    Blocks that no program says yet are kept as well: their program has no steps.
+    """
+    text = _meaning(project.leader, project.followers, project.profile).as_json().removesuffix("\n}\n")
+    beside = {"mat": project.mat, "view": {"leader": project.leader, "followers": project.followers}}
+    for name, value in beside.items():
+        if value is not None:
+            # A line each: indented, a long row of blocks would be mostly spaces.
+            text += f',\n "{name}": {json.dumps(value, ensure_ascii=False)}'
+    return text + "\n}\n"
+
+
+def opened(text: str | bytes) -> Project:
+    """The Project in a file's text; its blocks stand as they were left, if they still say the program.
+
+    Raises:
+        ProgramError: the text is no project file, or more than blocks can say.
+    """
+    document = read_document(text)
+    program = program_from_dict(document)
+    leader, followers = _viewed(document.get("view"), program) or blocks_of(program)
+    return Project(leader, followers, program.profile, document.get("mat"))
+
+
+def laid_out(program: Program) -> Project:
+    """The Project of a program that was never blocks. Raises ProgramError: it is more than blocks can say."""
+    return Project(*blocks_of(program), program.profile)
+
+
+def _viewed(view: Any, program: Program) -> tuple[Workspace, Workspace | None] | None:
+    """The workspaces in ``view``, where they say the program."""
+    try:
+        kept = msgspec.convert({**(view or {}), "profile": program.profile}, Project)
+    except msgspec.ValidationError:
+        return None
+    if _meaning(kept.leader, kept.followers, kept.profile) != program:
+        return None
+    return kept.leader, kept.followers
+
+
+def _meaning(leader: Workspace, followers: Workspace | None, profile: str) -> Program:
+    """The program that the blocks say; one without steps where they say none yet."""
+    try:
+        return program_of(leader, followers, profile)
+    except ProgramError:
+        return Program([], profile=profile)

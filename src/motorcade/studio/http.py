@@ -1,0 +1,53 @@
+"""JSON over HTTP: a message in, an answer out."""
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import msgspec
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from motorcade.studio.errors import StudioError
+
+T = TypeVar("T")
+
+
+def answer(data: Any, status: int = 200) -> Response:
+    """``data`` as JSON."""
+    return Response(msgspec.json.encode(data), status, media_type="application/json")
+
+
+def refusal(problem: StudioError) -> Response:
+    """``problem`` as JSON."""
+    return answer({"error": problem.as_dict()}, problem.status)
+
+
+def decoded(data: bytes, kind: type[T]) -> T:
+    """The message of ``kind`` in ``data``. Raises StudioError."""
+    try:
+        return msgspec.json.decode(data, type=kind)
+    except RecursionError:
+        raise StudioError("too-deep") from None
+    except (msgspec.DecodeError, UnicodeDecodeError) as problem:
+        raise StudioError("bad-message", reason=str(problem).rstrip(".")) from None
+
+
+def get(path: str, work: Callable[[Request], Any]) -> Route:
+    """A route that answers what ``work``, which may take a moment, makes of the request."""
+
+    async def endpoint(request: Request) -> Response:
+        return answer(await run_in_threadpool(work, request))
+
+    return Route(path, endpoint, methods=["GET"])
+
+
+def post(path: str, kind: type[T], work: Callable[[T], Any]) -> Route:
+    """A route that answers what ``work``, which may take a moment, makes of a message of ``kind``."""
+
+    async def endpoint(request: Request) -> Response:
+        message = decoded(await request.body(), kind)
+        return answer(await run_in_threadpool(work, message))
+
+    return Route(path, endpoint, methods=["POST"])

@@ -1,0 +1,161 @@
+"""Uploads and readbacks: through the server's ports and its virtual car, or through a port that the page opened."""
+
+import asyncio
+import base64
+from collections.abc import Awaitable, Callable
+from contextlib import AbstractContextManager, nullcontext, suppress
+from typing import Any
+
+import msgspec
+from anyio import CapacityLimiter, from_thread, to_thread
+from starlette.requests import Request
+from starlette.routing import BaseRoute, WebSocketRoute
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from motorcade.link.failures import PortError, PortNotFoundError
+from motorcade.link.serial_port import ports, readback, upload
+from motorcade.profile import Profile
+from motorcade.program.diagnostics import LANGUAGES
+from motorcade.studio.carrier import WEB_SERIAL, Carrier
+from motorcade.studio.compiling import profile_named
+from motorcade.studio.errors import MESSAGES, StudioError
+from motorcade.studio.http import get
+from motorcade.studio.messages import check_image, heard
+from motorcade.studio.settings import Settings
+from motorcade.studio.virtual import VIRTUAL, VirtualCar
+
+_MOST_AT_ONCE = 4
+
+
+class Wanted(msgspec.Struct, forbid_unknown_fields=True):
+    """What a page asks of a car: to take an image, or to give back its own."""
+
+    port: str = ""
+    image: bytes | None = None
+    verify: bool = True
+    readback: bool = False
+    profile: str = "classroom"
+
+
+Told = dict[str, Any]
+Talk = Callable[[Wanted, Profile], Awaitable[Told]]
+
+
+class Uploads:
+    """The uploads of a server."""
+
+    def __init__(self, settings: Settings):
+        self._settings = settings
+        self._virtual_car = VirtualCar(settings.library / "virtual-car.image")
+        self._workers = CapacityLimiter(_MOST_AT_ONCE)
+
+    def ports(self, _: Request) -> list[Told]:
+        """The ports that there are."""
+        found = [{"port": port.device, "description": port.description, "kind": "serial"} for port in ports()]
+        return [*found, {"port": VIRTUAL, "description": "", "kind": VIRTUAL}]
+
+    async def serve(self, socket: WebSocket) -> None:
+        """One upload or readback through a port of the server; it goes on where the page leaves meanwhile."""
+        told: asyncio.Queue[Told | None] = asyncio.Queue()
+
+        async def talk(wanted: Wanted, profile: Profile) -> Told:
+            telling = asyncio.create_task(_tell(socket, told))
+            try:
+                return await to_thread.run_sync(self._talk, wanted, profile, told.put_nowait, limiter=self._workers)
+            finally:
+                told.put_nowait(None)
+                await telling
+
+        await self._answer(socket, talk)
+
+    async def carry(self, socket: WebSocket) -> None:
+        """One upload or readback through a port that the page has opened: it only carries the bytes."""
+
+        async def talk(wanted: Wanted, profile: Profile) -> Told:
+            async with Carrier(socket, profile.serial.baud, self._settings.clock) as carrier:
+                if wanted.image is None:
+                    return _image(await carrier.readback())
+                return _sent(wanted, await carrier.upload(wanted.image, wanted.verify))
+
+        await self._answer(socket, talk)
+
+    async def _answer(self, socket: WebSocket, talk: Talk) -> None:
+        await socket.accept()
+        wanted = Wanted()
+        try:
+            wanted = await heard(socket, Wanted, self._settings.most_body)
+            result = await talk(wanted, _checked(wanted))
+        except StudioError as problem:
+            result = _failed(problem)
+        except PortError as problem:
+            result = _failed(_for_the_page(problem, wanted.port or WEB_SERIAL))
+        except WebSocketDisconnect:
+            return
+        with suppress(WebSocketDisconnect):
+            await socket.send_json(result)
+            await socket.close()
+
+    def _talk(self, wanted: Wanted, profile: Profile, tell: Callable[[Told], None]) -> Told:
+        with self._port(wanted.port, profile) as port:
+            if wanted.image is None:
+                return _image(readback(port, profile.serial.baud))
+            size = len(wanted.image)
+
+            def progress(sent: int) -> None:
+                from_thread.run_sync(tell, {"sent": sent, "of": size})
+
+            return _sent(wanted, upload(port, wanted.image, profile.serial.baud, wanted.verify, progress))
+
+    def _port(self, port: str, profile: Profile) -> AbstractContextManager[str]:
+        if port == VIRTUAL:
+            return self._virtual_car.at_a_port(profile)
+        # Of pyserial's URLs some write files, so a page may name only what is listed.
+        if port not in {each.device for each in ports()}:
+            raise PortNotFoundError("no-such-port", port=port)
+        return nullcontext(port)
+
+
+async def _tell(socket: WebSocket, told: asyncio.Queue[Told | None]) -> None:
+    with suppress(WebSocketDisconnect):
+        while message := await told.get():
+            await socket.send_json(message)
+
+
+def _checked(wanted: Wanted) -> Profile:
+    """The profile of what is wanted, which makes sense. Raises StudioError."""
+    if (wanted.image is None) != wanted.readback:
+        raise StudioError("bad-message", reason="give either an image or readback")
+    if wanted.image is not None:
+        check_image(wanted.image)
+    return profile_named(wanted.profile)
+
+
+def _sent(wanted: Wanted, answer: str) -> Told:
+    return {"outcome": "verified", "answer": answer} if wanted.verify else {"outcome": "not-verified"}
+
+
+def _image(image: bytes) -> Told:
+    return {"outcome": "image", "image": base64.b64encode(image).decode()}
+
+
+def _failed(problem: StudioError | PortError) -> Told:
+    sentences = {language: problem.message(language) for language in LANGUAGES}
+    return {"outcome": "failed", "error": {"code": problem.code, "message": sentences}}
+
+
+def _for_the_page(problem: PortError, port: str) -> StudioError | PortError:
+    """The problem in the page's words where the command line's would lead astray, and by the port's name there."""
+    arguments: dict[str, Any] = problem.arguments | {"port": port}
+    if problem.code in MESSAGES:
+        return StudioError(problem.code, **arguments)
+    return PortError(problem.code, **arguments)
+
+
+def routes(settings: Settings) -> list[BaseRoute]:
+    """Ports, and the WebSockets of uploads."""
+    uploads = Uploads(settings)
+    return [
+        get("/api/ports", uploads.ports),
+        WebSocketRoute("/api/upload", uploads.serve),
+        WebSocketRoute("/api/serial", uploads.carry),
+    ]

@@ -1,0 +1,20 @@
+"""Programs that the browser tests show to the studio."""
+
+FORWARD = {"drive": {"direction": "forward", "speed": 2, "seconds": 3}}
+LEFT = {"drive": {"direction": "left", "speed": 1, "seconds": 1}}
+RIGHT = {"drive": {"direction": "right", "speed": 2, "seconds": 2}}
+
+# What the documents give as an example: forward for three seconds, then left for one.
+EXAMPLE = {"format": "motorcade-program/1", "profile": "classroom", "leader": [FORWARD, LEFT], "followers": None}
+PAIR = {
+    "format": "motorcade-mat/1",
+    "name": "Pair",
+    "size_m": [4, 3],
+    "car": [{"at_m": [2, 1.5], "role": "leader"}, {"at_m": [2, 1]}],
+}
+FOLLOWED = {**EXAMPLE, "followers": {"accept_ir": True, "forward": False, "steps": [RIGHT]}, "mat": PAIR}
+LIT = {**EXAMPLE, "leader": [{"together": [FORWARD, {"led": {"which": 1, "seconds": 1}}]}]}
+LISTENING = {**EXAMPLE, "leader": [{"together": [FORWARD, {"voice": {}}]}]}
+SHELTERED = {**EXAMPLE, "followers": {"accept_ir": True, "forward": False, "steps": [{**RIGHT, "accept_ir": False}]}}
+TOO_LONG = {**EXAMPLE, "leader": [{"repeat": {"times": 128, "steps": [FORWARD, LEFT]}}]}
+ACCEPTING = {**EXAMPLE, "leader": [{**FORWARD, "accept_ir": True}]}
