@@ -1,0 +1,54 @@
+"""Finds a Chromium on this machine, or installs Debian's; run by itself, it says which one.
+
+The browser tests, `benchmarks/studio_page.py` and `scripts/screenshots.py` drive it.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+CHOICE = "MOTORCADE_CHROMIUM"
+HOW_TO = f"install Chromium or Chrome (on Debian: apt-get install chromium fonts-noto-cjk), or name one in {CHOICE}"
+_COMMANDS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
+_MAC_PLACES = (
+    "/Applications/Chromium.app/Contents/MacOS/Chromium",
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+)
+_WINDOWS_PLACES = (r"Google\Chrome\Application\chrome.exe", r"Chromium\Application\chrome.exe")
+_WINDOWS_ROOTS = ("PROGRAMFILES", "PROGRAMFILES(X86)", "LOCALAPPDATA")
+# The pages are in Chinese too, and a Debian without a desktop has no font for it.
+_DEBIAN_PACKAGES = ("chromium", "fonts-noto-cjk")
+
+
+def find() -> Path | None:
+    """The browser that the user chose, or one from the system's usual places."""
+    chosen = os.environ.get(CHOICE)
+    if chosen:
+        return Path(chosen)
+    on_path = (shutil.which(command) for command in _COMMANDS)
+    roots = (os.environ[name] for name in _WINDOWS_ROOTS if name in os.environ)
+    on_windows = (str(Path(root) / place) for root in roots for place in _WINDOWS_PLACES)
+    places = (*(path for path in on_path if path), *_MAC_PLACES, *on_windows)
+    return next((Path(place) for place in places if Path(place).is_file()), None)
+
+
+def find_or_install() -> Path | None:
+    """A browser, installed first where that can be done: by root, on Debian and its kin; else None."""
+    found = find()
+    if found is None and _is_debians_root():
+        for command in (("update",), ("install", "--yes", "--no-install-recommends", *_DEBIAN_PACKAGES)):
+            subprocess.run(["apt-get", "--quiet=2", *command], stdout=subprocess.DEVNULL, check=False)
+        found = find()
+    return found
+
+
+def _is_debians_root() -> bool:
+    return hasattr(os, "geteuid") and os.geteuid() == 0 and shutil.which("apt-get") is not None
+
+
+if __name__ == "__main__":
+    path = find_or_install()
+    print(path or f"No browser was found: {HOW_TO}.")
+    sys.exit(path is None)

@@ -1,0 +1,53 @@
+"""The wheel holds the page: installed by itself, and where there is no Node, it serves it."""
+
+import os
+import subprocess
+import sys
+import sysconfig
+import venv
+from pathlib import Path
+from urllib.request import urlopen
+
+import pytest
+from scripts.studio_process import ROOT, build_page, running_studio
+
+PAGE = ROOT / "src" / "motorcade" / "studio" / "page"
+PIP = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
+
+
+@pytest.fixture(scope="module")
+def python(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """That of an environment into which nothing but the wheel was installed."""
+    build_page()
+    folder = tmp_path_factory.mktemp("wheel")
+    building = ["wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", str(folder), str(ROOT)]
+    subprocess.run([*PIP, *building], check=True)
+    (wheel,) = folder.glob("*.whl")
+    venv.create(folder / "venv")
+    python = folder / "venv" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+    subprocess.run([*PIP, "--python", str(python), "install", "--no-deps", "--no-index", str(wheel)], check=True)
+    return str(python)
+
+
+@pytest.fixture(scope="module")
+def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """No program on the path. What the studio imports is lent by this Python, which needs no network for it."""
+    lent = {"PATH": str(tmp_path_factory.mktemp("empty")), "PYTHONPATH": sysconfig.get_path("purelib")}
+    return {**os.environ, **lent}
+
+
+def test_the_wheel_is_what_runs(python, environment) -> None:
+    where = [python, "-c", "import motorcade; print(motorcade.__file__)"]
+    found = subprocess.run(where, env=environment, check=True, capture_output=True, encoding="utf-8").stdout
+    assert Path(python).parents[1] in Path(found).parents
+
+
+def test_the_wheel_serves_the_page_and_all_that_belongs_to_it(python, environment, tmp_path) -> None:
+    files = [path for path in PAGE.rglob("*") if path.is_file()]
+    assert PAGE / "index.html" in files
+    with running_studio(tmp_path / "library", python, environment) as studio:
+        for path in files:
+            with urlopen(studio.url + path.relative_to(PAGE).as_posix()) as answer:
+                assert answer.read() == path.read_bytes()
+        with urlopen(studio.url) as answer:
+            assert answer.read() == (PAGE / "index.html").read_bytes()

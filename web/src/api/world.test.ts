@@ -1,0 +1,154 @@
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import {
+  decodePicture,
+  EventColumn,
+  Flag,
+  KINDS,
+  type Link,
+  NO_INDEX,
+  type Picture,
+  sessionOfWindow,
+  waitBeforeTry,
+  WHYS,
+  WorldConnection,
+} from "./world";
+
+// Two cars and one event.
+const GOLDEN =
+  "01 03 0000" + // a picture; of the past, the first after a seek
+  "07000000 e8030000" + // frame 7, at 1,000 ms
+  "02000000 01000000" + // two cars, one event
+  "0000803f 00000040" + // x: 1, 2
+  "000000bf 00000000" + // y: -0.5, 0
+  "00000000 0000c03f" + // heading: 0, 1.5
+  "0300 ffff" + // executes word 3; none
+  "0e 00" + // wheels: random at speed 2; standing
+  "01 04" + // LED 1; none
+  "03 0c" + // runs and sends; lost one and heard one
+  "0000" + // up to a multiple of four
+  "de030000 01000000" + // at 990 ms car 1
+  "05 05 0000" + // lost, in a collision
+  "000080a2 00000000"; // the word a2800000 of car 0
+
+function bytesOf(hex: string): ArrayBuffer {
+  const digits = hex.replaceAll(" ", "");
+  const bytes = new Uint8Array(digits.length / 2);
+  bytes.forEach((_, place) => (bytes[place] = parseInt(digits.slice(2 * place, 2 * place + 2), 16)));
+  return bytes.buffer;
+}
+
+describe("a picture's bytes", () => {
+  it("are read as they lie", () => {
+    const bytes = bytesOf(GOLDEN);
+    const picture = decodePicture(bytes)!;
+    expect(picture).toMatchObject({ frame: 7, tMs: 1000, past: true, fresh: true, cars: 2 });
+    expect([...picture.x, ...picture.y, ...picture.heading]).toEqual([1, 2, -0.5, 0, 0, 1.5]);
+    expect([...picture.index]).toEqual([3, NO_INDEX]);
+    expect([...picture.wheels, ...picture.led]).toEqual([14, 0, 1, 4]);
+    expect([...picture.flags]).toEqual([Flag.runs | Flag.sends, Flag.lost | Flag.heard]);
+    const kind = picture.events[EventColumn.kind]!;
+    expect([KINDS[kind & 255], WHYS[(kind >> 8) & 255]]).toEqual(["lost", "collision"]);
+    expect([picture.events[0], picture.events[1], picture.events[3], picture.events[4]]).toEqual([990, 1, 0xa2800000, 0]);
+    expect(picture.x.buffer).toBe(bytes);
+  });
+
+  it("are refused where they are cut off or of another kind", () => {
+    expect(decodePicture(bytesOf(GOLDEN).slice(0, -4))).toBeNull();
+    expect(decodePicture(bytesOf(GOLDEN.replace("01", "02")))).toBeNull();
+    expect(decodePicture(new ArrayBuffer(3))).toBeNull();
+  });
+});
+
+class MockSocket {
+  static made: MockSocket[] = [];
+  readyState: number = WebSocket.CONNECTING;
+  binaryType = "";
+  sent: string[] = [];
+  onopen = vi.fn();
+  onmessage: (message: { data: unknown }) => void = vi.fn();
+  onclose = vi.fn();
+  constructor(readonly url: string) {
+    MockSocket.made.push(this);
+  }
+  open() {
+    this.readyState = WebSocket.OPEN;
+    this.onopen();
+  }
+  send(text: string) {
+    this.sent.push(text);
+  }
+  close() {
+    this.readyState = WebSocket.CLOSED;
+    this.onclose();
+  }
+}
+
+describe("a connection", () => {
+  const links: Link[] = [];
+  const pictures: Picture[] = [];
+  const connect = () =>
+    new WorldConnection(
+      "ab".repeat(16),
+      { onPicture: (picture) => pictures.push(picture), onAnswer: vi.fn(), onLink: (link) => links.push(link) },
+      (url) => new MockSocket(url) as unknown as WebSocket,
+    );
+  beforeEach(() => {
+    vi.useFakeTimers();
+    MockSocket.made = [];
+    links.length = pictures.length = 0;
+  });
+  afterEach(() => vi.useRealTimers());
+
+  it("comes back with the same session, waiting longer each time", () => {
+    connect();
+    MockSocket.made[0]!.open();
+    MockSocket.made[0]!.close();
+    vi.advanceTimersByTime(1.25 * 500);
+    expect(MockSocket.made).toHaveLength(2);
+    expect(MockSocket.made[1]!.url).toBe(MockSocket.made[0]!.url);
+    MockSocket.made[1]!.close();
+    vi.advanceTimersByTime(0.74 * 1000);
+    expect(MockSocket.made).toHaveLength(2);
+    vi.advanceTimersByTime(0.52 * 1000);
+    expect(MockSocket.made).toHaveLength(3);
+    expect(links).toEqual(["connecting", "open", "lost", "connecting", "lost", "connecting"]);
+  });
+
+  it("leaves its world to the window that took it over until it is asked back", () => {
+    const connection = connect();
+    MockSocket.made[0]!.open();
+    MockSocket.made[0]!.onmessage({ data: '{"is": "error", "code": "taken-over", "message": {"en": "", "zh": ""}}' });
+    MockSocket.made[0]!.close();
+    vi.advanceTimersByTime(60_000);
+    expect(MockSocket.made).toHaveLength(1);
+    connection.comeBack();
+    expect(MockSocket.made).toHaveLength(2);
+  });
+
+  it("says nothing while it is lost, and hands on pictures", () => {
+    const connection = connect();
+    expect(connection.send({ do: "pause" })).toBe(false);
+    MockSocket.made[0]!.open();
+    expect(connection.send({ do: "pause" })).toBe(true);
+    expect(MockSocket.made[0]!.sent).toEqual(['{"do":"pause"}']);
+    MockSocket.made[0]!.onmessage({ data: bytesOf(GOLDEN) });
+    expect(pictures.map(({ frame }) => frame)).toEqual([7]);
+  });
+
+  it("is over when closed", () => {
+    const connection = connect();
+    connection.close();
+    vi.advanceTimersByTime(60_000);
+    expect(MockSocket.made).toHaveLength(1);
+  });
+});
+
+it("a window keeps its session", () => {
+  const session = sessionOfWindow();
+  expect(session).toMatch(/^[0-9a-f]{32}$/);
+  expect(sessionOfWindow()).toBe(session);
+});
+
+it("the wait grows up to a bound", () => {
+  expect([0, 1, 2, 10].map((k) => waitBeforeTry(k, 0.5))).toEqual([500, 1000, 2000, 8000]);
+});

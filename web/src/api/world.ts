@@ -1,0 +1,236 @@
+/** A world of cars on the server: what is said to it, its answers, and its pictures. */
+
+import type { MatDocument, Sentence } from "./types";
+
+export interface Pose {
+  x_m: number;
+  y_m: number;
+  heading_deg: number;
+}
+
+export type Command =
+  | { do: "set"; image: string | null; mat: MatDocument; profile: string; seed: number; range_mm: number | null }
+  | { do: "play"; speed: number }
+  | { do: "pause" }
+  | { do: "step"; ticks: number }
+  | { do: "reset"; seed: number }
+  | { do: "say"; word: "stop" | "go" }
+  | { do: "furnish"; mat: MatDocument; range_mm: number | null }
+  | ({ do: "move"; car: number } & Pose)
+  | { do: "watch"; car: number | null }
+  | { do: "seek"; t_ms: number | null }
+  | { do: "shown"; frame: number };
+
+/** Comes first, and after each set; before the first one there are no cars and nothing more is known. */
+export interface Hello {
+  is: "hello";
+  session: string;
+  cars: number;
+  resumed: boolean;
+  leads?: number[];
+  tick_ms?: number;
+  radius_m?: number;
+  range_m?: number;
+}
+
+export interface WorldState {
+  is: "state";
+  playing: boolean;
+  speed: number;
+  t_ms: number;
+  /** The stored moment that is shown; null for the present. */
+  shown_ms: number | null;
+  earliest_ms: number;
+  seed: number;
+  counts: Record<string, number>;
+  /** Simulated time over real time. */
+  rate: number;
+}
+
+export interface CarDetails {
+  is: "car";
+  car: number;
+  leads: boolean;
+  /** What it executes or holds; null for none. */
+  word: string | null;
+  values: Record<string, number> | null;
+  index: number;
+  runs: boolean;
+  since_ms: number | null;
+  frames: number;
+  heard: number;
+  lost: Partial<Record<Why, number>>;
+  /** The frame that it heard last. */
+  hears: { word: string; car: number; t_ms: number } | null;
+}
+
+export interface WorldProblem {
+  is: "error";
+  code: string;
+  message: Sentence;
+}
+
+export type Answer = Hello | WorldState | CarDetails | WorldProblem;
+
+/** What all cars show at a moment; the arrays lie in the received bytes. */
+export interface Picture {
+  frame: number;
+  tMs: number;
+  /** Whether it is a stored moment instead of the present. */
+  past: boolean;
+  /** Whether it doesn't continue the picture before: the first after a set or a seek. */
+  fresh: boolean;
+  cars: number;
+  x: Float32Array;
+  y: Float32Array;
+  heading: Float32Array;
+  index: Uint16Array;
+  wheels: Uint8Array;
+  led: Uint8Array;
+  flags: Uint8Array;
+  /** Rows of EVENT_COLUMNS numbers; `EventColumn` says which. */
+  events: Uint32Array;
+}
+
+export const NO_INDEX = 65535;
+export const NO_LED = 4;
+export const Flag = { runs: 1, sends: 2, lost: 4, heard: 8 } as const;
+export const EVENT_COLUMNS = 5;
+/** `kind` holds the kind in its lowest byte and the reason in the one above. */
+export const EventColumn = { tMs: 0, car: 1, kind: 2, word: 3, other: 4 } as const;
+export const KINDS = ["state", "start", "over", "frame", "heard", "lost"] as const;
+export const WHYS = ["", "parity", "reserved", "deaf", "sending", "collision"] as const;
+export type EventKind = (typeof KINDS)[number];
+export type Why = (typeof WHYS)[number];
+
+const HEADER_BYTES = 20;
+const PICTURE = 1;
+
+/** Null for bytes that are no picture: of another kind, or cut off. */
+export function decodePicture(bytes: ArrayBuffer): Picture | null {
+  if (bytes.byteLength < HEADER_BYTES) return null;
+  const head = new DataView(bytes);
+  const n = head.getUint32(12, true);
+  const events = head.getUint32(16, true);
+  const eventsAt = HEADER_BYTES + Math.ceil((17 * n) / 4) * 4;
+  if (head.getUint8(0) !== PICTURE || bytes.byteLength !== eventsAt + events * EVENT_COLUMNS * 4) return null;
+  const flags = head.getUint8(1);
+  const at = (bytesACar: number) => HEADER_BYTES + bytesACar * n;
+  return {
+    frame: head.getUint32(4, true),
+    tMs: head.getUint32(8, true),
+    past: (flags & 1) !== 0,
+    fresh: (flags & 2) !== 0,
+    cars: n,
+    x: new Float32Array(bytes, at(0), n),
+    y: new Float32Array(bytes, at(4), n),
+    heading: new Float32Array(bytes, at(8), n),
+    index: new Uint16Array(bytes, at(12), n),
+    wheels: new Uint8Array(bytes, at(14), n),
+    led: new Uint8Array(bytes, at(15), n),
+    flags: new Uint8Array(bytes, at(16), n),
+    events: new Uint32Array(bytes, eventsAt, events * EVENT_COLUMNS),
+  };
+}
+
+export type Link = "connecting" | "open" | "lost" | "elsewhere";
+
+export interface Listeners {
+  onPicture: (picture: Picture) => void;
+  onAnswer: (answer: Answer) => void;
+  onLink: (link: Link) => void;
+}
+
+const KEPT_SESSION = "motorcade.world";
+const FIRST_WAIT_MS = 500;
+const LONGEST_WAIT_MS = 8000;
+/** Another page has this world now: to come back unasked would take it back. */
+const TAKEN_OVER = "taken-over";
+
+/** This window's world; a reload finds it again, another window has its own. */
+export function sessionOfWindow(storage: Storage = sessionStorage): string {
+  const kept = storage.getItem(KEPT_SESSION);
+  if (kept !== null && /^[0-9a-f]{32}$/.test(kept)) return kept;
+  const bytes = crypto.getRandomValues(new Uint8Array(16));
+  const session = Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
+  storage.setItem(KEPT_SESSION, session);
+  return session;
+}
+
+/** How long to wait before the k-th try, so that a server that comes back isn't met by all pages at once. */
+export function waitBeforeTry(k: number, chance: number): number {
+  return Math.min(LONGEST_WAIT_MS, FIRST_WAIT_MS * 2 ** k) * (0.75 + chance / 2);
+}
+
+/** A connection that comes back by itself until it is closed. */
+export class WorldConnection {
+  private socket: WebSocket | null = null;
+  private tries = 0;
+  private timer: ReturnType<typeof setTimeout> | undefined;
+  private closed = false;
+  private elsewhere = false;
+
+  constructor(
+    readonly session: string,
+    private readonly listeners: Listeners,
+    private readonly makeSocket: (url: string) => WebSocket = (url) => new WebSocket(url),
+  ) {
+    this.connect();
+  }
+
+  /** Whether it could be said; what a lost connection swallows is told anew after the next hello. */
+  send(command: Command): boolean {
+    if (this.socket?.readyState !== WebSocket.OPEN) return false;
+    this.socket.send(JSON.stringify(command));
+    return true;
+  }
+
+  /** Take the world back from another window. */
+  comeBack(): void {
+    this.tries = 0;
+    this.elsewhere = false;
+    this.connect();
+  }
+
+  close(): void {
+    this.closed = true;
+    clearTimeout(this.timer);
+    this.socket?.close();
+  }
+
+  private connect(): void {
+    this.listeners.onLink("connecting");
+    const secure = location.protocol === "https:" ? "wss" : "ws";
+    const socket = this.makeSocket(`${secure}://${location.host}/api/world?session=${this.session}`);
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => {
+      this.tries = 0;
+      this.listeners.onLink("open");
+    };
+    socket.onmessage = (message: MessageEvent<string | ArrayBuffer>) => this.receive(message.data);
+    socket.onclose = () => this.lost(socket);
+    this.socket = socket;
+  }
+
+  private receive(data: string | ArrayBuffer): void {
+    if (typeof data === "string") {
+      const answer = JSON.parse(data) as Answer;
+      this.elsewhere ||= answer.is === "error" && answer.code === TAKEN_OVER;
+      this.listeners.onAnswer(answer);
+      return;
+    }
+    const picture = decodePicture(data);
+    if (picture) this.listeners.onPicture(picture);
+  }
+
+  private lost(socket: WebSocket): void {
+    if (this.closed || socket !== this.socket) return;
+    if (this.elsewhere) {
+      this.listeners.onLink("elsewhere");
+      return;
+    }
+    this.listeners.onLink("lost");
+    this.timer = setTimeout(() => this.connect(), waitBeforeTry(this.tries, Math.random()));
+    this.tries += 1;
+  }
+}

@@ -1,0 +1,65 @@
+import { useEffect, useState } from "react";
+import { Button } from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import { FIRST_STEPS } from "../projects/blank";
+import { take } from "../projects/opening";
+import { IconButton } from "./controls";
+import { useSettings } from "./settings";
+import { useStudio, type View } from "./store";
+
+const STEPS = ["blocks", "words", "drive"] as const;
+const VIEWS: Record<(typeof STEPS)[number], View> = { blocks: "leader", words: "words", drive: "mat" };
+
+/** Somebody who has no block yet gets two, so that there is something to see. */
+function provideSteps(): void {
+  const studio = useStudio.getState();
+  if ((studio.compiled?.states ?? 0) > 0) return;
+  take({ ...FIRST_STEPS, name: studio.name, profile: studio.profile, mat: studio.mat });
+}
+
+/** The first visit: blocks, words, and the cars drive. */
+export function Tour() {
+  const { t } = useTranslation();
+  const toured = useSettings((settings) => settings.toured);
+  const [at, setAt] = useState(0);
+  const step = STEPS[at]!;
+
+  useEffect(() => {
+    if (toured) return;
+    useStudio.setState({ view: VIEWS[step] });
+    document.documentElement.dataset.tour = step;
+    return () => {
+      delete document.documentElement.dataset.tour;
+    };
+  }, [step, toured]);
+
+  if (toured) return null;
+  const end = () => {
+    useSettings.setState({ toured: true });
+    setAt(0);
+  };
+  const next = () => {
+    if (step === "blocks") provideSteps();
+    if (step !== "drive") {
+      setAt(at + 1);
+      return;
+    }
+    document.getElementById("mat-play")?.click();
+    end();
+  };
+  return (
+    <aside className="tour" aria-labelledby="tour-title">
+      <header>
+        <b id="tour-title">{t(`tour.${step}.title`)}</b>
+        <IconButton icon="close" label={t("tour.skip")} onPress={end} />
+      </header>
+      <p aria-live="polite">{t(`tour.${step}.text`)}</p>
+      <footer>
+        <span>{t("tour.step", { at: at + 1, of: STEPS.length })}</span>
+        <Button className="button primary" onPress={next}>
+          {t(`tour.${step}.next`)}
+        </Button>
+      </footer>
+    </aside>
+  );
+}

@@ -1,0 +1,80 @@
+import * as Blockly from "blockly/core";
+import { beforeAll, describe, expect, it } from "vitest";
+import type { Profile } from "../api/types";
+import "../i18n";
+import { FIRST_STEPS } from "../projects/blank";
+import { refusal, typesIn } from "./clipboard";
+import { BLOCK_TYPES, defineBlocks } from "./definitions";
+import { canStandIn, toolboxOf } from "./toolbox";
+
+const profile = {
+  speeds_mm_s: [0, 100, 200, 300],
+  turn_rates_deg_s: [0, 30, 60, 90],
+  avoid_radii_mm: [100, 200, 300, 400],
+  durations_ms: [0, 1000, 2000, 3000],
+  dwell_ms: [1000, 2000, 3000],
+  seconds: { least: 1, step: 1, most: 765 },
+} as Profile;
+
+beforeAll(() => defineBlocks(profile));
+
+/** The fields that a new block of the type is saved with. */
+function saved(type: string): unknown {
+  const block = new Blockly.Workspace().newBlock(type);
+  return (Blockly.serialization.blocks.save(block) as { fields?: unknown }).fields;
+}
+
+describe("the blocks", () => {
+  it.each([
+    ["motorcade_leader", undefined],
+    ["motorcade_followers", { ACCEPT_IR: true, FORWARD: false, DWELL: "auto" }],
+    ["motorcade_drive", { DIRECTION: "forward", SPEED: "2", SECONDS: 1 }],
+    ["motorcade_wait", { SECONDS: 1 }],
+    ["motorcade_led", { WHICH: "0", SECONDS: 1 }],
+    ["motorcade_avoid", { RADIUS: "0", SECONDS: 1 }],
+    ["motorcade_voice", { SECONDS: 1 }],
+    ["motorcade_pir", { SECONDS: 1 }],
+    ["motorcade_together", undefined],
+    ["motorcade_repeat", { TIMES: 2 }],
+    ["motorcade_infrared", { ACCEPT_IR: "same", FORWARD: "same" }],
+  ])("%s is saved as the server reads it", (type, fields) => expect(saved(type)).toEqual(fields));
+
+  it("keep what they are loaded with, even seconds that no car can do", () => {
+    const workspace = new Blockly.Workspace();
+    const state = structuredClone(FIRST_STEPS.leader) as { blocks: { blocks: { next: { block: { fields: object } } }[] } };
+    state.blocks.blocks[0]!.next.block.fields = { DIRECTION: "left", SPEED: "3", SECONDS: 0.5 };
+    Blockly.serialization.workspaces.load(state, workspace);
+    expect(Blockly.serialization.workspaces.save(workspace)).toMatchObject(state);
+  });
+
+  it("say a turn's speed as an angle", () => {
+    const block = new Blockly.Workspace().newBlock("motorcade_drive");
+    expect(block.getField("SPEED")!.getText()).toContain("200");
+    block.setFieldValue("left", "DIRECTION");
+    expect(block.getField("SPEED")!.getText()).toContain("60");
+  });
+
+  it("are all to be had from a toolbox, but for the hats", () => {
+    const offered = toolboxOf("followers").contents.flatMap(({ contents }) => contents.map(({ type }) => type as string));
+    expect([...offered].sort()).toEqual(BLOCK_TYPES.filter((type) => !/leader|followers/.test(type)).sort());
+    expect(canStandIn("leader", "motorcade_infrared")).toBe(false);
+  });
+});
+
+describe("pasting", () => {
+  const inRepeat = (type: string) => ({
+    type: "motorcade_repeat",
+    inputs: { STEPS: { block: { type: "motorcade_wait", next: { block: { type } } } } },
+  });
+
+  it("looks at every block inside and below", () => {
+    expect([...typesIn(inRepeat("motorcade_led"))]).toEqual(["motorcade_repeat", "motorcade_wait", "motorcade_led"]);
+  });
+
+  it("refuses the leader infrared, and each editor another's beginning, with the reason", () => {
+    expect(refusal("leader", inRepeat("motorcade_infrared"))).toBe("clipboard.leaderInfrared");
+    expect(refusal("followers", inRepeat("motorcade_infrared"))).toBeNull();
+    expect(refusal("leader", { type: "motorcade_followers" })).toBe("clipboard.hat");
+    expect(refusal("leader", inRepeat("motorcade_drive"))).toBeNull();
+  });
+});

@@ -1,0 +1,96 @@
+/** Copy and paste in both editors and between them. */
+
+import * as Blockly from "blockly/core";
+import i18next from "i18next";
+import type { EditorName } from "../api/types";
+import { tell } from "../app/telling";
+import { canStandIn, hatOf } from "./toolbox";
+import { editorOf } from "./workspaces";
+
+interface BlockState {
+  type: string;
+  inputs?: Record<string, { block?: BlockState }>;
+  next?: { block?: BlockState };
+}
+
+/** Every type in a copied stack of blocks. */
+export function typesIn(state: BlockState): Set<string> {
+  const below = [...Object.values(state.inputs ?? {}), ...(state.next ? [state.next] : [])];
+  return new Set([state.type, ...below.flatMap(({ block }) => (block ? [...typesIn(block)] : []))]);
+}
+
+/** Why the blocks can't be pasted there, as a key of the page's sentences; null where they can. */
+export function refusal(editor: EditorName, state: BlockState): "clipboard.hat" | "clipboard.leaderInfrared" | null {
+  const foreign = [...typesIn(state)].find((type) => !canStandIn(editor, type));
+  if (foreign === undefined) return null;
+  return foreign === hatOf("leader") || foreign === hatOf("followers") ? "clipboard.hat" : "clipboard.leaderInfrared";
+}
+
+/** Blockly pastes where it copied from; here a paste goes to the editor that has the focus. */
+function paste(focused: Blockly.WorkspaceSvg): boolean {
+  const workspace = focused.isFlyout ? focused.targetWorkspace! : focused;
+  const editor = editorOf(workspace);
+  const copied = Blockly.clipboard.getLastCopiedData();
+  if (!editor || !copied) return false;
+  const state = (copied as Partial<Blockly.clipboard.BlockCopyData>).blockState;
+  const reason = state ? refusal(editor, state) : null;
+  if (reason) {
+    tell(i18next.t(reason), "warning");
+    return true;
+  }
+  const { left, top, width, height } = workspace.getMetricsManager().getViewMetrics(true);
+  const selected = Blockly.getSelected();
+  const beside = selected instanceof Blockly.BlockSvg && selected.workspace === workspace;
+  const at = beside ? selected.getRelativeToSurfaceXY() : new Blockly.utils.Coordinate(left + width / 4, top + height / 3);
+  return Blockly.clipboard.paste(copied, workspace, at) !== null;
+}
+
+function registerShortcut(): void {
+  const registry = Blockly.ShortcutRegistry.registry;
+  const original = registry.getRegistry()[Blockly.ShortcutItems.names.PASTE]!;
+  registry.register(
+    {
+      ...original,
+      // The keys are bound already.
+      keyCodes: [],
+      preconditionFn: (workspace) => !workspace.isReadOnly() && !workspace.isDragging(),
+      callback: (workspace, event) => {
+        event.preventDefault();
+        return paste(workspace);
+      },
+    },
+    true,
+  );
+}
+
+/** For those who touch, or don't know the shortcuts. */
+function registerMenuItems(): void {
+  const menu = Blockly.ContextMenuRegistry.registry;
+  menu.register({
+    id: "motorcade-copy",
+    weight: 0,
+    scopeType: Blockly.ContextMenuRegistry.ScopeType.BLOCK,
+    displayText: () => i18next.t("clipboard.copy"),
+    preconditionFn: ({ block }) => (block?.isCopyable() ? "enabled" : "hidden"),
+    callback: ({ block }) => void Blockly.clipboard.copy(block!),
+  });
+  menu.register({
+    id: "motorcade-paste",
+    weight: 0,
+    scopeType: Blockly.ContextMenuRegistry.ScopeType.WORKSPACE,
+    displayText: () => i18next.t("clipboard.paste"),
+    preconditionFn: () => (Blockly.clipboard.getLastCopiedData() ? "enabled" : "disabled"),
+    callback: ({ workspace }) => void paste(workspace!),
+  });
+}
+
+let registered = false;
+
+export function registerClipboard(): void {
+  if (registered) return;
+  registered = true;
+  registerShortcut();
+  registerMenuItems();
+  Blockly.ContextMenuItems.registerCommentOptions();
+}
+

@@ -1,0 +1,163 @@
+/** The blocks: one kind for each step, with fields that offer what the cars can do. */
+
+import * as Blockly from "blockly/core";
+import i18next from "i18next";
+import type { Profile } from "../api/types";
+import type en from "../i18n/en.json";
+import { radiusMeaning } from "./figures";
+import { SecondsField } from "./seconds";
+import { SpeedField, speedsOf } from "./speed";
+
+type Option = [string, string];
+type Field = Record<string, unknown>;
+
+/** Enough for any program: a car holds 255 states. */
+const MOST_TIMES = 1000;
+const LEVELS = [0, 1, 2, 3];
+
+interface Definition {
+  /** The key of the block's text, and of its tooltip. */
+  message: keyof typeof en.tooltips;
+  style: string;
+  fields?: (profile: Profile) => Field[];
+  /** Fields that stand at the end and are not always shown. */
+  tail?: (profile: Profile) => Field[];
+  holds?: boolean;
+  hat?: boolean;
+}
+
+const dropdown = (name: string, options: Option[] | (() => Option[])): Field => ({ type: "field_dropdown", name, options });
+const seconds = (profile: Profile): Field => ({
+  type: SecondsField.KIND,
+  name: "SECONDS",
+  value: Math.max(profile.seconds.least, profile.seconds.step),
+  ...profile.seconds,
+});
+
+const directions = (): Option[] => [
+  [i18next.t("blocks.forward"), "forward"],
+  [i18next.t("blocks.left"), "left"],
+  [i18next.t("blocks.right"), "right"],
+  [i18next.t("blocks.random"), "random"],
+];
+
+const radii = (profile: Profile) => (): Option[] =>
+  LEVELS.map((level) => [i18next.t("blocks.radius", { level, meaning: radiusMeaning(profile, level) }), String(level)]);
+const lights = (): Option[] => LEVELS.map((level) => [i18next.t("blocks.light", { which: level }), String(level)]);
+const dwells = (profile: Profile) => (): Option[] => [
+  [i18next.t("blocks.dwellAuto"), "auto"],
+  ...profile.dwell_ms.map((dwell): Option => {
+    const text = String(dwell / 1000);
+    return [i18next.t("meaning.seconds", { seconds: text }), text];
+  }),
+];
+const infraredChoices = (): Option[] => [
+  [i18next.t("blocks.same"), "same"],
+  [i18next.t("blocks.yes"), "yes"],
+  [i18next.t("blocks.no"), "no"],
+];
+const checkbox = (name: string, checked: boolean): Field => ({ type: "field_checkbox", name, checked });
+
+const DEFINITIONS: Record<string, Definition> = {
+  motorcade_leader: { message: "leader", style: "hat", hat: true },
+  motorcade_followers: {
+    message: "followers",
+    style: "hat",
+    hat: true,
+    fields: (profile) => [checkbox("ACCEPT_IR", true), checkbox("FORWARD", false), dropdown("DWELL", dwells(profile))],
+  },
+  motorcade_drive: {
+    message: "drive",
+    style: "drive",
+    fields: (profile) => [
+      dropdown("DIRECTION", directions),
+      { type: SpeedField.KIND, name: "SPEED", options: speedsOf(profile) },
+      seconds(profile),
+    ],
+  },
+  motorcade_wait: { message: "wait", style: "drive", fields: (profile) => [seconds(profile)] },
+  motorcade_led: {
+    message: "led",
+    style: "light",
+    fields: (profile) => [dropdown("WHICH", lights), seconds(profile)],
+  },
+  motorcade_avoid: {
+    message: "avoid",
+    style: "sense",
+    fields: (profile) => [dropdown("RADIUS", radii(profile)), seconds(profile)],
+  },
+  motorcade_voice: {
+    message: "voice",
+    style: "sense",
+    tail: (profile) => [seconds(profile)],
+  },
+  motorcade_pir: {
+    message: "pir",
+    style: "sense",
+    tail: (profile) => [seconds(profile)],
+  },
+  motorcade_together: { message: "together", style: "order", holds: true },
+  motorcade_repeat: {
+    message: "repeat",
+    style: "order",
+    holds: true,
+    fields: () => [{ type: "field_number", name: "TIMES", value: 2, min: 1, max: MOST_TIMES, precision: 1 }],
+  },
+  motorcade_infrared: {
+    message: "infrared",
+    style: "infrared",
+    holds: true,
+    fields: () => [dropdown("ACCEPT_IR", infraredChoices), dropdown("FORWARD", infraredChoices)],
+  },
+};
+
+export const BLOCK_TYPES = Object.keys(DEFINITIONS);
+
+/** The definition as Blockly's JSON; exported for the tests that hold it against what the server reads. */
+export function jsonOf(type: string, profile: Profile): Record<string, unknown> {
+  const { message, style, fields, tail, holds, hat } = DEFINITIONS[type]!;
+  const rows = [
+    { message: i18next.t(`blocks.${message}`), fields: fields?.(profile) ?? [] },
+    ...(tail ? [{ message: i18next.t("blocks.tail"), fields: tail(profile) }] : []),
+    ...(holds ? [{ message: "%1", fields: [{ type: "input_statement", name: "STEPS" }] }] : []),
+  ];
+  const numbered = rows.flatMap((row, index) => [
+    [`message${index}`, row.message],
+    [`args${index}`, row.fields],
+  ]);
+  return {
+    type,
+    ...(Object.fromEntries(numbered) as Record<string, unknown>),
+    style: `${style}_blocks`,
+    tooltip: i18next.t(`tooltips.${message}`),
+    ...(hat ? {} : { previousStatement: null }),
+    nextStatement: null,
+    inputsInline: true,
+  };
+}
+
+/** Inside a together, voice and PIR last as long as it does: their own seconds mean nothing there and are not shown. */
+function hideSecondsInTogether(this: Blockly.Block): void {
+  if (this.isInsertionMarker() || !(this instanceof Blockly.BlockSvg)) return;
+  const shown = this.getSurroundParent()?.type !== "motorcade_together";
+  const input = this.inputList.at(-1)!;
+  if (input.isVisible() === shown) return;
+  input.setVisible(shown);
+  void this.queueRender();
+}
+
+/** Makes the blocks known to Blockly, for this profile and in the current language. */
+export function defineBlocks(profile: Profile): void {
+  SecondsField.announce();
+  SpeedField.announce();
+  for (const [type, { tail, hat }] of Object.entries(DEFINITIONS)) {
+    Blockly.Blocks[type] = {
+      init(this: Blockly.Block) {
+        this.jsonInit(jsonOf(type, profile));
+        if (hat) this.setDeletable(false);
+        if (type === "motorcade_drive") SpeedField.followDirection(this);
+        if (tail) this.setOnChange(hideSecondsInTogether);
+      },
+    };
+  }
+}

@@ -1,0 +1,48 @@
+/** What is to be seen on blocks: warnings of the compiler's, and which of them run now. */
+
+import type { BlockSvg } from "blockly/core";
+import type { Diagnostic, EditorName } from "../api/types";
+import { spoken } from "../i18n";
+import { liveWorkspaces } from "./workspaces";
+
+const WARNING = "motorcade";
+const marked = new Map<EditorName, Map<string, string>>();
+const lit = new Map<EditorName, ReadonlySet<string>>();
+
+/** Puts each diagnostic on its block; blocks whose sentences didn't change are left alone. */
+export function markDiagnostics(diagnostics: readonly Diagnostic[]): void {
+  for (const [editor, workspace] of liveWorkspaces()) {
+    const texts = new Map<string, string>();
+    for (const { block, editor: where, message } of diagnostics) {
+      if (block === null || where !== editor) continue;
+      texts.set(block, [...(texts.has(block) ? [texts.get(block)!] : []), spoken(message)].join("\n"));
+    }
+    const before = marked.get(editor) ?? new Map<string, string>();
+    for (const id of before.keys()) if (!texts.has(id)) workspace.getBlockById(id)?.setWarningText(null, WARNING);
+    for (const [id, text] of texts) if (before.get(id) !== text) workspace.getBlockById(id)?.setWarningText(text, WARNING);
+    marked.set(editor, texts);
+  }
+}
+
+/** A filled editor has new blocks, none of them marked. */
+export function forgetMarks(editor: EditorName): void {
+  marked.delete(editor);
+  lit.delete(editor);
+}
+
+/** Lights the blocks that run now: in both editors, and several where several run. */
+export function markRunning(running: ReadonlyMap<EditorName, readonly string[]>): void {
+  for (const [editor, workspace] of liveWorkspaces()) {
+    const now = new Set(running.get(editor));
+    const before = lit.get(editor) ?? new Set<string>();
+    const each = (ids: ReadonlySet<string>, others: ReadonlySet<string>, act: (block: BlockSvg) => void) => {
+      for (const id of ids) {
+        const block = others.has(id) ? null : workspace.getBlockById(id);
+        if (block) act(block);
+      }
+    };
+    each(before, now, (block) => block.removeClass("motorcade-running"));
+    each(now, before, (block) => block.addClass("motorcade-running"));
+    lit.set(editor, now);
+  }
+}

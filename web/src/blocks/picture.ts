@@ -1,0 +1,55 @@
+/** The blocks of an editor as a picture that stands by itself. */
+
+import { svgResize, utils, type WorkspaceSvg } from "blockly/core";
+
+export interface Picture {
+  svg: string;
+  width: number;
+  height: number;
+}
+
+const MARGIN = 16;
+const PNG_SCALE = 2;
+
+/** The style sheets that colour the blocks; rules of other elements do no harm in the picture. */
+function blocklyStyles(): string {
+  const rules = [...document.querySelectorAll("style")].map((style) => style.textContent);
+  return rules.filter((text) => text.includes("blockly")).join("\n");
+}
+
+export function pictureOf(workspace: WorkspaceSvg): Picture {
+  svgResize(workspace);
+  const box = workspace.getBlocksBoundingBox();
+  const width = Math.ceil(box.right - box.left + 2 * MARGIN);
+  const height = Math.ceil(box.bottom - box.top + 2 * MARGIN);
+  const canvas = workspace.getCanvas().cloneNode(true) as SVGGElement;
+  canvas.setAttribute("transform", `translate(${MARGIN - box.left} ${MARGIN - box.top})`);
+  const svg = document.createElementNS(utils.dom.SVG_NS, "svg");
+  svg.setAttribute("xmlns", utils.dom.SVG_NS);
+  svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+  svg.setAttribute("width", String(width));
+  svg.setAttribute("height", String(height));
+  // The theme's rules begin with the classes that the editor's own elements carry.
+  svg.setAttribute("class", workspace.getInjectionDiv().getAttribute("class") ?? "");
+  const style = document.createElementNS(utils.dom.SVG_NS, "style");
+  style.textContent = blocklyStyles();
+  const ground = document.createElementNS(utils.dom.SVG_NS, "rect");
+  ground.setAttribute("width", "100%");
+  ground.setAttribute("height", "100%");
+  ground.setAttribute("fill", "#fff");
+  svg.append(style, ground, canvas);
+  return { svg: new XMLSerializer().serializeToString(svg), width, height };
+}
+
+export async function pngOf({ svg, width, height }: Picture): Promise<Blob> {
+  const image = new Image();
+  image.src = `data:image/svg+xml;charset=utf-8,${encodeURIComponent(svg)}`;
+  await image.decode();
+  const canvas = document.createElement("canvas");
+  canvas.width = width * PNG_SCALE;
+  canvas.height = height * PNG_SCALE;
+  canvas.getContext("2d")!.drawImage(image, 0, 0, canvas.width, canvas.height);
+  return new Promise((resolve, reject) => {
+    canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("the browser made no picture"))), "image/png");
+  });
+}

@@ -1,0 +1,42 @@
+/** What can be dragged from each editor's side. */
+
+import i18next from "i18next";
+import type { EditorName } from "../api/types";
+
+const DRAWERS = {
+  drive: ["motorcade_drive", "motorcade_wait"],
+  light: ["motorcade_led"],
+  sense: ["motorcade_avoid", "motorcade_voice", "motorcade_pir"],
+  order: ["motorcade_repeat", "motorcade_together"],
+  infrared: ["motorcade_infrared"],
+} as const;
+
+/** A leader sends infrared and accepts none, so it has no block for it. */
+const DRAWERS_OF: Record<EditorName, readonly (keyof typeof DRAWERS)[]> = {
+  leader: ["drive", "light", "sense", "order"],
+  followers: ["drive", "light", "sense", "order", "infrared"],
+};
+
+const HATS: Record<EditorName, string> = { leader: "motorcade_leader", followers: "motorcade_followers" };
+
+export function hatOf(editor: EditorName): string {
+  return HATS[editor];
+}
+
+/** Whether blocks of this type can stand in the editor at all. */
+export function canStandIn(editor: EditorName, type: string): boolean {
+  return DRAWERS_OF[editor].some((drawer) => (DRAWERS[drawer] as readonly string[]).includes(type));
+}
+
+export function toolboxOf(editor: EditorName) {
+  return {
+    kind: "categoryToolbox",
+    contents: DRAWERS_OF[editor].map((drawer) => ({
+      kind: "category",
+      name: i18next.t(`drawers.${drawer}`),
+      categorystyle: `${drawer}_category`,
+      cssconfig: { icon: `drawer-icon drawer-${drawer}` },
+      contents: DRAWERS[drawer].map((type) => ({ kind: "block", type })),
+    })),
+  };
+}

@@ -1,0 +1,96 @@
+/** Blockly's workspaces, one an editor: made, filled, read, and found again by name. */
+
+import * as Blockly from "blockly/core";
+import i18next from "i18next";
+import { EDITORS, type EditorName, type WorkspaceState } from "../api/types";
+import { useStudio } from "../app/store";
+import { useSettings } from "../app/settings";
+import { hatOf, toolboxOf } from "./toolbox";
+import { themeOf } from "./themes";
+
+Blockly.Scrollbar.scrollbarThickness = Blockly.Touch.TOUCH_ENABLED ? 12 : 8;
+
+const live = new Map<EditorName, Blockly.WorkspaceSvg>();
+
+export function workspaceOf(editor: EditorName): Blockly.WorkspaceSvg | undefined {
+  return live.get(editor);
+}
+
+export function editorOf(workspace: Blockly.Workspace | null): EditorName | undefined {
+  return EDITORS.find((editor) => live.get(editor) === workspace);
+}
+
+export function liveWorkspaces(): [EditorName, Blockly.WorkspaceSvg][] {
+  return [...live];
+}
+
+/** An editor with nothing but its hat. */
+export function emptyState(editor: EditorName): WorkspaceState {
+  return { blocks: { languageVersion: 0, blocks: [{ type: hatOf(editor), id: hatOf(editor), x: 24, y: 24 }] } };
+}
+
+export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.WorkspaceSvg {
+  const workspace = Blockly.inject(host, {
+    toolbox: toolboxOf(editor),
+    theme: themeOf(useSettings.getState().theme),
+    renderer: "zelos",
+    media: `${import.meta.env.BASE_URL}assets/blockly/`,
+    sounds: false,
+    trashcan: true,
+    modalInputs: false,
+    maxInstances: { [hatOf(editor)]: 1 },
+    move: { scrollbars: true, drag: true, wheel: true },
+    zoom: { controls: true, pinch: true, wheel: false, startScale: 0.7, minScale: 0.3, maxScale: 2 },
+  });
+  workspace.getSvgGroup().setAttribute("aria-label", i18next.t(`editors.${editor}Blocks`));
+  live.set(editor, workspace);
+  return workspace;
+}
+
+export function disposeWorkspace(editor: EditorName): void {
+  live.get(editor)?.dispose();
+  live.delete(editor);
+}
+
+/** Fills the editor; a state without its hat, or that can't be read, gets one, so that there is something to build on. */
+export function fill(editor: EditorName, state: WorkspaceState): void {
+  const workspace = live.get(editor)!;
+  Blockly.serialization.workspaces.load(state, workspace);
+  if (workspace.getBlocksByType(hatOf(editor)).length === 0) {
+    Blockly.serialization.blocks.append({ type: hatOf(editor), id: hatOf(editor), x: 24, y: 24 }, workspace);
+  }
+  workspace.clearUndo();
+  workspace.scroll(0, 0);
+}
+
+export function read(editor: EditorName): WorkspaceState {
+  return Blockly.serialization.workspaces.save(live.get(editor)!);
+}
+
+/** Brings the block into view and selects it. */
+export function revealBlock(block: Blockly.BlockSvg): void {
+  block.workspace.scrollBoundsIntoView(block.getBoundingRectangleWithoutChildren());
+  block.select();
+}
+
+/** The same, and the keyboard goes on from there. */
+export function showBlock(editor: EditorName, id: string): void {
+  const block = live.get(editor)?.getBlockById(id);
+  if (!block) return;
+  useStudio.setState({ view: editor });
+  revealBlock(block);
+  Blockly.getFocusManager().focusNode(block);
+}
+
+useSettings.subscribe((settings, before) => {
+  if (settings.theme === before.theme) return;
+  for (const workspace of live.values()) workspace.setTheme(themeOf(settings.theme));
+});
+
+/** The block and all that stands inside it, but not what hangs below. */
+export function withInner(editor: EditorName, id: string): Set<string> {
+  const block = live.get(editor)?.getBlockById(id);
+  if (!block) return new Set();
+  const after = new Set(block.getNextBlock()?.getDescendants(false));
+  return new Set(block.getDescendants(false).filter((each) => !after.has(each)).map((each) => each.id));
+}

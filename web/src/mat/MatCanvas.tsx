@@ -1,0 +1,191 @@
+import { type KeyboardEvent, useEffect, useRef, useState } from "react";
+import { useTranslation } from "react-i18next";
+import type { CompiledWord } from "../api/types";
+import { dragTo, duplicateChosen, moveBy, removeChosen, turnCar } from "./actions";
+import { type Camera, panned, scaleBar, zoomed } from "./camera";
+import { colourWords } from "./colours";
+import { FURNITURE, listOf, type Mat, type PieceId } from "./document";
+import { gripAt } from "./pick";
+import { attachPointers } from "./pointer";
+import { Scene } from "./scene";
+import type { Session } from "./session";
+import { choose, type Chosen, endEdit, redoEdit, undoEdit, useMat } from "./store";
+import { ToolButton } from "./ToolButton";
+
+const PAN_PX = 60;
+const NUDGE_M = 0.05;
+const FINE_NUDGE_M = 0.01;
+const ZOOM = 1.25;
+const TURN_DEG = 15;
+const ARROWS: Record<string, readonly [number, number]> = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, 1],
+  ArrowDown: [0, -1],
+};
+
+interface MatCanvasProps {
+  session: Session;
+  words: readonly CompiledWord[];
+  onScene: (scene: Scene | null) => void;
+}
+
+function pieceOfChosen(chosen: Chosen): PieceId | null {
+  return chosen && "piece" in chosen ? chosen.piece : null;
+}
+
+/** Show the scene what the store holds, now and whenever that changes. */
+function connect(scene: Scene, session: Session): () => void {
+  const show = () => {
+    const { mat, chosen, tracks, air, followed, hello, rangeMm } = useMat.getState();
+    const car = chosen && "car" in chosen ? chosen.car : null;
+    scene.setMat(mat, pieceOfChosen(chosen));
+    scene.choose(car);
+    scene.show({ tracks, air });
+    scene.followed = followed ? car : null;
+    scene.setRange(rangeMm === null ? (hello?.range_m ?? 1) : rangeMm / 1000);
+  };
+  const { hello } = useMat.getState();
+  if (hello) scene.setHello(hello);
+  session.onHello = (answer) => scene.setHello(answer);
+  session.onPicture = (picture) => scene.take(picture);
+  if (session.picture) scene.take(session.picture);
+  show();
+  const end = useMat.subscribe((now, before) => {
+    const shown = ["mat", "chosen", "tracks", "air", "followed", "hello", "rangeMm"] as const;
+    if (shown.some((key) => now[key] !== before[key])) show();
+  });
+  const hands = attachPointers(scene.host, scene, {
+    gripAt: (point, reachPx) => {
+      const { mat, chosen, hello: now, tMs } = useMat.getState();
+      const sight = { mat, chosen, drawn: scene.motion.drawn, radiusM: now?.radius_m ?? 0.075, tMs };
+      return gripAt(sight, point, reachPx / scene.camera.scale);
+    },
+    onChoose: (grip) => {
+      choose(grip && ("car" in grip ? { car: grip.car } : { piece: grip.piece }));
+      session.watch();
+    },
+    onDrag: (grip, to, by) => dragTo(session, grip, to, by),
+    onDrop: endEdit,
+  });
+  return () => {
+    end();
+    hands();
+    session.onHello = session.onPicture = null;
+  };
+}
+
+function allThings(mat: Mat, cars: number): NonNullable<Chosen>[] {
+  const pieces = FURNITURE.flatMap((kind) => listOf(mat, kind).map((_, place) => ({ piece: { kind, place } })));
+  return [...Array.from({ length: cars }, (_, car) => ({ car })), ...pieces];
+}
+
+function chooseNext(session: Session, step: 1 | -1): void {
+  const { mat, hello, chosen } = useMat.getState();
+  const things = allThings(mat, hello?.cars ?? 0);
+  const now = things.findIndex((each) => JSON.stringify(each) === JSON.stringify(chosen));
+  choose(things.at((now + step + things.length) % things.length) ?? null);
+  session.watch();
+}
+
+/** Gives whether the key meant something here. */
+function press(event: KeyboardEvent, scene: Scene, session: Session): boolean {
+  const { chosen } = useMat.getState();
+  const command = event.ctrlKey || event.metaKey;
+  const arrow = ARROWS[event.key];
+  if (arrow && !command) {
+    const far = event.shiftKey ? FINE_NUDGE_M : NUDGE_M;
+    if (chosen) moveBy(session, chosen, arrow[0] * far, arrow[1] * far);
+    else scene.look(panned(scene.camera, -arrow[0] * PAN_PX, arrow[1] * PAN_PX));
+    return true;
+  }
+  if (command) {
+    const key = event.key.toLowerCase();
+    if (key === "z") (event.shiftKey ? redoEdit : undoEdit)();
+    else if (key === "y") redoEdit();
+    else if (key === "d") duplicateChosen(session);
+    else return false;
+    return true;
+  }
+  const keys: Record<string, () => void> = {
+    "+": () => scene.look(zoomed(scene.camera, scene.size, ZOOM)),
+    "=": () => scene.look(zoomed(scene.camera, scene.size, ZOOM)),
+    "-": () => scene.look(zoomed(scene.camera, scene.size, 1 / ZOOM)),
+    "0": () => scene.fit(),
+    n: () => chooseNext(session, 1),
+    p: () => chooseNext(session, -1),
+    Delete: () => removeChosen(session),
+    Backspace: () => removeChosen(session),
+    Escape: () => choose(null),
+    r: () => chosen && "car" in chosen && turnCar(session, chosen.car, -TURN_DEG),
+    R: () => chosen && "car" in chosen && turnCar(session, chosen.car, TURN_DEG),
+  };
+  const action = keys[event.key];
+  action?.();
+  return action !== undefined;
+}
+
+export function MatCanvas({ session, words, onScene }: MatCanvasProps) {
+  const { t } = useTranslation();
+  const host = useRef<HTMLDivElement>(null);
+  const [scene, setScene] = useState<Scene | null>(null);
+  const [camera, setCamera] = useState<Camera | null>(null);
+
+  useEffect(() => {
+    let ended = false;
+    let made: Scene | null = null;
+    let disconnect: (() => void) | null = null;
+    void Scene.create(host.current!, {
+      // A new object only where it differs, so React draws the scale bar anew only then.
+      onCamera: (now) => setCamera((before) => (before?.scale === now.scale ? before : now)),
+      onDrawn: (frame) => session.shown(frame),
+    }).then((created) => {
+      if (ended) { created.destroy(); return; }
+      made = created;
+      disconnect = connect(created, session);
+      setScene(created);
+      onScene(created);
+    });
+    return () => {
+      ended = true;
+      disconnect?.();
+      made?.destroy();
+      onScene(null);
+    };
+  }, [session, onScene]);
+
+  useEffect(() => scene?.setColours(colourWords(words)), [scene, words]);
+
+  const bar = camera && scaleBar(camera);
+  const zoom = (factor: number) => scene?.look(zoomed(scene.camera, scene.size, factor));
+  return (
+    <div
+      className="mat-canvas"
+      ref={host}
+      role="application"
+      tabIndex={0}
+      aria-label={t("mat.canvas")}
+      aria-describedby="mat-keys"
+      onKeyDown={(event) => {
+        if (event.target !== host.current || !scene || !press(event, scene, session)) return;
+        event.preventDefault();
+        event.stopPropagation();
+      }}
+      onBlur={endEdit}
+    >
+      <span id="mat-keys" hidden>
+        {t("mat.keys")}
+      </span>
+      {bar && (
+        <div className="mat-scale" style={{ width: bar.pixels }} aria-hidden="true">
+          {bar.metres >= 1 ? t("mat.metres", { count: bar.metres }) : t("mat.centimetres", { count: Math.round(bar.metres * 100) })}
+        </div>
+      )}
+      <div className="mat-zoom">
+        <ToolButton icon="plus" label={t("mat.zoomIn")} onPress={() => zoom(ZOOM)} />
+        <ToolButton icon="minus" label={t("mat.zoomOut")} onPress={() => zoom(1 / ZOOM)} />
+        <ToolButton icon="fit" label={t("mat.fit")} onPress={() => scene?.fit()} />
+      </div>
+    </div>
+  );
+}

@@ -1,0 +1,85 @@
+import { type PointerEvent, useEffect, useRef, useState } from "react";
+import { createPortal } from "react-dom";
+import { useTranslation } from "react-i18next";
+import { type NewKind, NEW_KINDS, place } from "./actions";
+import { toWorld } from "./camera";
+import { MatIcon } from "./icons";
+import type { Scene } from "./scene";
+import type { Session } from "./session";
+
+interface Carried {
+  kind: NewKind;
+  x: number;
+  y: number;
+}
+
+/** Things to drag onto the mat; pressed by key or a tap, they come to stand in its middle. */
+export function Palette({ session, scene }: { session: Session; scene: Scene | null }) {
+  const { t } = useTranslation();
+  const [carried, setCarried] = useState<Carried | null>(null);
+  const dragged = useRef(false);
+
+  const drop = (kind: NewKind, event: { clientX: number; clientY: number }) => {
+    const box = scene?.host.getBoundingClientRect();
+    if (!scene || !box) return;
+    const [x, y] = [event.clientX - box.left, event.clientY - box.top];
+    if (x < 0 || y < 0 || x > box.width || y > box.height) return;
+    place(session, kind, toWorld(scene.camera, scene.size, x, y));
+    scene.host.focus();
+  };
+  const placeInMiddle = (kind: NewKind) => {
+    if (!scene || dragged.current) return;
+    place(session, kind, [scene.camera.x, scene.camera.y]);
+    scene.host.focus();
+  };
+  const take = (kind: NewKind, event: PointerEvent<HTMLButtonElement>) => {
+    if (event.button !== 0) return;
+    const begin = { x: event.clientX, y: event.clientY };
+    const button = event.currentTarget;
+    button.setPointerCapture(event.pointerId);
+    dragged.current = false;
+    button.onpointermove = ({ clientX: x, clientY: y }) => {
+      dragged.current ||= Math.hypot(x - begin.x, y - begin.y) > 8;
+      if (dragged.current) setCarried({ kind, x, y });
+    };
+    const end = (up: globalThis.PointerEvent) => {
+      button.onpointermove = button.onpointerup = button.onpointercancel = null;
+      setCarried(null);
+      if (dragged.current && up.type === "pointerup") drop(kind, up);
+      // The click that follows belongs to this drag.
+      setTimeout(() => (dragged.current = false));
+    };
+    button.onpointerup = button.onpointercancel = end;
+  };
+  return (
+    <div className="mat-palette" role="toolbar" aria-label={t("mat.palette")} aria-orientation="vertical">
+      {NEW_KINDS.map((kind) => (
+        <button
+          key={kind}
+          type="button"
+          className="mat-button plain"
+          aria-label={t("mat.add", { what: t(`mat.things.${kind}`) })}
+          title={t("mat.add", { what: t(`mat.things.${kind}`) })}
+          onPointerDown={(event) => take(kind, event)}
+          onClick={() => placeInMiddle(kind)}
+        >
+          <MatIcon name={kind} />
+        </button>
+      ))}
+      {carried && <Ghost {...carried} />}
+    </div>
+  );
+}
+
+function Ghost({ kind, x, y }: Carried) {
+  useEffect(() => {
+    document.body.classList.add("mat-carrying");
+    return () => document.body.classList.remove("mat-carrying");
+  }, []);
+  return createPortal(
+    <div className="mat-ghost" style={{ left: x, top: y }} aria-hidden="true">
+      <MatIcon name={kind} />
+    </div>,
+    document.body,
+  );
+}

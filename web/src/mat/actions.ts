@@ -1,0 +1,121 @@
+/** What a user does to cars and furniture, by pointer, keys or buttons. */
+
+import { addedCar, carsOf, MOST_ONE_BY_ONE, oneByOne, removedCar, withCar } from "./cars";
+import { added, type Car, duplicated, type FurnitureKind, type Mat, moved, type Point, removed, reshaped, rounded } from "./document";
+import type { Grip } from "./pick";
+import type { Session } from "./session";
+import { choose, editMat, endEdit, useMat } from "./store";
+
+export type NewKind = FurnitureKind | "leader" | "follower";
+export const NEW_KINDS: readonly NewKind[] = ["leader", "follower", "wall", "disc", "polygon", "person"];
+const BESIDE_M = 0.25;
+
+/** The document with each car on its own, so that one of them can change; null where there are too many. */
+function separate(session: Session): Mat | null {
+  const { mat, hello } = useMat.getState();
+  if (!mat.crowd) return mat;
+  const at = session.starts ?? session.picture;
+  const { leaders, followers } = carsOf(mat);
+  if (at?.x.length !== leaders + followers || at.x.length > MOST_ONE_BY_ONE) return null;
+  return oneByOne(mat, at, new Set(hello?.leads));
+}
+
+function isBeginning(session: Session): boolean {
+  return session.picture?.tMs === 0 && !session.picture.past;
+}
+
+/** At the beginning a car's place is where it starts; later it is only lifted, and a reset brings it back. */
+export function putCar(session: Session, car: number, [x, y]: Point, headingDeg: number): void {
+  const at_m: Point = [rounded(x), rounded(y)];
+  const mat = isBeginning(session) ? separate(session) : null;
+  const old = mat?.car?.[car];
+  const changed = mat && old ? withCar(mat, car, { ...old, at_m, heading_deg: headingDeg }) : null;
+  session.move(car, { x_m: at_m[0], y_m: at_m[1], heading_deg: headingDeg }, changed);
+  if (changed) editMat(changed, `car ${car}`);
+}
+
+function poseOf(session: Session, car: number): { at: Point; headingDeg: number } | null {
+  const { picture } = session;
+  if (!picture || car >= picture.cars) return null;
+  const headingDeg = Math.round((picture.heading[car]! * 180) / Math.PI);
+  return { at: [picture.x[car]!, picture.y[car]!], headingDeg };
+}
+
+export function moveBy(session: Session, grip: Grip, dx: number, dy: number): void {
+  if ("car" in grip) {
+    const pose = poseOf(session, grip.car);
+    if (pose) putCar(session, grip.car, [pose.at[0] + dx, pose.at[1] + dy], pose.headingDeg);
+    return;
+  }
+  editMat(moved(useMat.getState().mat, grip.piece, dx, dy), `move ${grip.piece.kind} ${grip.piece.place}`);
+}
+
+export function dragTo(session: Session, grip: Grip, to: Point, by: Point): void {
+  if ("car" in grip) {
+    const pose = poseOf(session, grip.car);
+    if (pose) putCar(session, grip.car, to, pose.headingDeg);
+  } else if ("handle" in grip) {
+    const { kind, place } = grip.piece;
+    editMat(reshaped(useMat.getState().mat, grip.piece, grip.handle, to), `shape ${kind} ${place} ${grip.handle}`);
+  } else {
+    moveBy(session, grip, ...by);
+  }
+}
+
+export function turnCar(session: Session, car: number, degrees: number): void {
+  const pose = poseOf(session, car);
+  if (pose) putCar(session, car, pose.at, ((((pose.headingDeg + degrees + 180) % 360) + 360) % 360) - 180);
+}
+
+export function place(session: Session, kind: NewKind, at: Point): void {
+  endEdit();
+  if (kind !== "leader" && kind !== "follower") {
+    const { mat, id } = added(useMat.getState().mat, kind, at);
+    editMat(mat);
+    choose({ piece: id });
+    return;
+  }
+  addCar(session, { at_m: [rounded(at[0]), rounded(at[1])], ...(kind === "leader" && { role: "leader" }) });
+}
+
+function addCar(session: Session, car: Car): void {
+  const { mat, number } = addedCar(separate(session) ?? useMat.getState().mat, car);
+  editMat(mat);
+  choose({ car: number });
+}
+
+export function removeChosen(session: Session): void {
+  const { chosen, mat } = useMat.getState();
+  endEdit();
+  if (!chosen) return;
+  if ("piece" in chosen) editMat(removed(mat, chosen.piece));
+  else {
+    const each = separate(session);
+    if (!each) return;
+    editMat(removedCar(each, chosen.car));
+  }
+  choose(null);
+}
+
+export function duplicateChosen(session: Session): void {
+  const { chosen, mat } = useMat.getState();
+  endEdit();
+  if (!chosen) return;
+  if ("piece" in chosen) {
+    const copy = duplicated(mat, chosen.piece);
+    editMat(copy.mat);
+    choose({ piece: copy.id });
+    return;
+  }
+  const old = separate(session)?.car?.[chosen.car];
+  if (old) addCar(session, { ...old, at_m: [rounded(old.at_m[0] + BESIDE_M), rounded(old.at_m[1] - BESIDE_M)] });
+}
+
+/** Where the cars stand now becomes where they start. */
+export function startHere(session: Session): void {
+  const { mat, hello } = useMat.getState();
+  const { picture } = session;
+  if (!picture || picture.cars > MOST_ONE_BY_ONE) return;
+  endEdit();
+  editMat(oneByOne(mat, picture, new Set(hello?.leads)));
+}

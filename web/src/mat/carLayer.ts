@@ -1,0 +1,123 @@
+/** All cars: bodies in the colours of their words, lit LEDs, marks of lost frames, and the chosen one's ring. */
+
+import { Container, Graphics, Sprite } from "pixi.js";
+import { NO_LED, type Picture } from "../api/world";
+import { carColour, LEDS, type WordColours } from "./colours";
+import type { Drawn } from "./motion";
+import type { Textures } from "./textures";
+import type { MatTheme } from "./theme";
+
+/** Cars and people stay visible when a whole hall is seen. */
+const LEAST_PX = 9;
+const LOSS_SHOWN_MS = 500;
+
+export class CarLayer {
+  readonly view = new Container();
+  private readonly bodies = new Container<Sprite>();
+  private readonly lights = new Container<Sprite>();
+  private readonly marks = new Container<Sprite>();
+  private readonly chosenRing = new Graphics();
+  private lostAt = new Float64Array();
+  private diameter = 150;
+  private leads: ReadonlySet<number> = new Set();
+  chosen: number | null = null;
+
+  constructor(
+    private readonly textures: Textures,
+    private theme: MatTheme,
+  ) {
+    this.view.addChild(this.chosenRing, this.bodies, this.lights, this.marks);
+  }
+
+  setTheme(theme: MatTheme): void {
+    this.theme = theme;
+    this.markLosses();
+  }
+
+  setCars(cars: number, leads: ReadonlySet<number>, radiusM: number): void {
+    this.diameter = 2000 * radiusM;
+    this.leads = leads;
+    this.lostAt = new Float64Array(cars).fill(-Infinity);
+    for (const layer of [this.bodies, this.lights, this.marks]) {
+      for (const old of layer.removeChildren()) old.destroy();
+    }
+    for (let k = 0; k < cars; k++) {
+      this.bodies.addChild(centred(leads.has(k) ? this.textures.leader : this.textures.follower));
+      this.lights.addChild(centred(this.textures.led)).visible = false;
+      this.marks.addChild(centred(this.textures.collision)).visible = false;
+    }
+    this.markLosses();
+  }
+
+  private markLosses(): void {
+    for (const mark of this.marks.children) mark.tint = this.theme.lost;
+  }
+
+  /** A frame was lost at this car. */
+  lose(car: number, collided: boolean, atMs: number): void {
+    const mark = this.marks.children[car];
+    if (!mark) return;
+    mark.texture = collided ? this.textures.collision : this.textures.missed;
+    this.lostAt[car] = atMs;
+  }
+
+  take(picture: Picture, colours: WordColours): void {
+    for (let k = 0; k < picture.cars; k++) {
+      this.bodies.children[k]!.tint = carColour(colours, picture.index[k]!, picture.flags[k]!);
+      const light = this.lights.children[k]!;
+      const led = picture.led[k]!;
+      light.visible = led !== NO_LED;
+      if (light.visible) light.tint = LEDS[led] ?? 0xffffff;
+    }
+  }
+
+  /** Tells whether a mark is still shown. */
+  draw(drawn: Drawn, scale: number, atMs: number): boolean {
+    const side = Math.max(this.diameter, LEAST_PX / scale);
+    let marked = false;
+    for (let k = 0; k < drawn.x.length; k++) {
+      const x = drawn.x[k]! * 1000;
+      const y = drawn.y[k]! * 1000;
+      const heading = drawn.heading[k]!;
+      const body = this.bodies.children[k]!;
+      const size = this.leads.has(k) ? side * 1.15 : side;
+      place(body, x, y, size);
+      body.rotation = heading;
+      const light = this.lights.children[k]!;
+      if (light.visible) place(light, x - 0.36 * side * Math.cos(heading), y - 0.36 * side * Math.sin(heading), 0.62 * side);
+      marked = this.drawMark(k, x, y, scale, side, atMs) || marked;
+    }
+    this.drawChosen(drawn, side, scale);
+    return marked;
+  }
+
+  private drawMark(k: number, x: number, y: number, scale: number, side: number, atMs: number): boolean {
+    const age = (atMs - this.lostAt[k]!) / LOSS_SHOWN_MS;
+    const mark = this.marks.children[k]!;
+    mark.visible = age < 1;
+    if (!mark.visible) return false;
+    place(mark, x, y + side * 0.55, Math.max(side * 0.6, 12 / scale));
+    mark.alpha = Math.min(1, 2 - 2 * age);
+    return true;
+  }
+
+  private drawChosen(drawn: Drawn, side: number, scale: number): void {
+    this.chosenRing.clear();
+    const k = this.chosen;
+    if (k === null || k >= drawn.x.length) return;
+    this.chosenRing
+      .circle(drawn.x[k]! * 1000, drawn.y[k]! * 1000, side * 0.72)
+      .stroke({ width: 3 / scale, color: this.theme.accent });
+  }
+}
+
+function centred(texture: Sprite["texture"]): Sprite {
+  const sprite = new Sprite(texture);
+  sprite.anchor.set(0.5);
+  return sprite;
+}
+
+function place(sprite: Sprite, x: number, y: number, side: number): void {
+  sprite.position.set(x, y);
+  sprite.scale.set(side / sprite.texture.width);
+}

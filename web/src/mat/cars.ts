@@ -1,0 +1,157 @@
+/** Which cars are on a mat: one by one, and in crowds. Cars are numbered one by one first, then crowd by crowd. */
+
+import { type Car, type Crowd, listOf, type Mat, type Person, type Point, rounded, type Wall, withList, without } from "./document";
+
+export interface Placed {
+  x: ArrayLike<number>;
+  y: ArrayLike<number>;
+  /** Radians. */
+  heading: ArrayLike<number>;
+}
+
+/** A crowd of more cars isn't written down one by one: the document would grow too long for a link. */
+export const MOST_ONE_BY_ONE = 1001;
+const DEFAULT_SPACING_M = 0.25;
+/** Cars 150 mm across that can just turn beside each other. */
+const CLOSEST_M = 0.2;
+/** Obstacles, and the clearance that crowds keep, leave less room than there seems to be. */
+const ROOM_TO_SPARE = 1.35;
+
+export function carsOf(mat: Mat): { leaders: number; followers: number } {
+  const single = mat.car ?? [];
+  const crowds = mat.crowd ?? [];
+  const leaders =
+    single.filter(({ role }) => role === "leader").length + crowds.reduce((sum, crowd) => sum + (crowd.leaders ?? 0), 0);
+  const all = single.length + crowds.reduce((sum, crowd) => sum + crowd.cars, 0);
+  return { leaders, followers: all - leaders };
+}
+
+function toDegrees(radians: number): number {
+  return Math.round((radians * 180) / Math.PI) || 0;
+}
+
+/** The same cars with the same numbers, each written down on its own where it stands. */
+export function oneByOne(mat: Mat, at: Placed, leads: ReadonlySet<number>): Mat {
+  const car = Array.from({ length: at.x.length }, (_, k): Car => {
+    const heading_deg = toDegrees(at.heading[k]!);
+    return {
+      at_m: [rounded(at.x[k]!), rounded(at.y[k]!)],
+      ...(heading_deg !== 0 && { heading_deg }),
+      ...(leads.has(k) && { role: "leader" as const }),
+    };
+  });
+  return { ...without(mat, "crowd"), car };
+}
+
+export function withCar(mat: Mat, number: number, car: Car): Mat {
+  return { ...mat, car: (mat.car ?? []).with(number, car) };
+}
+
+export function addedCar(mat: Mat, car: Car): { mat: Mat; number: number } {
+  const cars = mat.car ?? [];
+  return { mat: { ...mat, car: [...cars, car] }, number: cars.length };
+}
+
+export function removedCar(mat: Mat, number: number): Mat {
+  return { ...mat, car: (mat.car ?? []).toSpliced(number, 1) };
+}
+
+/** As many followers as wished: crowds change before cars that somebody placed. */
+export function withFollowers(mat: Mat, wished: number): Mat {
+  const single = mat.car ?? [];
+  const placed = single.filter(({ role }) => role !== "leader").length;
+  const crowds = [...(mat.crowd ?? [])];
+  let left = wished - placed - crowds.reduce((sum, crowd) => sum + crowd.cars - (crowd.leaders ?? 0), 0);
+  while (left < 0 && crowds.length) {
+    const last = crowds.pop()!;
+    const stay = Math.max(0, last.cars - (last.leaders ?? 0) + left);
+    left += last.cars - (last.leaders ?? 0) - stay;
+    if (stay + (last.leaders ?? 0) > 0) crowds.push({ ...last, cars: stay + (last.leaders ?? 0) });
+    if (stay > 0 || (last.leaders ?? 0) > 0) break;
+  }
+  const changed = withCrowds({ ...mat, car: left < 0 ? withoutLast(single, -left) : single }, crowds);
+  return left > 0 ? withMore(changed, left) : changed;
+}
+
+function withCrowds(mat: Mat, crowd: readonly Crowd[]): Mat {
+  return crowd.length ? { ...mat, crowd } : without(mat, "crowd");
+}
+
+function withoutLast(cars: readonly Car[], count: number): Car[] {
+  let left = count;
+  return cars.toReversed().filter(({ role }) => role === "leader" || left-- <= 0).reverse();
+}
+
+/** The last crowd takes the new ones in: within its area as it is, else all over the mat, which grows where it must. */
+function withMore(mat: Mat, more: number): Mat {
+  const crowds = mat.crowd ?? [];
+  const last: Crowd = crowds.at(-1) ?? { cars: 0 };
+  const cars = last.cars + more;
+  const spacing = last.spacing_m ?? DEFAULT_SPACING_M;
+  const others = crowds.slice(0, -1);
+  if (last.size_m && room(last.size_m, spacing) >= cars * ROOM_TO_SPARE) return withCrowds(mat, [...others, { ...last, cars }]);
+  const anywhere = without(last, "corner_m", "size_m");
+  if (!mat.size_m) {
+    const side = rounded(Math.sqrt(cars * ROOM_TO_SPARE) * spacing + spacing);
+    const [x, y] = mat.car?.[0]?.at_m ?? [0, 0];
+    const corner_m: Point = [rounded(x - side / 2), rounded(y - side / 2)];
+    return withCrowds(mat, [...others, { ...anywhere, cars, spacing_m: spacing, corner_m, size_m: [side, side] }]);
+  }
+  const [width, height] = mat.size_m;
+  const even = Math.sqrt((width * height) / (cars * ROOM_TO_SPARE));
+  const spacing_m = Math.floor(Math.max(CLOSEST_M, Math.min(spacing, even)) * 100) / 100;
+  const factor = Math.max(1, spacing_m / even);
+  return withCrowds(factor > 1 ? grown(mat, factor) : mat, [...others, { ...anywhere, cars, spacing_m }]);
+}
+
+function room([width, height]: Point, spacing: number): number {
+  // 1.2 / 0.4 is a little less than 3 in floating point.
+  return Math.floor(width / spacing + 1e-9) * Math.floor(height / spacing + 1e-9);
+}
+
+/** A larger mat, with all that stands on it in its middle. */
+export function grown(mat: Mat, factor: number): Mat {
+  const [width, height] = mat.size_m!;
+  const size_m: Point = [Math.ceil(width * factor * 10) / 10, Math.ceil(height * factor * 10) / 10];
+  return { ...shifted(mat, (size_m[0] - width) / 2, (size_m[1] - height) / 2), size_m };
+}
+
+function shifted(mat: Mat, dx: number, dy: number): Mat {
+  const by = ([x, y]: Point): Point => [rounded(x + dx), rounded(y + dy)];
+  let result: Mat = mat;
+  const walls = listOf(mat, "wall").map(({ from_m, to_m }): Wall => ({ from_m: by(from_m), to_m: by(to_m) }));
+  result = withList(result, "wall", walls);
+  result = withList(result, "disc", listOf(mat, "disc").map((disc) => ({ ...disc, centre_m: by(disc.centre_m) })));
+  result = withList(result, "polygon", listOf(mat, "polygon").map(({ corners_m }) => ({ corners_m: corners_m.map(by) })));
+  const people = listOf(mat, "person").map((person): Person => {
+    return { ...person, path: person.path.map(([t, x, y]) => [t, ...by([x, y])] as const) };
+  });
+  result = withList(result, "person", people);
+  if (mat.car) result = { ...result, car: mat.car.map((car) => ({ ...car, at_m: by(car.at_m) })) };
+  if (!mat.crowd) return result;
+  return { ...result, crowd: mat.crowd.map((crowd) => (crowd.corner_m ? { ...crowd, corner_m: by(crowd.corner_m) } : crowd)) };
+}
+
+/** What the cars' beginning depends on: where it differs the world has to be built anew. */
+export function beginning(mat: Mat): string {
+  return JSON.stringify([mat.car, mat.crowd, mat.tick_ms, mat.size_m]);
+}
+
+/** The slider's scale: every single car counts at its left end, hundreds at its right. */
+export const MOST_FOLLOWERS = 1000;
+export const SLIDER_STEPS = 100;
+
+export function followersAt(position: number): number {
+  return Math.round(MOST_FOLLOWERS ** (position / SLIDER_STEPS) - 1 + position / SLIDER_STEPS);
+}
+
+export function positionOf(followers: number): number {
+  let low = 0;
+  let high = SLIDER_STEPS;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (followersAt(middle) < followers) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}

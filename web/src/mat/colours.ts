@@ -1,0 +1,52 @@
+/** A colour for each word, the same ones as in the pictures and films of a run. */
+
+import type { CompiledWord } from "../api/types";
+import { Flag, NO_INDEX } from "../api/world";
+
+const FOLLOWERS = [0x1f77b4, 0xff7f0e, 0x2ca02c, 0x9467bd, 0x17becf, 0xbcbd22, 0x8c564b, 0xe377c2];
+const LEADERS = [0xd62728, 0xf0797a, 0x9c1a1b, 0xf9b3b3];
+const NOTHING = 0xc4c4c4;
+const UNKNOWN = 0x6e6e6e;
+const PALER = 0.55;
+export const LEDS = [0xffd60a, 0x00e5ff, 0xb8ff3d, 0xff5cd6];
+
+export interface WordColours {
+  /** By place in the image. */
+  strong: readonly number[];
+  pale: readonly number[];
+  /** By the word's bits. */
+  byWord: ReadonlyMap<number, number>;
+}
+
+export function paler(colour: number): number {
+  const channel = (shift: number) => {
+    const value = (colour >> shift) & 255;
+    return Math.round(value + (255 - value) * PALER) << shift;
+  };
+  return channel(16) | channel(8) | channel(0);
+}
+
+export function colourWords(words: readonly CompiledWord[]): WordColours {
+  const byWord = new Map<number, number>();
+  const give = (part: CompiledWord["part"], shades: readonly number[]) => {
+    let next = 0;
+    for (const word of words.filter((each) => each.part === part)) {
+      const bits = parseInt(word.hex, 16);
+      if (!byWord.has(bits)) byWord.set(bits, shades[next++ % shades.length]!);
+    }
+  };
+  give("followers", FOLLOWERS);
+  give("leader", LEADERS);
+  const strong = words.map(({ hex }) => byWord.get(parseInt(hex, 16)) ?? UNKNOWN);
+  return { strong, pale: strong.map(paler), byWord };
+}
+
+export function carColour(colours: WordColours, index: number, flags: number): number {
+  if (index === NO_INDEX) return NOTHING;
+  return (flags & Flag.runs ? colours.strong[index] : colours.pale[index]) ?? UNKNOWN;
+}
+
+/** `#rrggbb`. */
+export function css(colour: number): string {
+  return `#${colour.toString(16).padStart(6, "0")}`;
+}

@@ -1,0 +1,204 @@
+/** A mat document's parts as the page edits them: each edit gives a new document and leaves the old one alone. */
+
+import type { MatDocument } from "../api/types";
+
+export type Point = readonly [number, number];
+
+export interface Wall {
+  from_m: Point;
+  to_m: Point;
+}
+export interface Disc {
+  centre_m: Point;
+  radius_m: number;
+}
+export interface Polygon {
+  corners_m: readonly Point[];
+}
+export interface Person {
+  path: readonly (readonly [number, number, number])[];
+  repeats?: boolean;
+}
+export interface Car {
+  at_m: Point;
+  heading_deg?: number;
+  role?: "leader" | "follower";
+}
+export interface Crowd {
+  cars: number;
+  leaders?: number;
+  corner_m?: Point;
+  size_m?: Point;
+  spacing_m?: number;
+  [more: string]: unknown;
+}
+export interface Mat extends MatDocument {
+  tick_ms?: number;
+  size_m?: Point;
+  edge?: "wall" | "open";
+  wall?: readonly Wall[];
+  disc?: readonly Disc[];
+  polygon?: readonly Polygon[];
+  person?: readonly Person[];
+  car?: readonly Car[];
+  crowd?: readonly Crowd[];
+  physics?: Readonly<Record<string, number | boolean>>;
+}
+
+interface Pieces {
+  wall: Wall;
+  disc: Disc;
+  polygon: Polygon;
+  person: Person;
+}
+export type FurnitureKind = keyof Pieces;
+export const FURNITURE: readonly FurnitureKind[] = ["wall", "disc", "polygon", "person"];
+export type Piece = Pieces[FurnitureKind];
+
+/** A piece of furniture by its place in the document's list. */
+export interface PieceId {
+  kind: FurnitureKind;
+  place: number;
+}
+
+/** The server checks each document that it opens, so a document's keys hold what the format says. */
+export function asMat(document: MatDocument): Mat {
+  return document;
+}
+
+export function listOf<K extends FurnitureKind>(mat: Mat, kind: K): readonly Pieces[K][] {
+  return (mat[kind] as readonly Pieces[K][] | undefined) ?? [];
+}
+
+export function pieceOf(mat: Mat, id: PieceId): Piece | undefined {
+  return listOf(mat, id.kind)[id.place];
+}
+
+export function without<T extends object>(whole: T, ...keys: (keyof T)[]): T {
+  const rest = { ...whole };
+  for (const key of keys) Reflect.deleteProperty(rest, key);
+  return rest;
+}
+
+export function withList(mat: Mat, kind: FurnitureKind, pieces: readonly Piece[]): Mat {
+  return pieces.length ? { ...mat, [kind]: pieces } : without(mat, kind);
+}
+
+function withPiece(mat: Mat, { kind, place }: PieceId, piece: Piece): Mat {
+  return withList(mat, kind, listOf(mat, kind).with(place, piece));
+}
+
+/** Whole millimetres, which is finer than anyone drags. */
+export function rounded(metres: number): number {
+  return Math.round(metres * 1000) / 1000;
+}
+
+function shift([x, y]: Point, dx: number, dy: number): Point {
+  return [rounded(x + dx), rounded(y + dy)];
+}
+
+/** A piece's points that can be dragged on their own; a disc's is on its rim. */
+export function handlesOf(kind: FurnitureKind, piece: Piece): Point[] {
+  if (kind === "wall") return [(piece as Wall).from_m, (piece as Wall).to_m];
+  if (kind === "polygon") return [...(piece as Polygon).corners_m];
+  if (kind === "person") return (piece as Person).path.map(([, x, y]) => [x, y]);
+  const { centre_m, radius_m } = piece as Disc;
+  return [[centre_m[0] + radius_m, centre_m[1]]];
+}
+
+function mapPoints(kind: FurnitureKind, piece: Piece, change: (point: Point, place: number) => Point): Piece {
+  if (kind === "wall") {
+    const { from_m, to_m } = piece as Wall;
+    return { from_m: change(from_m, 0), to_m: change(to_m, 1) };
+  }
+  if (kind === "polygon") return { corners_m: (piece as Polygon).corners_m.map(change) };
+  if (kind === "disc") return { ...(piece as Disc), centre_m: change((piece as Disc).centre_m, 0) };
+  const person = piece as Person;
+  return { ...person, path: person.path.map(([t, x, y], place) => [t, ...change([x, y], place)] as const) };
+}
+
+export function moved(mat: Mat, id: PieceId, dx: number, dy: number): Mat {
+  const piece = pieceOf(mat, id);
+  return piece ? withPiece(mat, id, mapPoints(id.kind, piece, (point) => shift(point, dx, dy))) : mat;
+}
+
+const SMALLEST_M = 0.02;
+
+/** Drag one of a piece's handles to a point. */
+export function reshaped(mat: Mat, id: PieceId, handle: number, [x, y]: Point): Mat {
+  const piece = pieceOf(mat, id);
+  if (!piece) return mat;
+  if (id.kind === "disc") {
+    const [cx, cy] = (piece as Disc).centre_m;
+    return withPiece(mat, id, { ...(piece as Disc), radius_m: rounded(Math.max(SMALLEST_M, Math.hypot(x - cx, y - cy))) });
+  }
+  const point: Point = [rounded(x), rounded(y)];
+  return withPiece(mat, id, mapPoints(id.kind, piece, (old, place) => (place === handle ? point : old)));
+}
+
+/** A person who walks there and back, so that the path can be repeated without a jump. */
+const WALK_S = 4;
+const NEW_PIECES: { [K in FurnitureKind]: (x: number, y: number) => Pieces[K] } = {
+  wall: (x, y) => ({ from_m: [rounded(x - 0.4), rounded(y)], to_m: [rounded(x + 0.4), rounded(y)] }),
+  disc: (x, y) => ({ centre_m: [rounded(x), rounded(y)], radius_m: 0.15 }),
+  polygon: (x, y) => ({
+    corners_m: [
+      shift([x, y], -0.2, -0.15),
+      shift([x, y], 0.2, -0.15),
+      shift([x, y], 0.2, 0.15),
+      shift([x, y], -0.2, 0.15),
+    ],
+  }),
+  person: (x, y) => ({
+    path: [
+      [0, rounded(x - 0.5), rounded(y)],
+      [WALK_S, rounded(x + 0.5), rounded(y)],
+      [2 * WALK_S, rounded(x - 0.5), rounded(y)],
+    ],
+    repeats: true,
+  }),
+};
+
+export function added(mat: Mat, kind: FurnitureKind, [x, y]: Point): { mat: Mat; id: PieceId } {
+  const pieces = listOf(mat, kind);
+  return { mat: withList(mat, kind, [...pieces, NEW_PIECES[kind](x, y)]), id: { kind, place: pieces.length } };
+}
+
+export function removed(mat: Mat, { kind, place }: PieceId): Mat {
+  return withList(mat, kind, listOf(mat, kind).toSpliced(place, 1));
+}
+
+const BESIDE_M = 0.2;
+
+export function duplicated(mat: Mat, id: PieceId): { mat: Mat; id: PieceId } {
+  const piece = pieceOf(mat, id);
+  if (!piece) return { mat, id };
+  const copy = mapPoints(id.kind, piece, (point) => shift(point, BESIDE_M, -BESIDE_M));
+  const pieces = listOf(mat, id.kind);
+  return { mat: withList(mat, id.kind, [...pieces, copy]), id: { kind: id.kind, place: pieces.length } };
+}
+
+/** Where a person is at a moment, as docs/mats.md says. */
+export function personAt({ path, repeats }: Person, tMs: number): Point {
+  const last = path.at(-1)!;
+  const whole = last[0];
+  let t = tMs / 1000;
+  if (repeats && whole > 0) t %= whole;
+  const next = path.findIndex(([at]) => at > t);
+  if (next < 0) return [last[1], last[2]];
+  const [t1, x1, y1] = path[next]!;
+  const [t0, x0, y0] = path[Math.max(0, next - 1)]!;
+  const share = t1 > t0 ? (t - t0) / (t1 - t0) : 1;
+  return [x0 + (x1 - x0) * share, y0 + (y1 - y0) * share];
+}
+
+/** The share of frames that flipped bits destroy on the way to one receiver; a frame has 32 bits. */
+export function lossOf(mat: Mat): number {
+  return 1 - (1 - Number(mat.physics?.bit_error_rate ?? 0)) ** 32;
+}
+
+export function withLoss(mat: Mat, share: number): Mat {
+  const physics = without(mat.physics ?? {}, "bit_error_rate");
+  const rate = Number((1 - (1 - share) ** (1 / 32)).toPrecision(4));
+  return { ...mat, physics: share > 0 ? { ...physics, bit_error_rate: rate } : physics };
+}

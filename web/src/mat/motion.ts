@@ -1,0 +1,70 @@
+/** Where cars are drawn between two pictures. Drawing only: nothing is guessed beyond the newer picture. */
+
+import type { Picture } from "../api/world";
+
+/** Farther than a car drives from one picture to the next at the highest speed: it was lifted. */
+const LIFTED_M = 0.5;
+
+export interface Drawn {
+  x: Float32Array;
+  y: Float32Array;
+  heading: Float32Array;
+}
+
+function placesOf(cars: number): Drawn {
+  const make = () => new Float32Array(cars);
+  return { x: make(), y: make(), heading: make() };
+}
+
+export class Motion {
+  private before: Picture | null = null;
+  private now: Picture | null = null;
+  private arrivedAt = 0;
+  private interval = 33;
+  drawn: Drawn = placesOf(0);
+
+  get picture(): Picture | null {
+    return this.now;
+  }
+
+  take(picture: Picture, atMs: number): void {
+    const continues = this.now?.cars === picture.cars && !picture.fresh && !picture.past && !this.now.past;
+    this.before = continues ? this.now : null;
+    // A pause between two pictures is no pace: the next one must not be drawn in slow motion.
+    if (continues) this.interval += (Math.min(100, Math.max(16, atMs - this.arrivedAt)) - this.interval) / 4;
+    this.now = picture;
+    this.arrivedAt = atMs;
+    if (this.drawn.x.length !== picture.cars) {
+      this.drawn = placesOf(picture.cars);
+    }
+  }
+
+  /** There are other cars now, and no picture of them yet. */
+  forget(): void {
+    this.before = this.now = null;
+    this.drawn = placesOf(0);
+  }
+
+  /** Work out `drawn` for this moment; tells whether a later moment would differ. */
+  advance(atMs: number): boolean {
+    if (!this.now) return false;
+    const share = this.before ? Math.min(1, (atMs - this.arrivedAt) / this.interval) : 1;
+    between(this.before ?? this.now, this.now, share, this.drawn);
+    return share < 1;
+  }
+}
+
+export function between(a: Picture, b: Picture, share: number, drawn: Drawn): void {
+  for (let k = 0; k < b.cars; k++) {
+    const dx = b.x[k]! - a.x[k]!;
+    const dy = b.y[k]! - a.y[k]!;
+    const part = Math.abs(dx) > LIFTED_M || Math.abs(dy) > LIFTED_M ? 1 : share;
+    drawn.x[k] = a.x[k]! + dx * part;
+    drawn.y[k] = a.y[k]! + dy * part;
+    drawn.heading[k] = a.heading[k]! + shortestTurn(b.heading[k]! - a.heading[k]!) * part;
+  }
+}
+
+export function shortestTurn(radians: number): number {
+  return radians - 2 * Math.PI * Math.round(radians / (2 * Math.PI));
+}

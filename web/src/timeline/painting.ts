@@ -1,0 +1,126 @@
+/** Draws lanes below each other: words as bars above, frames as ticks below, told apart by height as well as colour. */
+
+import type { EventStore } from "./events";
+import { clock, type Lane, Mark, packLane, ticksOf, type Window } from "./lanes";
+
+export const LANE_PX = 34;
+export const AXIS_PX = 22;
+const BAR = { top: 4, height: 14 };
+const TICKS = { top: 20, height: 11 };
+
+export interface Look {
+  text: string;
+  quiet: string;
+  line: string;
+  panel: string;
+  accent: string;
+  heard: string;
+  lost: string;
+  sent: string;
+  font: string;
+}
+
+export interface View {
+  window: Window;
+  nowMs: number;
+  shownMs: number;
+  /** Car numbers from top to bottom, and how far the first one is scrolled out. */
+  cars: readonly number[];
+  offsetPx: number;
+  chosen: number | null;
+  colourOf: (word: number) => string;
+}
+
+export function lookOf(element: HTMLElement): Look {
+  const style = getComputedStyle(element);
+  const named = (name: string) => style.getPropertyValue(name).trim();
+  return {
+    text: named("--text"),
+    quiet: named("--quiet"),
+    line: named("--line"),
+    panel: named("--panel"),
+    accent: named("--accent"),
+    heard: named("--success"),
+    lost: named("--error"),
+    sent: named("--accent"),
+    font: style.fontFamily,
+  };
+}
+
+export function paint(g: CanvasRenderingContext2D, width: number, height: number, view: View, store: EventStore, look: Look) {
+  g.fillStyle = look.panel;
+  g.fillRect(0, 0, width, height);
+  const x = (ms: number) => ((ms - view.window.beginMs) / (view.window.endMs - view.window.beginMs)) * width;
+  paintAxis(g, width, height, view.window, x, look);
+  g.save();
+  g.beginPath();
+  g.rect(0, AXIS_PX, width, height - AXIS_PX);
+  g.clip();
+  view.cars.forEach((car, row) => {
+    const top = AXIS_PX + row * LANE_PX - view.offsetPx;
+    if (car === view.chosen) tint(g, look.accent, 0, top, width, LANE_PX);
+    const lane = packLane(store.of(car), view.window, view.nowMs, Math.max(1, Math.floor(width)));
+    paintSpans(g, lane, top, x, view.colourOf);
+    paintMarks(g, lane.marks, top, look);
+    g.fillStyle = look.line;
+    g.fillRect(0, top + LANE_PX - 1, width, 1);
+  });
+  g.restore();
+  paintMoment(g, x(view.shownMs), height, look);
+}
+
+function tint(g: CanvasRenderingContext2D, colour: string, x: number, y: number, width: number, height: number) {
+  g.globalAlpha = 0.12;
+  g.fillStyle = colour;
+  g.fillRect(x, y, width, height);
+  g.globalAlpha = 1;
+}
+
+function paintAxis(g: CanvasRenderingContext2D, width: number, height: number, window: Window, x: (ms: number) => number, look: Look) {
+  const { atMs, stepMs } = ticksOf(window, width);
+  g.font = `11px ${look.font}`;
+  g.textBaseline = "middle";
+  for (const at of atMs) {
+    const left = Math.round(x(at));
+    g.fillStyle = look.line;
+    g.fillRect(left, AXIS_PX - 5, 1, height);
+    g.fillStyle = look.quiet;
+    g.fillText(clock(at, stepMs < 1000), left + 4, AXIS_PX / 2);
+  }
+  g.fillStyle = look.line;
+  g.fillRect(0, AXIS_PX - 1, width, 1);
+}
+
+function paintSpans(g: CanvasRenderingContext2D, lane: Lane, top: number, x: (ms: number) => number, colourOf: View["colourOf"]) {
+  for (const { beginMs, endMs, word } of lane.spans) {
+    const left = x(beginMs);
+    g.fillStyle = colourOf(word);
+    g.beginPath();
+    g.roundRect(left, top + BAR.top, Math.max(1.5, x(endMs) - left - 1), BAR.height, 3);
+    g.fill();
+  }
+}
+
+function paintMarks(g: CanvasRenderingContext2D, marks: Uint8Array, top: number, look: Look) {
+  const { top: begin, height } = TICKS;
+  marks.forEach((mark, column) => {
+    if (mark & Mark.frame) bar(g, look.sent, column, top + begin + height - 3, 3);
+    if (mark & Mark.heard) bar(g, look.heard, column, top + begin + 3, height - 6);
+    if (mark & Mark.lost) bar(g, look.lost, column, top + begin, height);
+  });
+}
+
+function bar(g: CanvasRenderingContext2D, colour: string, x: number, y: number, height: number) {
+  g.fillStyle = colour;
+  g.fillRect(x, y, 1, height);
+}
+
+function paintMoment(g: CanvasRenderingContext2D, x: number, height: number, look: Look) {
+  g.fillStyle = look.accent;
+  g.fillRect(Math.round(x) - 1, 0, 2, height);
+  g.beginPath();
+  g.moveTo(x - 6, 0);
+  g.lineTo(x + 6, 0);
+  g.lineTo(x, 9);
+  g.fill();
+}

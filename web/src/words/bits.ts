@@ -1,0 +1,65 @@
+/** A word's bits, field by field, and which block each belongs to. */
+
+import type { CompiledWord, Field } from "../api/types";
+
+export type Group = "count" | "dwell" | "infrared" | "motor" | "led" | "avoid" | "voice" | "pir" | "reserved" | "parity";
+
+const GROUPS: Record<string, Group> = {
+  leader_states: "count",
+  follower_words: "count",
+  dwell: "dwell",
+  accept_ir: "infrared",
+  forward: "infrared",
+  motor_enable: "motor",
+  motor_direction: "motor",
+  motor_speed: "motor",
+  motor_duration: "motor",
+  led_which: "led",
+  led_duration: "led",
+  avoid_enable: "avoid",
+  avoid_radius: "avoid",
+  avoid_duration: "avoid",
+  voice: "voice",
+  pir: "pir",
+  parity: "parity",
+};
+
+/** What the field has to do with, which is also its colour. */
+export function groupOf(field: string): Group {
+  return GROUPS[field] ?? "reserved";
+}
+
+/** The field's bits as they stand in the word, most significant first. */
+export function bitsOf(word: CompiledWord, { high, low }: Field): string {
+  const bits = parseInt(word.hex, 16).toString(2).padStart(32, "0");
+  return bits.slice(31 - high, 32 - low);
+}
+
+export function blockOf(word: CompiledWord, field: string): string | null {
+  return word.fields_of?.[field] ?? word.block;
+}
+
+/** Whether the field is there because of one of these blocks: its bits light up with them. */
+export function isLit(word: CompiledWord, field: string, blocks: ReadonlySet<string>): boolean {
+  const group = groupOf(field);
+  if (group === "reserved" || group === "parity" || blocks.size === 0) return false;
+  const block = blockOf(word, field);
+  return block !== null && blocks.has(block);
+}
+
+export interface Span {
+  group: Group;
+  fields: Field[];
+}
+
+/** The fields in runs of one colour, for the table's head. */
+export function spansOf(fields: readonly Field[]): Span[] {
+  const spans: Span[] = [];
+  for (const field of fields) {
+    const group = groupOf(field.name);
+    const last = spans.at(-1);
+    if (last?.group === group) last.fields.push(field);
+    else spans.push({ group, fields: [field] });
+  }
+  return spans;
+}

@@ -1,0 +1,60 @@
+import { describe, expect, it } from "vitest";
+import type { CompiledWord, Field, Formats } from "../api/types";
+import { bitsOf, blockOf, isLit, spansOf } from "./bits";
+import { wordsCsv } from "./csv";
+
+const field = (name: string, high: number, low = high): Field => ({ name, high, low, title: { en: name, zh: name } });
+const control = [
+  field("accept_ir", 31),
+  field("motor_enable", 29),
+  field("motor_direction", 28, 27),
+  field("led_which", 22, 21),
+  field("reserved", 11, 1),
+  field("parity", 0),
+];
+const formats: Formats = { header: [field("leader_states", 31, 24), field("reserved", 7, 0)], control };
+
+const word: CompiledWord = {
+  hex: "b0200001",
+  part: "leader",
+  values: { accept_ir: 1, motor_enable: 1, motor_direction: 2, led_which: 1 },
+  block: "together",
+  fields_of: { motor_enable: "drive", motor_direction: "drive", led_which: "led" },
+};
+
+describe("bits", () => {
+  it("stand where the format says, the most significant first", () => {
+    expect(control.map((each) => bitsOf(word, each))).toEqual(["1", "1", "10", "01", "00000000000", "1"]);
+  });
+
+  it("belong to the block of their field, else to the word's", () => {
+    expect(blockOf(word, "motor_direction")).toBe("drive");
+    expect(blockOf(word, "accept_ir")).toBe("together");
+  });
+
+  it("light up with their own block only, and reserved ones never", () => {
+    const lit = (...blocks: string[]) => control.filter(({ name }) => isLit(word, name, new Set(blocks))).map(({ name }) => name);
+    expect(lit("led")).toEqual(["led_which"]);
+    expect(lit("drive", "together")).toEqual(["accept_ir", "motor_enable", "motor_direction"]);
+    expect(lit()).toEqual([]);
+  });
+
+  it("are named in runs of one colour", () => {
+    expect(spansOf(control).map(({ group, fields }) => [group, fields.length])).toEqual([
+      ["infrared", 1],
+      ["motor", 2],
+      ["led", 1],
+      ["reserved", 1],
+      ["parity", 1],
+    ]);
+  });
+});
+
+describe("the word table as CSV", () => {
+  it("has a column for each field and a line for each word", () => {
+    const lines = wordsCsv([word], formats).split("\r\n");
+    expect(lines[0]).toBe("index,part,hex,bits,leader_states,accept_ir,motor_enable,motor_direction,led_which,reserved,parity");
+    expect(lines[1]).toBe("0,leader,0xB0200001,10110000001000000000000000000001,,1,1,2,1,,");
+    expect(lines[2]).toBe("");
+  });
+});
