@@ -1,0 +1,146 @@
+"""What the studio's page costs its user: run it with ``python benchmarks/studio_page.py``.
+
+A studio of its own process is visited by a headless Chromium, with which it shares the machine. A headless Chromium
+draws without a graphics processor, so fewer pictures are shown here than on a screen.
+"""
+
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from statistics import median, quantiles
+
+from playwright.sync_api import Browser, sync_playwright
+from rich.console import Console
+from rich.table import Table
+from swarm import result
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+from scripts import chromium
+from scripts.studio_process import StudioProcess, build_page, project_link, running_studio
+
+VISITS, EDITS, WARM_EDITS, TIMED_S = 7, 60, 5, 5.0
+FOLLOWERS = 1_000
+KB_GOAL, WORDS_GOAL_MS, PICTURE_GOAL_MS = 700, 100, 1000 / 30
+INTERACTIVE = """() => document.querySelector("#mat-play")?.disabled === false
+    && document.querySelector("[role=rowheader]") !== null && performance.now()"""
+BYTES = """() => [...performance.getEntriesByType("navigation"), ...performance.getEntriesByType("resource")]
+    .reduce((sum, { transferSize }) => sum + transferSize, 0)"""
+# What the page itself does for a picture; the rest of its thread's time goes into waiting for the drawing by processor.
+PAGE_WORK = ("ScriptDuration", "LayoutDuration", "RecalcStyleDuration")
+EDIT_TIMES = "() => performance.getEntriesByName('motorcade:edit-to-words').map(({ duration }) => duration)"
+
+Rows = Iterator[tuple[str, str, str, str]]
+
+
+def step(direction: str, speed: int) -> dict:
+    return {"drive": {"direction": direction, "speed": speed, "seconds": 3}}
+
+
+FULL = {
+    "format": "motorcade-program/1",
+    "profile": "classroom",
+    "leader": [{"wait": {"seconds": 1}}, *(step(("left", "forward")[k % 2], 1 + k % 3) for k in range(254))],
+    "followers": None,
+}
+CROWD = {
+    **FULL,
+    "leader": [step("forward", 2), step("left", 1)],
+    "followers": {"accept_ir": True, "forward": True, "steps": [step("forward", 1), step("right", 2)]},
+    "mat": {
+        "format": "motorcade-mat/1",
+        "name": "Hall",
+        "size_m": [16, 16],
+        "edge": "wall",
+        "crowd": [{"cars": FOLLOWERS + 1, "leaders": 1, "spacing_m": 0.4}],
+    },
+}
+
+
+class Visit:
+    """A page without anything kept from before."""
+
+    def __init__(self, browser: Browser, url: str) -> None:
+        self.page = browser.new_context(viewport={"width": 1400, "height": 900}).new_page()
+        self.shown = 0
+        self.page.on("websocket", lambda line: line.on("framesent", self._count))
+        self.page.goto(url)
+        self.interactive_ms = self.page.wait_for_function(INTERACTIVE, polling="raf").json_value()
+
+    def _count(self, message: str | bytes) -> None:
+        self.shown += "shown" in str(message)
+
+    def leave(self) -> None:
+        self.page.context.close()
+
+
+def load_rows(browser: Browser, studio: StudioProcess) -> Rows:
+    times = []
+    for _ in range(VISITS):
+        visit = Visit(browser, studio.url)
+        visit.page.wait_for_load_state("networkidle")
+        kilobytes = visit.page.evaluate(BYTES) / 1000
+        times.append(visit.interactive_ms)
+        visit.leave()
+    yield "first load, compressed", f"{kilobytes:.0f} KB", f"≤ {KB_GOAL} KB", result(kilobytes, KB_GOAL, least=False)
+    yield f"time to interactive, {VISITS} visits", f"{median(times):.0f} ms ({min(times):.0f}–{max(times):.0f})", "", ""
+
+
+def edit_rows(browser: Browser, studio: StudioProcess) -> Rows:
+    visit = Visit(browser, project_link(studio.url, FULL))
+    page = visit.page
+    page.get_by_text("255 of 255").wait_for()
+    block = page.locator(".blocklyBlockCanvas .blocklyDraggable").filter(has_text="wait").last
+    field = block.locator(":scope > [role=button]")
+    for edit in range(WARM_EDITS + EDITS):
+        before = len(page.evaluate(EDIT_TIMES))
+        field.click()
+        page.keyboard.type("23"[edit % 2])
+        page.keyboard.press("Enter")
+        page.wait_for_function(f"before => ({EDIT_TIMES})().length > before", arg=before)
+    times = page.evaluate(EDIT_TIMES)[-EDITS:]
+    visit.leave()
+    late = quantiles(times, n=20)[-1]
+    figure = f"{late:.0f} ms (median {median(times):.0f})"
+    yield "edit to words, 255 steps, p95", figure, f"≤ {WORDS_GOAL_MS} ms", result(late, WORDS_GOAL_MS, least=False)
+
+
+def picture_rows(browser: Browser, studio: StudioProcess) -> Rows:
+    visit = Visit(browser, project_link(studio.url, CROWD))
+    visit.page.get_by_role("button", name="Play", exact=True).click()
+    visit.page.locator(".motorcade-running").first.wait_for()
+    tools = visit.page.context.new_cdp_session(visit.page)
+    tools.send("Performance.enable")
+
+    def so_far() -> tuple[int, float]:
+        metrics = {each["name"]: each["value"] for each in tools.send("Performance.getMetrics")["metrics"]}
+        return visit.shown, sum(metrics[each] for each in PAGE_WORK)
+
+    before = so_far()
+    visit.page.wait_for_timeout(1000 * TIMED_S)
+    pictures, busy_s = (now - then for now, then in zip(so_far(), before, strict=True))
+    visit.leave()
+    each_ms = 1000 * busy_s / pictures
+    name = f"a picture of {FOLLOWERS:,} followers: the page's part"
+    yield name, f"{each_ms:.1f} ms", f"≤ {PICTURE_GOAL_MS:.0f} ms", result(each_ms, PICTURE_GOAL_MS, least=False)
+    yield "pictures shown, drawn without a GPU", f"{pictures / TIMED_S:.0f} a second", "", ""
+
+
+def main() -> None:
+    path = chromium.find_or_install()
+    if path is None:
+        sys.exit(f"No browser was found: {chromium.HOW_TO}.")
+    build_page()
+    table = Table("", "figure", "goal", "result", title="The studio's page")
+    with sync_playwright() as playwright, tempfile.TemporaryDirectory() as folder:
+        browser = playwright.chromium.launch(executable_path=path)
+        with running_studio(Path(folder)) as studio:
+            for rows in (load_rows, edit_rows, picture_rows):
+                for row in rows(browser, studio):
+                    table.add_row(*row)
+        browser.close()
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,98 @@
+"""A real studio and a real browser, and pages that fail their test by an error or by asking another host."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, sync_playwright
+from scripts import chromium
+from scripts.studio_process import StudioProcess, build_page, running_studio
+
+from studio_page import StudioPage
+
+# A host of whatever name, but for the studio's own: as on a computer without a network.
+OFFLINE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
+
+# Draws the mat without WebGL, as old computers do.
+PLAIN = ["--disable-gpu", "--disable-software-rasterizer"]
+
+OpenPage = Callable[..., StudioPage]
+
+
+@pytest.fixture(scope="session")
+def chromium_path() -> Path:
+    found = chromium.find_or_install()
+    if found is None:
+        pytest.skip("no browser")
+    return found
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """Says loudly what nobody has checked."""
+    skipped = [
+        each for each in terminalreporter.getreports("skipped") if Path(each.nodeid).parts[:2] == ("tests", "browser")
+    ]
+    if skipped:
+        terminalreporter.write_sep(
+            "!", f"{len(skipped)} browser tests did NOT run: {chromium.HOW_TO}", red=True, bold=True
+        )
+
+
+# The synchronous Playwright holds an event loop while it lives, so it may not outlive a module and meet other tests.
+@pytest.fixture(scope="module")
+def browser(request: pytest.FixtureRequest, chromium_path: Path) -> Iterator[Browser]:
+    options = [OFFLINE, *getattr(request.module, "CHROMIUM_OPTIONS", PLAIN)]
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium_path, args=options)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="session")
+def page_built(chromium_path: Path) -> None:
+    build_page()
+
+
+@pytest.fixture(scope="session")
+def studio(page_built: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[StudioProcess]:
+    """One for all tests that leave it as it is."""
+    with running_studio(tmp_path_factory.mktemp("library")) as studio:
+        yield studio
+
+
+@pytest.fixture
+def own_studio(page_built: None, tmp_path: Path) -> Iterator[StudioProcess]:
+    """One with an empty library, which the test may kill."""
+    with running_studio(tmp_path / "library") as studio:
+        yield studio
+
+
+@contextmanager
+def visitors(browser: Browser, studio: StudioProcess) -> Iterator[OpenPage]:
+    """Opens pages, each in a browser profile of its own, and looks at what they met when the test is over."""
+    opened: list[StudioPage] = []
+
+    def open_page(**wishes: Any) -> StudioPage:
+        opened.append(StudioPage.open(browser, studio.url, **wishes))
+        return opened[-1]
+
+    yield open_page
+    for page in opened:
+        page.context.close()
+    assert [fault for page in opened for fault in page.faults] == []
+
+
+@pytest.fixture
+def open_page(browser: Browser, studio: StudioProcess) -> Iterator[OpenPage]:
+    """Opens pages of the studio that all share."""
+    with visitors(browser, studio) as open_page:
+        yield open_page
+
+
+@pytest.fixture
+def open_own_page(browser: Browser, own_studio: StudioProcess) -> Iterator[OpenPage]:
+    """Opens pages of the test's own studio."""
+    with visitors(browser, own_studio) as open_page:
+        yield open_page

@@ -1,0 +1,144 @@
+"""Blocks become words: built by mouse and by keyboard, shown bit by bit, refused in the documents' own sentences."""
+
+import json
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect
+
+from command_line import data
+from studio_page import StudioPage
+from studio_programs import ACCEPTING, EXAMPLE, LIT, SHELTERED, TOO_LONG
+
+NO_INFRARED = {
+    "en": "A leader can't be set to accept infrared.",
+    "zh": "无法设置主机接受红外信息",
+}
+TOO_MANY = {
+    "en": "The serial modules in use are more than 255",
+    "zh": "所用的串行模块数目已经大于255",
+}
+
+
+@pytest.fixture
+def example_words(tmp_path: Path) -> list[str]:
+    """What the command line makes of the documents' example."""
+    path = tmp_path / "example.motorcade.json"
+    path.write_text(json.dumps(EXAMPLE), encoding="utf-8")
+    return [f"{word:08x}" for word in data("compile", path, "--json")["words"]]
+
+
+def test_the_documents_example_is_built_with_the_mouse(open_page, example_words) -> None:
+    studio = open_page()
+    studio.drag_out("leader", "drive", "drive", below=studio.hat("leader"))
+    first = studio.block("leader", "forward")
+    studio.type_into(studio.field(first, "1"), "3")
+    studio.drag_out("leader", "drive", "drive", below=first)
+    studio.pick(studio.field(studio.block("leader", "forward"), "forward"), "left")
+    studio.pick(studio.field(studio.block("leader", "left"), "speed"), "speed 1")
+    studio.expect_words(example_words)
+
+
+def test_the_documents_example_is_built_by_keyboard_alone(open_page, example_words) -> None:
+    studio = open_page()
+    press_until_at(studio, "Tab", "link", "Skip to the blocks")
+    studio.page.keyboard.press("Enter")
+    insert_first_block(studio)
+    type_seconds(studio, "3")
+    insert_first_block(studio)
+    for arrow, field in (("ArrowDown", "dropdown: forward"), ("ArrowUp", "dropdown: speed 2")):
+        press_until_at(studio, "ArrowRight", "button", field)
+        for key in ("Enter", arrow, "Enter"):
+            studio.page.keyboard.press(key)
+    studio.expect_words(example_words)
+
+
+def press_until_at(studio: StudioPage, key: str, role: str, name: str) -> None:
+    """Presses a key until something has the focus."""
+    wanted = studio.page.get_by_role(role, name=name)
+    for _ in range(30):
+        studio.page.keyboard.press(key)
+        if wanted.evaluate_all("all => all.includes(document.activeElement)"):
+            return
+    pytest.fail(f"{key} never led to the {role} {name!r}")
+
+
+def insert_first_block(studio: StudioPage) -> None:
+    """Takes the first drawer's first block to the end of the program."""
+    studio.page.keyboard.press("t")
+    press_until_at(studio, "ArrowRight", "option", "drive")
+    studio.page.keyboard.press("Enter")
+    told = studio.editor("leader").get_by_role("status")
+    expect(told).to_contain_text("Moving")
+    while " after " not in (place := told.inner_text()):
+        studio.page.keyboard.press("ArrowUp")
+        expect(told).not_to_have_text(place)
+    studio.page.keyboard.press("Enter")
+
+
+def type_seconds(studio: StudioPage, seconds: str) -> None:
+    press_until_at(studio, "ArrowRight", "button", "Edit number")
+    studio.page.keyboard.press("Enter")
+    studio.page.keyboard.type(seconds)
+    studio.page.keyboard.press("Enter")
+
+
+def test_a_block_lights_its_bits_and_bits_lead_to_their_block(open_page) -> None:
+    studio = open_page(project=LIT)
+    studio.block("leader", "light up").click(position={"x": 12, "y": 12})
+    lit = studio.words_table.locator("[data-lit]")
+    expect(lit).to_have_count(2)
+    for bits in ("22–21", "20–19"):
+        expect(lit.and_(studio.words_table.get_by_label(bits))).to_have_count(1)
+    studio.words_table.get_by_role("gridcell", name="200 mm/s").click()
+    expect(studio.block("leader", "forward")).to_contain_class("blocklySelected")
+    expect(studio.block("leader", "light up")).not_to_contain_class("blocklySelected")
+    expect(lit.and_(studio.words_table.get_by_label("28–27"))).to_have_count(1)
+
+
+@pytest.mark.parametrize("language", ["zh", "en"])
+def test_more_states_than_a_car_holds_are_refused(open_page, language) -> None:
+    studio = open_page(language=language, project=TOO_LONG)
+    expect(studio.diagnostics).to_contain_text([TOO_MANY[language]])
+    # The sentence leads to the block that costs most, which shows it as well.
+    studio.diagnostics.get_by_role("button").click()
+    costly = studio.block("leader", "128")
+    expect(costly).to_contain_class("blocklySelected")
+    expect(costly.locator(":scope > .blocklyIconGroup")).to_be_visible()
+
+
+@pytest.mark.parametrize("language", ["zh", "en"])
+def test_a_leader_that_accepts_infrared_is_refused(open_page, language) -> None:
+    studio = open_page(language=language, project=SHELTERED)
+    block = studio.block("followers", studio.say("blocks.infrared").partition(" ")[0])
+    block.click(position={"x": 12, "y": 12})
+    studio.page.keyboard.press("Control+c")
+    studio.hat("leader").click(position={"x": 12, "y": 30})
+    studio.page.keyboard.press("Control+v")
+    expect(studio.notices).to_contain_text(NO_INFRARED[language])
+    studio.expect_words(["02010200", "65800000", "6a800000", "35000000"])
+
+
+@pytest.mark.parametrize("language", ["zh", "en"])
+def test_a_file_whose_leader_accepts_infrared_is_refused(open_page, language) -> None:
+    studio = open_page(language=language, project=ACCEPTING)
+    told = studio.diagnostics.or_(studio.notices)
+    expect(told.filter(has_text=NO_INFRARED[language])).to_be_visible()
+
+
+def test_blocks_are_copied_between_the_editors(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    studio.program_followers()
+    studio.block("leader", "left").click(position={"x": 12, "y": 12})
+    studio.page.keyboard.press("Control+c")
+    studio.hat("followers").click(position={"x": 12, "y": 30})
+    studio.page.keyboard.press("Control+v")
+    expect(studio.block("followers", "left")).to_be_visible()
+
+
+def test_undo_takes_an_edit_back(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    studio.pick(studio.field(studio.block("leader", "left"), "left"), "right")
+    studio.expect_words(["02000000", "65800000", "72800000"])
+    studio.editor("leader").get_by_role("button", name="Undo").click()
+    studio.expect_words(["02000000", "65800000", "6a800000"])

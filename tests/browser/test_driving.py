@@ -1,0 +1,113 @@
+"""The cars do what the blocks say, to be seen on the mat, in the editors, and to be heard."""
+
+import csv
+import re
+
+from playwright.sync_api import expect
+
+from studio_page import StudioPage
+from studio_programs import EXAMPLE, FOLLOWED, LISTENING
+
+# Here the mat is drawn as it is for most, though that costs much without a graphics processor.
+CHROMIUM_OPTIONS: list[str] = []
+# How a block looks while some car runs it.
+RUNNING = "motorcade-running"
+
+
+def choose_car(studio: StudioPage, number: int) -> None:
+    studio.page.get_by_role("tab", name=studio.say("mat.panels.things")).click()
+    field = studio.page.get_by_role("textbox", name=studio.say("mat.carNumber"), exact=True)
+    field.fill(str(number))
+    field.press("Enter")
+    expect(studio.page.get_by_role("region", name=studio.say("mat.car", number=number))).to_be_visible()
+
+
+def test_the_leader_drives_its_blocks_in_turn(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    mat = studio.page.get_by_role("application", name="Mat with cars")
+    before = mat.screenshot()
+    studio.play()
+    expect(studio.page.get_by_text("The leader drives forward")).to_be_visible()
+    for text in ("forward", "left", "forward"):
+        expect(studio.block("leader", text)).to_contain_class(RUNNING)
+    studio.page.get_by_role("button", name="Pause").click()
+    assert mat.screenshot() != before
+
+
+def test_followers_hear_and_turn(open_page) -> None:
+    studio = open_page(project=FOLLOWED)
+    studio.play()
+    expect(studio.block("followers", "right")).to_contain_class(RUNNING)
+    expect(studio.block("leader", "forward").or_(studio.block("leader", "left"))).not_to_have_count(0)
+    expect(studio.page.get_by_text("1 follower turns right")).to_be_visible()
+    choose_car(studio, 1)
+    expect(studio.page.get_by_text("Heard last: B5000000 from car 0")).to_be_visible()
+
+
+def test_ticking_the_box_opens_the_followers_editor_and_sends_them_words(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    studio.program_followers()
+    studio.drag_out("followers", "drive", "drive", below=studio.hat("followers"))
+    studio.expect_words(["02010100", "65800000", "6a800000", "a4800000"])
+    studio.play()
+    expect(studio.block("followers", "forward")).to_contain_class(RUNNING)
+
+
+def test_a_car_that_listens_stops_and_goes_at_a_word(open_page) -> None:
+    studio = open_page(project=LISTENING)
+    studio.play()
+    expect(studio.page.get_by_text("The leader drives forward")).to_be_visible()
+    studio.page.get_by_role("button", name="Say “stop”").click()
+    expect(studio.page.get_by_text("The leader stands still")).to_be_visible()
+    studio.page.get_by_role("button", name="Say “go”").click()
+    expect(studio.page.get_by_text("The leader drives forward")).to_be_visible()
+
+
+def test_a_run_is_stepped_reset_and_looked_back_at(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    studio.page.get_by_role("button", name="One step").click()
+    expect(studio.clock).to_have_text("0:00.1")
+    studio.play()
+    expect(studio.clock).to_have_text(re.compile(r"0:0[2-9]\.\d"))
+    studio.page.get_by_role("button", name="Pause").click()
+    studio.page.get_by_role("tab", name="Timeline").click()
+    studio.page.get_by_role("slider", name="Moment shown").press("Home")
+    expect(studio.clock).to_have_text("0:00.0")
+    studio.page.get_by_role("button", name="Now").click()
+    expect(studio.clock).to_have_text(re.compile(r"0:0[2-9]\.\d"))
+    studio.page.get_by_role("button", name="Back to the start").click()
+    expect(studio.clock).to_have_text("0:00.0")
+
+
+def test_the_timeline_is_taken_home_as_a_table(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    studio.play()
+    expect(studio.clock).to_have_text(re.compile(r"0:0[1-9]\.\d"))
+    studio.page.get_by_role("tab", name="Timeline").click()
+    with studio.page.expect_download() as download:
+        studio.choose("Download", item="Timeline as a table (CSV)")
+    rows = list(csv.DictReader(download.value.path().read_text(encoding="utf-8-sig").splitlines()))
+    assert "0x65800000" in [row["word"] for row in rows]
+
+
+def test_things_are_dragged_onto_the_mat_and_travel_in_the_project(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    mat = studio.page.get_by_role("application", name="Mat with cars")
+    studio.page.get_by_role("button", name="Add: Person").drag_to(mat, target_position={"x": 150, "y": 120})
+    studio.page.get_by_role("tab", name="Cars and things").click()
+    person = studio.page.get_by_role("listbox", name="What stands on the mat").get_by_role("option", name="Person")
+    expect(person).to_be_visible()
+    studio.wait_until_kept('"person"')
+    studio.page.reload()
+    studio.wait_until_ready()
+    studio.page.get_by_role("tab", name="Cars and things").click()
+    expect(person).to_be_visible()
+
+
+def test_a_thousand_followers_fit_on_the_mat(open_page) -> None:
+    studio = open_page(project=FOLLOWED)
+    followers = studio.page.get_by_role("textbox", name="Followers")
+    followers.fill("1000")
+    followers.press("Enter")
+    studio.play()
+    expect(studio.block("followers", "right")).to_contain_class(RUNNING)

@@ -1,0 +1,148 @@
+"""Whoever looks, by whatever means: small screens, fingers, dark rooms, weak eyes, screen readers, and first visits."""
+
+import pytest
+from playwright.sync_api import Locator, expect
+from scripts.studio_process import ROOT
+
+from studio_page import PHONE, StudioPage
+from studio_programs import EXAMPLE, FOLLOWED, TOO_LONG
+
+AXE = ROOT / "web" / "node_modules" / "axe-core" / "axe.min.js"
+SERIOUS = """async () => (await axe.run()).violations
+    .filter(({ impact }) => impact === "serious" || impact === "critical")
+    .flatMap(({ id, nodes }) => nodes.map(({ target, failureSummary }) => `${id}: ${target}: ${failureSummary}`))"""
+BUTTONS = {"upload": "upload.open", "help": "help.title"}
+DIALOGS = ("upload", "library", "examples", "share", "help")
+
+LOOKS = pytest.mark.parametrize(("language", "theme"), [("en", "light"), ("zh", "dark"), ("zh", "contrast")])
+
+
+def has_no_barriers(studio: StudioPage) -> None:
+    # What fades in has not its own colours yet.
+    studio.page.evaluate("() => Promise.allSettled(document.getAnimations().map(({ finished }) => finished))")
+    if not studio.page.evaluate("() => 'axe' in window"):
+        # As a part of the test's own script, which the page's policy doesn't bind.
+        studio.page.evaluate(AXE.read_text(encoding="utf-8"))
+    assert studio.page.evaluate(SERIOUS) == []
+
+
+def fits_the_screen(studio: StudioPage) -> None:
+    """Nobody has to scroll to the side."""
+    assert studio.page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+
+
+def tab(studio: StudioPage, name: str) -> Locator:
+    """One of the areas of which a small screen shows one at a time."""
+    views = studio.page.get_by_role("radiogroup", name=studio.say("app.views"))
+    return views.get_by_role("radio", name=studio.say(f"views.{name}"))
+
+
+@LOOKS
+def test_the_page_has_no_barriers(open_page, language, theme) -> None:
+    studio = open_page(language=language, theme=theme, project=FOLLOWED)
+    has_no_barriers(studio)
+    for panel in ("things", "timeline"):
+        studio.page.get_by_role("tab", name=studio.say(f"mat.panels.{panel}")).click()
+        has_no_barriers(studio)
+
+
+def test_an_empty_page_and_its_tour_have_no_barriers(open_page) -> None:
+    has_no_barriers(open_page(tour=True))
+
+
+def test_diagnostics_have_no_barriers(open_page) -> None:
+    studio = open_page(project=TOO_LONG)
+    expect(studio.diagnostics).not_to_have_count(0)
+    has_no_barriers(studio)
+
+
+@LOOKS
+def test_dialogs_have_no_barriers(open_page, language, theme) -> None:
+    studio = open_page(language=language, theme=theme, project=EXAMPLE)
+    for name in DIALOGS:
+        open_dialog(studio, name)
+        has_no_barriers(studio)
+        studio.page.keyboard.press("Escape")
+        expect(studio.page.get_by_role("dialog")).to_have_count(0)
+
+
+def open_dialog(studio: StudioPage, name: str) -> None:
+    if name in BUTTONS:
+        studio.page.get_by_role("button", name=studio.say(BUTTONS[name]), exact=True).click()
+    else:
+        studio.project_menu(f"menu.{name}")
+    expect(studio.dialog(f"{name}.title")).to_be_visible()
+
+
+def test_a_first_visit_ends_with_driving_cars(open_page) -> None:
+    studio = open_page(tour=True)
+    for step in ("Put two there for me", "Next", "Let them drive"):
+        studio.page.get_by_role("button", name=step, exact=True).click()
+    studio.expect_words(["02000000", "65800000", "6c800000"])
+    expect(studio.page.get_by_role("button", name="Pause")).to_be_visible()
+    studio.expect_moving()
+    studio.page.reload()
+    studio.wait_until_ready()
+    expect(studio.page.get_by_role("button", name="Skip the tour")).to_have_count(0)
+
+
+def test_a_phone_shows_one_area_at_a_time_and_fingers_build(open_page) -> None:
+    studio = open_page(size=PHONE, has_touch=True, is_mobile=True, project=EXAMPLE)
+    for name, area in (("words", studio.words_table), ("mat", studio.mat_button("play"))):
+        tab(studio, name).tap()
+        expect(area).to_be_visible()
+        expect(studio.editor("leader")).to_be_hidden()
+        fits_the_screen(studio)
+    tab(studio, "leader").tap()
+    fits_the_screen(studio)
+    drag_by_finger(studio, "drive", below=studio.block("leader", "left"))
+    tab(studio, "words").tap()
+    studio.expect_words(["03000000", "65800000", "6a800000", "64800000"])
+
+
+def drag_by_finger(studio: StudioPage, drawer: str, *, below: Locator) -> None:
+    """Takes the drawer's first block out and hangs it below another."""
+    editor = studio.editor("leader")
+    editor.get_by_role("treeitem", name=studio.say(f"drawers.{drawer}")).tap()
+    place, taken = below.bounding_box(), editor.get_by_role("option").first.bounding_box()
+    assert place
+    assert taken
+    finger = studio.context.new_cdp_session(studio.page)
+    x, y = taken["x"] + 12, taken["y"] + taken["height"] / 2
+    to_x, to_y = place["x"] + 12, place["y"] + place["height"] + taken["height"] / 2
+    # First out of the drawer, which scrolls up and down, then to its place.
+    way = [(x + 20, y), (x + 60, y), (to_x + 40, to_y + 20), (to_x, to_y), (to_x, to_y)]
+    finger.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x, "y": y}]})
+    for now_x, now_y in way:
+        finger.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [{"x": now_x, "y": now_y}]})
+    finger.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+
+def test_a_page_zoomed_to_twice_its_size_keeps_everything_in_reach(open_page) -> None:
+    studio = open_page(size=(640, 400), device_scale_factor=2, project=FOLLOWED)
+    for name, area in (
+        ("words", studio.words_table),
+        ("mat", studio.mat_button("play")),
+        ("followers", studio.editor("followers")),
+        ("leader", studio.editor("leader")),
+    ):
+        tab(studio, name).click()
+        expect(area).to_be_visible()
+        fits_the_screen(studio)
+    for name in DIALOGS:
+        open_dialog(studio, name)
+        fits_the_screen(studio)
+        studio.page.keyboard.press("Escape")
+        expect(studio.page.get_by_role("dialog")).to_have_count(0)
+
+
+@pytest.mark.parametrize(("theme", "option"), [("dark", "Dark"), ("contrast", "High contrast")])
+def test_a_theme_reaches_page_and_blocks_and_is_remembered(open_page, theme, option) -> None:
+    studio = open_page(project=EXAMPLE)
+    body, block = studio.page.locator("body"), studio.block("leader", "left")
+    before = [body.screenshot(), block.screenshot()]
+    studio.choose("Language and colours", item=option)
+    expect(studio.page.locator(f"[data-theme={theme}]")).to_have_count(1)
+    assert all(old != new for old, new in zip(before, [body.screenshot(), block.screenshot()], strict=True))
+    studio.page.reload()
+    expect(studio.page.locator(f"[data-theme={theme}]")).to_have_count(1)

@@ -1,0 +1,115 @@
+"""Chinese and English, each complete: no word of the other, and no sentence's name in its place."""
+
+import json
+import re
+from collections.abc import Iterator
+
+import pytest
+from playwright.sync_api import expect
+
+from studio_page import SENTENCES, StudioPage
+from studio_programs import FOLLOWED, TOO_LONG
+
+LATIN = re.compile(r"[A-Za-z]{2,}")
+CHINESE = re.compile(r"[\u3000-\u303f\u4e00-\u9fff\uff00-\uffef]+")
+# What is written so in Chinese too: names, kinds of files, and keys.
+IN_EVERY_LANGUAGE = {"Motorcade", "English", "中文", "LED", "CSV", "GIF", "MP", "SVG", "PNG"}
+KEYS = {
+    "Alt",
+    "Backspace",
+    "Control",
+    "Ctrl",
+    "Delete",
+    "Down",
+    "Enter",
+    "Esc",
+    "Menu",
+    "Page",
+    "Shift",
+    "Space",
+    "Tab",
+}
+# The structure of what is told, and what isn't a sentence: addresses, ports, places in a file, words in hexadecimal.
+ROLE, STATE = re.compile(r"^\s*- '?/?[a-z]+", re.MULTILINE), re.compile(r"\[[a-z]+(=\w+)?\]")
+FOREIGN = re.compile(r"^\s*- /url:.*$|http://\S+|/dev/\S+( n/a)?|\w+\[\d+\]|\b[0-9A-F]{8}\b", re.MULTILINE)
+
+
+def told(studio: StudioPage) -> str:
+    """All that the page shows, or tells a screen reader."""
+    text = studio.page.locator("body").aria_snapshot()
+    for structure in (FOREIGN, ROLE, STATE):
+        text = structure.sub(" ", text)
+    return text
+
+
+def places(studio: StudioPage) -> Iterator[None]:
+    """Leads to everything that there is to read."""
+    keys = studio.page.keyboard
+    yield
+    for panel in ("things", "timeline"):
+        studio.page.get_by_role("tab", name=studio.say(f"mat.panels.{panel}")).click()
+        yield
+    for menu in ("menu.project", "settings.title"):
+        studio.page.get_by_role("button", name=studio.say(menu), exact=True).click()
+        yield
+        keys.press("Escape")
+    for button in ("upload.open", "menu.examplesShort", "menu.shareShort", "help.title"):
+        studio.page.get_by_role("button", name=studio.say(button), exact=True).click()
+        expect(studio.page.get_by_role("dialog")).to_be_visible()
+        yield
+        keys.press("Escape")
+    for drawer in ("drive", "light", "sense", "order", "infrared"):
+        studio.editor("followers").get_by_role("treeitem", name=studio.say(f"drawers.{drawer}")).click()
+        yield
+
+
+def sentence_names(sentences: dict, before: str = "") -> Iterator[str]:
+    for name, sentence in sentences.items():
+        if isinstance(sentence, dict):
+            yield from sentence_names(sentence, f"{before}{name}.")
+        else:
+            yield before + name
+
+
+def says_everything(studio: StudioPage, other: re.Pattern[str]) -> None:
+    """Nothing in the other language's letters, and no sentence's name in its place."""
+    text = told(studio)
+    assert set(other.findall(text)) - IN_EVERY_LANGUAGE - KEYS == set()
+    names = set(sentence_names(json.loads((SENTENCES / "en.json").read_text(encoding="utf-8"))))
+    assert set(re.findall(r"[a-z]\w*(?:\.\w+)+", text)) & names == set()
+
+
+IN_BOTH = pytest.mark.parametrize(("language", "other"), [("zh", LATIN), ("en", CHINESE)], ids=["zh", "en"])
+
+
+@IN_BOTH
+def test_a_language_says_everything(open_page, language, other) -> None:
+    studio = open_page(language=language, project=FOLLOWED)
+    studio.play()
+    expect(studio.page.get_by_text(re.compile(studio.say("mat.account.leaders.forward_one")))).to_be_visible()
+    studio.mat_button("pause").click()
+    for _ in places(studio):
+        says_everything(studio, other)
+
+
+@IN_BOTH
+def test_a_refusal_is_said_in_the_language(open_page, language, other) -> None:
+    studio = open_page(language=language, project=TOO_LONG)
+    expect(studio.diagnostics).not_to_have_count(0)
+    says_everything(studio, other)
+
+
+def test_the_language_changes_at_once_and_is_remembered(open_page) -> None:
+    studio = open_page(project=FOLLOWED)
+    studio.choose("Language and colours", item="中文")
+    expect(studio.page.get_by_role("region", name="主机", exact=True)).to_contain_text("前进")
+    expect(studio.page.get_by_role("heading", name="码字", exact=True)).to_be_visible()
+    expect(studio.page.get_by_role("button", name="上传", exact=True)).to_be_visible()
+    studio.page.reload()
+    expect(studio.page.get_by_role("region", name="主机", exact=True)).to_contain_text("前进")
+    expect(studio.page.locator("html")).to_have_attribute("lang", re.compile("^zh"))
+
+
+def test_a_browser_that_prefers_chinese_is_greeted_in_chinese(open_page) -> None:
+    studio = open_page(language=None, locale="zh-CN")
+    expect(studio.page.get_by_role("region", name="主机", exact=True)).to_be_visible()

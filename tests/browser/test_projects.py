@@ -1,0 +1,146 @@
+"""Work is never lost: files, library, links, and what survives crashes of the browser and of the server."""
+
+import json
+from contextlib import suppress
+
+from playwright.sync_api import Error, expect
+
+from studio_page import StudioPage
+from studio_programs import EXAMPLE, FOLLOWED
+
+EXAMPLE_WORDS = ["02000000", "65800000", "6a800000"]
+TURNED_WORDS = ["02000000", "65800000", "72800000"]
+
+
+def turn_right(studio: StudioPage) -> None:
+    """An edit of the example."""
+    studio.pick(studio.field(studio.block("leader", "left"), "left"), "right")
+    studio.expect_words(TURNED_WORDS)
+
+
+def save_as(studio: StudioPage, name: str) -> None:
+    studio.name.fill(name)
+    studio.project_menu("menu.save")
+
+
+def test_every_save_is_kept_and_an_old_one_comes_back(open_own_page) -> None:
+    studio = open_own_page(project=EXAMPLE)
+    save_as(studio, "My parade")
+    expect(studio.notices).to_contain_text("version 1")
+    expect(studio.page.get_by_text("Not saved")).to_be_hidden()
+    turn_right(studio)
+    save_as(studio, "My parade")
+    expect(studio.notices).to_contain_text("version 2")
+
+    again = open_own_page()
+    again.project_menu("menu.library")
+    again.dialog("library.title").get_by_role("button", name="My parade").first.click()
+    again.expect_words(TURNED_WORDS)
+    again.project_menu("menu.library")
+    again.page.get_by_role("button", name="2 versions").click()
+    first = (
+        again.page.get_by_role("list", name="Versions of My parade")
+        .get_by_role("listitem")
+        .filter(has_text="Version 1")
+    )
+    first.get_by_role("button", name="Open").click()
+    again.expect_words(EXAMPLE_WORDS)
+    expect(again.name).to_have_value("My parade")
+
+
+def test_a_project_goes_through_a_file(open_page, tmp_path) -> None:
+    studio = open_page(project=FOLLOWED)
+    studio.name.fill("Through a file")
+    with studio.page.expect_download() as download:
+        studio.project_menu("menu.saveFile")
+    path = tmp_path / download.value.suggested_filename
+    download.value.save_as(path)
+    assert path.name == "Through a file.motorcade.json"
+    saved = json.loads(path.read_text(encoding="utf-8"))
+    assert {each: saved[each] for each in ("format", "profile")} == {
+        each: FOLLOWED[each] for each in ("format", "profile")
+    }
+
+    again = open_page()
+    with again.page.expect_file_chooser() as chooser:
+        again.project_menu("menu.open")
+    chooser.value.set_files(path)
+    again.expect_words(["02010200", "65800000", "6a800000", "b5000000"])
+    expect(again.name).to_have_value("Through a file")
+
+
+def test_a_link_holds_the_whole_project(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    turn_right(studio)
+    studio.page.get_by_role("button", name="Share", exact=True).click()
+    link = studio.page.get_by_role("textbox", name="Link")
+    expect(link).not_to_have_value("")
+    again = open_page()
+    again.page.goto(link.input_value())
+    again.expect_words(TURNED_WORDS)
+    assert "#" not in again.page.url
+
+
+def test_every_example_opens_and_drives(open_page) -> None:
+    studio = open_page()
+    studio.page.get_by_role("button", name="Examples", exact=True).click()
+    examples = studio.dialog("examples.title").get_by_role("listitem")
+    expect(examples).not_to_have_count(0)
+    for number in range(examples.count()):
+        if number:
+            studio.page.get_by_role("button", name="Examples", exact=True).click()
+        title = examples.nth(number).locator("b").inner_text()
+        examples.nth(number).get_by_role("button").click()
+        expect(studio.name).to_have_value(title)
+        expect(studio.words_table.get_by_role("rowheader").nth(1)).to_be_visible()
+        expect(studio.diagnostics.filter(has_text="can't")).to_have_count(0)
+
+
+def test_unsaved_work_is_not_replaced_without_asking(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    turn_right(studio)
+    studio.project_menu("menu.new")
+    studio.page.get_by_role("alertdialog").get_by_role("button", name="Cancel").click()
+    studio.expect_words(TURNED_WORDS)
+    studio.project_menu("menu.new")
+    studio.page.get_by_role("alertdialog").get_by_role("button", name="Open it").click()
+    studio.expect_words(["00000000"])
+
+
+def test_work_survives_a_crash_of_the_browser(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    turn_right(studio)
+    studio.wait_until_kept('"right"')
+    # Going there can't succeed: the page dies of it.
+    with studio.page.expect_event("crash"), suppress(Error):
+        studio.page.goto("chrome://crash")
+    studio.reopen()
+    studio.expect_words(TURNED_WORDS)
+    expect(studio.notices).to_contain_text("is back")
+    expect(studio.page.get_by_text("Not saved")).to_be_visible()
+
+
+def test_work_goes_on_when_the_server_crashes_and_comes_back(open_own_page, own_studio) -> None:
+    studio = open_own_page(project=EXAMPLE)
+    studio.forgive("ERR_CONNECTION_REFUSED", "ERR_CONNECTION_RESET", "ERR_EMPTY_RESPONSE", "WebSocket connection")
+    studio.play()
+    studio.expect_moving()
+    own_studio.kill()
+    studio.pick(studio.field(studio.block("leader", "left"), "left"), "right")
+    expect(studio.page.get_by_role("alert").filter(has_text="server isn't answering")).to_be_visible()
+    own_studio.start()
+    expect(studio.notices).to_contain_text("The server is back.")
+    expect(studio.page.get_by_role("alert").filter(has_text="server isn't answering")).to_be_hidden()
+    studio.expect_words(TURNED_WORDS)
+    # The cars go on as well, by the words of now.
+    expect(studio.block("leader", "right")).to_contain_class("motorcade-running")
+
+
+def test_a_reload_finds_the_running_cars_again(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    studio.play()
+    expect(studio.clock).not_to_have_text("0:00.0")
+    studio.page.reload()
+    studio.wait_until_ready()
+    expect(studio.page.get_by_role("button", name="Pause")).to_be_visible()
+    assert studio.clock.inner_text() != "0:00.0"
