@@ -1,0 +1,84 @@
+"""Makes the README's pictures of the studio: docs/studio.png and docs/studio-zh.png."""
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+from playwright.sync_api import Browser, expect, sync_playwright
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+from scripts import chromium
+from scripts.studio_process import ROOT, build_page, project_link, running_studio
+
+PICTURES = {"studio.png": ("en", "light", "A parade"), "studio-zh.png": ("zh", "dark", "列队行进")}
+SIZE = {"width": 1440, "height": 900}
+# Tenths of a second, to a moment at which leader and followers show what they do.
+MOMENT = 57
+PROJECT = {
+    "format": "motorcade-program/1",
+    "profile": "classroom",
+    "leader": [
+        {"drive": {"direction": "forward", "speed": 2, "seconds": 3}},
+        {"drive": {"direction": "left", "speed": 1, "seconds": 1}},
+    ],
+    "followers": {
+        "accept_ir": True,
+        "forward": False,
+        "steps": [
+            {
+                "together": [
+                    {"drive": {"direction": "forward", "speed": 1, "seconds": 2}},
+                    {"led": {"which": 1, "seconds": 2}},
+                ]
+            },
+            {"drive": {"direction": "right", "speed": 2, "seconds": 1}},
+        ],
+    },
+    "mat": {
+        "format": "motorcade-mat/1",
+        "name": "Classroom floor",
+        "size_m": [3.6, 2.8],
+        "edge": "wall",
+        "car": [{"at_m": [1.3, 1.3], "role": "leader"}],
+        "crowd": [{"cars": 9, "corner_m": [0.9, 0.5], "size_m": [2.0, 2.0], "spacing_m": 0.5}],
+    },
+}
+
+
+def take(browser: Browser, url: str, path: Path) -> None:
+    """One picture. The run is gone through step by step, so that it is the same each time."""
+    language, theme, name = PICTURES[path.name]
+    kept = {"motorcade.language": language, "motorcade.settings": json.dumps({"theme": theme, "toured": True})}
+    origin = {"origin": url.rstrip("/"), "localStorage": [{"name": k, "value": kept[k]} for k in kept]}
+    state = {"cookies": [], "origins": [origin]}
+    page = browser.new_context(viewport=SIZE, storage_state=state, reduced_motion="reduce").new_page()
+    page.goto(project_link(url, PROJECT, name))
+    page.locator("#mat-play:enabled").wait_for()
+    sentences = json.loads((ROOT / "web" / "src" / "i18n" / f"{language}.json").read_text(encoding="utf-8"))
+    step = page.get_by_role("button", name=sentences["mat"]["step"])
+    clock = page.get_by_role("status", name=sentences["mat"]["time"])
+    for tenths in range(1, MOMENT + 1):
+        step.click()
+        expect(clock).to_have_text(f"0:{tenths / 10:04.1f}")
+    page.mouse.move(0, 0)
+    page.screenshot(path=path)
+    page.context.close()
+
+
+def main() -> None:
+    """Both pictures."""
+    browser_path = chromium.find_or_install()
+    if browser_path is None:
+        sys.exit(f"No browser was found: {chromium.HOW_TO}.")
+    build_page()
+    with sync_playwright() as playwright, tempfile.TemporaryDirectory() as library:
+        browser = playwright.chromium.launch(executable_path=browser_path)
+        with running_studio(Path(library)) as studio:
+            for name in PICTURES:
+                take(browser, studio.url, ROOT / "docs" / name)
+        browser.close()
+
+
+if __name__ == "__main__":
+    main()
