@@ -63,7 +63,7 @@ screenshots: setup ## the README's pictures of the studio
 
 lock: setup ## pin the newest versions that fit pyproject.toml
 	$(PIP) install uv
-	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --all-extras --group dev --group bench \
+	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --all-extras --group dev --group docs --group bench \
 		--generate-hashes --no-emit-index-url --no-header --upgrade pyproject.toml --output-file requirements.lock
 
 clean:
