@@ -15,6 +15,7 @@ ARROWS = {
     "files": (),
     "car": ("words",),
     "profile": ("words",),
+    "boards": ("words", "car", "profile", "files"),
     "program": ("words", "profile"),
     "sim": ("car", "words", "profile", "files"),
     "link": ("words", "car.arbiter"),

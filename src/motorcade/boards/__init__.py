@@ -1,0 +1,1 @@
+"""Real hardware behind the contract of a board (`motorcade.car.board`)."""

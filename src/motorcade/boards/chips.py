@@ -1,0 +1,63 @@
+"""Which pins the supported computers have: their numbers, what is printed beside them, and what they can't do."""
+
+from typing import NamedTuple
+
+
+class Chip(NamedTuple):
+    """A computer that a car may have.
+
+    Attributes:
+        name: as a pin file calls it.
+        title: as people call it.
+        header: for each pin that a car may use, its number on the connector, or 0 where boards differ in that.
+        input_only: pins that read and can't drive.
+        taken: pins that are there but serve the computer itself, each with the reason.
+    """
+
+    name: str
+    title: str
+    header: dict[int, int]
+    input_only: frozenset[int]
+    taken: dict[int, str]
+
+    def label(self, pin: int) -> str:
+        """What to look for on the board: ``GPIO17 (11)`` is GPIO 17, the connector's pin 11."""
+        place = self.header[pin]
+        return f"GPIO{pin} ({place})" if place else f"GPIO{pin}"
+
+
+_RASPBERRY_PI_ORDER = (
+    *((2, 3), (3, 5), (4, 7), (14, 8), (15, 10), (17, 11), (18, 12), (27, 13), (22, 15), (23, 16), (24, 18), (10, 19)),
+    *((9, 21), (25, 22), (11, 23), (8, 24), (7, 26), (5, 29), (6, 31), (12, 32), (13, 33), (19, 35), (16, 36)),
+    *((26, 37), (20, 38), (21, 40)),
+)
+_PICO_ORDER = (
+    *((0, 1), (1, 2), (2, 4), (3, 5), (4, 6), (5, 7), (6, 9), (7, 10), (8, 11), (9, 12), (10, 14), (11, 15), (12, 16)),
+    *((13, 17), (14, 19), (15, 20), (16, 21), (17, 22), (18, 24), (19, 25), (20, 26), (21, 27), (22, 29), (26, 31)),
+    *((27, 32), (28, 34)),
+)
+_ESP32_USABLE = (0, 2, 4, 5, *range(12, 20), *range(21, 24), *range(25, 28), *range(32, 40))
+
+CHIPS = (
+    Chip(
+        "raspberry-pi",
+        "Raspberry Pi",
+        dict(_RASPBERRY_PI_ORDER),
+        frozenset(),
+        dict.fromkeys((0, 1), "is for the memory of add-on boards"),
+    ),
+    Chip(
+        "rp2040",
+        "Raspberry Pi Pico (RP2040)",
+        dict(_PICO_ORDER),
+        frozenset(),
+        {23: "switches the supply", 24: "senses USB", 25: "is the board's own LED", 29: "measures the supply"},
+    ),
+    Chip(
+        "esp32",
+        "ESP32",
+        dict.fromkeys(_ESP32_USABLE, 0),
+        frozenset(range(34, 40)),
+        {**dict.fromkeys(range(6, 12), "leads to the flash memory"), 1: "is the USB line's", 3: "is the USB line's"},
+    ),
+)

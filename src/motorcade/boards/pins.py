@@ -1,0 +1,238 @@
+"""Pin files: which of a car's devices hangs on which pin, the same TOML for every kind of board.
+
+    format = "motorcade-pins/1"
+    name = "Classroom car"
+    chip = "raspberry-pi"
+
+    [left_motor]
+    forward = 5
+    backward = 6
+
+A device that has no table is not there; DEVICES says which there are. Pins are
+the chip's own numbers (GPIO or BCM), not those of a connector.
+"""
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from motorcade.boards.chips import CHIPS, Chip
+
+FORMAT = "motorcade-pins/1"
+DUTY_MAX = 255
+_LONGEST_NAME = 60
+_LEVELS = 4
+
+
+class PinsError(ValueError):
+    """A pin file that isn't there, isn't TOML or can't be."""
+
+
+class Role(NamedTuple):
+    """One wire of a device.
+
+    Attributes:
+        key: its name in the pin file.
+        drives: whether the computer drives it; else it reads it.
+        needed: whether the device is of no use without it.
+        terminal: what is printed at the device's end, as a rule.
+    """
+
+    key: str
+    drives: bool
+    needed: bool
+    terminal: str
+
+
+class Device(NamedTuple):
+    """Something that a car may have. ``title`` and ``title_zh`` are what people call it."""
+
+    key: str
+    title: str
+    title_zh: str
+    roles: tuple[Role, ...]
+
+
+class Wire(NamedTuple):
+    """A device's wire and the pin that it leads to."""
+
+    device: Device
+    role: Role
+    pin: int
+
+
+def _motor(key: str, title: str, title_zh: str, terminals: tuple[str, str, str]) -> Device:
+    forward, backward, enable = terminals
+    roles = (
+        Role("forward", True, True, forward),
+        Role("backward", True, True, backward),
+        Role("enable", True, False, enable),
+    )
+    return Device(key, title, title_zh, roles)
+
+
+DEVICES = (
+    _motor("left_motor", "Left motor, by the driver", "左电机（驱动板）", ("IN1", "IN2", "ENA")),
+    _motor("right_motor", "Right motor, by the driver", "右电机（驱动板）", ("IN3", "IN4", "ENB")),
+    Device(
+        "leds", "LEDs", "发光二极管", tuple(Role(f"led_{which}", True, False, f"LED {which}") for which in range(4))
+    ),
+    Device(
+        "ultrasonic",
+        "Ultrasonic sensor HC-SR04",
+        "超声波传感器 HC-SR04",
+        (Role("trigger", True, True, "Trig"), Role("echo", False, True, "Echo")),
+    ),
+    Device("pir", "PIR sensor HC-SR501", "人体红外传感器 HC-SR501", (Role("output", False, True, "OUT"),)),
+    Device(
+        "infrared",
+        "Infrared, 38 kHz",
+        "38 kHz 红外收发",
+        (Role("receiver", False, False, "OUT of the receiver"), Role("sender", True, False, "LED's transistor")),
+    ),
+    Device(
+        "serial",
+        "Serial line for uploads",
+        "上传用串口",
+        (Role("transmit", True, True, "RX of the other end"), Role("receive", False, True, "TX of the other end")),
+    ),
+    Device("voice", "Voice module", "语音识别模块", (Role("receive", False, True, "TX"),)),
+    Device("servo", "Steering servo", "转向舵机", (Role("signal", True, True, "signal"),)),
+    _motor("drive_motor", "Drive motor, by the driver", "驱动电机（驱动板）", ("IN1", "IN2", "ENA")),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class PinMap:
+    """A pin file that was read and checked.
+
+    Attributes:
+        name: what the car is called.
+        chip: the computer that it has.
+        wires: its wires, in the order of DEVICES.
+        drive_duties: PWM duty of a motor, 0 to 255, for each speed level while the car drives straight on.
+        turn_duties: the same while it turns on the spot.
+    """
+
+    name: str
+    chip: Chip
+    wires: tuple[Wire, ...]
+    drive_duties: tuple[int, ...] = (0, 85, 170, 255)
+    turn_duties: tuple[int, ...] = (0, 85, 170, 255)
+
+    def has(self, device: str) -> bool:
+        """Whether the car has that device of DEVICES."""
+        return any(wire.device.key == device for wire in self.wires)
+
+    def pin(self, device: str, role: str) -> int | None:
+        """The pin of a device's wire, None where it has none."""
+        return next((wire.pin for wire in self.wires if (wire.device.key, wire.role.key) == (device, role)), None)
+
+
+def load_pins(path: Path) -> PinMap:
+    """The pin file at ``path``. Raises PinsError, whose sentence names the file and the key at fault."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "it is no text"
+        raise PinsError(f"the pin file {path} can't be read: {reason}") from None
+    return parse_pins(text, path.name)
+
+
+def parse_pins(text: str, where: str) -> PinMap:
+    """The PinMap in TOML ``text``; ``where`` is the file's name for the sentences. Raises PinsError."""
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise PinsError(f"the pin file {where} is not TOML: {error}") from None
+    known = ("format", "name", "chip", *(device.key for device in DEVICES), "duties")
+    if unknown := [key for key in table if key not in known]:
+        raise PinsError(f"{where}: '{unknown[0]}' is not known; known are {', '.join(known)}")
+    if table.get("format") != FORMAT:
+        raise PinsError(f"{where}: format is {table.get('format')!r}; it has to be {FORMAT!r}")
+    chip = _chip(table.get("chip"), where)
+    wires = [
+        wire for device in DEVICES if device.key in table for wire in _wires(device, table[device.key], chip, where)
+    ]
+    if not wires:
+        raise PinsError(f"{where}: no device is connected; devices are {', '.join(device.key for device in DEVICES)}")
+    _check_meetings(wires, chip, where)
+    return PinMap(_name(table.get("name"), where), chip, tuple(wires), **_duties(table.get("duties", {}), where))
+
+
+def _name(value: object, where: str) -> str:
+    if not isinstance(value, str) or not value.strip() or len(value) > _LONGEST_NAME or not value.isprintable():
+        raise PinsError(f"{where}: name is {value!r}; allowed: a line of 1 to {_LONGEST_NAME} characters")
+    return value
+
+
+def _chip(value: object, where: str) -> Chip:
+    found = next((chip for chip in CHIPS if chip.name == value), None)
+    if found is None:
+        raise PinsError(f"{where}: chip is {value!r}; allowed: {', '.join(chip.name for chip in CHIPS)}")
+    return found
+
+
+def _wires(device: Device, table: Any, chip: Chip, where: str) -> list[Wire]:
+    keys = [role.key for role in device.roles]
+    if not isinstance(table, dict):
+        raise PinsError(f"{where}: {device.key} is a table of its own: [{device.key}]")
+    if unknown := [key for key in table if key not in keys]:
+        raise PinsError(f"{where}, [{device.key}]: '{unknown[0]}' is not known; known are {', '.join(keys)}")
+    if missing := [role.key for role in device.roles if role.needed and role.key not in table]:
+        raise PinsError(f"{where}, [{device.key}]: '{missing[0]}' is missing")
+    if not table:
+        raise PinsError(f"{where}, [{device.key}]: no pin is named; known are {', '.join(keys)}")
+    roles = [role for role in device.roles if role.key in table]
+    return [Wire(device, role, _pin(table[role.key], device, role, chip, where)) for role in roles]
+
+
+def _pin(value: object, device: Device, role: Role, chip: Chip, where: str) -> int:
+    place = f"{where}: {device.key}.{role.key} is {value!r}"
+    if type(value) is not int:
+        raise PinsError(f"{place}; a pin is a whole number, such as 17")
+    if value in chip.taken:
+        raise PinsError(f"{place}, but GPIO{value} of {chip.title} {chip.taken[value]}; choose another pin")
+    if value not in chip.header:
+        raise PinsError(f"{place}, but {chip.title} has no such pin; it has {_ranges(chip)}")
+    if role.drives and value in chip.input_only:
+        raise PinsError(f"{place}, but GPIO{value} of {chip.title} only reads, and this wire has to be driven")
+    return value
+
+
+def _ranges(chip: Chip) -> str:
+    """The chip's pins in words, such as ``2 to 27``."""
+    runs: list[list[int]] = []
+    for pin in sorted(chip.header):
+        if runs and pin == runs[-1][1] + 1:
+            runs[-1][1] = pin
+        else:
+            runs.append([pin, pin])
+    return ", ".join(f"{first}" if first == last else f"{first} to {last}" for first, last in runs)
+
+
+def _check_meetings(wires: list[Wire], chip: Chip, where: str) -> None:
+    seen: dict[int, Wire] = {}
+    for wire in wires:
+        other = seen.setdefault(wire.pin, wire)
+        if other is not wire:
+            raise PinsError(
+                f"{where}: {other.device.key}.{other.role.key} and {wire.device.key}.{wire.role.key} "
+                f"are both on {chip.label(wire.pin)}; give one of them another pin"
+            )
+
+
+def _duties(table: Any, where: str) -> dict[str, tuple[int, ...]]:
+    if not isinstance(table, dict):
+        raise PinsError(f"{where}: duties is a table of its own: [duties]")
+    if unknown := [key for key in table if key not in ("drive", "turn")]:
+        raise PinsError(f"{where}, [duties]: '{unknown[0]}' is not known; known are drive, turn")
+    for key, values in table.items():
+        whole = isinstance(values, list) and len(values) == _LEVELS and all(type(value) is int for value in values)
+        if not whole or values[0] != 0 or values != sorted(set(values)) or values[-1] > DUTY_MAX:
+            raise PinsError(
+                f"{where}: duties.{key} is {values!r}; allowed: {_LEVELS} whole numbers that rise from 0 "
+                f"to at most {DUTY_MAX}, one for each speed level"
+            )
+    return {f"{key}_duties": tuple(values) for key, values in table.items()}
