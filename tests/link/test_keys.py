@@ -7,6 +7,7 @@ import sys
 from datetime import UTC, datetime, timedelta
 
 import pytest
+from cryptography.hazmat.primitives import serialization
 
 from motorcade.link.certificates import CarKeys, make_keys
 from motorcade.link.keys import KeysError, client_context, https_context, peer_name, server_context
@@ -135,7 +136,7 @@ def test_only_the_owner_may_read_what_is_secret(tmp_path):
     [
         ([CarKeys("../ada")], [], "no name for a car"),
         ([CarKeys("小车")], [], "from a to z"),
-        ([CarKeys("ada", ("no address",))], [], "no address of a car"),
+        ([CarKeys("eve", ("no address",))], [], "no address of a car"),
         ([], ["lin/../.."], "no name for a driver"),
         ([], ["x" * 41], "up to 40"),
         ([], ["lin", "lin"], "named twice"),
@@ -173,16 +174,20 @@ def test_a_file_that_is_no_keys_file_is_refused_in_a_sentence(folder, tmp_path, 
         client_context(broken)
 
 
-def test_missing_and_locked_keys_are_refused_without_asking_for_a_password(tmp_path):
-    from cryptography.hazmat.primitives import serialization
-    from cryptography.hazmat.primitives.asymmetric import ec
-
+def test_a_missing_file_is_refused(tmp_path):
     with pytest.raises(KeysError, match="can't be read: No such file"):
         client_context(tmp_path / "there-is-none.pem")
-    locked = tmp_path / "locked.pem"
+
+
+def test_a_key_with_a_password_is_refused_without_asking_for_it(folder, tmp_path):
+    text = (folder / "driver-lin.pem").read_bytes()
+    key = serialization.load_pem_private_key(text, password=None)
     encoding, kind = serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8
-    key = ec.generate_private_key(ec.SECP256R1())
-    locked.write_bytes(key.private_bytes(encoding, kind, serialization.BestAvailableEncryption(b"secret")))
+    locked = tmp_path / "locked.pem"
+    locked.write_bytes(
+        key.private_bytes(encoding, kind, serialization.BestAvailableEncryption(b"secret"))
+        + text[text.index(b"-----BEGIN CERTIFICATE-----") :]
+    )
     with pytest.raises(KeysError, match="password"):
         client_context(locked)
 
