@@ -1,0 +1,165 @@
+"""A TCP proxy that makes a bad network of a good one: for tests of both ends of a drive, and their benchmark.
+
+It stands between client and server in the same event loop and passes chunks on as the faults of the moment say, each
+way by itself. What the kernels' netem would do to packets it does to chunks: a lost packet stalls a TCP connection
+until it is sent again, so a 'loss' here is a stall of everything behind it.
+"""
+
+import asyncio
+import random
+import struct
+from dataclasses import dataclass
+from socket import SO_LINGER, SOL_SOCKET
+
+CHUNK_BYTES = 65536
+
+
+@dataclass
+class Faults:
+    """What is wrong with the network now; changes take effect at once, also on what is under way.
+
+    Attributes:
+        delay_s, jitter_s: each chunk comes so late, and up to so much later.
+        loss, retransmit_s: chances that a chunk is 'lost', and how long all then waits for it.
+        reorder: chances that a chunk swaps places with the one behind it, as no TCP does, but broken boxes do.
+        split: the most bytes that arrive in one piece; 0 leaves pieces as they are.
+        held: nothing passes, nothing is lost, nobody is told: a frozen network.
+    """
+
+    delay_s: float = 0.0
+    jitter_s: float = 0.0
+    loss: float = 0.0
+    retransmit_s: float = 0.2
+    reorder: float = 0.0
+    split: int = 0
+    held: bool = False
+
+
+class FaultProxy:
+    """``async with FaultProxy(port) as proxy``: clients connect to ``proxy.port``, which leads to ``port``.
+
+    Attributes:
+        up, down: Faults on the way to the server and back from it.
+        seed: the same seed meets the same chunks with the same faults.
+    """
+
+    def __init__(self, target_port: int, host: str = "127.0.0.1", seed: int = 0):
+        self.target = host, target_port
+        self.up, self.down = Faults(), Faults()
+        self.port = 0
+        self._random = random.Random(seed)
+        self._pairs: list[tuple[asyncio.StreamWriter, asyncio.StreamWriter]] = []
+        self._ways: list[_Way] = []
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    async def __aenter__(self) -> "FaultProxy":
+        self._server = await asyncio.start_server(self._carry, "127.0.0.1", 0)
+        self.port = self._server.sockets[0].getsockname()[1]
+        return self
+
+    async def __aexit__(self, *problem: object) -> None:
+        self._server.close()
+        self.cut()
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+
+    @property
+    def connections(self) -> int:
+        """How many are open."""
+        return len(self._pairs)
+
+    def set_both(self, **faults: object) -> None:
+        """Set faults of both ways."""
+        for name, value in faults.items():
+            setattr(self.up, name, value)
+            setattr(self.down, name, value)
+
+    def cut(self, reset: bool = True) -> None:
+        """End all connections at both ends: by RST, as a crash does, or by FIN."""
+        for pair in self._pairs:
+            for writer in pair:
+                if reset:
+                    writer.get_extra_info("socket").setsockopt(SOL_SOCKET, SO_LINGER, struct.pack("ii", 1, 0))
+                    writer.transport.abort()
+                else:
+                    writer.close()
+        self._pairs.clear()
+
+    def half_open(self) -> None:
+        """From now on what the open connections carry is swallowed, their ends too, as behind a pulled cable."""
+        for way in self._ways:
+            way.dead = True
+
+    async def _carry(self, client_reader: asyncio.StreamReader, client_writer: asyncio.StreamWriter) -> None:
+        try:
+            server_reader, server_writer = await asyncio.open_connection(*self.target)
+        except OSError:
+            client_writer.transport.abort()
+            return
+        pair = client_writer, server_writer
+        self._pairs.append(pair)
+        ways = [
+            _Way(self.up, self._random, client_reader, server_writer),
+            _Way(self.down, self._random, server_reader, client_writer),
+        ]
+        self._ways.extend(ways)
+        tasks = [asyncio.create_task(way.carry()) for way in ways]
+        self._tasks.update(tasks)
+        await asyncio.gather(*tasks, return_exceptions=True)
+        self._tasks.difference_update(tasks)
+        if pair in self._pairs:
+            self._pairs.remove(pair)
+        for writer in pair:
+            writer.close()
+
+
+class _Way:
+    """One direction of one connection."""
+
+    def __init__(self, faults: Faults, dice: random.Random, source: asyncio.StreamReader, target: asyncio.StreamWriter):
+        self._faults, self._dice, self._source, self._target = faults, dice, source, target
+        self._under_way: asyncio.Queue[tuple[float, bytes]] = asyncio.Queue()
+        self.dead = False
+
+    async def carry(self) -> None:
+        """Pass on until the source ends; then let the other end know."""
+        delivery = asyncio.create_task(self._deliver())
+        try:
+            while chunk := await self._source.read(CHUNK_BYTES):
+                self._send(chunk)
+            self._send(b"")
+            await delivery
+        finally:
+            delivery.cancel()
+
+    def _send(self, chunk: bytes) -> None:
+        faults = self._faults
+        size = faults.split or len(chunk) or 1
+        for begin in range(0, max(len(chunk), 1), size):
+            late_s = faults.delay_s + self._dice.random() * faults.jitter_s
+            if self._dice.random() < faults.loss:
+                late_s += faults.retransmit_s
+            due_s = asyncio.get_running_loop().time() + late_s
+            self._under_way.put_nowait((due_s, chunk[begin : begin + size]))
+
+    async def _deliver(self) -> None:
+        late: bytes | None = None
+        while True:
+            due_s, chunk = await self._under_way.get()
+            await self._until(due_s)
+            if chunk and late is None and self._dice.random() < self._faults.reorder:
+                late = chunk
+                continue
+            self._target.write(chunk + (late or b""))
+            late = None
+            if not chunk:
+                self._target.write_eof()
+                return
+            await self._target.drain()
+
+    async def _until(self, due_s: float) -> None:
+        """Wait for the time, for the network to thaw, and for ever behind a pulled cable."""
+        while (wait_s := due_s - asyncio.get_running_loop().time()) > 0 or self._faults.held or self.dead:
+            # Faults come and go at any time, and a poll is fine enough for networks of milliseconds.
+            await asyncio.sleep(min(max(wait_s, 0.002), 0.02))
