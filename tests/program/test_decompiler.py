@@ -124,8 +124,9 @@ def test_a_project_that_came_back_finds_its_profile_again(tmp_path: Path) -> Non
 def test_a_word_that_no_step_says_is_named(leader: list[int], followers: list[int], position: int, said: str) -> None:
     words = image_words(Image(leader, followers, 0 if followers else -1))
     name = f"word {position} (0x{words[position]:08X})"
-    with pytest.raises(DecompileError, match=re.escape(name) + f".*{said}"):
+    with pytest.raises(DecompileError, match=re.escape(name) + f".*{said}") as caught:
         decompile(words)
+    assert caught.value.message("zh").startswith(f"第 {position} 个码字（0x{words[position]:08X}）")
 
 
 @given(st.lists(st.integers(0, 0xFFFFFFFF), max_size=4), st.lists(st.integers(0, 0xFFFFFFFF), max_size=4))

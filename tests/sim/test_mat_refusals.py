@@ -1,6 +1,7 @@
 """Mats that can't be: each is refused in a sentence that says where and what to do."""
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -210,15 +211,26 @@ def test_what_cannot_be_is_refused_in_a_sentence_that_says_where_and_what_to_do(
         check_mat(mat(body), CLASSROOM)
     # What is read is called by its file, what is checked by its name.
     assert str(caught.value) in (f"mat m: {said}", f"mat n: {said}")
+    assert_in_chinese(caught.value)
+
+
+def assert_in_chinese(problem: MatError) -> None:
+    """The same figures in a sentence without English words, but for names of keys and what stands in the file."""
+    told = problem.reason("zh")
+    assert problem.message("zh") == f"场地 {problem.figures['mat']}：{told}"
+    assert re.search(r"[\u4e00-\u9fff]", told)
+    assert not re.search(r"[a-z]{2,} [a-z]{2,}", told)
+    numbers = re.compile(r"-?\d+(?:\.\d+)?")
+    assert set(numbers.findall(told)) <= set(numbers.findall(str(problem)))
 
 
 @pytest.mark.parametrize(
     ("text", "kind", "said"),
     [
-        ("x", "toml", "mat m is not TOML: Expected"),
-        ("{", "json", "mat m is not JSON: Expecting"),
-        ('{"name": "a", "name": "b"}', "json", "mat m is not JSON: the key 'name' stands twice in one object"),
-        ("[1]", "json", "mat m is no object; begin it with { and its keys"),
+        ("x", "toml", "mat m: this is not TOML: Expected"),
+        ("{", "json", "mat m: this is not JSON: Expecting"),
+        ('{"name": "a", "name": "b"}', "json", "mat m: this is not JSON: the key 'name' stands twice in one object"),
+        ("[1]", "json", "mat m: this is no object; begin it with { and its keys"),
         ("[" * 100_000, "json", "mat m: brackets are nested too deep; take some away"),
         ("a = " + "[" * 100_000, "toml", "mat m: brackets are nested too deep; take some away"),
         ('name = "n"', "toml", 'mat m: format is missing, the format of this file; give "motorcade-mat/1"'),
@@ -287,3 +299,4 @@ def test_a_mat_that_was_built_in_python_is_checked_alike(changes: dict, said: st
     with pytest.raises(MatError) as caught:
         check_mat(replace(table, **changes), CLASSROOM)
     assert str(caught.value) == f"mat open table: {said}"
+    assert_in_chinese(caught.value)

@@ -2,11 +2,13 @@
 
 import math
 from dataclasses import replace
+from string import Formatter
 
 import numpy as np
 import pytest
 
 from motorcade import Mat, Physics, Pose, Program, World, compile_program, forward, led, left, open_table, wait
+from motorcade.sim import sentences as told_in
 from motorcade.sim.errors import WorldError
 from motorcade.sim.mat import Starts
 from strategies import CLASSROOM
@@ -132,3 +134,11 @@ def test_what_cannot_be_furnished_leaves_all_as_it_was() -> None:
     with pytest.raises(WorldError, match="smaller tick_ms"):
         cars.furnish(replace(cars.mat, physics=Physics(wheel_noise=0.5)), range_mm=500)
     assert (cars.mat, cars.profile) == before
+
+
+@pytest.mark.parametrize("sentences", [told_in.MAT, told_in.WORLD], ids=["mats", "worlds"])
+def test_both_languages_tell_the_same_figures(sentences: dict[str, dict[str, str]]) -> None:
+    """Titles of keys are English only; what is allowed there tells them."""
+    for code, told in sentences.items():
+        figures = [{name for _, name, _, _ in Formatter().parse(told[each]) if name} for each in ("en", "zh")]
+        assert figures[0] - {"title"} == figures[1], code

@@ -47,9 +47,11 @@ def exit_code(problem: Exception) -> int | None:
 def sentence(problem: Exception, language: str) -> str:
     """What is wrong, in ``language`` (en or zh) where it has a sentence for it."""
     from motorcade.link.failures import PortError
+    from motorcade.program.decompiler import DecompileError
+    from motorcade.sim.errors import MatError, WorldError
     from motorcade.words.image import ImageError
     from motorcade.words.sentences import image_sentence
 
-    if isinstance(problem, PortError):
+    if isinstance(problem, PortError | DecompileError | MatError | WorldError):
         return problem.message(language)
     return image_sentence(problem, language) if isinstance(problem, ImageError) else str(problem)

@@ -16,8 +16,39 @@ from motorcade.words.image import Image, parse_image
 _SETTINGS_AT = CONTROL.field("forward").low
 
 
+# The words in braces are filled in per case.
+_SENTENCES = {
+    "leader-accepts-ir": {
+        "en": "word {position} (0x{word:08X}) lets the leader accept infrared, which no leader can",
+        "zh": "第 {position} 个码字（0x{word:08X}）让主机接受红外信息，而主机无法这样设置",
+    },
+    "leader-silent": {
+        "en": "word {position} (0x{word:08X}) is a leader's, yet its forward bit is 0",
+        "zh": "第 {position} 个码字（0x{word:08X}）属于主机，它的转发位却是 0",
+    },
+    "says-nothing": {
+        "en": "word {position} (0x{word:08X}) says what no step does: {warning}",
+        "zh": "第 {position} 个码字（0x{word:08X}）含有任何步骤都不会写入的位：保留位或未启用部分的位不是 0",
+    },
+}
+
+
 class DecompileError(ValueError):
-    """A valid image that no program compiles to; the sentence names the word."""
+    """A valid image that no program compiles to; the sentence names the word.
+
+    Attributes:
+        code: short name of the fault, stable.
+        figures: what the sentence tells, by name.
+    """
+
+    def __init__(self, code: str, **figures: object):
+        self.code = code
+        self.figures = figures
+        super().__init__(self.message("en"))
+
+    def message(self, language: str) -> str:
+        """The sentence in ``language`` (en or zh)."""
+        return _SENTENCES[self.code][language].format(**self.figures)
 
 
 def decompile(words: Sequence[int], profile: Profile | None = None) -> Program:
@@ -168,12 +199,12 @@ def _seconds(duration_ms: int) -> float:
 def _check_leader_word(word: int, position: int) -> None:
     values = CONTROL.decode(word)
     if values.accept_ir:
-        raise DecompileError(f"word {position} (0x{word:08X}) lets the leader accept infrared, which no leader can")
+        raise DecompileError("leader-accepts-ir", position=position, word=word)
     if not values.forward:
-        raise DecompileError(f"word {position} (0x{word:08X}) is a leader's, yet its forward bit is 0")
+        raise DecompileError("leader-silent", position=position, word=word)
     _check_word(word, position)
 
 
 def _check_word(word: int, position: int) -> None:
     if warnings := CONTROL.warnings(word):
-        raise DecompileError(f"word {position} (0x{word:08X}) says what no step does: {warnings[0]}")
+        raise DecompileError("says-nothing", position=position, word=word, warning=warnings[0])

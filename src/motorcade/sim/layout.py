@@ -219,20 +219,12 @@ def _distances(frame: Floats, cells: Ints, item: int, segments: Floats, discs: F
 def _check(profile: Profile, tick_ms: int, fastest_um: float, radius_um: float) -> None:
     body = profile.body
     if fastest_um > radius_um / 2:
-        raise WorldError(
-            f"with tick_ms = {tick_ms} a car would drive up to {fastest_um / 1000:g} mm in a tick, which is more than "
-            f"a quarter of its body's {body.diameter_mm} mm: choose a smaller tick_ms or lower speeds"
-        )
+        raise WorldError("too-fast", tick_ms=tick_ms, way=fastest_um / 1000, diameter=body.diameter_mm)
     shortest_ms = air_us(0, profile.infrared.unit_us) / 1000
     if tick_ms >= shortest_ms:
-        raise WorldError(
-            f"tick_ms is {tick_ms} and the shortest frame takes {shortest_ms:g} ms: choose a smaller tick_ms"
-        )
+        raise WorldError("tick-too-long", tick_ms=tick_ms, shortest=shortest_ms)
     if body.ultrasonic_cone_deg >= 90:
-        raise WorldError(
-            f"profile {profile.name}: body.ultrasonic_cone_deg is {body.ultrasonic_cone_deg}; "
-            "half of the cone that can be simulated is 1 to 89"
-        )
+        raise WorldError("cone-too-wide", profile=profile.name, cone=body.ultrasonic_cone_deg)
 
 
 def _images(images: Sequence[bytes]) -> Words:

@@ -123,7 +123,7 @@ class World:
         """Everything as at the beginning, with other seeds where they are given (as many as there are worlds)."""
         if seeds is not None:
             if len(_seed_list(seeds)) != self.worlds:
-                raise WorldError(f"{len(_seed_list(seeds))} seeds for {self.worlds} worlds: give one for each")
+                raise WorldError("seeds", count=len(_seed_list(seeds)), worlds=self.worlds)
             self.seeds = _seed_list(seeds)
         layout.put_in_place(self.state, self.mat, self.worlds, len(self.images))
         room = 64 * self.cars + 1024 if self._keeps_events else 0
@@ -178,9 +178,9 @@ class World:
             WorldError: there is no such car or place.
         """
         if not 0 <= car < self.cars:
-            raise WorldError(f"there is no car {car}; allowed: 0 to {self.cars - 1}")
+            raise WorldError("no-such-car", car=car, last=self.cars - 1)
         if not (abs(pose.x) <= FARTHEST_M and abs(pose.y) <= FARTHEST_M and math.isfinite(pose.heading)):
-            raise WorldError(f"a car can't be put at [{pose.x:g}, {pose.y:g}]; allowed: up to {FARTHEST_M} m from 0")
+            raise WorldError("no-such-place", x=pose.x, y=pose.y, most=FARTHEST_M)
         begin = world * self.cars
         index = begin + int(np.flatnonzero(self.state.number[begin : begin + self.cars] == car)[0])
         self.state.x[index], self.state.y[index] = round(pose.x * 1e6), round(pose.y * 1e6)
@@ -231,7 +231,7 @@ class World:
         An event's time may lie before the tick that noticed it.
         """
         if not self._keeps_events:
-            raise WorldError("this world keeps no events: make it with events=True")
+            raise WorldError("no-events")
         events = np.concatenate([np.zeros(0, EVENT), *self._taken])
         self._taken = []
         return events[np.argsort(events, order=("t_ms", "world", "car"), kind="stable")]
@@ -322,17 +322,14 @@ class World:
 
     def _check(self) -> None:
         if self.cars == 0:
-            raise WorldError("there is no car on the mat: put at least one there")
+            raise WorldError("no-cars")
         if self.mat.starts.leads.any() and not self.images:
-            raise WorldError("the mat has leaders: give a program for them to run")
+            raise WorldError("no-program")
         if len(self.images) > 255:
-            raise WorldError(f"{len(self.images)} programs; a world runs up to 255")
+            raise WorldError("too-many-programs", count=len(self.images))
         needed, free = self.cars * self.worlds * layout.BYTES_A_CAR, psutil.virtual_memory().available
         if needed > free:
-            raise WorldError(
-                f"{self.cars * self.worlds:,} cars need {needed / 1e9:.1f} GB of memory "
-                f"and {free / 1e9:.1f} GB are free: take fewer cars or worlds"
-            )
+            raise WorldError("no-memory", cars=self.cars * self.worlds, needed=needed / 1e9, free=free / 1e9)
 
 
 def _seed_list(seeds: int | Sequence[int]) -> NDArray[np.int64]:

@@ -3,6 +3,7 @@
 from typing import Any
 
 from motorcade.program.diagnostics import LANGUAGES
+from motorcade.sim.errors import MatError, WorldError
 
 # The words in braces are filled in per case.
 MESSAGES: dict[str, dict[str, str]] = {
@@ -176,12 +177,19 @@ MESSAGES: dict[str, dict[str, str]] = {
 }
 
 
+def reason_of(problem: MatError | WorldError) -> dict[str, str]:
+    """What is wrong in each language, as the end of a sentence of the studio's."""
+    return {language: problem.reason(language) for language in LANGUAGES}
+
+
 class StudioError(Exception):
     """Something that the page asked for and can't have.
 
     Attributes:
         code: a key of MESSAGES; stable.
         status: the HTTP status that says it.
+
+    What fills a sentence's braces may differ by language: a dict then holds one text for each.
     """
 
     def __init__(self, code: str, status: int = 400, **arguments: Any):
@@ -192,7 +200,10 @@ class StudioError(Exception):
 
     def message(self, language: str) -> str:
         """The sentence in ``language`` (en or zh)."""
-        return MESSAGES[self.code][language].format(**self._arguments)
+        arguments = {
+            name: value[language] if isinstance(value, dict) else value for name, value in self._arguments.items()
+        }
+        return MESSAGES[self.code][language].format(**arguments)
 
     def as_dict(self) -> dict[str, Any]:
         """``{"code", "message": {"en", "zh"}}``."""

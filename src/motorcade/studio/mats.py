@@ -5,7 +5,7 @@ from typing import Any
 from motorcade.sim.errors import MatError
 from motorcade.sim.mat.document import mat_of
 from motorcade.sim.mat.model import Mat
-from motorcade.studio.errors import StudioError
+from motorcade.studio.errors import StudioError, reason_of
 
 
 def mat_from(document: Any, most_cars: int) -> Mat:
@@ -17,7 +17,7 @@ def mat_from(document: Any, most_cars: int) -> Mat:
     try:
         return mat_of(document, "mat")
     except MatError as problem:
-        raise StudioError("bad-mat", reason=str(problem).removeprefix("mat mat: ").rstrip(".")) from None
+        raise StudioError("bad-mat", reason=reason_of(problem)) from None
 
 
 def _cars_in(document: Any) -> float:

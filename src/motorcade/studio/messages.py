@@ -10,7 +10,7 @@ from motorcade.sim.mat import Mat, check_mat
 from motorcade.sim.world import World
 from motorcade.studio import http
 from motorcade.studio.compiling import profile_named
-from motorcade.studio.errors import StudioError
+from motorcade.studio.errors import StudioError, reason_of
 from motorcade.studio.mats import mat_from
 from motorcade.words.image import ImageError, parse_image_bytes, words_to_bytes
 
@@ -135,9 +135,9 @@ def world_of(message: Set, most_cars: int) -> World:
         if message.range_mm is not None:
             world.furnish(mat, message.range_mm)
     except MatError as problem:
-        raise StudioError("bad-mat", reason=_reason(problem)) from None
+        raise StudioError("bad-mat", reason=reason_of(problem)) from None
     except WorldError as problem:
-        raise StudioError("bad-world", reason=_reason(problem)) from None
+        raise StudioError("bad-world", reason=reason_of(problem)) from None
     return world
 
 
@@ -162,7 +162,3 @@ def _check_furniture(mat: Mat) -> None:
     count = len(mat.walls) + len(mat.discs) + corners + steps + len(mat.voices)
     if count > MOST_FURNITURE:
         raise StudioError("too-much-furniture", count=count, most=MOST_FURNITURE)
-
-
-def _reason(problem: Exception) -> str:
-    return str(problem).rstrip(".")

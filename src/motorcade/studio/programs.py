@@ -9,6 +9,7 @@ from starlette.requests import Request
 from starlette.routing import BaseRoute
 
 from motorcade.program.decompiler import DecompileError, decompile
+from motorcade.program.diagnostics import LANGUAGES
 from motorcade.program.timing import MOST_PIECES
 from motorcade.studio.compiling import Blocks, compiled_blocks, profile_named
 from motorcade.studio.documents import Project, laid_out, opened, project_text
@@ -101,4 +102,4 @@ def _decompiled(sent: Image) -> Project:
     except ImageError as problem:
         raise StudioError(f"image-{problem.code}") from None
     except DecompileError as problem:
-        raise StudioError("not-decompiled", reason=str(problem)) from None
+        raise StudioError("not-decompiled", reason={each: problem.message(each) for each in LANGUAGES}) from None

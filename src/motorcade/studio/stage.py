@@ -128,7 +128,7 @@ class Stage:
     def watch(self, car: int | None) -> None:
         """Ask for the details of a car, or of none. Raises WorldError: there is no such car."""
         if car is not None and not 0 <= car < self._world.cars:
-            raise WorldError(f"there is no car {car}; allowed: 0 to {self._world.cars - 1}")
+            raise WorldError("no-such-car", car=car, last=self._world.cars - 1)
         self._watched = car
 
     def look_anew(self) -> None:

@@ -17,7 +17,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motorcade.sim.errors import WorldError
 from motorcade.studio.allowance import Allowance
-from motorcade.studio.errors import StudioError
+from motorcade.studio.errors import StudioError, reason_of
 from motorcade.studio.exports import Exports
 from motorcade.studio.messages import (
     Furnish,
@@ -271,7 +271,7 @@ def _done(stage: Stage, message: Message, most_cars: int) -> list[tuple[str, dic
             case Seek():
                 stage.seek(message.t_ms)
     except WorldError as problem:
-        raise StudioError("bad-world", reason=str(problem).rstrip(".")) from None
+        raise StudioError("bad-world", reason=reason_of(problem)) from None
     car = stage.car()
     return [("state", stage.state()), *([("car", car)] if car else [])]
 

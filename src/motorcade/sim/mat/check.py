@@ -1,5 +1,7 @@
 """Checks a mat for the cars of one profile: whether each of them has room where it starts."""
 
+from typing import Any
+
 import numpy as np
 
 from motorcade.profile import Profile
@@ -26,53 +28,49 @@ def check_mat(mat: Mat, profile: Profile) -> None:
     check_outlines(mat, mat.name)
     starts = mat.starts
     if not len(starts):
-        raise MatError(f"mat {mat.name}: there are no cars; add a [[car]] or a [[crowd]]")
+        raise MatError("no-cars", mat=mat.name)
     for name, values, most in (
-        ("x", starts.x_m, FARTHEST_M),
-        ("y", starts.y_m, FARTHEST_M),
-        ("heading", starts.heading, 1e6),
+        ({"en": "x", "zh": " x "}, starts.x_m, FARTHEST_M),
+        ({"en": "y", "zh": " y "}, starts.y_m, FARTHEST_M),
+        ({"en": "heading", "zh": "朝向"}, starts.heading, 1e6),
     ):
         wrong = np.flatnonzero(~(np.abs(values) <= most))
         if wrong.size:
             car = int(wrong[0])
-            raise MatError(
-                f"mat {mat.name}: the {name} of {_who(mat, car)} is {values[car]:g}; allowed: -{most:g} to {most:g}"
-            )
+            figures = {"name": name, "value": values[car], "most": most}
+            raise MatError("start-out-of-range", mat=mat.name, who=_who(mat, car), **figures)
     _check_room(mat, profile.body.diameter_mm / 1000)
 
 
 def _check_room(mat: Mat, diameter_m: float) -> None:
     x_m, y_m = mat.starts.x_m, mat.starts.y_m
     clearance_m = diameter_m / 2 - _ROUNDING_M
-    about = f"a car's body is {diameter_m:g} m across"
     if mat.walled and mat.size_m is not None:
         width, height = mat.size_m
         over = np.minimum(np.minimum(x_m, width - x_m), np.minimum(y_m, height - y_m)) < clearance_m
         if over.any():
-            where = _where(mat, int(np.argmax(over)))
-            raise MatError(
-                f"mat {mat.name}: {where}, over the mat's edge; {about}, so keep its centre {diameter_m / 2:g} m inside"
-            )
+            car = int(np.argmax(over))
+            raise MatError("over-the-edge", **_start(mat, car), diameter=diameter_m, inside=diameter_m / 2)
     for place, cars in obstructed(x_m, y_m, clearance_m, mat.walls, mat.discs, mat.polygons):
-        raise MatError(f"mat {mat.name}: {_where(mat, int(cars.min()))}, on {place}; {about}, so move one of them")
+        raise MatError("on-something", **_start(mat, int(cars.min())), diameter=diameter_m, place=place)
     if pair := close_pair(x_m, y_m, diameter_m - _ROUNDING_M):
         one, other = pair
         apart_m = float(np.hypot(x_m[one] - x_m[other], y_m[one] - y_m[other]))
-        raise MatError(
-            f"mat {mat.name}: {_where(mat, other)}, {apart_m:g} m from {_who(mat, one)}; {about}, so move them "
-            "apart, or give a crowd more spacing_m"
-        )
+        raise MatError("too-close", **_start(mat, other), diameter=diameter_m, apart=apart_m, other=_who(mat, one))
 
 
-def _where(mat: Mat, car: int) -> str:
-    return f"{_who(mat, car)} starts at [{mat.starts.x_m[car]:g}, {mat.starts.y_m[car]:g}]"
+def _start(mat: Mat, car: int) -> dict[str, Any]:
+    """The figures of a sentence about where a car starts."""
+    return {"mat": mat.name, "who": _who(mat, car), "x": mat.starts.x_m[car], "y": mat.starts.y_m[car]}
 
 
-def _who(mat: Mat, car: int) -> str:
-    """A car by its place in the file, or by its number."""
+def _who(mat: Mat, car: int) -> dict[str, str]:
+    """A car by its place in the file, or by its number; in each language."""
     first = 0
     for place, count in mat.starts.groups:
         if car < first + count:
-            return place if count == 1 else f"car {car - first} of {place}"
+            if count == 1:
+                return {"en": place, "zh": f" {place} "}
+            return {"en": f"car {car - first} of {place}", "zh": f" {place} 的小车 {car - first} "}
         first += count
-    return f"car {car}"
+    return {"en": f"car {car}", "zh": f"小车 {car} "}

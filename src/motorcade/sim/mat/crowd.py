@@ -20,10 +20,12 @@ class Crowd:
     """``cars`` cars in the area from ``corner_m``, of ``size_m``, their centres ``spacing_m`` apart or more.
 
     ``anyhow`` has them stand at random instead of in rows; ``heading`` is in radians, None for a
-    random one each; ``seed`` is what that randomness begins with. ``called`` is for errors.
+    random one each; ``seed`` is what that randomness begins with. ``mat`` and ``place`` are for
+    errors: what the mat is called, and where in it the crowd stands.
     """
 
-    called: str
+    mat: str
+    place: str
     cars: int
     leaders: int
     corner_m: tuple[float, float]
@@ -45,7 +47,7 @@ def place_crowd(crowd: Crowd, is_free: IsFree) -> tuple[Points, Points, Points, 
         MatError: they don't find room, or lead more than there are.
     """
     if crowd.leaders > crowd.cars:
-        raise MatError(f"{crowd.called}.leaders is {crowd.leaders}; allowed: up to {crowd.cars}, as many as its cars")
+        raise MatError("too-many-leaders", mat=crowd.mat, place=crowd.place, leaders=crowd.leaders, cars=crowd.cars)
     # The legacy generator: NumPy keeps its stream the same for ever.
     dice = np.random.RandomState(crowd.seed)
     x_m, y_m = _anyhow(crowd, is_free, dice) if crowd.anyhow else _in_rows(crowd, is_free)
@@ -115,10 +117,8 @@ def _jittered(cell: NDArray[np.int64], side_m: float, spacing_m: float, dice: np
 
 def _no_room(crowd: Crowd, free: int) -> MatError:
     width, height = crowd.size_m
-    return MatError(
-        f"{crowd.called} finds room for {free} of its {crowd.cars} cars on {width:g} x {height:g} m, "
-        f"{crowd.spacing_m:g} m apart; lower cars or spacing_m, or give it a larger or emptier area"
-    )
+    figures = {"free": free, "cars": crowd.cars, "width": width, "height": height, "spacing": crowd.spacing_m}
+    return MatError("no-room", mat=crowd.mat, place=crowd.place, **figures)
 
 
 def _spread(x_m: Points, y_m: Points, count: int) -> NDArray[np.intp]:

@@ -96,16 +96,16 @@ def _placed(mat: Mat, cars: list[dict[str, Any]], crowds: list[dict[str, Any]], 
     """Where all cars stand: first each of ``cars``, then crowd by crowd."""
     total = len(cars) + sum(int(crowd["cars"]) for crowd in crowds)
     if total > MOST_CARS:
-        raise MatError(f"mat {called}: there are {total} cars in all; allowed: up to {MOST_CARS}")
+        raise MatError("too-many-cars", mat=called, count=total, most=MOST_CARS)
     listed = np.array([car["at_m"] for car in cars], float).reshape(-1, 2)
     heading = np.radians(np.array([car["heading_deg"] for car in cars], float))
     leads = np.array([car["role"] == "leader" for car in cars], np.bool_)
     parts = [(listed[:, 0], listed[:, 1], heading, leads)]
     groups = [(f"car[{number}]", 1) for number in range(len(cars))]
     for number, table in enumerate(crowds):
-        crowd = _crowd(mat, table, f"mat {called}: crowd[{number}]")
+        crowd = _crowd(mat, table, called, f"crowd[{number}]")
         parts.append(place_crowd(crowd, _room(mat, parts[0], crowd.spacing_m)))
-        groups.append((f"crowd[{number}]", crowd.cars))
+        groups.append((crowd.place, crowd.cars))
     return _joined(parts, groups)
 
 
@@ -114,16 +114,17 @@ def _joined(parts: Sequence[_Cars], groups: Sequence[tuple[str, int]]) -> Starts
     return Starts(x_m, y_m, heading, leads, tuple(groups))
 
 
-def _crowd(mat: Mat, table: dict[str, Any], called: str) -> Crowd:
+def _crowd(mat: Mat, table: dict[str, Any], called: str, place: str) -> Crowd:
     if "corner_m" in table:
         corner_m, size_m = _pair(table["corner_m"]), _pair(table["size_m"])
     elif mat.size_m is not None:
         corner_m, size_m = (0.0, 0.0), mat.size_m
     else:
-        raise MatError(f"{called} has no area and the mat no size_m; give the crowd its corner_m and size_m")
+        raise MatError("no-area", mat=called, place=place)
     heading = table["heading_deg"]
     return Crowd(
-        called=called,
+        mat=called,
+        place=place,
         cars=int(table["cars"]),
         leaders=int(table["leaders"]),
         corner_m=corner_m,

@@ -9,6 +9,7 @@ from motorcade.sim.errors import MatError
 from motorcade.sim.mat.document import mat_of
 from motorcade.sim.mat.model import Mat
 
+_NOT_UTF_8 = {"en": "its text isn't UTF-8, or its name can't be", "zh": "文字不是 UTF-8，或文件名不能这样写"}
 _KINDS: dict[str, Literal["toml", "json"]] = {".toml": "toml", ".json": "json"}
 
 
@@ -20,12 +21,12 @@ def read_mat(path: Path) -> Mat:
     """
     kind = _KINDS.get(path.suffix.lower())
     if kind is None:
-        raise MatError(f"mat {path.name}: a mat's file ends in .toml or .json; rename it, or name another file")
+        raise MatError("bad-ending", mat=path.name)
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "its text isn't UTF-8, or its name can't be"
-        raise MatError(f"mat {path.name}: the file can't be read: {reason}") from None
+        reason = getattr(error, "strerror", None) or _NOT_UTF_8
+        raise MatError("unreadable", mat=path.name, reason=reason) from None
     return parse_mat(text, path.name, kind)
 
 
@@ -34,11 +35,11 @@ def parse_mat(text: str, name: str, kind: Literal["toml", "json"]) -> Mat:
     try:
         document = tomllib.loads(text) if kind == "toml" else json.loads(text, object_pairs_hook=_unique)
     except RecursionError:
-        raise MatError(f"mat {name}: brackets are nested too deep; take some away") from None
+        raise MatError("brackets", mat=name) from None
     except ValueError as error:
-        raise MatError(f"mat {name} is not {kind.upper()}: {error}") from None
+        raise MatError("syntax", mat=name, kind=kind.upper(), reason=error) from None
     if not isinstance(document, dict):
-        raise MatError(f"mat {name} is no object; begin it with {{ and its keys")
+        raise MatError("no-object", mat=name)
     return mat_of(document, name)
 
 

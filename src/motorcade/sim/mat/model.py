@@ -55,7 +55,7 @@ class Starts:
             object.__setattr__(self, name, column)
         shapes = {each.shape for each in self._columns()}
         if len(shapes) > 1 or self.x_m.ndim != 1:
-            raise MatError("x_m, y_m, heading and leads differ in length; give each of them one value per car")
+            raise MatError("lengths-differ")
 
     def __len__(self) -> int:
         return len(self.x_m)

@@ -14,40 +14,38 @@ _SHORTEST_S = 0.001
 def check_outlines(mat: Mat, called: str) -> None:
     """Raises MatError, about the mat called ``called``, where a wall, an obstacle or a path can't be."""
     if mat.walled and mat.size_m is None:
-        raise MatError(f"mat {called}: edge is a wall but there is no size_m; give the mat's width and height")
+        raise MatError("edge-without-size", mat=called)
     for number, (x0, y0, x1, y1) in enumerate(mat.walls):
         if (x1 - x0) ** 2 + (y1 - y0) ** 2 < _SMALLEST_M2:
-            raise MatError(f"mat {called}: wall[{number}] has no length; give two different points, 1 mm apart or more")
+            raise MatError("no-length", mat=called, place=f"wall[{number}]")
     for number, corners in enumerate(mat.polygons):
         if problem := _problem_of(corners):
-            raise MatError(f"mat {called}: polygon[{number}].corners_m {problem}")
+            code, sides = problem
+            raise MatError(code, mat=called, place=f"polygon[{number}].corners_m", **sides)
     for number, person in enumerate(mat.people):
-        place = f"mat {called}: person[{number}].path"
+        place = f"person[{number}].path"
         times = [t_s for t_s, _, _ in person.path]
         if times[0] != 0:
-            raise MatError(f"{place}[0] is at {times[0]:g} s; begin the path at 0 s")
+            raise MatError("late-begin", mat=called, place=f"{place}[0]", time=times[0])
         for step in range(1, len(times)):
             if times[step] - times[step - 1] < _SHORTEST_S * (1 - 1e-6):
-                raise MatError(
-                    f"{place}[{step}] is at {times[step]:g} s, after {times[step - 1]:g} s; "
-                    "let times rise, by 0.001 s or more"
-                )
+                figures = {"time": times[step], "before": times[step - 1]}
+                raise MatError("times-not-rising", mat=called, place=f"{place}[{step}]", **figures)
 
 
-def _problem_of(corners: Corners) -> str:
-    """What is wrong with a polygon, as the end of a sentence; empty where nothing is."""
+def _problem_of(corners: Corners) -> tuple[str, dict[str, int]] | None:
+    """What is wrong with a polygon: its code, and the two corners or sides that are."""
     points = np.array(corners)
     nexts = np.roll(points, -1, axis=0)
     short = np.flatnonzero(((nexts - points) ** 2).sum(axis=1) < _SMALLEST_M2)
     if short.size:
-        after = (int(short[0]) + 1) % len(corners)
-        return f"has corners {int(short[0])} and {after} at one place; leave one of them out"
+        return "same-corners", {"one": int(short[0]), "other": (int(short[0]) + 1) % len(corners)}
     if np.abs(_turn(points[0], points, nexts)).sum() / 2 < _SMALLEST_M2:
-        return "has no area; move its corners apart"
+        return "flat", {}
     if crossing := _crossing(points, nexts):
         one, other = crossing
-        return f"meets itself where its sides {one} and {other} touch or cross; list its corners in order round it"
-    return ""
+        return "crossing", {"one": one, "other": other}
+    return None
 
 
 def _crossing(begins: NDArray[np.float64], ends: NDArray[np.float64]) -> tuple[int, int] | None:

@@ -7,11 +7,14 @@ from typing import Any
 import jsonschema_rs
 
 from motorcade.sim.errors import MatError
+from motorcade.sim.mat.allowed import allowed
 from motorcade.sim.mat.schema import Schema, mat_schema
 
 Place = tuple[str | int, ...]
 _DEEPEST = 8
 _LARGEST = 1e15
+_VERY_LONG = {"en": "a very long number", "zh": "一个很长的数"}
+_A_TABLE = {"en": "a table", "zh": "表"}
 
 
 @cache
@@ -35,13 +38,15 @@ def check_shape(document: Any, mat: str) -> None:
     owner = _schema_of(schema, place)
     if problem.kind.name == "additionalProperties":
         known = ", ".join(owner["properties"])
-        raise MatError(f"mat {mat}: {_text((*place, min(problem.kind.unexpected)))} is not known; known are {known}")
+        unknown = _text((*place, min(problem.kind.unexpected)))
+        raise MatError("unknown-key", mat=mat, place=unknown, known=known)
     if problem.kind.name == "required":
         missing = problem.kind.property
         part = owner["properties"][missing]
-        raise MatError(f"mat {mat}: {_text((*place, missing))} is missing, {part['title']}; give {part['description']}")
+        figures = {"place": _text((*place, missing)), "title": part["title"], "allowed": allowed(part)}
+        raise MatError("missing-key", mat=mat, **figures)
     value = _shown(_value_at(document, place))
-    raise MatError(f"mat {mat}: {_text(place)} is {value}; allowed: {owner['description']}")
+    raise MatError("not-allowed", mat=mat, place=_text(place), value=value, allowed=allowed(owner))
 
 
 def filled(document: dict[str, Any], schema: Schema | None = None) -> dict[str, Any]:
@@ -66,30 +71,28 @@ def _check_values(document: Any, mat: str) -> None:
         place, value = waiting.pop()
         if isinstance(value, dict | list | tuple):
             if len(place) >= _DEEPEST:
-                raise MatError(f"mat {mat}: {_text(place)} is nested too deep; take the inner brackets away")
+                raise MatError("nested-too-deep", mat=mat, place=_text(place))
             waiting.extend(
                 ((*place, key), value[key]) for key in (value if isinstance(value, dict) else range(len(value)))
             )
         elif isinstance(value, int | float):
             if not abs(value) <= _LARGEST:
-                shown = value if isinstance(value, float) else "a very long number"
-                raise MatError(f"mat {mat}: {_text(place)} is {shown}; give a number of usual size")
+                shown = value if isinstance(value, float) else _VERY_LONG
+                raise MatError("unusual-number", mat=mat, place=_text(place), value=shown)
         elif not isinstance(value, str | None):
-            raise MatError(
-                f"mat {mat}: {_text(place)} is {value}; allowed: numbers, text, lists, tables, true and false"
-            )
+            raise MatError("unusual-value", mat=mat, place=_text(place), value=value)
         for text in (value, *place[-1:]):
             if isinstance(text, str) and not text.isprintable():
-                raise MatError(f"mat {mat}: {_text(place)} holds characters that can't be shown; leave them out")
+                raise MatError("unprintable", mat=mat, place=_text(place))
 
 
-def _text(place: Place) -> str:
-    """``("wall", 2, "to_m")`` -> ``wall[2].to_m``."""
+def _text(place: Place) -> str | dict[str, str]:
+    """``("wall", 2, "to_m")`` -> ``wall[2].to_m``; the whole document has a name in each language."""
     text = ""
     for part in place:
         shown = part if isinstance(part, int) or (part.isprintable() and len(part) <= 40) else ascii(part[:40])
         text += f"[{shown}]" if isinstance(part, int) else f".{shown}" if text else str(shown)
-    return text or "the whole of it"
+    return text or {"en": "the whole of it", "zh": "整个场地"}
 
 
 def _schema_of(schema: Schema, place: Place) -> Schema:
@@ -112,7 +115,9 @@ def _value_at(document: Any, place: Place) -> Any:
     return document
 
 
-def _shown(value: Any) -> str:
+def _shown(value: Any) -> str | dict[str, str]:
     """``value`` as it might stand in the file, shortened."""
-    text = "a table" if isinstance(value, dict) else json.dumps(value, ensure_ascii=False)
+    if isinstance(value, dict):
+        return _A_TABLE
+    text = json.dumps(value, ensure_ascii=False)
     return text if len(text) <= 40 else text[:37] + "..."
