@@ -18,7 +18,7 @@ ARROWS = {
     "boards": ("words", "car", "profile", "files"),
     "program": ("words", "profile"),
     "sim": ("car", "words", "profile", "files"),
-    "link": ("words", "car.arbiter"),
+    "link": ("words", "car.arbiter", "car.drive_board", "profile"),
     "console": ("words", "files", "car", "profile", "program"),
     "runs": ("profile", "program", "sim", "console"),
     "studio": ("words", "files", "car", "profile", "program", "sim", "link"),

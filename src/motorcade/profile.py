@@ -50,12 +50,13 @@ class Body:
 
 @dataclass(frozen=True, slots=True)
 class Servo:
-    """The steering servo's period and pulse widths."""
+    """The steering servo's period and pulse widths, and how far it turns the front wheels at 0 and 180 degrees."""
 
     period_ms: int
     pulse_0_deg_us: int
     pulse_90_deg_us: int
     pulse_180_deg_us: int
+    steering_deg: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +64,16 @@ class Motor:
     """The drive motor's largest PWM duty."""
 
     pwm_max: int
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """What a car that is steered over a network puts up with."""
+
+    failsafe_ms: int
+    watchdog_ms: int
+    hand_over_ms: int
+    commands_per_s: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,10 +92,18 @@ class Profile:
     body: Body
     servo: Servo
     motor: Motor
+    drive: Drive
 
 
 _LISTS = {"durations_ms": 4, "dwell_ms": 8, "speeds_mm_s": 4, "turn_rates_deg_s": 4, "avoid_radii_mm": 4}
-_TABLES: dict[str, type[Any]] = {"infrared": Infrared, "serial": Serial, "body": Body, "servo": Servo, "motor": Motor}
+_TABLES: dict[str, type[Any]] = {
+    "infrared": Infrared,
+    "serial": Serial,
+    "body": Body,
+    "servo": Servo,
+    "motor": Motor,
+    "drive": Drive,
+}
 _START_AT_ZERO = ("durations_ms", "speeds_mm_s", "turn_rates_deg_s")
 
 
@@ -136,6 +155,7 @@ def parse_profile(text: str, name: str) -> Profile:
         values[key] = kind(**{entry: _whole(value, f"{key}.{entry}", name) for entry, value in part.items()})
     profile = Profile(name=name, **values)
     _check_relay(profile)
+    _check_drive(profile)
     return profile
 
 
@@ -174,4 +194,13 @@ def _check_relay(profile: Profile) -> None:
         raise ProfileError(
             f"profile {profile.name}: infrared.relay_period_ms is {infrared.relay_period_ms}; "
             f"it must be longer than a frame and its gap, {longest_ms:g} ms"
+        )
+
+
+def _check_drive(profile: Profile) -> None:
+    drive = profile.drive
+    if not drive.watchdog_ms < drive.failsafe_ms < drive.hand_over_ms:
+        raise ProfileError(
+            f"profile {profile.name}: drive.watchdog_ms is {drive.watchdog_ms}, failsafe_ms {drive.failsafe_ms} and "
+            f"hand_over_ms {drive.hand_over_ms}; each must be shorter than the one behind it"
         )

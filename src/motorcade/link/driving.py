@@ -1,0 +1,292 @@
+"""Driving one car: the one object that sockets, pages and local sticks share. No sockets in here.
+
+Every method may be called from any thread. Somebody has to call ``beat`` in time:
+`motorcade.link.watchdog.kept` does.
+"""
+
+import threading
+from collections.abc import Callable
+
+from motorcade.car.arbiter import APPLIED, CLIENT, FAILSAFE, LOCAL, MOVING, STANDING, STATES, WATCHING, Arbiter
+from motorcade.car.drive_board import DriveBoard
+from motorcade.link.drive_failures import DriveError
+from motorcade.link.telemetry import OUTCOMES, OVER_RATE, Counts, Telemetry
+from motorcade.link.wheels import NEUTRAL_SETPOINT, Setpoint, Wheels
+from motorcade.profile import Profile
+from motorcade.words.field import WordError
+from motorcade.words.formats import DRIVE
+from motorcade.words.ticks import elapsed_ms, later_ms
+
+__all__ = ["APPLIED", "CLIENT", "LOCAL", "OUTCOMES", "OVER_RATE", "Counts", "Drive", "Seat", "Telemetry"]
+
+MOST_SEATS = 9
+# The rate is held in each tenth of a second, so that who sends too much drives on, only coarser.
+_WINDOW_MS = 100
+_LOCK_PATIENCE_S = 0.05
+_BATTERY_MS = 1000
+
+
+class Seat:
+    """One who drives or watches; `Drive.join` makes it.
+
+    Attributes:
+        number: from 1, never given twice.
+        name: what others are shown.
+        kind: CLIENT or LOCAL.
+        counts: what became of its words.
+        heard_ms: when it last sent a valid command.
+    """
+
+    def __init__(self, drive: "Drive", number: int, name: str, kind: int, now_ms: int, commands_per_s: int) -> None:
+        self.number = number
+        self.name = name
+        self.kind = kind
+        self.counts = Counts()
+        self.heard_ms = now_ms
+        self._drive = drive
+        # When the last commands came, a ring as long as a window's share of the rate.
+        self._times = [later_ms(now_ms, -_WINDOW_MS)] * max(1, commands_per_s * _WINDOW_MS // 1000)
+        self._next = 0
+
+    def command(self, word: int) -> int:
+        """Take a DRIVE word that came just now.
+
+        Returns:
+            APPLIED, or the place of another one in OUTCOMES.
+
+        Raises:
+            WordError: it is no DRIVE word; counted.
+        """
+        return self._drive.command(self, word)
+
+    def request(self) -> bool:
+        """Ask for the wheel: True where this seat has it now; else it comes when the driver stands still or leaves."""
+        return self._drive.request(self)
+
+    def release(self) -> None:
+        """Give the wheel back, or wait for it no longer."""
+        self._drive.release(self)
+
+    def stop(self) -> None:
+        """Emergency stop: nothing moves until somebody says ``clear``."""
+        self._drive.stop()
+
+    def clear(self) -> None:
+        """Lift the emergency stop; a command with speed 0 then arms the car."""
+        self._drive.clear()
+
+    def resume_program(self) -> None:
+        """Let the car run its image again. Raises DriveError where it has none, another drives or it is stopped."""
+        self._drive.resume_program(self)
+
+    def leave(self) -> None:
+        """Be gone: the wheels stand still if this seat moved them. Again is harmless."""
+        self._drive.leave(self)
+
+    def takes(self, now_ms: int) -> bool:
+        """Whether one more command now is within the rate; if so it counts."""
+        if elapsed_ms(now_ms, self._times[self._next]) < _WINDOW_MS:
+            return False
+        self._times[self._next] = now_ms
+        self._next = (self._next + 1) % len(self._times)
+        return True
+
+
+class Drive:
+    """A car that is steered.
+
+    Args:
+        board: its hardware; neutral from now on.
+        clock: the time in ms that wraps, as `motorcade.words.ticks` says.
+        profile: its kind.
+
+    Raises:
+        OSError: the hardware isn't there.
+    """
+
+    def __init__(self, board: DriveBoard, clock: Callable[[], int], profile: Profile) -> None:
+        self._board = board
+        self._clock = clock
+        self._limits = profile.drive
+        self._arbiter = Arbiter(profile.drive.failsafe_ms, profile.drive.hand_over_ms)
+        self._state = self._arbiter.state
+        self._setpoint: Setpoint = NEUTRAL_SETPOINT
+        self._lock = threading.Lock()
+        self._seats: dict[int, Seat] = {}
+        self._numbers = self._refused = self._failsafes = self._stalls = 0
+        self._beat_ms: int | None = None
+        self._is_stuck = False
+        self._battery_mv: int | None = None
+        self._battery_read_ms = later_ms(clock(), -_BATTERY_MS)
+        self._wheels = Wheels(board)
+
+    def join(self, name: str, kind: int = CLIENT) -> Seat:
+        """A seat for one who will drive or watch: CLIENT, or LOCAL for a stick at the car itself, which comes first.
+
+        Raises:
+            DriveError: ``full``, with one driver and eight watchers; a local stick always finds a seat.
+        """
+        with self._lock:
+            if kind == CLIENT and sum(seat.kind == CLIENT for seat in self._seats.values()) >= MOST_SEATS:
+                raise DriveError("full", seats=MOST_SEATS)
+            self._numbers += 1
+            seat = Seat(self, self._numbers, name, kind, self._clock(), self._limits.commands_per_s)
+            self._seats[seat.number] = seat
+            return seat
+
+    def command(self, seat: Seat, word: int) -> int:
+        """As `Seat.command`."""
+        counts = seat.counts
+        try:
+            _, angle_deg, direction, speed, _ = DRIVE.decode(word, strict=True)
+        except WordError as problem:
+            with self._lock:
+                self._refused += 1
+            counts.refused += 1
+            counts.last_refusal = str(problem)
+            raise
+        with self._lock:
+            now = seat.heard_ms = self._clock()
+            if seat.number not in self._seats:
+                outcome = WATCHING
+            elif speed and not seat.takes(now):
+                # One that stops is never one too many.
+                outcome = OVER_RATE
+            else:
+                outcome = self._arbiter.command(seat.number, seat.kind, word, now)
+                if outcome == APPLIED:
+                    self._setpoint = (angle_deg, direction, speed)
+                self._follow(outcome == APPLIED)
+        counts.outcomes[outcome] += 1
+        return outcome
+
+    def request(self, seat: Seat) -> bool:
+        """As `Seat.request`."""
+        with self._lock:
+            if seat.number not in self._seats:
+                return False
+            has_it = self._arbiter.request(seat.number, seat.kind, self._clock())
+            self._follow()
+            return has_it
+
+    def release(self, seat: Seat) -> None:
+        """As `Seat.release`."""
+        with self._lock:
+            self._arbiter.release(seat.number, self._clock())
+            self._follow()
+
+    def stop(self) -> None:
+        """As `Seat.stop`."""
+        with self._lock:
+            self._arbiter.stop()
+            self._follow()
+
+    def clear(self) -> None:
+        """As `Seat.clear`."""
+        with self._lock:
+            self._arbiter.clear()
+            self._follow()
+
+    def resume_program(self, seat: Seat) -> None:
+        """As `Seat.resume_program`."""
+        with self._lock:
+            if not self._board.has_program:
+                raise DriveError("no-program")
+            if seat.number not in self._seats or not self._arbiter.resume(seat.number, seat.kind, self._clock()):
+                raise DriveError("not-yours")
+            self._follow()
+
+    def leave(self, seat: Seat) -> None:
+        """As `Seat.leave`."""
+        with self._lock:
+            if self._seats.pop(seat.number, None):
+                self._arbiter.gone(seat.number, self._clock())
+                self._follow()
+
+    def drives(self, seat: Seat) -> bool:
+        """Whether the seat has the wheel."""
+        return self._arbiter.driver == seat.number
+
+    def telemetry(self) -> Telemetry:
+        """What the car does now."""
+        with self._lock:
+            now, arbiter = self._clock(), self._arbiter
+            self._read_battery(now)
+            driver = self._seats.get(arbiter.driver)
+            wanted_by = self._seats.get(arbiter.wanted_by)
+            return Telemetry(
+                STATES[arbiter.state][0],
+                *(self._setpoint if arbiter.state in (STANDING, MOVING) else NEUTRAL_SETPOINT),
+                driver.name if driver else None,
+                wanted_by.name if wanted_by else None,
+                elapsed_ms(now, arbiter.commanded_ms) if driver else None,
+                self._battery_mv,
+                len(self._seats) - (driver is not None),
+                self._refused,
+                self._failsafes,
+                self._stalls,
+                self._wheels.faults,
+                self._wheels.last_fault,
+            )
+
+    def tick(self) -> int:
+        """Do what is due, and say after how many ms something can be due next."""
+        with self._lock:
+            rest_ms = self._arbiter.tick(self._clock())
+            self._follow()
+            return rest_ms
+
+    def beat(self) -> int:
+        """As ``tick``, and a sign of life of the loop that takes the commands; at least every 50 ms."""
+        rest_ms = self.tick()
+        with self._lock:
+            self._beat_ms = self._clock()
+            self._is_stuck = False
+            self._wheels.keep_alive()
+        return rest_ms
+
+    def watch(self) -> int:
+        """As ``tick``, for a watchdog: where the loop gave no sign of life for the profile's ``watchdog_ms``, neutral.
+
+        What the loop then finds in its buffers is old: the car has to be armed by a command with speed 0.
+        """
+        if not self._lock.acquire(timeout=_LOCK_PATIENCE_S):
+            # Who holds the lock hangs in the hardware's driver.
+            self._board.neutral()
+            return 0
+        try:
+            now = self._clock()
+            rest_ms = self._arbiter.tick(now)
+            late_ms = 0 if self._beat_ms is None else elapsed_ms(now, self._beat_ms)
+            if late_ms >= self._limits.watchdog_ms:
+                self._stalls += not self._is_stuck
+                self._is_stuck = True
+                self._arbiter.stall()
+            self._follow()
+            return min(rest_ms, max(1, self._limits.watchdog_ms - late_ms))
+        finally:
+            self._lock.release()
+
+    def close(self) -> None:
+        """Everybody leaves, the wheels stand still and the hardware is free. Raises OSError where they don't."""
+        with self._lock:
+            self._seats.clear()
+            self._beat_ms = None
+            self._arbiter.stop()
+            self._follow()
+            self._board.close()
+
+    def _follow(self, is_fresh: bool = False) -> None:
+        """Let the wheels do what the arbiter says; ``is_fresh``: there is a new setpoint."""
+        arbiter = self._arbiter
+        self._failsafes += arbiter.state == FAILSAFE and self._state == MOVING
+        is_due = is_fresh or arbiter.state not in (STANDING, MOVING)
+        if is_due and not self._wheels.follow(arbiter.state, self._setpoint):
+            arbiter.stall()
+            self._wheels.follow(arbiter.state, NEUTRAL_SETPOINT)
+        self._state = arbiter.state
+
+    def _read_battery(self, now: int) -> None:
+        if elapsed_ms(now, self._battery_read_ms) >= _BATTERY_MS:
+            self._battery_read_ms = now
+            self._battery_mv = self._wheels.battery_mv()

@@ -1,0 +1,85 @@
+"""What a car's hardware was told and took, so that a write that failed is made again."""
+
+from motorcade.car.arbiter import MOVING, PROGRAM, STANDING
+from motorcade.car.drive_board import DriveBoard
+
+Setpoint = tuple[int, int, int]
+NEUTRAL_SETPOINT = (90, 1, 0)
+
+
+class Wheels:
+    """A board, and what it does by the last word that it took.
+
+    Args:
+        board: its hardware; neutral from now on. Raises OSError where that can't be.
+
+    Attributes:
+        faults: how often it raised OSError since then.
+        last_fault: why, the last time.
+    """
+
+    def __init__(self, board: DriveBoard) -> None:
+        self.board = board
+        self.faults = 0
+        self.last_fault = ""
+        self._is_neutral = False
+        self._is_programmed = False
+        board.neutral()
+        self._is_neutral = True
+
+    def follow(self, state: int, setpoint: Setpoint) -> bool:
+        """Do what ``state`` says, with ``setpoint`` where a command drives: False where the board fails."""
+        try:
+            if state in (STANDING, MOVING):
+                if self._is_programmed:
+                    self._end_program()
+                self._is_neutral = False
+                self.board.apply(*setpoint)
+            elif state == PROGRAM:
+                self._begin_program()
+            else:
+                self.rest()
+        except OSError as problem:
+            self._note(problem)
+            return False
+        return True
+
+    def rest(self) -> None:
+        """Stand still, if they don't yet. Raises OSError."""
+        try:
+            if self._is_programmed:
+                self._end_program()
+        finally:
+            if not self._is_neutral:
+                self.board.neutral()
+                self._is_neutral = not self._is_programmed
+
+    def battery_mv(self) -> int | None:
+        """The battery's voltage, or None where it can't be told."""
+        try:
+            return self.board.battery_mv()
+        except OSError as problem:
+            self._note(problem)
+            return None
+
+    def keep_alive(self) -> None:
+        """All is well."""
+        try:
+            self.board.keep_alive()
+        except OSError as problem:
+            self._note(problem)
+
+    def _begin_program(self) -> None:
+        if not self._is_programmed:
+            self.rest()
+            self._is_programmed = True
+            self._is_neutral = False
+            self.board.begin_program()
+
+    def _end_program(self) -> None:
+        self.board.end_program()
+        self._is_programmed = False
+
+    def _note(self, problem: OSError) -> None:
+        self.faults += 1
+        self.last_fault = str(problem) or type(problem).__name__
