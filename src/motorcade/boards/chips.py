@@ -36,6 +36,8 @@ _PICO_ORDER = (
     *((13, 17), (14, 19), (15, 20), (16, 21), (17, 22), (18, 24), (19, 25), (20, 26), (21, 27), (22, 29), (26, 31)),
     *((27, 32), (28, 34)),
 )
+# As many lines as one gpiochip of a small computer may have.
+_MOST_LINES = 512
 _ESP32_USABLE = (0, 2, 4, 5, *range(12, 20), *range(21, 24), *range(25, 28), *range(32, 40))
 
 CHIPS = (
@@ -60,4 +62,5 @@ CHIPS = (
         frozenset(range(34, 40)),
         {**dict.fromkeys(range(6, 12), "leads to the flash memory"), 1: "is the USB line's", 3: "is the USB line's"},
     ),
+    Chip("linux", "another computer with Linux", dict.fromkeys(range(_MOST_LINES), 0), frozenset(), {}),
 )
