@@ -1,0 +1,151 @@
+"""A car on MicroPython: an ESP32 or an RP2040 behind the contract of a board.
+
+Portable. Its parts are in `motorcade.boards.on_chip`, whose `power_on` opens it.
+"""
+
+# For the type checker alone: MicroPython has no typing.
+MYPY = False
+if MYPY:
+    from collections.abc import Callable
+    from typing import Any
+
+from motorcade.boards.on_chip.infrared_receiver import InfraredReceiver, has_come
+from motorcade.boards.on_chip.motors import Motor, Wheels
+from motorcade.boards.on_chip.ultrasonic import Ultrasonic
+from motorcade.boards.voice import VoiceSource
+from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
+from motorcade.car.brain import NO_LED, UNIT_US
+from motorcade.words.infrared import air_us
+from motorcade.words.ticks import TICKS_MASK
+
+
+class MicroPythonBoard(Board):
+    """The car's hardware.
+
+    Args:
+        settings: what stands in car.json (`motorcade.link.firmware_files.settings_of` lists its keys).
+        machine, clock: MicroPython's modules machine and time.
+        line: where uploads come from; has read, write and close.
+        store: keeps the image; has load and save.
+        make_sender: makes what sends frames on the pin that is given to it, in units of so many µs.
+        interrupt: further arguments of the receiver's machine.Pin.irq.
+        voice: where 'stop' and 'go' come from.
+    """
+
+    def __init__(
+        self,
+        settings: "dict[str, Any]",
+        machine: "Any",
+        clock: "Any",
+        line: "Any",
+        store: "Any",
+        make_sender: "Callable[[int, int], Any]",
+        interrupt: "dict[str, bool]",
+        voice: VoiceSource,
+    ) -> None:
+        self.number = settings["number"]
+        self.is_leader = settings["is_leader"]
+        self.levels = tuple(settings["levels"])
+        self._clock = clock
+        self._line = line
+        self._store = store
+        self._voice = voice
+        pins = settings["pins"]
+        self._wheels = _wheels(machine, pins, settings)
+        self._leds = _outputs(machine, pins.get("leds", {}))
+        self._ultrasonic: Ultrasonic | None = None
+        if "ultrasonic" in pins:
+            self._ultrasonic = Ultrasonic(machine, clock, pins["ultrasonic"], settings["range_mm"])
+        self._pir = machine.Pin(pins["pir"]["output"], machine.Pin.IN) if "pir" in pins else None
+        infrared = pins.get("infrared", {})
+        self._receiver: InfraredReceiver | None = None
+        # A leader hears nobody: interrupts would only take its time.
+        if "receiver" in infrared and not self.is_leader:
+            self._receiver = InfraredReceiver(machine, clock, infrared["receiver"], self.levels[UNIT_US], interrupt)
+        self._sender = make_sender(infrared["sender"], self.levels[UNIT_US]) if "sender" in infrared else None
+        self._sending = False
+        self._echoing = False
+        self._sent_until_us = 0
+
+    def now_ms(self) -> int:
+        now: int = self._clock.ticks_ms()
+        return now & TICKS_MASK
+
+    def load_image(self) -> bytes | None:
+        image: bytes | None = self._store.load()
+        return image
+
+    def store_image(self, data: bytes) -> None:
+        self._store.save(data)
+
+    def read_serial(self) -> bytes:
+        data: bytes = self._line.read()
+        return data
+
+    def write_serial(self, data: bytes) -> None:
+        self._line.write(data)
+
+    def received_frames(self) -> list[int]:
+        if self._receiver is None:
+            return []
+        echo_is_over = self._receiver.is_past_echo(self._sent_until_us)
+        frames = self._receiver.received_frames(self._echoing, self._sent_until_us)
+        if echo_is_over:
+            self._echoing = False
+        return frames
+
+    def senses_carrier(self) -> bool:
+        return self._receiver is not None and self._receiver.senses_carrier()
+
+    def is_sending(self) -> bool:
+        if self._sending and has_come(self._clock.ticks_us(), self._sent_until_us):
+            self._sending = False
+        return self._sending
+
+    def send_frame(self, frame: int) -> None:
+        if self._sender is None:
+            return
+        self._sender.send(frame)
+        self._sending = True
+        self._echoing = True
+        self._sent_until_us = (self._clock.ticks_us() + air_us(frame, self.levels[UNIT_US])) & TICKS_MASK
+
+    def obstacle_mm(self) -> int:
+        return self._ultrasonic.distance_mm() if self._ultrasonic else NOTHING_IN_SIGHT_MM
+
+    def sees_person(self) -> bool:
+        return self._pir is not None and bool(self._pir.value())
+
+    def heard_voice(self) -> int:
+        return self._voice.heard()
+
+    def set_wheels(self, direction: int, speed_level: int) -> None:
+        if self._wheels is not None:
+            self._wheels.set(direction, speed_level)
+
+    def set_led(self, which: int) -> None:
+        for number, led in enumerate(self._leds):
+            if led is not None:
+                led.value(1 if number == which else 0)
+
+    def close(self) -> None:
+        """Stand still, in the dark, and give the line back."""
+        self.set_wheels(0, 0)
+        self.set_led(NO_LED)
+        self._line.close()
+
+
+def _wheels(machine: "Any", pins: "dict[str, Any]", settings: "dict[str, Any]") -> Wheels | None:
+    if "left_motor" not in pins or "right_motor" not in pins:
+        return None
+    left, right = [Motor(machine, pins[key]) for key in ("left_motor", "right_motor")]
+    return Wheels(left, right, settings["drive_duties"], settings["turn_duties"])
+
+
+def _outputs(machine: "Any", pins: "dict[str, int]") -> "list[Any]":
+    """The LEDs 0 to 3, None where there is no such."""
+    leds = []
+    for which in range(NO_LED):
+        pin = pins.get("led_" + str(which))
+        leds.append(None if pin is None else machine.Pin(pin, machine.Pin.OUT, value=0))
+    return leds

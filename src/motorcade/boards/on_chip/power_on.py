@@ -1,0 +1,134 @@
+"""From power-on to a car that drives: opens the board that ``car.json`` describes, and runs the loop.
+
+Portable. MicroPython's modules come in as Modules; ``main`` takes the real ones.
+"""
+
+# For the type checker alone: MicroPython has no typing.
+MYPY = False
+if MYPY:
+    from collections.abc import Callable
+    from typing import Any
+
+import gc
+import json
+from binascii import crc32, unhexlify
+from collections import namedtuple
+
+from motorcade.boards.micropython import MicroPythonBoard
+from motorcade.boards.on_chip.frame_senders import PioSender, RmtSender
+from motorcade.boards.on_chip.image_file import ImageFile
+from motorcade.boards.on_chip.lines import UartLine, UsbLine
+from motorcade.boards.voice import SerialVoice, VoiceSource
+from motorcade.car.loop import Car
+from motorcade.words.ticks import elapsed_ms
+
+SETTINGS_FORMAT = "motorcade-car/1"
+SETTINGS_FILE = "car.json"
+IMAGE_FILE = "car.image"
+TICK_MS = 1
+# Garbage is collected this often, and not while a frame is on the air: it would lose it.
+TIDY_MS = 500
+RESTART_AFTER_MS = 2000
+
+Modules = namedtuple(
+    "Modules",
+    ("platform", "machine", "clock", "micropython", "chip", "files", "open_file", "stdin", "stdout", "poll"),
+)
+"""What MicroPython offers.
+
+``platform`` is sys.platform; ``machine``, ``clock`` (time), ``micropython`` and ``files`` (os) are its modules, and
+``chip`` is esp32 or rp2; ``open_file`` is open; ``stdin`` and ``stdout`` are the prompt's byte streams, and ``poll``
+a select.poll that ``stdin`` is registered with.
+"""
+
+
+class SettingsError(Exception):
+    """A car.json that isn't there or isn't of this version."""
+
+
+def load_settings(open_file: "Callable[..., Any]") -> "dict[str, Any]":
+    """What `motorcade install-firmware` wrote into car.json. Raises SettingsError."""
+    try:
+        with open_file(SETTINGS_FILE, "r") as file:
+            settings: dict[str, Any] = json.loads(file.read())
+        if settings["format"] == SETTINGS_FORMAT:
+            return settings
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    raise SettingsError(SETTINGS_FILE + " is missing or broken: run `motorcade install-firmware` again")
+
+
+def open_board(settings: "dict[str, Any]", modules: Modules) -> MicroPythonBoard:
+    """The board that ``settings`` describe, standing still in the dark."""
+    machine, clock = modules.machine, modules.clock
+    if settings["number"] is None:
+        settings["number"] = crc32(machine.unique_id()) & 0xFFFFFFFF
+    # UARTs first: some claim a pin that they aren't told of, and the parts then take it back.
+    line = _line(settings, modules)
+    voice = _voice(settings, machine)
+    store = ImageFile(IMAGE_FILE, modules.files, modules.open_file)
+    sender, interrupt = (RmtSender, {}) if modules.platform == "esp32" else (PioSender, {"hard": True})
+
+    def make_sender(pin: int, unit_us: int) -> "Any":
+        return sender(machine, modules.chip, pin, unit_us)
+
+    return MicroPythonBoard(settings, machine, clock, line, store, make_sender, interrupt, voice)
+
+
+def run(board: MicroPythonBoard, clock: "Any", stops: "Callable[[], bool]") -> None:
+    """Run the car until ``stops()``; however that ends, it then stands still."""
+    car = Car(board)
+    tidied_ms = clock.ticks_ms()
+    try:
+        while not stops():
+            car.tick()
+            if elapsed_ms(clock.ticks_ms(), tidied_ms) >= TIDY_MS and not board.senses_carrier():
+                gc.collect()
+                tidied_ms = clock.ticks_ms()
+            clock.sleep_ms(TICK_MS)
+    finally:
+        board.close()
+
+
+def start(modules: Modules, stops: "Callable[[], bool]") -> None:
+    """Be a car until ``stops()`` or until somebody wants the prompt; start again after a failure."""
+    try:
+        run(open_board(load_settings(modules.open_file), modules), modules.clock, stops)
+    except KeyboardInterrupt:
+        print("The car stands still. Ctrl-D starts it again.")
+    except SettingsError as problem:
+        print("motorcade:", problem)
+    except Exception as problem:  # noqa: BLE001 - a car that nobody sees has to help itself
+        print("motorcade: the car failed and starts again:", repr(problem))
+        modules.clock.sleep_ms(RESTART_AFTER_MS)
+        modules.machine.reset()
+
+
+def main() -> None:
+    """Be a car for ever; what the board's main.py calls."""
+    import os
+    import select
+    import sys
+    import time
+
+    platform = sys.platform
+    machine, micropython = __import__("machine"), __import__("micropython")
+    poll = select.poll()
+    poll.register(sys.stdin, select.POLLIN)
+    streams = (sys.stdin.buffer, sys.stdout.buffer, poll)
+    chip = __import__("esp32" if platform == "esp32" else "rp2")
+    start(Modules(platform, machine, time, micropython, chip, os, open, *streams), lambda: False)
+
+
+def _line(settings: "dict[str, Any]", modules: Modules) -> "Any":
+    if "serial" in settings["pins"]:
+        return UartLine(modules.machine, settings["uarts"]["serial"], settings["pins"]["serial"], settings["baud"])
+    return UsbLine(modules.clock, modules.micropython, modules.stdin, modules.stdout, modules.poll)
+
+
+def _voice(settings: "dict[str, Any]", machine: "Any") -> VoiceSource:
+    if "voice" not in settings:
+        return VoiceSource()
+    voice = settings["voice"]
+    line = UartLine(machine, settings["uarts"]["voice"], settings["pins"]["voice"], voice["baud"])
+    return SerialVoice(line.read, [(unhexlify(pattern), says) for pattern, says in voice["patterns"]])
