@@ -90,7 +90,8 @@ class PlainBoard(Board):
 
     def set_wheels(self, direction: int, speed_level: int) -> None:
         self.direction, self.speed_level = direction, speed_level
-        self._world.set_way(self.index)
+        if self.index not in self._world.driven:
+            self._world.set_way(self.index)
 
     def set_led(self, which: int) -> None:
         self.led = which
@@ -116,6 +117,8 @@ class PlainWorld:
         self.y = [round(each * 1e6) for each in starts.y_m.tolist()]
         self.heading = [round(each / math.tau * FULL_TURN) % FULL_TURN for each in starts.heading.tolist()]
         self.way = [(0, 0)] * len(starts)
+        self.driven: dict[int, tuple[float, float, float]] = {}
+        self.turned: dict[int, int] = {}
         self.loudest = [0] * len(starts)
         self.events: list[tuple[int, int, str, str, int, int]] = []
         self.on_air: list[Frame] = []
@@ -154,7 +157,24 @@ class PlainWorld:
         self.heading[car] = round(pose.heading / math.tau * FULL_TURN) % FULL_TURN
         self.set_way(car)
 
+    def drive(self, car: int, angle_deg: int, direction: int, speed: int) -> None:
+        duty = speed / self.profile.motor.pwm_max
+        way = duty * self.profile.speeds_mm_s[3] * self.mat.tick_ms * (1 if direction else -1)
+        steered = math.tan(math.radians(self.profile.servo.steering_deg * (angle_deg - 90) / 90))
+        slip = math.atan(steered / 2)
+        turn = way * math.cos(slip) * steered / (self.profile.body.wheel_base_mm * 1000)
+        parts = way * math.cos(slip) * 4096, way * math.sin(slip) * 4096, turn / math.tau * FULL_TURN
+        # A hair more before it is cut off, as sines and tangents are rounded differently.
+        ahead, aside = (math.trunc(part + math.copysign(1e-6, part)) for part in parts[:2])
+        self.driven[car] = (ahead, aside, round(parts[2]))
+
+    def give_back(self, car: int) -> None:
+        if self.driven.pop(car, None):
+            self.set_way(car)
+
     def step(self) -> None:
+        for car in self.driven:
+            self._set_out(car)
         self._deliver()
         for car in self.cars:
             car.tick()
@@ -327,6 +347,19 @@ class PlainWorld:
         along = cosine(self.heading[car], COSINES), sine(self.heading[car], COSINES)
         self.way[car] = tuple(math.floor(speed * 4096 * each + 0.5) for each in along)
 
+    def _set_out(self, car: int) -> None:
+        ahead, aside, turn = self.driven[car]
+        if self.rules.wheel_noise and ahead:
+            left, right = self._slips(car)
+            share = (left + right) / 2
+            turn = math.floor(turn * share + (right - left) * ahead / 4096 * self.rules.wheel_turn + 0.5)
+            ahead, aside = ahead * share, aside * share
+        self.turned[car] = int(turn)
+        heading = self.heading[car] + int(turn) // 2
+        along = cosine(heading, COSINES), sine(heading, COSINES)
+        way = ahead * along[0] - aside * along[1], ahead * along[1] + aside * along[0]
+        self.way[car] = tuple(math.floor(each + 0.5) for each in way)
+
     def _push(self, car: int) -> tuple[int, int]:
         if not self.mat.physics.collisions:
             return 0, 0
@@ -372,7 +405,9 @@ class PlainWorld:
     def _move(self, pushes: list[tuple[int, int]]) -> None:
         for car, board in enumerate(self.boards):
             wheels = board.direction * 4 + board.speed_level
-            if not self.rules.wheel_noise:
+            if car in self.driven:
+                self.heading[car] = (self.heading[car] + self.turned[car]) % FULL_TURN
+            elif not self.rules.wheel_noise:
                 self.heading[car] = (self.heading[car] + int(self.rules.turns[wheels])) % FULL_TURN
             elif board.speed_level:
                 self._slip(car, wheels)
@@ -381,8 +416,7 @@ class PlainWorld:
             self.y[car] += step[1] + pushes[car][1]
 
     def _slip(self, car: int, wheels: int) -> None:
-        bits = mix(self.seed, car, self.now_ms // 100)
-        left, right = (1 + self.rules.wheel_noise * NORMALS[bits >> low & 1023] for low in (0, 10))
+        left, right = self._slips(car)
         if wheels >> 2 in (LEFT, RIGHT):
             spin = float(self.rules.turns[wheels]) / self.rules.wheel_turn / 2
             left, right = -left * spin, right * spin
@@ -391,3 +425,7 @@ class PlainWorld:
         turned = math.floor((right - left) * self.rules.wheel_turn + 0.5)
         self.heading[car] = (self.heading[car] + turned) % FULL_TURN
         self._drive(car, (left + right) / 2)
+
+    def _slips(self, car: int) -> list[float]:
+        bits = mix(self.seed, car, self.now_ms // 100)
+        return [1 + self.rules.wheel_noise * float(NORMALS[bits >> low & 1023]) for low in (0, 10)]

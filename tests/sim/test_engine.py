@@ -1,6 +1,7 @@
 """The engine against the plain world, and against itself with other threads, slices and neighbours."""
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 from motorcade import Pose, open_table
 from motorcade.car.brain import RUNNING, WORD
 from motorcade.sim.events import KINDS, WHYS
+from motorcade.sim.state import DRIVEN
 from motorcade.sim.world import World
 from plain_world import PlainWorld
 from strategies import BRISK
@@ -37,6 +39,13 @@ def shown(world: World) -> dict[str, list[int]]:
     return seen | {name: getattr(now, name).tolist() for name in ("word", "runs", "wheels", "led", "sends")}
 
 
+def wheels_of(world: PlainWorld, car: int) -> int:
+    if car in world.driven:
+        way = math.hypot(*world.driven[car][:2]) / 4096
+        return DRIVEN + sum(way > speed for speed in world.rules.speeds[:3])
+    return world.boards[car].direction * 4 + world.boards[car].speed_level
+
+
 def plainly_shown(world: PlainWorld) -> dict[str, list[int]]:
     brains = [car.memory for car in world.cars]
     sending = {frame.sender for frame in world.on_air if frame.end_ms > world.now_ms}
@@ -47,7 +56,7 @@ def plainly_shown(world: PlainWorld) -> dict[str, list[int]]:
         "memory": brains,
         "word": [memory[WORD] for memory in brains],
         "runs": [bool(memory[RUNNING]) for memory in brains],
-        "wheels": [board.direction * 4 + board.speed_level for board in world.boards],
+        "wheels": [wheels_of(world, car) for car in range(len(world.cars))],
         "led": [board.led for board in world.boards],
         "sends": [board.index in sending for board in world.boards],
     }
@@ -93,6 +102,27 @@ def test_cars_that_are_moved_and_refurnished_do_what_the_plain_world_does(
             if number:
                 world.move(car, pose)
             world.run(DURATIONS_MS[20] // SLICES)
+        happened += told(engine)
+        assert shown(engine) == plainly_shown(plain), engine.now_ms
+        assert sorted(happened) == sorted(plain.events)
+    assert {name: int(counts[0]) for name, counts in engine.counts().items()} == plainly_counted(plain)
+
+
+@FEW
+@given(cases(), st.data())
+def test_driven_cars_do_what_the_plain_world_does(case: Case, data: st.DataObject) -> None:
+    """Drivers come, steer, and leave while all else goes on."""
+    engine = World(case.mat, case.images, case.profile, seeds=case.seed, events=True)
+    plain = PlainWorld(case.mat, case.images, case.profile, case.seed)
+    car = st.integers(0, engine.cars - 1)
+    setpoint = st.tuples(st.integers(0, 180), st.integers(0, 1), st.integers(0, 255))
+    happened = []
+    for _ in range(SLICES):
+        driven = data.draw(st.dictionaries(car, setpoint | st.none(), max_size=4))
+        for world in (engine, plain):
+            for number, wanted in driven.items():
+                world.give_back(number) if wanted is None else world.drive(number, *wanted)
+            world.run(DURATIONS_MS[case.mat.tick_ms] // SLICES)
         happened += told(engine)
         assert shown(engine) == plainly_shown(plain), engine.now_ms
         assert sorted(happened) == sorted(plain.events)

@@ -13,16 +13,16 @@ from typing import Any
 import numba
 
 from motorcade.car import brain
-from motorcade.sim import bodies, channel, compiled, geometry, state, tally, turn
+from motorcade.sim import bicycle, bodies, channel, compiled, geometry, state, tally, turn
 from motorcade.sim import cells as grid
 from motorcade.sim.compiled import in_kernel
-from motorcade.sim.state import MOST_PARTS, Cars, Cells, Ints, People, Place, Rules, Voices
+from motorcade.sim.state import MOST_PARTS, Cars, Cells, Driven, Ints, People, Place, Rules, Voices
 from motorcade.sim.tally import Tally
 from motorcade.words.ticks import TICKS_MASK
 
 
 @in_kernel
-def sort(world: int, begin: int, end: int, cars: Cars, cells: Cells, rules: Rules) -> None:
+def sort(world: int, begin: int, end: int, cars: Cars, cells: Cells, driven: Driven, rules: Rules) -> None:
     """Bring a world's cars into the order of their cells."""
     grid.fit(world, begin, end, cars, cells, rules.cell)
     grid.order_by_cell(world, begin, end, cars, cells)
@@ -30,6 +30,7 @@ def sort(world: int, begin: int, end: int, cars: Cars, cells: Cells, rules: Rule
         grid.gather(begin, end, field, cars)
         grid.put_back(begin, end, field, cars)
     cars.push[begin:end] = 0
+    bicycle.find(world, begin, end, cars, driven)
 
 
 def _worlds_kernel(fingerprint: str) -> Callable[..., None]:
@@ -44,6 +45,7 @@ def _worlds_kernel(fingerprint: str) -> Callable[..., None]:
         place: Place,
         people: People,
         voices: Voices,
+        driven: Driven,
         rules: Rules,
         told: Tally,
     ) -> None:
@@ -58,7 +60,8 @@ def _worlds_kernel(fingerprint: str) -> Callable[..., None]:
                 if tick == 0:
                     turn.switch_on(begin, end, seed, now, world, cars, rules, told)
                 if tick % rules.sort_every == 0:
-                    sort(world, begin, end, cars, cells, rules)
+                    sort(world, begin, end, cars, cells, driven, rules)
+                bicycle.set_out(world, seed, now, cars, driven, rules)
                 first_voice = heard
                 while heard < voices.at_ms.shape[0] and voices.at_ms[heard] <= now:
                     heard += 1
@@ -84,6 +87,7 @@ def _worlds_kernel(fingerprint: str) -> Callable[..., None]:
                 for k in range(begin, begin + senders):
                     channel.spread_frame(cars.order[k], world, 0, rows, now, world, cars, cells, place, rules, told)
                 bodies.move(begin, end, seed, tick, cars, rules)
+                bicycle.turn_round(world, cars, driven)
 
     return run
 
@@ -105,6 +109,7 @@ def _large_kernel(fingerprint: str) -> Callable[..., None]:
         place: Place,
         people: People,
         voices: Voices,
+        driven: Driven,
         rules: Rules,
         told: Tally,
     ) -> None:
@@ -127,6 +132,8 @@ def _large_kernel(fingerprint: str) -> Callable[..., None]:
                     for part in numba.prange(MOST_PARTS):
                         grid.put_back(*_share(part, per_world), field, cars)
                 cars.push[:] = 0
+                bicycle.find(0, 0, per_world, cars, driven)
+            bicycle.set_out(0, seed, now, cars, driven, rules)
             rows, columns = int(frame[grid.ROWS]), int(frame[grid.COLUMNS])
             # A frame begun in one strip reaches the next one at most.
             reach = int((rules.range + 2.0 * rules.drift) * frame[grid.PER_UM]) + 2
@@ -165,12 +172,13 @@ def _large_kernel(fingerprint: str) -> Callable[..., None]:
             for part in numba.prange(parts):
                 begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]
                 bodies.move(begin, end, seed, tick, cars, rules)
+            bicycle.turn_round(0, cars, driven)
 
     return run
 
 
 def _wake_kernel(fingerprint: str) -> Callable[..., None]:
-    def wake(now: int, per_world: int, worlds: int, cars: Cars, cells: Cells, rules: Rules) -> None:
+    def wake(now: int, per_world: int, worlds: int, cars: Cars, cells: Cells, driven: Driven, rules: Rules) -> None:
         """Let every car look around in its next tick: nothing of what it knew of its surroundings may hold any more."""
         _ = fingerprint
         for world in range(worlds):
@@ -179,7 +187,7 @@ def _wake_kernel(fingerprint: str) -> Callable[..., None]:
                 bodies.set_way(i, cars.wheels[i], cars, rules)
                 cars.due[i] = now
                 cars.clear[i] = now
-            sort(world, begin, end, cars, cells, rules)
+            sort(world, begin, end, cars, cells, driven, rules)
 
     return wake
 
@@ -194,7 +202,7 @@ def _leds_kernel(fingerprint: str) -> Callable[..., None]:
     return read_leds
 
 
-_ROOMS = (bodies, grid, channel, geometry, state, tally, turn)
+_ROOMS = (bicycle, bodies, grid, channel, geometry, state, tally, turn)
 _SOURCES = (*(Path(str(each.__file__)) for each in _ROOMS), Path(__file__))
 run_many = compiled.compiled(_worlds_kernel, _SOURCES, parallel=True)
 run_one = compiled.compiled(_worlds_kernel, _SOURCES, parallel=False)

@@ -225,6 +225,8 @@ def _check(profile: Profile, tick_ms: int, fastest_um: float, radius_um: float) 
         raise WorldError("tick-too-long", tick_ms=tick_ms, shortest=shortest_ms)
     if body.ultrasonic_cone_deg >= 90:
         raise WorldError("cone-too-wide", profile=profile.name, cone=body.ultrasonic_cone_deg)
+    if profile.servo.steering_deg >= 90:
+        raise WorldError("steers-too-far", profile=profile.name, steering=profile.servo.steering_deg)
 
 
 def _images(images: Sequence[bytes]) -> Words:

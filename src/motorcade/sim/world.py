@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from motorcade.car.brain import NO_VOICE, RUNNING, WORD
 from motorcade.profile import Profile, built_in_profile
-from motorcade.sim import engine, layout, tally
+from motorcade.sim import bicycle, engine, layout, tally
 from motorcade.sim.errors import WorldError
 from motorcade.sim.events import EVENT as EVENT
 from motorcade.sim.events import KINDS as KINDS
@@ -20,7 +20,7 @@ from motorcade.sim.geometry import FULL_TURN, to_heading
 from motorcade.sim.layout import VOICES
 from motorcade.sim.mat import Mat, Pose
 from motorcade.sim.mat.schema import FARTHEST_M
-from motorcade.sim.state import MOST_PARTS
+from motorcade.sim.state import DRIVEN, GIVEN_BACK, MOST_PARTS
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.ticks import TICKS_MASK
 
@@ -48,7 +48,7 @@ class Snapshot:
         x_m, y_m, heading: float64, metres and radians from -pi to pi.
         word: uint32, the word that each executes or holds.
         runs: bool, whether that word's length is not yet over.
-        wheels: uint8, direction * 4 + speed level.
+        wheels: uint8, direction * 4 + speed level; direction 3 where somebody drives the car.
         led: uint8, the LED that is on, 4 for none.
         sends: bool, whether the car's frame is on the air.
     """
@@ -126,6 +126,7 @@ class World:
                 raise WorldError("seeds", count=len(_seed_list(seeds)), worlds=self.worlds)
             self.seeds = _seed_list(seeds)
         layout.put_in_place(self.state, self.mat, self.worlds, len(self.images))
+        self._driven = bicycle.nobody()
         room = 64 * self.cars + 1024 if self._keeps_events else 0
         self._tally = tally.Tally(
             np.zeros((self._parts, tally.COUNTS), np.int64),
@@ -144,7 +145,7 @@ class World:
     def nbytes(self) -> int:
         """Bytes that the world's state occupies, scratch included."""
         state = (self.state.rows, self.state.push, self.state.order, self.state.wheels, self.state.program)
-        arrays = (*state, *self._cells, *self._place, *self._people, *self._voices, *self._tally)
+        arrays = (*state, *self._cells, *self._place, *self._people, *self._voices, *self._driven, *self._tally)
         return sum(np.asarray(array).nbytes for array in arrays)
 
     def say(self, word: str) -> None:
@@ -177,15 +178,41 @@ class World:
         Raises:
             WorldError: there is no such car or place.
         """
-        if not 0 <= car < self.cars:
-            raise WorldError("no-such-car", car=car, last=self.cars - 1)
+        self._check_car(car)
         if not (abs(pose.x) <= FARTHEST_M and abs(pose.y) <= FARTHEST_M and math.isfinite(pose.heading)):
             raise WorldError("no-such-place", x=pose.x, y=pose.y, most=FARTHEST_M)
-        begin = world * self.cars
-        index = begin + int(np.flatnonzero(self.state.number[begin : begin + self.cars] == car)[0])
+        index = self._index(car, world)
         self.state.x[index], self.state.y[index] = round(pose.x * 1e6), round(pose.y * 1e6)
         self.state.heading[index] = to_heading(pose.heading)
         self._wake()
+
+    def drive(self, car: int, angle_deg: int = 90, direction: int = 1, speed: int = 0, world: int = 0) -> None:
+        """Have a driver at a car's wheels, in place of its own program, which goes on but for them.
+
+        Args:
+            car: which one; it may lead or follow.
+            angle_deg: where the steering servo stands, 0 (right) to 180 (left).
+            direction: 1 for forward, 0 for backward.
+            speed: the motor's duty, 0 to the profile's ``motor.pwm_max``.
+            world: which world's car.
+
+        Raises:
+            WorldError: there is no such car.
+        """
+        self._check_car(car)
+        motion = bicycle.motion_of(angle_deg, direction, speed, self.profile, self.tick_ms)
+        index = self._index(car, world)
+        self._driven = bicycle.with_driver(self._driven, world, car, index, motion)
+        self.state.wheels[index] = DRIVEN
+
+    def give_back(self, car: int, world: int = 0) -> None:
+        """Let a car's own program have the wheels again, where it has come to by now. Raises WorldError."""
+        self._check_car(car)
+        index = self._index(car, world)
+        if self.state.wheels[index] == DRIVEN:
+            self._driven = bicycle.without_driver(self._driven, world, car)
+            self.state.wheels[index] = GIVEN_BACK
+            self.state.due[index] = self.now_ms
 
     def step(self) -> None:
         """One tick."""
@@ -216,7 +243,7 @@ class World:
             heading=np.where(heading > math.pi, heading - math.tau, heading),
             word=state.memory[WORD, part][order],
             runs=state.memory[RUNNING, part][order].astype(bool),
-            wheels=state.wheels[part][order],
+            wheels=self._shown_wheels(world)[order],
             led=led[order],
             sends=((self.now_ms - state.sends_until[part][order].astype(np.int64)) & TICKS_MASK) >= 1 << 29,
         )
@@ -253,8 +280,24 @@ class World:
     def _is_large(self) -> bool:
         return self.worlds == 1 and self.threads > 1 and self.cars >= _LARGE
 
+    def _check_car(self, car: int) -> None:
+        if not 0 <= car < self.cars:
+            raise WorldError("no-such-car", car=car, last=self.cars - 1)
+
+    def _index(self, car: int, world: int) -> int:
+        begin = world * self.cars
+        return begin + int(np.flatnonzero(self.state.number[begin : begin + self.cars] == car)[0])
+
+    def _shown_wheels(self, world: int) -> NDArray[np.uint8]:
+        begin = world * self.cars
+        wheels = self.state.wheels[begin : begin + self.cars].copy()
+        driven = self._driven
+        for k in np.flatnonzero(driven.world == world):
+            wheels[driven.place[k] - begin] = bicycle.shown_wheels(driven.ahead[k], driven.aside[k], self._rules.speeds)
+        return wheels
+
     def _wake(self) -> None:
-        engine.wake(self.now_ms, self.cars, self.worlds, self.state, self._cells, self._rules)
+        engine.wake(self.now_ms, self.cars, self.worlds, self.state, self._cells, self._driven, self._rules)
 
     def _advance(self, ticks: int) -> None:
         while True:
@@ -289,6 +332,7 @@ class World:
                 self._place,
                 self._people,
                 self._voices,
+                self._driven,
                 self._rules,
                 self._tally,
             )
@@ -304,7 +348,15 @@ class World:
 
     def _changing(self) -> list[NDArray[np.generic]]:
         state = self.state
-        return [state.rows, state.push, state.wheels, state.program, *self._cells, self._tally.counts]
+        return [
+            state.rows,
+            state.push,
+            state.wheels,
+            state.program,
+            *self._cells,
+            self._driven.place,
+            self._tally.counts,
+        ]
 
     def _overflows(self) -> bool:
         return bool(self._tally.counts[:, tally.EVENTS].max() > self._tally.events.shape[1])
