@@ -16,6 +16,7 @@ from motorcade.car import brain, rest
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board, make_levels
 from motorcade.car.loop import Car
 from motorcade.words.field import WordError
+from motorcade.words.fingerprint import fingerprint
 from motorcade.words.formats import FORMATS
 from motorcade.words.image import ImageError, image_words, parse_image_bytes
 from motorcade.words.infrared import FrameReceiver, air_us, frame_durations_us, to_frame
@@ -310,6 +311,7 @@ def step_infrared(random, record, receiver):
 def lines(seed, steps, every):
     """What a run prints, line by line: the CRC-32 every ``every`` steps, then the totals."""
     random, record, receiver = Random(seed), Record(), FrameReceiver()
+    record.add(*[fingerprint(word_format) for word_format in FORMATS])
     for step in range(steps):
         if step % STEPS_OF_A_PAIR == 0:
             pair = Pair(random, record)

@@ -224,6 +224,39 @@ def test_all_limits_of_a_field_hold_together():
         assert refusal(own.decode, raw)[:2] == ("level", raw)
 
 
+@given(gait=st.integers(0, 15), legs=st.integers(0, 8))
+def test_a_field_that_goes_with_another_is_0_exactly_where_that_is(gait, legs):
+    fields = [
+        Field("gait", 31, 28, "how it walks", goes_with="legs"),
+        Field("legs", 27, 24, "how many legs", maximum=8),
+        Field("rest", 23, 0, "for a test"),
+    ]
+    own = WordFormat("walker", fields)
+    word = gait << 28 | legs << 24
+    if bool(gait) == bool(legs):
+        assert own.encode(gait=gait, legs=legs) == word
+        assert own.decode(word) == (gait, legs, 0)
+    else:
+        expected = ("gait", gait, "0, as there are no legs" if gait else "1 to 15")
+        assert refusal(own.encode, gait=gait, legs=legs) == expected
+        assert refusal(own.decode, word) == expected
+
+
+def test_fields_may_have_any_names_of_variables():
+    names = ("values", "refuse", "new", "word", "found", "strict", "self", "rule")
+    own = declared(*[(name, 31 - 4 * number, 28 - 4 * number) for number, name in enumerate(names)])
+    values = {name: number for number, name in enumerate(names)}
+    assert own.encode(**values) == 0x01234567
+    assert own.decode(0x01234567)._asdict() == values
+    assert refusal(own.encode, refuse=16) == ("refuse", 16, "0 to 15")
+
+
+@pytest.mark.parametrize("link", ["needs", "goes_with"])
+def test_a_field_that_names_another_which_is_not_there_fails_when_the_format_is_defined(link):
+    with pytest.raises(FormatError, match="field most names leg, which is no field"):
+        WordFormat("own", [Field("most", 31, 1, "for a test", **{link: "leg"}), Field("legs", 0, 0, "for a test")])
+
+
 # On a wire
 
 

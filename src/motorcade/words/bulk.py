@@ -54,7 +54,7 @@ def decode_columns(
         dtype share their memory's owner; copy a column to keep it alone.
 
     Raises:
-        WordError: for the first word that the scalar ``decode`` refuses: first by ranges, then by the format's rule.
+        WordError: for the first word that the scalar ``decode`` refuses: first by ranges, then by pairs.
         TypeError: the words aren't integers of at most 64 bits.
         ValueError: they aren't one-dimensional, or there is no such kernel.
         ImportError: Numba is asked for and can't be imported.
@@ -70,7 +70,7 @@ def decode_columns(
     row = _first_row_refused(checked, columns, strict)
     if row is not None:
         word_format.decode(int(native[row]), strict)
-    _check_rule(word_format, native)
+    _check_pairs(word_format, native)
     return {field.name: columns[field.name] for field in word_format.fields}
 
 
@@ -89,7 +89,7 @@ def encode_columns(
         The words: uint32, shape (n,); n is 0 where there are no columns.
 
     Raises:
-        WordError: for the first row that the scalar ``encode`` refuses: first by ranges, then by the format's rule.
+        WordError: for the first row that the scalar ``encode`` refuses: first by ranges, then by pairs.
         TypeError: a name is none of the format's fields, or a column isn't integers of at most 64 bits.
         ValueError: a column isn't one-dimensional or not as long as the others, or there is no such kernel.
         ImportError: Numba is asked for and can't be imported.
@@ -107,7 +107,7 @@ def encode_columns(
     row = _first_row_refused(checked, given, strict=False)
     if row is not None:
         word_format.encode(**{name: int(column[row]) for name, column in given.items()})
-    _check_rule(word_format, words)
+    _check_pairs(word_format, words)
     return words
 
 
@@ -181,9 +181,9 @@ def _first_row_refused(fields: Sequence[Field], columns: Mapping[str, npt.NDArra
     return min((row for row in rows if row is not None), default=None)
 
 
-def _check_rule(word_format: WordFormat, words: Words) -> None:
-    """Raise the WordError of the first word that breaks the format's rule, a function of one word's values."""
-    if word_format.rule:
+def _check_pairs(word_format: WordFormat, words: Words) -> None:
+    """Raise the WordError of the first word in which a field is 0 and the one that it goes with isn't, or isn't."""
+    if word_format.paired:
         first_rows = np.unique(words, return_index=True)[1]
         for word in words[np.sort(first_rows)].tolist():
             word_format.decode(word)

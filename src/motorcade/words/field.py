@@ -55,6 +55,8 @@ class Field:
         needs: name of the one-bit field without which this one should be 0.
         reserved: carries nothing; strict decoding refuses a value other than 0.
         default: the raw value where a caller gives none.
+        unit: of what the raw value counts, such as ``"deg"``; empty for levels, counts and flags.
+        goes_with: name of the field that is 0 exactly where this one is 0.
     """
 
     def __init__(
@@ -71,6 +73,8 @@ class Field:
         needs: str = "",
         reserved: bool = False,
         default: int = 0,
+        unit: str = "",
+        goes_with: str = "",
     ) -> None:
         if not 0 <= low <= high < WORD_BITS:
             raise FormatError(f"field {name}: bits {high}-{low} are not in a 32-bit word")
@@ -89,6 +93,8 @@ class Field:
         self.needs = needs
         self.reserved = reserved
         self.default = default
+        self.unit = unit
+        self.goes_with = goes_with
 
     def __repr__(self) -> str:
         return f"Field({self.name!r}, {self.high}, {self.low})"
@@ -122,10 +128,9 @@ class WordFormat:
     Args:
         name: what users call the format.
         fields: the Fields; they must cover bits 31 to 0 without overlap or hole.
-        rule: called with the decoded values where fields depend on each other;
-            raises WordError. None where they don't.
 
     Attributes:
+        paired: the fields that go with another one.
         values: the named tuple that ``decode`` returns, one raw integer a field.
         decode: ``decode(word, strict=False)`` -> values. Reserved bits are kept;
             with ``strict`` they are refused. Raises WordError.
@@ -137,20 +142,21 @@ class WordFormat:
         FormatError: when it is defined, for fields that are not one 32-bit word.
     """
 
-    def __init__(self, name: str, fields: "Iterable[Field]", rule: "Callable[[Any], None] | None" = None) -> None:
+    def __init__(self, name: str, fields: "Iterable[Field]") -> None:
         self.name = name
         self.fields = tuple(fields)
         self._check_layout()
         self.values: Callable[..., Any] = namedtuple(name[0].upper() + name[1:], [field.name for field in self.fields])  # type: ignore[misc]
         self.reserved_mask = sum(field.word_mask for field in self.fields if field.reserved)
-        self.rule = rule
+        self.paired = tuple(field for field in self.fields if field.goes_with)
+        # Underscores keep these names apart from those of fields, which are encode's parameters.
         space: dict[str, Any] = {
             "WordError": WordError,
-            "values": self.values,
+            "_values": self.values,
             # tuple.__new__ skips the named tuple's own constructor, half of the cost of a decode.
-            "new": getattr(tuple, "__new__", None) or (lambda cls, raw: cls(*raw)),
-            "refuse": self._refuse,
-            "rule": rule,
+            "_new": getattr(tuple, "__new__", None) or (lambda cls, raw: cls(*raw)),
+            "_refuse": self._refuse,
+            "_refuse_unpaired": self._refuse_unpaired,
         }
         exec(self._decode_source(space), space)
         exec(self._encode_source(), space)
@@ -188,21 +194,27 @@ class WordFormat:
         if covered != WORD_MASK:
             missing = [bit for bit in range(WORD_BITS) if not covered >> bit & 1]
             raise FormatError(f"{self.name}: not 32 bits, no field holds bits {missing}")
+        names = [field.name for field in self.fields]
+        for field in self.fields:
+            for other in (field.needs, field.goes_with):
+                if other and other not in names:
+                    raise FormatError(f"{self.name}: field {field.name} names {other}, which is no field")
 
     def _decode_source(self, space: "dict[str, Any]") -> str:
         lines = ["def decode(word, strict=False):"]
         lines.append("    if word >> 32: raise WordError({!r}, word, '0 to 4294967295')".format(self.name + " word"))
-        strict = f"    if strict and word & {self.reserved_mask}: refuse(word, None)"
-        made = "new(values, {})".format(" + ".join(self._decoded_runs(space)))
+        strict = f"    if strict and word & {self.reserved_mask}: _refuse(word, None)"
+        made = "_new(_values, {})".format(" + ".join(self._decoded_runs(space)))
         restricted = [field for field in self.fields if field.restricted]
-        if not restricted and not self.rule:
+        if not restricted and not self.paired:
             lines += [strict, "    return " + made]
             return "\n".join(lines)
         lines.append("    found = " + made)
         for field in restricted:
-            lines.append("    if {}: refuse(0, found)".format(_condition(field, "found." + field.name)))
-        if self.rule:
-            lines.append("    rule(found)")
+            lines.append("    if {}: _refuse(0, found)".format(_condition(field, "found." + field.name)))
+        for field in self.paired:
+            condition = f"(found.{field.name} == 0) != (found.{field.goes_with} == 0)"
+            lines.append(f"    if {condition}: _refuse_unpaired({field.name!r}, found)")
         # Strictness comes last: what is reserved depends on what else the word is.
         lines += [strict, "    return found"]
         return "\n".join(lines)
@@ -245,11 +257,12 @@ class WordFormat:
         restricted = [_condition(field, field.name) for field in self.fields if field.restricted]
         made = "({},)".format(", ".join(names))
         lines.append("    try:")
-        lines.append("        if {}: refuse(0, {})".format(" or ".join(spills + restricted), made))
+        lines.append("        if {}: _refuse(0, {})".format(" or ".join(spills + restricted), made))
         # A value that can't be shifted is no integer: _refuse finds which.
-        lines.append(f"    except TypeError: refuse(0, {made})")
-        if self.rule:
-            lines.append(f"    rule(new(values, {made}))")
+        lines.append(f"    except TypeError: _refuse(0, {made})")
+        for field in self.paired:
+            condition = f"({field.name} == 0) != ({field.goes_with} == 0)"
+            lines.append(f"    if {condition}: _refuse_unpaired({field.name!r}, {made})")
         # The upper half is put together first, in integers of one machine digit.
         upper = [f"{f.name} << {f.low - 16}" for f in self.fields if f.low >= 16]
         lower = [f"{f.name} << {f.low}" for f in self.fields if f.low < 16]
@@ -267,6 +280,16 @@ class WordFormat:
         for field, raw in zip(self.fields, raws):
             if not isinstance(raw, int) or not field.allows(raw):
                 raise WordError(field.name, raw, field.allowed)
+
+    def _refuse_unpaired(self, name: str, raws: tuple[int, ...]) -> None:
+        """Raise the WordError of the field called ``name``, in ``raws``, which is 0 where its pair isn't, or isn't."""
+        by_name = dict(zip([field.name for field in self.fields], raws))
+        field = self.field(name)
+        if by_name[name]:
+            allowed = "0, as there are no " + field.goes_with.replace("_", " ")
+        else:
+            allowed = "exactly one bit" if field.one_hot else f"{max(1, field.minimum)} to {field.maximum}"
+        raise WordError(name, by_name[name], allowed)
 
 
 def _condition(field: Field, name: str) -> str:

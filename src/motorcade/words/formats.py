@@ -3,29 +3,24 @@
 Sources: seed 000 (h1-h3, c1-c9) for HEADER and CONTROL, seed 001 for DRIVE.
 """
 
-# For the type checker alone: MicroPython has no typing.
-MYPY = False
-if MYPY:
-    from typing import Any
-
 from motorcade.words.field import Field, WordError, WordFormat
-
-
-def _dwell_goes_with_words(header: "Any") -> None:
-    if bool(header.dwell) != bool(header.follower_words):
-        allowed = "exactly one bit" if header.follower_words else "0, as there are no follower words"
-        raise WordError("dwell", header.dwell, allowed)
-
 
 HEADER = WordFormat(
     "header",
     (
         Field("leader_states", 31, 24, "how many leader control words follow", "seed 000, h1"),
         Field("follower_words", 23, 16, "how many follower control words follow those", "seed 000, h2"),
-        Field("dwell", 15, 8, "how long each follower word is sent: one bit, 8 levels", "seed 000, h2", one_hot=True),
+        Field(
+            "dwell",
+            15,
+            8,
+            "how long each follower word is sent: one bit, 8 levels",
+            "seed 000, h2",
+            one_hot=True,
+            goes_with="follower_words",
+        ),
         Field("reserved", 7, 0, "for extensions", "seed 000, h3", reserved=True),
     ),
-    rule=_dwell_goes_with_words,
 )
 
 CONTROL = WordFormat(
@@ -53,7 +48,16 @@ DRIVE = WordFormat(
     "drive",
     (
         Field("code", 31, 28, "what the command is", "seed 001", only=((1, "speed and direction"),), default=1),
-        Field("angle", 27, 20, "servo angle in degrees; 90 centre, below right", "seed 001", maximum=180, default=90),
+        Field(
+            "angle",
+            27,
+            20,
+            "servo angle in degrees; 90 centre, below right",
+            "seed 001",
+            maximum=180,
+            default=90,
+            unit="deg",
+        ),
         Field("direction", 19, 19, "1 forward, 0 backward", "seed 001"),
         Field("speed", 18, 11, "PWM duty, 0 to 255", "seed 001"),
         Field("reserved", 10, 0, "for extensions", "seed 001", reserved=True),

@@ -1,0 +1,68 @@
+"""The fingerprint of a format: what changes it, what doesn't, and what it is for the three."""
+
+from binascii import crc32
+
+import pytest
+
+from motorcade.words.field import Field, WordFormat
+from motorcade.words.fingerprint import canonical_text, fingerprint
+from motorcade.words.formats import CONTROL, DRIVE, FORMATS, HEADER
+
+
+def walker(name="walker", **changes):
+    gait = {"name": "gait", "high": 31, "low": 28, "meaning": "how it walks", **changes}
+    legs = Field("legs", gait["low"] - 1, 1, "how many")
+    return WordFormat(name, [Field(**gait), legs, Field("on", 0, 0, "whether it walks")])
+
+
+def test_a_format_is_told_in_lines():
+    assert canonical_text(HEADER) == (
+        "header\n"
+        "leader_states 31 24 0 255\n"
+        "follower_words 23 16 0 255\n"
+        "dwell 15 8 0 255 one-hot goes-with=follower_words\n"
+        "reserved 7 0 0 255 reserved\n"
+    )
+    assert canonical_text(DRIVE).splitlines()[1:3] == ["code 31 28 0 15 only=1", "angle 27 20 0 180 unit=deg"]
+
+
+def test_the_fingerprint_is_the_crc_32_of_these_lines():
+    assert [fingerprint(each) for each in FORMATS] == [crc32(canonical_text(each).encode()) for each in FORMATS]
+
+
+def test_the_three_keep_theirs():
+    # They stand in firmware that is out there: one that changes says that old and new cars don't agree.
+    assert (fingerprint(HEADER), fingerprint(CONTROL), fingerprint(DRIVE)) == (0x71B74BB1, 0xE2E12312, 0xA066A390)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"name": "pace"},
+        {"low": 27},
+        {"minimum": 1},
+        {"maximum": 14},
+        {"unit": "mm"},
+        {"one_hot": True},
+        {"only": ((1, "trot"),)},
+        {"reserved": True},
+        {"goes_with": "legs"},
+    ],
+    ids=lambda change: next(iter(change)),
+)
+def test_what_makes_another_word_changes_it(change):
+    assert fingerprint(walker(**change)) != fingerprint(walker())
+
+
+def test_another_name_of_the_format_changes_it():
+    assert fingerprint(walker("runner")) != fingerprint(walker())
+
+
+@pytest.mark.parametrize("change", [{"meaning": "its gait"}, {"source": "a book"}, {"default": 3}, {"needs": "on"}])
+def test_what_is_only_said_about_a_field_does_not(change):
+    assert fingerprint(walker(**change)) == fingerprint(walker())
+
+
+def test_neither_do_the_names_of_values_and_their_order():
+    one, other = walker(only=((1, "trot"), (2, "walk"))), walker(only=((2, "step"), (1, "run")))
+    assert fingerprint(one) == fingerprint(other)
