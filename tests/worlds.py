@@ -141,10 +141,22 @@ def crowd(cars: int) -> Mat:
     )
 
 
+def go(world: World, duration_ms: int) -> None:
+    """Let a while pass, in whose second half the leader in the corner is driven, and for a moment a follower too."""
+    world.run(duration_ms // 2)
+    for which in range(world.worlds):
+        world.drive(0, 150, 1, 255, which)
+        world.drive(7, 30, 0, 200, which)
+    world.run(duration_ms // 4)
+    for which in range(world.worlds):
+        world.give_back(7, which)
+    world.run(duration_ms // 4)
+
+
 def ran(mat: Mat, duration_ms: int, seeds: int | list[int] = 5, **more: object) -> World:
     """A world of roaming cars after a while."""
     world = World(mat, [ROAMING], seeds=seeds, **more)
-    world.run(duration_ms)
+    go(world, duration_ms)
     return world
 
 

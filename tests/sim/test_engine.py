@@ -19,7 +19,7 @@ from motorcade.sim.state import DRIVEN
 from motorcade.sim.world import World
 from plain_world import PlainWorld
 from strategies import BRISK
-from worlds import DURATIONS_MS, Case, cases, contents, crowd, digest, ran
+from worlds import DURATIONS_MS, Case, cases, contents, crowd, digest, go, ran
 
 SLICES = 5
 FEW = settings(max_examples=max(settings().max_examples // 4, 1))
@@ -180,10 +180,10 @@ def test_reset_begins_anew_with_the_same_seed_or_another() -> None:
     world = ran(crowd(60), 1600)
     first = digest(world)
     world.reset()
-    world.run(1600)
+    go(world, 1600)
     assert digest(world) == first
     world.reset(6)
-    world.run(1600)
+    go(world, 1600)
     assert digest(world) == digest(ran(crowd(60), 1600, seeds=6)) != first
 
 
