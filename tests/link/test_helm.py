@@ -4,8 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from motorcade.car.arbiter import NEUTRAL
 from motorcade.link.helm import Helm
-from motorcade.link.stick import NEUTRAL, stick_word
+from motorcade.link.stick import stick_word
 from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import later_ms
 
@@ -44,6 +45,14 @@ def test_a_wish_that_is_renewed_goes_on():
         assert sent(helm, begin_ms + 200, begin_ms) == [AHEAD] * 4
 
 
+def test_a_car_that_stands_is_steered_and_armed_by_the_same_word():
+    helm, steered = Helm(FRESH_MS, False), stick_word(0, -1)
+    helm.wish(steered, 0)
+    assert sent(helm, 100) == [steered] * 2
+    helm.wish(AHEAD, 100)
+    assert helm.next_word(100) == AHEAD
+
+
 @pytest.mark.parametrize("rearm", [True, False])
 def test_a_new_wish_after_a_pause_arms_the_car_again(rearm):
     helm = armed(rearm)
@@ -65,9 +74,9 @@ def test_a_helm_that_may_not_waits_until_its_hand_lets_go():
     helm.wish(AHEAD, 600)
     helm.hear_failsafe(600)
     assert sent(helm, 900, 600) == [None] * 6
-    assert helm.waits_for_neutral
+    assert helm.waits_for_release
     helm.wish(NEUTRAL, 800)
-    assert not helm.waits_for_neutral
+    assert not helm.waits_for_release
     helm.wish(LEFT, 850)
     assert sent(helm, 950, 850) == [NEUTRAL, LEFT]
 

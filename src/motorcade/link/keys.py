@@ -45,7 +45,7 @@ def peer_name(line: ssl.SSLObject | ssl.SSLSocket | None) -> str | None:
     """The name in the certificate that the other end of a TLS connection has shown; None where it has shown none."""
     certificate = line.getpeercert() if line else None
     subject = certificate.get("subject", ()) if certificate else ()
-    names = (value for parts in subject for key, value in parts if key == "commonName")
+    names = (value for parts in subject for key, value in parts if key == "commonName")  # type: ignore[str-unpack]
     return next((str(name) for name in names), None)
 
 

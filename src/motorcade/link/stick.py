@@ -4,7 +4,6 @@ from motorcade.words.formats import DRIVE
 
 FULL_DUTY = 255
 CENTRE_DEG = 90
-NEUTRAL = DRIVE.encode(code=1, angle=CENTRE_DEG, direction=1, speed=0)
 
 
 def stick_word(throttle: float, steering: float) -> int:

@@ -1,0 +1,289 @@
+"""A driver's end: steers a car over the network, and starts over when the connection breaks."""
+
+import asyncio
+import random
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from motorcade.link.car_failures import CarAwayError, CarError
+from motorcade.link.drive_connection import Address, Connection, connected, failure
+from motorcade.link.helm import Helm
+from motorcade.link.keys import client_context
+from motorcade.link.stick import stick_word
+from motorcade.link.telemetry import Telemetry
+from motorcade.words.ticks import TICKS_MASK
+
+DRIVE_PORT, TELEMETRY_PORT = 5005, 5006
+FRESH_S = 0.3
+_PERIOD_S = 0.05
+# A car takes 100 commands a second.
+_SHORTEST_PERIOD_S = 0.0125
+_CONNECT_S = 3.0
+# The car tells ten times a second. What is sent while it doesn't would only wait, and come too late.
+_SILENT_S, _LOST_S = 0.5, 2.0
+_FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.1, 2.0
+# With these nothing gets better by trying again.
+_FOR_GOOD = ("no-such-host", "not-trusted", "keys-refused", "speaks-no-tls")
+
+
+class DriveClient:
+    """A car that is steered over the network: ``async with DriveClient("192.168.1.20") as car: ...``.
+
+    The car moves as long as its driver keeps saying so: each wish of `drive` counts for ``fresh_s`` and is repeated
+    meanwhile, 20 times a second; then the car stops. It stops by itself too when it hears nothing for 300 ms.
+
+    Args:
+        host: name or address of the car.
+        port: where it takes commands.
+        telemetry_port: where it tells what it does; None for a car that knows the four bytes of a command alone.
+        keys: this driver's keys file, where the car wants one (`motorcade drive keys`).
+        car: the car's name in its keys, where ``host`` isn't in them.
+        fresh_s: how long a wish counts, 0.05 to 1.
+        rearm: after it stopped by itself a car drives again only after a command with speed 0. A client sends that by
+            itself; without ``rearm`` it waits for a wish of throttle 0 or none, as of a hand that lets go of a stick.
+        patience_s: a car that has been away for longer is an error. The client tries again and again meanwhile, and
+            after that too.
+
+    Attributes:
+        telemetry: the latest `Telemetry`; None before the first, and while the car is away.
+        you: what the car said with it of this client: its ``name``, whether it ``drives``, and what became of its
+            commands, as `motorcade.link.telemetry.Counts` names it.
+
+    Raises:
+        KeysError: ``keys`` can't be used.
+    """
+
+    def __init__(
+        self,
+        host: str,
+        port: int = DRIVE_PORT,
+        *,
+        telemetry_port: int | None = TELEMETRY_PORT,
+        keys: Path | None = None,
+        car: str | None = None,
+        fresh_s: float = FRESH_S,
+        rearm: bool = True,
+        patience_s: float = 5.0,
+    ) -> None:
+        if not _PERIOD_S <= fresh_s <= 1:
+            raise ValueError(f"fresh_s is {fresh_s!r}; allowed: {_PERIOD_S} to 1")
+        tls = client_context(keys) if keys else None
+        self._address = Address(host, port, telemetry_port, tls, (car or host) if tls else None)
+        self._patience_s = patience_s
+        self._helm = Helm(round(fresh_s * 1000), rearm)
+        self.telemetry: Telemetry | None = None
+        self.you: dict[str, Any] = {}
+        self._connection: Connection | None = None
+        self._changed = asyncio.Event()
+        self._task: asyncio.Task[None] | None = None
+        self._problem: CarError | None = None
+        self._had_it = False
+        self._away_since_s = self._heard_s = self._sent_s = 0.0
+
+    async def __aenter__(self) -> Self:
+        """Connect. Raises CarError where that fails."""
+        self._away_since_s = time.monotonic()
+        self._task = asyncio.create_task(self._stay_connected())
+        try:
+            await self._until(lambda: self.connected)
+        except BaseException:
+            await self._hang_up()
+            raise
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Stop the car and hang up."""
+        await self._hang_up()
+
+    @property
+    def connected(self) -> bool:
+        """Whether the car can be reached now."""
+        return self._connection is not None
+
+    @property
+    def waits_for_release(self) -> bool:
+        """Whether the car stopped by itself and stands until the caller has let go (see ``rearm``)."""
+        return self._helm.waits_for_release
+
+    async def drive(self, throttle: float = 0.0, steering: float = 0.0) -> None:
+        """Wish what the car does for the next ``fresh_s``, unless another wish comes first.
+
+        Args:
+            throttle: -1 full speed back, 0 standing still, 1 full speed ahead.
+            steering: -1 full left, 0 straight on, 1 full right.
+
+        Raises:
+            ValueError: one of them is out of range.
+            CarError: the car has been away for longer than ``patience_s``.
+        """
+        self._helm.wish(stick_word(throttle, steering), _now_ms())
+        if time.monotonic() - self._sent_s >= _SHORTEST_PERIOD_S:
+            self._send()
+        if lost := self._lost():
+            raise lost
+
+    async def drive_for(self, seconds: float, throttle: float = 0.0, steering: float = 0.0) -> None:
+        """Wish the same for so long, then to stand still. Raises what `drive` raises."""
+        end_s = time.monotonic() + seconds
+        try:
+            while (left_s := end_s - time.monotonic()) > 0:
+                await self.drive(throttle, steering)
+                await asyncio.sleep(min(left_s, _PERIOD_S))
+        finally:
+            self._helm.wish(stick_word(0, 0), _now_ms())
+            self._send()
+
+    async def next_telemetry(self) -> Telemetry:
+        """What the car tells next. Raises CarError where it tells nothing for ``patience_s``."""
+        last = self.telemetry
+        await self._until(lambda: self.telemetry not in (None, last))
+        return self.telemetry  # type: ignore[return-value]
+
+    async def request(self) -> bool:
+        """Ask for the wheel: True where this client has it now; else it comes when the driver stands still or leaves.
+
+        Raises:
+            CarError: the car is away or says no; so do the following.
+        """
+        return bool((await self._ask("request")).get("has_wheel"))
+
+    async def release(self) -> None:
+        """Give the wheel back, or wait for it no longer."""
+        self._helm.drop()
+        await self._ask("release")
+
+    async def stop(self) -> None:
+        """Emergency stop: nothing moves until somebody says `clear`."""
+        self._helm.drop()
+        await self._ask("stop")
+
+    async def clear(self) -> None:
+        """Lift the emergency stop."""
+        await self._ask("clear")
+
+    async def resume_program(self) -> None:
+        """Let the car run its image of codewords again."""
+        self._helm.drop()
+        await self._ask("resume")
+
+    async def _stay_connected(self) -> None:
+        pause_s = _FIRST_PAUSE_S
+        while True:
+            try:
+                async with connected(self._address, _CONNECT_S) as connection:
+                    pause_s = _FIRST_PAUSE_S
+                    self._begin(connection)
+                    await self._use(connection)
+            except (OSError, EOFError, ValueError, CarError) as problem:
+                self._problem = failure(self._address, problem)
+            finally:
+                self._end()
+            # Cars that are switched on again are not met by all of their drivers in one moment.
+            await asyncio.sleep(pause_s * random.uniform(0.5, 1.0))
+            pause_s = min(2 * pause_s, _LONGEST_PAUSE_S)
+
+    def _begin(self, connection: Connection) -> None:
+        self._connection, self._problem, self._had_it = connection, None, True
+        self._heard_s = time.monotonic()
+        self._helm.disarm()
+        connection.join()
+        self._changed.set()
+
+    def _end(self) -> None:
+        if self._connection:
+            self._away_since_s = time.monotonic()
+        self._connection = self.telemetry = None
+        self._changed.set()
+
+    async def _use(self, connection: Connection) -> None:
+        """Drive by ``connection`` until it ends, which raises."""
+        parts = [connection.ended(), self._repeat(), self._hear(connection)]
+        tasks = [asyncio.ensure_future(part) for part in parts]
+        try:
+            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            # Of several reasons the car's own refusal tells most.
+            raise min(
+                (task.exception() or EOFError() for task in done), key=lambda each: not isinstance(each, CarError)
+            )
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _repeat(self) -> None:
+        loop = asyncio.get_running_loop()
+        due_s = loop.time()
+        while True:
+            self._send()
+            due_s = max(due_s + _PERIOD_S, loop.time())
+            await asyncio.sleep(due_s - loop.time())
+            if self._silent_s() > _LOST_S:
+                raise TimeoutError
+
+    async def _hear(self, connection: Connection) -> None:
+        async for told in connection.told():
+            self._heard_s = time.monotonic()
+            self.telemetry = Telemetry(*(told.get(name) for name in Telemetry._fields))  # type: ignore[arg-type]
+            self.you = told.get("you", {})
+            if self.telemetry.state == "failsafe":
+                self._helm.hear_failsafe(_now_ms())
+            self._changed.set()
+
+    def _send(self) -> None:
+        """Send what is to be sent now, if it would arrive now."""
+        if self._connection is None or not self._connection.is_free or self._silent_s() > _SILENT_S:
+            return
+        word = self._helm.next_word(_now_ms())
+        if word is not None:
+            self._sent_s = time.monotonic()
+            self._connection.send(word)
+
+    def _silent_s(self) -> float:
+        """For how long the car has told nothing, where it tells anything."""
+        return 0.0 if self._address.telemetry_port is None else time.monotonic() - self._heard_s
+
+    async def _ask(self, what: str) -> dict[str, Any]:
+        if self._connection is None:
+            raise self._away()
+        return await self._connection.ask(do=what)
+
+    async def _until(self, condition: Callable[[], bool]) -> None:
+        while not condition():
+            if lost := self._lost():
+                raise lost
+            self._changed.clear()
+            with suppress(TimeoutError):
+                async with asyncio.timeout(_PERIOD_S):
+                    await self._changed.wait()
+
+    def _lost(self) -> CarError | None:
+        """What is wrong, once it is for longer than the caller's patience, or for good."""
+        if self._connection:
+            return None
+        if self._problem and self._problem.code in _FOR_GOOD and not self._had_it:
+            return self._problem
+        return self._away() if time.monotonic() - self._away_since_s > self._patience_s else None
+
+    def _away(self) -> CarError:
+        if self._problem and not self._had_it:
+            return self._problem
+        seconds = f"{time.monotonic() - self._away_since_s:.0f}"
+        figures = self._problem.figures if self._problem else {}
+        return CarAwayError("away", car=str(self._address), seconds=seconds, detail=figures.get("detail", "no answer"))
+
+    async def _hang_up(self) -> None:
+        if self._connection and self._sent_s:
+            self._connection.send(stick_word(0, 0))
+        if self._task:
+            self._task.cancel()
+            await asyncio.gather(self._task, return_exceptions=True)
+
+
+def _now_ms() -> int:
+    return int(time.monotonic() * 1000) & TICKS_MASK
