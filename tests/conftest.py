@@ -23,6 +23,8 @@ def alone() -> FileLock:
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
     """Says loudly what nobody has checked, and why."""
-    skipped = Counter(str(each.longrepr[2]) for each in terminalreporter.getreports("skipped"))
+    skipped = Counter(
+        str(each.longrepr[2]).removeprefix("Skipped: ") for each in terminalreporter.getreports("skipped")
+    )
     for reason, count in skipped.items():
         terminalreporter.write_sep("!", f"{count} tests did NOT run: {reason}", red=True, bold=True)
