@@ -14,6 +14,22 @@ MESSAGES: dict[str, dict[str, str]] = {
         "Ask for the wheel, or lift the stop.",
         "zh": "程序无法继续：有其他人在驾驶，或处于紧急停止状态。请先取得方向盘，或解除紧急停止。",
     },
+    "no-such-connection": {
+        "en": "Nobody sends commands from port {port} of this address. Say the port that your commands come from.",
+        "zh": "此地址的端口 {port} 没有发送指令的连接。请说明您的指令来自哪个端口。",
+    },
+    "not-a-request": {
+        "en": 'This is no request; one is {{"do": "stop"}}, for example. docs/drive.md lists them.',
+        "zh": '这不是请求；请求例如 {{"do": "stop"}}。docs/drive.zh.md 列出了所有请求。',
+    },
+    "too-long": {
+        "en": "A request is a length of four bytes and at most {most} bytes of JSON.",
+        "zh": "请求由四字节长度和最多 {most} 字节的 JSON 组成。",
+    },
+    "too-many-requests": {
+        "en": "More than {most} requests a second. Ask less often.",
+        "zh": "每秒超过 {most} 个请求。请降低频率。",
+    },
 }
 
 

@@ -7,89 +7,22 @@ Every method may be called from any thread. Somebody has to call ``beat`` in tim
 import threading
 from collections.abc import Callable
 
-from motorcade.car.arbiter import APPLIED, CLIENT, FAILSAFE, LOCAL, MOVING, STANDING, STATES, WATCHING, Arbiter
+from motorcade.car.arbiter import APPLIED, CLIENT, FAILSAFE, LOCAL, MOVING, NOBODY, STANDING, STATES, WATCHING, Arbiter
 from motorcade.car.drive_board import DriveBoard
 from motorcade.link.drive_failures import DriveError
-from motorcade.link.telemetry import OUTCOMES, OVER_RATE, Counts, Telemetry
+from motorcade.link.seat import Seat
+from motorcade.link.telemetry import OUTCOMES, OVER_RATE, Telemetry
 from motorcade.link.wheels import NEUTRAL_SETPOINT, Setpoint, Wheels
 from motorcade.profile import Profile
 from motorcade.words.field import WordError
 from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import elapsed_ms, later_ms
 
-__all__ = ["APPLIED", "CLIENT", "LOCAL", "OUTCOMES", "OVER_RATE", "Counts", "Drive", "Seat", "Telemetry"]
+__all__ = ["APPLIED", "CLIENT", "LOCAL", "OUTCOMES", "OVER_RATE", "Drive", "Seat", "Telemetry"]
 
 MOST_SEATS = 9
-# The rate is held in each tenth of a second, so that who sends too much drives on, only coarser.
-_WINDOW_MS = 100
 _LOCK_PATIENCE_S = 0.05
 _BATTERY_MS = 1000
-
-
-class Seat:
-    """One who drives or watches; `Drive.join` makes it.
-
-    Attributes:
-        number: from 1, never given twice.
-        name: what others are shown.
-        kind: CLIENT or LOCAL.
-        counts: what became of its words.
-        heard_ms: when it last sent a valid command.
-    """
-
-    def __init__(self, drive: "Drive", number: int, name: str, kind: int, now_ms: int, commands_per_s: int) -> None:
-        self.number = number
-        self.name = name
-        self.kind = kind
-        self.counts = Counts()
-        self.heard_ms = now_ms
-        self._drive = drive
-        # When the last commands came, a ring as long as a window's share of the rate.
-        self._times = [later_ms(now_ms, -_WINDOW_MS)] * max(1, commands_per_s * _WINDOW_MS // 1000)
-        self._next = 0
-
-    def command(self, word: int) -> int:
-        """Take a DRIVE word that came just now.
-
-        Returns:
-            APPLIED, or the place of another one in OUTCOMES.
-
-        Raises:
-            WordError: it is no DRIVE word; counted.
-        """
-        return self._drive.command(self, word)
-
-    def request(self) -> bool:
-        """Ask for the wheel: True where this seat has it now; else it comes when the driver stands still or leaves."""
-        return self._drive.request(self)
-
-    def release(self) -> None:
-        """Give the wheel back, or wait for it no longer."""
-        self._drive.release(self)
-
-    def stop(self) -> None:
-        """Emergency stop: nothing moves until somebody says ``clear``."""
-        self._drive.stop()
-
-    def clear(self) -> None:
-        """Lift the emergency stop; a command with speed 0 then arms the car."""
-        self._drive.clear()
-
-    def resume_program(self) -> None:
-        """Let the car run its image again. Raises DriveError where it has none, another drives or it is stopped."""
-        self._drive.resume_program(self)
-
-    def leave(self) -> None:
-        """Be gone: the wheels stand still if this seat moved them. Again is harmless."""
-        self._drive.leave(self)
-
-    def takes(self, now_ms: int) -> bool:
-        """Whether one more command now is within the rate; if so it counts."""
-        if elapsed_ms(now_ms, self._times[self._next]) < _WINDOW_MS:
-            return False
-        self._times[self._next] = now_ms
-        self._next = (self._next + 1) % len(self._times)
-        return True
 
 
 class Drive:
@@ -113,21 +46,29 @@ class Drive:
         self._setpoint: Setpoint = NEUTRAL_SETPOINT
         self._lock = threading.Lock()
         self._seats: dict[int, Seat] = {}
-        self._numbers = self._refused = self._failsafes = self._stalls = 0
+        self._numbers = self._refused = self._turned_away = self._failsafes = self._stalls = 0
         self._beat_ms: int | None = None
         self._is_stuck = False
         self._battery_mv: int | None = None
         self._battery_read_ms = later_ms(clock(), -_BATTERY_MS)
         self._wheels = Wheels(board)
 
-    def join(self, name: str, kind: int = CLIENT) -> Seat:
+    def join(self, name: str, kind: int = CLIENT, watches: bool = False) -> Seat:
         """A seat for one who will drive or watch: CLIENT, or LOCAL for a stick at the car itself, which comes first.
+
+        Args:
+            name: what the others are shown.
+            kind: CLIENT or LOCAL.
+            watches: for one who won't drive; where nobody drives such a one leaves a seat for who will.
 
         Raises:
             DriveError: ``full``, with one driver and eight watchers; a local stick always finds a seat.
         """
         with self._lock:
-            if kind == CLIENT and sum(seat.kind == CLIENT for seat in self._seats.values()) >= MOST_SEATS:
+            taken = sum(seat.kind == CLIENT for seat in self._seats.values())
+            if watches and self._arbiter.driver == NOBODY:
+                taken += 1
+            if kind == CLIENT and taken >= MOST_SEATS:
                 raise DriveError("full", seats=MOST_SEATS)
             self._numbers += 1
             seat = Seat(self, self._numbers, name, kind, self._clock(), self._limits.commands_per_s)
@@ -203,9 +144,27 @@ class Drive:
                 self._arbiter.gone(seat.number, self._clock())
                 self._follow()
 
+    def turn_away(self) -> None:
+        """A connection got no place; count it."""
+        with self._lock:
+            self._turned_away += 1
+
+    def check(self, word: int) -> None:
+        """Raise WordError, and count it, where somebody without a seat sent what is no DRIVE word."""
+        try:
+            DRIVE.decode(word, strict=True)
+        except WordError:
+            with self._lock:
+                self._refused += 1
+            raise
+
     def drives(self, seat: Seat) -> bool:
         """Whether the seat has the wheel."""
         return self._arbiter.driver == seat.number
+
+    def silent_ms(self, seat: Seat) -> int:
+        """Since the seat's last valid command, or since it joined."""
+        return elapsed_ms(self._clock(), seat.heard_ms)
 
     def telemetry(self) -> Telemetry:
         """What the car does now."""
@@ -227,6 +186,7 @@ class Drive:
                 self._stalls,
                 self._wheels.faults,
                 self._wheels.last_fault,
+                self._turned_away,
             )
 
     def tick(self) -> int:

@@ -22,6 +22,7 @@ class Telemetry(NamedTuple):
         failsafes: how often moving wheels were stopped since their driver fell silent or was gone.
         stalls: how often the car's own software was stuck.
         faults: how often its hardware failed; ``last_fault`` says why.
+        turned_away: connections that got or kept no place, or failed to show who they are.
     """
 
     state: str
@@ -38,6 +39,7 @@ class Telemetry(NamedTuple):
     stalls: int
     faults: int
     last_fault: str
+    turned_away: int
 
 
 class Counts:

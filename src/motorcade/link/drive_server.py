@@ -1,0 +1,105 @@
+"""A car's two doors: commands at one port, telemetry and requests at the other."""
+
+import asyncio
+import socket
+import ssl
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+
+from motorcade.link.command_channel import CommandChannel
+from motorcade.link.doors import Door, Guest
+from motorcade.link.drive_failures import DriveError
+from motorcade.link.driving import Drive, Seat
+from motorcade.link.telemetry_channel import PERIOD_S, TelemetryChannel
+from motorcade.profile import Profile
+
+BYTE_ORDERS = ("big", "little")
+
+
+class DriveServer:
+    """What the connections to one car share.
+
+    Args:
+        drive: the car.
+        profile: its kind.
+        byte_order: of a command, ``big`` or ``little``.
+
+    Attributes:
+        commands: the connections for commands that are open.
+        channels: those for telemetry.
+    """
+
+    def __init__(self, drive: Drive, profile: Profile, byte_order: str = "big") -> None:
+        self.drive = drive
+        self.commands: list[CommandChannel] = []
+        self.channels: list[TelemetryChannel] = []
+        self._hand_over_ms = profile.drive.hand_over_ms
+        self._byte_order = byte_order
+
+    def command_channel(self, left: Callable[[Guest], None]) -> CommandChannel:
+        """The protocol of a new connection for commands."""
+        return CommandChannel(left, self, self._byte_order)
+
+    def telemetry_channel(self, left: Callable[[Guest], None]) -> TelemetryChannel:
+        """The protocol of a new connection for telemetry."""
+        return TelemetryChannel(left, self)
+
+    def seat_for(self, channel: CommandChannel) -> Seat:
+        """A seat for who sends commands, if need be that of the one who has been silent for longest.
+
+        Only who has been silent for as long as loses a driver the wheel gives it up. Raises DriveError.
+        """
+        try:
+            return self.drive.join(channel.name)
+        except DriveError:
+            silences = [(self.drive.silent_ms(each.seat), each) for each in self.commands if each.seat]
+            longest_ms, longest = max(silences, key=lambda silence: silence[0], default=(0, None))
+            if longest is None or longest_ms <= self._hand_over_ms:
+                raise
+            longest.give_up_seat()
+            return self.drive.join(channel.name)
+
+    def named_by(self, channel: TelemetryChannel) -> CommandChannel | None:
+        """The connection for commands of the same client at the port that the channel names."""
+        for found in self.commands:
+            if found.client == channel.client and found.port == channel.port_named:
+                for other in self.channels:
+                    if other.commands is found:
+                        other.commands = None
+                return found
+        return None
+
+    def alone_like(self, channel: TelemetryChannel) -> CommandChannel | None:
+        """The connection for commands of the same client that has no channel, where there is one and no more."""
+        taken = [each.commands for each in self.channels]
+        alike = [each for each in self.commands if each.client == channel.client and each not in taken]
+        return alike[0] if len(alike) == 1 else None
+
+    async def tell(self) -> None:
+        """Send telemetry to every channel until cancelled."""
+        loop = asyncio.get_running_loop()
+        while True:
+            begin_s = loop.time()
+            told = self.drive.telemetry()._asdict() if self.channels else {}
+            for channel in list(self.channels):
+                channel.tell(told)
+            await asyncio.sleep(max(0.0, begin_s + PERIOD_S - loop.time()))
+
+
+@asynccontextmanager
+async def served(
+    server: DriveServer, commands: socket.socket, telemetry: socket.socket, tls: ssl.SSLContext | None = None
+) -> AsyncIterator[tuple[Door, Door]]:
+    """Let clients in at two listening sockets while the block runs; then everybody is dropped."""
+    turn_away = server.drive.turn_away
+    doors = (
+        Door(commands, server.command_channel, turn_away, tls),
+        Door(telemetry, server.telemetry_channel, turn_away, tls),
+    )
+    tasks = [asyncio.ensure_future(each) for each in (doors[0].serve(), doors[1].serve(), server.tell())]
+    try:
+        yield doors
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
