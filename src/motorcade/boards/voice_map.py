@@ -83,15 +83,20 @@ def _word(word: Any, where: str) -> tuple[bytes, int]:
 def _pattern(word: dict[str, Any], where: str) -> bytes:
     if ("bytes" in word) == ("text" in word):
         raise VoiceError(f"{where}: either bytes or text says what the module sends")
-    key = "bytes" if "bytes" in word else "text"
-    value = word[key]
-    try:
-        pattern = bytes.fromhex(value) if key == "bytes" else value.encode()
-    except (ValueError, TypeError, AttributeError):
-        raise VoiceError(f'{where}: bytes is {value!r}; allowed: hexadecimal in quotes, such as "AA 01"') from None
+    if "text" in word:
+        key, pattern = "text", word["text"]
+        if not isinstance(pattern, str):
+            raise VoiceError(f"{where}: text is {pattern!r}; allowed: text in quotes")
+        pattern = pattern.encode()
+    else:
+        key, value = "bytes", word["bytes"]
+        try:
+            pattern = bytes.fromhex(value)
+        except (ValueError, TypeError):
+            raise VoiceError(f'{where}: bytes is {value!r}; allowed: hexadecimal in quotes, such as "AA 01"') from None
     if not 1 <= len(pattern) <= _LONGEST_PATTERN:
         raise VoiceError(f"{where}: {key} has {len(pattern)} bytes; allowed: 1 to {_LONGEST_PATTERN}")
-    return bytes(pattern)
+    return pattern
 
 
 def _check_keys(table: dict[str, Any], known: tuple[str, ...], where: str) -> None:

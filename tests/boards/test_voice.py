@@ -1,0 +1,135 @@
+"""Voices: a keyboard, a module on a UART, and the file that says what it sends."""
+
+import threading
+from pathlib import Path
+
+import pytest
+
+from motorcade.boards.keyboard import KeyboardVoice
+from motorcade.boards.voice import SerialVoice, VoiceSource
+from motorcade.boards.voice_map import VoiceError, VoiceMap, load_voice_map, parse_voice_map
+from motorcade.car.brain import NO_VOICE, VOICE_GO, VOICE_STOP
+
+DEADLINE_S = 20
+SHIPPED = Path(__file__).parents[2] / "firmware" / "linux" / "voice.toml"
+HEAD = 'format = "motorcade-voice/1"\nbaud = 9600\n'
+STOP = '[[word]]\nsays = "stop"\nbytes = "AA 01"\n'
+PATTERNS = ((b"\xaa\x01", VOICE_STOP), (b"\xaa\x02", VOICE_GO), (b"halt\r\n", VOICE_STOP))
+
+
+def heard(*chunks: bytes) -> list[int]:
+    """What a module's bytes say, asked after each chunk."""
+    waiting = list(chunks)
+    source = SerialVoice(lambda: waiting.pop(0), PATTERNS)
+    return [source.heard() for _ in chunks]
+
+
+@pytest.mark.parametrize(
+    ("chunks", "says"),
+    [
+        ([b"", b"\xaa\x01", b""], [NO_VOICE, VOICE_STOP, NO_VOICE]),
+        ([b"\xaa", b"\x02"], [NO_VOICE, VOICE_GO]),
+        ([b"ha", b"lt\r", b"\n"], [NO_VOICE, NO_VOICE, VOICE_STOP]),
+        ([b"\x00\xff\xaa\xaa\x02\x99"], [VOICE_GO]),
+        ([b"\xaa\x03\x01\x02"], [NO_VOICE]),
+        # Whoever says both means stop, in any order.
+        ([b"\xaa\x01\xaa\x02"], [VOICE_STOP]),
+        ([b"\xaa\x02\xaa\x01"], [VOICE_STOP]),
+        ([b"\xaa\x02\xaa\x02"], [VOICE_GO]),
+    ],
+)
+def test_a_modules_bytes_become_words_however_they_come(chunks, says):
+    assert heard(*chunks) == says
+
+
+def test_a_source_without_a_microphone_hears_nothing():
+    source = VoiceSource()
+    assert source.heard() == NO_VOICE
+    source.close()
+
+
+class Typist:
+    """A keyboard whose lines come when the test types them."""
+
+    def __init__(self) -> None:
+        self._lines: list[str] = []
+        self._more = threading.Semaphore(0)
+        self.taken = threading.Semaphore(0)
+
+    def type(self, line: str) -> None:
+        """Type a line, and wait until it was read."""
+        self._lines.append(line)
+        self._more.release()
+        assert self.taken.acquire(timeout=DEADLINE_S)
+
+    def __iter__(self):
+        while True:
+            self._more.acquire()
+            yield self._lines.pop(0)
+            self.taken.release()
+
+
+@pytest.mark.parametrize(
+    ("typed", "says"),
+    [
+        ([], NO_VOICE),
+        (["stop\n"], VOICE_STOP),
+        (["s\n"], VOICE_STOP),
+        (["  GO \r\n"], VOICE_GO),
+        (["g\n"], VOICE_GO),
+        (["stopp\n", "\n", "oo\n"], NO_VOICE),
+        (["go\n", "stop\n", "go\n"], VOICE_STOP),
+    ],
+)
+def test_who_types_a_word_says_it_once(typed, says):
+    typist = Typist()
+    source = KeyboardVoice(typist)
+    for line in typed:
+        typist.type(line)
+    assert source.heard() == says
+    assert source.heard() == NO_VOICE
+
+
+def test_the_map_that_comes_with_motorcade_is_valid():
+    assert load_voice_map(SHIPPED) == VoiceMap(9600, ((b"\xaa\x01", VOICE_STOP), (b"\xaa\x02", VOICE_GO)))
+
+
+def test_a_module_may_send_text_and_several_words_may_say_the_same():
+    text = HEAD + STOP + '[[word]]\nsays = "stop"\ntext = "停\\r\\n"\n[[word]]\nsays = "go"\nbytes = "ff"\n'
+    expected = ((b"\xaa\x01", VOICE_STOP), ("停\r\n".encode(), VOICE_STOP), (b"\xff", VOICE_GO))
+    assert parse_voice_map(text, "v.toml") == VoiceMap(9600, expected)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("format = ", "v.toml is not TOML"),
+        (STOP, "format is None"),
+        ('format = "motorcade-voice/2"\nbaud = 9600\n' + STOP, "'motorcade-voice/2'"),
+        (HEAD, r"tables \[\[word\]\] are needed"),
+        (HEAD + 'word = "stop"', r"tables \[\[word\]\] are needed"),
+        (HEAD + 'word = ["stop"]', r"word\[0\] is 'stop'; it has to be a table"),
+        (HEAD + "speed = 1\n" + STOP, "'speed' is not known; known are format, baud, word"),
+        (HEAD + STOP + 'ear = "left"\n', r"word\[0\]: 'ear' is not known"),
+        (HEAD.replace("9600", "0") + STOP, "baud is 0; allowed"),
+        (HEAD.replace("9600", '"fast"') + STOP, "baud is 'fast'; allowed"),
+        (HEAD + '[[word]]\nsays = "halt"\nbytes = "01"\n', "says is 'halt'; allowed: stop, go"),
+        (HEAD + '[[word]]\nbytes = "01"\n', "says is None"),
+        (HEAD + '[[word]]\nsays = "go"\n', "either bytes or text"),
+        (HEAD + '[[word]]\nsays = "go"\nbytes = "01"\ntext = "go"\n', "either bytes or text"),
+        (HEAD + '[[word]]\nsays = "go"\nbytes = "AA 0"\n', "bytes is 'AA 0'; allowed: hexadecimal"),
+        (HEAD + '[[word]]\nsays = "go"\nbytes = 12\n', "bytes is 12; allowed: hexadecimal"),
+        (HEAD + '[[word]]\nsays = "go"\ntext = 12\n', "text is 12; allowed: text in quotes"),
+        (HEAD + '[[word]]\nsays = "go"\nbytes = ""\n', "bytes has 0 bytes; allowed: 1 to 64"),
+        (HEAD + STOP + '[[word]]\nsays = "go"\nbytes = "01"\n', "01 is part of AA 01, so the two can't be told apart"),
+        (HEAD + STOP + STOP.replace("stop", "go"), "AA 01 is part of AA 01"),
+    ],
+)
+def test_a_map_that_cannot_be_is_refused_in_a_sentence(text, says):
+    with pytest.raises(VoiceError, match=says):
+        parse_voice_map(text, "v.toml")
+
+
+def test_a_map_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(VoiceError, match=r"missing\.toml can't be read"):
+        load_voice_map(tmp_path / "missing.toml")
