@@ -122,13 +122,15 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
       )}
       {outcome && <Result outcome={outcome} onOpen={(read) => void openAsBlocks(read)} />}
       {!image && <p className="quiet">{t("upload.noImage")}</p>}
+      {/* A button that is disabled under the finger would drop the focus out of the dialog: these only wait. */}
       <footer className="sheet-foot">
-        <Button className="button" isDisabled={busy || port === null} onPress={() => void run({ readback: true })}>
+        <Button className="button" isPending={busy} isDisabled={port === null} onPress={() => void run({ readback: true })}>
           {t("upload.readBack")}
         </Button>
         <Button
           className="button primary"
-          isDisabled={busy || port === null || !image}
+          isPending={busy}
+          isDisabled={port === null || !image}
           onPress={() => image && void run({ image, verify })}
         >
           {t("upload.send")}
