@@ -43,8 +43,22 @@ export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.
     zoom: { controls: true, pinch: true, wheel: false, startScale: 0.7, minScale: 0.3, maxScale: 2 },
   });
   workspace.getSvgGroup().setAttribute("aria-label", i18next.t(`editors.${editor}Blocks`));
+  host.addEventListener("focusin", () => beginUnderHat(editor, workspace));
   live.set(editor, workspace);
   return workspace;
+}
+
+/**
+ * What is fetched from the toolbox by keyboard is hung where the focus last was among the blocks. Where it never
+ * was, that is the program's end: loose, the first block would be no part of the program.
+ */
+function beginUnderHat(editor: EditorName, workspace: Blockly.WorkspaceSvg): void {
+  if (Blockly.FocusableTreeTraverser.findFocusedNode(workspace)) return;
+  const hat = workspace.getTopBlocks(false).find(({ type }) => type === hatOf(editor));
+  if (!hat) return;
+  let last = hat;
+  for (let next = hat.getNextBlock(); next; next = next.getNextBlock()) last = next;
+  last.getFocusableElement().classList.add(Blockly.FocusManager.PASSIVE_FOCUS_NODE_CSS_CLASS_NAME);
 }
 
 export function disposeWorkspace(editor: EditorName): void {
