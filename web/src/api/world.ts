@@ -133,6 +133,13 @@ export function decodePicture(bytes: ArrayBuffer): Picture | null {
   };
 }
 
+/** Where a car is in a picture; null where there is no such car. */
+export function poseIn(picture: Picture, car: number): Pose | null {
+  if (car >= picture.cars) return null;
+  const heading_deg = Math.round((picture.heading[car]! * 180) / Math.PI);
+  return { x_m: picture.x[car]!, y_m: picture.y[car]!, heading_deg };
+}
+
 export type Link = "connecting" | "open" | "lost" | "elsewhere";
 
 export interface Listeners {

@@ -82,9 +82,19 @@ function CarInspector({ session, car, words }: InspectorProps & { car: number })
         <ToolButton icon="turnLeft" label={t("mat.turnLeft")} onPress={() => turnCar(session, car, TURN_DEG)} />
         <ToolButton icon="turnRight" label={t("mat.turnRight")} onPress={() => turnCar(session, car, -TURN_DEG)} />
       </div>
+      <Place />
       {details?.car === car && <Details details={details} words={words} />}
     </section>
   );
+}
+
+/** Where the chosen car is, in words: whoever doesn't see the mat can tell that it moves. */
+function Place() {
+  const { t } = useTranslation();
+  const pose = useMat((now) => now.pose);
+  if (!pose) return null;
+  const metres = (value: number) => value.toFixed(2);
+  return <p className="mat-place">{t("mat.place", { x: metres(pose.x_m), y: metres(pose.y_m), heading: pose.heading_deg })}</p>;
 }
 
 function Details({ details, words }: { details: CarDetails; words: readonly CompiledWord[] }) {

@@ -1,5 +1,6 @@
 /** What a user does to cars and furniture, by pointer, keys or buttons. */
 
+import { poseIn } from "../api/world";
 import { addedCar, carsOf, MOST_ONE_BY_ONE, oneByOne, removedCar, withCar } from "./cars";
 import { added, type Car, duplicated, type FurnitureKind, type Mat, moved, type Point, removed, reshaped, rounded } from "./document";
 import type { Grip } from "./pick";
@@ -34,11 +35,9 @@ export function putCar(session: Session, car: number, [x, y]: Point, headingDeg:
   if (changed) editMat(changed, `car ${car}`);
 }
 
-function poseOf(session: Session, car: number): { at: Point; headingDeg: number } | null {
-  const { picture } = session;
-  if (!picture || car >= picture.cars) return null;
-  const headingDeg = Math.round((picture.heading[car]! * 180) / Math.PI);
-  return { at: [picture.x[car]!, picture.y[car]!], headingDeg };
+function poseOf({ picture }: Session, car: number): { at: Point; headingDeg: number } | null {
+  const pose = picture && poseIn(picture, car);
+  return pose && { at: [pose.x_m, pose.y_m], headingDeg: pose.heading_deg };
 }
 
 export function moveBy(session: Session, grip: Grip, dx: number, dy: number): void {

@@ -1,7 +1,18 @@
 /** The page's side of its world: tells the server what differs from what it knows, and hands on what it answers. */
 
 import type { CompiledWord } from "../api/types";
-import { type Answer, type Command, type Hello, type Link, type Picture, type Pose, sessionOfWindow, WorldConnection, type WorldState } from "../api/world";
+import {
+  type Answer,
+  type Command,
+  type Hello,
+  type Link,
+  type Picture,
+  type Pose,
+  poseIn,
+  sessionOfWindow,
+  WorldConnection,
+  type WorldState,
+} from "../api/world";
 import { EventStore } from "../timeline/events";
 import { beginning } from "./cars";
 import type { Mat } from "./document";
@@ -49,6 +60,7 @@ export class Session {
   private patientUntil = 0;
   private timer: ReturnType<typeof setTimeout> | undefined;
   private seeking: ReturnType<typeof setTimeout> | undefined;
+  private telling: ReturnType<typeof setTimeout> | undefined;
   private toldAt = 0;
 
   open(): void {
@@ -62,6 +74,7 @@ export class Session {
   close(): void {
     clearTimeout(this.timer);
     clearTimeout(this.seeking);
+    clearTimeout(this.telling);
     this.connection?.close();
   }
 
@@ -158,6 +171,7 @@ export class Session {
 
   watch(): void {
     this.say({ do: "watch", car: chosenCar() });
+    this.tell();
   }
 
   private linked(link: Link): void {
@@ -201,9 +215,18 @@ export class Session {
     const running = runningBlocks(picture, this.program.words);
     if (!sameRunning(running, this.running)) this.onRunning?.(running);
     this.running = running;
-    const now = performance.now();
-    if (now - this.toldAt < TOLD_EVERY_MS && !picture.past && !picture.fresh) return;
-    this.toldAt = now;
-    useMat.setState({ tMs: picture.tMs, past: picture.past });
+    const wait = picture.past || picture.fresh ? 0 : this.toldAt + TOLD_EVERY_MS - performance.now();
+    clearTimeout(this.telling);
+    if (wait <= 0) this.tell();
+    else this.telling = setTimeout(() => this.tell(), wait);
+  }
+
+  /** What the newest picture shows, for those who can't follow each; the last of a row is always told. */
+  private tell(): void {
+    const { picture } = this;
+    if (!picture) return;
+    this.toldAt = performance.now();
+    const car = chosenCar();
+    useMat.setState({ tMs: picture.tMs, past: picture.past, pose: car === null ? null : poseIn(picture, car) });
   }
 }

@@ -1,7 +1,7 @@
 /** What the mat's parts share: how the world goes, what is chosen, and the document that is being edited. */
 
 import { create } from "zustand";
-import type { CarDetails, Hello, Link, Picture, WorldProblem, WorldState } from "../api/world";
+import type { CarDetails, Hello, Link, Picture, Pose, WorldProblem, WorldState } from "../api/world";
 import type { Mat, PieceId } from "./document";
 
 export type Chosen = { car: number } | { piece: PieceId } | null;
@@ -15,6 +15,8 @@ export interface MatState {
   /** Of the picture that is shown, told a few times a second. */
   tMs: number;
   past: boolean;
+  /** Where the chosen car is in that picture. */
+  pose: Pose | null;
   chosen: Chosen;
   followed: boolean;
   tracks: boolean;
@@ -39,6 +41,7 @@ export const useMat = create<MatState>(() => ({
   details: null,
   tMs: 0,
   past: false,
+  pose: null,
   chosen: null,
   followed: false,
   tracks: true,
@@ -52,7 +55,7 @@ export const useMat = create<MatState>(() => ({
 }));
 
 export function choose(chosen: Chosen): void {
-  useMat.setState({ chosen, details: null, followed: false });
+  useMat.setState({ chosen, details: null, pose: null, followed: false });
 }
 
 export function chosenCar(): number | null {
