@@ -18,12 +18,13 @@ export function Transport({ session }: { session: Session }) {
   const past = useMat((now) => now.past);
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   const tickMs = useMat(({ hello }) => hello?.tick_ms ?? 1);
+  const empty = cars === 0;
   return (
     <div className="mat-transport" role="group" aria-label={t("mat.transport")}>
       <Button
         id="mat-play"
         className="mat-button main wide"
-        isDisabled={cars === 0}
+        isDisabled={empty}
         onPress={() => (playing ? session.say({ do: "pause" }) : session.play())}
       >
         <MatIcon name={playing ? "pause" : "play"} />
@@ -32,19 +33,32 @@ export function Transport({ session }: { session: Session }) {
       <ToolButton
         icon="step"
         label={t("mat.step")}
+        isDisabled={empty}
         onPress={() => session.say({ do: "step", ticks: Math.max(1, Math.round(STEP_MS / tickMs)) })}
       />
-      <ToolButton icon="reset" label={t("mat.reset")} onPress={() => session.reset()} />
+      <ToolButton icon="reset" label={t("mat.reset")} isDisabled={empty} onPress={() => session.reset()} />
       <Speed session={session} />
       <output className="mat-clock" data-past={past || undefined} aria-label={t("mat.time")}>
         {clock(tMs)}
       </output>
       <span className="mat-say">
-        <ToolButton icon="stop" label={t("mat.sayStop")} wide={t("mat.stop")} onPress={() => session.say({ do: "say", word: "stop" })} />
-        <ToolButton icon="go" label={t("mat.sayGo")} wide={t("mat.go")} onPress={() => session.say({ do: "say", word: "go" })} />
+        <Say session={session} word="stop" label={t("mat.sayStop")} text={t("mat.stop")} isDisabled={empty} />
+        <Say session={session} word="go" label={t("mat.sayGo")} text={t("mat.go")} isDisabled={empty} />
       </span>
     </div>
   );
+}
+
+interface SayProps {
+  session: Session;
+  word: "stop" | "go";
+  label: string;
+  text: string;
+  isDisabled: boolean;
+}
+
+function Say({ session, word, label, text, isDisabled }: SayProps) {
+  return <ToolButton icon={word} label={label} wide={text} isDisabled={isDisabled} onPress={() => session.say({ do: "say", word })} />;
 }
 
 function Speed({ session }: { session: Session }) {
