@@ -1,37 +1,40 @@
 import { useEffect, useState } from "react";
 import { useTranslation } from "react-i18next";
-import { look, Losses, tell } from "./account";
+import { look, Losses, Pace, tell } from "./account";
 import type { Session } from "./session";
 import { useMat } from "./store";
 import { ToolSwitch } from "./ToolButton";
 
-const EVERY_MS = 4000;
+const LOOK_MS = 200;
+const LEAST_MS = 3000;
 const LAST_S = 5;
 const KEPT = "motorcade.account";
 
-/** Speaks while the cars drive, and once when they stop; not more often than one can listen to. */
+/** Speaks when what the cars do changes; not more often than one can listen to. */
 export function Account({ session }: { session: Session }) {
-  const { t } = useTranslation();
+  const { t, i18n } = useTranslation();
   const [on, setOn] = useState(() => localStorage.getItem(KEPT) !== "off");
   const [said, setSaid] = useState("");
-  const playing = useMat(({ state }) => state?.playing ?? false);
 
   useEffect(() => {
     if (!on) return;
     const losses = new Losses(LAST_S * 1000);
-    const end = useMat.subscribe(({ state }, before) => state && state !== before.state && losses.take(state));
-    const speak = () => {
-      const { hello, state } = useMat.getState();
-      if (session.picture && state) setSaid(tell(look(session.picture, new Set(hello?.leads)), losses.take(state), LAST_S));
-    };
-    const first = setTimeout(speak, 800);
-    const timer = playing ? setInterval(speak, EVERY_MS) : undefined;
+    const pace = new Pace(LEAST_MS);
+    let lost = 0;
+    const end = useMat.subscribe(({ state }, before) => {
+      if (state && state !== before.state) lost = losses.take(state);
+    });
+    const timer = setInterval(() => {
+      if (!session.picture) return;
+      const sight = look(session.picture, new Set(useMat.getState().hello?.leads));
+      const what = JSON.stringify([sight, lost > 0]);
+      if (pace.due(what, performance.now())) setSaid(tell(sight, lost, LAST_S));
+    }, LOOK_MS);
     return () => {
       end();
-      clearTimeout(first);
       clearInterval(timer);
     };
-  }, [on, playing, session]);
+  }, [on, session, i18n.language]);
 
   return (
     <div className="mat-account">

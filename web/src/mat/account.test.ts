@@ -1,6 +1,6 @@
 import { expect, it } from "vitest";
 import { changeLanguage } from "../i18n";
-import { look, Losses, tell } from "./account";
+import { look, Losses, Pace, tell } from "./account";
 import { pictureOf } from "./pictures";
 
 const [FORWARD, LEFT] = [2, 5];
@@ -23,6 +23,27 @@ it("tells it in both languages", () => {
   );
   changeLanguage("zh");
   expect(tell(SIGHT, 0, 5)).toBe("1 台主机前进；3 台从机前进；1 台从机左转；1 台从机静止；1 辆小车亮灯。");
+});
+
+it("speaks when something changed, and lets a sentence be heard first", () => {
+  const pace = new Pace(3000);
+  const heard = (
+    [
+      [0, "forward"],
+      [1000, "forward"],
+      [1200, "left"],
+      [3000, "left"],
+      [3500, "forward"],
+      [5900, "left"],
+      [6000, "left"],
+      [6200, "forward"],
+    ] as const
+  ).filter(([ms, what]) => pace.due(what, ms));
+  expect(heard).toEqual([
+    [0, "forward"],
+    [3000, "left"],
+    [6200, "forward"],
+  ]);
 });
 
 it("losses are those of the last seconds, and begin anew with the world", () => {

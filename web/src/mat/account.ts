@@ -45,6 +45,22 @@ export class Losses {
   }
 }
 
+/** Says when to speak: where something changed, but never before the last sentence could be heard to its end. */
+export class Pace {
+  private said: string | null = null;
+  private saidMs = -Infinity;
+
+  constructor(private readonly leastMs: number) {}
+
+  /** Whether to speak now; `what` tells one thing to say from another. */
+  due(what: string, nowMs: number): boolean {
+    if (what === this.said || nowMs - this.saidMs < this.leastMs) return false;
+    this.said = what;
+    this.saidMs = nowMs;
+    return true;
+  }
+}
+
 /** 'The leader drives forward; 3 followers turn left; 4 frames lost in the last 5 seconds.' */
 export function tell(sight: Sight, lost: number, seconds: number): string {
   const list = (who: "leaders" | "followers") =>
