@@ -1,4 +1,4 @@
-import { lazy, Suspense, useEffect, useState, type CSSProperties, type MouseEvent } from "react";
+import { useEffect, useState, type CSSProperties, type MouseEvent } from "react";
 import { I18nProvider, ToggleButton, ToggleButtonGroup } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { speakBlockly } from "../blocks/messages";
@@ -13,6 +13,7 @@ import { Dialogs } from "./Dialogs";
 import { Divider } from "./Divider";
 import { Header } from "./Header";
 import { Icon, type IconName } from "./icons";
+import { Mat } from "./Mat";
 import { Notices, ServerBanner } from "./Notices";
 import { useSettings } from "./settings";
 import { useDialog } from "./shortcuts";
@@ -20,29 +21,7 @@ import { begin, prepare } from "./start";
 import { useStudio, type View } from "./store";
 import { Tour } from "./Tour";
 
-const MatPanel = lazy(async () => ({ default: (await import("../mat/MatPanel")).MatPanel }));
 const VIEW_ICONS: Record<View, IconName> = { leader: "blocks", followers: "blocks", words: "words", mat: "mat" };
-
-function Mat() {
-  const { t } = useTranslation();
-  const compiled = useStudio((studio) => studio.compiled);
-  const mat = useStudio((studio) => studio.mat);
-  const profile = useStudio((studio) => studio.profile);
-  return (
-    <section className="mat-area panel" data-view="mat" id="mat" tabIndex={-1} aria-label={t("mat.title")}>
-      <Suspense fallback={<p className="quiet loading">{t("app.loading")}</p>}>
-        <MatPanel
-          image={compiled?.image ?? null}
-          words={compiled?.words ?? []}
-          mat={mat}
-          onMatChange={(changed) => useStudio.setState({ mat: changed })}
-          profile={profile}
-          onRunning={(running) => useStudio.setState({ running })}
-        />
-      </Suspense>
-    </section>
-  );
-}
 
 /** On a narrow screen one area shows at a time. */
 function Views() {

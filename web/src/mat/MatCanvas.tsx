@@ -130,6 +130,7 @@ export function MatCanvas({ session, words, onScene }: MatCanvasProps) {
   const host = useRef<HTMLDivElement>(null);
   const [scene, setScene] = useState<Scene | null>(null);
   const [camera, setCamera] = useState<Camera | null>(null);
+  const [failure, setFailure] = useState<Error | null>(null);
 
   useEffect(() => {
     let ended = false;
@@ -145,7 +146,7 @@ export function MatCanvas({ session, words, onScene }: MatCanvasProps) {
       disconnect = connect(created, session);
       setScene(created);
       onScene(created);
-    });
+    }, (reason: unknown) => setFailure(reason instanceof Error ? reason : new Error(String(reason))));
     return () => {
       ended = true;
       disconnect?.();
@@ -155,6 +156,9 @@ export function MatCanvas({ session, words, onScene }: MatCanvasProps) {
   }, [session, onScene]);
 
   useEffect(() => scene?.setColours(colourWords(words)), [scene, words]);
+
+  // A browser that can't draw at all is told of where parts that can't be fetched are.
+  if (failure) throw failure;
 
   const bar = camera && scaleBar(camera);
   const zoom = (factor: number) => scene?.look(zoomed(scene.camera, scene.size, factor));

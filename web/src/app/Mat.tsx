@@ -1,0 +1,52 @@
+import { lazy, Suspense, useState } from "react";
+import { Button } from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import type { CompiledWord, MatDocument } from "../api/types";
+import { Fence } from "./Fence";
+import { useStudio, type Studio } from "./store";
+
+const NO_WORDS: readonly CompiledWord[] = [];
+const changeMat = (mat: MatDocument) => useStudio.setState({ mat });
+const tellRunning = (running: Studio["running"]) => useStudio.setState({ running });
+
+/** Made anew for each try: what failed to be fetched is remembered as failed. */
+const fetched = () => lazy(async () => ({ default: (await import("../mat/MatPanel")).MatPanel }));
+
+/** The mat, fetched after the rest of the page. */
+export function Mat() {
+  const { t } = useTranslation();
+  const [MatPanel, setMatPanel] = useState(fetched);
+  const compiled = useStudio((studio) => studio.compiled);
+  const mat = useStudio((studio) => studio.mat);
+  const profile = useStudio((studio) => studio.profile);
+  const failed = (retry: () => void) => (
+    <div className="failed" role="alert">
+      <p>{t("mat.failed")}</p>
+      <Button
+        className="button primary"
+        onPress={() => {
+          setMatPanel(fetched);
+          retry();
+        }}
+      >
+        {t("app.retry")}
+      </Button>
+    </div>
+  );
+  return (
+    <section className="mat-area panel" data-view="mat" id="mat" tabIndex={-1} aria-label={t("mat.title")}>
+      <Fence fallback={failed}>
+        <Suspense fallback={<p className="quiet loading">{t("app.loading")}</p>}>
+          <MatPanel
+            image={compiled?.image ?? null}
+            words={compiled?.words ?? NO_WORDS}
+            mat={mat}
+            onMatChange={changeMat}
+            profile={profile}
+            onRunning={tellRunning}
+          />
+        </Suspense>
+      </Fence>
+    </section>
+  );
+}
