@@ -13,7 +13,7 @@ from motorcade.program.diagnostics import LANGUAGES, Diagnostic, ProgramError
 from motorcade.program.model import Program
 from motorcade.program.steps import Repeat, Step, Together
 from motorcade.program.timing import MOST_PIECES
-from motorcade.studio.errors import StudioError
+from motorcade.studio.errors import MESSAGES, StudioError
 from motorcade.words.formats import CONTROL, HEADER
 from motorcade.words.image import words_to_bytes
 
@@ -135,13 +135,19 @@ def said(diagnostics: Iterable[Diagnostic]) -> list[Said]:
         Said(
             each.code,
             each.severity,
-            {language: each.message(language) for language in LANGUAGES},
+            {language: _sentence(each, language) for language in LANGUAGES},
             each.path,
             each.id,
             next((editor for editor in ("leader", "followers") if each.path.startswith(editor)), None),
         )
         for each in diagnostics
     ]
+
+
+def _sentence(diagnostic: Diagnostic, language: str) -> str:
+    if diagnostic.code in MESSAGES:
+        return MESSAGES[diagnostic.code][language].format(**dict(diagnostic.arguments))
+    return diagnostic.message(language)
 
 
 def _words(compiled: Compiled, program: Program) -> list[Word]:

@@ -160,6 +160,19 @@ MESSAGES: dict[str, dict[str, str]] = {
         "en": "The virtual car can't wake up. Delete the file {path}, in which it keeps its program, and try again.",
         "zh": "虚拟小车无法启动。请删除它保存程序的文件 {path}，然后重试。",
     },
+    # In place of the sentences of `motorcade.program.diagnostics` that name a place in a file: the page leads there.
+    "too-many-states": {
+        "en": "The serial modules in use are more than 255: they make {count} states. "
+        "The block that costs most makes {cost} of them: shorten it or repeat it less often.",
+        "zh": "所用的串行模块数目已经大于255：共 {count} 个状态。"
+        "占用最多的积木有 {cost} 个状态：请缩短它或减少重复次数。",
+    },
+    "too-many-words": {
+        "en": "The followers' program needs {count} words, and 255 is the most. "
+        "The block that costs most needs {cost} of them: shorten it or repeat it less often.",
+        "zh": "从机程序需要 {count} 个码字，最多为 255 个。"
+        "占用最多的积木有 {cost} 个码字：请缩短它或减少重复次数。",
+    },
     # In place of the sentences of `motorcade.link.failures` that speak of the command line.
     "no-such-port": {
         "en": "There is no port '{port:.60}'. Is the cable in? List the ports again.",
