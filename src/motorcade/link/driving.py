@@ -5,7 +5,7 @@ Every method may be called from any thread. Somebody has to call ``beat`` in tim
 """
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from motorcade.car.arbiter import APPLIED, CLIENT, FAILSAFE, LOCAL, MOVING, NOBODY, STANDING, STATES, WATCHING, Arbiter
 from motorcade.car.drive_board import DriveBoard
@@ -52,6 +52,21 @@ class Drive:
         self._battery_mv: int | None = None
         self._battery_read_ms = later_ms(clock(), -_BATTERY_MS)
         self._wheels = Wheels(board)
+
+    @property
+    def moves(self) -> bool:
+        """Whether the wheels may turn, by a command or by the program."""
+        return not self._wheels.is_neutral
+
+    @property
+    def failsafe_ms(self) -> int:
+        """For how long a command counts."""
+        return self._limits.failsafe_ms
+
+    @property
+    def rescue(self) -> tuple[str, Sequence[str]] | None:
+        """What makes the wheels stand still once this process is dead, of `motorcade.car.drive_board.DriveBoard`."""
+        return self._board.rescue()
 
     def join(self, name: str, kind: int = CLIENT, watches: bool = False) -> Seat:
         """A seat for one who will drive or watch: CLIENT, or LOCAL for a stick at the car itself, which comes first.

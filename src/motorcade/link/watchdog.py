@@ -1,7 +1,8 @@
 """Keeps a `motorcade.link.driving.Drive` alive, and its wheels still where that fails.
 
-Three watch over each other: the loop beats, a thread outside the loop stops the
-wheels where it doesn't, and the arbiter stops them where no command comes.
+Each watches the one before it: the arbiter stops the wheels where no command comes, a thread where the loop that
+takes the commands is stuck, and another process (`motorcade.link.guard`) where this one is killed or frozen, for a
+board that needs it.
 """
 
 import asyncio
@@ -11,6 +12,7 @@ from contextlib import asynccontextmanager, suppress
 from types import TracebackType
 
 from motorcade.link.driving import Drive
+from motorcade.link.guard import Guard
 
 _BEAT_MS = 50
 
@@ -22,6 +24,8 @@ class Watchdog:
         self._drive = drive
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="drive watchdog", daemon=True)
+        rescue = drive.rescue
+        self._guard = Guard(rescue, drive.failsafe_ms) if rescue else None
 
     def __enter__(self) -> None:
         self._thread.start()
@@ -31,27 +35,31 @@ class Watchdog:
     ) -> None:
         self._ended.set()
         self._thread.join()
+        try:
+            self._drive.close()
+        finally:
+            if self._guard:
+                self._guard.dismiss()
 
     def _watch(self) -> None:
-        rest_ms = _BEAT_MS
+        rest_ms = 0
         while not self._ended.wait(min(rest_ms, _BEAT_MS) / 1000):
             with suppress(OSError):
                 rest_ms = self._drive.watch()
+                if self._guard:
+                    self._guard.beat(self._drive.moves)
 
 
 @asynccontextmanager
 async def kept(drive: Drive) -> AsyncIterator[None]:
-    """Beats while the block runs, watched by a thread; however it ends, the wheels then stand still."""
-    beating = None
-    try:
-        drive.beat()
-        with Watchdog(drive):
-            beating = asyncio.ensure_future(_beat(drive))
+    """Beats while the block runs, watched over; however it ends, the wheels then stand still and the board is closed."""
+    drive.beat()
+    with Watchdog(drive):
+        beating = asyncio.ensure_future(_beat(drive))
+        try:
             yield
-    finally:
-        if beating:
+        finally:
             beating.cancel()
-        drive.close()
 
 
 async def _beat(drive: Drive) -> None:

@@ -16,16 +16,17 @@ class Wheels:
     Attributes:
         faults: how often it raised OSError since then.
         last_fault: why, the last time.
+        is_neutral: whether it took ``neutral`` last.
     """
 
     def __init__(self, board: DriveBoard) -> None:
         self.board = board
         self.faults = 0
         self.last_fault = ""
-        self._is_neutral = False
+        self.is_neutral = False
         self._is_programmed = False
         board.neutral()
-        self._is_neutral = True
+        self.is_neutral = True
 
     def follow(self, state: int, setpoint: Setpoint) -> bool:
         """Do what ``state`` says, with ``setpoint`` where a command drives: False where the board fails."""
@@ -33,7 +34,7 @@ class Wheels:
             if state in (STANDING, MOVING):
                 if self._is_programmed:
                     self._end_program()
-                self._is_neutral = False
+                self.is_neutral = False
                 self.board.apply(*setpoint)
             elif state == PROGRAM:
                 self._begin_program()
@@ -50,9 +51,9 @@ class Wheels:
             if self._is_programmed:
                 self._end_program()
         finally:
-            if not self._is_neutral:
+            if not self.is_neutral:
                 self.board.neutral()
-                self._is_neutral = not self._is_programmed
+                self.is_neutral = not self._is_programmed
 
     def battery_mv(self) -> int | None:
         """The battery's voltage, or None where it can't be told."""
@@ -73,7 +74,7 @@ class Wheels:
         if not self._is_programmed:
             self.rest()
             self._is_programmed = True
-            self._is_neutral = False
+            self.is_neutral = False
             self.board.begin_program()
 
     def _end_program(self) -> None:
