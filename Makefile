@@ -4,7 +4,7 @@ BIN := $(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin)
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 STAMP := .venv/.installed
 
-.PHONY: setup run demo page test soak lint types format generate stale bench screenshots lock clean
+.PHONY: setup run demo page test soak lint types format generate stale docs bench screenshots lock clean
 
 run: setup ## the studio, in the browser
 	$(BIN)/motorcade studio
@@ -49,6 +49,9 @@ generate: setup
 
 stale: setup
 	$(BIN)/python scripts/generate.py --check
+
+docs: setup ## the documentation's site, into build/site
+	$(BIN)/python -m mkdocs build
 
 bench: setup
 	$(BIN)/python benchmarks/words.py

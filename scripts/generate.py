@@ -5,11 +5,15 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from commands_page import commands_page
+
 from motorcade.program.schema import program_schema
 from motorcade.sim.mat.schema import mat_schema
 
 ROOT = Path(__file__).resolve().parent.parent
 GENERATED = {
+    "docs/commands.md": lambda: commands_page("en"),
+    "docs/commands.zh.md": lambda: commands_page("zh"),
     "docs/motorcade-mat-1.schema.json": lambda: _json(mat_schema()),
     "docs/motorcade-program-1.schema.json": lambda: _json(program_schema()),
 }

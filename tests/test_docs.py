@@ -1,0 +1,88 @@
+"""The documentation's site: every command and code block does what its page says, and the site is whole by itself."""
+
+import json
+import re
+import subprocess
+import sys
+import tomllib
+from contextlib import ExitStack
+
+import pytest
+
+from doc_pages import ROOT, Reader, blocks_of, furnish
+
+DOCS = ROOT / "docs"
+PAGES = sorted(path for path in DOCS.glob("*.md") if not path.name.endswith(".zh.md"))
+READMES = [ROOT / "README.md"]
+LANGUAGES = {"console", "python", "toml", "json", "text"}
+LOADED = re.compile(
+    r"""<(?:script|img|iframe|source|video|audio)\b[^>]*\bsrc=["']?([^"'\s>]+)"""
+    r"""|<link\b(?![^>]*rel=["']?(?:canonical|alternate|next|prev)\b)[^>]*\bhref=["']?([^"'\s>]+)"""
+    r"""|@import\s+["']([^"']+)|url\(["']?([^"')]+)""",
+    re.IGNORECASE,
+)
+posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+
+
+def translated(page):
+    return page.with_name(f"{page.stem}.zh.md")
+
+
+@posix_only
+@pytest.mark.parametrize("page", PAGES + READMES, ids=lambda page: page.stem)
+def test_a_page_does_what_it_says(page, tmp_path):
+    furnish(tmp_path)
+    with ExitStack() as running:
+        reader = Reader(tmp_path, running)
+        for block in blocks_of(page):
+            try:
+                reader.follow(block)
+            except Exception as problem:
+                raise AssertionError(f"{page.name}, line {block.line}: {problem}") from problem
+
+
+@pytest.mark.parametrize("page", [*DOCS.glob("*.md"), *READMES, ROOT / "README.zh.md"], ids=lambda page: page.name)
+def test_a_block_says_what_it_is_and_reads_as_that(page):
+    for block in blocks_of(page):
+        assert block.language in LANGUAGES, f"line {block.line}"
+        if block.language == "toml":
+            tomllib.loads(block.text)
+        elif block.language == "json":
+            json.loads(block.text)
+
+
+@pytest.mark.parametrize("page", PAGES + READMES, ids=lambda page: page.stem)
+def test_both_languages_show_the_same_code(page):
+    assert [block.code for block in blocks_of(translated(page))] == [block.code for block in blocks_of(page)]
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", str(folder)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout + done.stderr) == (0, "")
+    return folder
+
+
+def test_the_site_has_every_page_in_both_languages(site):
+    for page in PAGES:
+        for folder in (site, site / "zh"):
+            assert (folder / f"{page.stem}.html").is_file()
+    assert 'lang="zh"' in (site / "zh" / "index.html").read_text(encoding="utf-8")
+
+
+def test_the_site_asks_nothing_of_another_host(site):
+    asked = set()
+    for file in site.rglob("*"):
+        if file.suffix in (".html", ".css"):
+            for found in LOADED.findall(file.read_text(encoding="utf-8")):
+                asked.update(address for address in found if re.match(r"(https?:)?//", address))
+    assert asked == set()
+
+
+def test_the_reference_names_every_public_name(site):
+    import motorcade
+
+    told = (site / "api.html").read_text(encoding="utf-8")
+    assert [name for name in motorcade.__all__ if name != "__version__" and f'id="motorcade.{name}"' not in told] == []
