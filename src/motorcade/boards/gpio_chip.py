@@ -11,16 +11,9 @@ from gpiozero import GPIOZeroError
 from gpiozero.pins import BoardInfo, HeaderInfo, PinInfo
 
 from motorcade.boards.chips import CHIPS, Chip
+from motorcade.boards.errors import GpioForbiddenError, NoGpioError
 
 _RASPBERRY_PI = "raspberry-pi"
-
-
-class NoGpioError(Exception):
-    """This computer has no pins, or not those."""
-
-
-class GpioForbiddenError(Exception):
-    """This user may not use the pins."""
 
 
 def open_gpio(chip: Chip, number: int | None = None) -> Any:

@@ -3,6 +3,8 @@
 import os
 from pathlib import Path
 
+from motorcade.boards.errors import WatchdogError
+
 _FED = b"\0"
 # What says that nobody will feed it any more, on purpose.
 _FAREWELL = b"V"
@@ -15,11 +17,17 @@ class HardwareWatchdog:
         path: the watchdog's device; it is armed from now on.
 
     Raises:
-        OSError: it isn't there, another program has it, or this user may not use it.
+        WatchdogError: it isn't there, another program has it, or this user may not use it.
     """
 
     def __init__(self, path: Path = Path("/dev/watchdog")) -> None:
-        self._device = os.open(path, os.O_WRONLY)
+        try:
+            self._device = os.open(path, os.O_WRONLY)
+        except OSError as problem:
+            raise WatchdogError(
+                f"The watchdog {path} can't be used: {problem.strerror}. Only one program may have it, "
+                "and as a rule it has to run as root"
+            ) from None
 
     def feed(self) -> None:
         """All is well; due again within some 15 s, the kernel's usual patience."""

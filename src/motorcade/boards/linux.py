@@ -21,11 +21,35 @@ TICK_S = 0.004
 class Line(Protocol):
     """The car's end of the line that uploads come by."""
 
+    def wait(self, seconds: float) -> None:
+        """Until bytes may be there, or ``seconds`` have gone."""
+
     def read(self) -> bytes:
         """The bytes that are there; never waits."""
 
     def write(self, data: bytes) -> None:
         """Send ``data``; lost where nobody is connected."""
+
+    def close(self) -> None:
+        """Give the line up."""
+
+
+class NoLine:
+    """The line of a car that takes no uploads."""
+
+    def wait(self, seconds: float) -> None:
+        """See Line."""
+        time.sleep(seconds)
+
+    def read(self) -> bytes:
+        """See Line."""
+        return b""
+
+    def write(self, data: bytes) -> None:
+        """See Line."""
+
+    def close(self) -> None:
+        """See Line."""
 
 
 def _tell_nobody(kind: str, at_ms: int, word: int, detail: int | str) -> None:

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from queue import SimpleQueue
 
+from motorcade.boards.errors import InfraredError
 from motorcade.words.infrared import frame_durations_us
 
 CARRIER_HZ = 38_000
@@ -23,10 +24,6 @@ _CAN_SEND_PULSE = 0x00000002
 _CAN_SET_SEND_CARRIER = 0x00000100
 
 Ioctl = Callable[[int, int, bytes], bytes]
-
-
-class InfraredError(Exception):
-    """There is no infrared sender, or it fails."""
 
 
 def open_sender(folder: Path = Path("/dev"), ioctl: Ioctl | None = None) -> int:

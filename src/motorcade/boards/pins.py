@@ -46,11 +46,19 @@ class Role(NamedTuple):
 
 
 class Device(NamedTuple):
-    """Something that a car may have. ``title`` and ``title_zh`` are what people call it."""
+    """Something that a car may have.
+
+    Attributes:
+        key: its table in the pin file.
+        title, title_zh: what people call it.
+        supply: what it needs besides the wires of its roles.
+        roles: its wires.
+    """
 
     key: str
     title: str
     title_zh: str
+    supply: str
     roles: tuple[Role, ...]
 
 
@@ -69,37 +77,44 @@ def _motor(key: str, title: str, title_zh: str, terminals: tuple[str, str, str])
         Role("backward", True, True, backward),
         Role("enable", True, False, enable),
     )
-    return Device(key, title, title_zh, roles)
+    return Device(key, title, title_zh, "6–12 V, GND", roles)
 
 
 DEVICES = (
-    _motor("left_motor", "Left motor, by the driver", "左电机（驱动板）", ("IN1", "IN2", "ENA")),
-    _motor("right_motor", "Right motor, by the driver", "右电机（驱动板）", ("IN3", "IN4", "ENB")),
+    _motor("left_motor", "Left motor, by an L298N", "左电机（经 L298N）", ("IN1", "IN2", "ENA")),
+    _motor("right_motor", "Right motor, by an L298N", "右电机（经 L298N）", ("IN3", "IN4", "ENB")),
     Device(
-        "leds", "LEDs", "发光二极管", tuple(Role(f"led_{which}", True, False, f"LED {which}") for which in range(4))
+        "leds",
+        "LEDs, 330 Ω each",
+        "发光二极管（各串 330 Ω）",
+        "GND",
+        tuple(Role(f"led_{which}", True, False, f"LED {which}") for which in range(4)),
     ),
     Device(
         "ultrasonic",
         "Ultrasonic sensor HC-SR04",
         "超声波传感器 HC-SR04",
-        (Role("trigger", True, True, "Trig"), Role("echo", False, True, "Echo")),
+        "5 V, GND",
+        (Role("trigger", True, True, "TRIG"), Role("echo", False, True, "ECHO")),
     ),
-    Device("pir", "PIR sensor HC-SR501", "人体红外传感器 HC-SR501", (Role("output", False, True, "OUT"),)),
+    Device("pir", "PIR sensor HC-SR501", "人体红外传感器 HC-SR501", "5 V, GND", (Role("output", False, True, "OUT"),)),
     Device(
         "infrared",
         "Infrared, 38 kHz",
         "38 kHz 红外收发",
-        (Role("receiver", False, False, "OUT of the receiver"), Role("sender", True, False, "LED's transistor")),
+        "3.3 V, 5 V, GND",
+        (Role("receiver", False, False, "OUT (VS1838B)"), Role("sender", True, False, "LED (940 nm)")),
     ),
     Device(
         "serial",
         "Serial line for uploads",
         "上传用串口",
-        (Role("transmit", True, True, "RX of the other end"), Role("receive", False, True, "TX of the other end")),
+        "GND",
+        (Role("transmit", True, True, "RX"), Role("receive", False, True, "TX")),
     ),
-    Device("voice", "Voice module", "语音识别模块", (Role("receive", False, True, "TX"),)),
-    Device("servo", "Steering servo", "转向舵机", (Role("signal", True, True, "signal"),)),
-    _motor("drive_motor", "Drive motor, by the driver", "驱动电机（驱动板）", ("IN1", "IN2", "ENA")),
+    Device("voice", "Voice module", "语音识别模块", "3.3 V, GND", (Role("receive", False, True, "TX"),)),
+    Device("servo", "Steering servo", "转向舵机", "5 V, GND", (Role("signal", True, True, "SIG"),)),
+    _motor("drive_motor", "Drive motor, by an L298N", "驱动电机（经 L298N）", ("IN1", "IN2", "ENA")),
 )
 
 

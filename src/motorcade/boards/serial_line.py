@@ -1,6 +1,7 @@
 """A serial port as a car sees it: it is read without waiting, and may go away and come back."""
 
 import contextlib
+import time
 from collections.abc import Callable
 
 import serial
@@ -24,6 +25,10 @@ class SerialLine:
         self._clock_s = clock_s
         self._tried_s = clock_s()
         self._port: serial.Serial | None = open_port()
+
+    def wait(self, seconds: float) -> None:
+        """Until ``seconds`` have gone: a car's tick is shorter than any that would wake it."""
+        time.sleep(seconds)
 
     def read(self) -> bytes:
         """The bytes that are there, ``b""`` where none are or the port is away."""
