@@ -1,0 +1,98 @@
+"""How a car is wired, for those who build it: the rows of a table, and a drawing, both from its pin file."""
+
+from typing import NamedTuple
+from xml.sax.saxutils import escape
+
+from motorcade.boards.pins import Device, PinMap
+
+_WIDTH = 760
+_COMPUTER_LEFT, _COMPUTER_RIGHT = 20, 230
+_DEVICE_LEFT, _DEVICE_RIGHT = 400, 740
+_MARGIN = 20
+_HEADING = 44
+_ROW = 24
+_GAP = 14
+# Told apart by those who see few colours too (Okabe and Ito).
+_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
+
+
+class WiringRow(NamedTuple):
+    """One wire: the part's name, its terminal, the GPIO number, where that is on the board, the part's supply."""
+
+    part: str
+    terminal: str
+    pin: int
+    label: str
+    supply: str
+
+
+def wiring_rows(pins: PinMap, language: str) -> list[WiringRow]:
+    """A row for each wire; ``language`` is en or zh."""
+    return [
+        WiringRow(
+            _title(wire.device, language), wire.role.terminal, wire.pin, pins.chip.label(wire.pin), wire.device.supply
+        )
+        for wire in pins.wires
+    ]
+
+
+def wiring_table(pins: PinMap, language: str) -> str:
+    """The rows as a table in Markdown."""
+    head = {"en": ("Part", "Its supply", "Its terminal", "Pin"), "zh": ("部件", "供电", "端子", "引脚")}[language]
+    lines = [head, ("---",) * len(head)]
+    before = ""
+    for row in wiring_rows(pins, language):
+        again = row.part == before
+        lines.append(("" if again else row.part, "" if again else row.supply, row.terminal, row.label))
+        before = row.part
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def wiring_svg(pins: PinMap, language: str) -> str:
+    """The wires as a drawing: the computer's pins on the left, the parts on the right."""
+    drawn: list[str] = []
+    top = _MARGIN + _HEADING
+    devices = list(dict.fromkeys(wire.device for wire in pins.wires))
+    for number, device in enumerate(devices):
+        rows = [wire for wire in pins.wires if wire.device is device]
+        colour = _COLOURS[number % len(_COLOURS)]
+        height = _ROW * (len(rows) + 1) + 6
+        drawn.append(_box(_DEVICE_LEFT, top, _DEVICE_RIGHT, height, colour))
+        drawn.append(_text(_DEVICE_LEFT + 12, top + 18, _title(device, language), "bold"))
+        drawn.append(_text(_DEVICE_RIGHT - 12, top + 18, device.supply, "end"))
+        for place, wire in enumerate(rows, start=1):
+            y = top + _ROW * place + 12
+            drawn.append(_wire(y, colour))
+            drawn.append(_text(_COMPUTER_RIGHT - 12, y + 5, pins.chip.label(wire.pin), "end"))
+            drawn.append(_text(_DEVICE_LEFT + 12, y + 5, wire.role.terminal, ""))
+        top += height + _GAP
+    height = top + _MARGIN - _GAP
+    title = escape(f"{pins.name}: {pins.chip.title}")
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {_WIDTH} {height}" role="img" aria-label="{title}">\n'
+        "<style>text{font:14px sans-serif;fill:#111}.bold{font-weight:bold}.end{text-anchor:end}</style>\n"
+        f'<rect width="{_WIDTH}" height="{height}" fill="#fff"/>\n'
+        + _box(_COMPUTER_LEFT, _MARGIN, _COMPUTER_RIGHT, height - 2 * _MARGIN, "#111")
+        + _text(_COMPUTER_LEFT + 12, _MARGIN + 22, pins.chip.title, "bold")
+        + "".join(drawn)
+        + "</svg>\n"
+    )
+
+
+def _title(device: Device, language: str) -> str:
+    return device.title_zh if language == "zh" else device.title
+
+
+def _box(left: int, top: int, right: int, height: int, colour: str) -> str:
+    return (
+        f'<rect x="{left}" y="{top}" width="{right - left}" height="{height}" rx="8" '
+        f'fill="#fff" stroke="{colour}" stroke-width="2"/>\n'
+    )
+
+
+def _text(x: int, y: int, text: str, kind: str) -> str:
+    return f'<text x="{x}" y="{y}" class="{kind}">{escape(text)}</text>\n'
+
+
+def _wire(y: int, colour: str) -> str:
+    return f'<path d="M{_COMPUTER_RIGHT} {y}H{_DEVICE_LEFT}" stroke="{colour}" stroke-width="3"/>\n'
