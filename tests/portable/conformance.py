@@ -4,7 +4,7 @@ Portable itself: CPython and MicroPython run this file with the same seed, and
 so does CPython with the brain that the simulator compiles. All must print the
 same lines (test_conformance.py). To find the step where they part, run them
 with 1 for EVERY: ``python conformance.py SEED STEPS EVERY``,
-``node run_micropython.mjs SEED STEPS EVERY``, ``python run_compiled.py SEED STEPS EVERY``.
+``node run_micropython.mjs conformance SEED STEPS EVERY``, ``python run_compiled.py SEED STEPS EVERY``.
 """
 
 import sys

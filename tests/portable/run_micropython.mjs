@@ -1,39 +1,53 @@
-// Runs conformance.py, its inputs.py and the portable files under MicroPython: node run_micropython.mjs SEED STEPS EVERY
+// Runs a file of this folder under MicroPython, with the portable files of the house:
+// node run_micropython.mjs MODULE ARGUMENT... prints what MODULE's lines(ARGUMENT...) yields; arguments are JSON.
 import { readdirSync, readFileSync } from "node:fs";
 import { loadMicroPython } from "@micropython/micropython-webassembly-pyscript/micropython.mjs";
 
 const HERE = new URL("./", import.meta.url);
 const SOURCE = new URL("../../src/motorcade/", import.meta.url);
-const NEEDS_NUMPY = "bulk.py";
+// Folders of the house, and those of their files that need NumPy or a computer.
+const ROOMS = { words: ["bulk.py"], car: [], "boards/on_chip": [] };
+const FILES = ["boards/__init__.py", "boards/micropython.py", "boards/voice.py"];
 // MicroPython searches this folder of its in-memory filesystem.
 const LIBRARY = "/lib";
 const HEAP_BYTES = 16 * 1024 * 1024;
 
-/** Copies the portable rooms into the in-memory filesystem; gives the names of their modules. */
-function installMotorcade(fs) {
-  const modules = [];
-  fs.mkdirTree(`${LIBRARY}/motorcade`);
-  // The real one finds the public names with CPython's importlib.
-  fs.writeFile(`${LIBRARY}/motorcade/__init__.py`, "");
-  for (const room of ["words", "car"]) {
-    fs.mkdir(`${LIBRARY}/motorcade/${room}`);
-    for (const file of readdirSync(new URL(room, SOURCE))) {
-      if (!file.endsWith(".py") || file === NEEDS_NUMPY) continue;
-      fs.writeFile(`${LIBRARY}/motorcade/${room}/${file}`, readFileSync(new URL(`${room}/${file}`, SOURCE)));
-      modules.push(`motorcade.${room}.${file.slice(0, -".py".length)}`);
-    }
-  }
-  return modules;
+/** The names of the Python files in a folder. */
+function pythonFiles(folder) {
+  return readdirSync(folder).filter((file) => file.endsWith(".py"));
 }
 
+/** Copies a file into the in-memory filesystem; gives its module's name. */
+function copy(fs, from, path) {
+  fs.mkdirTree(`${LIBRARY}/${path.slice(0, path.lastIndexOf("/"))}`);
+  fs.writeFile(`${LIBRARY}/${path}`, readFileSync(from));
+  return path.slice(0, -".py".length).replaceAll("/", ".");
+}
+
+/** Copies the portable files; gives the names of their modules. */
+function installMotorcade(fs) {
+  const paths = [...FILES];
+  for (const [room, without] of Object.entries(ROOMS)) {
+    const files = pythonFiles(new URL(`${room}/`, SOURCE)).filter((file) => !without.includes(file));
+    paths.push(...files.map((file) => `${room}/${file}`));
+  }
+  const modules = paths.map((path) => copy(fs, new URL(path, SOURCE), `motorcade/${path}`));
+  // The real one finds the public names with CPython's importlib.
+  fs.writeFile(`${LIBRARY}/motorcade/__init__.py`, "");
+  return modules.filter((name) => !name.endsWith("__init__"));
+}
+
+const [wanted, ...given] = process.argv.slice(2);
 const python = await loadMicroPython({ heapsize: HEAP_BYTES, stdout: console.log });
 const modules = installMotorcade(python.FS);
-for (const file of ["inputs.py", "conformance.py"]) {
-  python.FS.writeFile(`${LIBRARY}/${file}`, readFileSync(new URL(file, HERE)));
+for (const folder of ["", "simulated/"]) {
+  for (const file of pythonFiles(new URL(`./${folder}`, HERE))) copy(python.FS, new URL(folder + file, HERE), folder + file);
 }
 try {
   for (const name of modules) python.runPython(`import ${name}`);
-  python.runPython(`from conformance import lines\nfound = lines(${process.argv.slice(2).join(", ")})`);
+  python.globals.set("given", given.join("\n"));
+  python.runPython(`import json\nfrom ${wanted} import lines`);
+  python.runPython("found = lines(*[json.loads(argument) for argument in given.split('\\n')])");
   // One line at a time: this build collects garbage only between calls from JavaScript.
   do {
     python.runPython("line = None\nfor line in found:\n    print(line)\n    break");

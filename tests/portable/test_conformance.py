@@ -31,7 +31,7 @@ def on_cpython() -> list[str]:
 
 
 def test_micropython_finds_the_same_integers(on_cpython: list[str], micropython_installed: None) -> None:
-    command = [str(HERE / "run_micropython.mjs"), *RUN]
+    command = [str(HERE / "run_micropython.mjs"), "conformance", *RUN]
     done = node(command, return_completed_process=True, capture_output=True, encoding="utf-8")
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == on_cpython

@@ -1,0 +1,1 @@
+"""What is put on a board that runs MicroPython, and how it gets there."""

@@ -1,0 +1,125 @@
+"""A car on a simulated microcontroller for a minute of virtual time: uploads, driving, sensors, infrared.
+
+Portable: CPython and MicroPython run it with the same settings and must print
+the same lines (test_microcontroller.py). By itself:
+``node run_micropython.mjs driven_car SETTINGS PLATFORM SEED`` with JSON for each.
+"""
+
+import json
+
+from inputs import Random
+from simulated.car_parts import Air, HcSr04, Observed
+from simulated.flash import Flash
+from simulated.microcontroller import Clock, Esp32, Microcontroller, Usb, machine_of
+from simulated.pio import Rp2
+
+from motorcade.boards.on_chip.power_on import SETTINGS_FILE, Modules, load_settings, open_board
+from motorcade.car.loop import Car
+from motorcade.words.ticks import TICKS_MASK
+
+SECONDS = 60
+TICKS_A_LINE = 200
+# As long as a loop takes on a real board, now and then longer: it collects garbage, writes to flash.
+TICKS_MS = (2, 3, 3, 4, 5, 5, 7, 12)
+BYTE_US = 87
+# The clock wraps in the middle of the minute.
+START_MS = TICKS_MASK - 30_000
+
+
+class Bench:
+    """A car's board, and a hand at each of its inputs."""
+
+    def __init__(self, settings, platform, flash=None):
+        self.chip = Microcontroller(platform, START_MS)
+        self.machine = machine_of(self.chip)
+        self.clock = Clock(self.chip)
+        self.usb = Usb(self.chip)
+        self.flash = flash or Flash()
+        self.flash.files[SETTINGS_FILE] = json.dumps(settings).encode()
+        self.pins = settings["pins"]
+        self.settings = settings
+        self.observed = Observed(self.chip, self.pins)
+        self.sonar = HcSr04(self.chip, self.pins["ultrasonic"])
+        self.air = Air(self.chip, self.pins["infrared"])
+        self.modules = Modules(
+            platform,
+            self.machine,
+            self.clock,
+            self.usb,
+            Esp32(self.chip) if platform == "esp32" else Rp2(self.chip),
+            self.flash,
+            self.flash.open,
+            self.usb,
+            self.usb,
+            self.usb,
+        )
+
+    def open(self):
+        """The car, switched on."""
+        return Car(open_board(load_settings(self.flash.open), self.modules))
+
+    def upload(self, at_us, data, byte_us=BYTE_US):
+        """Send ``data`` byte by byte, as a serial line does."""
+        serial = self.pins.get("serial")
+        line = self.machine.uarts[serial["receive"]] if serial else self.usb
+        for place in range(len(data)):
+            self.chip.at(at_us + place * byte_us, line.arrive, data[place : place + 1])
+
+    def hear(self, at_us, durations_us):
+        """Infrared of somebody else, mark by space, begins at ``at_us``."""
+        self.chip.at(at_us, self.air.pulses, at_us, durations_us)
+
+    def say(self, at_us, data):
+        """The voice module says something."""
+        line = self.machine.uarts[self.pins["voice"]["receive"]]
+        self.chip.at(at_us, line.arrive, data)
+
+    def show_person(self, at_us, there):
+        self.chip.at(at_us, self.chip.set_input, self.pins["pir"]["output"], there)
+
+    def show_obstacle(self, at_us, distance_mm):
+        """The next obstacle is ``distance_mm`` away; None for nothing."""
+        self.chip.at(at_us, self._place, distance_mm)
+
+    def _place(self, distance_mm):
+        self.sonar.distance_mm = distance_mm
+
+
+def play(bench, script):
+    """Let everything of ``script`` happen: a list of [at_ms, what, value] as test_microcontroller.py writes it."""
+    for at_ms, what, value in script:
+        at_us = at_ms * 1000
+        if what == "upload":
+            bench.upload(at_us, bytes(value))
+        elif what == "hear":
+            bench.hear(at_us, value)
+        elif what == "say":
+            bench.say(at_us, bytes(value))
+        elif what == "person":
+            bench.show_person(at_us, value)
+        elif what == "obstacle":
+            bench.show_obstacle(at_us, value)
+        else:
+            raise ValueError(what)
+
+
+def lines(settings, platform, seed, script):
+    """What an onlooker sees, a line each: ``at_ms what value``; and each tick's time, which the test replays."""
+    bench = Bench(settings, platform)
+    random = Random(seed)
+    car = bench.open()
+    play(bench, script)
+    ticks_us = []
+    while bench.chip.now_us < SECONDS * 1_000_000:
+        ticks_us.append(bench.chip.now_us)
+        car.tick()
+        bench.observed.look()
+        bench.clock.sleep_ms(random.pick(TICKS_MS))
+        if len(ticks_us) == TICKS_A_LINE:
+            for at_ms, what, value in bench.observed.seen:
+                yield f"{at_ms} {what} {value!r}"
+            bench.observed.seen.clear()
+            yield "ticks " + " ".join([str(tick_us) for tick_us in ticks_us])
+            ticks_us.clear()
+    yield f"pings {bench.sonar.pings}"
+    yield f"carrier {bench.observed.carrier_hz}"

@@ -1,0 +1,90 @@
+"""What stands at the pins of a car: wheels, LEDs, an HC-SR04, and the air with its infrared."""
+
+
+class Observed:
+    """What an onlooker sees of the car: turning wheels, the lit LEDs, frames on the air, answers on the line.
+
+    ``seen`` holds (at_ms, what, value), one for each change.
+    """
+
+    def __init__(self, chip, pins):
+        self.seen = []
+        self.carrier_hz = None
+        self._chip = chip
+        self._pins = pins
+        self._shown = {"wheels": (0, 0), "leds": ()}
+        chip.listeners.append(self._take)
+
+    def look(self):
+        """Note what wheels and LEDs do now, where it has changed."""
+        levels, duties = self._chip.levels, self._chip.duties
+        powers = []
+        for motor in (self._pins["left_motor"], self._pins["right_motor"]):
+            direction = levels.get(motor["forward"], 0) - levels.get(motor["backward"], 0)
+            powers.append(direction * duties[motor["enable"]])
+        self._note("wheels", tuple(powers))
+        lit = [which for which in range(4) if levels.get(self._pins["leds"]["led_" + str(which)], 0)]
+        self._note("leds", tuple(lit))
+
+    def _note(self, what, value):
+        if self._shown[what] != value:
+            self._shown[what] = value
+            self.seen.append((self._chip.now_us // 1000, what, value))
+
+    def _take(self, what, pin, value):
+        if what == "infrared":
+            self.seen.append((self._chip.now_us // 1000, "infrared", tuple(value)))
+        if what == "bytes":
+            self.seen.append((self._chip.now_us // 1000, "line", value))
+        if what == "carrier":
+            self.carrier_hz = value
+
+
+class HcSr04:
+    """The ultrasonic sensor: a pulse at TRIG of 10 µs or more, and ECHO is high for as long as sound takes."""
+
+    PREPARES_US = 460
+    NOTHING_US = 38_000
+
+    def __init__(self, chip, pins):
+        self.distance_mm = None
+        self.pings = 0
+        self._chip = chip
+        self._pins = pins
+        self._rose_us = 0
+        chip.listeners.append(self._take)
+
+    def _take(self, what, pin, value):
+        if what != "level" or pin != self._pins["trigger"]:
+            return
+        now_us = self._chip.now_us
+        if value:
+            self._rose_us = now_us
+        elif now_us - self._rose_us >= 10:
+            self.pings += 1
+            nothing = self.distance_mm is None
+            width_us = self.NOTHING_US if nothing else self.distance_mm * 2000 // 343
+            self._chip.at(now_us + self.PREPARES_US, self._chip.set_input, self._pins["echo"], 1)
+            self._chip.at(now_us + self.PREPARES_US + width_us, self._chip.set_input, self._pins["echo"], 0)
+
+
+class Air:
+    """What reaches the infrared receiver: frames of others, noise, and the car's own sending."""
+
+    def __init__(self, chip, pins):
+        self._chip = chip
+        self._pin = pins["receiver"]
+        chip.set_input(self._pin, 1)
+        chip.listeners.append(self._take)
+
+    def pulses(self, at_us, durations_us):
+        """Marks and spaces of somebody, beginning with a mark."""
+        for place, duration_us in enumerate(durations_us):
+            self._chip.at(at_us, self._chip.set_input, self._pin, place & 1)
+            at_us += duration_us
+        self._chip.at(at_us, self._chip.set_input, self._pin, 1)
+
+    def _take(self, what, pin, value):
+        if what == "infrared":
+            # The car's own light comes back from whatever is near, a little later.
+            self.pulses(self._chip.now_us + 50, value)

@@ -1,0 +1,105 @@
+"""A flash memory whose power can be cut at any byte: the functions of the module os, and open.
+
+What was written is safe once its file is closed. Until then a cut leaves the
+first bytes of it, as many as had been written. On littlefs a rename happens or
+doesn't; on FAT the old file goes first, and a cut may fall between.
+"""
+
+
+class PowerCut(BaseException):
+    """The power was cut; nothing else of the program runs."""
+
+
+class Flash:
+    """Files by name.
+
+    Args:
+        atomic_rename: littlefs' way, else FAT's.
+        room: how many bytes all files together may have.
+    """
+
+    def __init__(self, atomic_rename=True, room=1 << 20):
+        self.files = {}
+        self.cut_after = None
+        self._atomic_rename = atomic_rename
+        self._room = room
+
+    def spend(self, steps=1):
+        """One byte, or one change of a directory, that the power has to last for."""
+        if self.cut_after is not None:
+            if self.cut_after < steps:
+                raise PowerCut
+            self.cut_after -= steps
+
+    def open(self, path, mode):
+        if mode in ("r", "rb"):
+            if path not in self.files:
+                raise OSError(2)
+            return _Reading(self.files[path], mode)
+        self.spend()
+        self.files[path] = b""
+        return _Writing(self, path)
+
+    def rename(self, old, new):
+        if old not in self.files:
+            raise OSError(2)
+        if not self._atomic_rename and new in self.files:
+            self.spend()
+            del self.files[new]
+        self.spend()
+        self.files[new] = self.files.pop(old)
+
+    def remove(self, path):
+        if path not in self.files:
+            raise OSError(2)
+        self.spend()
+        del self.files[path]
+
+    def sync(self):
+        self.spend()
+
+    def write_byte(self, path, byte):
+        if sum([len(data) for data in self.files.values()]) >= self._room:
+            raise OSError(28)
+        self.spend()
+        self.files[path] += byte
+
+
+class _Reading:
+    def __init__(self, data, mode):
+        self._data = data if mode == "rb" else data.decode()
+
+    def read(self):
+        return self._data
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *problem):
+        pass
+
+
+class _Writing:
+    """Bytes reach the flash when they are flushed or the file is closed, one by one."""
+
+    def __init__(self, flash, path):
+        self._flash = flash
+        self._path = path
+        self._waiting = b""
+
+    def write(self, data):
+        self._waiting += data
+        return len(data)
+
+    def flush(self):
+        while self._waiting:
+            self._flash.write_byte(self._path, self._waiting[:1])
+            self._waiting = self._waiting[1:]
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, problem, trace):
+        # A program whose power was cut closes nothing.
+        if kind is not PowerCut:
+            self.flush()
