@@ -19,8 +19,8 @@ from motorcade.program.blocks import blocks_of
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program, read_program
 from motorcade.program.steps import DIRECTIONS, Avoid, Drive, Led, Repeat, Step, Together
+from motorcade.server.http import answer, decoded
 from motorcade.studio.compiling import Blocks, compiled_blocks
-from motorcade.studio.http import answer, decoded
 
 TURNS = 51
 GOAL_MS = 5.0

@@ -7,11 +7,11 @@ from starlette.responses import Response
 from starlette.types import ASGIApp
 
 from motorcade.program.diagnostics import LANGUAGES, ProgramError
+from motorcade.server.errors import ServerError
+from motorcade.server.guard import Guard
+from motorcade.server.http import answer, refusal
 from motorcade.studio import gallery, pages, programs, projects, stages, uploads
 from motorcade.studio.compiling import said
-from motorcade.studio.errors import StudioError
-from motorcade.studio.guard import Guard
-from motorcade.studio.http import answer, refusal
 from motorcade.studio.settings import Settings
 
 _MOST_SAID = 3
@@ -23,7 +23,7 @@ def make_app(settings: Settings) -> ASGIApp:
     app = Starlette(
         routes=[route for room in rooms for route in room.routes(settings)],
         exception_handlers={
-            StudioError: _refuse,
+            ServerError: _refuse,
             ProgramError: _refuse_program,
             HTTPException: _refuse_request,
             Exception: _refuse_ourselves,
@@ -33,7 +33,7 @@ def make_app(settings: Settings) -> ASGIApp:
 
 
 async def _refuse(request: Request, problem: Exception) -> Response:
-    assert isinstance(problem, StudioError)
+    assert isinstance(problem, ServerError)
     return refusal(problem)
 
 
@@ -51,11 +51,11 @@ async def _refuse_program(request: Request, problem: Exception) -> Response:
 async def _refuse_request(request: Request, problem: Exception) -> Response:
     assert isinstance(problem, HTTPException)
     if problem.status_code == 404:
-        return refusal(StudioError("not-found", 404))
-    response = refusal(StudioError("bad-request", problem.status_code, reason=problem.detail))
+        return refusal(ServerError("not-found", 404))
+    response = refusal(ServerError("bad-request", problem.status_code, reason=problem.detail))
     response.headers.update(problem.headers or {})
     return response
 
 
 async def _refuse_ourselves(request: Request, problem: Exception) -> Response:
-    return refusal(StudioError("internal", 500))
+    return refusal(ServerError("internal", 500))

@@ -1,44 +1,12 @@
 """What can go wrong in the studio: stable codes, and their sentences in English and Chinese."""
 
-from typing import Any
-
 from motorcade.program.diagnostics import LANGUAGES
+from motorcade.server.errors import MESSAGES as SERVER_MESSAGES
+from motorcade.server.errors import ServerError
 from motorcade.sim.errors import MatError, WorldError
 
 # The words in braces are filled in per case.
 MESSAGES: dict[str, dict[str, str]] = {
-    "bad-message": {
-        "en": "The server doesn't understand this message: {reason}. Reload the page.",
-        "zh": "服务器无法理解此消息：{reason}。请刷新页面。",
-    },
-    "too-deep": {
-        "en": "The brackets of this message are nested too deeply. Use fewer blocks in a row.",
-        "zh": "此消息的括号嵌套过深。请减少相连的积木。",
-    },
-    "body-too-large": {
-        "en": "The page sent more than {most:,} bytes: make the project smaller.",
-        "zh": "页面发送的内容超过 {most:,} 字节：请缩小项目。",
-    },
-    "foreign-host": {
-        "en": "The studio isn't reached under the name {name}. Open the address that it printed when it started.",
-        "zh": "不能用名称 {name} 访问工作室。请打开工作室启动时显示的地址。",
-    },
-    "foreign-origin": {
-        "en": "A page of another site asked for this, and only the studio's own may.",
-        "zh": "此请求来自其他网站的页面，只有工作室自己的页面可以访问。",
-    },
-    "token-needed": {
-        "en": "This studio asks for its token. Open the whole address that it printed when it started.",
-        "zh": "访问此工作室需要令牌。请打开工作室启动时显示的完整地址。",
-    },
-    "wrong-token": {
-        "en": "This is not the token of this studio. Open the whole address that it printed when it last started.",
-        "zh": "令牌不正确。请打开工作室最近一次启动时显示的完整地址。",
-    },
-    "too-many-requests": {
-        "en": "Your computer asks more than {most} times a second. Wait a moment, then reload the page.",
-        "zh": "您的电脑每秒请求超过 {most} 次。请稍候，然后刷新页面。",
-    },
     "bad-name": {
         "en": "A project's name has 1 to {most} characters, no slash and no line break. Choose another name.",
         "zh": "项目名称应为 1 到 {most} 个字符，不能含斜杠或换行。请换一个名称。",
@@ -70,18 +38,6 @@ MESSAGES: dict[str, dict[str, str]] = {
     "no-example": {
         "en": "There is no example '{name}'.",
         "zh": "没有名为“{name}”的示例。",
-    },
-    "not-found": {
-        "en": "There is nothing at this address.",
-        "zh": "此地址没有内容。",
-    },
-    "bad-request": {
-        "en": "The server can't answer this request: {reason}.",
-        "zh": "服务器无法回答此请求：{reason}。",
-    },
-    "internal": {
-        "en": "Something went wrong in the studio itself. Save your work and start it again.",
-        "zh": "工作室内部出错。请保存作品并重新启动。",
     },
     "unknown-profile": {
         "en": "There is no kind of car called '{name}'. Known: {known}.",
@@ -140,14 +96,6 @@ MESSAGES: dict[str, dict[str, str]] = {
         "en": "These cars are shown in another tab now. Reload this page to bring them back here.",
         "zh": "这些小车现在显示在另一个标签页中。刷新本页即可在此继续。",
     },
-    "too-many-messages": {
-        "en": "The page says more than {most} things a second. Reload it.",
-        "zh": "页面每秒发送的消息超过 {most} 条。请刷新页面。",
-    },
-    "message-too-long": {
-        "en": "The page sent more than {most:,} bytes at once: make the mat or the program smaller.",
-        "zh": "页面一次发送的内容超过 {most:,} 字节：请缩小场地或程序。",
-    },
     "nothing-to-draw": {
         "en": "Nothing has happened yet that could be drawn: let the cars drive first.",
         "zh": "还没有可绘制的内容：请先让小车行驶。",
@@ -170,8 +118,7 @@ MESSAGES: dict[str, dict[str, str]] = {
     "too-many-words": {
         "en": "The followers' program needs {count} words, and 255 is the most. "
         "The block that costs most needs {cost} of them: shorten it or repeat it less often.",
-        "zh": "从机程序需要 {count} 个码字，最多为 255 个。"
-        "占用最多的积木有 {cost} 个码字：请缩短它或减少重复次数。",
+        "zh": "从机程序需要 {count} 个码字，最多为 255 个。占用最多的积木有 {cost} 个码字：请缩短它或减少重复次数。",
     },
     # In place of the sentences of `motorcade.link.failures` that speak of the command line.
     "no-such-port": {
@@ -195,29 +142,7 @@ def reason_of(problem: MatError | WorldError) -> dict[str, str]:
     return {language: problem.reason(language) for language in LANGUAGES}
 
 
-class StudioError(Exception):
-    """Something that the page asked for and can't have.
+class StudioError(ServerError):
+    """Something that the page asked for and can't have; ``code`` is a key of MESSAGES or one of every server's."""
 
-    Attributes:
-        code: a key of MESSAGES; stable.
-        status: the HTTP status that says it.
-
-    What fills a sentence's braces may differ by language: a dict then holds one text for each.
-    """
-
-    def __init__(self, code: str, status: int = 400, **arguments: Any):
-        self.code = code
-        self.status = status
-        self._arguments = arguments
-        super().__init__(self.message("en"))
-
-    def message(self, language: str) -> str:
-        """The sentence in ``language`` (en or zh)."""
-        arguments = {
-            name: value[language] if isinstance(value, dict) else value for name, value in self._arguments.items()
-        }
-        return MESSAGES[self.code][language].format(**arguments)
-
-    def as_dict(self) -> dict[str, Any]:
-        """``{"code", "message": {"en", "zh"}}``."""
-        return {"code": self.code, "message": {language: self.message(language) for language in LANGUAGES}}
+    messages = SERVER_MESSAGES | MESSAGES

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 from starlette.routing import BaseRoute
 
+from motorcade.server.http import get
 from motorcade.studio.documents import Project, opened
 from motorcade.studio.errors import StudioError
-from motorcade.studio.http import get
 from motorcade.studio.settings import Settings
 
 

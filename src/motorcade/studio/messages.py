@@ -5,10 +5,10 @@ from typing import Annotated, Any, TypeVar
 from msgspec import Meta, Struct
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from motorcade.server import http
 from motorcade.sim.errors import MatError, WorldError
 from motorcade.sim.mat import Mat, check_mat
 from motorcade.sim.world import World
-from motorcade.studio import http
 from motorcade.studio.compiling import profile_named
 from motorcade.studio.errors import StudioError, reason_of
 from motorcade.studio.mats import mat_from

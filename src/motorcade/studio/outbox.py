@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 from starlette.websockets import WebSocket
 
-from motorcade.studio.errors import StudioError
+from motorcade.server.errors import ServerError
 
 # So many pictures a page has not yet drawn; the others are never made.
 MOST_UNDER_WAY = 2
@@ -47,7 +47,7 @@ class Outbox:
         if len(self._waiting) < _MOST_WAITING:
             self._put(kind, msgspec.json.encode({"is": kind} | values).decode())
 
-    def refuse(self, problem: StudioError, closing: bool = False) -> None:
+    def refuse(self, problem: ServerError, closing: bool = False) -> None:
         """Send an error; nothing after it where the connection is ``closing`` with it."""
         self.put("error", problem.as_dict())
         self._closing = self._closing or closing

@@ -11,10 +11,10 @@ from starlette.routing import BaseRoute
 from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.diagnostics import LANGUAGES
 from motorcade.program.timing import MOST_PIECES
+from motorcade.server.http import get, post
 from motorcade.studio.compiling import Blocks, compiled_blocks, profile_named
 from motorcade.studio.documents import Project, laid_out, opened, project_text
 from motorcade.studio.errors import StudioError
-from motorcade.studio.http import get, post
 from motorcade.studio.mats import mat_from
 from motorcade.studio.settings import Settings
 from motorcade.words.field import WordFormat

@@ -8,9 +8,9 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
 from motorcade.program.diagnostics import ProgramError
+from motorcade.server.http import answer, decoded, get
 from motorcade.studio.documents import Project, opened, project_text
 from motorcade.studio.errors import StudioError
-from motorcade.studio.http import answer, decoded, get
 from motorcade.studio.library import Library
 from motorcade.studio.settings import Settings
 

@@ -15,8 +15,9 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from motorcade.server.allowance import Allowance
+from motorcade.server.errors import ServerError
 from motorcade.sim.errors import WorldError
-from motorcade.studio.allowance import Allowance
 from motorcade.studio.errors import StudioError, reason_of
 from motorcade.studio.exports import Exports
 from motorcade.studio.messages import (
@@ -93,7 +94,7 @@ class Stages:
         page = Outbox()
         try:
             session = self._enter(socket.query_params.get("session", ""), page)
-        except StudioError as problem:
+        except ServerError as problem:
             page.refuse(problem, closing=True)
             with suppress(WebSocketDisconnect):
                 await page.send_to(socket)
@@ -178,7 +179,7 @@ class Stages:
                     page.shown(message.frame)
                 else:
                     await self._obey(session, page, message)
-            except StudioError as problem:
+            except ServerError as problem:
                 page.refuse(problem)
             if not allowance.take():
                 page.refuse(StudioError("too-many-messages", most=settings.messages_a_second), closing=True)

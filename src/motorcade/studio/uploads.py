@@ -16,10 +16,11 @@ from motorcade.link.failures import PortError, PortNotFoundError
 from motorcade.link.serial_port import ports, readback, upload
 from motorcade.profile import Profile
 from motorcade.program.diagnostics import LANGUAGES
+from motorcade.server.errors import ServerError
+from motorcade.server.http import get
 from motorcade.studio.carrier import WEB_SERIAL, Carrier
 from motorcade.studio.compiling import profile_named
 from motorcade.studio.errors import MESSAGES, StudioError
-from motorcade.studio.http import get
 from motorcade.studio.messages import check_image, heard
 from motorcade.studio.settings import Settings
 from motorcade.studio.virtual import VIRTUAL, VirtualCar
@@ -85,7 +86,7 @@ class Uploads:
         try:
             wanted = await heard(socket, Wanted, self._settings.most_body)
             result = await talk(wanted, _checked(wanted))
-        except StudioError as problem:
+        except ServerError as problem:
             result = _failed(problem)
         except PortError as problem:
             result = _failed(_for_the_page(problem, wanted.port or WEB_SERIAL))
@@ -138,7 +139,7 @@ def _image(image: bytes) -> Told:
     return {"outcome": "image", "image": base64.b64encode(image).decode()}
 
 
-def _failed(problem: StudioError | PortError) -> Told:
+def _failed(problem: ServerError | PortError) -> Told:
     sentences = {language: problem.message(language) for language in LANGUAGES}
     return {"outcome": "failed", "error": {"code": problem.code, "message": sentences}}
 

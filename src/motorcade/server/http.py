@@ -9,7 +9,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from motorcade.studio.errors import StudioError
+from motorcade.server.errors import ServerError
 
 T = TypeVar("T")
 
@@ -19,19 +19,19 @@ def answer(data: Any, status: int = 200) -> Response:
     return Response(msgspec.json.encode(data), status, media_type="application/json")
 
 
-def refusal(problem: StudioError) -> Response:
+def refusal(problem: ServerError) -> Response:
     """``problem`` as JSON."""
     return answer({"error": problem.as_dict()}, problem.status)
 
 
 def decoded(data: bytes, kind: type[T]) -> T:
-    """The message of ``kind`` in ``data``. Raises StudioError."""
+    """The message of ``kind`` in ``data``. Raises ServerError."""
     try:
         return msgspec.json.decode(data, type=kind)
     except RecursionError:
-        raise StudioError("too-deep") from None
+        raise ServerError("too-deep") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as problem:
-        raise StudioError("bad-message", reason=str(problem).rstrip(".")) from None
+        raise ServerError("bad-message", reason=str(problem).rstrip(".")) from None
 
 
 def get(path: str, work: Callable[[Request], Any]) -> Route:

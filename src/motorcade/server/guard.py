@@ -17,12 +17,16 @@ from starlette.responses import RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
-from motorcade.studio.allowance import Allowance
-from motorcade.studio.errors import StudioError
-from motorcade.studio.http import refusal
-from motorcade.studio.settings import Settings
+from motorcade.server.allowance import Allowance
+from motorcade.server.errors import ServerError
+from motorcade.server.http import refusal
+from motorcade.server.settings import ServerSettings
 
 _MOST_ADDRESSES = 4096
+# What may be opened with the token in its address, and what only our own pages may ask for.
+_PAGES = ("/", "/drive")
+_CAMERA = "/camera"
+_GUARDED = ("/api/", "/drive/", _CAMERA)
 _HOST = re.compile(r"(\[(?P<address>[0-9a-fA-F:.]+)\]|(?P<name>[A-Za-z0-9._-]+))(:[0-9]{1,5})?")
 _LENGTH = re.compile("[0-9]{1,12}")
 _WEEK_S = 7 * 24 * 3600
@@ -43,11 +47,11 @@ _HEADERS = {
 class Guard:
     """Stands before ``app`` and refuses what may not pass, in a sentence."""
 
-    def __init__(self, app: ASGIApp, settings: Settings):
+    def __init__(self, app: ASGIApp, settings: ServerSettings):
         self._app = app
         self._settings = settings
         self._allowances: OrderedDict[str, Allowance] = OrderedDict()
-        # Cookies don't know ports: two studios on one computer keep theirs apart by name.
+        # Cookies don't know ports: two servers on one computer keep theirs apart by name.
         self._cookie = f"motorcade_{settings.port}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -59,11 +63,11 @@ class Guard:
         try:
             self._check(scope)
             shown = self._shown_token(scope)
-        except StudioError as problem:
+        except ServerError as problem:
             await _respond(refusal(problem), scope, receive, send)
             return
         if shown:
-            await self._keep_token()(scope, receive, send)
+            await self._keep_token(scope)(scope, receive, send)
             return
         await self._app(scope, self._bounded(receive), send)
 
@@ -72,7 +76,7 @@ class Guard:
         self._check_rate(scope)
         self._check_host(headers)
         self._check_origin(headers, scope["path"])
-        if scope["path"].startswith("/api/"):
+        if scope["path"].startswith(_GUARDED):
             self._check_token(scope)
         length = headers.get("content-length", "0")
         if not _LENGTH.fullmatch(length) or int(length) > self._settings.most_body:
@@ -86,13 +90,13 @@ class Guard:
         if len(self._allowances) > _MOST_ADDRESSES:
             self._allowances.popitem(last=False)
         if not allowance.take():
-            raise StudioError("too-many-requests", 429, most=a_second)
+            raise ServerError("too-many-requests", 429, most=a_second)
 
     def _check_host(self, headers: Headers) -> None:
         hosts = headers.getlist("host")
         name = _host_name(hosts[0]) if len(hosts) == 1 else None
         if name is None or not self._is_ours(name):
-            raise StudioError("foreign-host", 403, name=", ".join(hosts)[:60] or "''")
+            raise ServerError("foreign-host", 403, name=", ".join(hosts)[:60] or "''")
 
     def _is_ours(self, name: str) -> bool:
         if name == "localhost" or name in self._settings.names:
@@ -110,29 +114,34 @@ class Guard:
         # Following a link from another site to the page is fine, its asking for anything else is not.
         site = headers.get("sec-fetch-site", "none")
         if any(origin not in own for origin in origins) or (
-            path.startswith("/api/") and site not in ("same-origin", "none")
+            path.startswith(_GUARDED) and site not in ("same-origin", "none")
         ):
-            raise StudioError("foreign-origin", 403)
+            raise ServerError("foreign-origin", 403)
 
     def _check_token(self, scope: Scope) -> None:
         token = self._settings.token
-        if token is not None and not _is_token(HTTPConnection(scope).cookies.get(self._cookie, ""), token):
-            raise StudioError("token-needed", 401)
+        asked = HTTPConnection(scope)
+        shown = asked.cookies.get(self._cookie, "")
+        if not shown and scope["path"].startswith(_CAMERA):
+            # Programs that look at a camera have no cookies.
+            shown = asked.query_params.get("token", "")
+        if token is not None and not _is_token(shown, token):
+            raise ServerError("token-needed", 401)
 
     def _shown_token(self, scope: Scope) -> bool:
         """Whether the page is opened with the token in its address."""
-        shown = HTTPConnection(scope).query_params.get("token") if scope["path"] == "/" else None
+        shown = HTTPConnection(scope).query_params.get("token") if scope["path"] in _PAGES else None
         if self._settings.token is None or shown is None:
             return False
         if not _is_token(shown, self._settings.token):
-            raise StudioError("wrong-token", 403)
+            raise ServerError("wrong-token", 403)
         return True
 
-    def _keep_token(self) -> Response:
+    def _keep_token(self, scope: Scope) -> Response:
         """Has the browser keep the token and forget it in its address."""
-        response = RedirectResponse("/", 303)
-        token = self._settings.token or ""
-        response.set_cookie(self._cookie, token, max_age=_WEEK_S, httponly=True, samesite="strict")
+        response = RedirectResponse(scope["path"], 303)
+        token, secure = self._settings.token or "", scope["scheme"] == "https"
+        response.set_cookie(self._cookie, token, max_age=_WEEK_S, httponly=True, samesite="strict", secure=secure)
         return response
 
     def _bounded(self, receive: Receive) -> Receive:
@@ -148,8 +157,8 @@ class Guard:
 
         return bounded
 
-    def _too_large(self) -> StudioError:
-        return StudioError("body-too-large", 413, most=self._settings.most_body)
+    def _too_large(self) -> ServerError:
+        return ServerError("body-too-large", 413, most=self._settings.most_body)
 
 
 def _host_name(host: str) -> str | None:
@@ -179,7 +188,7 @@ def _kept(path: str) -> str:
     """How long a browser may keep what stands at ``path``; the names of assets change with what is in them."""
     if path.startswith("/assets/"):
         return "public, max-age=31536000, immutable"
-    return "no-store" if path.startswith("/api/") else "no-cache"
+    return "no-store" if path.startswith(_GUARDED) else "no-cache"
 
 
 async def _respond(response: Response, scope: Scope, receive: Receive, send: Send) -> None:
