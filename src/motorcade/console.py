@@ -114,6 +114,20 @@ def fields_table(word: int, word_format: WordFormat, warnings: Iterable[str]) ->
     return table
 
 
+def format_table(word_format: WordFormat, fingerprint: str) -> Table:
+    """A format's fields: bits, allowed values with their unit, meaning."""
+    table = Table(title=f"{word_format.name}, fingerprint {fingerprint}", title_justify="left")
+    table.add_column("bits", justify="right", no_wrap=True)
+    table.add_column("field", no_wrap=True)
+    for name in ("allowed", "meaning", "source"):
+        table.add_column(name)
+    for field in word_format.fields:
+        bits = str(field.high) if field.width == 1 else f"{field.high}-{field.low}"
+        allowed = f"{field.allowed} {field.unit}".rstrip()
+        table.add_row(bits, *map(Text, (field.name, allowed, field.meaning, field.source)))
+    return table
+
+
 @contextmanager
 def progress_bar(verb: str, total: int) -> Iterator[Callable[[int], None]]:
     """A bar on standard error while it takes more than a moment; call the yielded function with what is done."""

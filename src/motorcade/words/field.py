@@ -113,6 +113,12 @@ class Field:
             return "0, or one of " + ", ".join(str(1 << bit) for bit in range(self.width)) + " (exactly one bit)"
         return f"{self.minimum} to {self.maximum}"
 
+    def allowed_beside(self, other: int) -> str:
+        """What may stand in this field where the one that it goes with holds ``other``, in words."""
+        if not other:
+            return "0, as there are no " + self.goes_with.replace("_", " ")
+        return "exactly one bit" if self.one_hot else f"{max(1, self.minimum)} to {self.maximum}"
+
     def allows(self, raw: int) -> bool:
         """Whether the integer ``raw`` may stand in this field."""
         if self.only:
@@ -285,11 +291,7 @@ class WordFormat:
         """Raise the WordError of the field called ``name``, in ``raws``, which is 0 where its pair isn't, or isn't."""
         by_name = dict(zip([field.name for field in self.fields], raws))
         field = self.field(name)
-        if by_name[name]:
-            allowed = "0, as there are no " + field.goes_with.replace("_", " ")
-        else:
-            allowed = "exactly one bit" if field.one_hot else f"{max(1, field.minimum)} to {field.maximum}"
-        raise WordError(name, by_name[name], allowed)
+        raise WordError(name, by_name[name], field.allowed_beside(by_name[field.goes_with]))
 
 
 def _condition(field: Field, name: str) -> str:

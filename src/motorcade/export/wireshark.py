@@ -1,0 +1,82 @@
+"""A dissector for Wireshark in Lua: words on TCP connections, and captured images.
+
+What is generated is the table of fields; the code that reads by it stands in `templates/wireshark.lua`.
+"""
+
+import re
+from importlib import resources
+
+from motorcade.export.vocabulary import Vocabulary, fingerprint_text
+from motorcade.words.field import Field, WordFormat
+
+# Where a car listens for drive commands unless told.
+DRIVE_PORT = 5005
+_STREAMS = {"drive": DRIVE_PORT}
+_USE_OWN = """\
+-- Words of the format {name} on a TCP connection: -d tcp.port==6000,motorcade_{name}"""
+_USE = f"""\
+-- Drive commands are found on TCP port {DRIVE_PORT}, captured images in packets of link type USER0 (147), and
+-- uploads over TCP where you say so: -d tcp.port==7000,motorcade_image"""
+
+
+def wireshark(vocabulary: Vocabulary) -> str:
+    """The dissector's text."""
+    parts_of_images = ("header", "control") if vocabulary.has_images else ()
+    names = [word_format.name for word_format in vocabulary.formats]
+    streams = [name for name in names if name not in parts_of_images]
+    filled = {
+        "NAMES": ", ".join(names),
+        "FILE": f"{vocabulary.file_stem}.lua",
+        "USE": _USE if vocabulary.has_images else _USE_OWN.format(name=names[0]),
+        "FORMATS": "\n".join(_format(word_format) for word_format in vocabulary.formats),
+        "STREAMS": ", ".join(f'{{ name = "{name}", port = {_STREAMS.get(name, 0)} }}' for name in streams),
+        "HAS_IMAGES": _lua(vocabulary.has_images),
+    }
+    template = resources.files("motorcade.export") / "templates" / "wireshark.lua"
+    return re.sub("@([A-Z_]+)@", lambda place: filled[place[1]], template.read_text(encoding="utf-8"))
+
+
+def _format(word_format: WordFormat) -> str:
+    fields = "\n".join(f"      {_field(field)}," for field in word_format.fields)
+    title = _lua(f"{word_format.name} word")
+    fingerprint = _lua(fingerprint_text(word_format))
+    return f"""\
+  {word_format.name} = {{
+    title = {title},
+    fingerprint = {fingerprint},
+    fields = {{
+{fields}
+    }},
+  }},"""
+
+
+def _field(field: Field) -> str:
+    entries: dict[str, str | int | bool] = {
+        "name": field.name,
+        "high": field.high,
+        "low": field.low,
+        "minimum": field.minimum,
+        "maximum": field.maximum,
+        "meaning": field.meaning,
+        "allowed": field.allowed,
+    }
+    entries |= {key: True for key in ("one_hot", "reserved") if getattr(field, key)}
+    entries |= {key: getattr(field, key) for key in ("needs", "unit") if getattr(field, key)}
+    if field.goes_with:
+        entries["goes_with"] = field.goes_with
+        entries["allowed_beside_0"] = field.allowed_beside(0)
+        entries["allowed_beside_others"] = field.allowed_beside(1)
+    parts = [f"{key} = {_lua(value)}" for key, value in entries.items()]
+    if field.only:
+        names = ", ".join(f"[{raw}] = {_lua(name)}" for raw, name in field.only)
+        parts.append(f"only = {{ {names} }}")
+    return "{ " + ", ".join(parts) + " }"
+
+
+def _lua(value: str | int | bool) -> str:
+    """``value`` as Lua writes it; only printable text comes here, so quotes and backslashes are all there is to do."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(value)
+    return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
