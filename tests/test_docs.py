@@ -56,6 +56,16 @@ def test_both_languages_show_the_same_code(page):
     assert [block.code for block in blocks_of(translated(page))] == [block.code for block in blocks_of(page)]
 
 
+@pytest.mark.parametrize("page", [DOCS / "profiles.md", DOCS / "profiles.zh.md"], ids=lambda page: page.name)
+def test_every_key_of_a_profile_is_explained(page):
+    text = (ROOT / "src" / "motorcade" / "profiles" / "classroom.toml").read_text(encoding="utf-8")
+    table = tomllib.loads(text)
+    keys = [key for key, value in table.items() if not isinstance(value, dict)]
+    keys += [f"{name}.{key}" for name, part in table.items() if isinstance(part, dict) for key in part]
+    told = re.findall(r"^\| `([\w.]+)` \|", page.read_text(encoding="utf-8"), re.MULTILINE)
+    assert told == keys
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     folder = tmp_path_factory.mktemp("site")
