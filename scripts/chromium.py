@@ -5,9 +5,11 @@ The browser tests, `benchmarks/studio_page.py` and `scripts/screenshots.py` driv
 
 import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+from scripts import debian
 
 CHOICE = "MOTORCADE_CHROMIUM"
 HOW_TO = f"install Chromium or Chrome (on Debian: apt-get install chromium fonts-noto-cjk), or name one in {CHOICE}"
@@ -37,15 +39,10 @@ def find() -> Path | None:
 def find_or_install() -> Path | None:
     """A browser, installed first where that can be done: by root, on Debian and its kin; else None."""
     found = find()
-    if found is None and _is_debians_root():
-        for command in (("update",), ("install", "--yes", "--no-install-recommends", *_DEBIAN_PACKAGES)):
-            subprocess.run(["apt-get", "--quiet=2", *command], stdout=subprocess.DEVNULL, check=False)
+    if found is None:
+        debian.install(*_DEBIAN_PACKAGES)
         found = find()
     return found
-
-
-def _is_debians_root() -> bool:
-    return hasattr(os, "geteuid") and os.geteuid() == 0 and shutil.which("apt-get") is not None
 
 
 if __name__ == "__main__":
