@@ -4,6 +4,7 @@ import contextlib
 import os
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -71,13 +72,22 @@ def _factory_class(lgpio: Any, is_foreign: bool, lines: int) -> Any:
         _pwm: tuple[float, float] | None
 
         def _set_state(self, value: float) -> None:
-            try:
+            with self._told():
                 if self._pwm:
                     frequency, _ = self._pwm
                     self._pwm = (frequency, value * 100)
                     lgpio.tx_pwm(self.factory._handle, self._number, *self._pwm)
                 else:
                     super()._set_state(value)
+
+        def _set_frequency(self, value: float | None) -> None:
+            with self._told():
+                super()._set_frequency(value)
+
+        @contextlib.contextmanager
+        def _told(self) -> Iterator[None]:
+            try:
+                yield
             except lgpio.error as problem:
                 raise OSError(f"{self!r} can't be driven: {problem}") from None
 

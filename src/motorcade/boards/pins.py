@@ -95,7 +95,7 @@ DEVICES = (
         "Ultrasonic sensor HC-SR04",
         "超声波传感器 HC-SR04",
         "5 V, GND",
-        (Role("trigger", True, True, "TRIG"), Role("echo", False, True, "ECHO")),
+        (Role("trigger", True, True, "TRIG"), Role("echo", False, True, "ECHO ÷ 1 kΩ, 2 kΩ")),
     ),
     Device("pir", "PIR sensor HC-SR501", "人体红外传感器 HC-SR501", "5 V, GND", (Role("output", False, True, "OUT"),)),
     Device(
@@ -103,7 +103,7 @@ DEVICES = (
         "Infrared, 38 kHz",
         "38 kHz 红外收发",
         "3.3 V, 5 V, GND",
-        (Role("receiver", False, False, "OUT (VS1838B)"), Role("sender", True, False, "LED (940 nm)")),
+        (Role("receiver", False, False, "OUT, VS1838B"), Role("sender", True, False, "LED 940 nm, NPN")),
     ),
     Device(
         "serial",
