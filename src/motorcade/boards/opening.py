@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from motorcade.boards.chips import Chip
-from motorcade.boards.gpio_chip import open_gpio
+from motorcade.boards.gpio_chip import open_gpio, pull_low
 from motorcade.boards.hardware_watchdog import HardwareWatchdog
 from motorcade.boards.linux import Equipment
 from motorcade.boards.lirc import LircSender, open_sender
@@ -48,9 +47,20 @@ def open_drive(
     """
     _check(pins, ("drive_motor", "servo"))
     feed = HardwareWatchdog(watchdog).feed if watchdog else None
-    number = "" if gpio_chip is None else str(gpio_chip)
-    rescue = ("motorcade.boards.gpio_chip:pull_low", (pins.chip.name, number, *map(str, motor_pins(pins))))
+    rescue = ("motorcade.boards.gpio_chip:pull_low", _what_stops(pins, gpio_chip))
     return RaspberryPiDrive(pins, profile, open_gpio(pins.chip, gpio_chip), feed, rescue)
+
+
+def stop_wheels(pins: PinMap, gpio_chip: int | None = None) -> list[int]:
+    """Make all pins that turn wheels low, and say which they are; for a car whose program has died.
+
+    Raises:
+        PinsError: the pin file is another car's.
+        NoGpioError, GpioForbiddenError: the hardware isn't there, or not for this user.
+    """
+    _check(pins, ())
+    pull_low(*_what_stops(pins, gpio_chip))
+    return motor_pins(pins)
 
 
 def motor_pins(pins: PinMap) -> list[int]:
@@ -58,13 +68,13 @@ def motor_pins(pins: PinMap) -> list[int]:
     return [wire.pin for wire in pins.wires if wire.device.key in _MOTORS]
 
 
-def runs_linux(chip: Chip) -> bool:
-    """Whether `motorcade car run` runs on such a computer."""
-    return chip.name in _ON_LINUX
+def _what_stops(pins: PinMap, gpio_chip: int | None) -> tuple[str, ...]:
+    """The arguments of pull_low."""
+    return (pins.chip.name, "" if gpio_chip is None else str(gpio_chip), *map(str, motor_pins(pins)))
 
 
 def _check(pins: PinMap, parts: tuple[str, ...]) -> None:
-    if not runs_linux(pins.chip):
+    if pins.chip.name not in _ON_LINUX:
         raise PinsError(
             f"the pin file is that of {pins.name}, with the chip {pins.chip.name}: such a board gets its programs "
             "by `motorcade install-firmware`"
