@@ -150,11 +150,10 @@ class Arbiter:
             return WATCHING
         moves = word >> _SPEED_AT & 255
         following = NEXT[self.state][MOVE if moves else STILL]
-        if following == STOPPED:
-            self._hear(seat, now)
-            return HALTED
-        if following == PROGRAM:
-            return YIELDED
+        if following in (STOPPED, PROGRAM):
+            if seat == self.driver:
+                self.commanded_ms = now
+            return HALTED if following == STOPPED else YIELDED
         if self.wanted_by == seat:
             self.wanted_by = NOBODY
         self.driver = seat
@@ -215,10 +214,6 @@ class Arbiter:
 
     def _may_drive(self, seat: int, priority: int) -> bool:
         return self.driver in (seat, NOBODY) or priority > self.driver_priority
-
-    def _hear(self, seat: int, now: int) -> None:
-        if self.driver == seat:
-            self.commanded_ms = now
 
     def _take_event(self, event: int) -> None:
         self.state = NEXT[self.state][event]
