@@ -190,7 +190,10 @@ class StudioPage:
 
     def wait_until_kept(self, text: str) -> None:
         """The browser's storage holds the newest work: something that is told by this text."""
-        self.page.wait_for_function("text => localStorage['motorcade.autosave']?.includes(text)", arg=text)
+        holds = (
+            "text => Object.keys(localStorage).some(key => /autosave/.test(key) && localStorage[key].includes(text))"
+        )
+        self.page.wait_for_function(holds, arg=text)
 
     def choose(self, menu: str, *, item: str, exact: bool = True) -> None:
         self.page.get_by_role("button", name=menu, exact=True).click()

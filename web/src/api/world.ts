@@ -1,5 +1,6 @@
 /** A world of cars on the server: what is said to it, its answers, and its pictures. */
 
+import { uniqueName } from "./names";
 import type { MatDocument, Sentence } from "./types";
 
 export interface Pose {
@@ -158,8 +159,7 @@ const TAKEN_OVER = "taken-over";
 export function sessionOfWindow(storage: Storage = sessionStorage): string {
   const kept = storage.getItem(KEPT_SESSION);
   if (kept !== null && /^[0-9a-f]{32}$/.test(kept)) return kept;
-  const bytes = crypto.getRandomValues(new Uint8Array(16));
-  const session = Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
+  const session = uniqueName();
   storage.setItem(KEPT_SESSION, session);
   return session;
 }

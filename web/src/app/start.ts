@@ -7,7 +7,7 @@ import { defineBlocks } from "../blocks/definitions";
 import { speakBlockly } from "../blocks/messages";
 import { printWholeBlocks } from "../blocks/printing";
 import { openSharedLink } from "../projects/actions";
-import { keepEveryChange, restoreKept } from "../projects/autosave";
+import { findKept, keepEveryChange } from "../projects/autosave";
 import { BLANK } from "../projects/blank";
 import { markSaved, markUnsaved, take, watchUnsaved } from "../projects/opening";
 import { compileEveryChange } from "../words/compiling";
@@ -15,10 +15,14 @@ import { registerHelp } from "./shortcuts";
 import { useStudio } from "./store";
 import { tell } from "./telling";
 
-function openFirstProject(): void {
-  const kept = restoreKept();
+let place = "";
+
+async function openFirstProject(): Promise<void> {
+  const { key, kept } = await findKept();
+  place = key;
   take(kept ?? BLANK, kept?.parkedFollowers ?? null);
   if (!kept?.unsaved) return;
+  useStudio.setState({ unsaved: true });
   const time = new Date(kept.at).toLocaleTimeString(i18next.language, { hour: "2-digit", minute: "2-digit" });
   tell(i18next.t("project.restored", { time }));
 }
@@ -30,16 +34,15 @@ export async function prepare(): Promise<void> {
   registerClipboard();
   registerHelp();
   printWholeBlocks();
-  openFirstProject();
+  await openFirstProject();
 }
 
 /** The editors stand and hold what was kept. */
 export function begin(): void {
-  const unsaved = restoreKept()?.unsaved ?? false;
-  if (unsaved) markUnsaved();
+  if (useStudio.getState().unsaved) markUnsaved();
   else markSaved();
   watchUnsaved();
-  keepEveryChange();
+  keepEveryChange(place);
   void openSharedLink();
   window.addEventListener("hashchange", () => void openSharedLink());
 }

@@ -1,6 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { useStudio } from "../app/store";
-import { keepEveryChange, keptOf, parseKept, restoreKept } from "./autosave";
+import { findKept, keepEveryChange, keptOf, parseKept } from "./autosave";
 
 describe("what was kept", () => {
   it("is the whole project and what was put aside", () => {
@@ -16,22 +16,83 @@ describe("what was kept", () => {
 });
 
 describe("autosave", () => {
+  const KEY = "motorcade.autosave.here";
+  const kept = () => parseKept(localStorage.getItem(KEY));
   beforeEach(() => void vi.useFakeTimers());
   afterEach(() => void vi.useRealTimers());
 
   it("keeps a change shortly after it, and the newest of many", () => {
-    keepEveryChange();
+    keepEveryChange(KEY);
     useStudio.setState({ leader: { blocks: { first: true } } });
     vi.advanceTimersByTime(200);
     useStudio.setState({ leader: { blocks: { second: true } }, unsaved: true });
-    expect(restoreKept()).toBeNull();
+    expect(kept()).toBeNull();
     vi.advanceTimersByTime(300);
-    expect(restoreKept()).toMatchObject({ leader: { blocks: { second: true } }, unsaved: true });
+    expect(kept()).toMatchObject({ leader: { blocks: { second: true } }, unsaved: true });
   });
 
   it("keeps what is under way when the page is left", () => {
     useStudio.setState({ name: "last words" });
     window.dispatchEvent(new Event("pagehide"));
-    expect(restoreKept()?.name).toBe("last words");
+    expect(kept()?.name).toBe("last words");
+  });
+});
+
+/** The browser's locks, as several tabs see them. */
+function locksOf(held: Set<string>): LockManager {
+  const request = (name: string, { signal }: LockOptions, got: (lock: Lock | null) => Promise<never> | undefined) => {
+    if (!held.has(name)) {
+      held.add(name);
+      void got({ name, mode: "exclusive" });
+    } else if (signal) return Promise.reject(new DOMException("it took too long", "TimeoutError"));
+    else void got(null);
+    return new Promise<never>(() => undefined);
+  };
+  return { request } as unknown as LockManager;
+}
+
+describe("a tab's place", () => {
+  const held = new Set<string>();
+  const keep = (name: string, at: number) => {
+    localStorage.setItem(`motorcade.autosave.${name}`, JSON.stringify(keptOf({ ...useStudio.getState(), name }, at)));
+  };
+  const found = async () => (await findKept()).kept?.name;
+
+  beforeEach(() => {
+    localStorage.clear();
+    sessionStorage.clear();
+    held.clear();
+    Object.defineProperty(navigator, "locks", { value: locksOf(held), configurable: true });
+  });
+
+  it("is nobody else's: a second tab begins anew", async () => {
+    keep("first", 1);
+    expect(await found()).toBe("first");
+    sessionStorage.clear();
+    expect(await found()).toBeUndefined();
+  });
+
+  it("is found again after a reload, also where another was used later", async () => {
+    keep("first", 1);
+    const { key } = await findKept();
+    keep("second", 2);
+    held.delete(key);
+    expect(await found()).toBe("first");
+  });
+
+  it("goes on where a tab was closed or crashed, with the newest first", async () => {
+    keep("old", 1);
+    keep("new", 2);
+    expect(await found()).toBe("new");
+    sessionStorage.clear();
+    expect(await found()).toBe("old");
+  });
+
+  it("is another one for a copy of the tab, which begins with the same work", async () => {
+    keep("first", 1);
+    const { key } = await findKept();
+    const copy = await findKept();
+    expect(copy.kept?.name).toBe("first");
+    expect(copy.key).not.toBe(key);
   });
 });

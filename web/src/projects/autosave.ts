@@ -2,6 +2,7 @@
 
 import type { OpenedProject, WorkspaceState } from "../api/types";
 import { useStudio, type Studio } from "../app/store";
+import { takePlace } from "./places";
 
 export interface Kept extends OpenedProject {
   parkedFollowers: WorkspaceState | null;
@@ -10,12 +11,11 @@ export interface Kept extends OpenedProject {
   at: number;
 }
 
-const KEY = "motorcade.autosave";
 const GATHER_MS = 400;
 
 export function keptOf(studio: Studio, at: number): Kept {
-  const { name, leader, followers, parkedFollowers, profile, mat, unsaved } = studio;
-  return { name, leader, followers, parkedFollowers, profile, mat, unsaved, at };
+  const { name, leader, followers, parkedFollowers, profile, mat, rangeMm, unsaved } = studio;
+  return { name, leader, followers, parkedFollowers, profile, mat, range_mm: rangeMm, unsaved, at };
 }
 
 const isObject = (value: unknown): value is Record<string, unknown> =>
@@ -38,18 +38,20 @@ export function parseKept(text: string | null): Kept | null {
   return whole ? (kept as Kept) : null;
 }
 
-export function restoreKept(): Kept | null {
-  return parseKept(localStorage.getItem(KEY));
+/** This tab's place, and what is to be shown first; null where nothing was kept. */
+export async function findKept(): Promise<{ key: string; kept: Kept | null }> {
+  const { key, from } = await takePlace((text) => parseKept(text)?.at ?? 0);
+  return { key, kept: from === null ? null : parseKept(localStorage.getItem(from)) };
 }
 
-/** Keeps every change shortly after it, and at once when the page is left. */
-export function keepEveryChange(): void {
+/** Keeps every change at `key` shortly after it, and at once when the page is left. */
+export function keepEveryChange(key: string): void {
   let gathering: ReturnType<typeof setTimeout> | undefined;
   const keep = () => {
     clearTimeout(gathering);
     gathering = undefined;
     try {
-      localStorage.setItem(KEY, JSON.stringify(keptOf(useStudio.getState(), Date.now())));
+      localStorage.setItem(key, JSON.stringify(keptOf(useStudio.getState(), Date.now())));
     } catch {
       // The browser's storage is full or forbidden: files, library and links still work.
     }
@@ -59,6 +61,7 @@ export function keepEveryChange(): void {
       now.leader === before.leader &&
       now.followers === before.followers &&
       now.mat === before.mat &&
+      now.rangeMm === before.rangeMm &&
       now.name === before.name &&
       now.unsaved === before.unsaved;
     if (!same) gathering ??= setTimeout(keep, GATHER_MS);

@@ -1,0 +1,6 @@
+/** Names that nobody else has, on pages without a secure context too. */
+
+export function uniqueName(): string {
+  const bytes = crypto.getRandomValues(new Uint8Array(16));
+  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
+}
