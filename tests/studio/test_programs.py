@@ -205,7 +205,7 @@ def test_a_program_is_the_same_after_it_was_a_project_file(program):
 
 
 def test_a_project_file_keeps_how_its_blocks_look(ask):
-    project = {**blocks([wait(1, id="w")]), "mat": MAT}
+    project = {**blocks([wait(1, id="w")]), "mat": MAT, "range_mm": 700}
     loose = {"type": "motorcade_wait", "id": "loose", "x": 200, "y": 300}
     project["leader"]["blocks"]["blocks"].append(loose)
     text = ask("/api/project", project)["text"]
@@ -216,19 +216,22 @@ def test_a_project_file_keeps_how_its_blocks_look(ask):
 def test_a_program_that_was_changed_by_hand_is_laid_out_anew(ask):
     text = ask("/api/project", blocks([wait(1, id="w")], []))["text"]
     changed = ask("/api/open", {"text": text.replace('"seconds": 1', '"seconds": 2')})
-    assert {**changed, "mat": None} == {**blocks([wait(2, id="w")], []), "mat": None}
+    assert changed == {**blocks([wait(2, id="w")], []), "mat": None, "range_mm": None}
 
 
-@pytest.mark.parametrize("view", [{}, {"leader": 3}, {"leader": {"blocks": 3}}, {"leader": {}, "followers": 3}])
+@pytest.mark.parametrize(
+    "view", [{}, {"leader": 3}, {"leader": {"blocks": 3}}, {"leader": {}, "followers": 3}, {"range_mm": "far"}]
+)
 def test_a_damaged_view_harms_no_program(ask, view):
     document = {**Program([wait(1)]).as_dict(), "view": view}
-    assert ask("/api/open", {"text": json.dumps(document)})["leader"] == blocks([wait(1)])["leader"]
+    opened = ask("/api/open", {"text": json.dumps(document)})
+    assert (opened["leader"], opened["range_mm"]) == (blocks([wait(1)])["leader"], None)
 
 
 def test_blocks_that_no_program_says_yet_are_kept_as_they_are(ask):
     leader = blocks([wait(1)])["leader"]
     leader["blocks"]["blocks"][0]["next"]["block"]["type"] = "motorcade_infrared"
-    project = {"leader": leader, "followers": None, "profile": "classroom", "mat": None}
+    project = {"leader": leader, "followers": None, "profile": "classroom", "mat": None, "range_mm": None}
     text = ask("/api/project", project)["text"]
     assert read_program(text) == Program([])
     assert ask("/api/open", {"text": text}) == project

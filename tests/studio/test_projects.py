@@ -23,9 +23,9 @@ def page(folder, tmp_path):
     return TestClient(make_app(Settings(library=folder, page=tmp_path)), base_url="http://127.0.0.1:7700")
 
 
-def project(seconds, mat=MAT):
+def project(seconds, mat=MAT, range_mm=700):
     leader, followers = blocks_of(Program([wait(seconds, id="w")], Followers([led(1, 1)])))
-    return {"leader": leader, "followers": followers, "profile": "classroom", "mat": mat}
+    return {"leader": leader, "followers": followers, "profile": "classroom", "mat": mat, "range_mm": range_mm}
 
 
 def url(name):

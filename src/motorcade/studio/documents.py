@@ -9,6 +9,7 @@ from msgspec import Struct
 from motorcade.program.blocks import Workspace, blocks_of, program_of
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.model import Program, program_from_dict, read_document
+from motorcade.studio.messages import RangeMm
 
 
 class Project(Struct):
@@ -18,6 +19,11 @@ class Project(Struct):
     followers: dict[str, Any] | None = None
     profile: str = "classroom"
     mat: dict[str, Any] | None = None
+    range_mm: RangeMm | None = None
+
+
+class _View(Struct):
+    range_mm: RangeMm | None = None
 
 
 def project_text(project: Project) -> str:
@@ -26,7 +32,10 @@ def project_text(project: Project) -> str:
     Blocks that no program says yet are kept as well: their program has no steps.
     """
     text = _meaning(project.leader, project.followers, project.profile).as_json().removesuffix("\n}\n")
-    beside = {"mat": project.mat, "view": {"leader": project.leader, "followers": project.followers}}
+    view: dict[str, Any] = {"leader": project.leader, "followers": project.followers}
+    if project.range_mm is not None:
+        view["range_mm"] = project.range_mm
+    beside = {"mat": project.mat, "view": view}
     for name, value in beside.items():
         if value is not None:
             # A line each: indented, a long row of blocks would be mostly spaces.
@@ -42,8 +51,9 @@ def opened(text: str | bytes) -> Project:
     """
     document = read_document(text)
     program = program_from_dict(document)
-    leader, followers = _viewed(document.get("view"), program) or blocks_of(program)
-    return Project(leader, followers, program.profile, document.get("mat"))
+    view = document.get("view")
+    leader, followers = _viewed(view, program) or blocks_of(program)
+    return Project(leader, followers, program.profile, document.get("mat"), _range_mm(view))
 
 
 def laid_out(program: Program) -> Project:
@@ -51,10 +61,18 @@ def laid_out(program: Program) -> Project:
     return Project(*blocks_of(program), program.profile)
 
 
+def _range_mm(view: Any) -> int | None:
+    """How far infrared reached when the file was saved; None where it doesn't say, or nothing that can be."""
+    try:
+        return msgspec.convert(view, _View).range_mm
+    except msgspec.ValidationError:
+        return None
+
+
 def _viewed(view: Any, program: Program) -> tuple[Workspace, Workspace | None] | None:
     """The workspaces in ``view``, where they say the program."""
     try:
-        kept = msgspec.convert({**(view or {}), "profile": program.profile}, Project)
+        kept = msgspec.convert({**(view or {}), "profile": program.profile, "range_mm": None}, Project)
     except msgspec.ValidationError:
         return None
     if _meaning(kept.leader, kept.followers, kept.profile) != program:

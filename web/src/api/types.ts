@@ -88,6 +88,8 @@ export interface Project {
   followers: WorkspaceState | null;
   profile: string;
   mat: MatDocument | null;
+  /** How far infrared reaches on this mat, in millimetres; null: as far as the profile says. */
+  range_mm?: number | null;
 }
 
 export interface OpenedProject extends Project {

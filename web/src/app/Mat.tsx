@@ -6,7 +6,7 @@ import { Fence } from "./Fence";
 import { useStudio, type Studio } from "./store";
 
 const NO_WORDS: readonly CompiledWord[] = [];
-const changeMat = (mat: MatDocument) => useStudio.setState({ mat });
+const change = (mat: MatDocument, rangeMm: number | null) => useStudio.setState({ mat, rangeMm });
 const tellRunning = (running: Studio["running"]) => useStudio.setState({ running });
 
 /** Made anew for each try: what failed to be fetched is remembered as failed. */
@@ -18,6 +18,7 @@ export function Mat() {
   const [MatPanel, setMatPanel] = useState(fetched);
   const compiled = useStudio((studio) => studio.compiled);
   const mat = useStudio((studio) => studio.mat);
+  const rangeMm = useStudio((studio) => studio.rangeMm);
   const profile = useStudio((studio) => studio.profile);
   const failed = (retry: () => void) => (
     <div className="failed" role="alert">
@@ -41,7 +42,8 @@ export function Mat() {
             image={compiled?.image ?? null}
             words={compiled?.words ?? NO_WORDS}
             mat={mat}
-            onMatChange={changeMat}
+            rangeMm={rangeMm}
+            onChange={change}
             profile={profile}
             onRunning={tellRunning}
           />

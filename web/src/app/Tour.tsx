@@ -14,7 +14,7 @@ const VIEWS: Record<(typeof STEPS)[number], View> = { blocks: "leader", words: "
 function provideSteps(): void {
   const studio = useStudio.getState();
   if ((studio.compiled?.states ?? 0) > 0) return;
-  take({ ...FIRST_STEPS, name: studio.name, profile: studio.profile, mat: studio.mat });
+  take({ ...FIRST_STEPS, name: studio.name, profile: studio.profile, mat: studio.mat, range_mm: studio.rangeMm });
 }
 
 /** The first visit: blocks, words, and the cars drive. */

@@ -21,6 +21,8 @@ export interface Studio {
   parkedFollowers: WorkspaceState | null;
   profile: string;
   mat: MatDocument;
+  /** How far infrared reaches, in millimetres; null: as far as the profile says. */
+  rangeMm: number | null;
   /** Whether there is anything that neither a file nor the library holds yet. */
   unsaved: boolean;
   /** Counts projects opened: the editors fill themselves anew with each. */
@@ -42,6 +44,7 @@ export const useStudio = create<Studio>(() => ({
   parkedFollowers: null,
   profile: "classroom",
   mat: EMPTY_MAT,
+  rangeMm: null,
   unsaved: false,
   generation: 0,
   profileFigures: null,

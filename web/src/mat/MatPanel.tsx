@@ -25,7 +25,9 @@ export interface MatPanelProps {
   /** The image's words, in its order; each tells its block. */
   words: readonly CompiledWord[];
   mat: MatDocument;
-  onMatChange: (mat: MatDocument) => void;
+  /** How far infrared reaches on it, in millimetres; null: as far as the profile says. */
+  rangeMm: number | null;
+  onChange: (mat: MatDocument, rangeMm: number | null) => void;
   /** The profile's name. */
   profile: string;
   /** Called with the ids of the blocks that run now, where they changed. */
@@ -36,30 +38,31 @@ const SAVED_MS = 250;
 const PANELS = ["swarm", "things", "timeline"] as const;
 
 /** The panel's document is the project's, whichever of the two changed last. */
-function useProjectMat(mat: MatDocument, onMatChange: (mat: MatDocument) => void, session: Session) {
-  const known = useRef<MatDocument | null>(null);
-  const tell = useRef(onMatChange);
+function useProjectMat({ mat, rangeMm, onChange }: MatPanelProps, session: Session) {
+  const known = useRef<{ mat: MatDocument; rangeMm: number | null } | null>(null);
+  const tell = useRef(onChange);
   useEffect(() => {
-    tell.current = onMatChange;
-  }, [onMatChange]);
+    tell.current = onChange;
+  }, [onChange]);
 
   useEffect(() => {
-    if (mat === known.current) return;
-    known.current = mat;
-    loadMat(asMat(mat));
-  }, [mat]);
+    if (mat === known.current?.mat && rangeMm === known.current.rangeMm) return;
+    if (mat !== known.current?.mat) loadMat(asMat(mat));
+    known.current = { mat, rangeMm };
+    useMat.setState({ rangeMm });
+  }, [mat, rangeMm]);
 
   useEffect(() => {
     let timer: ReturnType<typeof setTimeout> | undefined;
     const save = () => {
       clearTimeout(timer);
-      const { mat: edited } = useMat.getState();
-      if (edited === known.current) return;
-      known.current = edited;
-      tell.current(edited);
+      const edited = useMat.getState();
+      if (edited.mat === known.current?.mat && edited.rangeMm === known.current.rangeMm) return;
+      known.current = { mat: edited.mat, rangeMm: edited.rangeMm };
+      tell.current(edited.mat, edited.rangeMm);
     };
     const end = useMat.subscribe((now, before) => {
-      if (now.mat === before.mat) return;
+      if (now.mat === before.mat && now.rangeMm === before.rangeMm) return;
       session.sync();
       clearTimeout(timer);
       timer = setTimeout(save, SAVED_MS);
@@ -84,7 +87,7 @@ function useSession({ image, words, profile, onRunning }: MatPanelProps): Sessio
 
 export function MatPanel(props: MatPanelProps) {
   const session = useSession(props);
-  useProjectMat(props.mat, props.onMatChange, session);
+  useProjectMat(props, session);
   const [scene, setScene] = useState<Scene | null>(null);
   return (
     <div className="mat-panel">

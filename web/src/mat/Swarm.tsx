@@ -38,10 +38,7 @@ export function Swarm({ session }: { session: Session }) {
         most={MOST_RANGE_MM}
         step={50}
         format={{ style: "unit", unit: "millimeter" }}
-        onChange={(range) => {
-          useMat.setState({ rangeMm: range });
-          session.sync();
-        }}
+        onChange={(range) => useMat.setState({ rangeMm: range })}
       />
       <Seed session={session} />
       <div className="mat-switches">

@@ -7,15 +7,16 @@ import { useStudio, type Studio } from "../app/store";
 import { flush } from "../words/compiling";
 import { BLANK, EMPTY_MAT } from "./blank";
 
-const snapshot = ({ name, leader, followers, mat }: Studio) => JSON.stringify([name, leader, followers, mat]);
+const snapshot = ({ name, leader, followers, mat, rangeMm }: Studio) =>
+  JSON.stringify([name, leader, followers, mat, rangeMm]);
 /** The project as some file or library holds it; null while none does. */
 let savedSnapshot: string | null = null;
 
 /** The open project as the server takes it, with the very newest edits. */
 export function openProject(): Project {
   flush();
-  const { leader, followers, profile, mat } = useStudio.getState();
-  return { leader, followers, profile, mat };
+  const { leader, followers, profile, mat, rangeMm } = useStudio.getState();
+  return { leader, followers, profile, mat, range_mm: rangeMm };
 }
 
 export function take(project: OpenedProject, parkedFollowers: WorkspaceState | null = null): void {
@@ -26,6 +27,7 @@ export function take(project: OpenedProject, parkedFollowers: WorkspaceState | n
     parkedFollowers,
     profile: project.profile,
     mat: project.mat ?? EMPTY_MAT,
+    rangeMm: project.range_mm ?? null,
     compiled: null,
     selection: null,
     generation: generation + 1,
@@ -62,7 +64,11 @@ export function markSaved(): void {
 export function watchUnsaved(): void {
   useStudio.subscribe((now, before) => {
     const same =
-      now.leader === before.leader && now.followers === before.followers && now.mat === before.mat && now.name === before.name;
+      now.leader === before.leader &&
+      now.followers === before.followers &&
+      now.mat === before.mat &&
+      now.rangeMm === before.rangeMm &&
+      now.name === before.name;
     if (same) return;
     const unsaved = savedSnapshot !== null && snapshot(now) !== savedSnapshot;
     if (unsaved !== now.unsaved) useStudio.setState({ unsaved });

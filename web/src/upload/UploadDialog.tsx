@@ -95,7 +95,8 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
     attempt(async () => {
       const opened = await api.decompile(read);
       onClose();
-      if (await replaceBy({ ...opened, mat: useStudio.getState().mat })) setTimeout(markUnsaved);
+      const { mat, rangeMm } = useStudio.getState();
+      if (await replaceBy({ ...opened, mat, range_mm: rangeMm })) setTimeout(markUnsaved);
     });
 
   const busy = progress !== null;
