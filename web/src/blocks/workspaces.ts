@@ -61,8 +61,22 @@ function beginUnderHat(editor: EditorName, workspace: Blockly.WorkspaceSvg): voi
   last.getFocusableElement().classList.add(Blockly.FocusManager.PASSIVE_FOCUS_NODE_CSS_CLASS_NAME);
 }
 
+interface Histories {
+  /** Of which project. */
+  generation: number;
+  undo: object[];
+  redo: object[];
+}
+
+/** What could be undone in editors that are no more: they come back with another language, or with the followers. */
+const histories = new Map<EditorName, Histories>();
+
 export function disposeWorkspace(editor: EditorName): void {
-  live.get(editor)?.dispose();
+  const workspace = live.get(editor);
+  if (!workspace) return;
+  const [undo, redo] = [workspace.getUndoStack(), workspace.getRedoStack()].map((stack) => stack.map((event) => event.toJson()));
+  histories.set(editor, { generation: useStudio.getState().generation, undo: undo!, redo: redo! });
+  workspace.dispose();
   live.delete(editor);
 }
 
@@ -74,7 +88,19 @@ export function fill(editor: EditorName, state: WorkspaceState): void {
     Blockly.serialization.blocks.append({ type: hatOf(editor), id: hatOf(editor), x: 24, y: 24 }, workspace);
   }
   workspace.clearUndo();
+  restoreHistory(editor, workspace);
   workspace.scroll(0, 0);
+}
+
+/** Blocks keep their ids, so what was done to them can still be undone. */
+function restoreHistory(editor: EditorName, workspace: Blockly.WorkspaceSvg): void {
+  const history = histories.get(editor);
+  histories.delete(editor);
+  if (history?.generation !== useStudio.getState().generation) return;
+  const made = (events: object[]) =>
+    events.map((event) => Blockly.Events.fromJson(event as ReturnType<Blockly.Events.Abstract["toJson"]>, workspace));
+  workspace.getUndoStack().push(...made(history.undo));
+  workspace.getRedoStack().push(...made(history.redo));
 }
 
 export function read(editor: EditorName): WorkspaceState {
