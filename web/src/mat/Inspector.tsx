@@ -12,6 +12,7 @@ import { PieceInspector } from "./PieceInspector";
 import type { Session } from "./session";
 import { choose, useMat } from "./store";
 import { ToolButton, ToolSwitch } from "./ToolButton";
+import { Voices } from "./Voices";
 
 const TURN_DEG = 15;
 
@@ -37,6 +38,7 @@ export function Inspector({ session, words }: InspectorProps) {
       </div>
       {car !== null && <CarInspector session={session} car={car} words={words} />}
       <PieceInspector />
+      <Voices />
     </div>
   );
 }

@@ -1,9 +1,12 @@
-import { Input, Label, ListBox, ListBoxItem, NumberField } from "react-aria-components";
+import { ListBox, ListBoxItem } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { FURNITURE, handlesOf, listOf, pieceOf, type PieceId, type Point, reshaped } from "./document";
+import { FURNITURE, handlesOf, listOf, type Mat, type Person, pieceOf, type PieceId, reshaped } from "./document";
+import { canGrow, canLose, retimed, withoutPoint, withPointAfter, withRepeats } from "./paths";
+import { Quantity } from "./Quantity";
 import { choose, editMat, endEdit, useMat } from "./store";
+import { ToolButton, ToolSwitch } from "./ToolButton";
 
-const MOST_POINTS = 12;
+const MOST_POINTS = 24;
 
 /** All furniture by name, and the chosen piece's points as numbers: what pointers do, keys do here. */
 export function PieceInspector() {
@@ -42,37 +45,54 @@ function Points({ id }: { id: PieceId }) {
   const mat = useMat((now) => now.mat);
   const piece = pieceOf(mat, id);
   if (!piece) return null;
-  const change = (handle: number, point: Point) => {
-    editMat(reshaped(mat, id, handle, point));
-    endEdit();
-  };
+  const points = handlesOf(id.kind, piece);
+  const path = id.kind === "person" ? (piece as Person).path : null;
   return (
     <div className="mat-points">
-      {handlesOf(id.kind, piece)
-        .slice(0, MOST_POINTS)
-        .map(([x, y], handle) => (
-          <div key={handle} className="mat-row">
-            <Metres label={t("mat.pointX", { number: handle + 1 })} value={x} onChange={(to) => change(handle, [to, y])} />
-            <Metres label={t("mat.pointY", { number: handle + 1 })} value={y} onChange={(to) => change(handle, [x, to])} />
-          </div>
-        ))}
+      {path && (
+        <ToolSwitch
+          label={t("mat.repeats")}
+          isSelected={(piece as Person).repeats ?? false}
+          onChange={(on) => change(withRepeats(mat, id, on))}
+        />
+      )}
+      {points.slice(0, MOST_POINTS).map(([x, y], handle) => (
+        <div key={handle} className="mat-row" role="group" aria-label={t("mat.point", { number: handle + 1 })}>
+          <b aria-hidden="true">{handle + 1}</b>
+          {path && (
+            <Quantity
+              label={t("mat.pointTime")}
+              value={path[handle]![0]}
+              step={0.1}
+              // A path begins at 0 s.
+              isDisabled={handle === 0}
+              onChange={(to) => change(retimed(mat, id, handle, to))}
+            />
+          )}
+          <Quantity label={t("mat.pointX")} value={x} onChange={(to) => change(reshaped(mat, id, handle, [to, y]))} />
+          <Quantity label={t("mat.pointY")} value={y} onChange={(to) => change(reshaped(mat, id, handle, [x, to]))} />
+          {canGrow(id) && (
+            <>
+              <ToolButton
+                icon="plus"
+                label={t("mat.addPoint", { number: handle + 1 })}
+                onPress={() => change(withPointAfter(mat, id, handle))}
+              />
+              <ToolButton
+                icon="minus"
+                label={t("mat.removePoint", { number: handle + 1 })}
+                isDisabled={!canLose(id, points.length)}
+                onPress={() => change(withoutPoint(mat, id, handle))}
+              />
+            </>
+          )}
+        </div>
+      ))}
     </div>
   );
 }
 
-function Metres({ label, value, onChange }: { label: string; value: number; onChange: (value: number) => void }) {
-  return (
-    <NumberField
-      className="mat-field beside"
-      value={value}
-      step={0.01}
-      minValue={-2000}
-      maxValue={2000}
-      formatOptions={{ maximumFractionDigits: 3 }}
-      onChange={(typed) => !Number.isNaN(typed) && onChange(typed)}
-    >
-      <Label>{label}</Label>
-      <Input />
-    </NumberField>
-  );
+function change(mat: Mat): void {
+  editMat(mat);
+  endEdit();
 }

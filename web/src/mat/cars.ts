@@ -127,6 +127,9 @@ function shifted(mat: Mat, dx: number, dy: number): Mat {
     return { ...person, path: person.path.map(([t, x, y]) => [t, ...by([x, y])] as const) };
   });
   result = withList(result, "person", people);
+  if (mat.voice) {
+    result = { ...result, voice: mat.voice.map((voice) => (voice.centre_m ? { ...voice, centre_m: by(voice.centre_m) } : voice)) };
+  }
   if (mat.car) result = { ...result, car: mat.car.map((car) => ({ ...car, at_m: by(car.at_m) })) };
   if (!mat.crowd) return result;
   return { ...result, crowd: mat.crowd.map((crowd) => (crowd.corner_m ? { ...crowd, corner_m: by(crowd.corner_m) } : crowd)) };

@@ -19,6 +19,13 @@ export interface Person {
   path: readonly (readonly [number, number, number])[];
   repeats?: boolean;
 }
+export interface Voice {
+  at_s: number;
+  word: "stop" | "go";
+  /** Where it is heard; everywhere without. */
+  centre_m?: Point;
+  radius_m?: number;
+}
 export interface Car {
   at_m: Point;
   heading_deg?: number;
@@ -40,6 +47,7 @@ export interface Mat extends MatDocument {
   disc?: readonly Disc[];
   polygon?: readonly Polygon[];
   person?: readonly Person[];
+  voice?: readonly Voice[];
   car?: readonly Car[];
   crowd?: readonly Crowd[];
   physics?: Readonly<Record<string, number | boolean>>;
@@ -84,7 +92,7 @@ export function withList(mat: Mat, kind: FurnitureKind, pieces: readonly Piece[]
   return pieces.length ? { ...mat, [kind]: pieces } : without(mat, kind);
 }
 
-function withPiece(mat: Mat, { kind, place }: PieceId, piece: Piece): Mat {
+export function withPiece(mat: Mat, { kind, place }: PieceId, piece: Piece): Mat {
   return withList(mat, kind, listOf(mat, kind).with(place, piece));
 }
 

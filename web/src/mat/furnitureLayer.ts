@@ -83,6 +83,9 @@ export class FurnitureLayer {
     for (const { from_m, to_m } of listOf(mat, "wall")) {
       g.moveTo(from_m[0] * 1000, from_m[1] * 1000).lineTo(to_m[0] * 1000, to_m[1] * 1000);
     }
+    for (const { centre_m, radius_m } of mat.voice ?? []) {
+      if (centre_m && radius_m) g.circle(centre_m[0] * 1000, centre_m[1] * 1000, radius_m * 1000).stroke({ width: 1.5 / scale, color: this.theme.accent, alpha: 0.6 });
+    }
     if (mat.wall?.length) g.stroke({ width: Math.max(WALL_MM, 4 / scale), color: this.theme.wall, cap: "round" });
   }
 
