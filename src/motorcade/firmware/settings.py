@@ -8,8 +8,8 @@ from typing import Any
 from motorcade.boards.on_chip.power_on import SETTINGS_FORMAT
 from motorcade.boards.pins import PinMap, PinsError
 from motorcade.boards.voice_map import VoiceMap
-from motorcade.car.board import make_levels
 from motorcade.profile import Profile
+from motorcade.sim.levels import levels_of
 
 # What sys.platform says on a chip of a pin file.
 PLATFORMS = {"esp32": "esp32", "rp2040": "rp2"}
@@ -37,7 +37,7 @@ def settings_of(
         "name": pins.name,
         "is_leader": is_leader,
         "number": number,
-        "levels": _levels(profile),
+        "levels": list(levels_of(profile)),
         "range_mm": profile.body.ultrasonic_range_mm,
         "baud": profile.serial.baud,
         "drive_duties": list(pins.drive_duties),
@@ -53,22 +53,6 @@ def settings_of(
             "patterns": [[pattern.hex(), says] for pattern, says in voice.patterns],
         }
     return settings
-
-
-def _levels(profile: Profile) -> list[int]:
-    infrared = profile.infrared
-    return list(
-        make_levels(
-            profile.durations_ms,
-            profile.dwell_ms,
-            profile.avoid_radii_mm,
-            profile.idle_state_ms,
-            infrared.unit_us,
-            infrared.gap_ms,
-            infrared.relay_period_ms,
-            infrared.sense_ms,
-        )
-    )
 
 
 def _pins(pins: PinMap) -> dict[str, dict[str, int]]:

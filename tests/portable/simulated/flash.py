@@ -58,11 +58,17 @@ class Flash:
     def sync(self):
         self.spend()
 
-    def write_byte(self, path, byte):
-        if sum([len(data) for data in self.files.values()]) >= self._room:
+    def append(self, path, data):
+        """Write byte by byte: as many as there is room for and the power lasts for."""
+        room = self._room - sum([len(content) for content in self.files.values()])
+        fitting = data[:room]
+        lasting = fitting if self.cut_after is None else fitting[: self.cut_after]
+        self.files[path] += lasting
+        self.spend(len(lasting))
+        if len(lasting) < len(fitting):
+            raise PowerCut
+        if len(fitting) < len(data):
             raise OSError(28)
-        self.spend()
-        self.files[path] += byte
 
 
 class _Reading:
@@ -80,7 +86,7 @@ class _Reading:
 
 
 class _Writing:
-    """Bytes reach the flash when they are flushed or the file is closed, one by one."""
+    """Bytes reach the flash when they are flushed or the file is closed."""
 
     def __init__(self, flash, path):
         self._flash = flash
@@ -92,9 +98,8 @@ class _Writing:
         return len(data)
 
     def flush(self):
-        while self._waiting:
-            self._flash.write_byte(self._path, self._waiting[:1])
-            self._waiting = self._waiting[1:]
+        data, self._waiting = self._waiting, b""
+        self._flash.append(self._path, data)
 
     def __enter__(self):
         return self
