@@ -1,0 +1,179 @@
+"""The commands of a car itself: car run, car neutral and car wiring, with their sentences and exit codes."""
+
+import contextlib
+import json
+import os
+import queue
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from pathlib import Path
+from types import SimpleNamespace
+from xml.etree import ElementTree
+
+import pytest
+
+from command_line import INSTALLED, Terminal, data, refusal, run
+
+DEADLINE_S = 60
+PINS = Path(__file__).parents[2] / "firmware" / "linux" / "pins.toml"
+VOICES = PINS.parent / "voice.toml"
+# A leader that waits for a second at a time and listens; and a follower's word.
+IMAGE = bytes.fromhex("02000000 60802000 24802000")
+OK = b"OK words=3 crc32="
+posix_only = pytest.mark.skipif(sys.platform == "win32", reason="signals and pseudo-terminals are POSIX's")
+
+
+@contextlib.contextmanager
+def car(tmp_path, *options):
+    """A simulated car in a process of its own: what it printed first, and its further lines as they come."""
+    command = [
+        INSTALLED,
+        "car",
+        "run",
+        "--board",
+        "simulated",
+        "--json",
+        "--store",
+        str(tmp_path / "car.image"),
+        *options,
+    ]
+    process = subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    lines = queue.Queue()
+
+    def listen():
+        for line in process.stdout:
+            lines.put(json.loads(line))
+
+    threading.Thread(target=listen, daemon=True).start()
+
+    def until(kind):
+        """The next line of that kind."""
+        while (line := lines.get(timeout=DEADLINE_S)).get("kind") != kind:
+            pass
+        return line
+
+    try:
+        yield SimpleNamespace(process=process, begin=lines.get(timeout=DEADLINE_S), until=until)
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def dial(address):
+    host, port = address.removeprefix("socket://").split(":")
+    return socket.create_connection((host, int(port)), timeout=DEADLINE_S)
+
+
+def test_a_simulated_leader_takes_a_program_keeps_it_and_begins_it_anew(tmp_path):
+    with car(tmp_path, "--tcp", "127.0.0.1:0") as leader:
+        assert leader.begin["role"] == "leader"
+        assert leader.begin["store"] == str(tmp_path / "car.image")
+        with dial(leader.begin["port"]) as line:
+            line.sendall(IMAGE)
+            assert line.makefile("rb").readline().startswith(OK)
+        assert leader.until("state")["detail"] == 0
+        assert leader.until("state")["detail"] == 1
+    assert (tmp_path / "car.image").read_bytes() == IMAGE
+    with car(tmp_path) as again:
+        assert again.begin["port"] == ""
+        assert again.until("state")["word"] == 0x60802000
+
+
+@posix_only
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_car_that_is_told_to_stop_ends_well(tmp_path, number):
+    (tmp_path / "car.image").write_bytes(IMAGE)
+    with car(tmp_path, "--role", "follower", "--number", "7") as follower:
+        assert follower.begin["role"] == "follower"
+        follower.process.send_signal(number)
+        assert follower.process.wait(DEADLINE_S) == 0
+        assert follower.process.stderr.read() == ""
+
+
+def test_a_car_with_a_damaged_store_says_so_and_takes_another_program(tmp_path):
+    (tmp_path / "car.image").write_bytes(b"\x01\x02")
+    with car(tmp_path, "--tcp", "127.0.0.1:0") as leader:
+        with dial(leader.begin["port"]) as line:
+            line.sendall(IMAGE)
+            assert line.makefile("rb").readline().startswith(OK)
+        leader.until("state")
+        leader.process.kill()
+        assert "begins without a program and waits for an upload" in leader.process.stderr.read()
+    assert (tmp_path / "car.image").read_bytes() == IMAGE
+
+
+@posix_only
+def test_a_car_takes_uploads_at_a_serial_port(tmp_path):
+    import pty
+    import tty
+
+    ours, theirs = pty.openpty()
+    tty.setraw(theirs)
+    with car(tmp_path, "--port", os.ttyname(theirs)) as leader:
+        assert leader.begin["port"] == os.ttyname(theirs)
+        os.write(ours, IMAGE)
+        leader.until("image")
+        assert os.read(ours, 100).startswith(OK)
+    os.close(ours)
+    os.close(theirs)
+
+
+@pytest.mark.parametrize(
+    ("code", "options", "says"),
+    [
+        (2, (), "--pins is missing"),
+        (2, ("--board", "simulated", "--port", "P", "--tcp", "127.0.0.1:0"), "exclude each other"),
+        (2, ("--board", "simulated", "--tcp", "7000"), "not HOST:PORT"),
+        (2, ("--board", "simulated", "--voice", "/dev/ttyS9"), "--voice-map is missing"),
+        (3, ("--board", "simulated", "--port", "/dev/there-is-none"), "There is no port /dev/there-is-none"),
+        (3, ("--board", "simulated", "--voice", "/dev/there-is-none", "--voice-map", VOICES), "There is no port"),
+        (3, ("--board", "simulated", "--watchdog", "/dev/there-is-none"), "can't be used"),
+        (1, ("--board", "simulated", "--profile", "none"), "there is no profile 'none'"),
+        (1, ("--board", "simulated", "--voice", "p", "--voice-map", PINS), "'name' is not known"),
+        (1, ("--pins", VOICES), "'baud' is not known"),
+    ],
+)
+def test_a_car_that_cannot_begin_says_why(tmp_path, code, options, says):
+    assert says in refusal(code, "car", "run", "--store", tmp_path / "car.image", *options)
+
+
+@pytest.mark.skipif(Path("/dev/gpiochip0").exists(), reason="this computer has pins")
+@pytest.mark.parametrize("command", [("run", "--pins", PINS), ("neutral", "--pins", PINS)])
+def test_a_computer_without_pins_is_exit_code_3(command):
+    assert "--board simulated" in refusal(3, "car", *command)
+
+
+def test_a_microcontrollers_pin_file_is_not_a_linux_cars(tmp_path):
+    pico = PINS.parents[1] / "micropython" / "rp2040.toml"
+    assert "install-firmware" in refusal(1, "car", "run", "--store", tmp_path / "car.image", "--pins", pico)
+    assert "install-firmware" in refusal(1, "car", "neutral", "--pins", pico)
+
+
+def test_the_wiring_is_a_table_json_and_a_drawing(tmp_path):
+    rows = data("car", "wiring", PINS, "--language", "en")
+    assert rows[0] == {
+        "part": "Left motor, by an L298N",
+        "terminal": "IN1",
+        "pin": 5,
+        "label": "GPIO5 (29)",
+        "supply": "6–12 V, GND",
+    }
+    shown = run("car", "wiring", PINS, "--language", "zh", stdout=Terminal()).out
+    assert "超声波传感器" in shown
+    assert all(row["label"] in shown for row in rows)
+    drawing = tmp_path / "car.svg"
+    said = run("car", "wiring", PINS, "-o", drawing, stdout=Terminal())
+    assert said.out == f"{len(rows)} wires are drawn in {drawing}\n"
+    assert ElementTree.parse(drawing).getroot().tag.endswith("svg")
+
+
+def test_a_drawing_never_replaces_its_pin_file(tmp_path):
+    copy = tmp_path / "pins.toml"
+    copy.write_text(PINS.read_text(encoding="utf-8"), encoding="utf-8")
+    assert "choose another name" in refusal(2, "car", "wiring", copy, "-o", copy)
+    assert copy.read_text(encoding="utf-8") == PINS.read_text(encoding="utf-8")
