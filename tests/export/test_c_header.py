@@ -1,0 +1,225 @@
+"""The C header against Python: compiled by real compilers, sanitized, as C, as C++ and on a simulated AVR."""
+
+import shutil
+import subprocess
+from binascii import crc32
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from motorcade.export.c_header import c_header
+from motorcade.export.targets import export
+from motorcade.words.bulk import decode_columns
+from motorcade.words.field import WordError
+from motorcade.words.fingerprint import fingerprint
+from vocabularies import FORMATS, VOCABULARIES
+
+HERE = Path(__file__).parent
+WARNINGS = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wsign-conversion", "-Wshadow"]
+SANITIZERS = ["-fsanitize=undefined,address", "-fno-sanitize-recover=all"]
+RANDOM_WORDS = 1_000_000
+# Python's own decode of each, one by one.
+COMPARED_ONE_BY_ONE = 20_000
+every_format = pytest.mark.parametrize("word_format", FORMATS, ids=lambda each: each.name)
+
+
+def probe_formats():
+    """The header that tells probe.c which formats there are."""
+    lines = [f'#include "{vocabulary.file_stem}.h"' for vocabulary in VOCABULARIES]
+    lines.append("#define FORMATS(F) " + " ".join(f"F({each.name})" for each in FORMATS))
+    for each in FORMATS:
+        fields = " ".join(f"F({field.name})" for field in each.fields)
+        types = " ".join(f"F({field.name}, {c_type_bits(field)})" for field in each.fields)
+        lines += [f"#define {each.name}_FIELDS(F) {fields}", f"#define {each.name}_TYPES(F) {types}"]
+        lines.append(f"#define {each.name}_DEFAULTS MOTORCADE_{each.name.upper()}_DEFAULTS")
+        lines.append(f"#define {each.name}_COUNT {len(each.fields)}")
+    return "\n".join(lines) + "\n"
+
+
+def c_type_bits(field):
+    return 8 if field.width <= 8 else 16 if field.width <= 16 else 32
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The probe's sources: all headers stand beside each other in it, as they may in a car's firmware."""
+    folder = tmp_path_factory.mktemp("probe")
+    shutil.copy(HERE / "probe.c", folder)
+    (folder / "probe_formats.h").write_text(probe_formats())
+    for vocabulary in VOCABULARIES:
+        for name, text in export("c", vocabulary).items():
+            (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+def build(folder, name, command):
+    subprocess.run([*command, *WARNINGS, "probe.c", "-o", name], cwd=folder, check=True, timeout=300)
+    return folder / name
+
+
+@pytest.fixture(scope="module")
+def probe(folder, gcc):
+    return build(folder, "probe", [str(gcc), "-std=c99", "-O1", *SANITIZERS])
+
+
+def run(probe, word_format, mode, data):
+    """What the probe answers to ``data``, as an array with a record for each word."""
+    command = [str(probe), str(FORMATS.index(word_format)), mode]
+    done = subprocess.run(command, input=data, capture_output=True, check=False, timeout=300)
+    assert (done.returncode, done.stderr.decode()) == (0, "")
+    return np.frombuffer(done.stdout, records(word_format, mode))
+
+
+def records(word_format, mode):
+    if mode == "encode":
+        return np.dtype([("checked", "u1"), ("fault", "u1"), ("word", ">u4")])
+    fields = [(f"field {field.name}", ">u4") for field in word_format.fields]
+    return np.dtype([("strict", "u1"), ("fault", "u1"), *fields, ("again", "u1"), ("word", ">u4")])
+
+
+def big_endian(numbers):
+    return np.asarray(numbers, ">u4").tobytes()
+
+
+def mixed_words(word_format, count):
+    """Half of them any words, half a good one with up to three bits flipped."""
+    random = np.random.default_rng(7)
+    words = random.integers(0, 1 << 32, count, dtype=np.uint32)
+    good = np.full(count // 2, word_format.encode(), np.uint32)
+    for field in word_format.fields:
+        allowed = np.array([raw for raw in range(min(field.raw_mask, 1 << 17) + 1) if field.allows(raw)], np.uint32)
+        if not field.goes_with and field.name not in {each.goes_with for each in word_format.paired}:
+            good = good & ~np.uint32(field.word_mask) | random.choice(allowed, len(good)) << np.uint32(field.low)
+    for _ in range(3):
+        flipped = np.uint32(1) << random.integers(0, 32, len(good), dtype=np.uint32)
+        good ^= np.where(random.integers(0, 3, len(good)) == 0, flipped, np.uint32(0))
+    words[::2] = good
+    return words
+
+
+def expected_faults(word_format, words, strict):
+    """For each word the first field at fault, from 1, or 0: by Field.allows, which Python's own decode asks too."""
+    columns = {field.name: words >> np.uint32(field.low) & np.uint32(field.raw_mask) for field in word_format.fields}
+    names = [field.name for field in word_format.fields]
+    faults = np.zeros(len(words), np.uint8)
+
+    def note(name, refused):
+        faults[refused & (faults == 0)] = names.index(name) + 1
+
+    for field in word_format.fields:
+        if field.restricted:
+            table = np.array([field.allows(raw) for raw in range(field.raw_mask + 1)])
+            note(field.name, ~table[columns[field.name]])
+    for field in word_format.paired:
+        note(field.name, (columns[field.name] == 0) != (columns[field.goes_with] == 0))
+    for field in word_format.fields:
+        if field.reserved and strict:
+            note(field.name, columns[field.name] != 0)
+    return faults
+
+
+def fault_by_python(word_format, word, strict):
+    names = [field.name for field in word_format.fields]
+    try:
+        word_format.decode(word, strict)
+    except WordError as error:
+        return names.index(error.field) + 1
+    return 0
+
+
+@every_format
+def test_a_million_words_mean_the_same_in_c(word_format, probe):
+    words = mixed_words(word_format, RANDOM_WORDS)
+    found = run(probe, word_format, "decode", big_endian(words))
+    assert len(found) == len(words)
+    assert np.array_equal(found["fault"], expected_faults(word_format, words, strict=False))
+    assert np.array_equal(found["strict"], expected_faults(word_format, words, strict=True))
+    one_by_one = words[:COMPARED_ONE_BY_ONE].tolist()
+    for strict, column in ((False, "fault"), (True, "strict")):
+        by_python = [fault_by_python(word_format, word, strict) for word in one_by_one]
+        assert found[column][:COMPARED_ONE_BY_ONE].tolist() == by_python
+
+    good = found["fault"] == 0
+    for name, column in decode_columns(word_format, words[good]).items():
+        assert np.array_equal(found[f"field {name}"][good], column)
+    assert np.array_equal(found["again"], found["fault"])
+    assert np.array_equal(found["word"], np.where(good, words, 0))
+    # Enough of both: else nothing much was compared.
+    assert good.sum() > 1000
+    assert word_format.name in ("control", "whole", "bits") or (~good).sum() > 1000
+
+
+@every_format
+def test_values_are_refused_in_c_as_in_python(word_format, probe):
+    random = np.random.default_rng(3)
+    names = [field.name for field in word_format.fields]
+    base = word_format.decode(word_format.encode())._asdict()
+    cases = []
+    for field in word_format.fields:
+        most = (1 << c_type_bits(field)) - 1
+        edges = {0, 1, field.minimum - 1, field.maximum, field.maximum + 1, field.raw_mask, field.raw_mask + 1, most}
+        edges |= set(random.integers(0, most + 1, 20).tolist())
+        cases += [base | {field.name: raw} for raw in edges if 0 <= raw <= most]
+    found = run(probe, word_format, "encode", big_endian([[case[name] for name in names] for case in cases]))
+    for case, (checked, fault, word) in zip(cases, found.tolist(), strict=True):
+        try:
+            expected = (0, word_format.encode(**case))
+        except WordError as error:
+            expected = (names.index(error.field) + 1, 0)
+        assert (fault, word) == expected
+        assert checked == fault
+
+
+@every_format
+def test_c_knows_fingerprint_and_defaults(word_format, gcc, folder, tmp_path):
+    prefix = f"motorcade_{word_format.name}"
+    stem = next(each.file_stem for each in VOCABULARIES if word_format in each.formats)
+    (tmp_path / "defaults.c").write_text(
+        f"""
+#include <stdio.h>
+#include "{stem}.h"
+int main(void)
+{{
+    struct {prefix} values = {prefix.upper()}_DEFAULTS;
+    uint32_t word = 0;
+    int fault = (int){prefix}_encode(&values, &word);
+    printf("%d %lu %lu\\n", fault, (unsigned long)word, (unsigned long){prefix.upper()}_FINGERPRINT);
+    return 0;
+}}
+"""
+    )
+    command = [str(gcc), "-std=c99", *WARNINGS, "-I", str(folder), "defaults.c", "-o", "defaults"]
+    subprocess.run(command, cwd=tmp_path, check=True, timeout=300)
+    printed = subprocess.check_output([str(tmp_path / "defaults")], text=True, timeout=60)
+    assert printed.split() == ["0", str(word_format.encode()), str(fingerprint(word_format))]
+
+
+def test_cxx_answers_the_same(folder, probe, gxx):
+    (folder / "probe.cpp").write_bytes((folder / "probe.c").read_bytes())
+    command = [str(gxx), "-std=c++11", "-O1", *WARNINGS, "probe.cpp", "-o", "probe_cpp"]
+    subprocess.run(command, cwd=folder, check=True, timeout=300)
+    for word_format in FORMATS:
+        data = big_endian(mixed_words(word_format, 5_000))
+        expected = run(probe, word_format, "decode", data)
+        assert run(folder / "probe_cpp", word_format, "decode", data).tobytes() == expected.tobytes()
+
+
+def test_an_avr_whose_int_has_16_bits_answers_the_same(folder, probe, avr_gcc, simavr):
+    words = np.concatenate([mixed_words(word_format, 100) for word_format in FORMATS])
+    listed = ", ".join(f"0x{word:08X}UL" for word in words.tolist())
+    (folder / "probe_words.h").write_text(f"static const uint32_t WORDS[] PROGMEM = {{ {listed} }};\n")
+    chip = build(folder, "probe.elf", [str(avr_gcc), "-std=c99", "-Os", "-mmcu=atmega2560", "-DF_CPU=16000000UL"])
+    command = [str(simavr), "-m", "atmega2560", "-f", "16000000", str(chip)]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
+    expected = [
+        f"{crc32(run(probe, word_format, 'decode', big_endian(words)).tobytes()):08x}" for word_format in FORMATS
+    ]
+    assert [line for line in expected if line not in printed.stdout + printed.stderr] == []
+
+
+def test_a_meaning_can_neither_end_its_comment_nor_begin_another():
+    odd = next(vocabulary for vocabulary in VOCABULARIES if vocabulary.name == "odd")
+    (line,) = (line for line in c_header(odd).splitlines() if "a length" in line)
+    assert line.count("*/") == 1
+    assert line.endswith("*/")
