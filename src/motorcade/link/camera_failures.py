@@ -1,0 +1,37 @@
+"""Why there is no picture: stable codes, and their sentences in English and Chinese."""
+
+MESSAGES: dict[str, dict[str, str]] = {
+    "not-installed": {
+        "en": "{package} isn't installed, which reads the camera: {how}",
+        "zh": "未安装读取摄像头所需的 {package}：{how}",
+    },
+    "no-camera": {
+        "en": "No camera answers ({reason}). Is its cable in, and does no other program use it?",
+        "zh": "没有摄像头响应（{reason}）。线插好了吗？有其他程序在使用它吗？",
+    },
+    "no-picture": {
+        "en": "The camera gives no picture ({reason}). Check its cable, then reload.",
+        "zh": "摄像头没有图像（{reason}）。请检查连接线，然后刷新。",
+    },
+    "too-many-viewers": {
+        "en": "{most} watch this camera already, and more it can't serve. Close one of the pictures.",
+        "zh": "已有 {most} 处在观看此摄像头，无法再增加。请关闭其中一个画面。",
+    },
+}
+
+
+class CameraError(OSError):
+    """There is no picture.
+
+    Attributes:
+        code: the stable code, a key of MESSAGES.
+    """
+
+    def __init__(self, code: str, **figures: object) -> None:
+        self.code = code
+        self._figures = figures
+        super().__init__(self.message("en"))
+
+    def message(self, language: str) -> str:
+        """The sentence in ``language`` (en or zh)."""
+        return MESSAGES[self.code][language].format(**self._figures)
