@@ -20,7 +20,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, chdir, contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -105,7 +105,8 @@ class Reader:
         if block.language == "console":
             self._type(block)
         elif block.language == "python":
-            exec(compile(block.text, block.title or f"line {block.line}", "exec"), self._namespace)
+            with chdir(self.folder):
+                exec(compile(block.text, block.title or f"line {block.line}", "exec"), self._namespace)
 
     def _type(self, block: Block) -> None:
         lines = block.text.replace("\\\n", " ").splitlines()
