@@ -308,6 +308,21 @@ def test_a_driver_who_is_gone_while_moving_leaves_a_car_that_needs_arming(car: A
     assert car.command(2, CLIENT, STILLS[2], 30) == APPLIED
 
 
+def test_a_driver_who_is_gone_while_standing_leaves_a_centred_car_that_the_next_command_drives(car: Arbiter) -> None:
+    car.command(1, CLIENT, STILLS[1], 0)
+    car.gone(1, 10)
+    assert (state(car), car.word) == ("ready", NEUTRAL)
+    assert car.command(2, CLIENT, MOVES[2], 20) == APPLIED
+
+
+def test_who_takes_over_waits_no_longer_for_the_wheel(car: Arbiter) -> None:
+    car.command(1, CLIENT, MOVES[1], 0)
+    assert car.request(2, LOCAL, 10) is False
+    car.command(2, LOCAL, MOVES[2], 20)
+    car.command(2, LOCAL, STILLS[2], 30)
+    assert (state(car), car.word, car.wanted_by) == ("standing", STILLS[2], NOBODY)
+
+
 def test_a_watcher_who_leaves_changes_nothing(car: Arbiter) -> None:
     car.command(1, CLIENT, MOVES[1], 0)
     car.request(2, CLIENT, 5)
