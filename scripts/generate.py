@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from commands_page import commands_page
+from wiring_pages import wiring_files
 
 from motorcade.program.schema import program_schema
 from motorcade.sim.mat.schema import mat_schema
@@ -16,6 +17,7 @@ GENERATED = {
     "docs/commands.zh.md": lambda: commands_page("zh"),
     "docs/motorcade-mat-1.schema.json": lambda: _json(mat_schema()),
     "docs/motorcade-program-1.schema.json": lambda: _json(program_schema()),
+    **wiring_files(),
 }
 
 

@@ -1,0 +1,46 @@
+"""How each car of `firmware/` is wired, from its pin file: drawings, and the tables in the page on building a car."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from motorcade.boards.pins import load_pins
+from motorcade.boards.wiring import wiring_svg, wiring_table
+
+ROOT = Path(__file__).resolve().parent.parent
+PIN_FILES = {
+    "raspberry-pi": "firmware/linux/pins.toml",
+    "drive-car": "firmware/linux/drive-pins.toml",
+    "esp32": "firmware/micropython/esp32.toml",
+    "rp2040": "firmware/micropython/rp2040.toml",
+}
+PAGES = {"docs/build-a-car.md": "en", "docs/build-a-car.zh.md": "zh"}
+_WIRED = re.compile(r"(?<=<!-- wiring: )([\w-]+) -->\n.*?(?=<!-- end of wiring -->)", re.DOTALL)
+_SUFFIX = {"en": "", "zh": ".zh"}
+
+
+def wiring_files() -> dict[str, Callable[[], str]]:
+    """What makes each drawing and page, by its path in the repository."""
+    made: dict[str, Callable[[], str]] = {}
+    for language, suffix in _SUFFIX.items():
+        for car in PIN_FILES:
+            made[f"docs/wiring/{car}{suffix}.svg"] = lambda car=car, language=language: _drawing(car, language)
+    for name, language in PAGES.items():
+        made[name] = lambda name=name, language=language: _page(name, language)
+    return made
+
+
+def _drawing(car: str, language: str) -> str:
+    return wiring_svg(load_pins(ROOT / PIN_FILES[car]), language)
+
+
+def _page(name: str, language: str) -> str:
+    """The page as it stands, with its drawings and tables made anew."""
+
+    def wired(found: "re.Match[str]") -> str:
+        car = found[1]
+        pins = load_pins(ROOT / PIN_FILES[car])
+        picture = f"![{pins.name}](wiring/{car}{_SUFFIX[language]}.svg)"
+        return f"{car} -->\n\n{picture}\n\n{wiring_table(pins, language)}\n"
+
+    return _WIRED.sub(wired, (ROOT / name).read_text(encoding="utf-8"))
