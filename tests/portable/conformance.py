@@ -15,13 +15,14 @@ from inputs import Random, damaged, draw_frame, draw_image, draw_raw
 from motorcade.car import brain, rest
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board, make_levels
 from motorcade.car.loop import Car
+from motorcade.words.check import check_request, ready_line
 from motorcade.words.field import WordError
 from motorcade.words.fingerprint import fingerprint
 from motorcade.words.formats import FORMATS
 from motorcade.words.image import ImageError, image_words, parse_image_bytes
 from motorcade.words.infrared import FrameReceiver, air_us, frame_durations_us, to_frame
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
-from motorcade.words.upload import READBACK_REQUEST, CarEnd, ReadbackEnd, UploaderEnd
+from motorcade.words.upload import CHECK, READBACK_REQUEST, CarEnd, ReadbackEnd, UploaderEnd
 
 STEPS_OF_A_PAIR = 50
 # Profiles, in the order of make_levels: the built-in one, and one whose times fall on no round number.
@@ -49,7 +50,7 @@ def total_names():
     names += ["lost: parity", "lost: reserved", "lost: deaf", "frames sent by leaders", "frames sent by followers"]
     names += ["wheels still", "wheels forward", "wheels left", "wheels right", "led off", "led on"]
     names += ["random forward", "stopped by voice", "avoiding", "relay sensing", "relay waiting", "relayed program"]
-    names += ["images taken", "images not stored", "images refused", "images read back"]
+    names += ["images taken", "images not stored", "images refused", "images read back", "images announced"]
     names += ["upload verified", "upload not verified", "upload mismatch", "upload refused", "upload silent"]
     names += ["readback image", "readback refused", "readback silent"]
     names += ["parsed", "not parsed: cut-off", "not parsed: too-long", "not parsed: header", "not parsed: word"]
@@ -111,6 +112,8 @@ class ScriptedBoard(Board):
         random = self._random
         if not self._on_the_line and random.one_in(8):
             sent = READBACK_REQUEST if random.one_in(4) else draw_image(random)
+            if random.one_in(2):
+                sent = check_request(crc32(sent), random.below(256)) + sent
             self._on_the_line = damaged(random, sent)
         size = len(self._on_the_line) if random.one_in(2) else random.below(9)
         data = self._on_the_line[:size]
@@ -121,6 +124,8 @@ class ScriptedBoard(Board):
         self._record.add(data)
         if data.startswith(b"ERR"):
             self._record.count("images refused")
+        elif data.startswith(b"OK check"):
+            self._record.count("images announced")
         elif not data.startswith(b"OK"):
             self._record.count("images read back")
 
@@ -256,13 +261,16 @@ def step_upload(random, record):
     """Both ends of an upload, on a line that damages some of the bytes."""
     image = draw_image(random)
     uploader, car_end = UploaderEnd(image, not random.one_in(8)), CarEnd()
+    if random.one_in(2):
+        car_end.receive_data(damaged(random, check_request(crc32(image), random.below(256))), 300)
     car_end.receive_data(damaged(random, image), 1000)
     car_end.receive_data(b"", 2000)
     uploader.finish_sending(1000)
     event = car_end.next_event()
     while event is not None:
         record.add(event.kind, event.image, event.answer)
-        uploader.receive_data(damaged(random, event.answer), 2000)
+        answer = ready_line(event.answer, image) if event.kind == CHECK else event.answer
+        uploader.receive_data(damaged(random, answer), 2000)
         event = car_end.next_event()
     uploader.receive_data(b"", 3000)
     outcome = uploader.next_event()

@@ -1,12 +1,13 @@
 """Serial upload: both ends, joined in memory, at any pace and in any pieces."""
 
+import zlib
 from itertools import pairwise
 
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from motorcade.words import upload
+from motorcade.words import check, upload
 from motorcade.words.image import Image, image_words, parse_image_bytes, words_to_bytes
 
 NO_PROGRAM = bytes(4)
@@ -26,6 +27,9 @@ def images(draw):
     row = st.lists(st.integers(0, 0xFFFFF).map(lambda upper_bits: upper_bits << 12), max_size=5)
     leader, followers = draw(row), draw(row)
     return words_to_bytes(image_words(Image(leader, followers, draw(st.integers(0, 7)))))
+
+
+programs = images().filter(lambda image: image != NO_PROGRAM)
 
 
 @st.composite
@@ -49,7 +53,12 @@ class Car:
             kinds.append(event.kind)
             if event.kind == upload.IMAGE:
                 self.stored = event.image
-            answer += self.stored if event.kind == upload.READBACK else event.answer
+            if event.kind == upload.READBACK:
+                answer += self.stored
+            elif event.kind == upload.CHECK:
+                answer += check.ready_line(event.answer, self.stored)
+            else:
+                answer += event.answer
         return kinds, answer
 
 
@@ -77,7 +86,7 @@ def waiting_uploader(now_ms=0):
 # Both ends
 
 
-@given(image=images(), start_ms=STARTS_MS, data=st.data())
+@given(image=programs, start_ms=STARTS_MS, data=st.data())
 def test_an_image_sent_in_any_pieces_is_stored_and_verified(image, start_ms, data):
     car, answers, now_ms = Car(OLD), b"", start_ms
     uploader = upload.UploaderEnd(image)
@@ -156,6 +165,98 @@ def test_readbacks_and_uploads_without_a_pause_are_all_answered(data):
     taken = [car.take(piece, 0) for piece in data.draw(pieces(everything))]
     assert [kind for kinds, _ in taken for kind in kinds] == [upload.READBACK, upload.IMAGE] * 2
     assert b"".join(answer for _, answer in taken) == NO_PROGRAM + upload.ok_line(OLD) + OLD + NEW_OK
+
+
+def test_four_zeros_are_an_image_only_between_silences():
+    car = Car(OLD)
+    assert car.take(NO_PROGRAM, 0) == car.take(b"", 499) == ([], b"")
+    assert car.take(b"", 500) == ([upload.IMAGE], upload.ok_line(NO_PROGRAM))
+    assert car.stored == NO_PROGRAM
+
+
+@pytest.mark.parametrize("noise", [bytes(5), bytes(400), b"\0" + upload.READBACK_REQUEST, NO_PROGRAM + NEW])
+def test_zeros_that_a_loose_cable_leaves_do_not_clear_a_car(noise):
+    car = Car(OLD)
+    assert car.take(noise, 0)[0] == [upload.REFUSED]
+    assert car.take(b"", 10_000) == ([], b"")
+    assert car.stored == OLD
+
+
+# An image that is announced by its checksum
+
+CHECK_OF_NEW = check.check_request(0x325D103A, 7)
+
+
+@given(image=images(), held=images(), number=st.integers(0, 255), start_ms=STARTS_MS, data=st.data())
+def test_a_car_that_is_told_the_checksum_takes_that_image(image, held, number, start_ms, data):
+    car, checksum = Car(held), zlib.crc32(image)
+    taken = [car.take(piece, start_ms) for piece in data.draw(pieces(check.check_request(checksum, number)))]
+    answer = b"".join(said for _, said in taken)
+    assert check.held_checksum(answer, check.check_words(checksum, number)) == zlib.crc32(held)
+    assert car.stored == held
+    taken = [car.take(piece, start_ms) for piece in data.draw(pieces(image))]
+    assert b"".join(said for _, said in taken) == upload.ok_line(image)
+    assert car.stored == image
+
+
+def test_the_check_request_and_its_answer_are_these_bytes():
+    # 2 leader states, 3 follower words, dwell level 0, reserved 254; then 32, 5D, 10, 3A and the number 7 in the
+    # reserved bits 9 to 2, beside a one in each byte.
+    words = "020301FE 010108CA 01010976 01010842 010108EA 0101081E"
+    assert bytes.fromhex(words) == CHECK_OF_NEW
+    # zlib's CRC-32 of OLD and of the line up to there.
+    beginning = b"OK check=325d103a07 holds=%08x" % zlib.crc32(OLD)
+    assert Car(OLD).take(CHECK_OF_NEW, 0) == ([upload.CHECK], beginning + b" sum=%08x\n" % zlib.crc32(beginning))
+
+
+@given(image=programs.filter(lambda image: image != NEW))
+def test_a_car_that_is_told_the_checksum_takes_no_other_image(image):
+    car = Car(OLD)
+    car.take(CHECK_OF_NEW, 0)
+    assert car.take(image, 1)[0] == [upload.REFUSED]
+    assert car.take(NEW, 400) == ([], b"")  # the rest of what was wrong
+    assert car.take(image, 1_000)[0] == [upload.REFUSED]  # the checksum holds until the right image comes
+    assert car.take(NEW, 2_000) == ([upload.IMAGE], NEW_OK)
+    assert car.stored == NEW
+
+
+def test_a_car_that_was_told_a_checksum_takes_any_image_after_ten_seconds():
+    car = Car(NEW)
+    car.take(CHECK_OF_NEW, 0)
+    assert car.take(OLD, 9_999)[0] == [upload.REFUSED]
+    assert car.take(OLD, 19_999)[0] == [upload.IMAGE]
+
+
+def test_what_comes_right_behind_an_image_that_was_announced_is_no_image():
+    car = Car(OLD)
+    assert car.take(CHECK_OF_NEW + NEW + OLD, 0)[0] == [upload.CHECK, upload.IMAGE]
+    assert car.take(OLD, 499) == ([], b"")
+    assert car.stored == NEW
+    assert car.take(OLD, 999)[0] == [upload.IMAGE]
+
+
+FAULTS = {"lost": lambda byte: [], "doubled": lambda byte: [byte, byte]} | {
+    f"bit {bit}": lambda byte, bit=bit: [byte ^ 1 << bit] for bit in range(8)
+}
+
+
+@pytest.mark.parametrize("at", range(check.CHECK_BYTES))
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_check_request_with_a_fault_is_no_image_and_gets_no_answer_that_is_mistaken(at, fault):
+    car = Car(OLD)
+    kinds, answer = car.take(CHECK_OF_NEW[:at] + bytes(FAULTS[fault](CHECK_OF_NEW[at])) + CHECK_OF_NEW[at + 1 :], 0)
+    more, _ = car.take(b"", 500)
+    assert upload.IMAGE not in kinds + more
+    assert car.stored == OLD
+    understood = check.held_checksum(answer, check.check_words(0x325D103A, 7)) is not None
+    assert understood == (fault == "doubled" and at == check.CHECK_BYTES - 1)
+
+
+@given(at=st.integers(0, 60), bit=st.integers(0, 7))
+def test_an_answer_with_a_flipped_bit_tells_nothing(at, bit):
+    line = bytearray(check.ready_line(check.check_words(1, 2), OLD))
+    line[at % (len(line) - 1)] ^= 1 << bit
+    assert check.held_checksum(bytes(line), check.check_words(1, 2)) is None
 
 
 # The uploader's end
@@ -262,7 +363,9 @@ def test_a_readback_has_one_outcome(answer, kind):
 
 # Anything at all
 
-SNIPPETS = st.sampled_from([NEW, NEW[:6], upload.READBACK_REQUEST, NEW_OK, BAD_HEADER, BAD_WORD, b"ERR busy\n", b""])
+SNIPPETS = st.sampled_from(
+    [NEW, NEW[:6], CHECK_OF_NEW, upload.READBACK_REQUEST, NEW_OK, BAD_HEADER, BAD_WORD, b"ERR busy\n", b""]
+)
 ARRIVALS = st.lists(st.tuples(SNIPPETS | images() | st.binary(max_size=40), st.integers(0, 1_500)), max_size=12)
 
 
@@ -276,6 +379,8 @@ def test_a_car_takes_whatever_comes(arrivals, start_ms):
             assert event.answer.startswith(b"ERR ")
             assert event.answer[:-1].decode("ascii").isprintable()
             assert event.answer.endswith(b"\n")
+        elif event.kind == upload.CHECK:
+            assert event.answer.startswith(b"OK check=")
         else:
             assert event == (upload.READBACK, b"", b"")
 

@@ -5,12 +5,12 @@ Portable.
 
 from motorcade.car import brain
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
+from motorcade.words.check import ready_line
 from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import to_frame
 from motorcade.words.ticks import later_ms
-from motorcade.words.upload import IMAGE, READBACK, CarEnd, CarEvent, error_line
+from motorcade.words.upload import CANT_STORE, CHECK, IMAGE, NO_PROGRAM, READBACK, CarEnd, CarEvent, error_line
 
-NO_PROGRAM = b"\0\0\0\0"
 _WHY_LOST = {brain.BAD_PARITY: "parity", brain.BAD_RESERVED: "reserved", brain.DEAF: "deaf"}
 
 
@@ -67,6 +67,8 @@ class Car:
         while event is not None:
             if event.kind == READBACK:
                 board.write_serial(board.load_image() or NO_PROGRAM)
+            elif event.kind == CHECK:
+                board.write_serial(ready_line(event.answer, board.load_image() or NO_PROGRAM))
             elif event.kind == IMAGE:
                 self._take_image(event, now)
             else:
@@ -77,7 +79,7 @@ class Car:
         try:
             self.board.store_image(event.image)
         except OSError:
-            self.board.write_serial(error_line("the image could not be stored"))
+            self.board.write_serial(error_line(CANT_STORE))
             return
         self.board.write_serial(event.answer)
         self.board.note("image", now, len(event.image), 0)

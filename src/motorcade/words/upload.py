@@ -3,12 +3,14 @@
 Portable: the car's end runs on a microcontroller. An image carries its own
 length in its header, and the car answers one ASCII line:
 ``OK words=<n> crc32=<8 hex>`` or ``ERR <reason>``. The uploader compares the
-CRC-32 (zlib's) with its own.
+CRC-32 (zlib's) with its own. A check request (`motorcade.words.check`) before
+an image lets the car compare it too, before it gives up the image that it has.
 """
 
 from binascii import crc32
 from collections import namedtuple
 
+from motorcade.words.check import CHECK_BYTES, CHECK_HEADER, CHECK_LASTS_MS, check_words, read_check
 from motorcade.words.image import (
     WORD_BYTES,
     ImageError,
@@ -24,11 +26,20 @@ SILENCE_MS = 500
 ANSWER_WITHIN_MS = 2000
 READBACK_HEADER = 0x000000FF
 READBACK_REQUEST = pack(READBACK_HEADER)
+# The image of a car that never got one.
+NO_PROGRAM = pack(0)
+# How the reasons begin that a car gives for refusing bytes, besides those of ImageError.
+CUT_OFF = "cut off after"
+NOT_EMPTY = "the empty image has"
+CHANGED_REQUEST = "the check request was changed"
+OTHER_CHECKSUM = "the checksum is"
+CANT_STORE = "the image could not be stored"
 _LONGEST_LINE = 200
 
 # What a car's end reports.
 IMAGE = "image"
 READBACK = "readback"
+CHECK = "check"
 REFUSED = "refused"
 # What an uploader's end reports besides REFUSED.
 VERIFIED = "verified"
@@ -40,7 +51,9 @@ CarEvent = namedtuple("CarEvent", ("kind", "image", "answer"))
 """What the car's shell does next.
 
 IMAGE: store ``image`` (bytes), then send ``answer``. READBACK: send the stored
-image's bytes. REFUSED: send ``answer``; the stored image stays.
+image's bytes. CHECK: send `motorcade.words.check.ready_line` of ``answer`` and the
+stored image. REFUSED: send ``answer``; the stored image stays. Where none was ever
+stored it is NO_PROGRAM.
 """
 
 Outcome = namedtuple("Outcome", ("kind", "detail"))
@@ -64,12 +77,17 @@ class CarEnd:
         self._buffer = b""
         self._skipping = False
         self._last_byte_ms = 0
+        # The checksum that was announced for the next image; None while any may come.
+        self._announced: int | None = None
         self._events: list[CarEvent] = []
 
     def receive_data(self, data: bytes, now_ms: int) -> None:
         """Take bytes that came at ``now_ms``; call it with ``b""`` now and then so that silence is noticed."""
-        if elapsed_ms(now_ms, self._last_byte_ms) >= SILENCE_MS:
-            self._reset()
+        quiet_ms = elapsed_ms(now_ms, self._last_byte_ms)
+        if quiet_ms >= SILENCE_MS:
+            self._hear_silence()
+        if quiet_ms >= CHECK_LASTS_MS:
+            self._announced = None
         if not data:
             return
         self._last_byte_ms = now_ms
@@ -81,38 +99,106 @@ class CarEnd:
         """The next CarEvent, or None."""
         return self._events.pop(0) if self._events else None
 
-    def _reset(self) -> None:
-        if self._buffer:
-            self._refuse(f"cut off after {len(self._buffer)} bytes")
+    def _hear_silence(self) -> None:
+        if self._buffer == NO_PROGRAM and self._announced is None:
+            self._events.append(CarEvent(IMAGE, NO_PROGRAM, ok_line(NO_PROGRAM)))
+        elif self._buffer:
+            self._refuse(f"{CUT_OFF} {len(self._buffer)} bytes")
         self._buffer = b""
         self._skipping = False
 
     def _advance(self) -> None:
-        while len(self._buffer) >= WORD_BYTES and not self._skipping:
+        going_on = True
+        while going_on and len(self._buffer) >= WORD_BYTES:
             header = unpack(self._buffer[:WORD_BYTES])
-            if header == READBACK_HEADER:
-                self._buffer = self._buffer[WORD_BYTES:]
-                self._events.append(CarEvent(READBACK, b"", b""))
-                continue
             try:
-                check_header(header)
-                length = announced_words(header) * WORD_BYTES
-                if len(self._buffer) < length:
-                    return
-                image = self._buffer[:length]
-                parse_image_bytes(image)
+                if header == READBACK_HEADER:
+                    self._take(WORD_BYTES)
+                    self._events.append(CarEvent(READBACK, b"", b""))
+                elif header == CHECK_HEADER:
+                    going_on = self._take_check()
+                else:
+                    going_on = self._take_image(header)
             except ImageError as error:
-                self._refuse(str(error))
-                self._buffer = b""
-                # Where one word is wrong the rest can't be trusted to begin at a
-                # word; silence is the only mark that the next image has.
-                self._skipping = True
-                return
-            self._buffer = self._buffer[length:]
-            self._events.append(CarEvent(IMAGE, image, ok_line(image)))
+                going_on = self._turn_down(str(error))
+
+    def _take_check(self) -> bool:
+        """True where the whole request was there."""
+        if len(self._buffer) < CHECK_BYTES:
+            return False
+        found = read_check(self._take(CHECK_BYTES))
+        if found is None:
+            return self._turn_down(f"{CHANGED_REQUEST} on the way")
+        self._announced = found[0]
+        self._events.append(CarEvent(CHECK, b"", check_words(found[0], found[1])))
+        return True
+
+    def _take_image(self, header: int) -> bool:
+        """True where a whole image was there and more may follow it."""
+        check_header(header)
+        length = announced_words(header) * WORD_BYTES
+        here = len(self._buffer)
+        if here < length:
+            return False
+        if header == 0 and self._announced is None:
+            # Zeros are what a break or a loose cable leaves: an image only where they are four between silences.
+            if here > length:
+                return self._turn_down(f"{NOT_EMPTY} {length} bytes, {here} are here")
+            return False
+        image = self._buffer[:length]
+        parse_image_bytes(image)
+        if self._announced is not None and crc32(image) != self._announced:
+            return self._turn_down(f"{OTHER_CHECKSUM} {crc32(image):08x}, {self._announced:08x} was announced")
+        self._events.append(CarEvent(IMAGE, image, ok_line(image)))
+        if self._announced is None:
+            self._take(length)
+            return True
+        # What follows an image that was announced was announced by nobody.
+        self._announced = None
+        self._skip()
+        return False
+
+    def _take(self, count: int) -> bytes:
+        data = self._buffer[:count]
+        self._buffer = self._buffer[count:]
+        return data
+
+    def _skip(self) -> None:
+        self._buffer = b""
+        self._skipping = True
+
+    def _turn_down(self, reason: str) -> bool:
+        """Refuse what is here and all that comes before a silence; False: there is nothing to go on with."""
+        # Where one word is wrong the rest can't be trusted to begin at a word;
+        # silence is the only mark that the next image has.
+        self._refuse(reason)
+        self._skip()
+        return False
 
     def _refuse(self, reason: str) -> None:
         self._events.append(CarEvent(REFUSED, b"", error_line(reason)))
+
+
+class Lines:
+    """Bytes as they come, in lines."""
+
+    def __init__(self) -> None:
+        self._line = b""
+
+    def split(self, data: bytes) -> list[bytes]:
+        """The lines that ``data`` completes, each without its end; of a very long one the last 200 bytes."""
+        parts = (self._line + data).split(b"\n")
+        self._line = parts[-1][-_LONGEST_LINE:]
+        return [part[-_LONGEST_LINE:] for part in parts[:-1]]
+
+
+def refusal(line: bytes) -> str | None:
+    """The reason in the car's ERR line, None where ``line`` is none."""
+    at = line.find(b"ERR ")
+    # Behind other text it is a board's own message; behind noise it is an answer.
+    if at == 0 or (at > 0 and not 32 <= line[at - 1] < 127):
+        return printable(line[at + 4 :])
+    return None
 
 
 class UploaderEnd:
@@ -125,7 +211,7 @@ class UploaderEnd:
     def __init__(self, image: bytes, verify: bool = True) -> None:
         self.image = image
         self._verify = verify
-        self._line = b""
+        self._lines = Lines()
         self._sent_ms: int | None = None
         self._outcome: Outcome | None = None
         self._told = False
@@ -138,13 +224,8 @@ class UploaderEnd:
 
     def receive_data(self, data: bytes, now_ms: int) -> None:
         """Take bytes that came back by ``now_ms``; ``b""`` lets a missing answer be noticed."""
-        for i in range(len(data)):
-            byte = data[i : i + 1]
-            if byte == b"\n":
-                self._take_line(self._line)
-                self._line = b""
-            else:
-                self._line = (self._line + byte)[-_LONGEST_LINE:]
+        for line in self._lines.split(data):
+            self._take_line(line)
         if self._outcome is not None or self._sent_ms is None:
             return
         if elapsed_ms(now_ms, self._sent_ms) >= ANSWER_WITHIN_MS:
@@ -160,20 +241,19 @@ class UploaderEnd:
     def _take_line(self, line: bytes) -> None:
         if self._outcome is not None:
             return
-        at = line.find(b"ERR ")
-        if at == 0 or (at > 0 and not 32 <= line[at - 1] < 127):
-            # Behind other text it is a board's own message; behind noise it is an answer.
-            self._outcome = Outcome(REFUSED, _printable(line[at + 4 :]))
+        reason = refusal(line)
+        if reason is not None:
+            self._outcome = Outcome(REFUSED, reason)
             return
         at = line.find(b"OK words=")
         if at < 0:
             return
         answer = line[at:].strip()
         if answer.lower() == ok_line(self.image).strip().lower():
-            self._outcome = Outcome(VERIFIED, _printable(answer))
+            self._outcome = Outcome(VERIFIED, printable(answer))
         else:
-            expected = _printable(ok_line(self.image).strip())
-            self._outcome = Outcome(MISMATCH, f"the car answered '{_printable(answer)}', expected '{expected}'")
+            expected = printable(ok_line(self.image).strip())
+            self._outcome = Outcome(MISMATCH, f"the car answered '{printable(answer)}', expected '{expected}'")
 
 
 class ReadbackEnd:
@@ -210,7 +290,7 @@ class ReadbackEnd:
     def _advance(self) -> None:
         if self._buffer[:4] == b"ERR ":
             if b"\n" in self._buffer:
-                self._outcome = Outcome(REFUSED, _printable(self._buffer[4 : self._buffer.find(b"\n")]))
+                self._outcome = Outcome(REFUSED, printable(self._buffer[4 : self._buffer.find(b"\n")]))
             return
         if len(self._buffer) < WORD_BYTES:
             return
@@ -225,6 +305,6 @@ class ReadbackEnd:
             self._outcome = Outcome(REFUSED, f"what came back is no image: {error}")
 
 
-def _printable(line: bytes) -> str:
+def printable(line: bytes) -> str:
     """ASCII text of ``line``; bytes that noise put there become question marks."""
     return "".join([chr(byte) if 32 <= byte < 127 else "?" for byte in line]).strip()
