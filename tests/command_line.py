@@ -19,19 +19,20 @@ PARADE = Path(__file__).parents[1] / "examples" / "parade.motorcade.json"
 
 
 class Terminal(io.StringIO):
-    """A standard output that somebody is looking at."""
+    """A stream at whose other end is somebody."""
 
     def isatty(self):
         return True
 
 
-def run(*arguments, stdout=None):
-    """The command in this process; a traceback fails the test."""
-    out, err = stdout or io.StringIO(), io.StringIO()
+def run(*arguments, stdout=None, typed=None):
+    """The command in this process; a traceback fails the test. Somebody who typed something sits at a terminal."""
+    out, err = stdout or io.StringIO(), io.StringIO() if typed is None else Terminal()
     with (
         contextlib.redirect_stdout(out),
         contextlib.redirect_stderr(err),
         mock.patch.object(sys, "argv", ["motorcade", *map(str, arguments)]),
+        mock.patch.object(sys, "stdin", io.StringIO() if typed is None else Terminal(typed)),
         mock.patch.dict(os.environ, COLUMNS="160"),
         pytest.raises(SystemExit) as left,
     ):

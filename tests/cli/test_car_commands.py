@@ -1,24 +1,15 @@
-"""Commands about cars: simulate, ports, upload, readback and virtual-car, with their exit codes."""
+"""Commands that are cars: simulate and virtual-car, with their exit codes."""
 
-import contextlib
 import json
 import os
-import select
 import socket
 import subprocess
 import sys
-import threading
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
-import serial
-from serial.tools import list_ports
-from serial.tools.list_ports_common import ListPortInfo
 
 from command_line import INSTALLED, PARADE, Terminal, data, refusal, run
-from motorcade.link import serial_port
-from motorcade.words import upload as protocol
 
 DEADLINE_S = 10
 # One state: forward at 200 mm/s for 1 s; and a follower's word.
@@ -28,11 +19,6 @@ IMAGE = bytes.fromhex("01010100 64800000 E4800000")
 OK = b"OK words=3 crc32=aaa3b7a2\n"
 EVENT_KINDS = {"state", "start", "over", "frame", "heard", "lost"}
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
-
-
-@pytest.fixture(autouse=True)
-def no_settling(monkeypatch):
-    monkeypatch.setattr(serial_port, "_SETTLE_S", 0, raising=False)
 
 
 @pytest.fixture
@@ -130,138 +116,7 @@ def test_simulating_needs_no_drawing_library_without_a_picture():
     assert not imported & {"matplotlib", "pyarrow", "mcap", "imageio_ffmpeg", "serial"}
 
 
-# ports
-
-
-def test_ports_lists_what_is_plugged_in(monkeypatch):
-    second, first = ListPortInfo("/dev/ttyUSB1"), ListPortInfo("/dev/ttyUSB0")
-    first.description, first.hwid = "CH340", "USB VID:PID=1A86:7523"
-    monkeypatch.setattr(list_ports, "comports", lambda: [second, first])
-    found = data("ports")
-    assert found[0] == {"device": "/dev/ttyUSB0", "description": "CH340", "hardware": "USB VID:PID=1A86:7523"}
-    assert [port["device"] for port in found] == ["/dev/ttyUSB0", "/dev/ttyUSB1"]
-    assert run("ports", stdout=Terminal()).out.splitlines()[0] == "/dev/ttyUSB0  CH340"
-
-
-def test_no_ports_are_an_empty_list_and_on_a_terminal_a_hint(monkeypatch):
-    monkeypatch.setattr(list_ports, "comports", list)
-    assert data("ports") == []
-    assert "`motorcade virtual-car`" in run("ports", stdout=Terminal()).out
-
-
-# upload, readback and virtual-car together
-
-
-@contextlib.contextmanager
-def virtual_car(*where):
-    """A virtual car in a process of its own; gives what it printed first."""
-    command = [INSTALLED, "virtual-car", *map(str, where), "--json"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        late = threading.Timer(DEADLINE_S, process.kill)
-        late.start()
-        try:
-            yield json.loads(process.stdout.readline())
-        finally:
-            late.cancel()
-            process.terminate()
-            process.stdout.read()
-
-
-@pytest.mark.parametrize(
-    "where", [pytest.param(["--pty"], marks=posix_only), ["--tcp", "127.0.0.1:0"]], ids=["pty", "tcp"]
-)
-def test_upload_and_readback_with_a_virtual_car(tmp_path, image, where):
-    store, fetched = tmp_path / "car.image", tmp_path / "fetched.image"
-    with virtual_car(*where, "--store", store) as car:
-        assert set(car) == {"port", "store"}
-        port = car["port"]
-        assert (
-            run("upload", image, "--port", port).out == f"12 bytes to {port}: verified, the car answered {OK.decode()}"
-        )
-        uploaded = data("upload", image, "--port", port, "--json")
-        assert uploaded == {"port": port, "bytes": 12, "verified": True, "answer": OK.decode().strip()}
-        assert data("readback", "-p", port, "-o", fetched, "--json") == {
-            "port": port,
-            "bytes": 12,
-            "file": str(fetched),
-        }
-        assert "can't be written" in refusal(2, "readback", "-p", port, "-o", tmp_path / "missing" / "it")
-    assert fetched.read_bytes() == IMAGE
-    assert store.read_bytes() == IMAGE
-
-
-def test_a_project_is_compiled_and_then_uploaded(tmp_path):
-    with virtual_car("--tcp", "127.0.0.1:0", "--store", tmp_path / "car.image") as car:
-        assert "28 bytes" in run("upload", PARADE, "--port", car["port"]).out
-    compiled = tmp_path / "parade.image"
-    assert run("compile", PARADE, "-o", compiled).code == 0
-    assert (tmp_path / "car.image").read_bytes() == compiled.read_bytes()
-
-
-# When the car or its port isn't as it should be
-
-
-@pytest.fixture
-def board():
-    """Both ends of a pseudo-terminal, the car's end played by the test."""
-    import pty
-    import tty
-
-    car, client = pty.openpty()
-    tty.setraw(client)
-    yield SimpleNamespace(car=car, port=os.ttyname(client))
-    os.close(car)
-    os.close(client)
-
-
-@posix_only
-def test_a_silent_board_is_exit_code_5_and_no_verify_promises_nothing(board, image, tmp_path, monkeypatch):
-    monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 60)
-    assert "--no-verify" in refusal(5, "upload", image, "--port", board.port)
-    assert "switched on" in refusal(5, "readback", "--port", board.port, "-o", tmp_path / "fetched")
-    assert not (tmp_path / "fetched").exists()
-    said = run("upload", image, "--port", board.port, "--no-verify")
-    assert (said.code, said.out) == (0, f"12 bytes to {board.port}: sent, not verified\n")
-    told = data("upload", image, "--port", board.port, "--no-verify", "--json")
-    assert told == {"port": board.port, "bytes": 12, "verified": False, "answer": "sent, not verified"}
-
-
-@posix_only
-@pytest.mark.parametrize(
-    ("answer", "says"), [(OK.replace(b"a2", b"00"), "holds something else"), (b"ERR full\n", "full")]
-)
-def test_a_wrong_checksum_and_a_refusal_are_exit_code_6(board, image, answer, says):
-    def play():
-        data = b""
-        while len(data) < len(IMAGE) and select.select([board.car], [], [], DEADLINE_S)[0]:
-            data += os.read(board.car, len(IMAGE))
-        os.write(board.car, answer)
-
-    player = threading.Thread(target=play)
-    player.start()
-    assert says in refusal(6, "upload", image, "--port", board.port)
-    player.join(DEADLINE_S)
-
-
-@posix_only
-def test_a_busy_port_is_exit_code_4(board, image, tmp_path):
-    with serial.Serial(board.port, exclusive=True):
-        assert "is busy" in refusal(4, "upload", image, "--port", board.port)
-        assert "is busy" in refusal(4, "readback", "--port", board.port, "-o", tmp_path / "fetched")
-
-
-def test_a_port_that_one_may_not_use_is_exit_code_4(image, monkeypatch):
-    def denied(*arguments, **options):
-        raise serial.SerialException(13, "could not open port P: [Errno 13] Permission denied: 'P'")
-
-    monkeypatch.setattr(serial, "serial_for_url", denied)
-    assert "may not use P" in refusal(4, "upload", image, "--port", "P")
-
-
-def test_a_missing_port_is_exit_code_3(image, tmp_path):
-    for command in (("upload", image), ("readback", "-o", tmp_path / "fetched")):
-        assert "`motorcade ports`" in refusal(3, *command, "--port", "/dev/there-is-none")
-    assert not (tmp_path / "fetched").exists()
+# virtual-car
 
 
 @pytest.mark.parametrize("address", ["7000", ":7000", "127.0.0.1:", "127.0.0.1:x", "127.0.0.1:-1", "127.0.0.1:65536"])
@@ -279,17 +134,3 @@ def test_a_virtual_car_that_cannot_start_says_why(tmp_path):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         where = f"127.0.0.1:{taken.getsockname()[1]}"
         assert f"an't wait at {where}" in refusal(4, "virtual-car", "--tcp", where, "--store", tmp_path / "car.image")
-
-
-@pytest.mark.parametrize("language", ["en", "zh"])
-def test_ports_and_images_are_complained_of_in_the_language_that_was_asked_for(tmp_path, language):
-    broken = tmp_path / "broken.image"
-    broken.write_bytes(b"\x01")
-    missing = run("upload", PARADE, "--port", "/dev/there-is-none", "--language", language)
-    fetched = run("readback", "--port", "/dev/there-is-none", "-o", tmp_path / "x", "--language", language)
-    shown = run("inspect", broken, "--language", language)
-    says = {"en": ("There is no port", "1 bytes are"), "zh": ("没有端口 /dev/there-is-none", "1 个字节")}[language]
-    assert says[0] in missing.err
-    assert says[0] in fetched.err
-    assert says[1] in shown.err
-    assert (missing.code, fetched.code, shown.code) == (3, 3, 1)

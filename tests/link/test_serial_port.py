@@ -1,7 +1,10 @@
 """Upload and readback over real lines (a pseudo-terminal and TCP), to a virtual car and to cars that go wrong."""
 
 import contextlib
+import gc
+import itertools
 import os
+import re
 import select
 import socket
 import sys
@@ -13,23 +16,32 @@ import pytest
 import serial
 from serial.urlhandler import protocol_socket
 
-from motorcade.link import serial_port
+from motorcade.link import asking, serial_port, talk
 from motorcade.link.failures import (
+    HOLDS,
     MESSAGES,
+    RETRIES,
     NoAnswerError,
     PortBusyError,
     PortError,
+    PortForbiddenError,
     PortNotFoundError,
+    RefusedError,
     VerificationError,
+    WentAwayError,
+    retry_sentence,
 )
 from motorcade.profile import built_in_profile
 from motorcade.sim.virtual_car import ImageStore, PseudoTerminal, TcpPort, VirtualBoard, monotonic_clock, serve
 from motorcade.words import upload as protocol
+from motorcade.words.check import CHECK_BYTES, check_words, read_check, ready_line
+from motorcade.words.upload import READBACK_REQUEST
 
 DEADLINE_S = 10
 CLASSROOM = built_in_profile("classroom")
 # One state: forward at 200 mm/s for 1 s.
 IMAGE = bytes.fromhex("01000000 64800000")
+OLD = bytes.fromhex("01000000 6D000000")
 OK = b"OK words=2 crc32=fcf9a423\n"
 LARGEST = bytes.fromhex("FFFF0100" + "64800000" * 255 + "C0280000" * 255)
 upload = partial(serial_port.upload, image=IMAGE, baud=115200)
@@ -42,8 +54,12 @@ every_line = pytest.mark.parametrize("kind", [PTY, "tcp"])
 @pytest.fixture(autouse=True)
 def no_pauses(monkeypatch):
     """Before it sends, the uploader lets the line settle; pyserial rests a while after each socket that it closes."""
-    monkeypatch.setattr(serial_port, "_SETTLE_S", 0, raising=False)
+    monkeypatch.setattr(talk, "SETTLE_MS", 0)
     monkeypatch.setattr(protocol_socket, "time", SimpleNamespace(sleep=lambda seconds: None))
+
+
+class OverError(Exception):
+    """The test is over, and nobody talks to the car any more."""
 
 
 class PlayedCar:
@@ -52,6 +68,7 @@ class PlayedCar:
     def __init__(self, kind):
         self._ends = []
         self._scripts = []
+        self._over, self._ending = socket.socketpair()
         if kind == "pty":
             import pty
             import tty
@@ -64,9 +81,15 @@ class PlayedCar:
             self._listener = socket.create_server(("127.0.0.1", 0))
             self.port = f"socket://127.0.0.1:{self._listener.getsockname()[1]}"
 
+    def _wait_for(self, end, why):
+        ready = select.select([end, self._over], [], [], DEADLINE_S)[0]
+        if self._over in ready:
+            raise OverError
+        assert ready, why
+
     def _end(self):
         if not self._ends:
-            assert select.select([self._listener], [], [], DEADLINE_S)[0], "nobody came"
+            self._wait_for(self._listener, "nobody came")
             client, _ = self._listener.accept()
             with client, self._listener:
                 self._ends.append(client.makefile("rwb", buffering=0))
@@ -75,8 +98,11 @@ class PlayedCar:
     def receive(self, count):
         data = b""
         while len(data) < count:
-            assert select.select([self._end()], [], [], DEADLINE_S)[0], f"only {len(data)} bytes came"
-            data += self._end().read(count - len(data))
+            self._wait_for(self._end(), f"only {len(data)} bytes came")
+            came = self._end().read(count - len(data))
+            if not came:
+                raise OverError
+            data += came
         return data
 
     def send(self, data):
@@ -86,18 +112,44 @@ class PlayedCar:
         self._end().close()
 
     def play(self, script):
-        self._scripts.append(threading.Thread(target=script))
+        def acted():
+            with contextlib.suppress(OverError, ValueError):
+                script()
+
+        self._scripts.append(threading.Thread(target=acted))
         self._scripts[-1].start()
 
-    def answer(self, answer, to=IMAGE):
-        """Take ``to`` whole and then send ``answer``."""
-        self.play(lambda: (self.receive(len(to)), self.send(answer)))
+    def answer(self, answer, to):
+        """Answer whatever of the length of ``to`` comes."""
+
+        def script():
+            while True:
+                self.receive(len(to))
+                self.send(answer)
+
+        self.play(script)
+
+    def take(self, *answers, image=IMAGE):
+        """Be a car that knows checks and holds OLD: answer what it is sent with each of ``answers``, then the last."""
+
+        def script():
+            for count in itertools.count():
+                self.get_ready()
+                self.receive(len(image))
+                self.send(answers[min(count, len(answers) - 1)])
+
+        self.play(script)
+
+    def get_ready(self):
+        self.send(ready_line(check_words(*read_check(self.receive(CHECK_BYTES))), OLD))
 
     def close(self):
+        self._ending.close()
         for script in self._scripts:
             script.join(DEADLINE_S)
         for end in self._ends:
             end.close()
+        self._over.close()
 
 
 @pytest.fixture
@@ -134,14 +186,17 @@ def refused(error, action, port, **options):
 
 @every_line
 @pytest.mark.parametrize("image", [IMAGE, LARGEST], ids=["two words", "511 words"])
-def test_a_virtual_car_takes_an_image_and_gives_it_back(kind, image, tmp_path):
+def test_a_virtual_car_takes_an_image_and_gives_it_back(kind, image, tmp_path, monkeypatch):
+    # What follows an image at once the car skips.
+    monkeypatch.setattr(talk, "SETTLE_MS", protocol.SILENCE_MS + 50)
     store = tmp_path / "store.image"
     sent = []
     with virtual_car(kind, store) as port:
         answer = upload(port, image=image, progress=sent.append)
         assert readback(port) == image
     assert answer.startswith(f"OK words={len(image) // 4} crc32=")
-    assert sent == [*range(64, len(image), 64), len(image)]
+    assert sent == sorted(set(sent))
+    assert sent[-1] == len(image)
     assert store.read_bytes() == image
 
 
@@ -149,7 +204,7 @@ def test_a_virtual_car_takes_an_image_and_gives_it_back(kind, image, tmp_path):
 @pytest.mark.parametrize("before", [b"", b"\xff~\x00\x80", b"battery 97 %\nERROR\n", b"\n\n"])
 @pytest.mark.parametrize("end", [b"\n", b"\r\n"])
 def test_a_good_answer_is_found_in_what_else_the_line_brings(car, before, end):
-    car.answer(before + OK.strip() + end)
+    car.take(before + OK.strip() + end)
     assert upload(car.port) == OK.decode().strip()
 
 
@@ -157,14 +212,14 @@ def test_a_good_answer_is_found_in_what_else_the_line_brings(car, before, end):
 def test_an_answer_may_come_byte_by_byte(car, monkeypatch):
     line_class = type(serial.serial_for_url(car.port, do_not_open=True))
     monkeypatch.setattr(line_class, "in_waiting", 0)
-    car.answer(b"boot\n" + OK)
+    car.take(b"boot\n" + OK)
     assert upload(car.port) == OK.decode().strip()
 
 
 @pytest.mark.parametrize("kind", [PTY])
 def test_what_was_on_the_line_before_is_no_answer(car):
     car.send(b"ERR cut off after 3 bytes\n")
-    car.answer(OK)
+    car.take(OK)
     assert upload(car.port) == OK.decode().strip()
 
 
@@ -175,11 +230,11 @@ def test_without_verification_the_bytes_are_sent_and_nothing_is_promised(car):
 
 
 BAD_ANSWERS = {
-    "checksum": (b"OK words=2 crc32=00000000\n", VerificationError, "holds something else than was sent"),
-    "count": (b"OK words=3 crc32=fcf9a423\n", VerificationError, "holds something else than was sent"),
-    "ERR": (b"ERR the image could not be stored\n", VerificationError, "refused: the image could not be stored"),
-    "noise in ERR": (b"ERR \x1b]0;owned\x07\xff\n", VerificationError, "refused: ?]0;owned??"),
-    "busy": (b"ERR busy with another uploader\n", PortBusyError, "is busy with another uploader"),
+    "checksum": (b"OK words=2 crc32=00000000\n", VerificationError, "Something else arrived"),
+    "count": (b"OK words=3 crc32=fcf9a423\n", VerificationError, "Something else arrived"),
+    "changed": (b"ERR the checksum is 0badcafe, fcf9a423 was announced\n", VerificationError, "0badcafe"),
+    "ERR": (b"ERR the image could not be stored\n", RefusedError, "refused: the image could not be stored"),
+    "noise in ERR": (b"ERR \x1b]0;owned\x07\xff\n", RefusedError, "refused: ?]0;owned??"),
     "silent": (b"", NoAnswerError, "no answer within"),
     "half a line": (b"OK words=2 crc32=fcf9", NoAnswerError, "no answer within"),
     "chatter": (b"~~~~~~\n" * 100, NoAnswerError, "no answer within"),
@@ -187,11 +242,17 @@ BAD_ANSWERS = {
 BAD_IMAGES = {
     "silent": (b"", NoAnswerError, "no answer within"),
     "cut off": (IMAGE[:6], NoAnswerError, "stopped after 6 bytes"),
-    "ERR": (b"ERR no image here\n", VerificationError, "no image here"),
+    "ERR": (b"ERR nothing here\n", VerificationError, "nothing here"),
     "busy": (b"ERR busy with another uploader\n", PortBusyError, "busy with another uploader"),
     "chatter": (b"hello, this is no car\n", VerificationError, "no image"),
     "bad word": (bytes.fromhex("01000000 64800001"), VerificationError, "parity is 1"),
 }
+
+
+@pytest.fixture
+def impatient(monkeypatch):
+    monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
+    monkeypatch.setattr(asking, "ANSWER_WITHIN_MS", 200)
 
 
 @every_line
@@ -200,8 +261,37 @@ def test_a_bad_answer_to_an_upload(car, name, monkeypatch):
     answer, error, says = BAD_ANSWERS[name]
     if error is NoAnswerError:
         monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
-    car.answer(answer)
-    assert says in refused(error, upload, car.port)
+    car.take(answer)
+    sentence = refused(error, upload, car.port)
+    assert says in sentence
+    # The car could still say what it holds, and was asked for that.
+    assert "keeps the image that it had" in sentence
+
+
+@every_line
+def test_a_car_that_is_busy_is_not_asked_again(car):
+    car.play(lambda: (car.receive(CHECK_BYTES), car.send(b"ERR busy with another uploader\n")))
+    assert "busy with another uploader" in refused(PortBusyError, upload, car.port)
+
+
+@every_line
+def test_a_car_that_never_answers_is_sent_nothing_that_it_could_hold(car, impatient):
+    sentence = refused(NoAnswerError, upload, car.port)
+    assert "no answer within" in sentence
+    assert "keeps the image that it had" in sentence
+    assert "--no-verify" in sentence
+    requests = [car.receive(CHECK_BYTES) for _ in range(3)]
+    assert {read_check(each)[0] for each in requests} == {0xFCF9A423}
+    assert len(set(requests)) == 3
+
+
+@every_line
+def test_what_arrives_changed_is_sent_again_and_each_try_is_told(car):
+    changed = b"ERR the checksum is 0badcafe, fcf9a423 was announced\n"
+    told = []
+    car.take(changed, changed, OK)
+    assert upload(car.port, retrying=told.append) == OK.decode().strip()
+    assert told == [("sends-again", 2, 3), ("sends-again", 3, 3)]
 
 
 @every_line
@@ -210,37 +300,50 @@ def test_a_bad_answer_to_a_readback(car, name, monkeypatch):
     answer, error, says = BAD_IMAGES[name]
     if error is NoAnswerError:
         monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
-    car.answer(answer, to=b"\x00\x00\x00\xff")
+    car.answer(answer, to=READBACK_REQUEST)
     sentence = refused(error, readback, car.port)
     assert says in sentence
     # Nobody asked the car to take another image.
     assert "keeps the image that it had" not in sentence
 
 
-# pyserial leaves a socket to the garbage collector where the other end has reset it.
-@pytest.mark.filterwarnings("ignore:unclosed <socket:ResourceWarning")
-@every_line
-def test_a_car_that_goes_away_in_the_middle_of_an_upload(car):
-    def unplug(sent):
-        if sent == 64:
-            car.receive(64)
-            car.hang_up()
-
-    assert "went away" in refused(NoAnswerError, upload, car.port, image=LARGEST, progress=unplug)
+@pytest.fixture
+def left_sockets():
+    """pyserial leaves a socket to the garbage collector where the other end has reset it."""
+    yield
+    gc.collect()
 
 
-@every_line
+def hangs_up(test):
+    return pytest.mark.filterwarnings("ignore:unclosed <socket:ResourceWarning")(
+        pytest.mark.usefixtures("left_sockets")(every_line(test))
+    )
+
+
+@hangs_up
+@pytest.mark.parametrize("image", [IMAGE, LARGEST], ids=["two words", "511 words"])
+def test_a_car_that_goes_away_in_the_middle_keeps_what_it_had(car, image):
+    car.play(lambda: (car.get_ready(), car.receive(6), car.hang_up()))
+    # The line has slack: this much is under way when the other end is gone.
+    slow = 9600 if image is LARGEST else 115200
+    sentence = refused(WentAwayError, serial_port.upload, car.port, image=image, baud=slow)
+    assert "went away in the middle" in sentence
+    assert ("keeps the image that it had" in sentence) == (image is LARGEST)
+
+
+@hangs_up
 def test_a_car_that_goes_away_with_the_whole_image_may_hold_it(car):
-    car.play(lambda: (car.receive(len(IMAGE)), car.hang_up()))
-    sentence = refused(NoAnswerError, upload, car.port)
-    assert "went away" in sentence
-    assert "keeps the image that it had" not in sentence
+    car.play(lambda: (car.get_ready(), car.receive(len(IMAGE)), car.hang_up()))
+    sentence = refused(WentAwayError, upload, car.port)
+    assert "holds the image that it had or the new one" in sentence
 
 
-@every_line
+@hangs_up
 def test_a_car_that_goes_away_in_the_middle_of_a_readback(car):
     car.play(lambda: (car.receive(4), car.send(IMAGE[:5]), car.hang_up()))
-    assert "went away" in refused(NoAnswerError, readback, car.port)
+    sentence = refused(WentAwayError, readback, car.port)
+    assert "went away" in sentence
+    assert "image that it had" not in sentence
 
 
 @pytest.mark.parametrize("kind", [PTY])
@@ -248,7 +351,7 @@ def test_a_car_that_goes_away_in_the_middle_of_a_readback(car):
 def test_a_car_that_goes_away_during_any_call_to_its_port(car, monkeypatch, moment):
     call = getattr(serial.Serial, moment)
     monkeypatch.setattr(serial.Serial, moment, lambda *arguments: (car.hang_up(), call(*arguments))[1])
-    assert "went away" in refused(NoAnswerError, upload, car.port)
+    assert "went away" in refused(WentAwayError, upload, car.port)
 
 
 @pytest.mark.parametrize("kind", [PTY])
@@ -292,7 +395,11 @@ def test_a_port_that_somebody_else_has_open_is_busy(car):
     [
         (PortNotFoundError, "There is no port", ["could not open port 'P': FileNotFoundError(2, 'No.', None, 2)"]),
         (PortBusyError, "close the other program", ["could not open port 'P': PermissionError(13, 'No.', None, 5)"]),
-        (PortBusyError, "On Linux join the group", [13, "could not open port P: [Errno 13] Permission denied: 'P'"]),
+        (
+            PortForbiddenError,
+            "On Linux join the group",
+            [13, "could not open port P: [Errno 13] Permission denied: 'P'"],
+        ),
         (PortBusyError, "close the other program", [16, "could not open port P: [Errno 16] Device busy: 'P'"]),
     ],
     ids=["missing, Windows", "in use, Windows", "denied, Linux", "in use, Linux"],
@@ -306,9 +413,20 @@ def test_what_the_system_says_about_a_port_becomes_a_sentence(monkeypatch, error
     assert says in refused(error, readback, "P")
 
 
+FILLED = {"port": "PORT", "detail": "DETAIL", "group": "GROUP", "list": "LIST"}
+
+
 @pytest.mark.parametrize("code", MESSAGES)
-def test_every_failure_has_a_sentence_in_both_languages(code):
-    problem = PortError(code, port="PORT", detail="DETAIL")
+@pytest.mark.parametrize("holds", ["", *HOLDS])
+def test_every_failure_has_its_sentences_in_both_languages(code, holds):
+    problem = PortError(code, **FILLED, holds=holds)
     assert ("PORT" in str(problem)) == ("PORT" in problem.message("zh"))
     assert problem.message("zh").endswith(("。", "？"))
     assert problem.message("en") == str(problem)
+    assert not holds or (HOLDS[holds]["en"] in str(problem) and HOLDS[holds]["zh"] in problem.message("zh"))
+
+
+@pytest.mark.parametrize("reason", RETRIES)
+@pytest.mark.parametrize("language", ["en", "zh"])
+def test_every_further_try_has_a_sentence_in_both_languages(reason, language):
+    assert re.search("2.*3", retry_sentence(talk.Retry(reason, 2, 3), language))

@@ -3,6 +3,7 @@
 import base64
 import json
 import os
+import select
 import sys
 import threading
 from contextlib import contextmanager, suppress
@@ -12,15 +13,16 @@ from starlette.applications import Starlette
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from motorcade.link import serial_port
+from motorcade.link import asking, serial_port, talk
 from motorcade.link.failures import MESSAGES, PortBusyError, PortError
-from motorcade.link.serial_port import PortInfo
-from motorcade.studio import carrier, uploads
+from motorcade.link.ports import BARE, BOARD, PortInfo
+from motorcade.studio import uploads
 from motorcade.studio.settings import Settings
 from motorcade.studio.virtual import VirtualCar
 from motorcade.words import upload as protocol
+from motorcade.words.check import CHECK_BYTES, check_words, read_check, ready_line
+from motorcade.words.upload import CHECK, CarEnd
 from motorcade.words.upload import IMAGE as STORE
-from motorcade.words.upload import CarEnd
 from strategies import CLASSROOM
 
 IMAGE = bytes.fromhex("01000000 64800000")
@@ -32,9 +34,9 @@ POSIX_ONLY = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no 
 @pytest.fixture(autouse=True)
 def no_pauses(monkeypatch) -> None:
     """Lines are quiet here, and cars answer at once or never."""
-    monkeypatch.setattr(serial_port, "_SETTLE_S", 0)
-    monkeypatch.setattr(carrier, "SETTLE_S", 0)
+    monkeypatch.setattr(talk, "SETTLE_MS", 0)
     monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 300)
+    monkeypatch.setattr(asking, "ANSWER_WITHIN_MS", 300)
 
 
 @pytest.fixture
@@ -70,8 +72,8 @@ def failure(told: list[dict]) -> tuple[str, str]:
 
 
 @contextmanager
-def played(monkeypatch, answer: bytes, to: int = len(IMAGE)):
-    """A listed port at which a car takes some bytes and then says something."""
+def played(monkeypatch, answer: bytes):
+    """A listed port at which a car knows checks, takes images of IMAGE's length, and says something to each."""
     import pty
     import tty
 
@@ -79,35 +81,54 @@ def played(monkeypatch, answer: bytes, to: int = len(IMAGE)):
     tty.setraw(other)
     name = os.ttyname(other)
     monkeypatch.setattr(uploads, "ports", lambda: [PortInfo(name, "a board", "")])
+    over, ending = os.pipe()
+
+    def take(count: int) -> bytes:
+        data = b""
+        while len(data) < count and over not in select.select([end, over], [], [])[0]:
+            data += os.read(end, count - len(data))
+        return data
 
     def act() -> None:
-        count = 0
-        while count < to:
-            count += len(os.read(end, 64))
-        os.write(end, answer)
+        while len(request := take(CHECK_BYTES)) == CHECK_BYTES:
+            os.write(end, ready_line(check_words(*read_check(request)), NO_PROGRAM))
+            take(len(IMAGE))
+            os.write(end, answer)
 
     car = threading.Thread(target=act)
     car.start()
     try:
         yield name
     finally:
+        os.close(ending)
         car.join(10)
-        os.close(end)
-        os.close(other)
+        for each in (end, other, over):
+            os.close(each)
 
 
 def test_the_ports_are_those_of_the_computer_and_a_virtual_one(client, monkeypatch) -> None:
-    monkeypatch.setattr(uploads, "ports", lambda: [PortInfo("COM3", "a board", "USB")])
+    board = PortInfo("COM3", "USB Serial", "USB", "CH340", BOARD)
+    monkeypatch.setattr(uploads, "ports", lambda: [board, PortInfo("/dev/ttyS0", "", "", rank=BARE)])
+    # Nothing is mostly at a port of the mainboard, so it comes last.
     assert client.get("/api/ports").json() == [
-        {"port": "COM3", "description": "a board", "kind": "serial"},
+        {"port": "COM3", "description": "CH340 (USB Serial)", "kind": "serial"},
         {"port": "virtual", "description": "", "kind": "virtual"},
+        {"port": "/dev/ttyS0", "description": "", "kind": "serial"},
     ]
+
+
+def progress(told: list[dict]) -> int:
+    """How much was sent at last, where it was ever more."""
+    sent = [each["sent"] for each in told]
+    assert sent == sorted(set(sent))
+    assert {each["of"] for each in told} == {len(LONG)}
+    return sent[-1]
 
 
 def test_the_virtual_car_takes_an_image_and_gives_it_back(client, tmp_path) -> None:
     assert ask(client, port="virtual", readback=True) == [{"outcome": "image", "image": base64_of(NO_PROGRAM)}]
     told = ask(client, port="virtual", image=LONG)
-    assert [each["sent"] for each in told[:-1]] == [*range(64, 1024, 64), 1024]
+    assert progress(told[:-1]) == len(LONG)
     assert told[-1]["outcome"] == "verified"
     assert told[-1]["answer"].startswith("OK words=256 crc32=")
     assert ask(client, port="virtual", readback=True) == [{"outcome": "image", "image": base64_of(LONG)}]
@@ -139,18 +160,23 @@ def test_a_virtual_car_whose_file_is_broken_says_which(client, tmp_path) -> None
 @pytest.mark.parametrize(
     ("answer", "code", "says"),
     [
-        (b"OK words=2 crc32=00000000\n", "mismatch", "something else than was sent"),
+        (b"OK words=2 crc32=00000000\n", "mismatch", "Something else arrived"),
         (b"ERR battery low\n", "refused", "refused: battery low"),
-        (b"ERR busy with another uploader\n", "car-busy", "another uploader"),
         (b"hello\n", "no-answer", "upload without checking"),
     ],
 )
 def test_what_a_car_does_wrong_is_said_in_two_languages(client, monkeypatch, answer, code, says) -> None:
     with played(monkeypatch, answer) as port:
-        told = failure(ask(client, port=port, image=IMAGE))
+        all_told = ask(client, port=port, image=IMAGE)
+    told = failure(all_told)
     assert told[0] == code
     assert says in told[1]
     assert port in told[1]
+    assert "keeps the image that it had" in told[1]
+    retries = [each["retry"] for each in all_told if "retry" in each]
+    assert [(each["number"], each["of"]) for each in retries] == [(2, 3), (3, 3)]
+    assert retries[0]["message"]["zh"].endswith("。")
+    assert "again, 2 of 3" in retries[0]["message"]["en"]
 
 
 @pytest.mark.parametrize(
@@ -176,10 +202,16 @@ def test_what_makes_no_sense_is_refused(client, wanted, code) -> None:
     assert failure(ask(client, **wanted))[0] == code
 
 
-def test_every_failure_of_a_port_has_a_sentence_for_the_page() -> None:
-    for code in MESSAGES:
-        problem = uploads._for_the_page(PortError(code, port="/dev/pts/9", detail="DETAIL"), "virtual")
-        assert "/dev/pts/9" not in problem.message("en") + problem.message("zh")
+@pytest.mark.parametrize("code", MESSAGES)
+def test_every_failure_of_a_port_is_told_by_the_name_that_the_page_knows(client, monkeypatch, code) -> None:
+    def fail(*arguments, **options):
+        raise PortError(code, port="/dev/pts/9", detail="DETAIL", group="GROUP", list="LIST", holds="old")
+
+    monkeypatch.setattr(uploads, "upload", fail)
+    told = ask(client, port="virtual", image=IMAGE)[-1]["error"]
+    assert told["code"] == code
+    assert "/dev/pts/9" not in str(told)
+    assert "keeps the image that it had" in told["message"]["en"]
 
 
 def carry(client, wanted: dict, answers, chunks: list[bytes] | None = None) -> tuple[list[dict], bytes]:
@@ -205,21 +237,25 @@ class Car:
     def __init__(self, held: bytes = NO_PROGRAM):
         self._end = CarEnd()
         self.held = held
+        self.now_ms = 0
 
     def __call__(self, data: bytes):
-        self._end.receive_data(data, 1)
+        self._end.receive_data(data, self.now_ms)
         while event := self._end.next_event():
             if event.kind == STORE:
                 self.held = event.image
-            yield from [event.answer[:5], event.answer[5:]] if event.answer else [self.held]
+            answer = ready_line(event.answer, self.held) if event.kind == CHECK else event.answer
+            yield from [answer[:5], answer[5:]] if answer else [self.held]
 
 
 def test_a_page_with_a_port_of_its_own_only_carries_the_bytes(client) -> None:
     car = Car()
     told, reached = carry(client, {"image": base64_of(LONG)}, car)
-    assert reached == car.held == LONG
-    assert [each["sent"] for each in told[:-1]] == [*range(64, 1024, 64), 1024]
+    assert car.held == LONG
+    assert reached[CHECK_BYTES:] == LONG
+    assert progress(told[:-1]) == len(LONG)
     assert told[-1]["outcome"] == "verified"
+    car.now_ms += protocol.SILENCE_MS
     assert carry(client, {"readback": True}, car)[0] == [{"outcome": "image", "image": base64_of(LONG)}]
 
 

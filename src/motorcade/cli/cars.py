@@ -1,4 +1,4 @@
-"""Commands about cars, simulated and real: simulate, ports, upload, readback, virtual-car.
+"""Commands that are cars: simulate, virtual-car.
 
 Each command imports what it needs when it runs, so that the others start at once.
 """
@@ -17,7 +17,6 @@ from motorcade.cli.failures import UsageError
 from motorcade.cli.options import (
     Json,
     Language,
-    Port,
     ProfileOption,
     Source,
     image_of,
@@ -27,7 +26,6 @@ from motorcade.cli.options import (
     tongue,
     wants_json,
     whole_number,
-    write_file,
 )
 from motorcade.cli.recordings import needs_extra
 
@@ -41,9 +39,6 @@ _SLOW_START_S = 2.0
 def add_to(app: typer.Typer) -> None:
     """Register the commands."""
     app.command("simulate")(simulate_command)
-    app.command("ports")(ports_command)
-    app.command("upload")(upload_command)
-    app.command("readback")(readback_command)
     app.command("virtual-car")(virtual_car_command)
 
 
@@ -130,60 +125,6 @@ def _simulate(
 def _tell_of_compiling() -> None:
     if sys.stderr.isatty():
         print("The simulator is being compiled for this computer, once; that takes up to a minute.", file=sys.stderr)
-
-
-def ports_command(as_json: Json = False) -> None:
-    """List this computer's serial ports."""
-    from motorcade.link.serial_port import ports
-
-    found = ports()
-    if wants_json(as_json):
-        print_json([port._asdict() for port in found])
-    elif not found:
-        print("No serial port is here. Plug the car in, or start `motorcade virtual-car`.")
-    for port in found if not wants_json(as_json) else ():
-        print(f"{port.device}  {port.description}")
-
-
-def upload_command(
-    source: Source,
-    port: Port,
-    no_verify: Annotated[bool, typer.Option("--no-verify", help="For a board that never answers.")] = False,
-    profile: ProfileOption = "classroom",
-    language: Language = "",
-    as_json: Json = False,
-) -> None:
-    """Send a program to the leader and check that it arrived."""
-    from motorcade.console import progress_bar
-    from motorcade.link.serial_port import upload
-
-    image, chosen = image_of(source, profile, tongue(language))
-    with progress_bar("sent", len(image)) as advance:
-        answer = upload(port, image, chosen.serial.baud, verify=not no_verify, progress=advance)
-    if as_json:
-        print_json({"port": port, "bytes": len(image), "verified": not no_verify, "answer": answer})
-    elif no_verify:
-        print(f"{len(image)} bytes to {port}: sent, not verified")
-    else:
-        print(f"{len(image)} bytes to {port}: verified, the car answered {answer}")
-
-
-def readback_command(
-    port: Port,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Write the image's bytes here.")],
-    profile: ProfileOption = "classroom",
-    language: Language = "",
-    as_json: Json = False,
-) -> None:
-    """Fetch the image that a car holds."""
-    from motorcade.link.serial_port import readback
-
-    image = readback(port, profile_named(profile).serial.baud)
-    write_file(output, image)
-    if as_json:
-        print_json({"port": port, "bytes": len(image), "file": str(output)})
-    else:
-        print(f"{len(image)} bytes from {port} are in {output}")
 
 
 def virtual_car_command(

@@ -7,6 +7,9 @@ PORT_NOT_FOUND = 3
 PORT_BUSY = 4
 NO_ANSWER = 5
 VERIFICATION = 6
+PORT_FORBIDDEN = 7
+REFUSED = 8
+WENT_AWAY = 9
 
 
 class UsageError(Exception):
@@ -15,7 +18,16 @@ class UsageError(Exception):
 
 def exit_code(problem: Exception) -> int | None:
     """The exit code for an exception whose text is meant for the user; None for a fault of ours."""
-    from motorcade.link.failures import NoAnswerError, PortBusyError, PortNotFoundError, VerificationError
+    from motorcade.link.failures import (
+        NoAnswerError,
+        PortBusyError,
+        PortForbiddenError,
+        PortNotFoundError,
+        RefusedError,
+        SeveralPortsError,
+        VerificationError,
+        WentAwayError,
+    )
     from motorcade.profile import ProfileError
     from motorcade.program.decompiler import DecompileError
     from motorcade.program.diagnostics import ProgramError
@@ -40,6 +52,10 @@ def exit_code(problem: Exception) -> int | None:
         (PortBusyError, PORT_BUSY),
         (NoAnswerError, NO_ANSWER),
         (VerificationError, VERIFICATION),
+        (PortForbiddenError, PORT_FORBIDDEN),
+        (RefusedError, REFUSED),
+        (WentAwayError, WENT_AWAY),
+        (SeveralPortsError, USAGE),
     )
     return next((code for kind, code in codes if isinstance(problem, kind)), None)
 

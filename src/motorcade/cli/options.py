@@ -35,7 +35,6 @@ Language = Annotated[
 ]
 ExistingFile = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True)]
 Source = Annotated[Path, typer.Argument(metavar="PROJECT|IMAGE", exists=True, dir_okay=False, readable=True)]
-Port = Annotated[str, typer.Option("--port", "-p", help="Such as /dev/ttyUSB0, COM3 or socket://127.0.0.1:7000.")]
 ProfileOption = Annotated[
     str, typer.Option("--profile", help="What the levels mean: a built-in profile's name, or a .toml file.")
 ]

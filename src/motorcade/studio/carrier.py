@@ -1,23 +1,22 @@
 """Uploads through a port of the page's own: its bytes travel over a WebSocket, what they mean stays here."""
 
 import asyncio
+import secrets
 from collections.abc import Callable
 from contextlib import suppress
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 from starlette.websockets import WebSocket
 
-from motorcade.link.failures import NoAnswerError, readback_failure, upload_failure
+from motorcade.link.failures import WentAwayError, readback_failure, retry_sentence, upload_failure
+from motorcade.link.talk import ReadbackTalk, Retry, Talk, UploadTalk
+from motorcade.program.diagnostics import LANGUAGES
 from motorcade.words.ticks import TICKS_MASK
-from motorcade.words.upload import READBACK_REQUEST, SILENCE_MS, Outcome, ReadbackEnd, UploaderEnd
+from motorcade.words.upload import Outcome
 
 WEB_SERIAL = "Web Serial"
-_CHUNK_BYTES = 64
-_BITS_A_BYTE = 10
 _READ_S = 0.02
-SETTLE_S = SILENCE_MS / 1000 + 0.1
-_LONGEST_SETTLE_S = 3.0
 # No board says so much; who does is no board.
 _MOST_BYTES = 1 << 16
 
@@ -42,30 +41,38 @@ class Carrier:
         with suppress(asyncio.CancelledError):
             await self._listening
 
-    async def upload(self, image: bytes, verify: bool) -> str:
-        """The car's answer to ``image``. Raises PortError."""
-        await self._settle()
-        end = UploaderEnd(image, verify)
-        for begin in range(0, len(image), _CHUNK_BYTES):
-            chunk = image[begin : begin + _CHUNK_BYTES]
-            await self._socket.send_bytes(chunk)
-            # As fast as the line, so that progress and the answer's deadline are the line's.
-            await asyncio.sleep(len(chunk) * _BITS_A_BYTE / self._baud)
-            await self._socket.send_json({"sent": begin + len(chunk), "of": len(image)})
-        end.finish_sending(self._now_ms())
-        outcome = await self._outcome(end)
-        if failure := upload_failure(WEB_SERIAL, outcome.kind, outcome.detail):
+    async def upload(self, image: bytes, verify: bool, tell: Callable[[dict[str, Any]], None]) -> str:
+        """The car's answer to ``image``; ``tell`` hears how it goes on. Raises PortError."""
+        talk = UploadTalk(
+            image,
+            self._baud,
+            verify,
+            secrets.randbelow(256),
+            sent=lambda count: tell({"sent": count, "of": len(image)}),
+            retrying=lambda retry: tell(retry_told(retry, len(image))),
+        )
+        outcome = await self._held(talk)
+        if failure := upload_failure(WEB_SERIAL, outcome, talk.holds):
             raise failure
         return str(outcome.detail)
 
     async def readback(self) -> bytes:
         """The car's image. Raises PortError."""
-        await self._settle()
-        await self._socket.send_bytes(READBACK_REQUEST)
-        outcome = await self._outcome(ReadbackEnd(self._now_ms()))
-        if failure := readback_failure(WEB_SERIAL, outcome.kind, outcome.detail):
+        outcome = await self._held(ReadbackTalk(self._baud))
+        if failure := readback_failure(WEB_SERIAL, outcome):
             raise failure
         return bytes(outcome.detail)
+
+    async def _held(self, talk: Talk) -> Outcome:
+        """The outcome of ``talk``."""
+        data = b""
+        while True:
+            message = talk.step(data, int(self._clock() * 1000) & TICKS_MASK)
+            if talk.outcome is not None:
+                return talk.outcome
+            if message:
+                await self._socket.send_bytes(message)
+            data = await self._read(talk)
 
     async def _listen(self) -> None:
         count = 0
@@ -75,28 +82,18 @@ class Carrier:
             self._came.put_nowait(data)
         self._came.put_nowait(None)
 
-    async def _read(self, seconds: float) -> bytes:
-        """The bytes that come next, none where none come in time. Raises NoAnswerError: the page has left."""
+    async def _read(self, talk: Talk) -> bytes:
+        """The bytes that come next, none where none come in time. Raises WentAwayError: the page has left."""
         try:
-            data = await asyncio.wait_for(self._came.get(), seconds)
+            data = await asyncio.wait_for(self._came.get(), min(talk.rest_ms / 1000, _READ_S))
         except TimeoutError:
             return b""
         if data is None:
-            raise NoAnswerError("went-away", port=WEB_SERIAL)
+            raise WentAwayError("went-away", port=WEB_SERIAL, holds=talk.holds)
         return data
 
-    async def _settle(self) -> None:
-        """Wait until the car has forgotten whatever reached it before, and told so."""
-        end_s = self._clock() + _LONGEST_SETTLE_S
-        while await self._read(SETTLE_S) and self._clock() < end_s:
-            pass
 
-    async def _outcome(self, end: UploaderEnd | ReadbackEnd) -> Outcome:
-        outcome: Outcome | None = end.next_event()
-        while outcome is None:
-            end.receive_data(await self._read(_READ_S), self._now_ms())
-            outcome = end.next_event()
-        return outcome
-
-    def _now_ms(self) -> int:
-        return int(self._clock() * 1000) & TICKS_MASK
+def retry_told(retry: Retry, size: int) -> dict[str, Any]:
+    """What a page is told of another try to send ``size`` bytes."""
+    sentences = {language: retry_sentence(retry, language) for language in LANGUAGES}
+    return {"sent": 0, "of": size, "retry": {"number": retry.number, "of": retry.of, "message": sentences}}

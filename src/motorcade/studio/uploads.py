@@ -2,8 +2,8 @@
 
 import asyncio
 import base64
-from collections.abc import Awaitable, Callable
-from contextlib import AbstractContextManager, nullcontext, suppress
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import AbstractContextManager, asynccontextmanager, nullcontext, suppress
 from typing import Any
 
 import msgspec
@@ -13,12 +13,14 @@ from starlette.routing import BaseRoute, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motorcade.link.failures import PortError, PortNotFoundError
-from motorcade.link.serial_port import ports, readback, upload
+from motorcade.link.ports import BARE, PortInfo, ports
+from motorcade.link.serial_port import readback, upload
+from motorcade.link.talk import Retry
 from motorcade.profile import Profile
 from motorcade.program.diagnostics import LANGUAGES
 from motorcade.server.errors import ServerError
 from motorcade.server.http import get
-from motorcade.studio.carrier import WEB_SERIAL, Carrier
+from motorcade.studio.carrier import WEB_SERIAL, Carrier, retry_told
 from motorcade.studio.compiling import profile_named
 from motorcade.studio.errors import MESSAGES, StudioError
 from motorcade.studio.messages import check_image, heard
@@ -51,21 +53,18 @@ class Uploads:
         self._workers = CapacityLimiter(_MOST_AT_ONCE)
 
     def ports(self, _: Request) -> list[Told]:
-        """The ports that there are."""
-        found = [{"port": port.device, "description": port.description, "kind": "serial"} for port in ports()]
-        return [*found, {"port": VIRTUAL, "description": "", "kind": VIRTUAL}]
+        """The ports that there are: the likeliest first, the mainboard's, at which is mostly nothing, last."""
+        found = ports()
+        likely = [_listed(port) for port in found if port.rank != BARE]
+        bare = [_listed(port) for port in found if port.rank == BARE]
+        return [*likely, {"port": VIRTUAL, "description": "", "kind": VIRTUAL}, *bare]
 
     async def serve(self, socket: WebSocket) -> None:
         """One upload or readback through a port of the server; it goes on where the page leaves meanwhile."""
-        told: asyncio.Queue[Told | None] = asyncio.Queue()
 
         async def talk(wanted: Wanted, profile: Profile) -> Told:
-            telling = asyncio.create_task(_tell(socket, told))
-            try:
-                return await to_thread.run_sync(self._talk, wanted, profile, told.put_nowait, limiter=self._workers)
-            finally:
-                told.put_nowait(None)
-                await telling
+            async with _telling(socket) as tell:
+                return await to_thread.run_sync(self._talk, wanted, profile, tell, limiter=self._workers)
 
         await self._answer(socket, talk)
 
@@ -76,7 +75,8 @@ class Uploads:
             async with Carrier(socket, profile.serial.baud, self._settings.clock) as carrier:
                 if wanted.image is None:
                     return _image(await carrier.readback())
-                return _sent(wanted, await carrier.upload(wanted.image, wanted.verify))
+                async with _telling(socket) as tell:
+                    return _sent(wanted, await carrier.upload(wanted.image, wanted.verify, tell))
 
         await self._answer(socket, talk)
 
@@ -89,7 +89,7 @@ class Uploads:
         except ServerError as problem:
             result = _failed(problem)
         except PortError as problem:
-            result = _failed(_for_the_page(problem, wanted.port or WEB_SERIAL))
+            result = _failed(problem, wanted.port or WEB_SERIAL)
         except WebSocketDisconnect:
             return
         with suppress(WebSocketDisconnect):
@@ -105,7 +105,11 @@ class Uploads:
             def progress(sent: int) -> None:
                 from_thread.run_sync(tell, {"sent": sent, "of": size})
 
-            return _sent(wanted, upload(port, wanted.image, profile.serial.baud, wanted.verify, progress))
+            def retrying(retry: Retry) -> None:
+                from_thread.run_sync(tell, retry_told(retry, size))
+
+            baud = profile.serial.baud
+            return _sent(wanted, upload(port, wanted.image, baud, wanted.verify, progress, retrying))
 
     def _port(self, port: str, profile: Profile) -> AbstractContextManager[str]:
         if port == VIRTUAL:
@@ -116,10 +120,26 @@ class Uploads:
         return nullcontext(port)
 
 
-async def _tell(socket: WebSocket, told: asyncio.Queue[Told | None]) -> None:
-    with suppress(WebSocketDisconnect):
-        while message := await told.get():
-            await socket.send_json(message)
+@asynccontextmanager
+async def _telling(socket: WebSocket) -> AsyncIterator[Callable[[Told], None]]:
+    """Something to call with what the page is to hear; the page has heard all when the context is left."""
+    told: asyncio.Queue[Told | None] = asyncio.Queue()
+
+    async def tell() -> None:
+        with suppress(WebSocketDisconnect):
+            while message := await told.get():
+                await socket.send_json(message)
+
+    telling = asyncio.create_task(tell())
+    try:
+        yield told.put_nowait
+    finally:
+        told.put_nowait(None)
+        await telling
+
+
+def _listed(port: PortInfo) -> Told:
+    return {"port": port.device, "description": port.title, "kind": "serial"}
 
 
 def _checked(wanted: Wanted) -> Profile:
@@ -139,17 +159,13 @@ def _image(image: bytes) -> Told:
     return {"outcome": "image", "image": base64.b64encode(image).decode()}
 
 
-def _failed(problem: ServerError | PortError) -> Told:
-    sentences = {language: problem.message(language) for language in LANGUAGES}
-    return {"outcome": "failed", "error": {"code": problem.code, "message": sentences}}
-
-
-def _for_the_page(problem: PortError, port: str) -> StudioError | PortError:
+def _failed(problem: ServerError | PortError, port: str = "") -> Told:
     """The problem in the page's words where the command line's would lead astray, and by the port's name there."""
-    arguments: dict[str, Any] = problem.arguments | {"port": port}
-    if problem.code in MESSAGES:
-        return StudioError(problem.code, **arguments)
-    return PortError(problem.code, **arguments)
+    if isinstance(problem, ServerError):
+        return {"outcome": "failed", "error": problem.as_dict()}
+    problem.arguments["port"] = port
+    sentences = {language: problem.message(language, MESSAGES) for language in LANGUAGES}
+    return {"outcome": "failed", "error": {"code": problem.code, "message": sentences}}
 
 
 def routes(settings: Settings) -> list[BaseRoute]:

@@ -1,0 +1,158 @@
+"""Commands that reach a car through a port: ports, upload, readback.
+
+Each command imports what it needs when it runs, so that the others start at once.
+"""
+
+import sys
+from binascii import crc32
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from motorcade.cli.options import (
+    Json,
+    Language,
+    ProfileOption,
+    Source,
+    image_of,
+    print_json,
+    profile_named,
+    spoken,
+    tongue,
+    wants_json,
+    write_file,
+)
+
+if TYPE_CHECKING:
+    from motorcade.link.ports import PortInfo
+    from motorcade.link.talk import Retry
+
+_QUESTION = {"en": "At which of them is the car", "zh": "小车在哪一个端口"}
+Port = Annotated[
+    str,
+    typer.Option("--port", "-p", help="Such as /dev/ttyUSB0, COM3 or socket://127.0.0.1:7000. Found, unless given."),
+]
+
+
+def add_to(app: typer.Typer) -> None:
+    """Register the commands."""
+    app.command("ports")(ports_command)
+    app.command("upload")(upload_command)
+    app.command("readback")(readback_command)
+
+
+def ports_command(as_json: Json = False) -> None:
+    """List this computer's serial ports, those first at which a car is likely."""
+    from motorcade.link.ports import BARE, ports
+
+    found = ports()
+    if wants_json(as_json):
+        print_json([_as_dict(port) for port in found])
+        return
+    if all(port.rank == BARE for port in found):
+        print("No car is plugged in. Plug one in, or start `motorcade virtual-car`.")
+    for port in found:
+        print(f"{port.device}  {port.title or '(nothing is known to be there)'}")
+
+
+def _as_dict(port: "PortInfo") -> dict[str, str | bool]:
+    return {
+        "device": port.device,
+        "description": port.description,
+        "hardware": port.hardware,
+        "board": port.board,
+    }
+
+
+def upload_command(
+    source: Source,
+    port: Port = "",
+    no_verify: Annotated[bool, typer.Option("--no-verify", help="For a board that never answers.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be sent and where; open nothing.")] = False,
+    profile: ProfileOption = "classroom",
+    language: Language = "",
+    as_json: Json = False,
+) -> None:
+    """Send a program to the leader and check that it arrived."""
+    from motorcade.console import progress_bar
+    from motorcade.link.serial_port import upload
+
+    image, chosen = image_of(source, profile, tongue(language))
+    baud = chosen.serial.baud
+    port = port or _only_port()
+    if dry_run:
+        _tell_plan(port, image, baud, as_json)
+        return
+    with progress_bar("sent", len(image)) as advance:
+        answer = upload(port, image, baud, verify=not no_verify, progress=advance, retrying=_tell_retry)
+    if as_json:
+        print_json({"port": port, "bytes": len(image), "verified": not no_verify, "answer": answer})
+    elif no_verify:
+        print(f"{len(image)} bytes to {port}: sent, not verified")
+    else:
+        print(f"{len(image)} bytes to {port}: verified, the car answered {answer}")
+
+
+def _tell_plan(port: str, image: bytes, baud: int, as_json: bool) -> None:
+    words = len(image) // 4
+    if as_json:
+        checksum = f"{crc32(image):08x}"
+        print_json({"port": port, "bytes": len(image), "words": words, "crc32": checksum, "baud": baud, "sent": False})
+    else:
+        what = f"{len(image)} bytes ({words} words, crc32={crc32(image):08x})"
+        print(f"{what} would go to {port} at {baud} baud; nothing was opened or sent")
+
+
+def readback_command(
+    output: Annotated[Path, typer.Option("-o", "--output", help="Write the image's bytes here.")],
+    port: Port = "",
+    profile: ProfileOption = "classroom",
+    language: Language = "",
+    as_json: Json = False,
+) -> None:
+    """Fetch the image that a car holds."""
+    from motorcade.link.serial_port import readback
+
+    baud = profile_named(profile).serial.baud
+    port = port or _only_port()
+    image = readback(port, baud, _tell_retry)
+    write_file(output, image)
+    if as_json:
+        print_json({"port": port, "bytes": len(image), "file": str(output)})
+    else:
+        print(f"{len(image)} bytes from {port} are in {output}")
+
+
+def _only_port() -> str:
+    """The port at which a car is; of several the one that somebody at a terminal chooses. Raises PortError."""
+    from motorcade.link.failures import SeveralPortsError
+    from motorcade.link.ports import likely_port, ports
+
+    try:
+        port = likely_port(ports())
+    except SeveralPortsError as problem:
+        if not (sys.stdin and sys.stdin.isatty() and sys.stderr.isatty()):
+            raise
+        return _chosen(problem.ports)
+    return port.device
+
+
+def _chosen(ports: list[tuple[str, str]]) -> str:
+    def chosen(answer: str) -> int:
+        if not answer.isdecimal() or not 1 <= int(answer) <= len(ports):
+            raise typer.BadParameter(f"1 … {len(ports)}")
+        return int(answer)
+
+    for number, (device, title) in enumerate(ports, start=1):
+        print(f"{number:3}  {device}  {title}", file=sys.stderr)
+    choice: int = typer.prompt(_QUESTION[spoken()], default="1", value_proc=chosen, err=True)
+    return ports[choice - 1][0]
+
+
+def _tell_retry(retry: "Retry") -> None:
+    from motorcade.link.failures import retry_sentence
+
+    # As the bar, for somebody who waits and looks.
+    if sys.stderr.isatty():
+        print(retry_sentence(retry, spoken()), file=sys.stderr)

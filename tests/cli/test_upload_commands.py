@@ -1,0 +1,329 @@
+"""Commands that reach a car through a port: ports, upload and readback, with their exit codes."""
+
+import contextlib
+import json
+import os
+import socket
+import subprocess
+import sys
+import threading
+
+import pytest
+import serial
+from serial.tools import list_ports
+from serial.tools.list_ports_common import ListPortInfo
+
+from command_line import INSTALLED, PARADE, Terminal, data, refusal, run
+from motorcade.link import asking, talk
+from motorcade.words import upload as protocol
+from motorcade.words.check import CHECK_BYTES, check_words, read_check, ready_line
+
+DEADLINE_S = 10
+IMAGE = bytes.fromhex("01010100 64800000 E4800000")
+OLD = bytes.fromhex("01000000 64800000")
+OK = b"OK words=3 crc32=aaa3b7a2\n"
+posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+
+
+@pytest.fixture(autouse=True)
+def no_settling(monkeypatch):
+    monkeypatch.setattr(talk, "SETTLE_MS", 0)
+
+
+@pytest.fixture
+def image(tmp_path):
+    path = tmp_path / "it.image"
+    path.write_bytes(IMAGE)
+    return path
+
+
+# Which port
+
+
+def a_port(device, vid=None, pid=None, description="n/a"):
+    """A port as pyserial tells of it."""
+    port = ListPortInfo(device)
+    port.description = description
+    if vid:
+        port.vid, port.pid, port.hwid = vid, pid, f"USB VID:PID={vid:04X}:{pid:04X}"
+    return port
+
+
+BARE = a_port("/dev/ttyS0")
+CONVERTER = a_port("/dev/ttyUSB1", 0x1A86, 0x7523, "USB Serial")
+PICO = a_port("/dev/ttyACM0", 0x2E8A, 0x0005, "Board in FS mode")
+STRANGER = a_port("/dev/ttyACM7", 0x1234, 0x0001, "Multimeter")
+
+
+@pytest.fixture
+def plugged_in(monkeypatch):
+    return lambda *found: monkeypatch.setattr(list_ports, "comports", lambda: [*found])
+
+
+def test_ports_lists_those_first_at_which_a_car_is_likely(plugged_in):
+    plugged_in(BARE, STRANGER, CONVERTER, PICO)
+    found = data("ports")
+    assert [port["device"] for port in found] == ["/dev/ttyACM0", "/dev/ttyUSB1", "/dev/ttyACM7", "/dev/ttyS0"]
+    assert found[1] == {
+        "device": "/dev/ttyUSB1",
+        "description": "USB Serial",
+        "hardware": "USB VID:PID=1A86:7523",
+        "board": "CH340",
+    }
+    shown = run("ports", stdout=Terminal()).out.splitlines()
+    assert shown[1] == "/dev/ttyUSB1  CH340 (USB Serial)"
+    assert shown[3].startswith("/dev/ttyS0  ")
+    assert "n/a" not in shown[3]
+
+
+@pytest.mark.parametrize("found", [[], [BARE]])
+def test_where_no_car_is_plugged_in_ports_gives_a_hint(plugged_in, found):
+    plugged_in(*found)
+    assert len(data("ports")) == len(found)
+    assert "`motorcade virtual-car`" in run("ports", stdout=Terminal()).out
+
+
+@pytest.mark.parametrize(
+    ("found", "chosen"),
+    [
+        ([BARE, CONVERTER], "/dev/ttyUSB1"),
+        ([CONVERTER, STRANGER], "/dev/ttyUSB1"),
+        ([STRANGER, BARE], "/dev/ttyACM7"),
+    ],
+)
+def test_the_only_port_at_which_a_car_may_be_needs_no_name(plugged_in, image, found, chosen):
+    plugged_in(*found)
+    assert data("upload", image, "--dry-run", "--json")["port"] == chosen
+
+
+@pytest.mark.parametrize("found", [[], [BARE]])
+def test_no_port_at_which_a_car_may_be_is_exit_code_3(plugged_in, image, tmp_path, found):
+    plugged_in(*found)
+    for command in (("upload", image), ("upload", image, "--dry-run"), ("readback", "-o", tmp_path / "fetched")):
+        assert "No car is found" in refusal(3, *command)
+
+
+def test_of_several_ports_one_must_be_named_where_nobody_can_be_asked(plugged_in, image):
+    plugged_in(CONVERTER, PICO)
+    said = refusal(2, "upload", image)
+    assert "/dev/ttyACM0 (Raspberry Pi Pico (Board in FS mode)), /dev/ttyUSB1 (CH340 (USB Serial))" in said
+    assert "--port" in said
+    assert run("upload", image, "--language", "zh").err.startswith("motorcade: 小车可能在以下任一端口")
+
+
+@pytest.mark.parametrize(
+    ("typed", "chosen"), [("2\n", "/dev/ttyUSB1"), ("\n", "/dev/ttyACM0"), ("5\nx\n2\n", "/dev/ttyUSB1")]
+)
+def test_of_several_ports_somebody_at_a_terminal_chooses(plugged_in, image, typed, chosen):
+    plugged_in(CONVERTER, PICO)
+    ran = run("upload", image, "--dry-run", "--json", typed=typed)
+    assert (ran.code, json.loads(ran.out)["port"]) == (0, chosen)
+    assert "  1  /dev/ttyACM0  Raspberry Pi Pico" in ran.err
+    assert ran.err.count("At which of them is the car") == len(typed.splitlines())
+
+
+def test_a_dry_run_says_what_would_go_where_and_opens_nothing(monkeypatch, image):
+    monkeypatch.setattr(serial, "serial_for_url", None)
+    told = data("upload", image, "--port", "COM9", "--dry-run", "--json")
+    assert told == {"port": "COM9", "bytes": 12, "words": 3, "crc32": "aaa3b7a2", "baud": 115200, "sent": False}
+    said = run("upload", PARADE, "--port", "COM9", "--dry-run").out
+    assert said.startswith("28 bytes (7 words, crc32=")
+    assert "would go to COM9 at 115200 baud; nothing was opened or sent" in said
+
+
+# Upload and readback with a virtual car
+
+
+@contextlib.contextmanager
+def virtual_car(*where):
+    """A virtual car in a process of its own; gives what it printed first."""
+    command = [INSTALLED, "virtual-car", *map(str, where), "--json"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        late = threading.Timer(DEADLINE_S, process.kill)
+        late.start()
+        try:
+            yield json.loads(process.stdout.readline())
+        finally:
+            late.cancel()
+            process.terminate()
+            process.stdout.read()
+
+
+@pytest.mark.parametrize(
+    "where", [pytest.param(["--pty"], marks=posix_only), ["--tcp", "127.0.0.1:0"]], ids=["pty", "tcp"]
+)
+def test_upload_and_readback_with_a_virtual_car(tmp_path, image, where, monkeypatch):
+    # What follows an image at once the car skips.
+    monkeypatch.setattr(talk, "SETTLE_MS", protocol.SILENCE_MS + 50)
+    store, fetched = tmp_path / "car.image", tmp_path / "fetched.image"
+    with virtual_car(*where, "--store", store) as car:
+        assert set(car) == {"port", "store"}
+        port = car["port"]
+        assert (
+            run("upload", image, "--port", port).out == f"12 bytes to {port}: verified, the car answered {OK.decode()}"
+        )
+        uploaded = data("upload", image, "--port", port, "--json")
+        assert uploaded == {"port": port, "bytes": 12, "verified": True, "answer": OK.decode().strip()}
+        assert data("readback", "-p", port, "-o", fetched, "--json") == {
+            "port": port,
+            "bytes": 12,
+            "file": str(fetched),
+        }
+        assert "can't be written" in refusal(2, "readback", "-p", port, "-o", tmp_path / "missing" / "it")
+    assert fetched.read_bytes() == IMAGE
+    assert store.read_bytes() == IMAGE
+
+
+def test_a_project_is_compiled_and_then_uploaded(tmp_path):
+    with virtual_car("--tcp", "127.0.0.1:0", "--store", tmp_path / "car.image") as car:
+        assert "28 bytes" in run("upload", PARADE, "--port", car["port"]).out
+    compiled = tmp_path / "parade.image"
+    assert run("compile", PARADE, "-o", compiled).code == 0
+    assert (tmp_path / "car.image").read_bytes() == compiled.read_bytes()
+
+
+# When the car or its port isn't as it should be
+
+
+@pytest.fixture
+def impatient(monkeypatch):
+    monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 60)
+    monkeypatch.setattr(asking, "ANSWER_WITHIN_MS", 60)
+
+
+@pytest.fixture
+def board():
+    """The client's end of a pseudo-terminal, and its car's end for the test to play."""
+    import pty
+    import tty
+
+    car, client = pty.openpty()
+    tty.setraw(client)
+    with contextlib.ExitStack() as ends:
+        car, client = (ends.enter_context(os.fdopen(end, "r+b", buffering=0)) for end in (car, client))
+        yield car, os.ttyname(client.fileno())
+
+
+@contextlib.contextmanager
+def played(car, answers):
+    """A car that knows checks and holds OLD, says one of ``answers`` to each image, and then hangs up."""
+
+    def get_ready():
+        request = b""
+        while len(request) < CHECK_BYTES:
+            request += car.read(CHECK_BYTES - len(request))
+        car.write(ready_line(check_words(*read_check(request)), OLD))
+
+    def play():
+        for answer in answers:
+            get_ready()
+            taken = 0
+            while taken < len(IMAGE):
+                taken += len(car.read(len(IMAGE) - taken))
+            car.write(answer)
+        if answers[-1] != OK:
+            get_ready()
+
+    player = threading.Thread(target=play, daemon=True)
+    player.start()
+    yield
+    player.join(DEADLINE_S)
+    assert not player.is_alive()
+
+
+@posix_only
+def test_a_silent_board_is_exit_code_5_and_no_verify_promises_nothing(board, image, tmp_path, impatient):
+    _, port = board
+    said = refusal(5, "upload", image, "--port", port)
+    assert "--no-verify" in said
+    assert "keeps the image that it had" in said
+    assert "switched on" in refusal(5, "readback", "--port", port, "-o", tmp_path / "fetched")
+    assert not (tmp_path / "fetched").exists()
+    sent = run("upload", image, "--port", port, "--no-verify")
+    assert (sent.code, sent.out) == (0, f"12 bytes to {port}: sent, not verified\n")
+    told = data("upload", image, "--port", port, "--no-verify", "--json")
+    assert told == {"port": port, "bytes": 12, "verified": False, "answer": "sent, not verified"}
+
+
+CHANGED = b"ERR the checksum is 0badcafe, aaa3b7a2 was announced\n"
+
+
+@posix_only
+@pytest.mark.parametrize(
+    ("answers", "code", "says"),
+    [
+        ([CHANGED] * 3, 6, "Something else arrived"),
+        ([OK.replace(b"a2", b"00")] * 3, 6, "Something else arrived"),
+        ([b"ERR full\n"] * 3, 8, "refused: full"),
+        ([b"ERR the image could not be stored\n"], 8, "could not be stored"),
+    ],
+)
+def test_a_wrong_checksum_and_a_refusal_have_exit_codes_of_their_own(board, image, answers, code, says):
+    car, port = board
+    with played(car, answers):
+        said = refusal(code, "upload", image, "--port", port)
+    assert says in said
+    assert "keeps the image that it had" in said
+
+
+@posix_only
+def test_another_try_is_told_to_somebody_who_waits(board, image):
+    car, port = board
+    with played(car, [CHANGED, OK]):
+        ran = run("upload", image, "--port", port, typed="")
+    assert ran.code == 0
+    assert "Sending it again, 2 of 3." in ran.err
+
+
+def test_a_car_that_leaves_in_the_middle_is_exit_code_9(image):
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+
+        def play():
+            client, _ = listener.accept()
+            with client:
+                client.recv(CHECK_BYTES, socket.MSG_WAITALL)
+
+        player = threading.Thread(target=play)
+        player.start()
+        said = refusal(9, "upload", image, "--port", f"socket://127.0.0.1:{listener.getsockname()[1]}")
+        player.join(DEADLINE_S)
+    assert "went away in the middle" in said
+    assert "keeps the image that it had" in said
+
+
+@posix_only
+def test_a_busy_port_is_exit_code_4(board, image, tmp_path):
+    _, port = board
+    with serial.Serial(port, exclusive=True):
+        assert "is busy" in refusal(4, "upload", image, "--port", port)
+        assert "is busy" in refusal(4, "readback", "--port", port, "-o", tmp_path / "fetched")
+
+
+def test_a_port_that_one_may_not_use_is_exit_code_7(image, monkeypatch):
+    def denied(*arguments, **options):
+        raise serial.SerialException(13, "could not open port P: [Errno 13] Permission denied: 'P'")
+
+    monkeypatch.setattr(serial, "serial_for_url", denied)
+    said = refusal(7, "upload", image, "--port", "P")
+    assert "may not use P" in said
+    assert "usermod -aG dialout $USER" in said
+
+
+def test_a_missing_port_is_exit_code_3(image, tmp_path):
+    for command in (("upload", image), ("readback", "-o", tmp_path / "fetched")):
+        assert "`motorcade ports`" in refusal(3, *command, "--port", "/dev/there-is-none")
+    assert not (tmp_path / "fetched").exists()
+
+
+@pytest.mark.parametrize("language", ["en", "zh"])
+def test_ports_and_images_are_complained_of_in_the_language_that_was_asked_for(tmp_path, language):
+    broken = tmp_path / "broken.image"
+    broken.write_bytes(b"\x01")
+    missing = run("upload", PARADE, "--port", "/dev/there-is-none", "--language", language)
+    fetched = run("readback", "--port", "/dev/there-is-none", "-o", tmp_path / "x", "--language", language)
+    shown = run("inspect", broken, "--language", language)
+    says = {"en": ("There is no port", "1 bytes are"), "zh": ("没有端口 /dev/there-is-none", "1 个字节")}[language]
+    assert says[0] in missing.err
+    assert says[0] in fetched.err
+    assert says[1] in shown.err
+    assert (missing.code, fetched.code, shown.code) == (3, 3, 1)
