@@ -7,7 +7,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from motorcade import __version__
-from motorcade.cli import cars, experiments, recordings, studio, uploads, words
+from motorcade.cli import car, cars, experiments, recordings, studio, uploads, words
 from motorcade.cli.failures import exit_code, sentence
 from motorcade.cli.options import asked, spoken
 
@@ -21,6 +21,7 @@ app = typer.Typer(
 )
 words.add_to(app)
 cars.add_to(app)
+car.add_to(app)
 uploads.add_to(app)
 recordings.add_to(app)
 experiments.add_to(app)

@@ -18,6 +18,9 @@ class UsageError(Exception):
 
 def exit_code(problem: Exception) -> int | None:
     """The exit code for an exception whose text is meant for the user; None for a fault of ours."""
+    from motorcade.boards.errors import GpioForbiddenError, InfraredError, NoGpioError, WatchdogError
+    from motorcade.boards.pins import PinsError
+    from motorcade.boards.voice_map import VoiceError
     from motorcade.link.failures import (
         NoAnswerError,
         PortBusyError,
@@ -43,6 +46,8 @@ def exit_code(problem: Exception) -> int | None:
         (DecompileError, PROGRAM_ERROR),
         (MatError, PROGRAM_ERROR),
         (WorldError, PROGRAM_ERROR),
+        (PinsError, PROGRAM_ERROR),
+        (VoiceError, PROGRAM_ERROR),
         (UsageError, USAGE),
         (WordError, USAGE),
         (StoreError, USAGE),
@@ -53,6 +58,10 @@ def exit_code(problem: Exception) -> int | None:
         (NoAnswerError, NO_ANSWER),
         (VerificationError, VERIFICATION),
         (PortForbiddenError, PORT_FORBIDDEN),
+        (NoGpioError, PORT_NOT_FOUND),
+        (InfraredError, PORT_NOT_FOUND),
+        (WatchdogError, PORT_NOT_FOUND),
+        (GpioForbiddenError, PORT_FORBIDDEN),
         (RefusedError, REFUSED),
         (WentAwayError, WENT_AWAY),
         (SeveralPortsError, USAGE),
