@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from motorcade.cli.addresses import host_and_port
 from motorcade.cli.failures import UsageError
 from motorcade.cli.options import (
     Json,
@@ -25,7 +26,6 @@ from motorcade.cli.options import (
     profile_named,
     tongue,
     wants_json,
-    whole_number,
 )
 from motorcade.cli.recordings import needs_extra
 
@@ -143,7 +143,7 @@ def virtual_car_command(
     chosen = profile_named(profile)
     kept = ImageStore(store or Path(typer.get_app_dir("motorcade")) / "virtual-car.image")
     kept.load()
-    line = TcpPort(*_host_and_port(tcp)) if tcp or (os.name == "nt" and not use_pty) else PseudoTerminal()
+    line = TcpPort(*host_and_port(tcp)) if tcp or (os.name == "nt" and not use_pty) else PseudoTerminal()
     board = VirtualBoard(line, kept, chosen, virtual_car_observer(chosen, as_json), monotonic_clock())
     stopped: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -156,12 +156,3 @@ def virtual_car_command(
         serve(board, line, lambda: bool(stopped))
     finally:
         line.close()
-
-
-def _host_and_port(address: str) -> tuple[str, int]:
-    host, colon, port = address.rpartition(":")
-    host = host.strip("[]")
-    number = whole_number(port, "the port") if colon else -1
-    if not host or not 0 <= number <= 65535:
-        raise UsageError(f"'{address}' is not HOST:PORT, such as 127.0.0.1:7000")
-    return host, number
