@@ -2,22 +2,40 @@
 
 import json
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from commands_page import commands_page
 from wiring_pages import wiring_files
 
+from motorcade.export.targets import TARGETS, export
+from motorcade.export.vocabulary import MOTORCADE
 from motorcade.program.schema import program_schema
 from motorcade.sim.mat.schema import mat_schema
 
 ROOT = Path(__file__).resolve().parent.parent
+
+
+def _exports() -> dict[str, Callable[[], str]]:
+    """The words for other tools, each where its users look for it."""
+    folders = {"c": "firmware/generated/", "markdown": "docs/"}
+    made = {}
+    for target in TARGETS:
+        for name, text in export(target, MOTORCADE).items():
+            place = name.removeprefix("motorcade_") if target == "markdown" else name
+            made[folders.get(target, "export/") + place] = partial(str, text)
+    return made
+
+
 GENERATED = {
     "docs/commands.md": lambda: commands_page("en"),
     "docs/commands.zh.md": lambda: commands_page("zh"),
     "docs/motorcade-mat-1.schema.json": lambda: _json(mat_schema()),
     "docs/motorcade-program-1.schema.json": lambda: _json(program_schema()),
     **wiring_files(),
+    **_exports(),
 }
 
 
@@ -35,7 +53,8 @@ def main() -> int:
             continue
         stale.append(name)
         if not check:
-            path.write_text(text, encoding="utf-8")
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8", newline="\n")
             print(f"wrote {name}")
     if check and stale:
         print(f"Out of date: {', '.join(stale)}. Run `make generate` and commit.")

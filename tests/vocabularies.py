@@ -13,7 +13,7 @@ name = "odd"
 field = [
   {name = "last", width = 1, meaning = "always", values = {1 = "yes"}},
   {name = "level", width = 4, meaning = "one bit, neither the first nor none", one_hot = true, range = [2, 8]},
-  {name = "count", width = 9, meaning = "a length */ \\"quoted\\" /* | <b> ??/ \\\\ 长度", range = [3, 300], unit = "mm"},
+  {name = "count", width = 9, range = [3, 300], unit = "mm", meaning = "long */ \\"so\\" /* | <b> ??/ \\\\ 长度"},
   {name = "present", width = 1, meaning = "whether there is a size", goes_with = "size"},
   {name = "size", width = 17, meaning = "up to a hundred thousand", range = [0, 100000]},
 ]

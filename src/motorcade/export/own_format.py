@@ -71,7 +71,8 @@ class _Reader:
         try:
             self._table = tomllib.loads(text)
         except tomllib.TOMLDecodeError as error:
-            raise FormatFileError(f"{called} is not TOML: {error}") from None
+            reason = str(error).replace("end of document", f"its end, line {len(text.splitlines())}")
+            raise FormatFileError(f"{called} is not TOML: {reason}") from None
         except RecursionError:
             raise FormatFileError(f"{called} is not a format: its lists stand too deep in each other") from None
 

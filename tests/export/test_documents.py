@@ -1,0 +1,205 @@
+"""The JSON Schema, the golden vectors and the pages: what they accept, hold and show."""
+
+import json
+import re
+
+import jsonschema_rs
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motorcade.export.errata import ERRATA
+from motorcade.export.markdown import bit_diagram
+from motorcade.export.targets import TARGETS, export
+from motorcade.export.vocabulary import MOTORCADE, fingerprint_text
+from motorcade.words.field import WordError
+from motorcade.words.formats import DRIVE, format_named
+from motorcade.words.image import parse_image_bytes
+from motorcade.words.infrared import parity_is_even
+from vocabularies import FORMATS, VOCABULARIES
+
+every_vocabulary = pytest.mark.parametrize("vocabulary", VOCABULARIES, ids=lambda each: each.name)
+every_format = pytest.mark.parametrize("word_format", FORMATS, ids=lambda each: each.name)
+
+
+def only_text(target, vocabulary=MOTORCADE):
+    ((_, text),) = export(target, vocabulary).items()
+    return text
+
+
+def encodes(word_format, values):
+    try:
+        return word_format.encode(**values)
+    except WordError:
+        return None
+
+
+# All targets
+
+
+@every_vocabulary
+@pytest.mark.parametrize("target", TARGETS)
+def test_an_export_is_text_that_names_the_fingerprints(vocabulary, target):
+    for name, text in export(target, vocabulary).items():
+        assert name.startswith(f"motorcade_{vocabulary.name}")
+        assert text.endswith("\n")
+        assert not text.endswith("\n\n")
+        assert "\r" not in text
+        for word_format in vocabulary.formats:
+            assert fingerprint_text(word_format).lower() in text.lower()
+        assert export(target, vocabulary)[name] == text
+
+
+# JSON Schema
+
+
+def schema_of(word_format):
+    vocabulary = next(each for each in VOCABULARIES if word_format in each.formats)
+    schema = json.loads(only_text("json-schema", vocabulary))
+    jsonschema_rs.meta.validate(schema)
+    return schema["$defs"][word_format.name] if len(vocabulary.formats) > 1 else schema
+
+
+SCHEMAS = {word_format.name: jsonschema_rs.validator_for(schema_of(word_format)) for word_format in FORMATS}
+
+
+@every_format
+@given(data=st.data())
+def test_the_schema_accepts_just_what_can_be_encoded(word_format, data):
+    values = word_format.decode(word_format.encode())._asdict()
+    for name in data.draw(st.lists(st.sampled_from(list(values)), max_size=4)):
+        field = word_format.field(name)
+        near = st.sampled_from([-1, 0, 1, 2, 4, field.minimum, field.maximum, field.maximum + 1, field.raw_mask + 1])
+        values[name] = data.draw(near | st.integers(-2, field.raw_mask + 2))
+    assert SCHEMAS[word_format.name].is_valid(values) == (encodes(word_format, values) is not None)
+
+
+def test_the_schema_refuses_what_is_missing_misspelt_or_no_whole_number():
+    values = DRIVE.decode(DRIVE.encode())._asdict()
+    whole = jsonschema_rs.validator_for(json.loads(only_text("json-schema")))
+    assert whole.is_valid(values)
+    for wrong in ({"angle": 90}, {**values, "sped": 1}, {**values, "speed": 1.5}, {**values, "speed": "1"}, [], 1):
+        assert not SCHEMAS["drive"].is_valid(wrong)
+        assert not whole.is_valid(wrong)
+
+
+# Golden vectors
+
+
+@every_vocabulary
+def test_the_vectors_hold(vocabulary):
+    document = json.loads(only_text("vectors", vocabulary))
+    formats = {word_format.name: word_format for word_format in vocabulary.formats}
+    words = [*document["words"], *(word for each in document.get("errata", ()) for word in each["words"])]
+    for each in words:
+        word_format = formats[each["format"]]
+        assert word_format.encode(**each["fields"]) == each["word"] == int(each["hex"], 16) == int(each["bytes"], 16)
+        assert word_format.decode(each["word"])._asdict() == each["fields"]
+        assert bool(each["word"] & word_format.reserved_mask) != each["strict"]
+        assert word_format.warnings(each["word"]) == each["warnings"]
+    for each in document["refused_words"]:
+        with pytest.raises(WordError) as caught:
+            formats[each["format"]].decode(each["word"], each["strict"])
+        assert (caught.value.field, caught.value.value) == (each["field"], each["value"])
+    for each in document["refused_fields"]:
+        with pytest.raises(WordError) as caught:
+            formats[each["format"]].encode(**each["fields"])
+        assert (caught.value.field, caught.value.value) == (each["field"], each["value"])
+
+
+@every_format
+def test_the_vectors_meet_every_field_at_its_limits_and_every_bit(word_format):
+    vocabulary = next(each for each in VOCABULARIES if word_format in each.formats)
+    document = json.loads(only_text("vectors", vocabulary))
+    words = [each for each in document["words"] if each["format"] == word_format.name]
+    for field in word_format.fields:
+        seen = {each["fields"][field.name] for each in words}
+        allowed = [raw for raw in range(min(field.raw_mask, 1 << 17) + 1) if field.allows(raw)]
+        assert min(allowed) in seen
+        assert max(seen) == (max(allowed) if field.width <= 17 else field.maximum)
+        if not field.restricted:
+            assert {1 << bit for bit in range(field.width)} <= seen
+    refused = {each["field"] for each in document["refused_words"] if each["format"] == word_format.name}
+    can_be_refused = [field for field in word_format.fields if field.restricted or field.goes_with or field.reserved]
+    assert refused == {field.name for field in can_be_refused}
+    assert len({each["word"] for each in words}) == len(words)
+
+
+def test_the_vectors_hold_images_and_frames():
+    document = json.loads(only_text("vectors"))
+    for each in document["images"]:
+        leader, followers, dwell_level = parse_image_bytes(bytes.fromhex(each["bytes"]))
+        assert [f"0x{word:08X}" for word in leader] == each["leader"]
+        assert [f"0x{word:08X}" for word in followers] == each["followers"]
+        assert dwell_level == each["dwell_level"]
+    assert "02000000658000006a800000" in {each["bytes"] for each in document["images"]}
+    by_word = {each["word"]: each for each in document["infrared"]}
+    # All zeros is the shortest frame, all ones the longest (protocol: 49.84 and 85.68 ms).
+    assert by_word["0x00000000"]["air_us"] == 49_840
+    assert by_word["0xFFFFFFFF"]["air_us"] == 85_680
+    for each in document["infrared"]:
+        assert sum(each["durations_us"]) == each["air_us"]
+        assert parity_is_even(int(each["frame"], 16))
+
+
+def test_the_errata_of_both_seeds_stand_in_the_vectors_with_their_words():
+    document = json.loads(only_text("vectors"))
+    assert [each["where"] for each in document["errata"]] == [erratum.where for erratum in ERRATA]
+    drive = {word["word"]: word["fields"] for each in document["errata"] for word in each["words"]}
+    assert (drive[311209984]["angle"], drive[311209984]["speed"]) == (40, 150)
+    assert drive[313307136]["angle"] == 42
+    assert (drive[310685696]["angle"], drive[310685696]["direction"], drive[310685696]["speed"]) == (40, 0, 150)
+    assert (drive[425803776]["angle"], drive[425803776]["speed"]) == (150, 40)
+    for erratum in ERRATA:
+        for name, word in erratum.words:
+            format_named(name).decode(word)
+
+
+# Pages
+
+
+def test_a_diagram_shows_each_field_at_its_bits():
+    tens, ones, border, boxes, again = bit_diagram(DRIVE).splitlines()
+    assert border == again == "+-------+---------------+-+---------------+---------------------+"
+    assert boxes == "|   A   |       B       |C|       D       |          E          |"
+    for letter, field in zip("ABCDE", DRIVE.fields, strict=True):
+        for bit in (field.high, field.low):
+            column = 2 * (31 - bit) + 1
+            assert int((tens.ljust(65)[column] + ones.ljust(65)[column]).strip()) == bit
+        assert 2 * (31 - field.high) < boxes.index(letter) < 2 * (32 - field.low)
+
+
+def test_32_single_bits_have_letters_of_their_own():
+    bits = next(word_format for word_format in FORMATS if word_format.name == "bits")
+    letters = bit_diagram(bits).splitlines()[3].split("|")[1:-1]
+    assert len(set(letters)) == 32
+
+
+@every_vocabulary
+def test_both_pages_have_a_row_for_each_field(vocabulary):
+    for language, text in zip(("en", "zh"), export("markdown", vocabulary).values(), strict=True):
+        rows = [line for line in text.splitlines() if re.match(r"\| [A-Za-f] \|", line)]
+        fields = [(word_format, field) for word_format in vocabulary.formats for field in word_format.fields]
+        assert len(rows) == len(fields)
+        columns = {len(re.findall(r"(?<!\\)\|", row)) for row in rows}
+        assert columns == {9}
+        for row, (word_format, field) in zip(rows, fields, strict=True):
+            assert f"`{field.name}`" in row
+            if "<" not in field.meaning and "|" not in field.meaning:
+                assert vocabulary.meaning(word_format, field, language) in row
+
+
+def test_every_field_of_motorcades_has_a_chinese_meaning():
+    for word_format in MOTORCADE.formats:
+        for field in word_format.fields:
+            assert re.search("[\u4e00-\u9fff]|LED", MOTORCADE.meaning(word_format, field, "zh"))
+    page = export("markdown", MOTORCADE)["motorcade_words.zh.md"]
+    assert "奇偶校验" in page
+    assert "set on the air" not in page
+
+
+def test_a_table_says_which_fields_depend_on_others():
+    english, chinese = export("markdown", MOTORCADE).values()
+    assert "`dwell` is 0 exactly where `follower_words` is 0." in english
+    assert "Without `motor_enable`, no effect: `motor_direction`, `motor_speed`, `motor_duration`." in english
+    assert "当且仅当 `follower_words` 为 0 时，`dwell` 为 0。" in chinese

@@ -1,0 +1,234 @@
+"""The dissector, run by the real tshark on captures written here; what it prints is compared with Python's."""
+
+import random
+import subprocess
+
+import pytest
+
+from captures import RAW_IP, USER0, segments, write_pcap
+from motorcade.export.targets import export
+from motorcade.words.field import WordError
+from motorcade.words.fingerprint import fingerprint
+from motorcade.words.formats import CONTROL, DRIVE, HEADER
+from motorcade.words.image import ImageError, bytes_to_words, parse_image_bytes, words_to_bytes
+from motorcade.words.upload import READBACK_REQUEST, ok_line
+from vocabularies import VOCABULARIES
+
+PORT = 5005
+GOOD = [0x128CB000, 0x12ACB000, 0x1284B000, 0x19614000, 0x10000000, 0x1B4FF800]
+BAD = [0x1B500000, 0x20000000, 0x00000000, 0xFFFFFFFF, 0x10000001]
+IMAGE = bytes.fromhex("01020200 64800000 80280000 c0280000")
+SEPARATOR = "|"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("dissectors")
+    for vocabulary in VOCABULARIES:
+        for name, text in export("wireshark", vocabulary).items():
+            (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture
+def dissect(tshark, folder, tmp_path):
+    """What tshark prints of chosen fields, a list of texts for each, packet by packet."""
+
+    def run(link_type, packets, fields, *options, vocabulary=VOCABULARIES[0]):
+        path = tmp_path / "capture.pcap"
+        write_pcap(path, link_type, packets)
+        script = f"lua_script:{folder / vocabulary.file_stem}.lua"
+        command = [str(tshark), "-X", script, "-r", str(path), *options, "-T", "fields"]
+        command += ["-E", "occurrence=a", "-E", f"aggregator={SEPARATOR}", "-E", "separator=/t"]
+        for field in fields:
+            command += ["-e", field]
+        ran = subprocess.run(command, capture_output=True, encoding="utf-8", check=False, timeout=300)
+        complaints = [line for line in ran.stderr.splitlines() if line and not line.startswith("Running as user")]
+        assert (ran.returncode, complaints) == (0, [])
+        rows = [line.split("\t") for line in ran.stdout.splitlines()]
+        return [[text.split(SEPARATOR) if text else [] for text in row] for row in rows]
+
+    return run
+
+
+def sentences(word_format, word):
+    """What Python says of a word: the reason to refuse it, and its warnings."""
+    try:
+        word_format.decode(word)
+    except WordError as error:
+        return [str(error), *word_format.warnings(word)]
+    return word_format.warnings(word)
+
+
+def raw_values(word_format, word):
+    return [word >> field.low & field.raw_mask for field in word_format.fields]
+
+
+def filters(word_format, prefix):
+    return [f"{prefix}.{field.name}" for field in word_format.fields]
+
+
+def columns_of(rows, count):
+    """The columns of all packets one behind the other."""
+    return [[text for row in rows for text in row[column]] for column in range(count)]
+
+
+def pieces_of(data, dice):
+    """``data`` cut anywhere: within words, between them, and several words in one piece."""
+    cuts = sorted(dice.sample(range(1, len(data)), dice.randint(0, min(9, len(data) - 1))))
+    return [data[start:end] for start, end in zip([0, *cuts], [*cuts, len(data)], strict=True)]
+
+
+def test_drive_commands_cut_and_joined_anyhow_show_the_fields_that_python_decodes(dissect):
+    dice = random.Random(5)
+    packets, words = [], []
+    for connection in range(150):
+        sent = [dice.choice(GOOD + BAD) if dice.random() < 0.7 else dice.getrandbits(32) for _ in range(8)]
+        words += sent
+        packets += segments(pieces_of(words_to_bytes(tuple(sent)), dice), PORT, client_port=10_000 + connection)
+    fields = ["motorcade_drive.word", *filters(DRIVE, "motorcade_drive"), "_ws.expert.message"]
+    columns = columns_of(dissect(RAW_IP, packets, fields), len(fields))
+    assert [int(text, 16) for text in columns[0]] == words
+    shown = [[int(text) for text in column] for column in columns[1:-1]]
+    assert list(map(list, zip(*shown, strict=True))) == [raw_values(DRIVE, word) for word in words]
+    said = [text for text in columns[-1] if "allowed" in text or "written" in text]
+    assert said == [sentence for word in words for sentence in sentences(DRIVE, word)]
+
+
+def test_a_command_that_is_not_whole_yet_is_not_shown(dissect):
+    data = words_to_bytes((GOOD[0], GOOD[1]))
+    rows = dissect(RAW_IP, segments([data[:4], data[4:7]], PORT), ["motorcade_drive.word"])
+    assert rows == [[["0x128cb000"]], [[]]]
+
+
+def test_what_the_car_answers_is_no_command(dissect):
+    packets = segments([words_to_bytes((GOOD[0],))], PORT, answers=True)
+    assert dissect(RAW_IP, packets, ["motorcade_drive.word"]) == [[[]]]
+
+
+def test_another_port_and_the_other_byte_order_can_be_asked_for(dissect):
+    data = GOOD[0].to_bytes(4, "little") + GOOD[1].to_bytes(4, "little")
+    options = ["-o", "motorcade_drive.port:6000", "-o", "motorcade_drive.little:true"]
+    fields = ["motorcade_drive.word", "motorcade_drive.angle", "motorcade_drive.speed"]
+    (row,) = dissect(RAW_IP, segments([data], 6000), fields, *options)
+    assert row == [["0x128cb000", "0x12acb000"], ["40", "42"], ["150", "150"]]
+    assert dissect(RAW_IP, segments([data], PORT), fields, *options) == [[[], [], []]]
+
+
+def test_refused_words_are_found_by_a_filter(dissect):
+    packets = segments([words_to_bytes((word,)) for word in (GOOD[0], BAD[0], GOOD[1])], PORT)
+    rows = dissect(RAW_IP, packets, ["motorcade_drive.angle"], "-Y", "motorcade_drive.refused")
+    assert rows == [[["181"]]]
+
+
+CONTROL_FIELDS = filters(CONTROL, "motorcade_image.control")
+IMAGE_FIELDS = ["motorcade_image.header.word", "motorcade_image.control.word", *CONTROL_FIELDS, "_ws.expert.message"]
+
+
+def image_row(data):
+    """What is to be seen of an image's whole words, but for what is wrong with it."""
+    words = bytes_to_words(data)
+    columns = zip(*(raw_values(CONTROL, word) for word in words[1:]), strict=True)
+    return [[f"0x{words[0]:08x}"], [f"0x{word:08x}" for word in words[1:]], *([str(r) for r in c] for c in columns)]
+
+
+def test_captured_images_show_every_word(dissect):
+    dice = random.Random(9)
+    images = [IMAGE, bytes.fromhex("00010800 bffff000")]
+    for _ in range(30):
+        leader, followers = dice.randint(1, 6), dice.randint(0, 6)
+        header = HEADER.encode(
+            leader_states=leader, follower_words=followers, dwell=followers and 1 << dice.randint(0, 7)
+        )
+        words = [dice.getrandbits(32) & ~CONTROL.reserved_mask & ~1 for _ in range(leader + followers)]
+        images.append(words_to_bytes((header, *words)))
+        parse_image_bytes(images[-1])
+    rows = dissect(USER0, images, IMAGE_FIELDS)
+    assert [row[:-1] for row in rows] == [image_row(data) for data in images]
+    assert [row[-1] for row in rows] == [[]] * len(images)
+
+
+@pytest.mark.parametrize(
+    ("data", "in_common"),
+    [
+        (IMAGE[:-4], "cut off: its header announces 4 words, 3 are here"),
+        (IMAGE + IMAGE[-4:], "too long: its header announces 4 words, 5 are here"),
+        (bytes.fromhex("00010300 c0000000"), "dwell is 3; allowed: 0, or one of 1, 2, 4, 8, 16, 32, 64, 128"),
+        (bytes.fromhex("01000200 40000000"), "dwell is 2; allowed: 0, as there are no follower words"),
+        (bytes.fromhex("01010000 40000000 80000000"), "dwell is 0; allowed: exactly one bit"),
+        (bytes.fromhex("01000000 40000002"), "reserved is 1; allowed: 0 (reserved)"),
+        (bytes.fromhex("01000000 40000001"), "parity is 1, an image writes 0"),
+    ],
+    ids=["cut off", "too long", "two dwells", "dwell for nobody", "no dwell", "reserved", "parity"],
+)
+def test_an_image_that_is_none_is_told_in_pythons_words(dissect, data, in_common):
+    with pytest.raises(ImageError) as caught:
+        parse_image_bytes(data)
+    assert in_common in str(caught.value)
+    (row,) = dissect(USER0, [data], ["_ws.expert.message"])
+    assert in_common in " ".join(row[0])
+
+
+def test_uploads_over_tcp_and_their_answers_are_seen_where_one_asks_for_it(dissect):
+    dice = random.Random(2)
+    packets = []
+    for connection in range(20):
+        data = READBACK_REQUEST + IMAGE + IMAGE
+        packets += segments(pieces_of(data, dice), 7000, client_port=10_000 + connection)
+        packets += segments([ok_line(IMAGE)], 7000, client_port=10_000 + connection, answers=True)
+    fields = ["motorcade_image.header.leader_states", "motorcade_image.control.word", "motorcade_image.answer"]
+    rows = dissect(RAW_IP, packets, fields, "-d", "tcp.port==7000,motorcade_image")
+    states, words, answers = columns_of(rows, 3)
+    assert states == ["1"] * 40
+    assert words == ["0x64800000", "0x80280000", "0xc0280000"] * 40
+    assert len(answers) == 20
+    assert answers[0].startswith(f"OK words=4 crc32={ok_line(IMAGE).split(b'=')[-1].decode().strip()}")
+
+
+def test_images_of_another_link_type_can_be_asked_for(dissect):
+    option = ["-o", "motorcade_image.user_link:3"]
+    assert dissect(USER0 + 3, [IMAGE], ["motorcade_image.header.dwell"], *option) == [[["2"]]]
+
+
+GARBAGE = [b"", b"\x01", bytes(3), b"GET / HTTP/1.1\r\n\r\n", bytes(range(256)), b"\xff" * 1400]
+
+
+@pytest.mark.parametrize(
+    ("link_type", "options"),
+    [(RAW_IP, []), (RAW_IP, ["-d", f"tcp.port=={PORT},motorcade_image"]), (USER0, [])],
+    ids=["commands", "images over TCP", "images"],
+)
+def test_garbage_is_no_error_of_ours(dissect, link_type, options):
+    packets = GARBAGE
+    if link_type == RAW_IP:
+        packets = [segments([data], PORT, client_port=10_000 + n)[0] for n, data in enumerate(GARBAGE)]
+    rows = dissect(link_type, packets, ["_ws.expert.message", "_ws.lua.text", "_ws.malformed"], *options)
+    assert len(rows) == len(GARBAGE)
+    assert [row for row in rows if "Lua" in str(row) or row[1:] != [[], []]] == []
+
+
+@pytest.mark.parametrize("vocabulary", VOCABULARIES[1:], ids=lambda each: each.name)
+def test_a_format_of_ones_own_is_dissected_where_one_asks_for_it(dissect, vocabulary):
+    (word_format,) = vocabulary.formats
+    dice = random.Random(1)
+    good = word_format.encode()
+    words = [good, *(good ^ 1 << bit for bit in range(32)), *(dice.getrandbits(32) for _ in range(50))]
+    prefix = f"motorcade_{vocabulary.name}"
+    fields = [*filters(word_format, prefix), "_ws.expert.message"]
+    packets = segments(pieces_of(words_to_bytes(tuple(words)), dice), 6000)
+    options = ["-d", f"tcp.port==6000,{prefix}"]
+    columns = columns_of(dissect(RAW_IP, packets, fields, *options, vocabulary=vocabulary), len(fields))
+    shown = [[int(text) for text in column] for column in columns[:-1]]
+    assert list(map(list, zip(*shown, strict=True))) == [raw_values(word_format, word) for word in words]
+    said = [text for text in columns[-1] if "allowed" in text or "written" in text or "no effect" in text]
+    assert said == [sentence for word in words for sentence in sentences(word_format, word)]
+
+
+def test_the_tree_names_the_fingerprint(tshark, folder, tmp_path):
+    write_pcap(tmp_path / "it.pcap", RAW_IP, segments([words_to_bytes((GOOD[0],))], PORT))
+    script = f"lua_script:{folder / 'motorcade_words.lua'}"
+    command = [str(tshark), "-X", script, "-r", str(tmp_path / "it.pcap"), "-O", "motorcade_drive"]
+    shown = subprocess.check_output(command, encoding="utf-8", stderr=subprocess.DEVNULL, timeout=300)
+    assert f"fingerprint 0x{fingerprint(DRIVE):08X}" in shown
+    assert "= angle: 40 deg" in shown
+    assert "= code: speed and direction (1)" in shown
