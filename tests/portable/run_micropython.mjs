@@ -6,7 +6,7 @@ import { loadMicroPython } from "@micropython/micropython-webassembly-pyscript/m
 const HERE = new URL("./", import.meta.url);
 const SOURCE = new URL("../../src/motorcade/", import.meta.url);
 // Folders of the house, and those of their files that need NumPy or a computer.
-const ROOMS = { words: ["bulk.py"], car: [], "boards/on_chip": [] };
+const ROOMS = { words: ["bulk.py"], car: [], "car/check": [], "boards/on_chip": [] };
 const FILES = ["boards/__init__.py", "boards/micropython.py", "boards/voice.py"];
 // MicroPython searches this folder of its in-memory filesystem.
 const LIBRARY = "/lib";
@@ -34,7 +34,7 @@ function installMotorcade(fs) {
   const modules = paths.map((path) => copy(fs, new URL(path, SOURCE), `motorcade/${path}`));
   // The real one finds the public names with CPython's importlib.
   fs.writeFile(`${LIBRARY}/motorcade/__init__.py`, "");
-  return modules.filter((name) => !name.endsWith("__init__"));
+  return modules.map((name) => name.replace(".__init__", ""));
 }
 
 const [wanted, ...given] = process.argv.slice(2);

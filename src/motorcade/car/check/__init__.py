@@ -1,0 +1,50 @@
+"""Whether a board keeps the contract of `motorcade.car.board`: for whoever writes one for other hardware.
+
+Portable: it runs on the board itself too. Lift the wheels off the ground first.
+"""
+
+# For the type checker alone: MicroPython has no typing.
+MYPY = False
+if MYPY:
+    from collections.abc import Callable
+    from typing import Any
+
+from motorcade.car.check.clock import check_clock
+from motorcade.car.check.infrared import check_hearing, check_sending
+from motorcade.car.check.parts import check_actuators, check_attributes, check_line, check_methods, check_sensors
+from motorcade.car.check.probe import Probe
+from motorcade.car.check.store import check_store
+
+
+def check_board(
+    board: "Any",
+    reopen: "Callable[[], Any] | None" = None,
+    wait_ms: "Callable[[int], Any] | None" = None,
+    hear: "Callable[[int], Any] | None" = None,
+    say: "Callable[[bytes], Any] | None" = None,
+) -> list[str]:
+    """What breaks the contract of a board, a sentence each; an empty list where nothing does.
+
+    The wheels turn for moments, LEDs flash, a frame is sent, and images are stored; at the end the image
+    that was there is stored again (the empty one where there was none).
+
+    Args:
+        board: as it would be given to `motorcade.car.loop.Car`.
+        reopen: makes the board anew on the same store, as switching it off and on does. With it the image is
+            looked for in what outlives a cut of power, else in ``board``.
+        wait_ms: lets so many milliseconds pass; needed where the board's clock is simulated. Else its clock is watched.
+        hear: makes an infrared frame (32 bits) reach the board, where you can, such as by a second car.
+        say: sends bytes to the board's serial line, where you can.
+    """
+    probe = Probe(board, wait_ms)
+    check_attributes(probe)
+    if not check_methods(probe) or not check_clock(probe):
+        return probe.breaches
+    check_sensors(probe)
+    check_line(probe, say)
+    check_actuators(probe)
+    check_sending(probe)
+    if hear is not None:
+        check_hearing(probe, hear)
+    check_store(probe, reopen)
+    return probe.breaches

@@ -1,0 +1,116 @@
+"""What a board is, senses and does: attributes, methods, and the types of their answers.
+
+Portable.
+"""
+
+# For the type checker alone: MicroPython has no typing.
+MYPY = False
+if MYPY:
+    from collections.abc import Callable
+    from typing import Any
+
+from motorcade.car.brain import (
+    AVOID_RADII_MM,
+    DURATIONS_MS,
+    DWELLS_MS,
+    GAP_MS,
+    NO_LED,
+    RIGHT,
+    SENSE_MS,
+    VOICE_GO,
+)
+from motorcade.car.check.probe import BoardFailedError, Probe, brief, is_count
+from motorcade.words.image import ImageError, parse_image_bytes
+
+METHODS = ("now_ms", "load_image", "store_image", "read_serial", "write_serial", "received_frames", "senses_carrier")
+METHODS += ("is_sending", "send_frame", "obstacle_mm", "sees_person", "heard_voice", "set_wheels", "set_led", "note")
+_MAY_BE_0 = (DURATIONS_MS, GAP_MS, SENSE_MS)
+_NOTES = (("image", 8), ("state", 3), ("start", 0), ("over", 0), ("frame", 0), ("heard", 0), ("lost", "parity"))
+_WORD = 0xE4800000
+# No image begins like this, and no answer to an upload.
+_SAID = b"check\n"
+_WITHIN_MS = 500
+_PAUSE_MS = 5
+
+
+def check_attributes(probe: Probe) -> None:
+    """Note what is wrong with number, is_leader and levels."""
+    number, is_leader, levels = [getattr(probe.board, name, None) for name in ("number", "is_leader", "levels")]
+    if not is_count(number, 0xFFFFFFFF):
+        probe.breach(f"number is {brief(number)}; it has to be a whole number from 0 to 4294967295")
+    if is_leader not in (True, False):
+        probe.breach(f"is_leader is {brief(is_leader)}; it has to be True or False")
+    if not isinstance(levels, tuple) or len(levels) != SENSE_MS + 1 or not all(is_count(each) for each in levels):
+        probe.breach(f"levels is {brief(levels)}; it has to be the tuple that motorcade.car.board.make_levels gives")
+        return
+    zeros = [place for place in range(len(levels)) if levels[place] == 0 and place not in _MAY_BE_0]
+    falls = [list(each) != sorted(each) for each in (levels[DURATIONS_MS:DWELLS_MS], levels[DWELLS_MS:AVOID_RADII_MM])]
+    if zeros or True in falls:
+        probe.breach(f"levels is {levels!r}; its times are 0 or fall where they can't: make it with make_levels")
+
+
+def check_methods(probe: Probe) -> bool:
+    """Note which methods of the contract are missing; False where some are."""
+    missing = [name for name in METHODS if not callable(getattr(probe.board, name, None))]
+    for name in missing:
+        probe.breach(f"it has no method {name}; derive it from motorcade.car.board.Board, which has them all")
+    return not missing
+
+
+def check_sensors(probe: Probe) -> None:
+    """Note sensors whose answers are of the wrong kind or told twice."""
+    for name in ("senses_carrier", "is_sending", "sees_person"):
+        probe.answer(name, lambda value: isinstance(value, int) and 0 <= value <= 1, "True or False")
+    where_free = "NOTHING_IN_SIGHT_MM of motorcade.car.board where nothing is there"
+    probe.answer("obstacle_mm", is_count, f"whole millimetres, an int; {where_free}")
+    voices = "NO_VOICE, VOICE_STOP or VOICE_GO of motorcade.car.brain: 0, 1 or 2"
+    heard = probe.answer("heard_voice", _is_voice, voices)
+    if heard and probe.answer("heard_voice", _is_voice, voices) == heard:
+        probe.breach(f"heard_voice() gave {heard} twice; what was said is told once, and then NO_VOICE")
+
+
+def check_line(probe: Probe, say: "Callable[[bytes], Any] | None") -> None:
+    """Note what is wrong with the serial line. ``say`` sends bytes to it."""
+    bytes_or_none = "bytes, and b'' where none came"
+    probe.answer("read_serial", lambda value: type(value) is bytes, bytes_or_none)
+    probe.act("write_serial", b"ERR only a check of this board\n")
+    if say is None:
+        return
+    came = b""
+    try:
+        while probe.call("read_serial"):
+            probe.wait(_PAUSE_MS)
+        say(_SAID)
+        for _ in range(_WITHIN_MS // _PAUSE_MS):
+            came += probe.answer("read_serial", lambda value: type(value) is bytes, bytes_or_none) or b""
+            probe.wait(_PAUSE_MS)
+    except BoardFailedError:
+        return
+    if came != _SAID:
+        probe.breach(f"read_serial() gave {brief(came)} in all where {_SAID!r} was sent; each byte is told once")
+
+
+def check_actuators(probe: Probe) -> None:
+    """Note wheels, LEDs and notes that don't take every value."""
+    for direction in range(RIGHT + 1):
+        for speed_level in range(4):
+            probe.act("set_wheels", direction, speed_level)
+    probe.act("set_wheels", 0, 0)
+    for which in range(NO_LED + 1):
+        probe.act("set_led", which)
+    for kind, detail in _NOTES:
+        probe.act("note", kind, 0, _WORD, detail)
+
+
+def is_image_or_none(value: object) -> bool:
+    """Whether ``value`` is None or an image's bytes."""
+    if value is None:
+        return True
+    try:
+        return type(value) is bytes and bool(parse_image_bytes(value))
+    except ImageError:
+        return False
+
+
+def _is_voice(value: object) -> bool:
+    return is_count(value, VOICE_GO)
