@@ -7,7 +7,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from motorcade import __version__
-from motorcade.cli import car, cars, experiments, recordings, studio, uploads, words
+from motorcade.cli import car, cars, experiments, exports, recordings, studio, uploads, words
 from motorcade.cli.failures import exit_code, sentence
 from motorcade.cli.options import asked, spoken
 
@@ -20,6 +20,7 @@ app = typer.Typer(
     add_completion=False,
 )
 words.add_to(app)
+exports.add_to(app)
 cars.add_to(app)
 car.add_to(app)
 uploads.add_to(app)

@@ -21,6 +21,8 @@ def exit_code(problem: Exception) -> int | None:
     from motorcade.boards.errors import GpioForbiddenError, InfraredError, NoGpioError, WatchdogError
     from motorcade.boards.pins import PinsError
     from motorcade.boards.voice_map import VoiceError
+    from motorcade.export.own_format import FormatFileError
+    from motorcade.export.targets import TargetError
     from motorcade.link.failures import (
         NoAnswerError,
         PortBusyError,
@@ -48,7 +50,9 @@ def exit_code(problem: Exception) -> int | None:
         (WorldError, PROGRAM_ERROR),
         (PinsError, PROGRAM_ERROR),
         (VoiceError, PROGRAM_ERROR),
+        (FormatFileError, PROGRAM_ERROR),
         (UsageError, USAGE),
+        (TargetError, USAGE),
         (WordError, USAGE),
         (StoreError, USAGE),
         (OSError, USAGE),
