@@ -52,7 +52,7 @@ class Watchdog:
 
 @asynccontextmanager
 async def kept(drive: Drive) -> AsyncIterator[None]:
-    """Beats while the block runs, watched over; however it ends, the wheels then stand still and the board is closed."""
+    """Beats while the block runs, watched over; however it ends, the wheels then stand still, the board closed."""
     drive.beat()
     with Watchdog(drive):
         beating = asyncio.ensure_future(_beat(drive))
