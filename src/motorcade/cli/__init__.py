@@ -7,7 +7,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from motorcade import __version__
-from motorcade.cli import car, cars, experiments, exports, recordings, studio, uploads, words
+from motorcade.cli import car, cars, drive, experiments, exports, recordings, studio, uploads, words
 from motorcade.cli.failures import exit_code, sentence
 from motorcade.cli.options import asked, spoken
 
@@ -26,6 +26,7 @@ car.add_to(app)
 uploads.add_to(app)
 recordings.add_to(app)
 experiments.add_to(app)
+drive.add_to(app)
 studio.add_to(app)
 
 
