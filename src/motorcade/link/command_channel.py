@@ -79,10 +79,10 @@ class CommandChannel(Guest, asyncio.BufferedProtocol):
         self._rest = bytes(data[whole * _WORD_BYTES :])
         # Behind a full buffer lie newer ones.
         is_newest = whole > 0 and nbytes < _BUFFER_BYTES
-        if self.seat:
-            self.seat.counts.superseded += whole - is_newest
         if is_newest:
             self._take(self._unpack(data, (whole - 1) * _WORD_BYTES)[0])
+        if self.seat:
+            self.seat.counts.superseded += whole - is_newest
 
     def sit(self) -> "Seat":
         """Take a seat, if it has none yet. Raises DriveError where there is none."""
