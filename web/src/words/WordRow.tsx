@@ -1,7 +1,8 @@
 import { memo, useEffect, useRef } from "react";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord, Field, Profile } from "../api/types";
-import { bitsOf, groupOf, isLit } from "./bits";
+import { showBlock } from "../blocks/workspaces";
+import { bitsOf, blockOf, groupOf, isLit } from "./bits";
 import { fieldMeaning } from "./meaning";
 
 /** Where in the table the user is. */
@@ -20,12 +21,18 @@ interface WordRowProps {
   lit: ReadonlySet<string>;
   /** The user's place where it is in this row. */
   place: Place | null;
-  onLead: (place: Place) => void;
   onPlace: (place: Place) => void;
 }
 
+/** To the block that a field comes from. */
+export function leadToBlock(word: CompiledWord, field: string): void {
+  const block = blockOf(word, field);
+  if (word.part !== "header" && block) showBlock(word.part, block);
+}
+
+/** Made anew only where its word, or what is lit of it, changes: its many labels cost more than all the rest. */
 export const WordRow = memo(function WordRow(props: WordRowProps) {
-  const { index, word, fields, profile, lit, place, onLead, onPlace } = props;
+  const { index, word, fields, profile, lit, place, onPlace } = props;
   const { t } = useTranslation();
   const row = useRef<HTMLDivElement>(null);
   const active = place && Math.min(place.field, fields.length - 1);
@@ -53,7 +60,10 @@ export const WordRow = memo(function WordRow(props: WordRowProps) {
           aria-label={fieldMeaning(word, field, profile)}
           // The style sheet shows the bits: read out, they would drown what they mean.
           data-bits={bitsOf(word, field)}
-          onClick={() => onLead({ row: index, field: at })}
+          onClick={() => {
+            onPlace({ row: index, field: at });
+            leadToBlock(word, field.name);
+          }}
           onPointerEnter={() => onPlace({ row: index, field: at })}
           onFocus={() => onPlace({ row: index, field: at })}
         />

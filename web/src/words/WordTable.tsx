@@ -2,11 +2,11 @@ import { useEffect, useRef, useState, type KeyboardEvent } from "react";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord, EditorName, Field, Formats, Profile } from "../api/types";
 import { useStudio } from "../app/store";
-import { showBlock, withInner } from "../blocks/workspaces";
-import { blockOf, spansOf } from "./bits";
+import { withInner } from "../blocks/workspaces";
+import { hasBlockIn, spansOf } from "./bits";
 import { fieldMeaning } from "./meaning";
 import { useRows } from "./rows";
-import { WordRow, type Place } from "./WordRow";
+import { leadToBlock, WordRow, type Place } from "./WordRow";
 
 interface WordTableProps {
   words: readonly CompiledWord[];
@@ -43,12 +43,6 @@ export function WordTable({ words, formats, profile }: WordTableProps) {
     // eslint-disable-next-line react-hooks/exhaustive-deps
   }, [editor, [...blocks][0]]);
 
-  const lead = (at: Place) => {
-    const chosen = words[at.row]!;
-    const block = blockOf(chosen, fieldsOf(formats, chosen)[at.field]!.name);
-    setPlace(at);
-    if (chosen.part !== "header" && block) showBlock(chosen.part, block);
-  };
   const walk = (event: KeyboardEvent) => {
     const steps: Record<string, [rows: number, fields: number]> = {
       ArrowDown: [1, 0],
@@ -60,7 +54,7 @@ export function WordTable({ words, formats, profile }: WordTableProps) {
       Home: [0, -99],
       End: [0, 99],
     };
-    if (event.key === "Enter" || event.key === " ") lead({ row, field: fieldsOf(formats, word).indexOf(field) });
+    if (event.key === "Enter" || event.key === " ") leadToBlock(word, field.name);
     const step = steps[event.key];
     if (step || event.key === " ") event.preventDefault();
     if (!step) return;
@@ -89,9 +83,8 @@ export function WordTable({ words, formats, profile }: WordTableProps) {
                 word={each}
                 fields={fieldsOf(formats, each)}
                 profile={profile}
-                lit={each.part === editor ? blocks : NOTHING}
+                lit={each.part === editor && hasBlockIn(each, blocks) ? blocks : NOTHING}
                 place={first + index === row ? place : null}
-                onLead={lead}
                 onPlace={setPlace}
               />
             ))}

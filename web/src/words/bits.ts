@@ -39,12 +39,24 @@ export function blockOf(word: CompiledWord, field: string): string | null {
   return word.fields_of?.[field] ?? word.block;
 }
 
+export function hasBlockIn(word: CompiledWord, blocks: ReadonlySet<string>): boolean {
+  return [word.block, ...Object.values(word.fields_of ?? {})].some((block) => block !== null && blocks.has(block));
+}
+
 /** Whether the field is there because of one of these blocks: its bits light up with them. */
 export function isLit(word: CompiledWord, field: string, blocks: ReadonlySet<string>): boolean {
   const group = groupOf(field);
   if (group === "reserved" || group === "parity" || blocks.size === 0) return false;
   const block = blockOf(word, field);
   return block !== null && blocks.has(block);
+}
+
+const sameWord = (a: CompiledWord | undefined, b: CompiledWord) =>
+  a?.hex === b.hex && a.part === b.part && a.block === b.block && JSON.stringify(a.fields_of) === JSON.stringify(b.fields_of);
+
+/** The new words, but the old objects where nothing changed: what shows them need not be made anew. */
+export function sharedWords(before: readonly CompiledWord[], now: readonly CompiledWord[]): CompiledWord[] {
+  return now.map((word, place) => (sameWord(before[place], word) ? before[place]! : word));
 }
 
 export interface Span {

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { CompiledWord, Field, Formats } from "../api/types";
-import { bitsOf, blockOf, isLit, spansOf } from "./bits";
+import { bitsOf, blockOf, isLit, sharedWords, spansOf } from "./bits";
 import { wordsCsv } from "./csv";
 
 const field = (name: string, high: number, low = high): Field => ({ name, high, low, title: { en: name, zh: name } });
@@ -47,6 +47,15 @@ describe("bits", () => {
       ["reserved", 1],
       ["parity", 1],
     ]);
+  });
+});
+
+describe("words after an edit", () => {
+  it("are the same objects where they are the same words of the same blocks", () => {
+    const now = [structuredClone(word), { ...word, hex: "b0200003" }, { ...word, block: "other" }, structuredClone(word)];
+    const shared = sharedWords([word, word, word], now);
+    expect(shared).toEqual(now);
+    expect(shared.map((each) => each === word)).toEqual([true, false, false, false]);
   });
 });
 
