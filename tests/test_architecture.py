@@ -41,7 +41,7 @@ ARROWS = {
         "studio",
         "__version__",
     ),
-    "__init__": ("words", "profile", "program", "sim", "runs"),
+    "__init__": ("words", "car.check", "profile", "program", "sim", "runs"),
     "__main__": ("cli",),
 }
 

@@ -14,6 +14,7 @@ PUBLIC = {
     "programs": ["Compiled", "Followers", "Program", "ProgramError", "compile_program", "decompile", "read_program"],
     "steps": ["avoid", "forward", "led", "left", "pir", "repeat", "right", "together", "voice", "wait", "wander"],
     "mats": ["Mat", "Physics", "Pose", "formation", "open_table", "read_mat"],
+    "boards": ["check_board"],
     "cars": ["Profile", "load_profile", "World", "simulate", "show"],
 }
 NAMES = sorted(["__version__", *(name for names in PUBLIC.values() for name in names)])

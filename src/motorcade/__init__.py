@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from motorcade.car.check import check_board as check_board
     from motorcade.profile import Profile as Profile
     from motorcade.profile import load_profile as load_profile
     from motorcade.program.compiler import Compiled as Compiled
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOMES = {
+    "motorcade.car.check": ("check_board",),
     "motorcade.profile": ("Profile", "load_profile"),
     "motorcade.program.compiler": ("Compiled", "compile_program"),
     "motorcade.program.decompiler": ("decompile",),

@@ -15,6 +15,7 @@ from simulated.pio import Rp2
 
 from motorcade.boards.on_chip.power_on import SETTINGS_FILE, Modules, load_settings, open_board
 from motorcade.car.loop import Car
+from motorcade.words.infrared import frame_durations_us
 from motorcade.words.ticks import TICKS_MASK
 
 SECONDS = 60
@@ -68,6 +69,10 @@ class Bench:
     def hear(self, at_us, durations_us):
         """Infrared of somebody else, mark by space, begins at ``at_us``."""
         self.chip.at(at_us, self.air.pulses, at_us, durations_us)
+
+    def hear_frame(self, frame):
+        """Another car sends ``frame`` now."""
+        self.hear(self.chip.now_us, frame_durations_us(frame))
 
     def say(self, at_us, data):
         """The voice module says something."""

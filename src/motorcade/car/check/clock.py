@@ -17,7 +17,7 @@ _NEAR_MS = 1000
 def check_clock(probe: Probe) -> bool:
     """Note what is wrong with the clock; False where nothing else can be timed by it."""
     try:
-        return _readings_fit(probe) and _wraps(probe) and _goes_on(probe)
+        return _readings_fit(probe) and _goes_on(probe) and _wraps(probe)
     except BoardFailedError:
         return False
 

@@ -22,7 +22,15 @@ from motorcade.car.brain import (
 from motorcade.car.check.probe import BoardFailedError, Probe, brief, is_count
 from motorcade.words.image import ImageError, parse_image_bytes
 
-METHODS = ("now_ms", "load_image", "store_image", "read_serial", "write_serial", "received_frames", "senses_carrier")
+METHODS: tuple[str, ...] = (
+    "now_ms",
+    "load_image",
+    "store_image",
+    "read_serial",
+    "write_serial",
+    "received_frames",
+    "senses_carrier",
+)
 METHODS += ("is_sending", "send_frame", "obstacle_mm", "sees_person", "heard_voice", "set_wheels", "set_led", "note")
 _MAY_BE_0 = (DURATIONS_MS, GAP_MS, SENSE_MS)
 _NOTES = (("image", 8), ("state", 3), ("start", 0), ("over", 0), ("frame", 0), ("heard", 0), ("lost", "parity"))
@@ -33,8 +41,8 @@ _WITHIN_MS = 500
 _PAUSE_MS = 5
 
 
-def check_attributes(probe: Probe) -> None:
-    """Note what is wrong with number, is_leader and levels."""
+def check_attributes(probe: Probe) -> bool:
+    """Note what is wrong with number, is_leader and levels; False where the levels can't be used."""
     number, is_leader, levels = [getattr(probe.board, name, None) for name in ("number", "is_leader", "levels")]
     if not is_count(number, 0xFFFFFFFF):
         probe.breach(f"number is {brief(number)}; it has to be a whole number from 0 to 4294967295")
@@ -42,11 +50,13 @@ def check_attributes(probe: Probe) -> None:
         probe.breach(f"is_leader is {brief(is_leader)}; it has to be True or False")
     if not isinstance(levels, tuple) or len(levels) != SENSE_MS + 1 or not all(is_count(each) for each in levels):
         probe.breach(f"levels is {brief(levels)}; it has to be the tuple that motorcade.car.board.make_levels gives")
-        return
+        return False
     zeros = [place for place in range(len(levels)) if levels[place] == 0 and place not in _MAY_BE_0]
     falls = [list(each) != sorted(each) for each in (levels[DURATIONS_MS:DWELLS_MS], levels[DWELLS_MS:AVOID_RADII_MM])]
     if zeros or True in falls:
         probe.breach(f"levels is {levels!r}; its times are 0 or fall where they can't: make it with make_levels")
+        return False
+    return True
 
 
 def check_methods(probe: Probe) -> bool:
@@ -74,7 +84,7 @@ def check_line(probe: Probe, say: "Callable[[bytes], Any] | None") -> None:
     bytes_or_none = "bytes, and b'' where none came"
     probe.answer("read_serial", lambda value: type(value) is bytes, bytes_or_none)
     probe.act("write_serial", b"ERR only a check of this board\n")
-    if say is None:
+    if say is None or probe.blames("read_serial"):
         return
     came = b""
     try:

@@ -46,6 +46,10 @@ class Probe:
         if sentence not in self.breaches:
             self.breaches.append(sentence)
 
+    def blames(self, name: str) -> bool:
+        """Whether a breach of that method is noted: more of the same would tell its author nothing."""
+        return any(sentence.startswith(name) for sentence in self.breaches)
+
     def call(self, name: str, *arguments: object) -> "Any":
         """What the board's method gives. Raises BoardFailedError."""
         return self.call_of(self.board, name, *arguments)

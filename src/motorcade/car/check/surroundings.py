@@ -23,41 +23,68 @@ class PowerCut(BaseException):
 
 
 def cuts_of(action: "Callable[[], Any]") -> "Iterator[str]":
-    """Run ``action`` again and again, each time cut one line of Python later, and at last whole.
+    """Run ``action`` again and again, each time cut a moment later, and at last whole.
 
-    Yields, after each cut, where it was: ``line 7 of board.py``.
+    The moments are before each line, and, in what Python brings itself, before each call that may
+    reach the system. Yields, after each cut, where it was: ``line 7 of board.py``.
     """
     if not hasattr(sys, "settrace"):
         return
-    for lines in range(_MOST_CUTS):
-        place = _cut(action, lines)
+    for moments in range(_MOST_CUTS):
+        place = _Cut(moments).run(action)
         if not place:
             return
         yield place
 
 
-def _cut(action: "Callable[[], Any]", lines: int) -> str:
-    """Run ``action`` for so many lines; where it was cut then, ``""`` where it ended before."""
-    left, place = [lines], [""]
+class _Cut:
+    """One cut of power, after so many moments."""
 
-    def trace(frame: "Any", event: str, argument: "Any") -> "Any":
+    def __init__(self, moments: int) -> None:
+        self._left = moments
+        self._place = ""
+        self._library = sys.modules["os"].__file__.rpartition("os.")[0]  # type: ignore[union-attr]
+
+    def run(self, action: "Callable[[], Any]") -> str:
+        """Run ``action`` until the cut; gives its place, ``""`` where it ended before."""
+        traced, profiled = sys.gettrace(), sys.getprofile()
+        sys.settrace(self._trace)
+        sys.setprofile(self._profile)
+        try:
+            action()
+        except PowerCut:
+            pass
+        finally:
+            sys.setprofile(profiled)
+            sys.settrace(traced)
+        return self._place
+
+    def _trace(self, frame: "Any", event: str, argument: "Any") -> "Any":
+        if self._is_librarys(frame):
+            return None
         if event == "line":
-            if left[0] == 0:
-                file = frame.f_code.co_filename.replace("\\", "/").split("/")[-1]
-                place[0] = f"line {frame.f_lineno} of {file}"
-                raise PowerCut
-            left[0] -= 1
-        return trace
+            self._pass(frame)
+        return self._trace
 
-    before = sys.gettrace()
-    sys.settrace(trace)
-    try:
-        action()
-    except PowerCut:
-        pass
-    finally:
-        sys.settrace(before)
-    return place[0]
+    def _profile(self, frame: "Any", event: str, argument: "Any") -> None:
+        if event == "c_call" and self._is_librarys(frame):
+            home = argument.__module__ or type(argument.__self__).__module__
+            if home != "builtins":
+                self._pass(frame)
+
+    def _is_librarys(self, frame: "Any") -> bool:
+        file = frame.f_code.co_filename
+        return bool(file.startswith((self._library, "<frozen")))
+
+    def _pass(self, frame: "Any") -> None:
+        if self._left or self._place:
+            self._left -= 1
+            return
+        while self._is_librarys(frame) and frame.f_back is not None:
+            frame = frame.f_back
+        file = frame.f_code.co_filename.replace("\\", "/").split("/")[-1]
+        self._place = f"line {frame.f_lineno} of {file}"
+        raise PowerCut
 
 
 def read_later(read: "Callable[[], Any]", later_ms: int) -> "Any":
