@@ -106,3 +106,12 @@ def test_formats_shows_tables_on_a_terminal():
         assert f"{word_format.name}, fingerprint {fingerprint_text(word_format)}" in shown
     assert "0 to 180 deg" in shown
     assert json.loads(run("formats", "--json", stdout=Terminal()).out) == data("formats")
+
+
+def test_words_of_ones_own_format_are_encoded_and_decoded():
+    made = data("encode", WALKER_FILE, "walks=1", "gait=3", "heading=270", "legs=2", "lift=4")
+    assert made["hex"] == "0xF0E22000"
+    (decoded,) = data("decode", WALKER_FILE, made["hex"])
+    assert decoded["fields"]["heading"] == 270
+    assert refusal(2, "encode", WALKER_FILE, "heading=360") == "heading is 360; allowed: 0 to 359"
+    assert "No such file" in refusal(2, "decode", "none.toml", "1")

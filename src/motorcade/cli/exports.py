@@ -40,7 +40,7 @@ def formats(format_file: FormatFile = None, as_json: Json = False) -> None:
     """
     from motorcade.export.vocabulary import fingerprint_text
 
-    vocabulary = _vocabulary(format_file)
+    vocabulary = vocabulary_in(format_file)
     if wants_json(as_json):
         print_json(
             [
@@ -86,7 +86,7 @@ def export(
     """Write what lets another tool or language speak the words; files of an earlier export are replaced."""
     from motorcade.export.targets import export as make
 
-    files = make(target, _vocabulary(format_file))
+    files = make(target, vocabulary_in(format_file))
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
@@ -101,7 +101,8 @@ def export(
         print_text("".join(f"wrote {path}\n" for path in written))
 
 
-def _vocabulary(format_file: Path | None) -> "Vocabulary":
+def vocabulary_in(format_file: Path | None) -> "Vocabulary":
+    """The format that a TOML file declares, or Motorcade's own where there is no file."""
     from motorcade.export.own_format import read_format
     from motorcade.export.vocabulary import MOTORCADE
 

@@ -4,7 +4,7 @@ Each command imports what it needs when it runs, so that the others start at onc
 """
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -27,6 +27,9 @@ from motorcade.cli.options import (
     write_file,
 )
 
+if TYPE_CHECKING:
+    from motorcade.words.field import WordFormat
+
 
 def add_to(app: typer.Typer) -> None:
     """Register the commands."""
@@ -38,14 +41,14 @@ def add_to(app: typer.Typer) -> None:
 
 
 def encode(
-    word_format: Annotated[str, typer.Argument(metavar="FORMAT", help="header, control or drive")],
+    word_format: Annotated[
+        str, typer.Argument(metavar="FORMAT", help="header, control, drive, or a FILE.toml of your own.")
+    ],
     values: Annotated[list[str] | None, typer.Argument(metavar="NAME=VALUE...", help="Raw values of fields.")] = None,
     as_json: Json = False,
 ) -> None:
     """Make a word from the values of its fields; fields left out take their default."""
-    from motorcade.words.formats import format_named
-
-    chosen = format_named(word_format)
+    chosen = _format_called(word_format)
     fields: dict[str, int] = {}
     for text in values or ():
         name, equals, value = text.partition("=")
@@ -66,16 +69,16 @@ def encode(
 
 
 def decode(
-    word_format: Annotated[str, typer.Argument(metavar="FORMAT", help="header, control or drive")],
+    word_format: Annotated[
+        str, typer.Argument(metavar="FORMAT", help="header, control, drive, or a FILE.toml of your own.")
+    ],
     words: Annotated[
         list[str], typer.Argument(metavar="WORD...", help="Decimal or 0x hex; a negative one is a signed int.")
     ],
     as_json: Json = False,
 ) -> None:
     """Show the fields of words."""
-    from motorcade.words.formats import format_named
-
-    chosen = format_named(word_format)
+    chosen = _format_called(word_format)
     decoded = []
     for text in words:
         number = whole_number(text, "a word")
@@ -160,3 +163,13 @@ def inspect(
             for number, (word, role) in enumerate(zip(words, roles, strict=True))
         ]
     )
+
+
+def _format_called(name: str) -> "WordFormat":
+    from motorcade.words.formats import format_named
+
+    if not name.endswith(".toml"):
+        return format_named(name)
+    from motorcade.cli.exports import vocabulary_in
+
+    return vocabulary_in(Path(name)).formats[0]
