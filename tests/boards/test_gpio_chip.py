@@ -1,5 +1,6 @@
 """The pins of a computer with Linux: what gpiozero asks of the library below it, which is played here."""
 
+import subprocess
 import sys
 from types import SimpleNamespace
 
@@ -110,12 +111,16 @@ def test_another_computers_lines_go_by_their_numbers(kernel):
     factory.close()
 
 
-def test_a_computer_without_pins_says_so(monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
+def test_a_computer_without_pins_says_so():
     with pytest.raises(NoGpioError, match="--board simulated"):
         gpio_chip.open_gpio(PI)
     with pytest.raises(NoGpioError, match=r"no pins at /dev/gpiochip77"):
         gpio_chip.open_gpio(LINUX, 77)
+
+
+def test_the_library_leaves_no_pipe_where_a_car_is_started(tmp_path):
+    script = "from motorcade.boards import gpio_chip; gpio_chip._lgpio()"
+    subprocess.run([sys.executable, "-c", script], cwd=tmp_path, check=True, timeout=60)
     assert list(tmp_path.iterdir()) == []
 
 

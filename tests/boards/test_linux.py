@@ -108,6 +108,32 @@ def test_a_car_waits_and_ticks_by_turns_and_closes_its_voice():
     assert voice.closed
 
 
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_car_is_put_in_neutral_before_its_pins_are_given_back(fails):
+    done = []
+
+    class Watched(LinuxBoard):
+        def set_wheels(self, direction: int, speed_level: int) -> None:
+            done.append((direction, speed_level))
+            if fails:
+                raise OSError("a pin is stuck")
+
+        def set_led(self, which: int) -> None:
+            done.append(which)
+
+        def close(self) -> None:
+            done.append("closed")
+
+    made = Watched(Equipment(True, 0, levels_of(CLASSROOM), NoLine(), None, lambda data: None))
+    if fails:
+        with pytest.raises(OSError, match="stuck"):
+            run(made, lambda seconds: None, lambda: True)
+        assert done == [(0, 0), "closed"]
+    else:
+        run(made, lambda seconds: None, lambda: True)
+        assert done == [(0, 0), 4, "closed"]
+
+
 def test_a_port_that_goes_away_is_silent_and_comes_back():
     clock, port = Clock(), Port()
     line = SerialLine(port.open, clock)

@@ -14,7 +14,7 @@ DEADLINE_S = 20
 SHIPPED = Path(__file__).parents[2] / "firmware" / "linux" / "voice.toml"
 HEAD = 'format = "motorcade-voice/1"\nbaud = 9600\n'
 STOP = '[[word]]\nsays = "stop"\nbytes = "AA 01"\n'
-PATTERNS = ((b"\xaa\x01", VOICE_STOP), (b"\xaa\x02", VOICE_GO), (b"halt\r\n", VOICE_STOP))
+PATTERNS = ((b"\xaa\x01", VOICE_STOP), (b"\xaa\x02", VOICE_GO), (b"halt\r\n", VOICE_STOP), (b"UU", VOICE_GO))
 
 
 def heard(*chunks: bytes) -> list[int]:
@@ -36,6 +36,8 @@ def heard(*chunks: bytes) -> list[int]:
         ([b"\xaa\x01\xaa\x02"], [VOICE_STOP]),
         ([b"\xaa\x02\xaa\x01"], [VOICE_STOP]),
         ([b"\xaa\x02\xaa\x02"], [VOICE_GO]),
+        # A byte belongs to one word.
+        ([b"UU", b"U", b"U"], [VOICE_GO, NO_VOICE, VOICE_GO]),
     ],
 )
 def test_a_modules_bytes_become_words_however_they_come(chunks, says):

@@ -59,7 +59,8 @@ def car(tmp_path, *options):
         return line
 
     try:
-        yield SimpleNamespace(process=process, begin=lines.get(timeout=DEADLINE_S), until=until)
+        begin = lines.get(timeout=DEADLINE_S)
+        yield SimpleNamespace(process=process, begin=begin, next=lambda: lines.get(timeout=DEADLINE_S), until=until)
     finally:
         process.kill()
         process.communicate()
@@ -88,12 +89,22 @@ def test_a_simulated_leader_takes_a_program_keeps_it_and_begins_it_anew(tmp_path
 @posix_only
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_car_that_is_told_to_stop_ends_well(tmp_path, number):
-    (tmp_path / "car.image").write_bytes(IMAGE)
-    with car(tmp_path, "--role", "follower", "--number", "7") as follower:
+    with car(tmp_path) as leader:
+        leader.process.send_signal(number)
+        assert leader.process.wait(DEADLINE_S) == 0
+        assert leader.process.stderr.read() == ""
+
+
+def test_a_follower_keeps_an_image_and_leaves_it_to_leaders_to_run_it(tmp_path):
+    with car(tmp_path, "--role", "follower", "--number", "7", "--tcp", "127.0.0.1:0") as follower:
         assert follower.begin["role"] == "follower"
-        follower.process.send_signal(number)
-        assert follower.process.wait(DEADLINE_S) == 0
-        assert follower.process.stderr.read() == ""
+        for _ in range(2):
+            with dial(follower.begin["port"]) as line:
+                line.sendall(IMAGE)
+                assert line.makefile("rb").readline().startswith(OK)
+        # A leader would have told of a state after each.
+        assert [follower.next()["kind"] for _ in range(2)] == ["image", "image"]
+    assert (tmp_path / "car.image").read_bytes() == IMAGE
 
 
 def test_a_car_with_a_damaged_store_says_so_and_takes_another_program(tmp_path):

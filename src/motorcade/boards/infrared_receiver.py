@@ -45,8 +45,8 @@ class InfraredReceiver:
         while self._edges:
             at_s, carrier = self._edges.popleft()
             is_echo = at_s <= deaf_until_s
-            if is_echo or carrier == self._has_carrier:
-                # An echo, or an edge was missed: a mark of no length makes the receiver forget what it has begun.
+            if is_echo:
+                # A mark of no length makes the receiver forget what it has begun.
                 self._frames.receive_mark(0)
             elif carrier:
                 self._frames.receive_space(round((at_s - self._last_s) * 1e6))
