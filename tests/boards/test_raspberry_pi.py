@@ -1,5 +1,7 @@
 """Cars with a Raspberry Pi on gpiozero's mock pins, whose clock the tests set."""
 
+import os
+import sys
 import threading
 from dataclasses import replace
 from types import SimpleNamespace
@@ -9,10 +11,12 @@ import pytest
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
 from motorcade import Program, compile_program, forward, led, left, right, together
+from motorcade.boards.hardware_watchdog import HardwareWatchdog
 from motorcade.boards.linux import Equipment, run
 from motorcade.boards.pins import parse_pins
 from motorcade.boards.raspberry_pi import RaspberryPi, RaspberryPiDrive
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
+from motorcade.car.check import check_board
 from motorcade.car.loop import Car
 from motorcade.profile import Motor
 from motorcade.sim.levels import levels_of
@@ -69,20 +73,22 @@ class Line:
 
 
 class Sender:
-    """An infrared sender that remembers, and sends for as long as the test says."""
+    """An infrared sender that remembers, and sends for as long as a frame takes, or a test says."""
 
     ended_s = 0.0
     busy = False
     closed = False
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Clock) -> None:
         self.frames: list[int] = []
+        self._clock = clock
 
     def send(self, frame: int) -> None:
         self.frames.append(frame)
+        self.ended_s = self._clock() + air_us(frame, 560) / 1e6
 
     def is_sending(self) -> bool:
-        return self.busy
+        return self.busy or self._clock() < self.ended_s
 
     def close(self) -> None:
         self.closed = True
@@ -109,7 +115,7 @@ def car(clock, pins):
     boards = []
 
     def make(text: str, is_leader: bool = False, image: bytes | None = None) -> SimpleNamespace:
-        line, sender, stored = Line(), Sender(), []
+        line, sender, stored = Line(), Sender(clock), []
         levels = levels_of(CLASSROOM)
         equipment = Equipment(is_leader, 7, levels, line, image, stored.append, clock_s=clock)
         board = RaspberryPi(equipment, parse_pins(HEAD + text, "test.toml"), CLASSROOM, pins, sender)
@@ -210,6 +216,20 @@ def test_a_car_with_few_parts_does_without_the_others(car, pins):
 
 
 # The whole way
+
+
+@pytest.mark.parametrize("parts", [ENABLED + LEDS + SENSORS, LEDS], ids=["all parts", "LEDs alone"])
+def test_the_board_keeps_the_contract(car, clock, pins, parts):
+    made = car(parts)
+
+    def wait_ms(milliseconds: int) -> None:
+        clock.now_s += milliseconds / 1000
+
+    def say(data: bytes) -> None:
+        made.line.sent += data
+
+    hear = (lambda frame: beam(clock, pins, frame)) if parts != LEDS else None
+    assert check_board(made.board, wait_ms=wait_ms, hear=hear, say=say) == []
 
 
 def test_an_uploaded_program_drives_the_pins_and_is_kept(car, clock, pins):
@@ -465,10 +485,21 @@ def test_a_steered_car_is_closed_in_neutral_and_gives_its_pins_back(drive, pins)
     assert pins.pins == {}
 
 
-def test_a_steered_car_feeds_its_watchdog_and_says_who_rescues_it(drive):
-    fed, rescue = [], ("motorcade.boards.gpio_chip:pull_low", ("raspberry-pi", "", "5", "6", "12"))
-    board = drive(feed=lambda: fed.append(1), rescue=rescue)
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such watchdog")
+def test_a_steered_car_feeds_its_watchdog_and_disarms_it_at_the_end(drive, tmp_path):
+    device = tmp_path / "watchdog"
+    os.mkfifo(device)
+    reader = os.open(device, os.O_RDONLY | os.O_NONBLOCK)
+    board = drive(watchdog=HardwareWatchdog(device))
     board.keep_alive()
-    assert (fed, board.rescue()) == ([1], rescue)
+    assert os.read(reader, 100) == b"\0"
     board.close()
-    drive().keep_alive()
+    assert os.read(reader, 100) == b"V"
+    os.close(reader)
+
+
+def test_a_steered_car_without_a_watchdog_says_who_rescues_it(drive):
+    rescue = ("motorcade.boards.gpio_chip:pull_low", ("raspberry-pi", "", "5", "6", "12"))
+    board = drive(rescue=rescue)
+    board.keep_alive()
+    assert board.rescue() == rescue

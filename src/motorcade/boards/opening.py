@@ -46,9 +46,10 @@ def open_drive(
         NoGpioError, GpioForbiddenError, WatchdogError: the hardware isn't there, or not for this user.
     """
     _check(pins, ("drive_motor", "servo"))
-    feed = HardwareWatchdog(watchdog).feed if watchdog else None
+    factory = open_gpio(pins.chip, gpio_chip)
+    armed = HardwareWatchdog(watchdog) if watchdog else None
     rescue = ("motorcade.boards.gpio_chip:pull_low", _what_stops(pins, gpio_chip))
-    return RaspberryPiDrive(pins, profile, open_gpio(pins.chip, gpio_chip), feed, rescue)
+    return RaspberryPiDrive(pins, profile, factory, armed, rescue)
 
 
 def stop_wheels(pins: PinMap, gpio_chip: int | None = None) -> list[int]:

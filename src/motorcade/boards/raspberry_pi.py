@@ -8,6 +8,7 @@ from typing import Any, Protocol
 from gpiozero import DigitalInputDevice, DistanceSensor, GPIODevice, OutputDevice, PWMOutputDevice, Servo
 from gpiozero.exc import DistanceSensorNoEcho, PWMSoftwareFallback
 
+from motorcade.boards.hardware_watchdog import HardwareWatchdog
 from motorcade.boards.infrared_receiver import InfraredReceiver
 from motorcade.boards.linux import Equipment, LinuxBoard
 from motorcade.boards.on_chip.motors import Wheels
@@ -177,7 +178,7 @@ class RaspberryPiDrive(DriveBoard):
         pins: ``servo`` and ``drive_motor`` are used.
         profile: the car's kind; its ``servo`` and ``motor`` count.
         factory: as for RaspberryPi.
-        feed: called as long as all is well; a hardware watchdog's, as a rule.
+        watchdog: fed as long as all is well, and disarmed at the end; None for none.
         rescue: see `motorcade.car.drive_board.DriveBoard.rescue`.
     """
 
@@ -186,15 +187,17 @@ class RaspberryPiDrive(DriveBoard):
         pins: PinMap,
         profile: Profile,
         factory: Any,
-        feed: Callable[[], None] | None = None,
+        watchdog: HardwareWatchdog | None = None,
         rescue: tuple[str, tuple[str, ...]] | None = None,
     ) -> None:
-        self._feed = feed
+        self._watchdog = watchdog
         self._rescue = rescue
         self._pwm_max = profile.motor.pwm_max
         servo = profile.servo
         self._pulses_us = (servo.pulse_0_deg_us, servo.pulse_90_deg_us, servo.pulse_180_deg_us)
         self._held = ExitStack()
+        if watchdog is not None:
+            self._held.callback(watchdog.close)
         self._held.callback(factory.close)
         self._motor = Motor(pins, "drive_motor", factory, self._held)
         self._servo = self._held.enter_context(
@@ -218,8 +221,8 @@ class RaspberryPiDrive(DriveBoard):
         self._servo.value = self._servo_value(_CENTRE_DEG)
 
     def keep_alive(self) -> None:
-        if self._feed is not None:
-            self._feed()
+        if self._watchdog is not None:
+            self._watchdog.feed()
 
     def rescue(self) -> tuple[str, tuple[str, ...]] | None:
         return self._rescue
