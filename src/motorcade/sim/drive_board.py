@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from motorcade.car.drive_board import DriveBoard
 from motorcade.sim.description import Description
 from motorcade.sim.view import Scene, to_jpeg
-from motorcade.sim.world import World
+from motorcade.sim.world import Snapshot, World
 
 Setpoint = tuple[int, int, int]
 NEUTRAL: Setpoint = (90, 1, 0)
@@ -111,11 +111,14 @@ class LiveWorld:
                 self._driven.steer(self._world)
                 self._world.run(ticks * self._world.tick_ms)
 
+    def snapshot(self) -> Snapshot:
+        """What the cars show now."""
+        with self._lock:
+            return self._world.snapshot()
+
     def picture(self, car: int) -> NDArray[np.uint8]:
         """What a car's camera sees now: (height, width, 3), red, green and blue."""
-        with self._lock:
-            now = self._world.snapshot()
-        return self._scene.draw(now, car)
+        return self._scene.draw(self.snapshot(), car)
 
     def __enter__(self) -> Self:
         """Let time go on."""
