@@ -6,14 +6,18 @@ from dataclasses import dataclass
 from motorcade.car.board import Board
 from motorcade.car.loop import Car
 from motorcade.sim.levels import levels_of
+from motorcade.words.image import WORD_BYTES, announced_words, unpack
 from motorcade.words.ticks import TICKS_MASK
-from motorcade.words.upload import SILENCE_MS
+from motorcade.words.upload import SILENCE_MS, error_line, ok_line
 from strategies import CLASSROOM
 
 
 @dataclass
 class Faults:
-    """What goes wrong in one direction: chances for each byte, chances for each piece, and when the line dies."""
+    """What goes wrong in one direction: chances for each byte and for each piece, and for certain.
+
+    ``dead_from``, ``dead_until`` and ``flipped_at`` count bytes from 1; the bits in ``stuck`` arrive as zeros.
+    """
 
     dropped: float = 0
     doubled: float = 0
@@ -22,6 +26,8 @@ class Faults:
     late_ms: int = 0
     dead_from: int | None = None
     dead_until: int | None = None
+    flipped_at: tuple[int, ...] = ()
+    stuck: int = 0
 
 
 class Way:
@@ -44,8 +50,9 @@ class Way:
             draw = random.random()
             if draw < faults.dropped:
                 continue
-            if draw < faults.dropped + faults.flipped:
+            if draw < faults.dropped + faults.flipped or self._count in faults.flipped_at:
                 byte ^= 1 << random.randrange(8)
+            byte &= ~faults.stuck
             came.append(byte)
             if draw > 1 - faults.doubled:
                 came.append(byte)
@@ -77,11 +84,10 @@ class LineBoard(Board):
     is_leader = True
     levels = levels_of(CLASSROOM)
 
-    def __init__(self, stored, way_there, way_back):
+    def __init__(self, stored, there, back):
         self.stored = stored
         self.now = 0
-        self.last_byte_ms = 0
-        self._there, self._back = way_there, way_back
+        self._there, self._back = there, back
 
     def now_ms(self):
         return self.now & TICKS_MASK
@@ -93,35 +99,96 @@ class LineBoard(Board):
         self.stored = data
 
     def read_serial(self):
-        data = self._there.take(self.now)
-        if data:
-            self.last_byte_ms = self.now
-        return data
+        return self._there.take(self.now)
 
     def write_serial(self, data):
         self._back.put(data, self.now)
 
 
-def talk_through(talk, stored, there, back, start_ms=0, most_ms=120_000):
-    """What the car holds once ``talk`` is over and its last byte has arrived, and when it was over.
+class RealCar:
+    """The loop of every car, at the end of two ways."""
 
-    ``stored`` is what the car holds at first, or None. Time leaps to the next moment at which anybody may act.
+    def __init__(self, stored, there, back):
+        self._board = LineBoard(stored, there, back)
+        self._car = Car(self._board)
+
+    @property
+    def holds(self):
+        return self._board.stored
+
+    def tick(self, now_ms):
+        self._board.now = now_ms
+        self._car.tick()
+
+
+class SimpleCar:
+    """A car of somebody else's: takes what its header announces, tells by ``judge`` whether to keep it, and answers.
+
+    ``judge`` gives the reason for which it refuses an image, or None.
     """
-    board = LineBoard(stored, there, back)
-    car, now = Car(board), start_ms
-    while talk.outcome is None:
+
+    def __init__(self, stored, there, back, judge):
+        self.holds = stored
+        self._there, self._back, self._judge = there, back, judge
+        self._buffer, self._last_ms, self._refuses = b"", 0, False
+
+    def tick(self, now_ms):
+        data = self._there.take(now_ms)
+        if now_ms - self._last_ms >= SILENCE_MS:
+            self._buffer, self._refuses = b"", False
+        if not data:
+            return
+        self._last_ms = now_ms
+        self._buffer += b"" if self._refuses else data
+        while len(self._buffer) >= WORD_BYTES:
+            length = WORD_BYTES * announced_words(unpack(self._buffer[:WORD_BYTES]))
+            if len(self._buffer) < length:
+                return
+            self._take(self._buffer[:length], now_ms)
+            self._buffer = b"" if self._refuses else self._buffer[length:]
+
+    def _take(self, image, now_ms):
+        reason = self._judge(image)
+        self._refuses = reason is not None
+        if reason is None:
+            self.holds = image
+        self._back.put(ok_line(image) if reason is None else error_line(reason), now_ms)
+
+
+def talk_through(talks, car, there, backs, start_ms=0, most_ms=120_000):
+    """Let uploaders talk with a car at one line until all are done and the last byte has arrived.
+
+    Each of ``talks`` hears one of ``backs``. Time leaps to the next moment at which anybody may act. Gives the talks
+    in the order in which they ended.
+    """
+    now, last_byte_ms, ended = start_ms, start_ms, []
+    while len(ended) < len(talks):
         assert now < start_ms + most_ms, "the talk goes on for ever"
-        sent = talk.step(back.take(now), now & TICKS_MASK)
-        if sent:
-            there.put(sent, now)
-        board.now = now
-        car.tick()
-        due = [now + talk.rest_ms, there.next_ms(), back.next_ms(), board.last_byte_ms + SILENCE_MS]
-        now = min(max(each, now + 1) for each in due if each is not None and each > now - 1)
-    over_ms = now
+        for talk, back in zip(talks, backs, strict=True):
+            if talk.outcome is None:
+                there.put(talk.step(back.take(now), now & TICKS_MASK), now)
+                if talk.outcome is not None:
+                    ended.append(talk)
+        if there.next_ms() == now:
+            last_byte_ms = now
+        car.tick(now)
+        moments = [way.next_ms() for way in (there, *backs)]
+        moments += [now + talk.rest_ms for talk in talks if talk.outcome is None]
+        moments += [last_byte_ms + SILENCE_MS] if last_byte_ms + SILENCE_MS > now else []
+        now = min((max(each, now + 1) for each in moments if each is not None), default=now)
     while there.next_ms() is not None:
-        now = board.now = max(now, there.next_ms())
-        car.tick()
-    board.now = now + SILENCE_MS
-    car.tick()
-    return board.stored, over_ms
+        now = max(now, there.next_ms())
+        car.tick(now)
+    car.tick(now + SILENCE_MS)
+    return ended
+
+
+class Party:
+    """A way back that several hear."""
+
+    def __init__(self, *backs):
+        self._backs = backs
+
+    def put(self, data, now_ms):
+        for back in self._backs:
+            back.put(data, now_ms)

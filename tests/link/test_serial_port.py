@@ -202,9 +202,9 @@ def test_a_virtual_car_takes_an_image_and_gives_it_back(kind, image, tmp_path, m
 
 @every_line
 @pytest.mark.parametrize("before", [b"", b"\xff~\x00\x80", b"battery 97 %\nERROR\n", b"\n\n"])
-@pytest.mark.parametrize("end", [b"\n", b"\r\n"])
-def test_a_good_answer_is_found_in_what_else_the_line_brings(car, before, end):
-    car.take(before + OK.strip() + end)
+@pytest.mark.parametrize("behind", [b"\n", b"\r\n", b"\n\xff\x00ERR", b"\nrunning\nERR low battery\n"])
+def test_a_good_answer_is_found_in_what_else_the_line_brings(car, before, behind):
+    car.take(before + OK.strip() + behind)
     assert upload(car.port) == OK.decode().strip()
 
 
@@ -362,6 +362,23 @@ def test_a_line_that_takes_no_bytes(car, monkeypatch):
         while os.write(car.client, bytes(1024)):
             pass
     assert "takes no more bytes" in refused(NoAnswerError, upload, car.port)
+
+
+@pytest.mark.parametrize("kind", [PTY])
+def test_the_answer_is_awaited_as_long_as_a_slow_line_carries_bytes(car, monkeypatch):
+    """A pseudo-terminal takes all bytes at once, and the car behind it gets 960 a second."""
+    image, pause = bytes.fromhex("40000000" + "64800000" * 64), threading.Event()
+    monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
+
+    def script():
+        car.get_ready()
+        for at in range(0, len(image), 4):
+            assert car.receive(4) == image[at : at + 4]
+            pause.wait(4 / 960)
+        car.send(protocol.ok_line(image))
+
+    car.play(script)
+    assert serial_port.upload(car.port, image, 9600).startswith("OK words=65")
 
 
 @pytest.mark.parametrize("port", ["/dev/there-is-none", "COM321", "socket://127.0.0.1:{free}", "pigeon://home", ""])
