@@ -7,7 +7,8 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 
 
-def test_committed_files_are_up_to_date():
+def test_committed_files_are_up_to_date(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
     generated = runpy.run_path(str(ROOT / "scripts" / "generate.py"))["GENERATED"]
     for name, make in generated.items():
         assert (ROOT / name).read_text(encoding="utf-8") == make(), f"{name} is stale: run make generate"
