@@ -60,7 +60,7 @@ def one(*lines):
         (['name = "rest"', "width = true"], 9, "width is True; allowed"),
         (['name = "rest"', "width = 24", "high = 24"], 10, "rest's bits 24-1 overlap first's, 31-24"),
         (['name = "rest"', "width = 4", "high = 31"], 10, "rest's bits 31-28 overlap first's, 31-24"),
-        (['name = "rest"', "width = 23", "high = 22"], 10, "no field holds bits 23-23, above rest"),
+        (['name = "rest"', "width = 23", "high = 22"], 10, "no field holds bit 23, above rest"),
         (['name = "rest"'], 6, "'width' is missing in this field"),
         (["width = 24"], 6, "'name' is missing in this field"),
         (['name = "first"', "width = 24"], 8, "there are two fields named 'first'"),
@@ -132,6 +132,7 @@ def test_a_field_without_a_meaning_is_refused():
         ('name = "own"\nfield = [1]', 2, "field is no list of tables"),
         ('# mine\nname = "own"\nfeild = 1', 3, "'feild' is not known; known are name, field"),
         ('# mine\nname = "drive"\nfield = []', 2, "name is 'drive', which Motorcade has already"),
+        ('name = "own car"\nfield = []', 1, "the name 'own car' is no identifier"),
         ('# mine\nname = "while"\nfield = []', 2, "the name 'while' is a word of"),
     ],
 )

@@ -107,12 +107,13 @@ def test_what_the_car_answers_is_no_command(dissect):
 
 
 def test_another_port_and_the_other_byte_order_can_be_asked_for(dissect):
-    data = GOOD[0].to_bytes(4, "little") + GOOD[1].to_bytes(4, "little")
+    data = b"".join(word.to_bytes(4, "little") for word in (GOOD[0], BAD[0], GOOD[1]))
     options = ["-o", "motorcade_drive.port:6000", "-o", "motorcade_drive.little:true"]
-    fields = ["motorcade_drive.word", "motorcade_drive.angle", "motorcade_drive.speed"]
+    fields = ["motorcade_drive.word", "motorcade_drive.angle", "motorcade_drive.speed", "_ws.expert.message"]
     (row,) = dissect(RAW_IP, segments([data], 6000), fields, *options)
-    assert row == [["0x128cb000", "0x12acb000"], ["40", "42"], ["150", "150"]]
-    assert dissect(RAW_IP, segments([data], PORT), fields, *options) == [[[], [], []]]
+    assert row[:3] == [["0x128cb000", "0x1b500000", "0x12acb000"], ["40", "181", "42"], ["150", "0", "150"]]
+    assert row[3] == sentences(DRIVE, BAD[0])
+    assert dissect(RAW_IP, segments([data], PORT), fields[:3], *options) == [[[], [], []]]
 
 
 def test_refused_words_are_found_by_a_filter(dissect):

@@ -148,7 +148,7 @@ class _Reader:
             if high > free:
                 self._refuse((*at, "high"), f"{name} stands behind less significant fields; fields go from bit 31 down")
             if high < free:
-                self._refuse((*at, "high"), f"no field holds bits {free}-{high + 1}, above {name}; add a reserved one")
+                self._refuse((*at, "high"), f"no field holds bit {free}, above {name}; add a reserved one")
         if high - width < -1:
             self._refuse((*at, "width"), f"{name} has {width} bits, but only {high + 1} of {WORD_BITS} are left for it")
         return high, high - width + 1
