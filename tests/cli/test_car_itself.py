@@ -89,7 +89,9 @@ def test_a_simulated_leader_takes_a_program_keeps_it_and_begins_it_anew(tmp_path
 @posix_only
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_a_car_that_is_told_to_stop_ends_well(tmp_path, number):
-    with car(tmp_path) as leader:
+    with car(tmp_path, "--voice", "keyboard") as leader:
+        leader.process.stdin.write("stop\n")
+        leader.process.stdin.flush()
         leader.process.send_signal(number)
         assert leader.process.wait(DEADLINE_S) == 0
         assert leader.process.stderr.read() == ""
