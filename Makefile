@@ -51,7 +51,7 @@ stale: setup
 	$(BIN)/python scripts/generate.py --check
 
 docs: setup ## the documentation's site, into build/site
-	$(BIN)/python -m mkdocs build
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
 
 bench: setup
 	$(BIN)/python benchmarks/words.py

@@ -105,7 +105,10 @@ def show(
     """Compile a program, let it drive in the simulator, and print its words and what the cars did.
 
     Args:
-        followers, seconds, seed, poses: as `motorcade.simulate` takes them.
+        followers: how many; 5 unless given.
+        seconds: simulated time; 30 unless given.
+        seed: of all random draws.
+        poses: where the cars stand at first, the leader first, in place of ``followers``.
         picture: where to draw the tracks, if anywhere.
 
     Raises:
