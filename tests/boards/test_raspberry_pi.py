@@ -399,6 +399,28 @@ def test_a_car_doesnt_hear_itself_but_hears_others_right_behind(car, clock, pins
     assert made.board.received_frames() == [0x2AAAAAAA]
 
 
+def test_what_a_car_misses_while_it_sends_is_made_up_by_nothing(car, clock, pins):
+    made = car(SENSORS)
+    pin, durations = pins.pin(RECEIVER), frame_durations_us(FORWARD_1_S)
+
+    def play(part: list[int]) -> None:
+        for at, duration_us in enumerate(part):
+            (pin.drive_high if at % 2 else pin.drive_low)()
+            clock.now_s += duration_us / 1e6
+
+    # 20 bits; then the car sends; then what would make them 32.
+    play(durations[:42])
+    assert made.board.received_frames() == []
+    made.sender.busy = True
+    play([560, 600])
+    assert made.board.received_frames() == []
+    made.sender.busy, made.sender.ended_s = False, clock.now_s
+    clock.now_s += 0.0011
+    play(durations[42:])
+    pin.drive_high()
+    assert made.board.received_frames() == []
+
+
 def test_an_edge_that_was_lost_costs_its_frame_alone(car, clock, pins):
     board = car(SENSORS).board
     board.received_frames()
