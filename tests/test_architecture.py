@@ -24,7 +24,8 @@ ARROWS = {
     "console": ("words", "files", "car", "profile", "program"),
     "runs": ("profile", "program", "sim", "console"),
     "server": (),
-    "studio": ("server", "words", "files", "car", "profile", "program", "sim", "link"),
+    "remote": ("server", "link", "profile"),
+    "studio": ("server", "remote", "words", "files", "car", "profile", "program", "sim", "link"),
     "cli": (
         "words",
         "files",

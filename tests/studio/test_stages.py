@@ -72,7 +72,7 @@ class Page:
 def server(tmp_path, **changes):
     settings = Settings(library=tmp_path, **changes)
     said = {StudioError: lambda request, problem: JSONResponse({"error": problem.as_dict()}, problem.status)}
-    with TestClient(Starlette(routes=stages.routes(settings), exception_handlers=said)) as client:
+    with TestClient(Starlette(routes=stages.routes(stages.Stages(settings)), exception_handlers=said)) as client:
         yield client
 
 

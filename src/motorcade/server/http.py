@@ -1,10 +1,11 @@
 """JSON over HTTP: a message in, an answer out."""
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any, TypeVar
 
 import msgspec
 from starlette.concurrency import run_in_threadpool
+from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
@@ -34,6 +35,11 @@ def decoded(data: bytes, kind: type[T]) -> T:
         raise ServerError("bad-message", reason=str(problem).rstrip(".")) from None
 
 
+def refusals() -> dict[type[Exception], Callable[[Request, Exception], Awaitable[Response]]]:
+    """How a Starlette application says what is wrong, whatever it is."""
+    return {ServerError: _refuse, HTTPException: _refuse_request, Exception: _refuse_ourselves}
+
+
 def get(path: str, work: Callable[[Request], Any]) -> Route:
     """A route that answers what ``work``, which may take a moment, makes of the request."""
 
@@ -51,3 +57,21 @@ def post(path: str, kind: type[T], work: Callable[[T], Any]) -> Route:
         return answer(await run_in_threadpool(work, message))
 
     return Route(path, endpoint, methods=["POST"])
+
+
+async def _refuse(request: Request, problem: Exception) -> Response:
+    assert isinstance(problem, ServerError)
+    return refusal(problem)
+
+
+async def _refuse_request(request: Request, problem: Exception) -> Response:
+    assert isinstance(problem, HTTPException)
+    if problem.status_code == 404:
+        return refusal(ServerError("not-found", 404))
+    response = refusal(ServerError("bad-request", problem.status_code, reason=problem.detail))
+    response.headers.update(problem.headers or {})
+    return response
+
+
+async def _refuse_ourselves(request: Request, problem: Exception) -> Response:
+    return refusal(ServerError("internal", 500))

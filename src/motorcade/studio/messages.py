@@ -1,11 +1,9 @@
 """What a page may say to its world, and what of it is refused."""
 
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 from msgspec import Meta, Struct
-from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from motorcade.server import http
 from motorcade.sim.errors import MatError, WorldError
 from motorcade.sim.mat import Mat, check_mat
 from motorcade.sim.world import World
@@ -22,7 +20,6 @@ Length = Annotated[float, Meta(ge=-2000, le=2000)]
 RangeMm = Annotated[int, Meta(ge=1, le=20_000)]
 Seed = Annotated[int, Meta(ge=0, lt=1 << 32)]
 Car = Annotated[int, Meta(ge=0, lt=1 << 20)]
-T = TypeVar("T")
 
 
 class _Message(Struct, tag_field="do", tag=str.lower, forbid_unknown_fields=True):
@@ -102,24 +99,6 @@ class Shown(_Message):
 
 
 Message = Set | Play | Pause | Step | Reset | Say | Furnish | Move | Watch | Seek | Shown
-
-
-async def heard(socket: WebSocket, kind: type[T], most: int) -> T:
-    """What the page says next: a message of some kind, in JSON of at most so many characters.
-
-    Raises:
-        StudioError: it says something else.
-        WebSocketDisconnect: it has left.
-    """
-    received = await socket.receive()
-    if received["type"] == "websocket.disconnect":
-        raise WebSocketDisconnect(received.get("code", 1006))
-    text = received.get("text")
-    if text is None:
-        raise StudioError("bad-message", reason="it is no text")
-    if len(text) > most:
-        raise StudioError("message-too-long", most=most)
-    return http.decoded(text.encode(), kind)
 
 
 def world_of(message: Set, most_cars: int) -> World:

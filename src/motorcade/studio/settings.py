@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from motorcade.server.pages import PAGE
 from motorcade.server.settings import ServerSettings
 
 
@@ -18,6 +19,6 @@ class Settings(ServerSettings):
     """
 
     library: Path
-    page: Path = Path(__file__).parent / "page"
+    page: Path = PAGE
     most_sessions: int = 64
     most_cars: int = 2_000

@@ -11,10 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from motorcade.profile import Profile
 from motorcade.sim.description import Description
+from motorcade.sim.drive_board import DrivenCars
 from motorcade.sim.errors import WorldError
 from motorcade.sim.mat import Mat, Pose
 from motorcade.sim.recording import Frame
+from motorcade.sim.view import Scene, to_jpeg
 from motorcade.sim.world import World
 from motorcade.studio.carried import Carried, Counters
 from motorcade.studio.frames import (
@@ -44,6 +47,7 @@ class Stage:
 
     Args:
         world: one world that keeps events, whose leaders run one image, at its beginning.
+        driven: the boards of those of its cars that somebody drives.
 
     Attributes:
         playing: whether time goes on.
@@ -51,8 +55,10 @@ class Stage:
         changed: whether there is something new to show.
     """
 
-    def __init__(self, world: World):
+    def __init__(self, world: World, driven: DrivenCars | None = None):
         self._world = world
+        self._driven = driven or DrivenCars()
+        self._scene: tuple[Mat, Scene] | None = None
         self.speed = 1.0
         self._watched: int | None = None
         self._carried = Carried(world)
@@ -79,6 +85,11 @@ class Stage:
     def now_ms(self) -> int:
         """Simulated time."""
         return self._world.now_ms
+
+    @property
+    def profile(self) -> Profile:
+        """The cars' kind."""
+        return self._world.profile
 
     # What a page may do
 
@@ -127,8 +138,8 @@ class Stage:
 
     def watch(self, car: int | None) -> None:
         """Ask for the details of a car, or of none. Raises WorldError: there is no such car."""
-        if car is not None and not 0 <= car < self._world.cars:
-            raise WorldError("no-such-car", car=car, last=self._world.cars - 1)
+        if car is not None:
+            self._check_car(car)
         self._watched = car
 
     def look_anew(self) -> None:
@@ -168,6 +179,7 @@ class Stage:
             self._most_ms = max((fits_ms + self._most_ms) // 2, self._world.tick_ms)
 
     def _run(self, ticks: int) -> None:
+        self._driven.steer(self._world)
         while ticks > 0:
             until_moment = -(-(self._due_ms - self.now_ms) // self._world.tick_ms)
             now = min(ticks, max(until_moment, 1))
@@ -188,6 +200,10 @@ class Stage:
         self._new_count += len(events)
         while self._new_count - len(self._new[0]) >= MOST_EVENTS:
             self._new_count -= len(self._new.popleft())
+
+    def _check_car(self, car: int) -> None:
+        if not 0 <= car < self._world.cars:
+            raise WorldError("no-such-car", car=car, last=self._world.cars - 1)
 
     def _keep_moment(self) -> None:
         self._history.keep_moment(self.now_ms, self._moment(self._since_moment).pack())
@@ -218,6 +234,14 @@ class Stage:
         self._new_count = 0
         self._since_picture[:] = 0
         return pack_picture(number, flags, self.now_ms, cars, moment, events)
+
+    def view(self, car: int) -> bytes:
+        """What a car's camera sees in the present, as a JPEG file. Raises WorldError: there is no such car."""
+        self._check_car(car)
+        mat = self._world.mat
+        if self._scene is None or self._scene[0] is not mat:
+            self._scene = mat, Scene(self.about())
+        return to_jpeg(self._scene[1].draw(self._world.snapshot(), car))
 
     def hello(self) -> dict[str, Any]:
         """The cars, and what doesn't change from picture to picture."""

@@ -3,13 +3,13 @@
 import asyncio
 import os
 import re
-from collections.abc import Awaitable, Callable, Iterable
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, TypeVar
 
-from anyio import CapacityLimiter, create_task_group, to_thread
+from anyio import CapacityLimiter, to_thread
 from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
@@ -17,6 +17,8 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motorcade.server.allowance import Allowance
 from motorcade.server.errors import ServerError
+from motorcade.server.sockets import heard, until_one_ends
+from motorcade.sim.drive_board import DrivenCars
 from motorcade.sim.errors import WorldError
 from motorcade.studio.errors import StudioError, reason_of
 from motorcade.studio.exports import Exports
@@ -34,7 +36,6 @@ from motorcade.studio.messages import (
     Step,
     Watch,
     furniture_of,
-    heard,
     world_of,
 )
 from motorcade.studio.outbox import Outbox
@@ -60,6 +61,7 @@ class Session:
         left: what forgets the session when no page comes back.
         lock: held by whoever works with the stage, which knows nothing of threads.
         stirred: set whenever there may be something to do.
+        driven: the boards of those of its cars that somebody drives.
         quick: whether the last picture took so little time that a thread of its own would take more.
     """
 
@@ -69,6 +71,7 @@ class Session:
     left: asyncio.TimerHandle | None = None
     lock: asyncio.Lock = field(default_factory=asyncio.Lock)
     stirred: asyncio.Event = field(default_factory=asyncio.Event)
+    driven: DrivenCars = field(default_factory=DrivenCars)
     quick: bool = False
 
 
@@ -88,6 +91,12 @@ class Stages:
             raise StudioError("no-world", 404)
         return session
 
+    def named_or_only(self, key: str) -> Session:
+        """The session of that key; without a key the only one. Raises StudioError."""
+        if not key and len(self._sessions) == 1:
+            key = next(iter(self._sessions))
+        return self.session(key)
+
     async def serve(self, socket: WebSocket) -> None:
         """Be a page's world for as long as it is connected."""
         await socket.accept()
@@ -105,7 +114,7 @@ class Stages:
             partial(self._show, session, page),
         )
         try:
-            await _until_one_ends(jobs)
+            await until_one_ends(jobs)
         finally:
             self._leave(session, page)
 
@@ -189,7 +198,7 @@ class Stages:
         most_cars = self._settings.most_cars
         if isinstance(message, Set):
             async with session.lock:
-                session.stage = await self._in_worker(lambda: Stage(world_of(message, most_cars)))
+                session.stage = await self._in_worker(lambda: Stage(world_of(message, most_cars), session.driven))
                 self._greet(session, page, resumed=False)
             return
         session.quick = False
@@ -222,18 +231,6 @@ class Stages:
             if car is not None:
                 page.put("car", car)
                 car_due_s = now_s + _CAR_S
-
-
-async def _until_one_ends(jobs: Iterable[Callable[[], Awaitable[None]]]) -> None:
-    async with create_task_group() as group:
-
-        async def end_all_with(job: Callable[[], Awaitable[None]]) -> None:
-            with suppress(WebSocketDisconnect):
-                await job()
-            group.cancel_scope.cancel()
-
-        for job in jobs:
-            group.start_soon(end_all_with, job)
 
 
 Told = dict[str, Any] | None
@@ -277,9 +274,8 @@ def _done(stage: Stage, message: Message, most_cars: int) -> list[tuple[str, dic
     return [("state", stage.state()), *([("car", car)] if car else [])]
 
 
-def routes(settings: Settings) -> list[BaseRoute]:
+def routes(stages: Stages) -> list[BaseRoute]:
     """The WebSocket of worlds, and what can be downloaded of their runs."""
-    stages = Stages(settings)
     exports = Exports()
 
     async def download(request: Request) -> Response:

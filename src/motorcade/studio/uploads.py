@@ -20,10 +20,11 @@ from motorcade.profile import Profile
 from motorcade.program.diagnostics import LANGUAGES
 from motorcade.server.errors import ServerError
 from motorcade.server.http import get
+from motorcade.server.sockets import heard
 from motorcade.studio.carrier import WEB_SERIAL, Carrier, retry_told
 from motorcade.studio.compiling import profile_named
 from motorcade.studio.errors import MESSAGES, StudioError
-from motorcade.studio.messages import check_image, heard
+from motorcade.studio.messages import check_image
 from motorcade.studio.settings import Settings
 from motorcade.studio.virtual import VIRTUAL, VirtualCar
 

@@ -1,0 +1,1 @@
+"""The remote: pages that drive cars by hand, and show what their cameras see."""

@@ -1,0 +1,183 @@
+"""One page of the remote at its cars: what it says is done, and what they do is told."""
+
+import asyncio
+from collections import deque
+from typing import Any
+
+import msgspec
+from starlette.websockets import WebSocket
+
+from motorcade.link.drive_failures import DriveError
+from motorcade.link.driving import Drive, Seat
+from motorcade.link.stick import stick_word
+from motorcade.remote import messages as say
+from motorcade.remote.errors import RemoteError, said
+from motorcade.remote.garage import Garage
+from motorcade.server.allowance import Allowance
+from motorcade.server.errors import ServerError
+from motorcade.server.settings import ServerSettings
+from motorcade.server.sockets import heard, until_one_ends
+
+MOST_CARS = 16
+_TELL_EVERY_S = 0.1
+# Of the sticks that a connection brings at once after it was stuck, the last one counts.
+_GATHER_S = 0.004
+_MOST_WAITING = 32
+_LEFT = 1008
+
+
+class Cockpit:
+    """Serves one WebSocket.
+
+    Args:
+        socket: accepted.
+        garage: the cars.
+        name: what the page is called at them.
+        settings: what it may ask.
+    """
+
+    def __init__(self, socket: WebSocket, garage: Garage, name: str, settings: ServerSettings) -> None:
+        self._socket = socket
+        self._garage = garage
+        self._name = name
+        self._settings = settings
+        self._seats: dict[str, tuple[Drive, Seat]] = {}
+        self._stick: say.Drive | None = None
+        self._moved = asyncio.Event()
+        self._newest: dict[str, dict[str, Any]] = {}
+        self._others: deque[dict[str, Any]] = deque(maxlen=_MOST_WAITING)
+        self._stirred = asyncio.Event()
+
+    async def serve(self) -> None:
+        """Be there until the page leaves; its cars then stand still, if it drove them."""
+        try:
+            await until_one_ends((self._listen, self._steer, self._tell, self._send))
+        finally:
+            seats, self._seats = self._seats, {}
+            # Wheels first: what comes after it may wait.
+            for _, seat in seats.values():
+                seat.leave()
+            for name in seats:
+                await self._garage.leave(name)
+
+    async def _listen(self) -> None:
+        try:
+            await self._greet()
+        except ServerError as problem:
+            self._refuse(problem)
+        allowance = Allowance(self._settings.messages_a_second, self._settings.clock)
+        while True:
+            try:
+                message: say.Message = await heard(self._socket, say.Message, self._settings.most_body)  # type: ignore[arg-type]  # a union
+                await self._obey(message)
+            except DriveError as problem:
+                self._refuse(said(problem))
+            except ServerError as problem:
+                self._refuse(problem)
+            if not allowance.take():
+                await self._socket.close(_LEFT)
+                return
+
+    async def _obey(self, message: say.Message) -> None:
+        match message:
+            case say.Drive():
+                self._stick = message
+                self._moved.set()
+            case say.Stop():
+                for name in message.cars:
+                    self._seat(name)[1].stop()
+            case say.Sit():
+                await self._sit(message.car)
+            case say.Leave():
+                await self._leave(message.car)
+            case say.Request():
+                self._seat(message.car)[1].request()
+            case say.Release():
+                self._seat(message.car)[1].release()
+            case say.Clear():
+                self._seat(message.car)[1].clear()
+            case say.Resume():
+                self._seat(message.car)[1].resume_program()
+            case say.Start():
+                await self._garage.start()
+                await self._greet()
+
+    async def _greet(self) -> None:
+        cars = [each._asdict() for each in await self._garage.listed()]
+        self._put("hello", {"cars": cars, "you": self._name})
+
+    async def _sit(self, name: str) -> None:
+        if name in self._seats:
+            return
+        if len(self._seats) >= MOST_CARS:
+            raise RemoteError("too-many-cars", 409, most=MOST_CARS)
+        drive = await self._garage.enter(name)
+        try:
+            self._seats[name] = (drive, drive.join(self._name))
+        except DriveError:
+            await self._garage.leave(name)
+            raise
+
+    async def _leave(self, name: str) -> None:
+        if name in self._seats:
+            self._seats.pop(name)[1].leave()
+            await self._garage.leave(name)
+
+    def _seat(self, name: str) -> tuple[Drive, Seat]:
+        if name not in self._seats:
+            raise RemoteError("no-seat", 409, car=name)
+        return self._seats[name]
+
+    async def _steer(self) -> None:
+        while True:
+            await self._moved.wait()
+            await asyncio.sleep(_GATHER_S)
+            self._moved.clear()
+            stick, self._stick = self._stick, None
+            if stick is None:
+                continue
+            word = stick_word(stick.throttle, stick.steering)
+            for name in stick.cars:
+                if name in self._seats:
+                    self._seats[name][1].command(word)
+            self._put("heard", {"number": stick.number})
+
+    async def _tell(self) -> None:
+        """Telemetry of the cars at which the page sits, again and again."""
+        while True:
+            cars = {}
+            for name, (drive, seat) in self._seats.items():
+                told = drive.telemetry()
+                you = {"drives": drive.drives(seat), "waits": told.wanted_by == self._name} | seat.counts.as_dict()
+                cars[name] = told._asdict() | {"you": you}
+            try:
+                running = await self._garage.is_running()
+            except ServerError as problem:
+                self._refuse(problem)
+                running = False
+            self._put("telemetry", {"cars": cars, "running": running})
+            await asyncio.sleep(_TELL_EVERY_S)
+
+    async def _send(self) -> None:
+        """Send what waits; of what is told again and again only the newest."""
+        while True:
+            await self._stirred.wait()
+            self._stirred.clear()
+            while self._newest or self._others:
+                message = self._others.popleft() if self._others else self._newest.pop(next(iter(self._newest)))
+                await self._socket.send_text(msgspec.json.encode(message).decode())
+
+    def _put(self, kind: str, values: dict[str, Any]) -> None:
+        self._newest[kind] = {"is": kind} | values
+        self._stirred.set()
+
+    def _refuse(self, problem: ServerError) -> None:
+        self._others.append({"is": "error"} | problem.as_dict())
+        self._stirred.set()
+
+
+async def serve_cockpit(socket: WebSocket, garage: Garage, settings: ServerSettings) -> None:
+    """Take a page in and let it drive."""
+    await socket.accept()
+    host, port = socket.client or ("?", 0)
+    await Cockpit(socket, garage, f"{host}:{port}", settings).serve()

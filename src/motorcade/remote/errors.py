@@ -1,0 +1,40 @@
+"""What can go wrong between a remote and its cars: stable codes, and their sentences in English and Chinese."""
+
+from motorcade.link.camera_failures import CameraError
+from motorcade.link.drive_failures import DriveError
+from motorcade.server.errors import MESSAGES as SERVER_MESSAGES
+from motorcade.server.errors import ServerError
+
+MESSAGES: dict[str, dict[str, str]] = {
+    "no-such-car": {
+        "en": "There is no car {car:.40} here. Choose another one from the list.",
+        "zh": "这里没有小车 {car:.40}。请从列表中选择其他小车。",
+    },
+    "no-seat": {
+        "en": "You aren't at car {car:.40}: take a seat there first.",
+        "zh": "您还没有进入小车 {car:.40}：请先入座。",
+    },
+    "too-many-cars": {
+        "en": "You are at {most} cars, which is the most at once. Leave one first.",
+        "zh": "您已同时进入 {most} 辆小车，已达上限。请先离开一辆。",
+    },
+    "no-camera-here": {
+        "en": "This car has no camera.",
+        "zh": "这辆小车没有摄像头。",
+    },
+    # In the words of `motorcade.link`, whose sentences these are.
+    "drive": {"en": "{en}", "zh": "{zh}"},
+    "camera": {"en": "{en}", "zh": "{zh}"},
+}
+
+
+class RemoteError(ServerError):
+    """Something that a remote asked for and can't have; ``code`` is a key of MESSAGES or one of every server's."""
+
+    messages = SERVER_MESSAGES | MESSAGES
+
+
+def said(problem: DriveError | CameraError) -> RemoteError:
+    """What a car or a camera says, as a page is told it."""
+    kind, status = ("drive", 409) if isinstance(problem, DriveError) else ("camera", 503)
+    return RemoteError(kind, status, en=problem.message("en"), zh=problem.message("zh"))
