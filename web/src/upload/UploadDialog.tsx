@@ -6,6 +6,7 @@ import type { Port } from "../api/types";
 import { Check, Sheet } from "../app/controls";
 import { useSettings } from "../app/settings";
 import { useStudio } from "../app/store";
+import { spoken } from "../i18n";
 import { attempt } from "../projects/actions";
 import { markUnsaved, replaceBy } from "../projects/opening";
 import { Result } from "./Result";
@@ -83,7 +84,8 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
     setOutcome(null);
     setProgress({ sent: 0, of: 0 });
     try {
-      setOutcome(await send(port, order, setProgress));
+      // The reason of the last retry stays while its bytes travel.
+      setOutcome(await send(port, order, (next) => setProgress((last) => ({ retry: last?.retry, ...next }))));
     } catch (error) {
       if (!(error instanceof CutOffError)) throw error;
       setOutcome("cut-off");
@@ -117,6 +119,7 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
               <span className="progress-bar">
                 <span style={{ width: `${percentage ?? 30}%` }} />
               </span>
+              {progress.retry && <p className="quiet">{spoken(progress.retry.message)}</p>}
             </>
           )}
         </ProgressBar>

@@ -9,6 +9,8 @@ export type Order = { image: string; verify: boolean } | { readback: true };
 export interface Progress {
   sent: number;
   of: number;
+  /** Why the server tries again. */
+  retry?: { number: number; of: number; message: Sentence };
 }
 
 export type Outcome =
