@@ -271,7 +271,9 @@ def test_a_bad_answer_to_an_upload(car, name, monkeypatch):
 @every_line
 def test_a_car_that_is_busy_is_not_asked_again(car):
     car.play(lambda: (car.receive(CHECK_BYTES), car.send(b"ERR busy with another uploader\n")))
-    assert "busy with another uploader" in refused(PortBusyError, upload, car.port)
+    sentence = refused(PortBusyError, upload, car.port)
+    assert "busy with another uploader" in sentence
+    assert "image that it had" not in sentence
 
 
 @every_line

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from motorcade.link.talk import Retry
+from motorcade.link.talk import OLD, Retry
 from motorcade.words.upload import IMAGE, MISMATCH, OTHER_CHECKSUM, REFUSED, SILENT, Outcome
 
 # The words in braces are filled in per case; {detail} is what the car itself said.
@@ -187,7 +187,8 @@ def upload_failure(port: str, outcome: Outcome, holds: str) -> PortError | None:
     if kind != REFUSED:
         return None
     if detail.startswith("busy"):
-        return PortBusyError("car-busy", port=port, holds=holds)
+        # What it had before the other upload isn't what it will have.
+        return PortBusyError("car-busy", port=port, holds="" if holds == OLD else holds)
     return RefusedError("refused", port=port, detail=detail, holds=holds)
 
 
