@@ -1,30 +1,20 @@
-import { lazy, Suspense, useState } from "react";
+import { lazy, Suspense } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { answer, useQuestion } from "./asking";
 import { Sheet } from "./controls";
-import { Fence } from "./Fence";
+import { Fence, reload } from "./Fence";
 import { tell } from "./telling";
 
 const DIALOGS = {
-  upload: async () => ({ default: (await import("../upload/UploadDialog")).UploadDialog }),
-  library: async () => ({ default: (await import("../projects/LibraryDialog")).LibraryDialog }),
-  examples: async () => ({ default: (await import("../projects/ExamplesDialog")).ExamplesDialog }),
-  share: async () => ({ default: (await import("../projects/ShareDialog")).ShareDialog }),
-  help: async () => ({ default: (await import("./HelpDialog")).HelpDialog }),
+  upload: lazy(async () => ({ default: (await import("../upload/UploadDialog")).UploadDialog })),
+  library: lazy(async () => ({ default: (await import("../projects/LibraryDialog")).LibraryDialog })),
+  examples: lazy(async () => ({ default: (await import("../projects/ExamplesDialog")).ExamplesDialog })),
+  share: lazy(async () => ({ default: (await import("../projects/ShareDialog")).ShareDialog })),
+  help: lazy(async () => ({ default: (await import("./HelpDialog")).HelpDialog })),
 };
 
 export type DialogName = keyof typeof DIALOGS;
-
-/** Fetched when it is opened; anew each time, so that a failure isn't remembered. */
-function Fetched({ name, onClose }: { name: DialogName; onClose: () => void }) {
-  const [Open] = useState(() => lazy(DIALOGS[name]));
-  return (
-    <Suspense>
-      <Open onClose={onClose} />
-    </Suspense>
-  );
-}
 
 function Asking() {
   const { t } = useTranslation();
@@ -48,14 +38,15 @@ function Asking() {
 /** The dialog that is open, and the question above it. One that can't be fetched, as while the server is away, is not. */
 export function Dialogs({ open, onClose }: { open: DialogName | null; onClose: () => void }) {
   const { t } = useTranslation();
+  const Open = open && DIALOGS[open];
   const fail = () => {
-    tell(t("server.needed"), "warning");
+    tell(t("app.failed"), "error", { label: t("app.reload"), run: reload });
     onClose();
   };
   return (
     <>
       <Fence key={open} onFailure={fail}>
-        {open && <Fetched name={open} onClose={onClose} />}
+        <Suspense>{Open && <Open onClose={onClose} />}</Suspense>
       </Fence>
       <Asking />
     </>

@@ -2,7 +2,7 @@ import { Component, type ReactNode } from "react";
 
 interface FenceProps {
   /** What is shown in place of what failed. */
-  fallback?: (retry: () => void) => ReactNode;
+  fallback?: ReactNode;
   onFailure?: () => void;
   children: ReactNode;
 }
@@ -20,7 +20,11 @@ export class Fence extends Component<FenceProps, { failed: boolean }> {
   }
 
   override render(): ReactNode {
-    if (!this.state.failed) return this.props.children;
-    return this.props.fallback?.(() => this.setState({ failed: false }));
+    return this.state.failed ? this.props.fallback : this.props.children;
   }
+}
+
+/** The way on: a browser that failed to fetch a part of a page doesn't ask for it again. Work is kept of itself. */
+export function reload(): void {
+  location.reload();
 }

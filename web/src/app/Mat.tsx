@@ -1,36 +1,28 @@
-import { lazy, Suspense, useState } from "react";
+import { lazy, Suspense } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord, MatDocument } from "../api/types";
-import { Fence } from "./Fence";
+import { Fence, reload } from "./Fence";
 import { useStudio, type Studio } from "./store";
 
 const NO_WORDS: readonly CompiledWord[] = [];
 const change = (mat: MatDocument, rangeMm: number | null) => useStudio.setState({ mat, rangeMm });
 const tellRunning = (running: Studio["running"]) => useStudio.setState({ running });
 
-/** Made anew for each try: what failed to be fetched is remembered as failed. */
-const fetched = () => lazy(async () => ({ default: (await import("../mat/MatPanel")).MatPanel }));
+const MatPanel = lazy(async () => ({ default: (await import("../mat/MatPanel")).MatPanel }));
 
 /** The mat, fetched after the rest of the page. */
 export function Mat() {
   const { t } = useTranslation();
-  const [MatPanel, setMatPanel] = useState(fetched);
   const compiled = useStudio((studio) => studio.compiled);
   const mat = useStudio((studio) => studio.mat);
   const rangeMm = useStudio((studio) => studio.rangeMm);
   const profile = useStudio((studio) => studio.profile);
-  const failed = (retry: () => void) => (
+  const failed = (
     <div className="failed" role="alert">
-      <p>{t("mat.failed")}</p>
-      <Button
-        className="button primary"
-        onPress={() => {
-          setMatPanel(fetched);
-          retry();
-        }}
-      >
-        {t("app.retry")}
+      <p>{t("app.failed")}</p>
+      <Button className="button primary" onPress={reload}>
+        {t("app.reload")}
       </Button>
     </div>
   );
