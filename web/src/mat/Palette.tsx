@@ -60,6 +60,7 @@ export function Palette({ session, scene }: { session: Session; scene: Scene | n
           className="mat-button plain"
           aria-label={t("mat.add", { what: t(`mat.things.${kind}`) })}
           title={t("mat.add", { what: t(`mat.things.${kind}`) })}
+          disabled={!scene}
           onPointerDown={(event) => take(kind, event)}
           onClick={() => placeInMiddle(kind)}
         >
