@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from playwright.sync_api import Browser, BrowserContext, Locator, Page, Request, expect
+from playwright.sync_api import Browser, BrowserContext, FloatRect, Locator, Page, Request, expect
 from scripts.studio_process import project_link
 
 SENTENCES = Path(__file__).parent.parent / "web" / "src" / "i18n"
@@ -25,6 +25,7 @@ class StudioPage:
         self.url = url
         self.faults: list[str] = []
         self._forgiven: list[str] = []
+        self._taken = 0
         self._sentences = json.loads((SENTENCES / f"{language}.json").read_text(encoding="utf-8"))
         context.set_default_timeout(PATIENCE_MS)
         context.on("console", lambda message: message.type == "error" and self._blame(message.text))
@@ -61,7 +62,7 @@ class StudioPage:
         studio.page.goto(project_link(url, project, SHARED) if project else url)
         studio.wait_until_ready()
         if project:
-            expect(studio.name).to_have_value(SHARED)
+            studio._expect_shared(SHARED)
         return studio
 
     def reopen(self) -> None:
@@ -80,12 +81,30 @@ class StudioPage:
         words = self.page.get_by_role("rowheader", include_hidden=True)
         expect(words.or_(self.page.locator(".diagnostics li"))).not_to_have_count(0)
         expect(self.page.locator("#mat-play")).to_be_enabled()
+        expect(self.page.locator(".mat-canvas canvas")).to_be_attached()
+
+    def take(self, project: dict[str, Any]) -> None:
+        """Another project in place of what is there, as by a link that is opened in the same page."""
+        self._taken += 1
+        name = f"{SHARED} {self._taken}"
+        unsaved = self.page.get_by_text(self.say("project.unsaved"), exact=True).is_visible()
+        self.page.evaluate("link => { location.hash = new URL(link).hash }", project_link(self.url, project, name))
+        if unsaved:
+            self.page.get_by_role("alertdialog").get_by_role("button", name=self.say("project.replaceYes")).click()
+        self._expect_shared(name)
+
+    def _expect_shared(self, name: str) -> None:
+        expect(self.name).to_have_value(name)
+        expect(self.page.get_by_text(self.say("project.unsaved"), exact=True)).to_be_attached()
 
     def say(self, key: str, **values: object) -> str:
-        """What the page says in its language for a key of its sentences."""
-        sentence = self._sentences
-        for part in key.split("."):
-            sentence = sentence[part]
+        """What the page says in its language for a key of its sentences; with a ``count``, in the form that fits it."""
+        *path, last = key.split(".")
+        sentences = self._sentences
+        for part in path:
+            sentences = sentences[part]
+        forms = (last, *([f"{last}_one"] if values.get("count") == 1 else []), f"{last}_other")
+        sentence = next(sentences[form] for form in forms if form in sentences)
         return re.sub(r"\{\{(\w+)\}\}", lambda found: str(values[found[1]]), sentence)
 
     def forgive(self, *parts: str) -> None:
@@ -129,10 +148,7 @@ class StudioPage:
     def drag_out(self, editor: str, drawer: str, block: str, *, below: Locator) -> None:
         """Takes a block out of a drawer with the mouse and hangs it below another."""
         self.editor(editor).get_by_role("treeitem", name=self.say(f"drawers.{drawer}")).click()
-        taken = self.editor(editor).get_by_role("option", name=block).bounding_box()
-        place = below.bounding_box()
-        assert taken
-        assert place
+        taken, place = self.box(self.editor(editor).get_by_role("option", name=block)), self.box(below)
         mouse = self.page.mouse
         mouse.move(taken["x"] + 12, taken["y"] + taken["height"] / 2)
         mouse.down()
@@ -140,6 +156,13 @@ class StudioPage:
         mouse.move(x + 30, y + 30, steps=4)
         mouse.move(x, y, steps=4)
         mouse.up()
+
+    def box(self, thing: Locator) -> FloatRect:
+        """Where something stands once it has come to rest there."""
+        thing.scroll_into_view_if_needed()
+        box = thing.bounding_box()
+        assert box
+        return box
 
     def pick(self, field: Locator, option: str) -> None:
         """Another option of a field with a list."""

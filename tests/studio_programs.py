@@ -13,6 +13,14 @@ PAIR = {
     "car": [{"at_m": [2, 1.5], "role": "leader"}, {"at_m": [2, 1]}],
 }
 FOLLOWED = {**EXAMPLE, "followers": {"accept_ir": True, "forward": False, "steps": [RIGHT]}, "mat": PAIR}
+FURNISHED = {
+    **FOLLOWED,
+    "mat": {
+        **PAIR,
+        "person": [{"path": [[0, 1, 2.5], [4, 3, 2.5]], "repeats": True}],
+        "voice": [{"at_s": 1, "word": "stop"}, {"at_s": 2, "word": "go", "centre_m": [2, 1], "radius_m": 0.5}],
+    },
+}
 LIT = {**EXAMPLE, "leader": [{"together": [FORWARD, {"led": {"which": 1, "seconds": 1}}]}]}
 LISTENING = {**EXAMPLE, "leader": [{"together": [FORWARD, {"voice": {}}]}]}
 SHELTERED = {**EXAMPLE, "followers": {"accept_ir": True, "forward": False, "steps": [{**RIGHT, "accept_ir": False}]}}

@@ -88,3 +88,29 @@ def open_own_page(browser: Browser, own_studio: StudioProcess) -> Iterator[OpenP
     """Opens pages of the test's own studio."""
     with visitors(browser, own_studio) as open_page:
         yield open_page
+
+
+@pytest.fixture(scope="module")
+def shown_pages(browser: Browser, studio: StudioProcess) -> Iterator[dict[str, StudioPage]]:
+    """The pages of ``show``, by language."""
+    pages: dict[str, StudioPage] = {}
+    yield pages
+    for page in pages.values():
+        page.context.close()
+
+
+@pytest.fixture
+def show(browser: Browser, studio: StudioProcess, shown_pages: dict[str, StudioPage]) -> Iterator[OpenPage]:
+    """Shows a project in a page that a module's tests use one after another: for what leaves nothing behind."""
+
+    def show_in(project: dict[str, Any], language: str = "en") -> StudioPage:
+        page = shown_pages.get(language)
+        if page is None:
+            page = shown_pages[language] = StudioPage.open(browser, studio.url, project=project, language=language)
+        else:
+            page.take(project)
+        return page
+
+    yield show_in
+    faults = [page.faults.pop() for page in shown_pages.values() for _ in page.faults[:]]
+    assert faults == []

@@ -6,10 +6,8 @@ import re
 from playwright.sync_api import expect
 
 from studio_page import StudioPage
-from studio_programs import EXAMPLE, FOLLOWED, LISTENING
+from studio_programs import EXAMPLE, FOLLOWED, FURNISHED, LISTENING
 
-# Here the mat is drawn as it is for most, though that costs much without a graphics processor.
-CHROMIUM_OPTIONS: list[str] = []
 # How a block looks while some car runs it.
 RUNNING = "motorcade-running"
 
@@ -22,18 +20,6 @@ def choose_car(studio: StudioPage, number: int) -> None:
     expect(studio.page.get_by_role("region", name=studio.say("mat.car", number=number))).to_be_visible()
 
 
-def test_the_leader_drives_its_blocks_in_turn(open_page) -> None:
-    studio = open_page(project=EXAMPLE)
-    mat = studio.page.get_by_role("application", name="Mat with cars")
-    before = mat.screenshot()
-    studio.play()
-    expect(studio.page.get_by_text("The leader drives forward")).to_be_visible()
-    for text in ("forward", "left", "forward"):
-        expect(studio.block("leader", text)).to_contain_class(RUNNING)
-    studio.page.get_by_role("button", name="Pause").click()
-    assert mat.screenshot() != before
-
-
 def test_followers_hear_and_turn(open_page) -> None:
     studio = open_page(project=FOLLOWED)
     studio.play()
@@ -42,6 +28,7 @@ def test_followers_hear_and_turn(open_page) -> None:
     expect(studio.page.get_by_text("1 follower turns right")).to_be_visible()
     choose_car(studio, 1)
     expect(studio.page.get_by_text("Heard last: B5000000 from car 0")).to_be_visible()
+    expect(studio.page.get_by_text("Stands at x 2.00 m, y 1.00 m")).to_be_visible()
 
 
 def test_ticking_the_box_opens_the_followers_editor_and_sends_them_words(open_page) -> None:
@@ -63,6 +50,32 @@ def test_a_car_that_listens_stops_and_goes_at_a_word(open_page) -> None:
     expect(studio.page.get_by_text("The leader drives forward")).to_be_visible()
 
 
+def test_a_voice_of_the_mat_is_heard_at_its_time(open_page) -> None:
+    studio = open_page(project=LISTENING)
+    studio.page.get_by_role("tab", name="Cars and things").click()
+    studio.page.get_by_role("button", name="Add a voice").click()
+    voice = studio.page.get_by_role("group", name="Voice 1")
+    voice.get_by_role("textbox", name="at (s)").fill("4")
+    voice.get_by_role("textbox", name="at (s)").press("Enter")
+    studio.play()
+    expect(studio.page.get_by_text("The leader drives forward")).to_be_visible()
+    expect(studio.page.get_by_text("The leader stands still")).to_be_visible()
+    expect(studio.clock).to_have_text(re.compile(r"0:(0[4-9]|[1-5]\d)"))
+
+
+def test_a_persons_way_gets_points_and_times(open_page) -> None:
+    studio = open_page(project=FURNISHED)
+    studio.page.get_by_role("tab", name="Cars and things").click()
+    studio.page.get_by_role("option", name="Person").click()
+    studio.page.get_by_role("button", name="Add a point after 2").click()
+    time = studio.page.get_by_role("group", name="Point 3").get_by_role("textbox", name="at (s)")
+    expect(time).to_have_value("6")
+    time.fill("9")
+    time.press("Enter")
+    studio.page.get_by_role("button", name="Remove point 1").click()
+    studio.wait_until_kept('"path":[[0,3,2.5],[5,3.5,2.5]]')
+
+
 def test_a_run_is_stepped_reset_and_looked_back_at(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     studio.page.get_by_role("button", name="One step").click()
@@ -79,7 +92,7 @@ def test_a_run_is_stepped_reset_and_looked_back_at(open_page) -> None:
     expect(studio.clock).to_have_text("0:00.0")
 
 
-def test_the_timeline_is_taken_home_as_a_table(open_page) -> None:
+def test_a_run_is_taken_home_as_a_table_and_as_a_picture_that_moves(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     studio.play()
     expect(studio.clock).to_have_text(re.compile(r"0:0[1-9]\.\d"))
@@ -88,6 +101,9 @@ def test_the_timeline_is_taken_home_as_a_table(open_page) -> None:
         studio.choose("Download", item="Timeline as a table (CSV)")
     rows = list(csv.DictReader(download.value.path().read_text(encoding="utf-8-sig").splitlines()))
     assert "0x65800000" in [row["word"] for row in rows]
+    with studio.page.expect_download() as download:
+        studio.choose("Download", item="animated picture (GIF)", exact=False)
+    assert download.value.path().read_bytes().startswith(b"GIF8")
 
 
 def test_things_are_dragged_onto_the_mat_and_travel_in_the_project(open_page) -> None:
@@ -102,12 +118,3 @@ def test_things_are_dragged_onto_the_mat_and_travel_in_the_project(open_page) ->
     studio.wait_until_ready()
     studio.page.get_by_role("tab", name="Cars and things").click()
     expect(person).to_be_visible()
-
-
-def test_a_thousand_followers_fit_on_the_mat(open_page) -> None:
-    studio = open_page(project=FOLLOWED)
-    followers = studio.page.get_by_role("textbox", name="Followers")
-    followers.fill("1000")
-    followers.press("Enter")
-    studio.play()
-    expect(studio.block("followers", "right")).to_contain_class(RUNNING)

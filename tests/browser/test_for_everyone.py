@@ -5,10 +5,10 @@ from playwright.sync_api import Locator, expect
 from scripts.studio_process import ROOT
 
 from studio_page import PHONE, StudioPage
-from studio_programs import EXAMPLE, FOLLOWED, TOO_LONG
+from studio_programs import EXAMPLE, FOLLOWED, FURNISHED, TOO_LONG
 
 AXE = ROOT / "web" / "node_modules" / "axe-core" / "axe.min.js"
-SERIOUS = """async () => (await axe.run()).violations
+SERIOUS = """async (part) => (await axe.run(part)).violations
     .filter(({ impact }) => impact === "serious" || impact === "critical")
     .flatMap(({ id, nodes }) => nodes.map(({ target, failureSummary }) => `${id}: ${target}: ${failureSummary}`))"""
 BUTTONS = {"upload": "upload.open", "help": "help.title"}
@@ -17,13 +17,13 @@ DIALOGS = ("upload", "library", "examples", "share", "help")
 LOOKS = pytest.mark.parametrize(("language", "theme"), [("en", "light"), ("zh", "dark"), ("zh", "contrast")])
 
 
-def has_no_barriers(studio: StudioPage) -> None:
+def has_no_barriers(studio: StudioPage, part: str = "body") -> None:
     # What fades in has not its own colours yet.
     studio.page.evaluate("() => Promise.allSettled(document.getAnimations().map(({ finished }) => finished))")
     if not studio.page.evaluate("() => 'axe' in window"):
         # As a part of the test's own script, which the page's policy doesn't bind.
         studio.page.evaluate(AXE.read_text(encoding="utf-8"))
-    assert studio.page.evaluate(SERIOUS) == []
+    assert studio.page.evaluate(SERIOUS, part) == []
 
 
 def fits_the_screen(studio: StudioPage) -> None:
@@ -38,12 +38,19 @@ def tab(studio: StudioPage, name: str) -> Locator:
 
 
 @LOOKS
-def test_the_page_has_no_barriers(open_page, language, theme) -> None:
-    studio = open_page(language=language, theme=theme, project=FOLLOWED)
+def test_page_and_dialogs_have_no_barriers(open_page, language, theme) -> None:
+    studio = open_page(language=language, theme=theme, project=FURNISHED)
     has_no_barriers(studio)
     for panel in ("things", "timeline"):
         studio.page.get_by_role("tab", name=studio.say(f"mat.panels.{panel}")).click()
-        has_no_barriers(studio)
+        if panel == "things":
+            studio.page.get_by_role("option", name=studio.say("mat.things.person")).click()
+        has_no_barriers(studio, "#mat")
+    for name in DIALOGS:
+        open_dialog(studio, name)
+        has_no_barriers(studio, "[role=dialog]")
+        studio.page.keyboard.press("Escape")
+        expect(studio.page.get_by_role("dialog")).to_have_count(0)
 
 
 def test_an_empty_page_and_its_tour_have_no_barriers(open_page) -> None:
@@ -54,16 +61,6 @@ def test_diagnostics_have_no_barriers(open_page) -> None:
     studio = open_page(project=TOO_LONG)
     expect(studio.diagnostics).not_to_have_count(0)
     has_no_barriers(studio)
-
-
-@LOOKS
-def test_dialogs_have_no_barriers(open_page, language, theme) -> None:
-    studio = open_page(language=language, theme=theme, project=EXAMPLE)
-    for name in DIALOGS:
-        open_dialog(studio, name)
-        has_no_barriers(studio)
-        studio.page.keyboard.press("Escape")
-        expect(studio.page.get_by_role("dialog")).to_have_count(0)
 
 
 def open_dialog(studio: StudioPage, name: str) -> None:
@@ -104,9 +101,7 @@ def drag_by_finger(studio: StudioPage, drawer: str, *, below: Locator) -> None:
     """Takes the drawer's first block out and hangs it below another."""
     editor = studio.editor("leader")
     editor.get_by_role("treeitem", name=studio.say(f"drawers.{drawer}")).tap()
-    place, taken = below.bounding_box(), editor.get_by_role("option").first.bounding_box()
-    assert place
-    assert taken
+    place, taken = studio.box(below), studio.box(editor.get_by_role("option").first)
     finger = studio.context.new_cdp_session(studio.page)
     x, y = taken["x"] + 12, taken["y"] + taken["height"] / 2
     to_x, to_y = place["x"] + 12, place["y"] + place["height"] + taken["height"] / 2
@@ -116,6 +111,58 @@ def drag_by_finger(studio: StudioPage, drawer: str, *, below: Locator) -> None:
     for now_x, now_y in way:
         finger.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [{"x": now_x, "y": now_y}]})
     finger.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+
+def test_two_fingers_zoom_the_mat(open_page) -> None:
+    studio = open_page(size=PHONE, has_touch=True, is_mobile=True, project=EXAMPLE)
+    tab(studio, "mat").tap()
+    mat = studio.page.get_by_role("application", name=studio.say("mat.canvas"))
+    scale = mat.locator(".mat-scale")
+    before, box = scale.bounding_box(), studio.box(mat)
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    finger = studio.context.new_cdp_session(studio.page)
+
+    def touch(kind: str, apart: float) -> None:
+        points = [{"x": x - apart, "y": y, "id": 0}, {"x": x + apart, "y": y, "id": 1}] if apart else []
+        finger.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    touch("touchStart", 20)
+    for apart in (30, 45, 60):
+        touch("touchMove", apart)
+    touch("touchEnd", 0)
+    expect(scale).not_to_have_text("1 m")
+    assert before
+    assert scale.bounding_box() != before
+
+
+def test_who_wishes_for_less_motion_gets_none_but_the_cars(open_page) -> None:
+    studio = open_page(project=EXAMPLE, reduced_motion="reduce")
+    running = "() => document.getAnimations().filter(({ playState }) => playState === 'running').length"
+    for name in DIALOGS:
+        open_dialog(studio, name)
+        assert studio.page.evaluate(running) == 0, name
+        studio.page.keyboard.press("Escape")
+        expect(studio.page.get_by_role("dialog")).to_have_count(0)
+    studio.play()
+    studio.expect_moving()
+    assert studio.page.evaluate(running) == 0
+
+
+def test_what_cannot_be_fetched_is_told_and_leaves_the_rest(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    studio.forgive("ERR_FAILED", "dynamically imported module", "<Fence>")
+    studio.page.route("**/MatPanel*.js", lambda route: route.abort())
+    studio.page.reload()
+    told = studio.page.get_by_role("alert").filter(has_text=studio.say("app.failed"))
+    expect(told).to_be_visible()
+    studio.expect_words(["02000000", "65800000", "6a800000"])
+    studio.page.route("**/HelpDialog*.js", lambda route: route.abort())
+    studio.page.get_by_role("button", name=studio.say("help.title"), exact=True).click()
+    expect(studio.notices).to_contain_text(studio.say("app.failed"))
+    studio.page.unroute_all()
+    told.get_by_role("button", name=studio.say("app.reload")).click()
+    studio.wait_until_ready()
+    open_dialog(studio, "help")
 
 
 def test_a_page_zoomed_to_twice_its_size_keeps_everything_in_reach(open_page) -> None:

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import expect
 
-from studio_page import SENTENCES, StudioPage
+from studio_page import SENTENCES, SHARED, StudioPage
 from studio_programs import FOLLOWED, TOO_LONG
 
 LATIN = re.compile(r"[A-Za-z]{2,}")
 CHINESE = re.compile(r"[\u3000-\u303f\u4e00-\u9fff\uff00-\uffef]+")
 # What is written so in Chinese too: names, kinds of files, and keys.
-IN_EVERY_LANGUAGE = {"Motorcade", "English", "中文", "LED", "CSV", "GIF", "MP", "SVG", "PNG"}
+IN_EVERY_LANGUAGE = {SHARED, "Motorcade", "English", "中文", "LED", "CSV", "GIF", "MP", "SVG", "PNG"}
 KEYS = {
     "Alt",
     "Backspace",
@@ -83,18 +83,18 @@ IN_BOTH = pytest.mark.parametrize(("language", "other"), [("zh", LATIN), ("en", 
 
 
 @IN_BOTH
-def test_a_language_says_everything(open_page, language, other) -> None:
-    studio = open_page(language=language, project=FOLLOWED)
+def test_a_language_says_everything(show, language, other) -> None:
+    studio = show(language=language, project=FOLLOWED)
     studio.play()
-    expect(studio.page.get_by_text(re.compile(studio.say("mat.account.leaders.forward_one")))).to_be_visible()
+    expect(studio.page.get_by_text(studio.say("mat.account.leaders.forward", count=1))).to_be_visible()
     studio.mat_button("pause").click()
     for _ in places(studio):
         says_everything(studio, other)
 
 
 @IN_BOTH
-def test_a_refusal_is_said_in_the_language(open_page, language, other) -> None:
-    studio = open_page(language=language, project=TOO_LONG)
+def test_a_refusal_is_said_in_the_language(show, language, other) -> None:
+    studio = show(language=language, project=TOO_LONG)
     expect(studio.diagnostics).not_to_have_count(0)
     says_everything(studio, other)
 
@@ -108,6 +108,18 @@ def test_the_language_changes_at_once_and_is_remembered(open_page) -> None:
     studio.page.reload()
     expect(studio.page.get_by_role("region", name="主机", exact=True)).to_contain_text("前进")
     expect(studio.page.locator("html")).to_have_attribute("lang", re.compile("^zh"))
+
+
+def test_an_edit_is_undone_after_the_language_changed(open_page) -> None:
+    studio = open_page(project=FOLLOWED)
+    studio.pick(studio.field(studio.block("leader", "left"), "left"), "right")
+    studio.choose("Language and colours", item="中文")
+    editor = studio.page.get_by_role("region", name="主机", exact=True)
+    expect(editor).to_contain_text("右转")
+    editor.get_by_role("button", name="撤销").click()
+    expect(editor).to_contain_text("左转")
+    editor.get_by_role("button", name="重做").click()
+    expect(editor).to_contain_text("右转")
 
 
 def test_a_browser_that_prefers_chinese_is_greeted_in_chinese(open_page) -> None:

@@ -3,7 +3,7 @@
 import json
 from contextlib import suppress
 
-from playwright.sync_api import Error, expect
+from playwright.sync_api import Error, Locator, expect
 
 from studio_page import StudioPage
 from studio_programs import EXAMPLE, FOLLOWED
@@ -16,6 +16,11 @@ def turn_right(studio: StudioPage) -> None:
     """An edit of the example."""
     studio.pick(studio.field(studio.block("leader", "left"), "left"), "right")
     studio.expect_words(TURNED_WORDS)
+
+
+def reach(studio: StudioPage) -> Locator:
+    """How far infrared reaches on the mat."""
+    return studio.page.get_by_role("textbox", name="Infrared range")
 
 
 def save_as(studio: StudioPage, name: str) -> None:
@@ -51,6 +56,9 @@ def test_every_save_is_kept_and_an_old_one_comes_back(open_own_page) -> None:
 def test_a_project_goes_through_a_file(open_page, tmp_path) -> None:
     studio = open_page(project=FOLLOWED)
     studio.name.fill("Through a file")
+    reach(studio).fill("300")
+    reach(studio).press("Enter")
+    studio.wait_until_kept('"range_mm":300')
     with studio.page.expect_download() as download:
         studio.project_menu("menu.saveFile")
     path = tmp_path / download.value.suggested_filename
@@ -67,6 +75,7 @@ def test_a_project_goes_through_a_file(open_page, tmp_path) -> None:
     chooser.value.set_files(path)
     again.expect_words(["02010200", "65800000", "6a800000", "b5000000"])
     expect(again.name).to_have_value("Through a file")
+    expect(reach(again)).to_have_value("300 mm")
 
 
 def test_a_link_holds_the_whole_project(open_page) -> None:
@@ -118,6 +127,31 @@ def test_work_survives_a_crash_of_the_browser(open_page) -> None:
     studio.expect_words(TURNED_WORDS)
     expect(studio.notices).to_contain_text("is back")
     expect(studio.page.get_by_text("Not saved")).to_be_visible()
+
+
+def test_each_tab_keeps_its_own_work(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    studio.wait_until_kept(studio.name.input_value())
+    first = studio.page
+    studio.reopen()
+    studio.expect_words(["00000000"])
+    studio.name.fill("The second")
+    studio.wait_until_kept("The second")
+    studio.page.reload()
+    expect(studio.name).to_have_value("The second")
+    studio.page = first
+    first.reload()
+    studio.expect_words(EXAMPLE_WORDS)
+
+
+def test_blocks_and_words_are_taken_home(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    for key, beginning in (("csv", "index,part,hex"), ("svg", "<svg"), ("png", "PNG")):
+        with studio.page.expect_download() as download:
+            studio.project_menu(f"export.{key}")
+        content = download.value.path().read_bytes()
+        assert beginning in content[:40].decode("utf-8", errors="replace")
+        assert key == "png" or "65800000" in content.decode() or "forward" in content.decode()
 
 
 def test_work_goes_on_when_the_server_crashes_and_comes_back(open_own_page, own_studio) -> None:

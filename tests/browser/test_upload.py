@@ -1,7 +1,16 @@
 """What becomes of an upload is told as it is, and a car gives back its program."""
 
+import threading
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
 from playwright.sync_api import expect
 
+from motorcade.profile import built_in_profile
+from motorcade.sim.virtual_car import ImageStore, VirtualBoard, monotonic_clock, serve
+from studio_page import StudioPage
 from studio_programs import FOLLOWED
 
 WORDS = ["02010200", "65800000", "6a800000", "b5000000"]
@@ -23,6 +32,96 @@ def test_the_virtual_car_takes_a_program_and_gives_it_back_as_blocks(open_page) 
     dialog.get_by_role("button", name="Open as blocks").click()
     again.expect_words(WORDS)
     expect(again.block("followers", "right")).to_be_visible()
+
+
+def test_escape_closes_the_dialog_while_a_car_is_being_spoken_with(open_page) -> None:
+    studio = open_page(project=FOLLOWED)
+    studio.page.get_by_role("button", name="Upload", exact=True).click()
+    dialog = studio.dialog("upload.title")
+    dialog.get_by_text("Virtual car", exact=True).click()
+    dialog.get_by_role("button", name="Upload").press("Enter")
+    expect(dialog.get_by_role("progressbar")).to_be_visible()
+    expect(dialog.locator(":focus")).to_have_count(1)
+    studio.page.keyboard.press("Escape")
+    expect(dialog).to_have_count(0)
+
+
+class BrowserLine:
+    """A car's end of the serial line that a page believes to have opened by Web Serial."""
+
+    address = "the browser"
+
+    def __init__(self) -> None:
+        self._to_car: deque[int] = deque()
+        self._to_page: deque[int] = deque()
+        self._came = threading.Event()
+
+    def wait(self, seconds: float) -> None:
+        self._came.wait(seconds)
+        self._came.clear()
+
+    def read(self) -> bytes:
+        return bytes(self._to_car.popleft() for _ in range(len(self._to_car)))
+
+    def write(self, data: bytes) -> None:
+        self._to_page.extend(data)
+
+    def close(self) -> None:
+        pass
+
+    def plug_into(self, studio: StudioPage) -> None:
+        """Has the page's `navigator.serial` lead here."""
+        studio.page.expose_function("tellCar", self._tell)
+        studio.page.expose_function("hearCar", lambda: [self._to_page.popleft() for _ in range(len(self._to_page))])
+        studio.page.evaluate(FAKE_SERIAL)
+
+    def _tell(self, data: list[int]) -> None:
+        self._to_car.extend(data)
+        self._came.set()
+
+
+FAKE_SERIAL = """() => Object.defineProperty(navigator, "serial", { value: { requestPort: async () => {
+    let open = false;
+    return {
+        open: async ({ baudRate }) => { open = baudRate === 115200; },
+        close: async () => { open = false; },
+        readable: new ReadableStream({ async pull(stream) {
+            let bytes = await hearCar();
+            while (bytes.length === 0 && open) {
+                await new Promise((wake) => setTimeout(wake, 20));
+                bytes = await hearCar();
+            }
+            if (bytes.length) stream.enqueue(new Uint8Array(bytes));
+        } }),
+        writable: new WritableStream({ write: (bytes) => open && tellCar([...bytes]) }),
+    };
+} } })"""
+
+
+@contextmanager
+def car_at(line: BrowserLine, store: Path) -> Iterator[None]:
+    board = VirtualBoard(line, ImageStore(store), built_in_profile("classroom"), lambda *noted: None, monotonic_clock())
+    over = threading.Event()
+    car = threading.Thread(target=serve, args=(board, line, over.is_set))
+    car.start()
+    yield
+    over.set()
+    car.join()
+
+
+def test_a_port_of_the_browsers_leads_to_a_car_and_back(open_page, tmp_path) -> None:
+    studio = open_page(project=FOLLOWED)
+    line = BrowserLine()
+    line.plug_into(studio)
+    with car_at(line, tmp_path / "image"):
+        studio.page.get_by_role("button", name="Upload", exact=True).click()
+        dialog = studio.dialog("upload.title")
+        dialog.get_by_text("A port of this browser").click()
+        dialog.get_by_role("button", name="Upload").click()
+        expect(dialog.get_by_role("status")).to_contain_text("Verified: the car holds this program.")
+        dialog.get_by_role("button", name="Read back").click()
+        expect(dialog.get_by_role("status")).to_contain_text("The car sent back 4 words.")
+    assert (tmp_path / "image").read_bytes().hex() == "".join(WORDS)
 
 
 def test_an_upload_that_nobody_checked_is_not_called_verified(open_page) -> None:

@@ -1,0 +1,31 @@
+"""The mat drawn as it is for most, through WebGL; apart, since that costs much without a graphics processor."""
+
+from playwright.sync_api import expect
+
+from studio_programs import EXAMPLE, FOLLOWED
+
+CHROMIUM_OPTIONS: list[str] = []
+# How a block looks while some car runs it.
+RUNNING = "motorcade-running"
+
+
+def test_the_leader_drives_its_blocks_in_turn(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    mat = studio.page.get_by_role("application", name="Mat with cars")
+    before = mat.screenshot()
+    studio.play()
+    expect(studio.page.get_by_text("The leader drives forward")).to_be_visible()
+    for text in ("forward", "left", "forward"):
+        expect(studio.block("leader", text)).to_contain_class(RUNNING)
+    expect(studio.page.get_by_text("The leader turns left")).to_be_visible()
+    studio.page.get_by_role("button", name="Pause").click()
+    assert mat.screenshot() != before
+
+
+def test_a_thousand_followers_fit_on_the_mat(open_page) -> None:
+    studio = open_page(project=FOLLOWED)
+    followers = studio.page.get_by_role("textbox", name="Followers")
+    followers.fill("1000")
+    followers.press("Enter")
+    studio.play()
+    expect(studio.block("followers", "right")).to_contain_class(RUNNING)
