@@ -265,6 +265,14 @@ def test_a_channel_that_finds_nobody_is_told_so_and_watches() -> None:
     assert told["watchers"] == 1
 
 
+def test_one_client_has_four_watchers_at_most() -> None:
+    car = Car()
+    lines = [car.telemetry(port)[1] for port in range(6)]
+    car.tell(10)
+    assert [line.is_open for line in lines] == [True] * 4 + [False] * 2
+    assert lines[-1].frames()[-1]["code"] == "enough-of-you"
+
+
 def test_an_emergency_stop_from_a_watcher_latches() -> None:
     car = Car()
     driver, _ = car.commands(1)

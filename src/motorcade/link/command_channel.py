@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from motorcade.link.doors import Guest
 from motorcade.link.drive_failures import DriveError
 from motorcade.link.keys import peer_name
+from motorcade.link.telemetry import Counts
 from motorcade.words.field import WordError
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ class CommandChannel(Guest, asyncio.BufferedProtocol):
         client: who it is: the name in its certificate, or the address that it comes from.
         port: the port that it comes from.
         seat: its seat, once it has sent a command.
+        counts: what became of its words.
     """
 
     def __init__(self, left: Callable[[Guest], None], server: "DriveServer", byte_order: str) -> None:
@@ -34,6 +36,7 @@ class CommandChannel(Guest, asyncio.BufferedProtocol):
         self.client = ""
         self.port = 0
         self.seat: Seat | None = None
+        self.counts = Counts()
         self._server = server
         self._unpack = struct.Struct(">I" if byte_order == "big" else "<I").unpack_from
         self._buffer = bytearray(_BUFFER_BYTES)
@@ -78,11 +81,10 @@ class CommandChannel(Guest, asyncio.BufferedProtocol):
         whole = len(data) // _WORD_BYTES
         self._rest = bytes(data[whole * _WORD_BYTES :])
         # Behind a full buffer lie newer ones.
-        is_newest = whole > 0 and nbytes < _BUFFER_BYTES
-        if is_newest:
-            self._take(self._unpack(data, (whole - 1) * _WORD_BYTES)[0])
-        if self.seat:
-            self.seat.counts.superseded += whole - is_newest
+        is_newest = nbytes < _BUFFER_BYTES
+        if whole:
+            self._take(self._unpack(data, (whole - 1) * _WORD_BYTES)[0], is_newest)
+        self.counts.superseded += max(0, whole - is_newest)
 
     def sit(self) -> "Seat":
         """Take a seat, if it has none yet. Raises DriveError where there is none."""
@@ -96,13 +98,12 @@ class CommandChannel(Guest, asyncio.BufferedProtocol):
             self.seat.leave()
         self._hang_up()
 
-    def _take(self, word: int) -> None:
+    def _take(self, word: int, is_newest: bool = True) -> None:
         try:
-            if self.seat is None:
-                self._server.drive.check(word)
-                self.sit()
-            assert self.seat
-            self.seat.command(word)
+            if self.seat is None or not is_newest:
+                self._server.drive.check(word, self.counts)
+            if is_newest:
+                self.sit().command(word)
             self._wrong = 0
         except WordError:
             self._wrong += 1

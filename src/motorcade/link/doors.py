@@ -100,10 +100,18 @@ class Door:
                     await asyncio.sleep(_OUT_OF_SOCKETS_S)
                     continue
                 self._welcome(line, str(address[0]))
+                # While newcomers wait sock_accept doesn't, and those inside would.
+                await asyncio.sleep(0)
         finally:
             self._listener.close()
             for visit in list(self._visits.values()):
                 visit.end()
+
+    def shut(self) -> None:
+        """Let nobody in any more; to be called before ``serve`` is cancelled."""
+        # A selector's loop would accept one more for a cancelled sock_accept, and lose it.
+        with suppress(NotImplementedError):
+            asyncio.get_running_loop().remove_reader(self._listener)
 
     def _welcome(self, line: socket.socket, address: str) -> None:
         if not self._make_room(address):

@@ -5,6 +5,10 @@ MESSAGES: dict[str, dict[str, str]] = {
         "en": "This car has its driver and all watchers that it takes, {seats} in all. Wait until one leaves.",
         "zh": "这辆小车的驾驶者和观看者已满，共 {seats} 位。请等有人离开。",
     },
+    "enough-of-you": {
+        "en": "{most} connections of yours watch this car already. Close one of them.",
+        "zh": "您已有 {most} 个连接在观看这辆小车。请关闭其中一个。",
+    },
     "no-program": {
         "en": "This car holds no program that it could run.",
         "zh": "这辆小车没有可运行的程序。",

@@ -50,14 +50,14 @@ class DriveServer:
         Only who has been silent for as long as loses a driver the wheel gives it up. Raises DriveError.
         """
         try:
-            return self.drive.join(channel.name)
+            return self.drive.join(channel.name, counts=channel.counts)
         except DriveError:
             silences = [(self.drive.silent_ms(each.seat), each) for each in self.commands if each.seat]
             longest_ms, longest = max(silences, key=lambda silence: silence[0], default=(0, None))
             if longest is None or longest_ms <= self._hand_over_ms:
                 raise
             longest.give_up_seat()
-            return self.drive.join(channel.name)
+            return self.drive.join(channel.name, counts=channel.counts)
 
     def named_by(self, channel: TelemetryChannel) -> CommandChannel | None:
         """The connection for commands of the same client at the port that the channel names."""
@@ -100,6 +100,8 @@ async def served(
     try:
         yield doors
     finally:
+        for door in doors:
+            door.shut()
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)

@@ -11,7 +11,7 @@ from motorcade.car.arbiter import APPLIED, CLIENT, FAILSAFE, LOCAL, MOVING, NOBO
 from motorcade.car.drive_board import DriveBoard
 from motorcade.link.drive_failures import DriveError
 from motorcade.link.seat import Seat
-from motorcade.link.telemetry import OUTCOMES, OVER_RATE, Telemetry
+from motorcade.link.telemetry import OUTCOMES, OVER_RATE, Counts, Telemetry
 from motorcade.link.wheels import NEUTRAL_SETPOINT, Setpoint, Wheels
 from motorcade.profile import Profile
 from motorcade.words.field import WordError
@@ -68,13 +68,14 @@ class Drive:
         """What makes the wheels stand still once this process is dead, of `motorcade.car.drive_board.DriveBoard`."""
         return self._board.rescue()
 
-    def join(self, name: str, kind: int = CLIENT, watches: bool = False) -> Seat:
+    def join(self, name: str, kind: int = CLIENT, watches: bool = False, counts: Counts | None = None) -> Seat:
         """A seat for one who will drive or watch: CLIENT, or LOCAL for a stick at the car itself, which comes first.
 
         Args:
             name: what the others are shown.
             kind: CLIENT or LOCAL.
             watches: for one who won't drive; where nobody drives such a one leaves a seat for who will.
+            counts: what has become of its words so far, for one who has sent some.
 
         Raises:
             DriveError: ``full``, with one driver and eight watchers; a local stick always finds a seat.
@@ -86,21 +87,13 @@ class Drive:
             if kind == CLIENT and taken >= MOST_SEATS:
                 raise DriveError("full", seats=MOST_SEATS)
             self._numbers += 1
-            seat = Seat(self, self._numbers, name, kind, self._clock(), self._limits.commands_per_s)
+            seat = Seat(self, self._numbers, name, kind, self._clock(), self._limits.commands_per_s, counts or Counts())
             self._seats[seat.number] = seat
             return seat
 
     def command(self, seat: Seat, word: int) -> int:
         """As `Seat.command`."""
-        counts = seat.counts
-        try:
-            _, angle_deg, direction, speed, _ = DRIVE.decode(word, strict=True)
-        except WordError as problem:
-            with self._lock:
-                self._refused += 1
-            counts.refused += 1
-            counts.last_refusal = str(problem)
-            raise
+        angle_deg, direction, speed = self.check(word, seat.counts)
         with self._lock:
             now = seat.heard_ms = self._clock()
             if seat.number not in self._seats:
@@ -113,7 +106,7 @@ class Drive:
                 if outcome == APPLIED:
                     self._setpoint = (angle_deg, direction, speed)
                 self._follow(outcome == APPLIED)
-        counts.outcomes[outcome] += 1
+        seat.counts.outcomes[outcome] += 1
         return outcome
 
     def request(self, seat: Seat) -> bool:
@@ -164,14 +157,17 @@ class Drive:
         with self._lock:
             self._turned_away += 1
 
-    def check(self, word: int) -> None:
-        """Raise WordError, and count it, where somebody without a seat sent what is no DRIVE word."""
+    def check(self, word: int, counts: Counts) -> Setpoint:
+        """What a DRIVE word says. Raises WordError, and counts it, where it is none."""
         try:
-            DRIVE.decode(word, strict=True)
-        except WordError:
+            _, angle_deg, direction, speed, _ = DRIVE.decode(word, strict=True)
+        except WordError as problem:
             with self._lock:
                 self._refused += 1
+            counts.refused += 1
+            counts.last_refusal = str(problem)
             raise
+        return angle_deg, direction, speed
 
     def drives(self, seat: Seat) -> bool:
         """Whether the seat has the wheel."""

@@ -23,11 +23,13 @@ class Seat:
         heard_ms: when it last sent a valid command.
     """
 
-    def __init__(self, drive: "Drive", number: int, name: str, kind: int, now_ms: int, commands_per_s: int) -> None:
+    def __init__(
+        self, drive: "Drive", number: int, name: str, kind: int, now_ms: int, commands_per_s: int, counts: Counts
+    ) -> None:
         self.number = number
         self.name = name
         self.kind = kind
-        self.counts = Counts()
+        self.counts = counts
         self.heard_ms = now_ms
         self._drive = drive
         # When the last commands came, a ring as long as a window's share of the rate.

@@ -19,6 +19,8 @@ MOST_REQUEST_BYTES = 1024
 _MOST_A_SECOND = 20
 # A client has so long to say to which connection its channel belongs.
 _PERIODS_TO_JOIN = 10
+# So that one client's connections don't take all seats.
+MOST_ALIKE = 4
 # What waits for one who asks and doesn't read.
 _MOST_WAITING_BYTES = 1 << 14
 REQUESTS = ("join", "request", "release", "stop", "clear", "resume")
@@ -45,6 +47,11 @@ class TelemetryChannel(Guest, asyncio.Protocol):
         self._received = bytearray()
         self._is_slow = self._is_joining = False
         self._periods = self._requests = 0
+
+    @property
+    def watches_alone(self) -> bool:
+        """Whether it has a seat that no connection for commands shares."""
+        return self._seat is not None
 
     def is_seated(self) -> bool:
         """Whether it drives or watches."""
@@ -143,14 +150,17 @@ class TelemetryChannel(Guest, asyncio.Protocol):
             assert self.commands
             return self.commands.sit()
         if self._seat is None:
+            if sum(each.watches_alone and each.client == self.client for each in self._server.channels) >= MOST_ALIKE:
+                raise DriveError("enough-of-you", most=MOST_ALIKE)
             self._seat = self._server.drive.join(self._name, watches=True)
         return self._seat
 
     def _you(self) -> dict[str, Any] | None:
         seat = self._own_seat()
-        if seat is None:
-            return None
-        return {"name": seat.name, "drives": self._server.drive.drives(seat)} | seat.counts.as_dict()
+        drives = seat is not None and self._server.drive.drives(seat)
+        if self.commands:
+            return {"name": self.commands.name, "drives": drives} | self.commands.counts.as_dict()
+        return {"name": seat.name, "drives": drives} | seat.counts.as_dict() if seat else None
 
     def _answer(self, text: bytes) -> None:
         self._requests += 1
