@@ -39,6 +39,8 @@ ARROWS = {
         "export",
         "console",
         "runs",
+        "server",
+        "remote",
         "studio",
         "__version__",
     ),

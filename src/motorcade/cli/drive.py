@@ -3,32 +3,29 @@
 It imports what it needs when it runs, so that the other commands start at once.
 """
 
-import asyncio
-import signal
-import socket
-import ssl
 import sys
-import time
-from collections.abc import Callable
 from contextlib import ExitStack
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from motorcade.cli import driving
 from motorcade.cli.failures import UsageError
-from motorcade.cli.options import Json, ProfileOption, print_json, print_text, profile_named
+from motorcade.cli.options import Json, ProfileOption, image_of, print_text, profile_named, tongue
 from motorcade.cli.recordings import needs_extra
+from motorcade.cli.remote import Looks
 
 if TYPE_CHECKING:
+    import socket
+    import ssl
+
     from motorcade.car.drive_board import DriveBoard
-    from motorcade.link.telemetry import Telemetry
+    from motorcade.link.camera import Source
     from motorcade.profile import Profile
 
 _PORT = 5005
-_ENDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 
 
 class BoardName(StrEnum):
@@ -43,16 +40,6 @@ class ByteOrder(StrEnum):
 
     BIG = "big"
     LITTLE = "little"
-
-
-class _Offer(NamedTuple):
-    """How a car is served."""
-
-    commands: socket.socket
-    telemetry: socket.socket
-    tls: ssl.SSLContext | None
-    byte_order: str
-    as_json: bool
 
 
 def add_to(app: typer.Typer) -> None:
@@ -85,29 +72,52 @@ def serve_command(
         int | None, typer.Option(min=0, help="N of /dev/gpiochipN; the computer's own, unless given.")
     ] = None,
     watchdog: Annotated[Path | None, typer.Option(help="Feed this hardware watchdog, such as /dev/watchdog.")] = None,
+    web: Annotated[
+        int | None, typer.Option(min=0, max=65535, help="For the car's own page, to drive it in a browser; 0: any.")
+    ] = None,
+    camera: Annotated[Looks, typer.Option(help="What a real car sees by. A simulated one sees anyway.")] = Looks.NONE,
+    mat: Annotated[
+        Path | None, typer.Option(exists=True, dir_okay=False, help="Where a simulated car drives; car 0 is it.")
+    ] = None,
+    program: Annotated[
+        Path | None,
+        typer.Option(exists=True, dir_okay=False, help="What simulated leaders run: project or image."),
+    ] = None,
     profile: ProfileOption = "classroom",
     as_json: Json = False,
 ) -> None:
     """Be a car that is driven: take commands, and stand still when they stop."""
+    import asyncio
+
+    from motorcade.cli.remote import Web, eye, https
+    from motorcade.cli.serving_car import Offer, serve
     from motorcade.link.addresses import bind
 
     if keys and insecure_lan:
         raise UsageError("--keys and --insecure-lan exclude each other: with keys nobody else gets in")
     if (pins is None) != (board == BoardName.SIMULATED):
         raise UsageError("a real car needs its pin file, --pins, and a simulated one has none")
+    if pins and (mat or program):
+        raise UsageError("--mat and --program are for simulated cars; a real one runs what was uploaded to it")
     chosen = profile_named(profile)
     tls = _tls(keys)
     second = telemetry_port if telemetry_port is not None else port and port + 1
     with ExitStack() as held:
         commands, telemetry = (held.enter_context(bind(host, each)) for each in (port, second))
         _check_reach(commands, tls, insecure_lan)
-        car = _real(pins, chosen, gpio_chip, watchdog) if pins else _simulated(held, chosen)
-        asyncio.run(_serve(car, chosen, _Offer(commands, telemetry, tls, byte_order, as_json)))
+        page = held.enter_context(bind(host, web)) if web is not None else None
+        if pins:
+            car, sees = _real(pins, chosen, gpio_chip, watchdog), eye(camera) if page else None
+        else:
+            image, chosen = image_of(program, profile, tongue("")) if program else (bytes(4), chosen)
+            car, sees = _simulated(held, chosen, mat, image)
+        door = Web(page, host, https(keys), sees) if page else None
+        asyncio.run(serve(car, chosen, Offer(commands, telemetry, tls, byte_order, as_json, door)))
     if not as_json:
         print_text("The car stands still.\n")
 
 
-def _tls(keys: Path | None) -> ssl.SSLContext | None:
+def _tls(keys: Path | None) -> "ssl.SSLContext | None":
     if keys is None:
         return None
     from motorcade.link.keys import server_context
@@ -115,7 +125,7 @@ def _tls(keys: Path | None) -> ssl.SSLContext | None:
     return server_context(keys)
 
 
-def _check_reach(listener: socket.socket, tls: ssl.SSLContext | None, insecure_lan: bool) -> None:
+def _check_reach(listener: "socket.socket", tls: "ssl.SSLContext | None", insecure_lan: bool) -> None:
     """Refuse an address that others reach, unless it is clear who of them may drive."""
     from motorcade.link.addresses import is_loopback
 
@@ -127,7 +137,11 @@ def _check_reach(listener: socket.socket, tls: ssl.SSLContext | None, insecure_l
             f"at {host} others can reach this car: give it keys, --keys car-….pem (`motorcade drive keys` makes them), "
             "or let everybody drive it with --insecure-lan"
         )
-    _log(f"Everybody who reaches {host} may drive this car, and nothing that is sent is secret: --insecure-lan")
+    print(
+        f"Everybody who reaches {host} may drive this car, and nothing that is sent is secret: --insecure-lan",
+        file=sys.stderr,
+        flush=True,
+    )
 
 
 def _real(pins: Path, profile: "Profile", gpio_chip: int | None, watchdog: Path | None) -> "DriveBoard":
@@ -138,61 +152,15 @@ def _real(pins: Path, profile: "Profile", gpio_chip: int | None, watchdog: Path 
     return open_drive(load_pins(pins), profile, gpio_chip, watchdog)
 
 
-def _simulated(held: ExitStack, profile: "Profile") -> "DriveBoard":
-    """The only car of a world of its own, which goes on until ``held`` is closed."""
+def _simulated(held: ExitStack, profile: "Profile", mat: Path | None, image: bytes) -> "tuple[DriveBoard, Source]":
+    """The first car of a world of its own, which goes on until ``held`` is closed, and what it sees."""
     with needs_extra("a simulated car"):
-        from motorcade.sim.drive_board import LiveWorld
-        from motorcade.sim.mat import formation, open_table
+        from motorcade.sim.drive_board import LiveWorld, SimulatedCamera
+        from motorcade.sim.mat import check_mat, read_mat
+        from motorcade.sim.playground import playground
         from motorcade.sim.world import World
 
-    world = World(open_table(formation(1)), [bytes(4)], profile=profile, threads=1)
-    return held.enter_context(LiveWorld(world)).board(0)
-
-
-async def _serve(board: "DriveBoard", profile: "Profile", offer: _Offer) -> None:
-    """Serve until a signal ends it."""
-    from motorcade.link.clock import monotonic_ms
-    from motorcade.link.drive_server import DriveServer, served
-    from motorcade.link.driving import Drive
-    from motorcade.link.watchdog import kept
-
-    drive = Drive(board, monotonic_ms, profile)
-    server = DriveServer(drive, profile, offer.byte_order)
-    ended = asyncio.Event()
-    _on_signals(ended)
-    async with kept(drive), served(server, offer.commands, offer.telemetry, offer.tls) as doors:
-        (host, port), (_, telemetry_port) = (door.address for door in doors)
-        if offer.as_json:
-            print_json({"host": host, "port": port, "telemetry_port": telemetry_port, "tls": offer.tls is not None})
-        else:
-            print_text(
-                f"The car takes commands at {host} port {port}, telemetry is at {telemetry_port}. Ctrl-C ends.\n"
-            )
-        telling = asyncio.ensure_future(_tell(drive.telemetry))
-        await ended.wait()
-        telling.cancel()
-
-
-def _on_signals(ended: asyncio.Event) -> None:
-    loop = asyncio.get_running_loop()
-    for name in _ENDS:
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), lambda number, frame: loop.call_soon_threadsafe(ended.set))
-
-
-async def _tell(telemetry: "Callable[[], Telemetry]") -> None:
-    """Say who drives and what state the car is in, whenever that changes."""
-    last: object = None
-    while True:
-        told = telemetry()
-        now = (told.driver, told.state in ("standing", "moving") or told.state, told.last_fault)
-        if now != last and last is not None:
-            _log(
-                f"{told.state}; {told.driver or 'nobody'} drives" + (f"; {told.last_fault}" if told.last_fault else "")
-            )
-        last = now
-        await asyncio.sleep(0.1)
-
-
-def _log(sentence: str) -> None:
-    print(f"{time.strftime('%H:%M:%S')} {sentence}", file=sys.stderr, flush=True)
+    place = read_mat(mat) if mat else playground()
+    check_mat(place, profile)
+    live = held.enter_context(LiveWorld(World(place, [image], profile, threads=1)))
+    return live.board(0), SimulatedCamera(live, 0)

@@ -29,7 +29,8 @@ def studio_command(
 ) -> None:
     """Program with blocks in the browser, watch the cars do it, and upload it."""
     with needs_extra("the studio", "studio"):
-        from motorcade.studio.serving import is_loopback, listen, names_of, open_browser, serve, url_of
+        from motorcade.server.addresses import is_loopback, names_of, url_of
+        from motorcade.studio.serving import listen, open_browser, serve
         from motorcade.studio.settings import Settings
     folder = library or Path(typer.get_app_dir("motorcade")) / "projects"
     with listen(host, port) as listener:

@@ -33,7 +33,8 @@ def page_routes(folder: Path = PAGE) -> list[BaseRoute]:
     files = StaticFiles(directory=folder, html=True)
 
     def remote(request: Request) -> Response:
-        return FileResponse(folder / "drive.html")
+        page = folder / "drive.html"
+        return FileResponse(page) if page.is_file() else _not_built(request)
 
     return [Route(_REMOTE, remote), Mount("/", GZipMiddleware(files, minimum_size=1024, compresslevel=6))]
 

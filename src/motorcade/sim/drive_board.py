@@ -96,8 +96,10 @@ class LiveWorld:
         self.cars = world.cars
 
     def board(self, car: int) -> SimulatedBoard:
-        """The wheels of a car."""
-        return self._driven.board(car, has_program=True)
+        """The wheels of a car. It has a program where it follows, or leads with some states of its own."""
+        program = int(self._world.mat.starts.leads[: car + 1].sum()) - 1
+        leads, images = bool(self._world.mat.starts.leads[car]), self._world.images
+        return self._driven.board(car, has_program=not leads or images[program % len(images)][0] > 0)
 
     def advance(self) -> None:
         """Simulate what is due by the clock."""
