@@ -3,11 +3,13 @@
 from pathlib import Path
 
 import pytest
+from filelock import FileLock
 
 import npm_packages
 
 
 @pytest.fixture(scope="session")
-def micropython_installed() -> None:
+def micropython_installed(alone: FileLock) -> None:
     """Fails, never skips, where MicroPython can't be had."""
-    npm_packages.install(Path(__file__).parent, "MicroPython's WebAssembly build")
+    with alone:
+        npm_packages.install(Path(__file__).parent, "MicroPython's WebAssembly build")
