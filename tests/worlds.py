@@ -142,14 +142,15 @@ def crowd(cars: int) -> Mat:
 
 
 def go(world: World, duration_ms: int) -> None:
-    """Let a while pass, in whose second half the leader in the corner is driven, and for a moment a follower too."""
+    """Let a while pass, in whose second half a leader amid the crowd is driven, and for a moment a follower too."""
+    leader = 40 * (world.cars // 80)
     world.run(duration_ms // 2)
     for which in range(world.worlds):
-        world.drive(0, 150, 1, 255, which)
-        world.drive(7, 30, 0, 200, which)
+        world.drive(leader, 150, 1, 255, which)
+        world.drive(leader + 7, 30, 0, 200, which)
     world.run(duration_ms // 4)
     for which in range(world.worlds):
-        world.give_back(7, which)
+        world.give_back(leader + 7, which)
     world.run(duration_ms // 4)
 
 
