@@ -238,6 +238,18 @@ class Drive:
         finally:
             self._lock.release()
 
+    def ask_before_moving(self, may_move: Callable[[], None]) -> None:
+        """Call ``may_move`` whenever the wheels are about to turn; where it raises OSError they don't."""
+        with self._lock:
+            self._wheels.before_moving = may_move
+
+    def fail(self, problem: OSError) -> None:
+        """What watches over the wheels has failed: they stand still, and a command with speed 0 has to arm the car."""
+        with self._lock:
+            self._wheels.note(problem)
+            self._arbiter.stall()
+            self._follow()
+
     def close(self) -> None:
         """Everybody leaves, the wheels stand still and the hardware is free. Raises OSError where they don't."""
         with self._lock:

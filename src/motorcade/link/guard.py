@@ -39,6 +39,10 @@ class Guard:
             # Ctrl-C and Ctrl-Z in a terminal are not for the one that has to see to their outcome.
             start_new_session=True,
         )
+        if os.name == "posix":
+            # A guard that hangs mustn't hold up the wheels, and is as good as gone.
+            assert self._process.stdin
+            os.set_blocking(self._process.stdin.fileno(), False)
 
     def beat(self, moves: bool) -> None:
         """All is well; ``moves``: the wheels turn. Raises OSError where the guard is gone."""
@@ -58,7 +62,10 @@ class Guard:
 
     def _tell(self, word: bytes) -> None:
         assert self._process.stdin
-        os.write(self._process.stdin.fileno(), word)
+        try:
+            os.write(self._process.stdin.fileno(), word)
+        except OSError:
+            raise OSError("the process that guards the wheels is gone: serve the car anew") from None
 
 
 class _Watch:

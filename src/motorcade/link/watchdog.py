@@ -8,7 +8,7 @@ board that needs it.
 import asyncio
 import threading
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager
 from types import TracebackType
 
 from motorcade.link.driving import Drive
@@ -26,6 +26,9 @@ class Watchdog:
         self._thread = threading.Thread(target=self._watch, name="drive watchdog", daemon=True)
         rescue = drive.rescue
         self._guard = Guard(rescue, drive.failsafe_ms) if rescue else None
+        if self._guard:
+            # Or a process that freezes at once would freeze before its guard knew.
+            drive.ask_before_moving(lambda: self._tell_guard(True))
 
     def __enter__(self) -> None:
         self._thread.start()
@@ -44,10 +47,16 @@ class Watchdog:
     def _watch(self) -> None:
         rest_ms = 0
         while not self._ended.wait(min(rest_ms, _BEAT_MS) / 1000):
-            with suppress(OSError):
+            try:
                 rest_ms = self._drive.watch()
-                if self._guard:
-                    self._guard.beat(self._drive.moves)
+                self._tell_guard(self._drive.moves)
+            except OSError as problem:
+                rest_ms = _BEAT_MS
+                self._drive.fail(problem)
+
+    def _tell_guard(self, moves: bool) -> None:
+        if self._guard:
+            self._guard.beat(moves)
 
 
 @asynccontextmanager

@@ -1,5 +1,7 @@
 """What a car's hardware was told and took, so that a write that failed is made again."""
 
+from collections.abc import Callable
+
 from motorcade.car.arbiter import MOVING, PROGRAM, STANDING
 from motorcade.car.drive_board import DriveBoard
 
@@ -17,12 +19,14 @@ class Wheels:
         faults: how often it raised OSError since then.
         last_fault: why, the last time.
         is_neutral: whether it took ``neutral`` last.
+        before_moving: called before anything else than neutral; where it raises OSError the board isn't told.
     """
 
     def __init__(self, board: DriveBoard) -> None:
         self.board = board
         self.faults = 0
         self.last_fault = ""
+        self.before_moving: Callable[[], None] = lambda: None
         self.is_neutral = False
         self._is_programmed = False
         board.neutral()
@@ -34,14 +38,14 @@ class Wheels:
             if state in (STANDING, MOVING):
                 if self._is_programmed:
                     self._end_program()
-                self.is_neutral = False
+                self._leave_neutral()
                 self.board.apply(*setpoint)
             elif state == PROGRAM:
                 self._begin_program()
             else:
                 self.rest()
         except OSError as problem:
-            self._note(problem)
+            self.note(problem)
             return False
         return True
 
@@ -60,7 +64,7 @@ class Wheels:
         try:
             return self.board.battery_mv()
         except OSError as problem:
-            self._note(problem)
+            self.note(problem)
             return None
 
     def keep_alive(self) -> None:
@@ -68,19 +72,25 @@ class Wheels:
         try:
             self.board.keep_alive()
         except OSError as problem:
-            self._note(problem)
+            self.note(problem)
 
     def _begin_program(self) -> None:
         if not self._is_programmed:
             self.rest()
+            self._leave_neutral()
             self._is_programmed = True
-            self.is_neutral = False
             self.board.begin_program()
+
+    def _leave_neutral(self) -> None:
+        if self.is_neutral:
+            self.before_moving()
+            self.is_neutral = False
 
     def _end_program(self) -> None:
         self.board.end_program()
         self._is_programmed = False
 
-    def _note(self, problem: OSError) -> None:
+    def note(self, problem: OSError) -> None:
+        """Count a fault."""
         self.faults += 1
         self.last_fault = str(problem) or type(problem).__name__

@@ -1,0 +1,78 @@
+"""A car in a process of its own that drives until it is told to end, or until somebody ends it; run by test_guard.py.
+
+``python -m link.guarded_car FILE``: its board appends to FILE what it is told. It says ``drives`` once it does.
+"""
+
+import asyncio
+import os
+import sys
+import threading
+from pathlib import Path
+
+from motorcade.car.drive_board import DriveBoard
+from motorcade.link.clock import monotonic_ms
+from motorcade.link.driving import APPLIED, Drive
+from motorcade.link.watchdog import kept
+from motorcade.profile import built_in_profile
+from motorcade.words.formats import DRIVE
+
+MOVE = DRIVE.encode(angle=40, direction=1, speed=150)
+STILL = DRIVE.encode(angle=40, direction=1, speed=0)
+
+
+class FileBoard(DriveBoard):
+    """Wheels that go on as they were told last, whatever becomes of the process."""
+
+    def __init__(self, file: str) -> None:
+        self._file = file
+
+    def apply(self, angle_deg: int, direction: int, speed: int) -> None:
+        note(self._file, "apply")
+
+    def neutral(self) -> None:
+        note(self._file, "neutral")
+
+    def rescue(self) -> tuple[str, tuple[str, ...]]:
+        return "link.guarded_car:rescue", (self._file, str(os.getpid()))
+
+
+def note(file: str, told: str) -> None:
+    with Path(file).open("a", encoding="ascii") as notes:
+        notes.write(f"{told}\n")
+
+
+def rescue(file: str, pid: str) -> None:
+    """Called by the guard; as real pins do, these stay held for as long as their process lives."""
+    if Path(f"/proc/{pid}/stat").exists() and Path(f"/proc/{pid}/stat").read_text().split()[2] not in "ZX":
+        raise OSError("the pins are held")
+    note(file, "rescue")
+
+
+heard: list[str] = []
+
+
+def listen() -> None:
+    for line in sys.stdin:
+        heard.append(line.strip())
+
+
+async def drive_until_told(file: str) -> None:
+    drive = Drive(FileBoard(file), monotonic_ms, built_in_profile("classroom"))
+    threading.Thread(target=listen, daemon=True).start()
+    async with kept(drive):
+        seat = drive.join("test")
+        told = False
+        while "end" not in heard:
+            if "fail" in heard:
+                raise ZeroDivisionError
+            outcome = seat.command(MOVE)
+            if outcome == APPLIED and not told:
+                told = True
+                print("drives", flush=True)
+            elif outcome != APPLIED:
+                seat.command(STILL)
+            await asyncio.sleep(0.04)
+
+
+if __name__ == "__main__":
+    asyncio.run(drive_until_told(sys.argv[1]))
