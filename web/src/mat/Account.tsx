@@ -1,4 +1,4 @@
-import { useEffect, useState } from "react";
+import { memo, useEffect, useState } from "react";
 import { useTranslation } from "react-i18next";
 import { look, Losses, Pace, tell } from "./account";
 import type { Session } from "./session";
@@ -11,7 +11,7 @@ const LAST_S = 5;
 const KEPT = "motorcade.account";
 
 /** Speaks when what the cars do changes; not more often than one can listen to. */
-export function Account({ session }: { session: Session }) {
+export const Account = memo(function Account({ session }: { session: Session }) {
   const { t, i18n } = useTranslation();
   const [on, setOn] = useState(() => localStorage.getItem(KEPT) !== "off");
   const [said, setSaid] = useState("");
@@ -49,4 +49,4 @@ export function Account({ session }: { session: Session }) {
       <p aria-live="polite">{on ? said : ""}</p>
     </div>
   );
-}
+});

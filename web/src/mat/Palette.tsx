@@ -1,4 +1,4 @@
-import { type PointerEvent, useEffect, useRef, useState } from "react";
+import { memo, type PointerEvent, useEffect, useRef, useState } from "react";
 import { createPortal } from "react-dom";
 import { useTranslation } from "react-i18next";
 import { type NewKind, NEW_KINDS, place } from "./actions";
@@ -14,7 +14,7 @@ interface Carried {
 }
 
 /** Things to drag onto the mat; pressed by key or a tap, they come to stand in its middle. */
-export function Palette({ session, scene }: { session: Session; scene: Scene | null }) {
+export const Palette = memo(function Palette({ session, scene }: { session: Session; scene: Scene | null }) {
   const { t } = useTranslation();
   const [carried, setCarried] = useState<Carried | null>(null);
   const dragged = useRef(false);
@@ -70,7 +70,7 @@ export function Palette({ session, scene }: { session: Session; scene: Scene | n
       {carried && <Ghost {...carried} />}
     </div>
   );
-}
+});
 
 function Ghost({ kind, x, y }: Carried) {
   useEffect(() => {

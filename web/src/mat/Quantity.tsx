@@ -21,7 +21,10 @@ export function Quantity({ label, value, least = -2000, most = 100_000, step = 0
       maxValue={most}
       isDisabled={isDisabled}
       formatOptions={{ maximumFractionDigits: 3 }}
-      onChange={(typed) => !Number.isNaN(typed) && typed !== value && onChange(typed)}
+      onChange={(typed) => {
+        // A field that is left rounds to its steps, which is nobody's wish to move a thing.
+        if (Math.abs(typed - value) > step / 2) onChange(typed);
+      }}
     >
       <Label>{label}</Label>
       <Input />

@@ -1,4 +1,4 @@
-import { useRef } from "react";
+import { memo, useRef } from "react";
 import { Input, Label, NumberField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { startHere } from "./actions";
@@ -14,7 +14,7 @@ const MOST_LOSS = 0.95;
 const MOST_RANGE_MM = 5000;
 const MOST_SEED = 2 ** 32 - 1;
 
-export function Swarm({ session }: { session: Session }) {
+export const Swarm = memo(function Swarm({ session }: { session: Session }) {
   const { t } = useTranslation();
   const { mat, rangeMm, tracks, air } = useMat();
   const hello = useMat((now) => now.hello);
@@ -54,7 +54,7 @@ export function Swarm({ session }: { session: Session }) {
       />
     </div>
   );
-}
+});
 
 /** Sliding works from where it began, so that a mat that grew for a thousand cars shrinks again with them. */
 function Followers() {

@@ -1,3 +1,4 @@
+import { memo } from "react";
 import { Button, Label, ListBox, ListBoxItem, Popover, Select, SelectValue } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { clock } from "../timeline/lanes";
@@ -11,7 +12,7 @@ const FRACTIONS: Record<number, string> = { 0.25: "¼", 0.5: "½" };
 /** A single step that can be seen: a tick is a millisecond. */
 const STEP_MS = 100;
 
-export function Transport({ session }: { session: Session }) {
+export const Transport = memo(function Transport({ session }: { session: Session }) {
   const { t } = useTranslation();
   const playing = useMat(({ state }) => state?.playing ?? false);
   const tMs = useMat((now) => now.tMs);
@@ -47,7 +48,7 @@ export function Transport({ session }: { session: Session }) {
       </span>
     </div>
   );
-}
+});
 
 interface SayProps {
   session: Session;
