@@ -13,12 +13,13 @@ _NOT_UTF_8 = {"en": "its text isn't UTF-8, or its name can't be", "zh": "文字�
 _KINDS: dict[str, Literal["toml", "json"]] = {".toml": "toml", ".json": "json"}
 
 
-def read_mat(path: Path) -> Mat:
+def read_mat(path: str | Path) -> Mat:
     """The mat in the file at ``path``, which ends in .toml or .json.
 
     Raises:
         MatError: it can't be read or isn't a mat; the sentence names the place and what to do.
     """
+    path = Path(path)
     kind = _KINDS.get(path.suffix.lower())
     if kind is None:
         raise MatError("bad-ending", mat=path.name)
