@@ -7,7 +7,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from motorcade import __version__
-from motorcade.cli import car, cars, drive, experiments, exports, recordings, studio, uploads, words
+from motorcade.cli import car, cars, drive, experiments, exports, firmware, recordings, studio, uploads, words
 from motorcade.cli.failures import exit_code, sentence
 from motorcade.cli.options import asked, spoken
 
@@ -24,6 +24,7 @@ exports.add_to(app)
 cars.add_to(app)
 car.add_to(app)
 uploads.add_to(app)
+firmware.add_to(app)
 recordings.add_to(app)
 experiments.add_to(app)
 drive.add_to(app)

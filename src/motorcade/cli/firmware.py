@@ -1,0 +1,114 @@
+"""The command that makes a car of a board: install-firmware.
+
+It imports what it needs when it runs, so that the other commands start at once.
+"""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from motorcade.cli.car import Role
+from motorcade.cli.failures import UsageError
+from motorcade.cli.options import Json, Language, ProfileOption, print_json, profile_named, tongue, wants_json
+from motorcade.cli.recordings import needs_extra
+
+if TYPE_CHECKING:
+    from motorcade.boards.pins import PinMap
+
+_TITLES = {"esp32": "ESP32", "rp2040": "Raspberry Pi Pico"}
+
+
+class ChipName(StrEnum):
+    """The chips of MicroPython cars."""
+
+    ESP32 = "esp32"
+    RP2040 = "rp2040"
+
+
+def add_to(app: typer.Typer) -> None:
+    """Register the command."""
+    app.command("install-firmware")(install_firmware_command)
+
+
+def install_firmware_command(
+    port: Annotated[str, typer.Option("--port", "-p", help="Such as /dev/ttyUSB0 or COM3. Found, unless given.")] = "",
+    role: Annotated[Role, typer.Option(help="Whether the car leads or follows.")] = Role.LEADER,
+    pins: Annotated[
+        Path | None,
+        typer.Option(
+            help="Which part is at which pin: a .toml file. Else the chip's usual ones.", exists=True, dir_okay=False
+        ),
+    ] = None,
+    number: Annotated[
+        int | None, typer.Option(min=0, max=(1 << 32) - 1, help="The car's own; its chip's, unless given.")
+    ] = None,
+    voice_map: Annotated[
+        Path | None, typer.Option(help="What the voice module sends: a .toml file.", exists=True, dir_okay=False)
+    ] = None,
+    chip: Annotated[
+        ChipName | None, typer.Option(help="For --dry-run without --pins; else the board says what it is.")
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="List what would be copied; open nothing.")] = False,
+    profile: ProfileOption = "classroom",
+    language: Language = "",
+    as_json: Json = False,
+) -> None:
+    """Make a car of an ESP32 or a Raspberry Pi Pico that runs MicroPython."""
+    tongue(language)
+    chosen = profile_named(profile)
+
+    def settings_for(pin_map: "PinMap") -> dict[str, Any]:
+        from motorcade.boards.voice_map import load_voice_map
+        from motorcade.firmware.settings import settings_of
+
+        voice = load_voice_map(voice_map) if voice_map else None
+        return settings_of(pin_map, chosen, role == Role.LEADER, number, voice)
+
+    with needs_extra("installing firmware", "firmware"):
+        from motorcade.console import progress_bar
+        from motorcade.firmware.install import default_pins, install
+    if dry_run:
+        if not pins and not chip:
+            raise UsageError(
+                "--dry-run opens nothing, so say which chip: --chip esp32 or --chip rp2040, or name --pins"
+            )
+        _tell_plan(settings_for(_pins(pins) if pins else default_pins(str(chip))), as_json)
+        return
+    port = port or _likely_port()
+    with progress_bar("copied", 100) as advance:
+        done = install(port, pins, settings_for, lambda copied, total: advance(copied * 100 // total))
+    if wants_json(as_json):
+        print_json({"port": port, "role": role.value, **done._asdict()})
+        return
+    copied = f"{done.copied} of {done.files} files ({done.bytes} bytes) were copied"
+    if not done.copied:
+        copied = f"All {done.files} files were there already"
+    print(f"{copied}; the {_TITLES[done.chip]} at {port} is a {role.value} now.")
+
+
+def _pins(path: Path) -> "PinMap":
+    from motorcade.boards.pins import load_pins
+
+    return load_pins(path)
+
+
+def _likely_port() -> str:
+    from motorcade.link.ports import likely_port, ports
+
+    return likely_port(ports()).device
+
+
+def _tell_plan(settings: dict[str, Any], as_json: bool) -> None:
+    from motorcade.firmware.bundle import board_files
+
+    files = board_files(settings)
+    if wants_json(as_json):
+        print_json(
+            {"files": [{"path": path, "bytes": len(data)} for path, data in files.items()], "settings": settings}
+        )
+        return
+    for path, data in files.items():
+        print(f"{len(data):7} {path}")
+    print(f"{sum(map(len, files.values())):7} bytes in {len(files)} files; nothing was opened or copied")

@@ -1,0 +1,106 @@
+"""Puts a car's files on a board that runs MicroPython, so that it is a car or nothing, never half of one."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from motorcade.boards.pins import PinMap, load_pins
+from motorcade.firmware.board_prompt import BoardPrompt, Facts, checksum_of
+from motorcade.firmware.bundle import MAIN, board_files, templates
+from motorcade.firmware.failures import FileDiffersError, UnfitBoardError
+from motorcade.firmware.settings import PLATFORMS
+
+NEEDED_VERSION = (1, 20, 0)
+_FOREIGN_MAIN = "main_before_motorcade.py"
+
+
+class Installed(NamedTuple):
+    """What was done: the chip, all files of the car, those that had to be copied, and their bytes."""
+
+    chip: str
+    files: int
+    copied: int
+    bytes: int
+
+
+def default_pins(chip: str) -> PinMap:
+    """The pin file that comes with Motorcade for a chip of PLATFORMS."""
+    return load_pins(templates() / f"{chip}.toml")
+
+
+def install(
+    port: str,
+    pins: Path | None,
+    settings_for: Callable[[PinMap], dict[str, Any]],
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Installed:
+    """Make a car of the board at ``port``.
+
+    Args:
+        pins: the car's pin file; None for the one that comes for the board's chip.
+        settings_for: the settings of a car with such pins (`motorcade.firmware.settings`).
+        progress: called with the bytes copied and those to copy.
+
+    Raises:
+        PinsError: the pin file, or what settings_for says of it.
+        PortError: a sentence for whatever went wrong at the board (`motorcade.firmware.failures`).
+    """
+    chosen = load_pins(pins) if pins else None
+    if chosen:
+        settings_for(chosen)
+    prompt = BoardPrompt(port)
+    try:
+        facts = prompt.facts()
+        chip = _chip(port, facts, chosen)
+        files = board_files(settings_for(chosen or default_pins(chip)))
+        differing = {path: data for path, data in files.items() if prompt.checksum(f"/{path}") != checksum_of(data)}
+        _check_room(port, facts, differing)
+        if differing:
+            _copy(prompt, files, differing, progress)
+        prompt.restart()
+    finally:
+        prompt.close()
+    return Installed(chip, len(files), len(differing), sum(map(len, differing.values())))
+
+
+def _chip(port: str, facts: Facts, chosen: PinMap | None) -> str:
+    found = next((chip for chip, platform in PLATFORMS.items() if platform == facts.platform), None)
+    wanted = chosen.chip.name if chosen else None
+    if found is None or (wanted and wanted != found):
+        kinds = " or ".join(PLATFORMS.values())
+        raise UnfitBoardError(
+            "another-chip",
+            port=port,
+            found=facts.platform,
+            wanted=f"the pin file is for {wanted}" if wanted else f"cars run on {kinds}",
+            wanted_zh=f"引脚文件是给 {wanted} 的" if wanted else f"小车运行在 {kinds} 上",
+        )
+    if facts.version < NEEDED_VERSION:
+        version, needed = (".".join(map(str, each)) for each in (facts.version, NEEDED_VERSION))
+        raise UnfitBoardError("old-micropython", port=port, found=version, needed=needed)
+    return found
+
+
+def _check_room(port: str, facts: Facts, differing: dict[str, bytes]) -> None:
+    # Each file begins a block of its own.
+    needed = sum(-(-len(data) // facts.block_bytes) * facts.block_bytes for data in differing.values())
+    if needed > facts.free_bytes:
+        raise UnfitBoardError("no-room", port=port, free=str(facts.free_bytes >> 10), needed=str(-(-needed >> 10)))
+
+
+def _copy(
+    prompt: BoardPrompt, files: dict[str, bytes], differing: dict[str, bytes], progress: Callable[[int, int], None]
+) -> None:
+    """Copy what differs; main.py goes first and comes last, so that half a car never starts."""
+    old_main = prompt.read(f"/{MAIN}")
+    if old_main is not None and b"motorcade" not in old_main:
+        prompt.remove(f"/{_FOREIGN_MAIN}")
+        prompt.rename(f"/{MAIN}", f"/{_FOREIGN_MAIN}")
+    prompt.remove(f"/{MAIN}")
+    wanted = {**{path: data for path, data in differing.items() if path != MAIN}, MAIN: files[MAIN]}
+    total, done = sum(map(len, wanted.values())), 0
+    for path, data in wanted.items():
+        prompt.write(f"/{path}", data, lambda written, before=done: progress(before + written, total))  # type: ignore[misc]
+        if prompt.checksum(f"/{path}") != checksum_of(data):
+            raise FileDiffersError("file-differs", port=prompt.port, path=path)
+        done += len(data)

@@ -1,0 +1,3 @@
+"""MicroPython, as for the portable tests."""
+
+from portable.conftest import micropython_installed as micropython_installed

