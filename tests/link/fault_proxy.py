@@ -69,6 +69,11 @@ class FaultProxy:
         """How many are open."""
         return len(self._pairs)
 
+    @property
+    def up_waiting(self) -> int:
+        """How many chunks are under way to the server."""
+        return sum(way.waiting for way in self._ways[::2])
+
     def set_both(self, **faults: object) -> None:
         """Set faults of both ways."""
         for name, value in faults.items():
@@ -121,6 +126,11 @@ class _Way:
         self._faults, self._dice, self._source, self._target = faults, dice, source, target
         self._under_way: asyncio.Queue[tuple[float, bytes]] = asyncio.Queue()
         self.dead = False
+
+    @property
+    def waiting(self) -> int:
+        """How many chunks are under way."""
+        return self._under_way.qsize()
 
     async def carry(self) -> None:
         """Pass on until the source ends; then let the other end know."""

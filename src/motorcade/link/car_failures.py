@@ -11,8 +11,8 @@ MESSAGES: dict[str, dict[str, str]] = {
         "zh": "{car} 处没有小车回答（{detail}）。那里运行着 `motorcade drive serve` 吗？地址对吗？",
     },
     "speaks-no-tls": {
-        "en": "The car at {car} has no keys. Start it with --keys, or leave your own away.",
-        "zh": "{car} 处的小车没有密钥。请用 --keys 启动它，或者不使用您的密钥。",
+        "en": "The car at {car} doesn't answer by TLS ({detail}). Was it started with --keys? Else leave yours away.",
+        "zh": "{car} 处的小车没有以 TLS 回答（{detail}）。启动它时用了 --keys 吗？如果没有，请不要使用您的密钥。",
     },
     "hung-up": {
         "en": "The car at {car} hangs up ({detail}). If it wants keys, show yours: --keys.",

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from motorcade.link.car_failures import CarAwayError, CarError
+from motorcade.link.car_failures import CarAwayError, CarError, CarRefusesError
 from motorcade.link.drive_connection import Address, Connection, connected, failure
 from motorcade.link.helm import Helm
 from motorcade.link.keys import client_context
@@ -27,7 +27,9 @@ _CONNECT_S = 3.0
 _SILENT_S, _LOST_S = 0.5, 2.0
 _FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.1, 2.0
 # With these nothing gets better by trying again.
-_FOR_GOOD = ("no-such-host", "not-trusted", "keys-refused", "speaks-no-tls")
+_FOR_GOOD = ("no-such-host", "not-trusted")
+# A connection that ended sooner was none: the car let nobody in.
+_PROVEN_S = 1.0
 
 
 class DriveClient:
@@ -82,7 +84,8 @@ class DriveClient:
         self._task: asyncio.Task[None] | None = None
         self._problem: CarError | None = None
         self._had_it = False
-        self._away_since_s = self._heard_s = self._sent_s = 0.0
+        self._former_name = ""
+        self._away_since_s = self._begun_s = self._heard_s = self._sent_s = 0.0
 
     async def __aenter__(self) -> Self:
         """Connect. Raises CarError where that fails."""
@@ -142,7 +145,8 @@ class DriveClient:
     async def next_telemetry(self) -> Telemetry:
         """What the car tells next. Raises CarError where it tells nothing for ``patience_s``."""
         last = self.telemetry
-        await self._until(lambda: self.telemetry not in (None, last))
+        # A car at rest may tell the same again.
+        await self._until(lambda: self.telemetry is not None and self.telemetry is not last)
         return self.telemetry  # type: ignore[return-value]
 
     async def request(self) -> bool:
@@ -177,63 +181,80 @@ class DriveClient:
         while True:
             try:
                 async with connected(self._address, _CONNECT_S) as connection:
-                    pause_s = _FIRST_PAUSE_S
                     self._begin(connection)
                     await self._use(connection)
             except (OSError, EOFError, ValueError, CarError) as problem:
-                self._problem = failure(self._address, problem)
-            finally:
-                self._end()
+                self._problem = failure(self._address, problem, self._has_spoken)
+            if self._end():
+                pause_s = _FIRST_PAUSE_S
             # Cars that are switched on again are not met by all of their drivers in one moment.
             await asyncio.sleep(pause_s * random.uniform(0.5, 1.0))
             pause_s = min(2 * pause_s, _LONGEST_PAUSE_S)
 
     def _begin(self, connection: Connection) -> None:
-        self._connection, self._problem, self._had_it = connection, None, True
-        self._heard_s = time.monotonic()
+        self._connection = connection
+        self._begun_s = self._heard_s = time.monotonic()
         self._helm.disarm()
         connection.join()
         self._changed.set()
 
-    def _end(self) -> None:
-        if self._connection:
+    def _end(self) -> bool:
+        """The connection is over: whether it was one."""
+        was_one = self._is_proven
+        if was_one:
             self._away_since_s = time.monotonic()
+        self._had_it |= was_one or self._has_spoken
         self._connection = self.telemetry = None
         self._changed.set()
+        return was_one
 
     async def _use(self, connection: Connection) -> None:
         """Drive by ``connection`` until it ends, which raises."""
-        parts = [connection.ended(), self._repeat(), self._hear(connection)]
+        parts = [connection.ended(), self._repeat()]
+        if self._address.telemetry_port is not None:
+            parts.append(self._hear(connection))
         tasks = [asyncio.ensure_future(part) for part in parts]
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-            # Of several reasons the car's own refusal tells most.
-            raise min(
-                (task.exception() or EOFError() for task in done), key=lambda each: not isinstance(each, CarError)
-            )
+            if done == {tasks[0]} and len(tasks) > 2:
+                # A car that hangs up where it takes commands says why where it is asked; a seat is needed to ask.
+                await connection.ask(do="release")
+            reasons = [task.exception() for task in tasks if task.done()]
+            raise reasons[0] or EOFError
         finally:
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
 
     async def _repeat(self) -> None:
-        loop = asyncio.get_running_loop()
-        due_s = loop.time()
         while True:
-            self._send()
-            due_s = max(due_s + _PERIOD_S, loop.time())
-            await asyncio.sleep(due_s - loop.time())
+            now_s = time.monotonic()
             if self._silent_s() > _LOST_S:
                 raise TimeoutError
+            rest_s = self._sent_s + _PERIOD_S - now_s
+            if rest_s <= 0:
+                self._send()
+                rest_s = _PERIOD_S
+            await asyncio.sleep(rest_s)
 
     async def _hear(self, connection: Connection) -> None:
         async for told in connection.told():
             self._heard_s = time.monotonic()
             self.telemetry = Telemetry(*(told.get(name) for name in Telemetry._fields))  # type: ignore[arg-type]
-            self.you = told.get("you", {})
+            self._note_self(told.get("you") or {}, connection)
             if self.telemetry.state == "failsafe":
                 self._helm.hear_failsafe(_now_ms())
             self._changed.set()
+
+    def _note_self(self, you: dict[str, Any], connection: Connection) -> None:
+        """Take note of what the car says of this client, and take over from what it was before the connection broke."""
+        if self.you.get("drives") and you.get("name") != self.you.get("name"):
+            self._former_name = self.you["name"]
+        self.you = you
+        driver = self.telemetry and self.telemetry.driver
+        if you and driver == self._former_name and not you.get("drives"):
+            self._former_name = ""
+            connection.ask_only(do="request")
 
     def _send(self) -> None:
         """Send what is to be sent now, if it would arrive now."""
@@ -243,6 +264,17 @@ class DriveClient:
         if word is not None:
             self._sent_s = time.monotonic()
             self._connection.send(word)
+
+    @property
+    def _has_spoken(self) -> bool:
+        """Whether the car has told anything since the connection began."""
+        return self._heard_s > self._begun_s
+
+    @property
+    def _is_proven(self) -> bool:
+        """Whether there is a connection that the car didn't end as soon as it had begun."""
+        speaks = self._has_spoken or self._address.telemetry_port is None
+        return self._connection is not None and speaks and time.monotonic() - self._begun_s >= _PROVEN_S
 
     def _silent_s(self) -> float:
         """For how long the car has told nothing, where it tells anything."""
@@ -264,14 +296,18 @@ class DriveClient:
 
     def _lost(self) -> CarError | None:
         """What is wrong, once it is for longer than the caller's patience, or for good."""
-        if self._connection:
+        if self._task and self._task.done():
+            # A fault of ours is the caller's to see.
+            self._task.result()
+        if self._is_proven:
             return None
         if self._problem and self._problem.code in _FOR_GOOD and not self._had_it:
             return self._problem
-        return self._away() if time.monotonic() - self._away_since_s > self._patience_s else None
+        is_late = self._problem is not None or self._connection is None
+        return self._away() if is_late and time.monotonic() - self._away_since_s > self._patience_s else None
 
     def _away(self) -> CarError:
-        if self._problem and not self._had_it:
+        if self._problem and (not self._had_it or isinstance(self._problem, CarRefusesError)):
             return self._problem
         seconds = f"{time.monotonic() - self._away_since_s:.0f}"
         figures = self._problem.figures if self._problem else {}

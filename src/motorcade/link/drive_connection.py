@@ -15,6 +15,7 @@ from motorcade.link.car_failures import CarAwayError, CarError, CarNotFoundError
 
 _MOST_FRAME_BYTES = 1 << 16
 _ANSWER_S = 3.0
+_JOIN = "join"
 _SIZE = struct.Struct(">I")
 _WORD = struct.Struct(">I")
 
@@ -62,26 +63,33 @@ class Connection:
 
     async def ask(self, **request: Any) -> dict[str, Any]:
         """Send a request, and wait for its answer. Raises CarError where there is none, or the car says no."""
-        if self._telling is None:
-            raise CarAwayError("takes-no-requests", car=str(self._address))
-        text = json.dumps(request).encode()
-        answer: asyncio.Future[dict[str, Any]] = asyncio.get_running_loop().create_future()
-        self._asked.append(answer)
-        self._telling[1].write(_SIZE.pack(len(text)) + text)
+        answer = self.ask_only(**request)
         try:
             async with asyncio.timeout(_ANSWER_S):
                 said = await answer
         except TimeoutError:
-            raise CarAwayError("no-car-there", car=str(self._address), detail="it takes too long") from None
+            raise CarAwayError("hung-up", car=str(self._address), detail="it doesn't answer") from None
         if not said.get("ok"):
             raise refusal(self._address, said)
         return said
 
+    def ask_only(self, **request: Any) -> asyncio.Future[dict[str, Any]]:
+        """Send a request; the answer comes later. Raises CarAwayError where the car takes none."""
+        if self._telling is None:
+            raise CarAwayError("takes-no-requests", car=str(self._address))
+        answer: asyncio.Future[dict[str, Any]] = asyncio.get_running_loop().create_future()
+        if request["do"] != _JOIN:
+            self._asked.append(answer)
+        text = json.dumps(request).encode()
+        self._telling[1].write(_SIZE.pack(len(text)) + text)
+        return answer
+
     def join(self) -> None:
         """Tell the car that both connections are one client's; behind a proxy it finds that out by itself."""
-        if self._telling:
-            text = json.dumps({"do": "join", "port": self._commands[1].get_extra_info("sockname")[1]}).encode()
-            self._telling[1].write(_SIZE.pack(len(text)) + text)
+        # A car that hung up at once has left no address.
+        here = self._commands[1].get_extra_info("sockname")
+        if self._telling and here:
+            self.ask_only(do=_JOIN, port=here[1])
 
     async def told(self) -> AsyncIterator[dict[str, Any]]:
         """The car's telemetry, frame by frame, until the connection ends, which is an EOFError or OSError."""
@@ -97,7 +105,8 @@ class Connection:
                 yield frame
             elif frame.get("do") is None:
                 raise refusal(self._address, frame)
-            elif frame["do"] != "join":
+            elif frame["do"] != _JOIN:
+                # That one's answer comes out of turn.
                 self._answer(frame)
 
     def _answer(self, frame: dict[str, Any]) -> None:
@@ -136,8 +145,12 @@ def refusal(address: Address, answer: dict[str, Any]) -> CarError:
     return CarRefusesError("refuses", car=str(address), en=str(answer.get("en")), zh=str(answer.get("zh")))
 
 
-def failure(address: Address, problem: Exception) -> CarError:
-    """What became of a connection, as a sentence."""
+def failure(address: Address, problem: Exception, has_spoken: bool) -> CarError:
+    """What became of a connection, as a sentence.
+
+    Args:
+        has_spoken: whether the car has told anything in it.
+    """
     if isinstance(problem, CarError):
         return problem
     car, detail = str(address), str(problem) or type(problem).__name__
@@ -147,13 +160,18 @@ def failure(address: Address, problem: Exception) -> CarError:
         reason = problem.reason or detail
         if "ALERT" in reason:
             return CarRefusesError("keys-refused", car=car, detail=reason.lower().replace("_", " "))
-        return CarNotFoundError("speaks-no-tls", car=car)
+        return CarNotFoundError("speaks-no-tls", car=car, detail=reason.lower().replace("_", " "))
     if isinstance(problem, socket.gaierror | UnicodeError):
         return CarNotFoundError("no-such-host", car=address.host)
     if isinstance(problem, EOFError | ConnectionResetError | BrokenPipeError | ValueError):
-        return CarAwayError("hung-up", car=car, detail=detail)
+        if address.tls and not has_spoken:
+            # By TLS 1.3 a car looks at a driver's keys when the connection stands already, and hangs up.
+            return CarRefusesError("keys-refused", car=car, detail="it hangs up")
+        return CarAwayError("hung-up", car=car, detail="the connection ended")
     if isinstance(problem, TimeoutError):
         detail = "it takes too long"
+        if address.tls:
+            return CarNotFoundError("speaks-no-tls", car=car, detail=detail)
     elif isinstance(problem, OSError) and problem.strerror:
         detail = os.strerror(problem.errno) if problem.errno else problem.strerror
     return CarNotFoundError("no-car-there", car=car, detail=detail)

@@ -1,0 +1,102 @@
+"""A car that is driven, served on free ports by a loop of its own, and what its board was told when."""
+
+import asyncio
+import threading
+import time
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import Any
+
+from motorcade.car.drive_board import DriveBoard
+from motorcade.link.addresses import bind
+from motorcade.link.clock import monotonic_ms
+from motorcade.link.drive_server import DriveServer, served
+from motorcade.link.driving import Drive
+from motorcade.link.watchdog import kept
+from motorcade.profile import Profile, built_in_profile
+
+NEUTRAL = (90, 1, 0)
+DEADLINE_S = 20.0
+
+
+class NotedBoard(DriveBoard):
+    """Notes what it is told: ``(seconds of time.perf_counter, (angle, direction, speed))``."""
+
+    def __init__(self) -> None:
+        self.notes: list[tuple[float, tuple[int, int, int]]] = []
+
+    def apply(self, angle_deg: int, direction: int, speed: int) -> None:
+        self.notes.append((time.perf_counter(), (angle_deg, direction, speed)))
+
+    def neutral(self) -> None:
+        self.notes.append((time.perf_counter(), NEUTRAL))
+
+    @property
+    def setpoint(self) -> tuple[int, int, int]:
+        """What holds now."""
+        return self.notes[-1][1]
+
+    @property
+    def moves(self) -> bool:
+        return self.setpoint[2] > 0
+
+
+class DrivenCar:
+    """``with DrivenCar() as car``: its ``port`` and ``telemetry_port``, its ``board``, ``drive`` and ``server``.
+
+    It has a thread for itself, so that a test may block, freeze or flood its own.
+    """
+
+    def __init__(self, tls: Any = None, byte_order: str = "big", profile: Profile | None = None) -> None:
+        self.profile = profile or built_in_profile("classroom")
+        self.board = NotedBoard()
+        self.drive = Drive(self.board, monotonic_ms, self.profile)
+        self.server = DriveServer(self.drive, self.profile, byte_order)
+        self.port = self.telemetry_port = 0
+        self._tls = tls
+        self._loop = asyncio.new_event_loop()
+        self._ended = asyncio.Event()
+        self._ready = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+
+    def __enter__(self) -> "DrivenCar":
+        self._thread.start()
+        assert self._ready.wait(DEADLINE_S), "the car didn't start"
+        return self
+
+    def __exit__(self, *problem: object) -> None:
+        self._loop.call_soon_threadsafe(self._ended.set)
+        self._thread.join(DEADLINE_S)
+        assert not self._thread.is_alive(), "the car didn't end"
+
+    def freeze(self, seconds: float) -> None:
+        """Keep its loop stuck for so long."""
+        self._loop.call_soon_threadsafe(time.sleep, seconds)
+
+    def _run(self) -> None:
+        try:
+            self._loop.run_until_complete(self._serve())
+        finally:
+            self._loop.close()
+
+    async def _serve(self) -> None:
+        with ExitStack() as stack:
+            sockets = [stack.enter_context(bind("127.0.0.1", 0)) for _ in range(2)]
+            self.port, self.telemetry_port = (each.getsockname()[1] for each in sockets)
+            async with kept(self.drive), served(self.server, *sockets, self._tls):
+                self._ready.set()
+                await self._ended.wait()
+
+
+async def until(condition: Callable[[], Any], deadline_s: float = DEADLINE_S) -> Any:
+    """Wait for something to be true, or fail."""
+    end_s = time.monotonic() + deadline_s
+    while not (found := condition()):
+        assert time.monotonic() < end_s, "it never happened"
+        await asyncio.sleep(0.005)
+    return found
+
+
+def wait_until(condition: Callable[[], Any], deadline_s: float = DEADLINE_S) -> Any:
+    """As ``until``, where nothing else runs."""
+    return asyncio.run(until(condition, deadline_s))
