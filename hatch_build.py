@@ -13,18 +13,23 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 WEB = Path("web")
 PAGE = Path("src/motorcade/studio/page")
+FIRMWARE = Path("firmware/micropython")
 # What a page is made of; tests and lint rules change nothing about it.
-SOURCES = ("index.html", "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts", "public", "src")
+PAGES = ("index.html", "drive.html")
+SOURCES = (*PAGES, "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts", "public", "src")
 
 
 class PageHook(BuildHookInterface[Any]):
     """Hatchling's way in: called before a wheel, an editable wheel or an sdist is put together."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Builds the page where it is missing or older than its sources."""
+        """Builds the page where it is missing or older than its sources; a wheel has the firmware's files too."""
         root = Path(self.root)
         if is_stale(root):
             npm_run(root, "build")
+        # An editable wheel finds them beside the sources.
+        if self.target_name == "wheel" and version == "standard":
+            build_data["force_include"][str(root / FIRMWARE)] = f"motorcade/{FIRMWARE.as_posix()}"
 
 
 def is_stale(root: Path) -> bool:

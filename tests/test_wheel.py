@@ -1,5 +1,6 @@
 """The wheel holds the page: installed by itself, and where there is no Node, it serves it."""
 
+import json
 import os
 import subprocess
 import sys
@@ -51,3 +52,11 @@ def test_the_wheel_serves_the_page_and_all_that_belongs_to_it(python, environmen
                 assert answer.read() == path.read_bytes()
         with urlopen(studio.url) as answer:
             assert answer.read() == (PAGE / "index.html").read_bytes()
+
+
+def test_the_wheel_has_the_firmware_for_boards(python, environment) -> None:
+    command = [python, "-m", "motorcade", "install-firmware", "--dry-run", "--chip", "rp2040", "--json"]
+    ran = subprocess.run(command, env=environment, check=True, capture_output=True, encoding="utf-8")
+    copied = [file["path"] for file in json.loads(ran.stdout)["files"]]
+    assert copied[-1] == "main.py"
+    assert "lib/motorcade/boards/micropython.py" in copied
