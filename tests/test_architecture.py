@@ -44,7 +44,7 @@ ARROWS = {
         "studio",
         "__version__",
     ),
-    "__init__": ("words", "car.check", "profile", "program", "sim", "runs"),
+    "__init__": ("words", "car.check", "link", "profile", "program", "sim", "runs"),
     "__main__": ("cli",),
 }
 

@@ -15,6 +15,7 @@ PUBLIC = {
     "steps": ["avoid", "forward", "led", "left", "pir", "repeat", "right", "together", "voice", "wait", "wander"],
     "mats": ["Mat", "Physics", "Pose", "formation", "open_table", "read_mat"],
     "boards": ["check_board"],
+    "driving": ["BlockingDriveClient", "CarError", "DriveClient"],
     "cars": ["Profile", "load_profile", "World", "simulate", "show"],
 }
 NAMES = sorted(["__version__", *(name for names in PUBLIC.values() for name in names)])
@@ -83,4 +84,10 @@ def test_words_are_there_without_programs_worlds_or_libraries():
 def test_a_program_is_written_and_compiled_without_worlds_ports_or_arrays():
     modules = after("from motorcade import Program, forward, compile_program; compile_program(Program([forward(1)]))")
     heavy = ("motorcade.sim", "motorcade.link", "numpy", "numba", "matplotlib", "serial", "rich", "typer")
+    assert not [name for name in modules if name.startswith(heavy)]
+
+
+def test_a_car_is_driven_without_programs_worlds_arrays_or_libraries():
+    modules = after("from motorcade import BlockingDriveClient, DriveClient")
+    heavy = ("motorcade.sim", "motorcade.program", "cryptography", "numpy", "serial", "rich", "typer", "blessed")
     assert not [name for name in modules if name.startswith(heavy)]

@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from motorcade.car.check import check_board as check_board
+    from motorcade.link.blocking_drive_client import BlockingDriveClient as BlockingDriveClient
+    from motorcade.link.car_failures import CarError as CarError
+    from motorcade.link.drive_client import DriveClient as DriveClient
     from motorcade.profile import Profile as Profile
     from motorcade.profile import load_profile as load_profile
     from motorcade.program.compiler import Compiled as Compiled
@@ -47,6 +50,9 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "motorcade.car.check": ("check_board",),
+    "motorcade.link.blocking_drive_client": ("BlockingDriveClient",),
+    "motorcade.link.car_failures": ("CarError",),
+    "motorcade.link.drive_client": ("DriveClient",),
     "motorcade.profile": ("Profile", "load_profile"),
     "motorcade.program.compiler": ("Compiled", "compile_program"),
     "motorcade.program.decompiler": ("decompile",),

@@ -23,6 +23,7 @@ def exit_code(problem: Exception) -> int | None:
     from motorcade.boards.voice_map import VoiceError
     from motorcade.export.own_format import FormatFileError
     from motorcade.export.targets import TargetError
+    from motorcade.link.car_failures import CarAwayError, CarNotFoundError, CarNotTrustedError, CarRefusesError
     from motorcade.link.failures import (
         NoAnswerError,
         PortBusyError,
@@ -33,6 +34,7 @@ def exit_code(problem: Exception) -> int | None:
         VerificationError,
         WentAwayError,
     )
+    from motorcade.link.keys import KeysError
     from motorcade.profile import ProfileError
     from motorcade.program.decompiler import DecompileError
     from motorcade.program.diagnostics import ProgramError
@@ -68,6 +70,11 @@ def exit_code(problem: Exception) -> int | None:
         (GpioForbiddenError, PORT_FORBIDDEN),
         (RefusedError, REFUSED),
         (WentAwayError, WENT_AWAY),
+        (CarNotFoundError, PORT_NOT_FOUND),
+        (CarAwayError, WENT_AWAY),
+        (CarNotTrustedError, VERIFICATION),
+        (CarRefusesError, REFUSED),
+        (KeysError, USAGE),
         (SeveralPortsError, USAGE),
     )
     return next((code for kind, code in codes if isinstance(problem, kind)), None)
@@ -75,12 +82,13 @@ def exit_code(problem: Exception) -> int | None:
 
 def sentence(problem: Exception, language: str) -> str:
     """What is wrong, in ``language`` (en or zh) where it has a sentence for it."""
+    from motorcade.link.car_failures import CarError
     from motorcade.link.failures import PortError
     from motorcade.program.decompiler import DecompileError
     from motorcade.sim.errors import MatError, WorldError
     from motorcade.words.image import ImageError
     from motorcade.words.sentences import image_sentence
 
-    if isinstance(problem, PortError | DecompileError | MatError | WorldError):
+    if isinstance(problem, PortError | CarError | DecompileError | MatError | WorldError):
         return problem.message(language)
     return image_sentence(problem, language) if isinstance(problem, ImageError) else str(problem)
