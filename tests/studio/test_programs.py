@@ -2,6 +2,7 @@
 
 import base64
 import json
+import re
 from collections import Counter
 from string import Formatter
 
@@ -52,6 +53,8 @@ def refused(page):
         error = answer.json()["error"]
         assert set(error["message"]) == set(LANGUAGES)
         assert all(error["message"].values())
+        # What only a broken page can send is told as the reader of messages puts it.
+        assert error["code"] == "bad-message" or not re.search(r"[a-z]{3,} [a-z]{3,}", error["message"]["zh"])
         return answer.status_code, error["code"]
 
     return asking
@@ -114,6 +117,8 @@ def test_too_many_states_still_have_a_costliest_block(ask):
     assert answer["costliest"]["leader"] == {"block": "b", "count": 400}
     (said,) = answer["diagnostics"]
     assert (said["code"], said["severity"]) == ("too-many-states", "error")
+    # The page leads to the block, and nobody there knows a place in a file.
+    assert not any("leader[" in sentence for sentence in said["message"].values())
     assert (said["block"], said["editor"]) == ("b", "leader")
 
 

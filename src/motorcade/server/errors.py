@@ -67,6 +67,8 @@ class ServerError(Exception):
     Attributes:
         code: a key of ``messages``; stable.
         status: the HTTP status that says it.
+
+    What fills a sentence's braces may differ by language: a dict then holds one text for each.
     """
 
     messages: ClassVar[Messages] = MESSAGES
@@ -79,7 +81,10 @@ class ServerError(Exception):
 
     def message(self, language: str) -> str:
         """The sentence in ``language`` (en or zh)."""
-        return self.messages[self.code][language].format(**self._arguments)
+        arguments = {
+            name: value[language] if isinstance(value, dict) else value for name, value in self._arguments.items()
+        }
+        return self.messages[self.code][language].format(**arguments)
 
     def as_dict(self) -> dict[str, Any]:
         """``{"code", "message": {"en", "zh"}}``."""
