@@ -1,16 +1,20 @@
 """check_board: boards that keep the contract pass, and each that breaks it is told how, in a sentence."""
 
+import re
+import sys
 import time
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from driven_car import Bench
-from tin_car import Tin, TinBoard
+from tin_car import FRAME_S, Tin, TinBoard
 
 from motorcade import check_board
 from motorcade.boards.pins import parse_pins
 from motorcade.car.board import Board
+from motorcade.car.check.parts import METHODS
 from motorcade.firmware.bundle import templates
 from motorcade.firmware.settings import settings_of
 from motorcade.profile import built_in_profile
@@ -19,6 +23,7 @@ from motorcade.sim.virtual_car import ImageStore, VirtualBoard, monotonic_clock
 # A cut of power closes no files.
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 CLASSROOM = built_in_profile("classroom")
+DOCS = Path(__file__).parents[2] / "docs"
 SMALL = bytes.fromhex("01000000 64800000")
 
 
@@ -407,3 +412,42 @@ def test_a_cut_is_told_with_its_place(tmp_path):
     (sentence,) = checked(WritesOverSlowly, tmp_path)
     assert "of test_check_board.py" in sentence
     assert "rename it" in sentence
+
+
+# What the documentation shows
+
+
+def python_in(page: str) -> list[str]:
+    return re.findall(r"```python\n(.*?)```", (DOCS / page).read_text(encoding="utf-8"), re.DOTALL)
+
+
+def test_the_board_in_the_documentation_passes_and_drives(tmp_path, monkeypatch):
+    sent_until = [0.0]
+    done = []
+    roverhat = SimpleNamespace(
+        serial_read=lambda: b"",
+        serial_write=lambda data: None,
+        infrared_frames=list,
+        infrared_busy=lambda: time.monotonic() < sent_until[0],
+        infrared_send=lambda frame: sent_until.__setitem__(0, time.monotonic() + FRAME_S),
+        distance_cm=lambda: None,
+        motors=lambda *powers: done.append(powers),
+        led=lambda *which: done.append(which),
+    )
+    monkeypatch.setitem(sys.modules, "roverhat", roverhat)
+    monkeypatch.chdir(tmp_path)
+    space: dict = {}
+    exec(python_in("write-a-board.md")[0], space)
+    board = space["RoverBoard"]
+    assert check_board(board(), reopen=board) == []
+    assert (-100, 100) in done
+
+
+def test_both_languages_show_the_same_board():
+    assert python_in("write-a-board.md") == python_in("write-a-board.zh.md")
+
+
+@pytest.mark.parametrize("page", ["write-a-board.md", "write-a-board.zh.md"])
+def test_the_documentation_names_every_method(page):
+    text = (DOCS / page).read_text(encoding="utf-8")
+    assert [name for name in METHODS if f"| `{name}(" not in text] == []
