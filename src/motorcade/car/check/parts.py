@@ -70,7 +70,7 @@ def check_methods(probe: Probe) -> bool:
 def check_sensors(probe: Probe) -> None:
     """Note sensors whose answers are of the wrong kind or told twice."""
     for name in ("senses_carrier", "is_sending", "sees_person"):
-        probe.answer(name, lambda value: isinstance(value, int) and 0 <= value <= 1, "True or False")
+        probe.answer(name, lambda value: type(value) in (bool, int) and 0 <= value <= 1, "True or False")
     where_free = "NOTHING_IN_SIGHT_MM of motorcade.car.board where nothing is there"
     probe.answer("obstacle_mm", is_count, f"whole millimetres, an int; {where_free}")
     voices = "NO_VOICE, VOICE_STOP or VOICE_GO of motorcade.car.brain: 0, 1 or 2"

@@ -1,0 +1,32 @@
+"""check_board on a car of a simulated microcontroller, whole and broken; portable (test_microcontroller.py)."""
+
+from driven_car import Bench
+
+from motorcade.car.check import check_board
+
+
+def lines(settings, platform):
+    """What is wrong with the whole board, which is nothing, and with each broken one."""
+    for name, broken in BROKEN:
+        bench = Bench(settings, platform)
+        board = bench.open().board
+        if name:
+            setattr(board, name, broken)
+        for sentence in check_board(board, wait_ms=bench.clock.sleep_ms, hear=bench.hear_frame, say=bench.usb.arrive):
+            yield f"{name}: {sentence}"
+
+
+def fail(*arguments):
+    raise ValueError("broken")
+
+
+BROKEN = (
+    ("", None),
+    ("levels", (1, 2, 3)),
+    ("now_ms", lambda: 1 << 30),
+    ("load_image", lambda: b"\x00\x00"),
+    ("received_frames", lambda: [1]),
+    ("is_sending", lambda: False),
+    ("obstacle_mm", lambda: None),
+    ("set_wheels", fail),
+)
