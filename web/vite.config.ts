@@ -5,6 +5,9 @@ import { dirname, join } from "node:path";
 import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 
+/** The studio and the remote. */
+const PAGES = ["index.html", "drive.html"];
+
 /** Blockly's pictures, served beside the page: no other host is ever asked for them. */
 function blocklyMedia(): Plugin {
   const media = join(dirname(createRequire(import.meta.url).resolve("blockly")), "media");
@@ -21,7 +24,7 @@ function blocklyMedia(): Plugin {
 
 export default defineConfig({
   plugins: [react(), blocklyMedia()],
-  build: { outDir: "../src/motorcade/studio/page", emptyOutDir: true, chunkSizeWarningLimit: 900 },
-  server: { proxy: { "/api": { target: "http://127.0.0.1:7700", ws: true, changeOrigin: true } } },
+  build: { outDir: "../src/motorcade/studio/page", emptyOutDir: true, chunkSizeWarningLimit: 900, rolldownOptions: { input: PAGES } },
+  server: { proxy: { "^/(api/|drive/|camera)": { target: "http://127.0.0.1:7700", ws: true, changeOrigin: true } } },
   test: { environment: "jsdom", setupFiles: "src/test-setup.ts", include: ["src/**/*.test.{ts,tsx}"] },
 });

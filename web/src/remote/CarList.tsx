@@ -1,0 +1,59 @@
+import { Icon } from "../app/icons";
+import { link } from "./driving";
+import { useRemote } from "./link";
+import { useSay } from "./sentences";
+
+/** What a car is called on the page. */
+export function useCarName(): (car: string) => string {
+  const say = useSay();
+  const listed = useRemote(({ listed }) => listed);
+  return (car) => {
+    const leads = listed.find((each) => each.car === car)?.leads ?? null;
+    return leads === null ? say("car") : say(leads ? "leader" : "follower", { car });
+  };
+}
+
+interface CarListProps {
+  /** The car whose camera is shown. */
+  shown: string | null;
+  onChoose: (car: string) => void;
+}
+
+/** The cars that are driven, all by one stick; one of them shows what it sees. */
+export function CarList({ shown, onChoose }: CarListProps) {
+  const say = useSay();
+  const nameOf = useCarName();
+  const listed = useRemote(({ listed }) => listed);
+  const seats = useRemote(({ seats }) => seats);
+  const others = listed.filter(({ car }) => !seats.includes(car));
+  if (listed.length < 2) return null;
+  return (
+    <section className="cars" aria-label={say("cars")}>
+      <ul>
+        {seats.map((car) => (
+          <li key={car} className="chip">
+            <button
+              type="button"
+              aria-pressed={car === shown}
+              aria-label={say("look", { name: nameOf(car) })}
+              onClick={() => onChoose(car)}
+            >
+              {nameOf(car)}
+            </button>
+            <button type="button" aria-label={say("leave", { name: nameOf(car) })} onClick={() => link.leave(car)}>
+              <Icon name="close" />
+            </button>
+          </li>
+        ))}
+      </ul>
+      <select value="" aria-label={say("addCar")} onChange={(event) => event.target.value && link.sit(event.target.value)}>
+        <option value="">{say("addCar")}</option>
+        {others.map(({ car }) => (
+          <option key={car} value={car}>
+            {nameOf(car)}
+          </option>
+        ))}
+      </select>
+    </section>
+  );
+}

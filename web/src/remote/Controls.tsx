@@ -1,0 +1,72 @@
+import { useState } from "react";
+import { Icon } from "../app/icons";
+import { link, pilot } from "./driving";
+import { useRemote } from "./link";
+import { useSay } from "./sentences";
+
+const LEAST_PERCENT = 20;
+const FIRST_PERCENT = 60;
+const STEP_PERCENT = 10;
+pilot.limit = FIRST_PERCENT / 100;
+
+function Limit() {
+  const say = useSay();
+  const [percent, setPercent] = useState(FIRST_PERCENT);
+  return (
+    <label className="limit">
+      {say("limit", { percent })}
+      <input
+        type="range"
+        min={LEAST_PERCENT}
+        max={100}
+        step={STEP_PERCENT}
+        value={percent}
+        onChange={(event) => {
+          setPercent(Number(event.target.value));
+          pilot.limit = Number(event.target.value) / 100;
+        }}
+      />
+    </label>
+  );
+}
+
+/** The emergency stop, and what else can be asked of a car. */
+export function Controls({ car }: { car: string | null }) {
+  const say = useSay();
+  const told = useRemote(({ told }) => (car === null ? undefined : told[car]));
+  const stopped = told?.state === "stopped";
+  return (
+    <div className="controls">
+      <button type="button" className="stop" onClick={() => link.stopAll()}>
+        {say("stop")}
+        <kbd>{say("stopAbout")}</kbd>
+      </button>
+      {car !== null && (
+        <div className="asks">
+          {stopped && (
+            <button type="button" className="button primary" onClick={() => link.ask("clear", car)}>
+              {say("clear")}
+            </button>
+          )}
+          {told && !told.you.drives && told.driver !== null && !told.you.waits && (
+            <button type="button" className="button" onClick={() => link.ask("request", car)}>
+              {say("request")}
+            </button>
+          )}
+          {(told?.you.drives ?? told?.you.waits) && (
+            <button type="button" className="button" onClick={() => link.ask("release", car)}>
+              {say("release")}
+            </button>
+          )}
+          {told && !stopped && told.state !== "program" && (
+            <button type="button" className="button" onClick={() => link.ask("resume", car)}>
+              <Icon name="blocks" />
+              {say("resume")}
+            </button>
+          )}
+        </div>
+      )}
+      <Limit />
+    </div>
+  );
+}

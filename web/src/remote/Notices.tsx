@@ -1,0 +1,52 @@
+import { link } from "./driving";
+import { useRemote } from "./link";
+import { useLanguage, useSay } from "./sentences";
+
+const FULL_DUTY = 255;
+
+/** What the car does and who drives it, in a line, and what is wrong, if something is. */
+export function Notices({ car }: { car: string | null }) {
+  const say = useSay();
+  const language = useLanguage(({ language }) => language);
+  const { open, running, problem } = useRemote();
+  const told = useRemote(({ told }) => (car === null ? undefined : told[car]));
+  const others = told?.driver != null && !told.you.drives;
+  const speed = told ? Math.round((told.speed / FULL_DUTY) * 100) : 0;
+  return (
+    <div className="notices">
+      <p className="state" role="status" data-state={told?.state}>
+        {told ? say(told.state) : " "}
+        {told?.state === "moving" && (
+          <meter aria-label={say("speed")} min={0} max={100} value={speed}>
+            {speed}
+          </meter>
+        )}
+        {told?.battery_mv != null && (
+          <span className="battery">{say("battery", { volts: (told.battery_mv / 1000).toFixed(1) })}</span>
+        )}
+      </p>
+      <div role="log">
+        {!open && <p className="notice wrong">{say("lostAbout")}</p>}
+        {open && !running && (
+          <p className="notice">
+            {say("paused")}
+            <button type="button" className="button" onClick={() => link.start()}>
+              {say("start")}
+            </button>
+          </p>
+        )}
+        {others && <p className="notice">{told.you.waits ? say("waits") : say("othersDrive")}</p>}
+        {told?.you.drives && told.wanted_by !== null && <p className="notice">{say("wanted")}</p>}
+        {told?.last_fault && <p className="notice wrong">{say("fault", { fault: told.last_fault })}</p>}
+        {problem && (
+          <p className="notice wrong">
+            {problem[language] ?? problem.en}
+            <button type="button" className="button" onClick={() => useRemote.setState({ problem: null })}>
+              {say("dismiss")}
+            </button>
+          </p>
+        )}
+      </div>
+    </div>
+  );
+}

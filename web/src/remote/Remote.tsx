@@ -1,0 +1,45 @@
+import { useEffect, useState } from "react";
+import { Bar } from "./Bar";
+import { CarList, useCarName } from "./CarList";
+import { Controls } from "./Controls";
+import { begin } from "./driving";
+import { Notices } from "./Notices";
+import { useLanguage, useSay } from "./sentences";
+import { Stick } from "./Stick";
+import { useRemote } from "./link";
+import { View } from "./View";
+
+let begun = false;
+
+/** The whole page: what the cars see, who drives them, and the stick. */
+export function Remote() {
+  const say = useSay();
+  const language = useLanguage(({ language }) => language);
+  const seats = useRemote(({ seats }) => seats);
+  const [chosen, choose] = useState<string | null>(null);
+  const nameOf = useCarName();
+  useEffect(() => {
+    if (!begun) begin();
+    begun = true;
+  }, []);
+  useEffect(() => {
+    document.title = `${say("title")} · Motorcade`;
+  }, [language, say]);
+  const shown = chosen !== null && seats.includes(chosen) ? chosen : (seats[0] ?? null);
+  return (
+    <div className="remote">
+      <Bar />
+      <main>
+        <div className="seeing">
+          <CarList shown={shown} onChoose={choose} />
+          {shown === null ? <p className="empty">{say("noCars")}</p> : <View car={shown} name={nameOf(shown)} />}
+        </div>
+        <div className="driving">
+          <Notices car={shown} />
+          <Stick />
+          <Controls car={shown} />
+        </div>
+      </main>
+    </div>
+  );
+}

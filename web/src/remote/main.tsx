@@ -1,0 +1,6 @@
+import "../app/tokens.css";
+import "./remote.css";
+import { createRoot } from "react-dom/client";
+import { Remote } from "./Remote";
+
+createRoot(document.getElementById("root")!).render(<Remote />);
