@@ -8,6 +8,7 @@ A fence's info string says what a block is:
 - ``{.console .needs-car}``, ``{.console .needs-board}``: hardware is needed, so each must end by not finding its port.
 - ``{.console .installs}``: sets up Motorcade itself, so each is tried in its own way to run without doing.
 - ``python``: run in one namespace a page. With ``title="name.py"`` the block is a file first.
+- ``{.python .forever}``: run until somebody presses Ctrl-C, which the module ``roverhat`` does.
 - ``toml``, ``json``: parsed. With ``title="name.toml"`` the block is written to that file.
 - ``text``: no code.
 """
@@ -21,9 +22,11 @@ import sys
 import tempfile
 import tomllib
 from collections.abc import Iterator
-from contextlib import ExitStack, chdir, contextmanager
+from contextlib import ExitStack, chdir, contextmanager, nullcontext
 from pathlib import Path
 from typing import NamedTuple
+
+import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 DEADLINE_S = 240
@@ -106,7 +109,8 @@ class Reader:
         if block.language == "console":
             self._type(block)
         elif block.language == "python":
-            with chdir(self.folder):
+            endless = pytest.raises(KeyboardInterrupt) if "forever" in block.classes else nullcontext()
+            with chdir(self.folder), endless:
                 exec(compile(block.text, block.title or f"line {block.line}", "exec"), self._namespace)
 
     def _type(self, block: Block) -> None:

@@ -10,6 +10,7 @@ from contextlib import ExitStack
 
 import pytest
 
+import roverhat
 from doc_pages import ROOT, Reader, blocks_of, furnish
 
 DOCS = ROOT / "docs"
@@ -33,6 +34,7 @@ def translated(page):
 @pytest.mark.parametrize("page", PAGES + READMES, ids=lambda page: page.stem)
 def test_a_page_does_what_it_says(page, tmp_path):
     furnish(tmp_path)
+    roverhat.switch_on()
     with ExitStack() as running:
         reader = Reader(tmp_path, running)
         for block in blocks_of(page):

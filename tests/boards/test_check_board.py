@@ -1,16 +1,15 @@
 """check_board: boards that keep the contract pass, and each that breaks it is told how, in a sentence."""
 
 import re
-import sys
 import time
 from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from driven_car import Bench
-from tin_car import FRAME_S, Tin, TinBoard
+from tin_car import Tin, TinBoard
 
+import roverhat
 from motorcade import check_board
 from motorcade.boards.pins import parse_pins
 from motorcade.car.board import Board
@@ -422,25 +421,13 @@ def python_in(page: str) -> list[str]:
 
 
 def test_the_board_in_the_documentation_passes_and_drives(tmp_path, monkeypatch):
-    sent_until = [0.0]
-    done = []
-    roverhat = SimpleNamespace(
-        serial_read=lambda: b"",
-        serial_write=lambda data: None,
-        infrared_frames=list,
-        infrared_busy=lambda: time.monotonic() < sent_until[0],
-        infrared_send=lambda frame: sent_until.__setitem__(0, time.monotonic() + FRAME_S),
-        distance_cm=lambda: None,
-        motors=lambda *powers: done.append(powers),
-        led=lambda *which: done.append(which),
-    )
-    monkeypatch.setitem(sys.modules, "roverhat", roverhat)
+    roverhat.switch_on(10_000)
     monkeypatch.chdir(tmp_path)
     space: dict = {}
     exec(python_in("write-a-board.md")[0], space)
     board = space["RoverBoard"]
     assert check_board(board(), reopen=board) == []
-    assert (-100, 100) in done
+    assert (-100, 100) in roverhat.done
 
 
 def test_both_languages_show_the_same_board():

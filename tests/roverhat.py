@@ -1,0 +1,51 @@
+"""The library of the imaginary motor board in docs/write-a-board.md; after a while somebody presses Ctrl-C."""
+
+import time
+
+from motorcade.words.infrared import air_us
+
+TICKS = 20
+done: list[tuple[int, ...]] = []
+_left = [0]
+_sent_until_s = [0.0]
+
+
+def switch_on(ticks: int = TICKS) -> None:
+    """Let the serial line be read so often; the next time somebody presses Ctrl-C."""
+    done.clear()
+    _left[0] = ticks
+
+
+def serial_read() -> bytes:
+    _left[0] -= 1
+    if _left[0] < 0:
+        raise KeyboardInterrupt
+    return b""
+
+
+def serial_write(data: bytes) -> None:
+    pass
+
+
+def infrared_frames() -> list[int]:
+    return []
+
+
+def infrared_busy() -> bool:
+    return time.monotonic() < _sent_until_s[0]
+
+
+def infrared_send(frame: int) -> None:
+    _sent_until_s[0] = time.monotonic() + air_us(frame, 560) / 1e6
+
+
+def distance_cm() -> float | None:
+    return None
+
+
+def motors(left: int, right: int) -> None:
+    done.append((left, right))
+
+
+def led(which: int, on: bool) -> None:
+    done.append((which, on))
