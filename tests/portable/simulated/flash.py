@@ -1,8 +1,9 @@
 """A flash memory whose power can be cut at any byte: the functions of the module os, and open.
 
-What was written is safe once its file is closed. Until then a cut leaves the
-first bytes of it, as many as had been written. On littlefs a rename happens or
-doesn't; on FAT the old file goes first, and a cut may fall between.
+A cut leaves the first bytes of what is being written. On littlefs a file is
+safe once it is closed, and a rename happens or doesn't. On FAT a file is safe
+after a sync, and where it is renamed the old file goes first: a cut may fall
+between.
 """
 
 
@@ -22,12 +23,14 @@ class Flash:
         self.files = {}
         self.cut_after = None
         self._atomic_rename = atomic_rename
+        self._unsafe = set()
         self._room = room
 
     def spend(self, steps=1):
         """One byte, or one change of a directory, that the power has to last for."""
         if self.cut_after is not None:
             if self.cut_after < steps:
+                self._lose()
                 raise PowerCut
             self.cut_after -= steps
 
@@ -48,6 +51,9 @@ class Flash:
             del self.files[new]
         self.spend()
         self.files[new] = self.files.pop(old)
+        if old in self._unsafe:
+            self._unsafe.remove(old)
+            self._unsafe.add(new)
 
     def remove(self, path):
         if path not in self.files:
@@ -57,6 +63,7 @@ class Flash:
 
     def sync(self):
         self.spend()
+        self._unsafe.clear()
 
     def append(self, path, data):
         """Write byte by byte: as many as there is room for and the power lasts for."""
@@ -64,11 +71,18 @@ class Flash:
         fitting = data[:room]
         lasting = fitting if self.cut_after is None else fitting[: self.cut_after]
         self.files[path] += lasting
+        if not self._atomic_rename:
+            self._unsafe.add(path)
         self.spend(len(lasting))
         if len(lasting) < len(fitting):
-            raise PowerCut
+            self.spend(1)
         if len(fitting) < len(data):
             raise OSError(28)
+
+    def _lose(self):
+        for path in self._unsafe:
+            self.files[path] = self.files[path][: len(self.files[path]) // 2]
+        self._unsafe.clear()
 
 
 class _Reading:

@@ -15,11 +15,15 @@ class Microcontroller:
     Args:
         platform: esp32 or rp2.
         ticks_ms: what its clock says at the start; ticks wrap at 2^30.
+
+    Attributes:
+        late_us: how long after an edge its interrupt runs, as ESP32s' do; by then the level may be another.
     """
 
     def __init__(self, platform, ticks_ms=0):
         self.platform = platform
         self.now_us = 0
+        self.late_us = 0
         self.levels = {}
         self.duties = {}
         self.listeners = []
@@ -75,7 +79,11 @@ class Microcontroller:
             return
         self.levels[pin] = level
         handler, trigger, number = self.interrupts.get(pin, (None, 0, None))
-        if handler is not None and trigger & (1 if level else 2):
+        if handler is None or not trigger & (1 if level else 2):
+            return
+        if self.late_us:
+            self.at(self.now_us + self.late_us, handler, number)
+        else:
             handler(number)
 
 

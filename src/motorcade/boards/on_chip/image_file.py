@@ -48,7 +48,6 @@ class ImageFile:
         try:
             with self._open(new, "wb") as file:
                 file.write(data)
-                file.flush()
             self._sync()
             self._files.rename(new, self._path)
             self._sync()
