@@ -12,8 +12,10 @@ from scripts.studio_process import project_link
 SENTENCES = Path(__file__).parent.parent / "web" / "src" / "i18n"
 DESKTOP, PHONE = (1400, 900), (390, 844)
 SHARED = "Shared"
-# Long enough for a machine that is busy with other tests, and for the first world, whose engine is compiled.
+# Long enough for a machine that is busy with other tests.
 PATIENCE_MS = 60_000
+# The first world after an install waits for its engine to be compiled.
+FIRST_WORLD_MS = 300_000
 expect.set_options(timeout=PATIENCE_MS)
 
 
@@ -80,7 +82,7 @@ class StudioPage:
         """Blocks, words and cars are there, even where a small screen doesn't show them at once."""
         words = self.page.get_by_role("rowheader", include_hidden=True)
         expect(words.or_(self.page.locator(".diagnostics li"))).not_to_have_count(0)
-        expect(self.page.locator("#mat-play")).to_be_enabled()
+        expect(self.page.locator("#mat-play")).to_be_enabled(timeout=FIRST_WORLD_MS)
         expect(self.page.locator(".mat-canvas canvas")).to_be_attached()
 
     def take(self, project: dict[str, Any]) -> None:
@@ -204,6 +206,14 @@ class StudioPage:
     def expect_moving(self) -> None:
         """The world's time passes."""
         expect(self.clock).not_to_have_text(self.clock.inner_text())
+
+    def choose_car(self, number: int) -> None:
+        """Shows a car's details beside the mat."""
+        self.page.get_by_role("tab", name=self.say("mat.panels.things")).click()
+        field = self.page.get_by_role("textbox", name=self.say("mat.carNumber"), exact=True)
+        field.fill(str(number))
+        field.press("Enter")
+        expect(self.page.get_by_role("region", name=self.say("mat.car", number=number))).to_be_visible()
 
     # Projects, menus and dialogs.
 
