@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from arbiter_diagram import arbiter_svg
 from commands_page import commands_page
 from wiring_pages import wiring_files
 
@@ -32,6 +33,8 @@ def _exports() -> dict[str, Callable[[], str]]:
 GENERATED = {
     "docs/commands.md": lambda: commands_page("en"),
     "docs/commands.zh.md": lambda: commands_page("zh"),
+    "docs/drive-states.svg": lambda: arbiter_svg("en"),
+    "docs/drive-states.zh.svg": lambda: arbiter_svg("zh"),
     "docs/motorcade-mat-1.schema.json": lambda: _json(mat_schema()),
     "docs/motorcade-program-1.schema.json": lambda: _json(program_schema()),
     **wiring_files(),

@@ -1,0 +1,150 @@
+"""Draws the table of states of the arbiter of a driven car, in English and Chinese."""
+
+from collections import defaultdict
+from xml.sax.saxutils import escape
+
+from motorcade.car.arbiter import EVENTS, STATES, TABLE
+
+WIDTH, HEIGHT = 960, 760
+_BOX = (150, 46)
+_FRAME = (20, 40, 920, 400)
+# Where each state stands, and its colour. One that the table gets and that isn't here is an error.
+_PLACES = {
+    "ready": (130, 210, "#dbe9f4"),
+    "standing": (480, 100, "#dbe9f4"),
+    "moving": (830, 210, "#d5efd5"),
+    "failsafe": (480, 350, "#fbe7c6"),
+    "program": (830, 350, "#e6dcf5"),
+    "stopped": (480, 520, "#f8d3d0"),
+}
+_OUTSIDE = "stopped"
+# An arrow from the frame to a state: its ends, and the middle of its label.
+_FROM_ANYWHERE = {
+    "failsafe": ((20, 350), (405, 350), (200, 340)),
+    "stopped": ((440, 440), (440, 497), (320, 475)),
+    "program": ((830, 440), (830, 373), (770, 462)),
+}
+_CHINESE = {
+    "ready": ("就绪", "车轮静止，下一条指令即可驾驶"),
+    "standing": ("停住", "驾驶者的指令速度为 0"),
+    "moving": ("行驶", "驾驶者的指令使车轮转动"),
+    "failsafe": ("失效保护", "车轮静止，直到收到一条速度为 0 的指令"),
+    "stopped": ("紧急停止", "任何指令都无效"),
+    "program": ("程序", "由码字映像驾驶"),
+    "still": ("停", "一条速度为 0 的指令"),
+    "move": ("动", "一条速度不为 0 的指令"),
+    "silent": ("沉默", "超过 failsafe_ms 没有指令"),
+    "stall": ("卡住", "小车自身的软件卡住，或硬件出错"),
+    "release": ("交还", "驾驶者交还方向盘，或方向盘转交他人"),
+    "gone": ("离开", "驾驶者的连接结束"),
+    "stop": ("急停", "紧急停止"),
+    "clear": ("解除", "解除紧急停止"),
+    "resume": ("恢复", "让程序重新驾驶"),
+}
+_TITLES = {"en": "Who drives: the states of a driven car", "zh": "谁在驾驶：受驾驶小车的状态"}
+_ANY = {"en": "from all others in here: ", "zh": "从框内其他状态："}
+
+
+def arbiter_svg(language: str) -> str:
+    """The diagram in ``language`` (en or zh)."""
+    anywhere, ways = _ways()
+    parts = [_head(language)]
+    left, top, width, height = _FRAME
+    parts.append(f'<rect x="{left}" y="{top}" width="{width}" height="{height}" rx="14" class="frame"/>')
+    for (begin, end), events in ways.items():
+        labels = " / ".join(_word(event, language) for event in events)
+        parts.append(_arrow(_PLACES[begin][:2], _PLACES[end][:2], labels, (end, begin) in ways))
+    for event, following in anywhere.items():
+        begin, end, label = _FROM_ANYWHERE[following]
+        parts.append(_line(*begin, *end) + _label(*label, _ANY[language] + _word(event, language)))
+    for name, (x, y, colour) in _PLACES.items():
+        parts.append(_state(name, x, y, colour, language))
+    parts.append(_legend(language))
+    return "\n".join([*parts, "</svg>", ""])
+
+
+def _ways() -> tuple[dict[str, str], dict[tuple[str, str], list[str]]]:
+    """Events that lead from every framed state to one and the same, and all others by their two ends."""
+    by_event: dict[tuple[str, str], set[str]] = defaultdict(set)
+    for state, event, following in TABLE:
+        by_event[EVENTS[event][0], STATES[following][0]].add(STATES[state][0])
+    anywhere, ways = {}, defaultdict(list)
+    framed = {name for name, _ in STATES if name != _OUTSIDE}
+    for (event, following), states in by_event.items():
+        if states >= framed - {following}:
+            anywhere[event] = following
+            continue
+        for state in sorted(states, key=list(_PLACES).index):
+            ways[state, following].append(event)
+    return anywhere, ways
+
+
+def _word(name: str, language: str) -> str:
+    return name if language == "en" else _CHINESE[name][0]
+
+
+def _head(language: str) -> str:
+    title = escape(_TITLES[language])
+    size = f'viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}"'
+    return f"""<svg xmlns="http://www.w3.org/2000/svg" {size} role="img" aria-label="{title}">
+<title>{title}</title>
+<style>
+text {{ font: 15px sans-serif; fill: #1c2733; text-anchor: middle }}
+.legend, .legend tspan {{ text-anchor: start; font-size: 14px }}
+.name {{ font-weight: bold }}
+.label {{ paint-order: stroke; stroke: #fff; stroke-width: 6px; font-size: 14px }}
+.frame {{ fill: #fff; stroke: #8a97a5; stroke-dasharray: 6 5 }}
+.way {{ stroke: #3d4c5c; stroke-width: 1.6; fill: none; marker-end: url(#tip) }}
+.state {{ stroke: #3d4c5c; stroke-width: 1.4 }}
+</style>
+<defs><marker id="tip" viewBox="0 0 10 10" refX="9" refY="5" markerWidth="8" markerHeight="8" orient="auto">
+<path d="M0 0 10 5 0 10z" fill="#3d4c5c"/></marker></defs>
+<rect width="{WIDTH}" height="{HEIGHT}" fill="#fff"/>"""
+
+
+def _state(name: str, x: int, y: int, colour: str, language: str) -> str:
+    width, height = _BOX
+    box = f'<rect x="{x - width // 2}" y="{y - height // 2}" width="{width}" height="{height}" rx="10"'
+    return (
+        f'{box} fill="{colour}" class="state"/>\n<text x="{x}" y="{y + 5}" class="name">{_word(name, language)}</text>'
+    )
+
+
+def _arrow(begin: tuple[int, int], end: tuple[int, int], label: str, has_twin: bool) -> str:
+    """Between two boxes, beside the middle line where another comes the other way."""
+    (x0, y0), (x1, y1) = begin, end
+    length = ((x1 - x0) ** 2 + (y1 - y0) ** 2) ** 0.5
+    along_x, along_y = (x1 - x0) / length, (y1 - y0) / length
+    aside = 13 if has_twin else 0
+    x0, x1, y0, y1 = (
+        x0 - along_y * aside,
+        x1 - along_y * aside,
+        y0 + along_x * aside,
+        y1 + along_x * aside,
+    )
+    margin = min(_BOX[0] / 2 / max(abs(along_x), 1e-9), _BOX[1] / 2 / max(abs(along_y), 1e-9))
+    x0, y0, x1, y1 = x0 + along_x * margin, y0 + along_y * margin, x1 - along_x * margin, y1 - along_y * margin
+    share = 0.36
+    at_x, at_y = x0 + (x1 - x0) * share, y0 + (y1 - y0) * share + 5
+    return _line(x0, y0, x1, y1) + _label(at_x, at_y, label)
+
+
+def _line(x0: float, y0: float, x1: float, y1: float) -> str:
+    return f'<path d="M{x0:.1f} {y0:.1f} {x1:.1f} {y1:.1f}" class="way"/>'
+
+
+def _label(x: float, y: float, text: str) -> str:
+    return f'\n<text x="{x:.0f}" y="{y:.0f}" class="label">{escape(text)}</text>'
+
+
+def _legend(language: str) -> str:
+    lines = []
+    for column, rows in enumerate((STATES, EVENTS)):
+        for row, (name, meaning) in enumerate(rows):
+            said = (name, meaning) if language == "en" else _CHINESE[name]
+            x, y = 30 + 470 * column, 580 + 20 * row
+            lines.append(
+                f'<text x="{x}" y="{y}" class="legend"><tspan font-weight="bold">{escape(said[0])}</tspan> '
+                f"{escape(said[1])}</text>"
+            )
+    return "\n".join(lines)
