@@ -32,6 +32,8 @@ def test_the_classrooms_cars_are_the_protocols() -> None:
     assert servo.period_ms == 20
     assert (servo.pulse_0_deg_us, servo.pulse_90_deg_us, servo.pulse_180_deg_us) == (500, 1500, 2500)
     assert profile.motor.pwm_max == 255
+    drive = profile.drive
+    assert (drive.failsafe_ms, drive.watchdog_ms, drive.hand_over_ms, drive.commands_per_s) == (300, 200, 5000, 100)
 
 
 @pytest.mark.parametrize(
@@ -62,6 +64,9 @@ def test_the_classrooms_cars_are_the_protocols() -> None:
         ("diameter_mm = 150", "diameter_mm = -150", "body.diameter_mm"),
         ("period_ms = 20\n", "period_ms = [20]\n", "servo.period_ms"),
         ("pwm_max = 255", "pwm_max = true", "motor.pwm_max"),
+        ("failsafe_ms = 300", "failsafe_ms = 200", "drive.watchdog_ms is 200, failsafe_ms 200"),
+        ("failsafe_ms = 300", "failsafe_ms = 5000", "hand_over_ms 5000; each must be shorter"),
+        ("commands_per_s = 100", "commands_per_s = 0", "drive.commands_per_s"),
         ("durations_ms = [0", "durations_ms = [[0", "TOML"),
     ],
 )

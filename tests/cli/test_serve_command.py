@@ -1,0 +1,94 @@
+"""``motorcade drive serve`` as its users start, reach and end it."""
+
+import json
+import os
+import signal
+import socket
+import struct
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from command_line import refusal, run
+from motorcade.link.certificates import CarKeys, make_keys
+from motorcade.words.formats import DRIVE
+
+DEADLINE_S = 120
+STILL = DRIVE.encode(angle=40, direction=1, speed=0)
+
+
+@contextmanager
+def served(*options: str) -> Iterator[tuple[subprocess.Popen, dict]]:
+    """A car in a process of its own, and where it says that it is."""
+    command = [sys.executable, "-m", "motorcade", "drive", "serve", "--port", "0", "--json", *options]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8") as process:
+        try:
+            line = process.stdout.readline()
+            yield process, json.loads(line) if line else {}
+        finally:
+            process.kill()
+
+
+def state_after(told: dict, packed: bytes) -> dict:
+    """What telemetry tells once somebody sends ``packed`` again and again."""
+    with (
+        socket.create_connection(("127.0.0.1", told["port"]), DEADLINE_S) as commands,
+        socket.create_connection(("127.0.0.1", told["telemetry_port"]), DEADLINE_S) as telemetry,
+        telemetry.makefile("rb") as frames,
+    ):
+        for _ in range(100):
+            commands.sendall(packed)
+            (size,) = struct.unpack(">I", frames.read(4))
+            frame = json.loads(frames.read(size))
+            if frame["state"] == "standing":
+                return frame
+    raise AssertionError("the car never heard the command")
+
+
+@pytest.mark.parametrize(("options", "order"), [((), ">I"), (("--byte-order", "little"), "<I")])
+def test_a_simulated_car_takes_commands_and_ends_by_a_signal(options: tuple[str, ...], order: str) -> None:
+    with served(*options) as (process, told):
+        assert (told["host"], told["tls"]) == ("127.0.0.1", False)
+        frame = state_after(told, struct.pack(order, STILL))
+        assert (frame["angle_deg"], frame["direction"], frame["speed"]) == (40, 1, 0)
+        if os.name == "posix":
+            process.send_signal(signal.SIGTERM)
+            _, said = process.communicate(timeout=DEADLINE_S)
+            assert process.returncode == 0
+            assert "standing; 127.0.0.1:" in said
+
+
+def test_other_computers_reach_a_car_only_where_its_owner_said_so(tmp_path: Path) -> None:
+    sentence = refusal(2, "drive", "serve", "--port", "0", "--host", "0.0.0.0")
+    assert sentence.startswith("at 0.0.0.0 others can reach this car")
+    assert "--insecure-lan" in sentence
+    with served("--host", "0.0.0.0", "--insecure-lan") as (process, told):
+        assert told["host"] == "0.0.0.0"
+        assert "Everybody who reaches 0.0.0.0 may drive this car" in process.stderr.readline()
+
+
+def test_a_car_with_keys_listens_anywhere_and_says_that_it_wants_keys(tmp_path: Path) -> None:
+    make_keys(tmp_path, [CarKeys("ada", ("127.0.0.1",))], [], datetime.now(UTC))
+    with served("--host", "0.0.0.0", "--keys", str(tmp_path / "car-ada.pem")) as (_, told):
+        assert told["tls"] is True
+
+
+def test_what_cannot_be_is_said_in_a_sentence(tmp_path: Path) -> None:
+    keys = tmp_path / "car-ada.pem"
+    assert "exclude each other" in refusal(2, "drive", "serve", "--keys", keys, "--insecure-lan")
+    assert "can't be read" in refusal(2, "drive", "serve", "--keys", keys)
+    assert "--pins" in refusal(2, "drive", "serve", "--board", "raspberry-pi")
+    assert "no address of this computer" in refusal(2, "drive", "serve", "--host", "no.such.host.invalid")
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        assert f"port {port} is taken" in refusal(2, "drive", "serve", "--port", port)
+
+
+def test_the_group_names_what_it_has() -> None:
+    shown = run("drive", "--help").out
+    assert all(name in shown for name in ("serve", "connect", "send", "keys"))
