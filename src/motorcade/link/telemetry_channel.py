@@ -61,8 +61,8 @@ class TelemetryChannel(Guest, asyncio.Protocol):
         """Note who comes."""
         super().connection_made(transport)
         assert self.line
-        # One frame at most waits here for a slow reader.
-        self.line.set_write_buffer_limits(0)
+        # One frame at most waits here for a slow reader. With a limit of 0 TLS would never say that it has been read.
+        self.line.set_write_buffer_limits(1)
         address = transport.get_extra_info("peername") or ("?", 0)
         self.client = client_of(transport)
         self._name = f"{self.client}:{address[1]}"
