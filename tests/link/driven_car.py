@@ -5,6 +5,7 @@ import threading
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import Any
 
 from motorcade.car.drive_board import DriveBoard
@@ -17,6 +18,10 @@ from motorcade.profile import Profile, built_in_profile
 
 NEUTRAL = (90, 1, 0)
 DEADLINE_S = 20.0
+CLASSROOM = built_in_profile("classroom")
+# Of cars that forgive a busy machine its lateness: that of their own loop, and that of their drivers too.
+STEADY = replace(CLASSROOM, drive=replace(CLASSROOM.drive, watchdog_ms=8000))
+PATIENT = replace(CLASSROOM, drive=replace(STEADY.drive, failsafe_ms=9000, hand_over_ms=60_000))
 
 
 class NotedBoard(DriveBoard):
@@ -48,7 +53,7 @@ class DrivenCar:
     """
 
     def __init__(self, tls: Any = None, byte_order: str = "big", profile: Profile | None = None) -> None:
-        self.profile = profile or built_in_profile("classroom")
+        self.profile = profile or CLASSROOM
         self.board = NotedBoard()
         self.drive = Drive(self.board, monotonic_ms, self.profile)
         self.server = DriveServer(self.drive, self.profile, byte_order)

@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 
 import pytest
 
-from link.driven_car import NEUTRAL, DrivenCar, until, wait_until
+from link.driven_car import NEUTRAL, PATIENT, STEADY, DrivenCar, until, wait_until
 from link.fault_proxy import FaultProxy
 from motorcade.link.blocking_drive_client import BlockingDriveClient
 from motorcade.link.car_failures import CarAwayError, CarError, CarNotFoundError, CarNotTrustedError, CarRefusesError
@@ -23,7 +23,13 @@ HALF = 0.5
 
 @pytest.fixture
 def car():
-    with DrivenCar() as car:
+    with DrivenCar(profile=STEADY) as car:
+        yield car
+
+
+@pytest.fixture
+def patient_car():
+    with DrivenCar(profile=PATIENT) as car:
         yield car
 
 
@@ -71,11 +77,11 @@ async def behind_proxies(car, **options):
         yield await stack.enter_async_context(driver), proxies
 
 
-def test_a_wish_reaches_the_wheels_and_leaving_stops_them(car):
+def test_a_wish_reaches_the_wheels_and_leaving_stops_them(patient_car):
     async def drive():
-        async with client(car) as driver:
+        async with client(patient_car) as driver:
             await driver.drive(throttle=0.4, steering=-0.2)
-            await until(lambda: car.board.setpoint == (108, 1, 102))
+            await until(lambda: patient_car.board.setpoint == (108, 1, 102))
             async with wishing(driver, 0.4, -0.2):
                 await until(lambda: driver.telemetry and driver.telemetry.state == "moving")
                 assert driver.telemetry[1:4] == (108, 1, 102)
@@ -83,19 +89,19 @@ def test_a_wish_reaches_the_wheels_and_leaving_stops_them(car):
                 assert driver.telemetry.driver == driver.you["name"]
 
     asyncio.run(drive())
-    wait_until(lambda: car.board.setpoint == NEUTRAL)
+    wait_until(lambda: patient_car.board.setpoint == NEUTRAL)
     # Leaving isn't breaking off: the next driver finds a car that is ready.
-    assert car.drive.telemetry().failsafes == 0
+    assert patient_car.drive.telemetry().failsafes == 0
 
 
-def test_driving_for_a_time_ends_by_itself(car):
+def test_driving_for_a_time_ends_by_itself(patient_car):
     async def drive():
-        async with client(car) as driver:
+        async with client(patient_car) as driver:
             await driver.drive_for(0.4, -0.5, 1)
-            await until(lambda: not car.board.moves)
+            await until(lambda: not patient_car.board.moves)
 
     asyncio.run(drive())
-    moving = [at_s for at_s, setpoint in car.board.notes if setpoint == (0, 0, 128)]
+    moving = [at_s for at_s, setpoint in patient_car.board.notes if setpoint == (0, 0, 128)]
     assert moving[-1] - moving[0] >= 0.25
 
 
@@ -131,9 +137,9 @@ def test_a_program_that_freezes_whole_lets_the_car_stop(car):
     assert car.drive.telemetry().failsafes == 1
 
 
-def test_only_the_newest_wish_is_sent_and_more_than_the_car_takes_is_not(car):
+def test_only_the_newest_wish_is_sent_and_more_than_the_car_takes_is_not(patient_car):
     async def drive():
-        async with client(car) as driver:
+        async with client(patient_car) as driver:
             begin_s = time.monotonic()
             while time.monotonic() - begin_s < 0.5:
                 await driver.drive(HALF)
@@ -236,21 +242,21 @@ def test_a_bad_network_is_driven_through(car, faults):
     wait_until(lambda: not car.board.moves)
 
 
-def test_two_drivers_hand_the_wheel_over_and_anyone_stops_the_car(car):
+def test_two_drivers_hand_the_wheel_over_and_anyone_stops_the_car(patient_car):
     async def drive():
-        async with client(car) as first, client(car) as second:
+        async with client(patient_car) as first, client(patient_car) as second:
             async with wishing(first):
                 await until(lambda: first.you.get("drives"))
                 assert await second.request() is False
                 await until(lambda: second.you and first.telemetry.wanted_by == second.you["name"])
                 await second.stop()
-                await until(lambda: not car.board.moves and first.telemetry.state == "stopped")
+                await until(lambda: not patient_car.board.moves and first.telemetry.state == "stopped")
                 await second.clear()
             async with wishing(second):
-                await until(lambda: second.you["drives"] and car.board.moves)
+                await until(lambda: second.you["drives"] and patient_car.board.moves)
             await second.release()
             async with wishing(first):
-                await until(lambda: first.you["drives"] and car.board.moves)
+                await until(lambda: first.you["drives"] and patient_car.board.moves)
 
     asyncio.run(drive())
 
@@ -353,7 +359,7 @@ def keys(tmp_path_factory):
 
 @pytest.fixture
 def locked_car(keys):
-    with DrivenCar(server_context(keys / "car-ada.pem")) as car:
+    with DrivenCar(server_context(keys / "car-ada.pem"), profile=STEADY) as car:
         yield car
 
 
@@ -365,6 +371,19 @@ def test_with_keys_a_driver_drives_under_the_name_in_them(locked_car, keys):
             await until(lambda: locked_car.board.moves)
             await driver.stop()
             await until(lambda: not locked_car.board.moves)
+
+    asyncio.run(drive())
+
+
+def test_a_car_with_keys_goes_on_telling(locked_car, keys):
+    async def drive():
+        async with client(locked_car, keys=keys / "driver-lin.pem") as driver, wishing(driver):
+            await until(lambda: driver.you.get("drives"))
+            names = set()
+            for _ in range(8):
+                await driver.next_telemetry()
+                names.add(driver.you.get("name"))
+            assert len(names) == 1
 
     asyncio.run(drive())
 
@@ -406,7 +425,8 @@ def test_a_driver_whose_keys_the_car_refuses_is_told_so(keys, tmp_path):
     mark = "-----BEGIN CERTIFICATE-----"
     mixed.write_text(own[: own.rindex(mark)] + other[other.rindex(mark) :], encoding="utf-8")
 
-    with DrivenCar(server_context(mixed)) as car, pytest.raises(CarRefusesError, match="doesn't accept your keys"):
+    refused = pytest.raises(CarRefusesError, match="doesn't accept your keys")
+    with DrivenCar(server_context(mixed), profile=PATIENT) as car, refused:
         asyncio.run(come_and_drive(client(car, keys=keys / "driver-lin.pem", patience_s=0.5)))
 
 

@@ -21,6 +21,7 @@ _DRAW_S = 0.1
 _RESTS_S = 2.0
 _STEP, _LEAST = 0.05, 0.05
 _QUERY_S = 0.3
+_USUAL_SIZE = 80, 24
 
 TEXTS = {
     "en": {
@@ -120,6 +121,10 @@ class Cockpit:
                     self._draw(terminal, client, is_away)
 
     def _take(self, key: Keystroke, client: BlockingDriveClient) -> None:
+        # Terminals that tell of releases send Ctrl-C as a key too.
+        if key.name in ("KEY_CTRL_C", "KEY_ESCAPE"):
+            self._is_done = True
+            return
         now_s, letter = time.monotonic(), str(key.key_value).lower()
         steers = _ARROWS.get(key.key_name or "") or _KEYS.get(letter)
         if steers:
@@ -162,6 +167,8 @@ class Cockpit:
         return client.connected
 
     def _draw(self, terminal: Terminal, client: BlockingDriveClient, is_away: bool) -> None:
+        # A terminal at a serial line doesn't know its size.
+        width, height = terminal.width or _USUAL_SIZE[0], terminal.height or _USUAL_SIZE[1]
         lines = [self._texts["title"].format(car=self._car), ""]
         if is_away:
             lines.append(self._texts["away"].format(car=self._car))
@@ -169,8 +176,8 @@ class Cockpit:
             lines += self._told(client.telemetry)
             if client.waits_for_release:
                 lines.append(terminal.bold(self._texts["let-go"]))
-        lines += ["", *terminal.wrap(self._texts["keys"].format(throttle=self._throttle), terminal.width)]
-        shown = [terminal.truncate(line) + terminal.clear_eol for line in lines[: terminal.height]]
+        lines += ["", *terminal.wrap(self._texts["keys"].format(throttle=self._throttle), width)]
+        shown = [terminal.truncate(line, width) + terminal.clear_eol for line in lines[:height]]
         print(terminal.home + "\r\n".join(shown) + terminal.clear_eos, end="", flush=True)
 
     def _told(self, telemetry: Telemetry) -> list[str]:

@@ -13,9 +13,11 @@ import typer
 from motorcade.cli.failures import UsageError
 from motorcade.cli.options import Json, Language, print_json, tongue, wants_json
 from motorcade.cli.recordings import needs_extra
+from motorcade.link.car_failures import CarRefusesError
 
 if TYPE_CHECKING:
     from motorcade.link.certificates import CarKeys
+    from motorcade.link.telemetry import Telemetry
 
 _PORT = 5005
 _AXES = ("throttle", "steering", "seconds")
@@ -93,6 +95,8 @@ def send_command(
         for wish in wishes:
             client.drive_for(**wish)
         told = client.next_telemetry()
+        if not client.you.get("applied"):
+            raise _took_none(car, told)
     if wants_json(as_json):
         print_json(told._asdict())
     else:
@@ -158,6 +162,12 @@ def _wish(command: str) -> dict[str, float]:
             )
         wish[name] = value
     return wish
+
+
+def _took_none(car: str, told: "Telemetry") -> CarRefusesError:
+    if told.state == "stopped":
+        return CarRefusesError("is-stopped", car=car)
+    return CarRefusesError("another-drives", car=car, driver=told.driver or "?")
 
 
 def _car_keys(text: str) -> "CarKeys":

@@ -26,6 +26,16 @@ MESSAGES: dict[str, dict[str, str]] = {
         "en": "The car at {car} says no: {en}",
         "zh": "{car} 处的小车拒绝了：{zh}",
     },
+    "another-drives": {
+        "en": "The car at {car} took none of it: {driver} drives. Ask for the wheel with `motorcade drive connect`, "
+        "or wait 5 s after their last command.",
+        "zh": "{car} 处的小车没有执行：{driver} 正在驾驶。请用 `motorcade drive connect` 取得方向盘，"
+        "或在对方最后一条指令之后等待 5 秒。",
+    },
+    "is-stopped": {
+        "en": "The car at {car} took none of it: the emergency stop holds. `motorcade drive connect` lifts it with c.",
+        "zh": "{car} 处的小车没有执行：处于紧急停止状态。用 `motorcade drive connect` 按 c 解除。",
+    },
     "takes-no-requests": {
         "en": "Requests to the car at {car} need its telemetry port.",
         "zh": "向 {car} 处的小车发送请求需要它的遥测端口。",

@@ -3,7 +3,7 @@
 import asyncio
 import random
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
@@ -18,7 +18,7 @@ from motorcade.link.telemetry import Telemetry
 from motorcade.words.ticks import TICKS_MASK
 
 DRIVE_PORT, TELEMETRY_PORT = 5005, 5006
-FRESH_S = 0.3
+FRESH_S, PATIENCE_S = 0.3, 5.0
 _PERIOD_S = 0.05
 # A car takes 100 commands a second.
 _SHORTEST_PERIOD_S = 0.0125
@@ -69,13 +69,13 @@ class DriveClient:
         car: str | None = None,
         fresh_s: float = FRESH_S,
         rearm: bool = True,
-        patience_s: float = 5.0,
+        patience_s: float | None = None,
     ) -> None:
         if not _PERIOD_S <= fresh_s <= 1:
             raise ValueError(f"fresh_s is {fresh_s!r}; allowed: {_PERIOD_S} to 1")
         tls = client_context(keys) if keys else None
         self._address = Address(host, port, telemetry_port, tls, (car or host) if tls else None)
-        self._patience_s = patience_s
+        self._patience_s = PATIENCE_S if patience_s is None else patience_s
         self._helm = Helm(round(fresh_s * 1000), rearm)
         self.telemetry: Telemetry | None = None
         self.you: dict[str, Any] = {}
@@ -210,17 +210,18 @@ class DriveClient:
 
     async def _use(self, connection: Connection) -> None:
         """Drive by ``connection`` until it ends, which raises."""
-        parts = [connection.ended(), self._repeat()]
+        parts: list[Coroutine[Any, Any, object]] = [connection.ended(), self._repeat()]
         if self._address.telemetry_port is not None:
             parts.append(self._hear(connection))
-        tasks = [asyncio.ensure_future(part) for part in parts]
+        tasks: list[asyncio.Future[Any]] = [asyncio.ensure_future(part) for part in parts]
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
             if done == {tasks[0]} and len(tasks) > 2:
                 # A car that hangs up where it takes commands says why where it is asked; a seat is needed to ask.
-                await connection.ask(do="release")
+                tasks.append(asyncio.ensure_future(connection.ask(do="release")))
+                await asyncio.wait(tasks[2:], return_when=asyncio.FIRST_COMPLETED)
             reasons = [task.exception() for task in tasks if task.done()]
-            raise reasons[0] or EOFError
+            raise next((each for each in reasons if isinstance(each, CarRefusesError)), reasons[0]) or EOFError
         finally:
             for task in tasks:
                 task.cancel()

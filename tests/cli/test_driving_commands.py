@@ -1,0 +1,287 @@
+"""Commands for those who drive: drive connect, drive send and drive keys, against a running car."""
+
+import contextlib
+import os
+import re
+import select
+import socket
+import subprocess
+import sys
+import time
+
+import pytest
+
+from command_line import INSTALLED, Terminal, data, refusal, run
+from link.driven_car import NEUTRAL, PATIENT, DrivenCar, wait_until
+from motorcade.link.blocking_drive_client import BlockingDriveClient
+from motorcade.link.keys import server_context
+
+posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+DEADLINE_S = 30
+# Longer than a key counts as held, and a wish as fresh.
+LET_GO_S = 0.7
+KITTY_QUERY, WHERE_QUERY = b"\x1b[?u", b"\x1b[6n"
+
+
+@pytest.fixture
+def car():
+    with DrivenCar(profile=PATIENT) as car:
+        yield car
+
+
+def at(car, *options):
+    """The arguments that name a car."""
+    return (f"127.0.0.1:{car.port}", "--telemetry-port", car.telemetry_port, *options)
+
+
+def moved(car):
+    """What the wheels were told, repetitions and standing aside."""
+    setpoints = [setpoint for _, setpoint in car.board.notes if setpoint[2]]
+    return [each for number, each in enumerate(setpoints) if each not in setpoints[number - 1 : number]]
+
+
+# send
+
+
+def test_send_drives_one_command_after_the_other_and_then_stands(car):
+    told = data("drive", "send", *at(car), "throttle=0.4,steering=-0.2,seconds=0.3", "throttle=-1,seconds=0.2")
+    assert (told["state"], told["speed"], told["failsafes"]) == ("standing", 0, 0)
+    assert moved(car) == [(108, 1, 102), (90, 0, 255)]
+    wait_until(lambda: car.board.setpoint == NEUTRAL)
+
+
+def test_send_says_on_a_terminal_what_it_did(car):
+    ran = run("drive", "send", *at(car), "throttle=0.4,seconds=0.1", "seconds=0.1", stdout=Terminal())
+    assert (ran.code, ran.out) == (0, f"0.2 s sent to 127.0.0.1:{car.port}; it is standing\n")
+
+
+@pytest.mark.parametrize("part", ["throttle=1.1", "throttle=x", "speed=1", "seconds=0", "seconds=nan", "throttle", ""])
+def test_a_command_that_can_not_be_is_refused_before_anything_is_sent(car, part):
+    said = refusal(2, "drive", "send", *at(car), "throttle=0.5", f"steering=0,{part}")
+    assert f"'{part}' is no part of a command" in said
+    assert moved(car) == []
+
+
+@pytest.mark.parametrize("language", ["en", "zh"])
+def test_send_to_a_car_that_another_drives_or_that_is_stopped_says_so(car, language):
+    with BlockingDriveClient("127.0.0.1", car.port, telemetry_port=car.telemetry_port) as other:
+        other.drive()
+        wait_until(lambda: other.you.get("drives"))
+        # Whoever drives keeps the wheel for 5 s after their last command.
+        watched = run("drive", "send", *at(car), "throttle=0.5,seconds=0.1", "--language", language)
+        assert watched.code == 8
+        assert other.you["name"] in watched.err
+        other.stop()
+        stopped = run("drive", "send", *at(car), "throttle=0.5,seconds=0.1", "--language", language)
+        assert stopped.code == 8
+        assert {"en": "emergency stop", "zh": "紧急停止"}[language] in stopped.err
+    assert moved(car) == []
+
+
+@pytest.mark.parametrize("address", ["", ":5005", "127.0.0.1:", "127.0.0.1:0", "127.0.0.1:65536", "127.0.0.1:x", "[]"])
+def test_an_address_that_is_none_is_a_usage_error(address):
+    assert "is not HOST or HOST:PORT" in refusal(2, "drive", "send", address, "throttle=0.1")
+
+
+@pytest.mark.parametrize("address", ["localhost", "127.0.0.1", "[::1]", "::1"])
+def test_where_no_car_is_the_exit_code_is_3(address, monkeypatch):
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    monkeypatch.setattr("motorcade.cli.driving._PORT", port)
+    monkeypatch.setattr("motorcade.link.drive_client.PATIENCE_S", 0.1)
+    assert f"{address.strip('[]')}:{port}" in refusal(3, "drive", "send", address, "throttle=0.1")
+
+
+# keys
+
+
+def test_keys_let_a_driver_drive_and_others_not(tmp_path, monkeypatch):
+    monkeypatch.setattr("motorcade.link.drive_client.PATIENCE_S", 0.5)
+    folder, others = tmp_path / "class", tmp_path / "others"
+    made = data("drive", "keys", folder, "--car", "ada@192.168.1.20", "--driver", "lin", "--driver", "mei")
+    names = ["authority.pem", "authority.crt", "car-ada.pem", "driver-lin.pem", "driver-mei.pem"]
+    assert made == [str(folder / name) for name in names]
+    assert run("drive", "keys", others, "--driver", "mallory").code == 0
+    with DrivenCar(server_context(folder / "car-ada.pem"), profile=PATIENT) as car:
+        for driver in ("lin", "mei"):
+            key = folder / f"driver-{driver}.pem"
+            told = data("drive", "send", *at(car, "--keys", key), "throttle=0.2,seconds=0.2")
+            assert told["driver"].startswith(driver)
+        said = refusal(6, "drive", "send", *at(car, "--keys", others / "driver-mallory.pem"), "throttle=0.5")
+        assert "one folder of `motorcade drive keys`" in said
+        assert "--keys" in refusal(9, "drive", "send", *at(car), "throttle=0.5")
+        said = refusal(6, "drive", "send", *at(car, "--keys", key, "--car", "bob"), "throttle=0.5")
+        assert "bob" in said
+        assert {setpoint[2] for setpoint in moved(car)} == {51}
+
+
+def test_keys_says_on_a_terminal_who_does_what_with_them(tmp_path):
+    ran = run("drive", "keys", tmp_path / "class", "--car", "ada", "--driver", "lin", stdout=Terminal())
+    assert ran.code == 0
+    assert "driver-lin.pem" in ran.out
+    assert "keep it to yourself" in ran.out
+
+
+def test_keys_that_can_not_be_made_or_read_are_usage_errors(tmp_path, car):
+    assert "nobody is named" in refusal(2, "drive", "keys", tmp_path)
+    assert "no name for a driver" in refusal(2, "drive", "keys", tmp_path, "--driver", "../lin")
+    assert "no address of a car" in refusal(2, "drive", "keys", tmp_path, "--car", "ada@no address")
+    assert not any(tmp_path.iterdir())
+    missing = at(car, "--keys", tmp_path / "none.pem")
+    assert "can't be read" in refusal(2, "drive", "send", *missing, "throttle=0.1")
+    assert "--keys" in refusal(2, "drive", "send", *at(car, "--car", "ada"), "throttle=0.1")
+
+
+# connect
+
+
+def test_connect_needs_a_terminal(car):
+    assert "`motorcade drive send`" in refusal(2, "drive", "connect", *at(car))
+
+
+class Seat:
+    """Someone at a terminal."""
+
+    def __init__(self, handle):
+        self.handle = handle
+        self.seen = b""
+        self.answers_kitty = False
+
+    def look(self, text):
+        """Wait until the terminal shows it."""
+        end_s = time.monotonic() + DEADLINE_S
+        while text not in re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", self.seen.decode("utf-8", "ignore")):
+            assert time.monotonic() < end_s, f"never shown: {text}; but {self.seen[-600:]!r}"
+            assert self.process.poll() is None or self.glance(), self.seen[-600:]
+            self.glance()
+
+    def glance(self):
+        """Read what has been written, and answer as a terminal does: whether there was anything."""
+        if not select.select([self.handle], [], [], 0.05)[0]:
+            return False
+        try:
+            new = os.read(self.handle, 65536)
+        except OSError:
+            # The program has ended.
+            return False
+        self.seen += new
+        if self.answers_kitty:
+            self.type(b"\x1b[?11u" * new.count(KITTY_QUERY))
+        self.type(b"\x1b[1;1R" * new.count(WHERE_QUERY))
+        return True
+
+    def type(self, keys):
+        os.write(self.handle, keys)
+
+    def hold(self, key, condition):
+        """Hold a key, which repeats, until something is so."""
+        end_s = time.monotonic() + DEADLINE_S
+        while not condition():
+            assert time.monotonic() < end_s, "it never happened"
+            self.type(key)
+            self.glance()
+
+    def press_anew(self, key, condition):
+        """Press a key and let go of it for a while, again and again, until something is so."""
+        end_s = time.monotonic() + DEADLINE_S
+        while not condition():
+            assert time.monotonic() < end_s, "it never happened"
+            for keys in (key * 3, b""):
+                self.type(keys)
+                rested_s = time.monotonic() + LET_GO_S
+                while time.monotonic() < rested_s and not condition():
+                    self.glance()
+
+    def wait(self, condition):
+        end_s = time.monotonic() + DEADLINE_S
+        while not condition():
+            assert time.monotonic() < end_s, "it never happened"
+            self.glance()
+
+
+@contextlib.contextmanager
+def seated(*arguments, answers_kitty=False):
+    import pty
+
+    ours, theirs = pty.openpty()
+    environment = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "120", "LINES": "30"}
+    command = [INSTALLED, "drive", "connect", *map(str, arguments)]
+    process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment, close_fds=True)
+    os.close(theirs)
+    seat = Seat(ours)
+    seat.answers_kitty = answers_kitty
+    seat.process = process
+    try:
+        yield seat
+    finally:
+        process.kill()
+        process.wait()
+        os.close(ours)
+
+
+@posix_only
+def test_who_holds_a_key_drives_and_who_lets_go_stops(car):
+    with seated(*at(car)) as seat:
+        seat.look("ready")
+        assert moved(car) == []
+        seat.hold(b"w", lambda: car.board.setpoint == (90, 1, 102))
+        seat.hold(b"\x1b[D", lambda: car.board.setpoint[0] == 180)
+        seat.wait(lambda: not car.board.moves)
+        seat.hold(b"s", lambda: car.board.setpoint == (90, 0, 102))
+        seat.type(b" ")
+        seat.look("EMERGENCY STOP")
+        seat.wait(lambda: not car.board.moves)
+        count = len(moved(car))
+        for _ in range(10):
+            seat.type(b"w")
+            seat.glance()
+        assert len(moved(car)) == count
+        seat.type(b"c")
+        seat.wait(lambda: car.drive.telemetry().state != "stopped")
+        seat.type(b"+")
+        seat.look("45%")
+        seat.press_anew(b"w", lambda: car.board.setpoint == (90, 1, 115))
+        seat.type(b"q")
+        seat.wait(lambda: seat.process.poll() is not None)
+        assert seat.process.returncode == 0
+    wait_until(lambda: car.board.setpoint == NEUTRAL)
+
+
+@posix_only
+def test_a_terminal_that_tells_of_releases_needs_no_repetition(car):
+    with seated(*at(car), answers_kitty=True) as seat:
+        seat.look("ready")
+        seat.type(b"\x1b[119;1:1u")
+        seat.wait(lambda: car.board.moves)
+        seat.type(b"\x1b[119;1:3u")
+        seat.wait(lambda: not car.board.moves)
+
+
+@posix_only
+@pytest.mark.parametrize("key", [b"q", b"\x1b[99;5u"], ids=["q", "ctrl-c"])
+def test_leaving_ends_in_exit_code_0_and_a_car_that_stands(car, key):
+    with seated(*at(car), "--language", "zh") as seat:
+        seat.look("就绪")
+        seat.hold(b"w", lambda: car.board.moves)
+        seat.type(key)
+        seat.wait(lambda: seat.process.poll() is not None)
+        assert seat.process.returncode == 0
+    wait_until(lambda: not car.board.moves)
+
+
+@posix_only
+def test_a_terminal_that_is_closed_stops_the_car(car):
+    with seated(*at(car)) as seat:
+        seat.look("ready")
+        seat.hold(b"w", lambda: car.board.moves)
+    wait_until(lambda: not car.board.moves)
+
+
+@posix_only
+def test_connect_to_no_car_ends_in_a_sentence(tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    with seated(f"127.0.0.1:{port}") as seat:
+        seat.look("No car answers")
+        seat.wait(lambda: seat.process.poll() is not None)
+        assert seat.process.returncode == 3
