@@ -5,19 +5,10 @@ import re
 
 from playwright.sync_api import expect
 
-from studio_page import StudioPage
 from studio_programs import EXAMPLE, FOLLOWED, FURNISHED, LISTENING
 
 # How a block looks while some car runs it.
 RUNNING = "motorcade-running"
-
-
-def choose_car(studio: StudioPage, number: int) -> None:
-    studio.page.get_by_role("tab", name=studio.say("mat.panels.things")).click()
-    field = studio.page.get_by_role("textbox", name=studio.say("mat.carNumber"), exact=True)
-    field.fill(str(number))
-    field.press("Enter")
-    expect(studio.page.get_by_role("region", name=studio.say("mat.car", number=number))).to_be_visible()
 
 
 def test_followers_hear_and_turn(open_page) -> None:
@@ -26,7 +17,7 @@ def test_followers_hear_and_turn(open_page) -> None:
     expect(studio.block("followers", "right")).to_contain_class(RUNNING)
     expect(studio.block("leader", "forward").or_(studio.block("leader", "left"))).not_to_have_count(0)
     expect(studio.page.get_by_text("1 follower turns right")).to_be_visible()
-    choose_car(studio, 1)
+    studio.choose_car(1)
     expect(studio.page.get_by_text("Heard last: B5000000 from car 0")).to_be_visible()
     expect(studio.page.get_by_text("Stands at x 2.00 m, y 1.00 m")).to_be_visible()
 

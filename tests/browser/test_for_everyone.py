@@ -2,15 +2,11 @@
 
 import pytest
 from playwright.sync_api import Locator, expect
-from scripts.studio_process import ROOT
 
+from barriers import serious_barriers
 from studio_page import PHONE, StudioPage
 from studio_programs import EXAMPLE, FOLLOWED, FURNISHED, TOO_LONG
 
-AXE = ROOT / "web" / "node_modules" / "axe-core" / "axe.min.js"
-SERIOUS = """async (part) => (await axe.run(part)).violations
-    .filter(({ impact }) => impact === "serious" || impact === "critical")
-    .flatMap(({ id, nodes }) => nodes.map(({ target, failureSummary }) => `${id}: ${target}: ${failureSummary}`))"""
 BUTTONS = {"upload": "upload.open", "help": "help.title"}
 DIALOGS = ("upload", "library", "examples", "share", "help")
 
@@ -18,12 +14,7 @@ LOOKS = pytest.mark.parametrize(("language", "theme"), [("en", "light"), ("zh", 
 
 
 def has_no_barriers(studio: StudioPage, part: str = "body") -> None:
-    # What fades in has not its own colours yet.
-    studio.page.evaluate("() => Promise.allSettled(document.getAnimations().map(({ finished }) => finished))")
-    if not studio.page.evaluate("() => 'axe' in window"):
-        # As a part of the test's own script, which the page's policy doesn't bind.
-        studio.page.evaluate(AXE.read_text(encoding="utf-8"))
-    assert studio.page.evaluate(SERIOUS, part) == []
+    assert serious_barriers(studio.page) == []
 
 
 def fits_the_screen(studio: StudioPage) -> None:

@@ -1,4 +1,4 @@
-import { Input, Label, NumberField } from "react-aria-components";
+import { Input, Label, Link, NumberField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { type CarDetails, type Why, WHYS } from "../api/world";
@@ -83,6 +83,9 @@ function CarInspector({ session, car, words }: InspectorProps & { car: number })
         <ToolSwitch label={t("mat.follow")} isSelected={followed} onChange={(on) => useMat.setState({ followed: on })} />
         <ToolButton icon="turnLeft" label={t("mat.turnLeft")} onPress={() => turnCar(session, car, TURN_DEG)} />
         <ToolButton icon="turnRight" label={t("mat.turnRight")} onPress={() => turnCar(session, car, -TURN_DEG)} />
+        <Link className="button small" href={`/drive?session=${session.name}&car=${car}`} target="_blank">
+          {t("mat.drive")}
+        </Link>
       </div>
       <Place />
       {details?.car === car && <Details details={details} words={words} />}

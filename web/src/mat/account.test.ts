@@ -10,8 +10,8 @@ const SIGHT = look(
 );
 
 it("counts what leaders and followers do", () => {
-  expect(SIGHT.leaders).toEqual({ forward: 1, left: 0, right: 0, random: 0, still: 0 });
-  expect(SIGHT.followers).toEqual({ forward: 3, left: 1, right: 0, random: 0, still: 1 });
+  expect(SIGHT.leaders).toEqual({ forward: 1, left: 0, right: 0, driven: 0, still: 0 });
+  expect(SIGHT.followers).toEqual({ forward: 3, left: 1, right: 0, driven: 0, still: 1 });
   expect(SIGHT.lit).toBe(1);
 });
 

@@ -3,7 +3,8 @@
 import i18next from "i18next";
 import { Flag, type Picture, type WorldState } from "../api/world";
 
-const DIRECTIONS = ["forward", "left", "right", "random"] as const;
+/** The last one is a driver's, whatever the direction. */
+const DIRECTIONS = ["forward", "left", "right", "driven"] as const;
 type Doing = (typeof DIRECTIONS)[number] | "still";
 
 export interface Sight {
@@ -16,7 +17,7 @@ function doing(wheels: number): Doing {
   return wheels & 3 ? (DIRECTIONS[wheels >> 2] ?? "still") : "still";
 }
 
-const nothing = (): Record<Doing, number> => ({ forward: 0, left: 0, right: 0, random: 0, still: 0 });
+const nothing = (): Record<Doing, number> => ({ forward: 0, left: 0, right: 0, driven: 0, still: 0 });
 
 export function look(picture: Picture, leads: ReadonlySet<number>): Sight {
   const sight: Sight = { leaders: nothing(), followers: nothing(), lit: 0 };

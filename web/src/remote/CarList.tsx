@@ -46,7 +46,15 @@ export function CarList({ shown, onChoose }: CarListProps) {
           </li>
         ))}
       </ul>
-      <select value="" aria-label={say("addCar")} onChange={(event) => event.target.value && link.sit(event.target.value)}>
+      <select
+        value=""
+        aria-label={say("addCar")}
+        onChange={(event) => {
+          link.sit(event.target.value);
+          // The next arrow key is meant for the cars.
+          event.target.blur();
+        }}
+      >
         <option value="">{say("addCar")}</option>
         {others.map(({ car }) => (
           <option key={car} value={car}>

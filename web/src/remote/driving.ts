@@ -30,14 +30,12 @@ function takeKeys(): void {
   else pilot.letGo("keys");
 }
 
-const FIELDS = "input, select, textarea, button, summary, [role=menuitem]";
-/** In a field arrows and letters are the field's. */
-const isForTheField = (event: KeyboardEvent) =>
-  event.target instanceof Element && event.target.matches(FIELDS) && !event.target.matches("button");
+/** In a field keys are the field's. On a button the space bar stops all the same: Enter presses it. */
+const isForTheField = ({ target }: KeyboardEvent) => target instanceof Element && target.matches("input, select, summary");
 
 function keyDown(event: KeyboardEvent): void {
   if (event.ctrlKey || event.metaKey || event.altKey || isForTheField(event)) return;
-  if (event.code === "Space" && !(event.target instanceof HTMLButtonElement)) {
+  if (event.code === "Space") {
     event.preventDefault();
     pilot.letGoOfAll();
     link.stopAll();
@@ -50,6 +48,8 @@ function keyDown(event: KeyboardEvent): void {
 
 function keyUp(event: KeyboardEvent): void {
   if (keys.delete(event.code)) takeKeys();
+  // Some browsers press a button when the space bar comes up.
+  if (event.code === "Space" && !isForTheField(event)) event.preventDefault();
 }
 
 let stopWasPressed = false;

@@ -1,0 +1,167 @@
+"""Driving by hand: keys, fingers, the emergency stop, a page that is hidden, and cars amid the studio's swarm."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
+
+from barriers import serious_barriers
+from studio_page import DESKTOP, PATIENCE_MS, PHONE, SENTENCES, StudioPage
+from studio_programs import FOLLOWED
+
+LANGUAGES = SENTENCES.parent / "remote" / "languages"
+HIDE = """() => {
+    Object.defineProperty(document, "hidden", { value: true, configurable: true });
+    document.dispatchEvent(new Event("visibilitychange"));
+}"""
+
+
+class Remote:
+    """The remote's page: what it shows by role and name. ``faults`` holds what no test may meet."""
+
+    def __init__(self, page: Page, language: str = "en") -> None:
+        self.page = page
+        self.faults: list[str] = []
+        self._sentences = json.loads((LANGUAGES / f"{language}.json").read_text(encoding="utf-8"))
+        page.on("console", lambda message: message.type == "error" and self.faults.append(message.text))
+        page.on("pageerror", lambda problem: self.faults.append(str(problem)))
+
+    def say(self, key: str) -> str:
+        return str(self._sentences[key])
+
+    def button(self, key: str) -> Locator:
+        return self.page.get_by_role("button", name=self.say(key))
+
+    def expect_state(self, *keys: str) -> None:
+        """What the car does is one of these."""
+        either = self.page.get_by_role("status").filter(has_text=self.say(keys[0]))
+        for key in keys[1:]:
+            either = either.or_(self.page.get_by_role("status").filter(has_text=self.say(key)))
+        expect(either).to_be_visible()
+
+    def expect_standing(self) -> None:
+        self.expect_state("ready", "standing")
+
+
+@pytest.fixture(scope="module")
+def car_url(page_built: None) -> Iterator[str]:
+    """The page of a simulated car of its own."""
+    command = [sys.executable, "-m", "motorcade", "drive", "serve", "--port", "0", "--web", "0", "--json"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8") as process:
+        assert process.stdout
+        yield json.loads(process.stdout.readline())["url"]
+        process.kill()
+
+
+@pytest.fixture
+def drive(browser: Browser, car_url: str) -> Iterator[Callable[..., Remote]]:
+    """Opens the page, each in a browser profile of its own, and looks at what it met when the test is over."""
+    opened: list[tuple[BrowserContext, Remote]] = []
+
+    def open_page(
+        language: str = "en", theme: str = "light", size: tuple[int, int] = DESKTOP, **options: object
+    ) -> Remote:
+        kept = {"motorcade.settings": json.dumps({"theme": theme}), "motorcade.language": language}
+        origin = {"origin": car_url.rpartition("/")[0], "localStorage": [{"name": k, "value": kept[k]} for k in kept]}
+        viewport = {"width": size[0], "height": size[1]}
+        context = browser.new_context(viewport=viewport, storage_state={"cookies": [], "origins": [origin]}, **options)
+        context.set_default_timeout(PATIENCE_MS)
+        opened.append((context, Remote(context.new_page(), language)))
+        remote = opened[-1][1]
+        remote.page.goto(car_url)
+        expect(remote.page.get_by_role("status")).not_to_be_empty()
+        return remote
+
+    yield open_page
+    for context, _ in opened:
+        context.close()
+    assert [fault for _, remote in opened for fault in remote.faults] == []
+
+
+def test_keys_drive_and_what_is_let_go_stops(drive) -> None:
+    remote = drive()
+    camera = remote.page.get_by_role("img", name="What Car sees")
+    before = camera.screenshot()
+    for key in ("ArrowUp", "s"):
+        remote.page.keyboard.down(key)
+        remote.expect_state("moving")
+        remote.page.keyboard.up(key)
+        remote.expect_standing()
+    assert camera.screenshot() != before
+
+
+def test_a_page_that_nobody_sees_lets_go(drive) -> None:
+    remote = drive()
+    remote.page.keyboard.down("ArrowUp")
+    remote.expect_state("moving")
+    remote.page.evaluate(HIDE)
+    remote.expect_state("ready", "standing", "failsafe")
+
+
+def test_the_emergency_stop_holds_until_it_is_lifted(drive) -> None:
+    driver, watcher = drive(), drive("zh")
+    driver.page.keyboard.down("w")
+    driver.expect_state("moving")
+    expect(watcher.page.get_by_text(watcher.say("othersDrive"))).to_be_visible()
+    watcher.page.keyboard.press("Space")
+    driver.expect_state("stopped")
+    watcher.expect_state("stopped")
+    driver.page.keyboard.up("w")
+    driver.button("clear").click()
+    driver.page.keyboard.down("w")
+    driver.expect_state("moving")
+    driver.page.keyboard.up("w")
+    driver.expect_standing()
+    # Who only watched gets the wheel by asking for it.
+    watcher.button("request").click()
+    expect(watcher.button("release")).to_be_visible()
+
+
+def test_a_finger_on_a_phone_drives(drive) -> None:
+    remote = drive(size=PHONE, has_touch=True, is_mobile=True)
+    pad = remote.page.get_by_role("application", name=remote.say("stick"))
+    pad.scroll_into_view_if_needed()
+    box = pad.bounding_box()
+    assert box
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    finger = remote.page.context.new_cdp_session(remote.page)
+    finger.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": x, "y": y}]})
+    finger.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [{"x": x + 20, "y": y - 60}]})
+    remote.expect_state("moving")
+    finger.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    remote.expect_standing()
+    assert remote.page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+
+
+@pytest.mark.parametrize(
+    ("language", "theme", "size"), [("en", "light", PHONE), ("zh", "dark", DESKTOP), ("zh", "contrast", PHONE)]
+)
+def test_the_page_has_no_barriers(drive, language, theme, size) -> None:
+    remote = drive(language, theme, size)
+    remote.page.locator("summary").click()
+    assert serious_barriers(remote.page) == []
+
+
+def test_the_leader_of_a_swarm_is_driven_while_its_followers_hear_it(open_page) -> None:
+    studio: StudioPage = open_page(project=FOLLOWED)
+    studio.choose_car(0)
+    with studio.context.expect_page() as opened:
+        studio.page.get_by_role("link", name="Drive by hand").click()
+    remote = Remote(opened.value)
+    remote.expect_state("program")
+    remote.button("start").click()
+    expect(remote.button("start")).to_be_hidden()
+    remote.page.get_by_label(remote.say("addCar")).select_option("1")
+    remote.page.keyboard.down("ArrowUp")
+    remote.expect_state("moving")
+    expect(studio.page.get_by_text("The leader drives as somebody steers; 1 follower drives")).to_be_visible()
+    remote.page.get_by_role("button", name="Leave Follower 1").click()
+    # It listens to its leader, who goes on sending.
+    expect(studio.block("followers", "right")).to_contain_class("motorcade-running")
+    remote.page.keyboard.up("ArrowUp")
+    remote.button("resume").click()
+    remote.expect_state("program")
+    assert remote.faults == []
