@@ -10,6 +10,8 @@ with 1 for EVERY: ``python conformance.py SEED STEPS EVERY``,
 import sys
 from binascii import crc32
 
+from drivers import Wheel
+from drivers import total_names as wheel_names
 from inputs import Random, damaged, draw_frame, draw_image, draw_raw
 
 from motorcade.car import brain, rest
@@ -55,6 +57,7 @@ def total_names():
     names += ["readback image", "readback refused", "readback silent"]
     names += ["parsed", "not parsed: cut-off", "not parsed: too-long", "not parsed: header", "not parsed: word"]
     names += ["infrared right", "infrared wrong", "infrared lost"]
+    names += wheel_names()
     for word_format in FORMATS:
         name = word_format.name
         names += [f"{name} encoded", f"{name} decoded", f"{name} not decoded: {name} word"]
@@ -322,8 +325,9 @@ def lines(seed, steps, every):
     record.add(*[fingerprint(word_format) for word_format in FORMATS])
     for step in range(steps):
         if step % STEPS_OF_A_PAIR == 0:
-            pair = Pair(random, record)
+            pair, wheel = Pair(random, record), Wheel(random, record)
         pair.step()
+        wheel.step()
         step_ticks(random, record)
         step_formats(random, record)
         step_parsing(random, record)

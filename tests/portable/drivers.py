@@ -1,0 +1,56 @@
+"""Random drivers of one car for conformance.py; portable too."""
+
+from motorcade.car import arbiter
+from motorcade.car.arbiter import EVENTS, STATES, Arbiter
+from motorcade.words.formats import DRIVE
+from motorcade.words.ticks import TICKS_MASK
+
+SEATS = ((1, arbiter.CLIENT), (2, arbiter.CLIENT), (3, arbiter.CLIENT), (4, arbiter.LOCAL))
+OUTCOMES = ("applied", "watching", "needs neutral", "halted", "yielded")
+ADVANCES_MS = ((0, 0), (1, 50), (1, 50), (300, 301), (4999, 5002))
+
+
+def total_names():
+    """All that a run must have met at least once."""
+    names = ["wheel handed over", "wheel waited for"]
+    names += [f"car is {name}" for name, _ in STATES]
+    names += [f"command {outcome}" for outcome in OUTCOMES]
+    return names
+
+
+class Wheel:
+    """An arbiter, and all that may happen to it."""
+
+    def __init__(self, random, record):
+        self._random = random
+        self._record = record
+        self._now = TICKS_MASK - random.below(20000) if random.one_in(3) else random.below(TICKS_MASK + 1)
+        self._arbiter = Arbiter(300, 5000)
+
+    def step(self):
+        random, record, car = self._random, self._record, self._arbiter
+        low, high = random.pick(ADVANCES_MS)
+        self._now = (self._now + random.between(low, high)) & TICKS_MASK
+        record.add(car.tick(self._now))
+        seat, priority = random.pick(SEATS)
+        event = random.below(len(EVENTS) + 1)
+        if event in (arbiter.STILL, arbiter.MOVE) or random.one_in(2):
+            speed = random.below(256) if event != arbiter.STILL else 0
+            word = DRIVE.encode(angle=random.below(181), direction=random.below(2), speed=speed)
+            record.count("command " + OUTCOMES[car.command(seat, priority, word, self._now)])
+        elif event == len(EVENTS):
+            record.count("wheel handed over" if car.request(seat, priority, self._now) else "wheel waited for")
+        elif event == arbiter.STALL:
+            car.stall()
+        elif event == arbiter.RELEASE:
+            car.release(seat, self._now)
+        elif event == arbiter.GONE:
+            car.gone(seat, self._now)
+        elif event == arbiter.STOP:
+            car.stop()
+        elif event == arbiter.CLEAR:
+            car.clear()
+        elif event == arbiter.RESUME:
+            record.add(car.resume(seat, priority, self._now))
+        record.count("car is " + STATES[car.state][0])
+        record.add(car.word, car.driver, car.wanted_by, car.commanded_ms)
