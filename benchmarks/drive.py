@@ -1,0 +1,335 @@
+"""A car's commands, and how it stops: run it with ``python benchmarks/drive.py``; ``--soak 300`` watches it grow.
+
+Round trips begin with four bytes at a socket of another process and end when a byte has come back that the car's board
+sent for the command. A bare echo of asyncio's, which looks at nothing, has the same ways; both take turns, and figures
+are medians of turns. Failsafes are counted from the last command that reached the board to the moment at which the
+wheels were told to stand still, as the board's own process noted both.
+"""
+
+import argparse
+import asyncio
+import ssl
+import struct
+import sys
+import tempfile
+import time
+from collections.abc import Awaitable, Callable, Iterator
+from contextlib import ExitStack, suppress
+from datetime import UTC, datetime
+from pathlib import Path
+from statistics import median, quantiles
+
+import psutil
+from drive_cars import Note, Served, connect, serving
+from rich.console import Console
+from rich.table import Table
+from swarm import result
+
+from motorcade.link.certificates import CarKeys, make_keys
+from motorcade.link.drive_client import DriveClient
+from motorcade.link.keys import client_context
+from motorcade.words.formats import DRIVE
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
+from link.fault_proxy import FaultProxy
+
+TURNS, TRIPS = 31, 1000
+MEDIAN_GOAL, TAIL_GOAL, RATE_GOAL = 1.2, 2.0, 10_000
+CUTS, AT_ONCE = 1000, 20
+FAILSAFE_MS, FAILSAFE_GOAL_MS = 300, 330
+CARS, RATE_HZ, LATE_GOAL_MS = 100, 20, 50
+# A command's angle is its number; 90 is neutral's.
+ANGLES = [angle for angle in range(181) if angle != 90]
+SOAK_WARM_S, SOAK_GOAL = 30, 1.02
+PERIOD_S = 0.04
+
+Rows = Iterator[tuple[str, str, str, str]]
+
+
+def word(angle: int, speed: int) -> bytes:
+    return struct.pack(">I", DRIVE.encode(angle=angle, direction=1, speed=speed))
+
+
+STILL, MOVE = word(90, 0), word(40, 150)
+
+
+# Round trips
+
+
+def trips_us(line: ssl.SSLSocket, count: int) -> list[float]:
+    """How long each command takes there and back."""
+    words = [word(angle, 150) for angle in range(181)]
+    times = []
+    for number in range(count):
+        begin = time.perf_counter_ns()
+        line.send(words[number % 181])
+        line.recv(1)
+        times.append((time.perf_counter_ns() - begin) / 1000)
+    return times
+
+
+def trip_rows(keys: Path, turns: int) -> Rows:
+    for name, car_keys, tls in (
+        ("plain", None, None),
+        ("mutual TLS", keys / "car-ada.pem", client_context(keys / "driver-lin.pem")),
+    ):
+        with ExitStack() as stack:
+            kinds = ("echo", "answering")
+            lines = {}
+            for kind in kinds:
+                server = stack.enter_context(serving(kind, car_keys))
+                lines[kind] = stack.enter_context(connect(server.ports[0], tls))
+                # A car that has been silent may have to be armed.
+                lines[kind].send(STILL)
+                lines[kind].recv(1)
+                time.sleep(PERIOD_S)
+                trips_us(lines[kind], TRIPS)
+            times = {kind: [] for kind in kinds}
+            for _ in range(turns):
+                for kind in kinds:
+                    lines[kind].send(STILL)
+                    lines[kind].recv(1)
+                    time.sleep(PERIOD_S)
+                    times[kind].append(trips_us(lines[kind], TRIPS))
+        yield from _trip_rows(name, times, is_goal=not car_keys)
+
+
+def _trip_rows(name: str, times: dict[str, list[list[float]]], is_goal: bool) -> Rows:
+    medians, tails = (
+        {kind: [pick(turn) for turn in turns] for kind, turns in times.items()}
+        for pick in (median, lambda turn: quantiles(turn, n=100)[98])
+    )
+    for what, figures, goal in (("p50", medians, MEDIAN_GOAL), ("p99", tails, TAIL_GOAL)):
+        car, echo = (median(figures[kind]) for kind in ("answering", "echo"))
+        ratio = median(a / b for a, b in zip(figures["answering"], figures["echo"], strict=True))
+        shown = f"{car:.0f} µs, echo {echo:.0f} µs: {ratio:.2f}×"
+        met = result(ratio, goal, least=False) if is_goal else ""
+        yield f"{name}: command to board and back, {what}", shown, f"≤ {goal}×" if is_goal else "", met
+    rate = median(len(turn) / sum(turn) * 1e6 for turn in times["answering"])
+    met = result(rate, RATE_GOAL) if is_goal else ""
+    yield f"{name}: commands a second, one by one", f"{rate:,.0f}", f"≥ {RATE_GOAL:,}" if is_goal else "", met
+
+
+# Failsafe
+
+
+async def _frozen(proxy: FaultProxy, writer: asyncio.StreamWriter) -> None:
+    """The client hangs with its connection open."""
+
+
+async def _half(proxy: FaultProxy, writer: asyncio.StreamWriter) -> None:
+    """The client hangs in the middle of a command."""
+    writer.write(MOVE[:2])
+
+
+async def _pulled(proxy: FaultProxy, writer: asyncio.StreamWriter) -> None:
+    """The cable is pulled: the client goes on, and nobody is told."""
+    proxy.half_open()
+    await _go_on(writer)
+
+
+async def _stalled(proxy: FaultProxy, writer: asyncio.StreamWriter) -> None:
+    """The network stalls, and brings the old commands later."""
+    proxy.set_both(held=True)
+    await _go_on(writer)
+    proxy.set_both(held=False)
+
+
+async def _reset(proxy: FaultProxy, writer: asyncio.StreamWriter) -> None:
+    """The connection is reset."""
+    proxy.cut()
+
+
+async def _ended(proxy: FaultProxy, writer: asyncio.StreamWriter) -> None:
+    """The client ends in good order, yet never said stop."""
+    proxy.cut(reset=False)
+
+
+async def _go_on(writer: asyncio.StreamWriter) -> None:
+    for _ in range(12):
+        writer.write(MOVE)
+        await asyncio.sleep(PERIOD_S)
+
+
+KINDS: dict[str, Callable[[FaultProxy, asyncio.StreamWriter], Awaitable[None]]] = {
+    "client frozen": _frozen,
+    "half a command": _half,
+    "cable pulled": _pulled,
+    "network stalls": _stalled,
+    "connection reset": _reset,
+    "connection ended": _ended,
+}
+AT_ONCE_KINDS = ("connection reset", "connection ended")
+
+
+async def cut(port: int, kind: str) -> None:
+    """Drive a car through a network that then fails in this way."""
+    async with FaultProxy(port) as proxy:
+        _, writer = await asyncio.open_connection("127.0.0.1", proxy.port)
+        for command in (STILL, MOVE, MOVE, MOVE):
+            writer.write(command)
+            await asyncio.sleep(PERIOD_S)
+        await KINDS[kind](proxy, writer)
+        await asyncio.sleep(0.5)
+        writer.transport.abort()
+    await asyncio.sleep(PERIOD_S)
+
+
+async def cut_often(port: int, kinds: list[str]) -> None:
+    for kind in kinds:
+        await cut(port, kind)
+
+
+def stops_ms(notes: list[Note]) -> list[float]:
+    """After each drive: from the last command to the wheels' standing still."""
+    found, last_s = [], None
+    for at_s, (_, _, speed) in notes:
+        if speed:
+            last_s = at_s
+        elif last_s is not None:
+            found.append((at_s - last_s) * 1000)
+            last_s = None
+    return found
+
+
+def failsafe_rows(cuts: int) -> Rows:
+    names = list(KINDS)
+    plans = [[names[(car + number) % len(names)] for number in range(cuts // AT_ONCE)] for car in range(AT_ONCE)]
+
+    async def cut_all(ports: list[int]) -> None:
+        await asyncio.gather(*(cut_often(port, plan) for port, plan in zip(ports, plans, strict=True)))
+
+    with serving("noting", cars=AT_ONCE) as cars:
+        asyncio.run(cut_all(cars.ports[::2]))
+    by_kind: dict[str, list[float]] = {kind: [] for kind in names}
+    uneven = 0
+    for plan, notes in zip(plans, cars.notes, strict=True):
+        stops = stops_ms(notes)
+        uneven += abs(len(stops) - len(plan))
+        for kind, stop_ms in zip(plan, stops, strict=False):
+            by_kind[kind].append(stop_ms)
+    fine = 0
+    for kind, stops in by_kind.items():
+        soonest = 0 if kind in AT_ONCE_KINDS else FAILSAFE_MS
+        fine += sum(soonest <= stop_ms <= FAILSAFE_GOAL_MS for stop_ms in stops)
+        shown = f"{min(stops):.0f}–{max(stops):.0f} ms, median {median(stops):.0f} ms"
+        yield f"{kind}: wheels stand after, {len(stops)} times", shown, "", ""
+    total = cuts // AT_ONCE * AT_ONCE
+    goal = f"{FAILSAFE_MS}–{FAILSAFE_GOAL_MS} ms, or at once"
+    yield f"failsafe in time, of {total}", str(fine), goal, result(fine, total)
+    yield "wheels that moved again or never did", str(uneven), "0", result(uneven, 0, least=False)
+
+
+# Many cars
+
+
+async def drive_many(ports: list[int]) -> list[list[float]]:
+    """Drive each car at its rate, all of them out of step; when each command left."""
+    sent: list[list[float]] = [[] for _ in ports]
+
+    async def drive_one(number: int, port: int) -> None:
+        _, writer = await asyncio.open_connection("127.0.0.1", port)
+        loop = asyncio.get_running_loop()
+        due_s = loop.time() + number / len(ports) / RATE_HZ
+        for angle in ANGLES:
+            await asyncio.sleep(max(0.0, due_s - loop.time()))
+            sent[number].append(time.perf_counter())
+            writer.write(word(angle, 0))
+            # A client that is late itself sends no two commands at once.
+            due_s = max(due_s + 1 / RATE_HZ, loop.time() + 0.5 / RATE_HZ)
+        await asyncio.sleep(1)
+        writer.transport.abort()
+
+    await asyncio.gather(*(drive_one(number, port) for number, port in enumerate(ports)))
+    return sent
+
+
+def many_rows(cars: int) -> Rows:
+    servers = [Served("noting") for _ in range(cars)]
+    try:
+        ports = [server.ports[0] for server in servers]
+        sent = asyncio.run(drive_many(ports))
+    finally:
+        for server in servers:
+            server.end()
+    delays_ms, missing = [], 0
+    for left, server in zip(sent, servers, strict=True):
+        came = {angle: at_s for at_s, (angle, _, _) in server.notes[0]}
+        arrived = [(came[angle] - at_s) * 1000 for angle, at_s in zip(ANGLES, left, strict=True) if angle in came]
+        missing += len(left) - len(arrived)
+        delays_ms += arrived
+    late = sum(delay > LATE_GOAL_MS for delay in delays_ms)
+    name = f"{cars} cars at {RATE_HZ} Hz, each a process"
+    yield f"{name}: commands at the board", f"{len(delays_ms):,}; {missing} overtaken by newer ones", "", ""
+    shown = (
+        f"p50 {median(delays_ms):.2f} ms, p99 {quantiles(delays_ms, n=100)[98]:.1f} ms, worst {max(delays_ms):.0f} ms"
+    )
+    yield f"{name}: later than {LATE_GOAL_MS} ms", f"{late} ({shown})", "0", result(late + missing, 0, least=False)
+
+
+# Soak
+
+
+async def _come_and_go(ports: list[int], end_s: float) -> None:
+    while time.monotonic() < end_s:
+        with suppress(OSError):
+            _, writer = await asyncio.open_connection("127.0.0.1", ports[0])
+            writer.write(b"\xff" * 9)
+            await asyncio.sleep(0.02)
+            writer.transport.abort()
+        async with DriveClient("127.0.0.1", ports[0], telemetry_port=ports[1]) as watcher:
+            await watcher.next_telemetry()
+
+
+async def _drive_through(ports: list[int], end_s: float) -> None:
+    async with DriveClient("127.0.0.1", ports[0], telemetry_port=ports[1]) as driver:
+        while time.monotonic() < end_s:
+            await driver.drive_for(1, 0.5, -0.3)
+
+
+async def soak(ports: list[int], seconds: float) -> None:
+    end_s = time.monotonic() + seconds
+    await asyncio.gather(_drive_through(ports, end_s), *(_come_and_go(ports, end_s) for _ in range(3)))
+
+
+def soak_rows(seconds: float) -> Rows:
+    # A car that answers keeps no notes, which would grow.
+    with serving("answering") as car:
+        process = psutil.Process(car.pid)
+
+        def state() -> tuple[int, int, int]:
+            return process.memory_info().rss, process.num_fds(), process.num_threads()
+
+        asyncio.run(soak(car.ports, SOAK_WARM_S))
+        before = state()
+        asyncio.run(soak(car.ports, seconds))
+        after = state()
+    grown = after[0] / before[0]
+    memory = f"{before[0] / 2**20:.1f} to {after[0] / 2**20:.1f} MiB"
+    yield f"{seconds:g} s of coming and going: memory", memory, f"≤ {SOAK_GOAL}×", result(grown, SOAK_GOAL, least=False)
+    left = after[1] - before[1] + after[2] - before[2]
+    yield "… files and threads left over", str(left), "0", result(left, 0, least=False)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="shorter, less steady")
+    parser.add_argument("--soak", type=float, default=0, metavar="SECONDS", help="watch for growth, and nothing else")
+    options = parser.parse_args()
+    table = Table("", "figure", "goal", "result", title="Driving a car over loopback")
+    if options.soak:
+        rows = [*soak_rows(options.soak)]
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            keys = Path(folder)
+            make_keys(keys, [CarKeys("ada")], ["lin"], datetime.now(UTC))
+            rows = [*trip_rows(keys, 5 if options.quick else TURNS)]
+        rows += failsafe_rows(120 if options.quick else CUTS)
+        rows += many_rows(20 if options.quick else CARS)
+    for row in rows:
+        table.add_row(*row)
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,165 @@
+"""Cars, and an echo beside them, in processes of their own: what `benchmarks/drive.py` measures."""
+
+import asyncio
+import multiprocessing
+import socket
+import ssl
+import time
+from collections.abc import Iterator
+from contextlib import AsyncExitStack, contextmanager, suppress
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from motorcade.car.drive_board import DriveBoard
+from motorcade.link.addresses import bind
+from motorcade.link.clock import monotonic_ms
+from motorcade.link.drive_server import DriveServer, served
+from motorcade.link.driving import Drive
+from motorcade.link.keys import server_context
+from motorcade.link.watchdog import kept
+from motorcade.profile import Profile, built_in_profile
+
+NEUTRAL = (90, 1, 0)
+CLASSROOM = built_in_profile("classroom")
+# For a car whose commands are counted, not driven.
+UNLIMITED = replace(CLASSROOM, drive=replace(CLASSROOM.drive, commands_per_s=10_000_000))
+Note = tuple[float, tuple[int, int, int]]
+
+
+class NotedBoard(DriveBoard):
+    """Notes when it was told what."""
+
+    def __init__(self) -> None:
+        self.notes: list[Note] = []
+
+    def apply(self, angle_deg: int, direction: int, speed: int) -> None:
+        self.notes.append((time.perf_counter(), (angle_deg, direction, speed)))
+
+    def neutral(self) -> None:
+        self.notes.append((time.perf_counter(), NEUTRAL))
+
+
+class AnsweringBoard(DriveBoard):
+    """Sends a byte for each command that reached it, along the way that the command came."""
+
+    server: DriveServer
+
+    def apply(self, angle_deg: int, direction: int, speed: int) -> None:
+        line = self.server.commands[0].line
+        if line:
+            line.write(b"\x00")
+
+    def neutral(self) -> None:
+        pass
+
+
+class Echo(asyncio.BufferedProtocol):
+    """The least that a server can do with four bytes."""
+
+    def __init__(self) -> None:
+        self._view = memoryview(bytearray(4096))
+
+    def connection_made(self, transport: asyncio.Transport) -> None:
+        self._transport = transport
+
+    def get_buffer(self, sizehint: int) -> memoryview:
+        return self._view
+
+    def buffer_updated(self, nbytes: int) -> None:
+        self._transport.write(self._view[:1])
+
+
+async def _serve_echo(pipe: Connection, keys: Path | None) -> None:
+    tls = server_context(keys) if keys else None
+    async with await asyncio.get_running_loop().create_server(Echo, "127.0.0.1", 0, ssl=tls) as server:
+        pipe.send([server.sockets[0].getsockname()[1]])
+        await _told_to_end(pipe)
+
+
+async def _serve_cars(pipe: Connection, keys: Path | None, boards: list[DriveBoard], profile: Profile) -> None:
+    tls = server_context(keys) if keys else None
+    async with AsyncExitStack() as stack:
+        ports: list[int] = []
+        for board in boards:
+            sockets = [stack.enter_context(bind("127.0.0.1", 0)) for _ in range(2)]
+            drive = Drive(board, monotonic_ms, profile)
+            server = DriveServer(drive, profile)
+            if isinstance(board, AnsweringBoard):
+                board.server = server
+            await stack.enter_async_context(kept(drive))
+            await stack.enter_async_context(served(server, *sockets, tls))
+            ports += [each.getsockname()[1] for each in sockets]
+        pipe.send(ports)
+        await _told_to_end(pipe)
+    pipe.send([board.notes for board in boards if isinstance(board, NotedBoard)])
+
+
+async def _told_to_end(pipe: Connection) -> None:
+    ended = asyncio.Event()
+    asyncio.get_running_loop().add_reader(pipe.fileno(), ended.set)
+    await ended.wait()
+    asyncio.get_running_loop().remove_reader(pipe.fileno())
+    pipe.recv()
+
+
+def _run(what: str, pipe: Connection, keys: Path | None, cars: int) -> None:
+    if what == "echo":
+        asyncio.run(_serve_echo(pipe, keys))
+    elif what == "answering":
+        asyncio.run(_serve_cars(pipe, keys, [AnsweringBoard()], UNLIMITED))
+    else:
+        asyncio.run(_serve_cars(pipe, keys, [NotedBoard() for _ in range(cars)], CLASSROOM))
+
+
+class Served:
+    """A process that serves.
+
+    Attributes:
+        ports: where; of each car those for commands and for telemetry.
+        notes: of each car, once it has ended.
+        pid: its number.
+    """
+
+    def __init__(self, what: str, keys: Path | None = None, cars: int = 1) -> None:
+        spawning = multiprocessing.get_context("spawn")
+        self._pipe, theirs = spawning.Pipe()
+        self._process = spawning.Process(target=_run, args=(what, theirs, keys, cars), daemon=True)
+        self._process.start()
+        theirs.close()
+        self._ports: list[int] | None = None
+        self.notes: list[list[Note]] = []
+
+    @property
+    def ports(self) -> list[int]:
+        if self._ports is None:
+            self._ports = self._pipe.recv()
+        return self._ports
+
+    @property
+    def pid(self) -> int:
+        assert self._process.pid
+        return self._process.pid
+
+    def end(self) -> None:
+        self._pipe.send("end")
+        # An echo has no notes.
+        with suppress(EOFError):
+            self.notes = self._pipe.recv()
+        self._process.join()
+
+
+@contextmanager
+def serving(what: str, keys: Path | None = None, cars: int = 1) -> Iterator[Served]:
+    """``what`` is echo, answering (one car that answers each command) or noting (cars that note them)."""
+    process = Served(what, keys, cars)
+    try:
+        yield process
+    finally:
+        process.end()
+
+
+def connect(port: int, tls: ssl.SSLContext | None = None) -> socket.socket:
+    line = socket.create_connection(("127.0.0.1", port))
+    line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return tls.wrap_socket(line, server_hostname="127.0.0.1") if tls else line
