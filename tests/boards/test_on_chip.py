@@ -115,7 +115,7 @@ def heard(board, a_bench: Bench, durations_us, tick_ms: int = 5) -> list[int]:
     while a_bench.chip.now_us < until_us:
         frames += board.received_frames()
         a_bench.clock.sleep_ms(tick_ms)
-    return frames
+    return frames + board.received_frames()
 
 
 def jittered(frame: int, percents: list[int]) -> list[int]:

@@ -95,6 +95,12 @@ def test_a_running_car_gets_its_firmware_and_then_only_what_differs():
         assert json.loads(at.look().files["car.json"])["is_leader"] is False
 
 
+def test_every_folder_on_the_board_is_a_package():
+    folders = {path.rpartition("/")[0] for path in ESP32 if path.startswith("lib/")}
+    assert len(folders) > 4
+    assert {f"{folder}/__init__.py" for folder in folders} <= set(ESP32)
+
+
 def test_what_the_pupil_had_in_main_py_is_kept(small_car):
     with board(files={"/main.py": "print('my robot')"}) as at:
         data("install-firmware", "--port", at.port, "--json")
