@@ -204,6 +204,16 @@ def test_who_only_connects_takes_no_seat() -> None:
     assert car.board.angles == [90]
 
 
+def test_who_sends_nonsense_only_takes_no_seat() -> None:
+    car = Car()
+    for port in range(30):
+        receive(car.commands(port)[0], b"GET ")
+    channel, _ = car.commands(99)
+    receive(channel, command(90))
+    assert car.board.angles == [90]
+    assert car.drive.telemetry().refused == 30
+
+
 def test_when_all_seats_are_taken_the_longest_silent_gives_up_the_own() -> None:
     car = Car()
     channels = [car.commands(port) for port in range(9)]
@@ -230,6 +240,16 @@ def test_a_channel_finds_the_connection_whose_port_it_names() -> None:
     told = line.frames()[0]
     assert (told["kind"], told["you"]["name"], told["you"]["drives"]) == ("telemetry", "192.168.1.7:2", False)
     assert (told["driver"], told["watchers"]) == ("192.168.1.7:1", 1)
+
+
+def test_a_channel_does_not_find_a_connection_that_is_gone() -> None:
+    car = Car()
+    _, gone = car.commands(5)
+    gone.abort()
+    channel, line = car.telemetry()
+    assert ask(channel, line, do="request")["ok"]
+    car.tell(11)
+    assert line.frames()[-1]["you"]["name"] == "192.168.1.7:2000"
 
 
 def test_a_channel_may_come_before_the_connection_that_it_names() -> None:
@@ -263,6 +283,47 @@ def test_a_channel_that_finds_nobody_is_told_so_and_watches() -> None:
     assert "port 77" in answer["en"]
     assert told["you"]["drives"] is False
     assert told["watchers"] == 1
+
+
+def test_a_channel_that_watched_gives_its_own_seat_back_when_its_connection_comes() -> None:
+    car = Car()
+    channel, line = car.telemetry()
+    assert ask(channel, line, do="release")["ok"]
+    assert car.drive.telemetry().watchers == 1
+    receive(car.commands(7)[0], command(90))
+    ask(channel, line, do="join", port=7)
+    assert car.drive.telemetry().watchers == 0
+
+
+def test_a_channel_finds_the_connection_that_its_client_makes_anew() -> None:
+    car = Car()
+    _, first = car.commands(7)
+    channel, line = car.telemetry()
+    ask(channel, line, do="join", port=7)
+    first.abort()
+    receive(car.commands(8)[0], command(90, 100))
+    assert ask(channel, line, do="join", port=8)["ok"]
+    car.tell()
+    assert line.frames()[-1]["you"]["drives"]
+
+
+def test_who_is_named_is_not_kept_by_who_only_found_it() -> None:
+    car = Car()
+    receive(car.commands(7)[0], command(90, 100))
+    (finder, finds), (owner, owns) = car.telemetry(1), car.telemetry(2)
+    assert ask(finder, finds, do="request")["has_wheel"]
+    ask(owner, owns, do="join", port=7)
+    assert ask(finder, finds, do="request")["has_wheel"] is False
+    assert ask(owner, owns, do="request")["has_wheel"] is True
+
+
+def test_a_channel_that_names_nobody_belongs_to_nobody_where_two_could_be_meant() -> None:
+    car = Car()
+    for port in (7, 8):
+        receive(car.commands(port)[0], command(90, 100))
+    channel, line = car.telemetry()
+    assert ask(channel, line, do="request")["has_wheel"] is False
+    assert car.drive.telemetry().wanted_by == "192.168.1.7:2000"
 
 
 def test_one_client_has_four_watchers_at_most() -> None:
@@ -335,12 +396,13 @@ def test_made_up_requests_never_break_a_channel_nor_the_drive(chunks: list[bytes
     assert car.drive.telemetry().state == "moving"
 
 
-def test_requests_are_cut_and_joined_in_any_way() -> None:
+@pytest.mark.parametrize("size", [1, 3, 30, 1000])
+def test_requests_are_cut_and_joined_in_any_way(size: int) -> None:
     car = Car()
     channel, line = car.telemetry()
     data = b"".join(struct.pack(">I", len(text)) + text for text in [b'{"do": "stop"}', b'{"do": "clear"}'] * 3)
-    for at in range(len(data)):
-        channel.data_received(data[at : at + 1])
+    for at in range(0, len(data), size):
+        channel.data_received(data[at : at + size])
     assert [answer["do"] for answer in line.frames()] == ["stop", "clear"] * 3
 
 

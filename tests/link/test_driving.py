@@ -321,8 +321,17 @@ def test_a_closed_car_does_nothing_more(car: Car, seat: Seat) -> None:
     seat.command(MOVE)
     car.drive.close()
     assert car.last == NEUTRAL
-    seat.command(MOVE)
+    car.drive.clear()
+    for word in (STILL, MOVE):
+        seat.command(word)
     car.drive.watch()
+    assert car.last == NEUTRAL
+
+
+def test_a_car_that_is_closed_ends_its_program(car: Car, seat: Seat) -> None:
+    seat.resume_program()
+    car.drive.close()
+    assert ("end",) in car.board.told
     assert car.last == NEUTRAL
 
 
