@@ -1,6 +1,7 @@
 """install-firmware, onto MicroPython's own prompt at a TCP port: what arrives runs, and each failure is a sentence."""
 
 import contextlib
+import gc
 import json
 import subprocess
 import sys
@@ -61,6 +62,9 @@ def impatient(monkeypatch, micropython_installed):
     monkeypatch.setattr(transport_serial, "time", quick)
     monkeypatch.setattr(protocol_socket, "time", SimpleNamespace(sleep=lambda seconds: None))
     monkeypatch.setattr(board_prompt, "_ANSWER_WITHIN_S", 1)
+    yield
+    # A forgotten socket is noticed here, and not in somebody else's test.
+    gc.collect()
 
 
 @pytest.fixture
