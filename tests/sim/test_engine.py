@@ -206,3 +206,22 @@ def test_events_are_kept_however_many_there_are() -> None:
     assert events["other"].tolist() == [t_ms % 2 for t_ms in range(581) for _ in range(40)]
     assert digest(told) == digest(untold)
     assert not len(told.take_events())
+
+
+def test_a_burst_of_events_loses_no_driver_his_car() -> None:
+    """Where there is no room for events a while is simulated again, and by then the cars stood in another order."""
+    dice = np.random.RandomState(3)
+    poses = [Pose(*map(float, each)) for each in dice.random_sample((60, 3)) * (3, 3, math.tau)]
+    mat = open_table(poses, tick_ms=20)
+    mat = replace(mat, starts=replace(mat.starts, leads=np.ones(60, bool)))
+    calm, idle = 0x40280000, 0x40000000
+    image = b"".join(word.to_bytes(4, "big") for word in (201 << 24, calm, *[idle] * 200))
+    profile = replace(BRISK, idle_state_ms=1)
+    told, untold = (World(mat, [image], profile, seeds=3, events=events) for events in (True, False))
+    for world in (told, untold):
+        world.run(100)
+        for car in range(60):
+            world.drive(car, 60 + car, 1, 255)
+        world.run(4 * (profile.durations_ms[1] + 200))
+    assert digest(told) == digest(untold)
+    assert len(told.take_events()) > 60 * 800
