@@ -307,6 +307,17 @@ def test_a_channel_finds_the_connection_that_its_client_makes_anew() -> None:
     assert line.frames()[-1]["you"]["drives"]
 
 
+def test_a_channel_whose_connection_is_gone_finds_the_next_one() -> None:
+    car = Car()
+    _, first = car.commands(7)
+    channel, line = car.telemetry()
+    ask(channel, line, do="join", port=7)
+    first.abort()
+    receive(car.commands(8)[0], command(90, 100))
+    car.tell(10)
+    assert line.frames()[-1]["you"]["drives"]
+
+
 def test_who_is_named_is_not_kept_by_who_only_found_it() -> None:
     car = Car()
     receive(car.commands(7)[0], command(90, 100))

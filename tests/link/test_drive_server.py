@@ -17,8 +17,9 @@ import pytest
 
 from link.driven_car import NEUTRAL, DrivenCar, until, wait_until
 from link.fault_proxy import FaultProxy
+from motorcade.link.addresses import bind
 from motorcade.link.certificates import CarKeys, make_keys
-from motorcade.link.doors import MOST_OF_ONE_ADDRESS
+from motorcade.link.doors import MOST_OF_ONE_ADDRESS, Door, Guest
 from motorcade.link.keys import client_context, server_context
 from motorcade.profile import built_in_profile
 from motorcade.words.formats import DRIVE
@@ -219,6 +220,47 @@ def test_the_first_to_send_drives_and_others_watch_until_it_leaves(patient_car: 
         first.close()
         with steady(second, STILL):
             wait_until(lambda: car.board.setpoint == (40, 1, 0))
+
+
+def test_those_who_have_left_are_not_in_the_way_of_others(patient_car: DrivenCar) -> None:
+    car = patient_car
+    for _ in range(2 * MOST_OF_ONE_ADDRESS):
+        with connect(car) as line:
+            drive_on(car, line)
+        wait_until(lambda: not car.server.commands)
+    assert car.drive.telemetry().turned_away == 0
+
+
+def test_newcomers_come_in_one_at_a_time_with_a_turn_for_those_inside_between() -> None:
+    turns, turn_of_each = 0, []
+
+    async def go_on() -> None:
+        nonlocal turns
+        while True:
+            turns += 1
+            await asyncio.sleep(0)
+
+    async def let_in() -> None:
+        with bind("127.0.0.1", 0) as listener, contextlib.ExitStack() as held:
+            door = Door(listener, lambda left: turn_of_each.append(turns) or Standing(left), lambda: None)
+            for _ in range(12):
+                held.enter_context(socket.create_connection(door.address))
+            tasks = [asyncio.ensure_future(each) for each in (go_on(), door.serve())]
+            await until(lambda: len(turn_of_each) == 12)
+            door.shut()
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+    asyncio.run(let_in())
+    assert len(set(turn_of_each)) == len(turn_of_each)
+
+
+class Standing(Guest, asyncio.Protocol):
+    """One who stays."""
+
+    def is_seated(self) -> bool:
+        return True
 
 
 def test_a_flood_of_connections_leaves_the_driver_undisturbed_and_room_for_others(patient_car: DrivenCar) -> None:

@@ -23,12 +23,13 @@ class Watchdog:
     def __init__(self, drive: Drive) -> None:
         self._drive = drive
         self._ended = threading.Event()
+        self._telling = threading.Lock()
         self._thread = threading.Thread(target=self._watch, name="drive watchdog", daemon=True)
         rescue = drive.rescue
         self._guard = Guard(rescue, drive.failsafe_ms) if rescue else None
         if self._guard:
             # Or a process that freezes at once would freeze before its guard knew.
-            drive.ask_before_moving(lambda: self._tell_guard(True))
+            drive.ask_before_moving(self._tell_guard)
 
     def __enter__(self) -> None:
         self._thread.start()
@@ -49,14 +50,16 @@ class Watchdog:
         while not self._ended.wait(min(rest_ms, _BEAT_MS) / 1000):
             try:
                 rest_ms = self._drive.watch()
-                self._tell_guard(self._drive.moves)
+                self._tell_guard()
             except OSError as problem:
                 rest_ms = _BEAT_MS
                 self._drive.fail(problem)
 
-    def _tell_guard(self, moves: bool) -> None:
-        if self._guard:
-            self._guard.beat(moves)
+    def _tell_guard(self) -> None:
+        # What is told last has to be what was so last, whoever tells it.
+        with self._telling:
+            if self._guard:
+                self._guard.beat(self._drive.moves)
 
 
 @asynccontextmanager

@@ -83,8 +83,8 @@ class Wheels:
 
     def _leave_neutral(self) -> None:
         if self.is_neutral:
-            self.before_moving()
             self.is_neutral = False
+            self.before_moving()
 
     def _end_program(self) -> None:
         self.board.end_program()
