@@ -26,10 +26,10 @@ page: setup ## build the studio's page anew
 
 test: setup
 	$(BIN)/python hatch_build.py test
-	$(BIN)/python -m pytest --numprocesses auto --dist loadfile
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 soak: setup ## the same properties with many more examples; slow
-	$(BIN)/python -m pytest --hypothesis-profile soak --numprocesses auto --dist loadfile
+	$(BIN)/python -m pytest --hypothesis-profile soak --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 lint: setup
 	$(BIN)/ruff check .
