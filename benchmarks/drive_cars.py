@@ -22,8 +22,10 @@ from motorcade.profile import Profile, built_in_profile
 
 NEUTRAL = (90, 1, 0)
 CLASSROOM = built_in_profile("classroom")
-# For a car whose commands are counted, not driven.
-UNLIMITED = replace(CLASSROOM, drive=replace(CLASSROOM.drive, commands_per_s=10_000_000))
+# Of a car whose commands are counted, not driven: a busy machine must not make it stop.
+_LONG_MS = 3_600_000
+_LIMITS = {"watchdog_ms": _LONG_MS, "failsafe_ms": _LONG_MS, "hand_over_ms": 2 * _LONG_MS, "commands_per_s": 10_000_000}
+ENDLESS = replace(CLASSROOM, drive=replace(CLASSROOM.drive, **_LIMITS))
 Note = tuple[float, tuple[int, int, int]]
 
 
@@ -107,7 +109,7 @@ def _run(what: str, pipe: Connection, keys: Path | None, cars: int) -> None:
     if what == "echo":
         asyncio.run(_serve_echo(pipe, keys))
     elif what == "answering":
-        asyncio.run(_serve_cars(pipe, keys, [AnsweringBoard()], UNLIMITED))
+        asyncio.run(_serve_cars(pipe, keys, [AnsweringBoard()], ENDLESS))
     else:
         asyncio.run(_serve_cars(pipe, keys, [NotedBoard() for _ in range(cars)], CLASSROOM))
 
