@@ -12,6 +12,8 @@ from pathlib import Path
 import psutil
 import pytest
 
+from motorcade.link.guard import Guard
+
 TESTS = Path(__file__).parents[1]
 DEADLINE_S = 60
 
@@ -23,7 +25,13 @@ def driving(file: Path) -> Iterator[subprocess.Popen]:
     path = os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])
     environment = {**os.environ, "PYTHONPATH": path}
     with subprocess.Popen(
-        command, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        command,
+        env=environment,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        start_new_session=True,
     ) as process:
         try:
             assert process.stdout.readline() == "drives\n"
@@ -44,14 +52,14 @@ def wait_for_rescue(file: Path) -> None:
 
 
 def freeze_while_it_drives(process: subprocess.Popen, file: Path) -> None:
-    """A busy machine's car may stand still at any moment, and is then let go on."""
+    """As Ctrl-Z does, with all of its group. A busy machine's car may stand still at any moment, and is let go on."""
     end_s = time.monotonic() + DEADLINE_S
-    process.send_signal(signal.SIGSTOP)
+    os.killpg(process.pid, signal.SIGSTOP)
     while last_told(file) != "apply":
         assert time.monotonic() < end_s, "it never drove"
-        process.send_signal(signal.SIGCONT)
+        os.killpg(process.pid, signal.SIGCONT)
         time.sleep(0.05)
-        process.send_signal(signal.SIGSTOP)
+        os.killpg(process.pid, signal.SIGSTOP)
 
 
 def test_killing_the_process_stops_the_wheels(tmp_path: Path) -> None:
@@ -77,7 +85,7 @@ def test_a_process_that_ends_by_itself_needs_no_rescue(tmp_path: Path) -> None:
         process.communicate("end\n", DEADLINE_S)
         assert process.returncode == 0
         assert last_told(file) == "neutral"
-        assert "rescue" not in file.read_text(encoding="ascii")
+        assert "try" not in file.read_text(encoding="ascii")
 
 
 def test_a_process_that_ends_by_an_exception_leaves_the_wheels_still(tmp_path: Path) -> None:
@@ -102,3 +110,18 @@ def test_wheels_without_their_guard_stand_still(tmp_path: Path) -> None:
         length = len(file.read_text(encoding="ascii"))
         process.communicate("end\n", DEADLINE_S)
         assert "apply" not in file.read_text(encoding="ascii")[length:]
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="only POSIX freezes a process")
+def test_a_guard_that_hangs_is_as_good_as_gone() -> None:
+    guard = Guard(("json:dumps", ("",)), 300)
+    process = next(each for each in psutil.Process().children() if "motorcade.link.guard" in each.cmdline())
+    process.suspend()
+    try:
+        with pytest.raises(OSError, match="is gone"):
+            # More than any pipe holds.
+            for _ in range(1 << 21):
+                guard.beat(False)
+    finally:
+        process.kill()
+        guard.dismiss()
