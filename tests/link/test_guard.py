@@ -112,6 +112,12 @@ def test_wheels_without_their_guard_stand_still(tmp_path: Path) -> None:
         assert "apply" not in file.read_text(encoding="ascii")[length:]
 
 
+def beat_on(guard: Guard) -> None:
+    """More often than any pipe can hold."""
+    for _ in range(1 << 21):
+        guard.beat(False)
+
+
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="only POSIX freezes a process")
 def test_a_guard_that_hangs_is_as_good_as_gone() -> None:
     guard = Guard(("json:dumps", ("",)), 300)
@@ -119,9 +125,7 @@ def test_a_guard_that_hangs_is_as_good_as_gone() -> None:
     process.suspend()
     try:
         with pytest.raises(OSError, match="is gone"):
-            # More than any pipe holds.
-            for _ in range(1 << 21):
-                guard.beat(False)
+            beat_on(guard)
     finally:
         process.kill()
         guard.dismiss()
