@@ -93,18 +93,18 @@ class Drive:
 
     def command(self, seat: Seat, word: int) -> int:
         """As `Seat.command`."""
-        angle_deg, direction, speed = self.check(word, seat.counts)
+        setpoint = self.check(word, seat.counts)
         with self._lock:
             now = seat.heard_ms = self._clock()
             if seat.number not in self._seats:
                 outcome = WATCHING
-            elif speed and not seat.takes(now):
+            elif setpoint[2] and not seat.takes(now):
                 # One that stops is never one too many.
                 outcome = OVER_RATE
             else:
                 outcome = self._arbiter.command(seat.number, seat.kind, word, now)
                 if outcome == APPLIED:
-                    self._setpoint = (angle_deg, direction, speed)
+                    self._setpoint = setpoint
                 self._follow(outcome == APPLIED)
         seat.counts.outcomes[outcome] += 1
         return outcome
@@ -160,14 +160,14 @@ class Drive:
     def check(self, word: int, counts: Counts) -> Setpoint:
         """What a DRIVE word says. Raises WordError, and counts it, where it is none."""
         try:
-            _, angle_deg, direction, speed, _ = DRIVE.decode(word, strict=True)
+            setpoint: Setpoint = DRIVE.decode(word, strict=True)[1:4]
         except WordError as problem:
             with self._lock:
                 self._refused += 1
             counts.refused += 1
             counts.last_refusal = str(problem)
             raise
-        return angle_deg, direction, speed
+        return setpoint
 
     def drives(self, seat: Seat) -> bool:
         """Whether the seat has the wheel."""
