@@ -103,7 +103,7 @@ class CommandChannel(Guest, asyncio.BufferedProtocol):
             if self.seat is None or not is_newest:
                 self._server.drive.check(word, self.counts)
             if is_newest:
-                self.sit().command(word)
+                (self.seat or self.sit()).command(word)
             self._wrong = 0
         except WordError:
             self._wrong += 1
