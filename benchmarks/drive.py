@@ -286,8 +286,7 @@ async def soak(ports: list[int], seconds: float) -> None:
 
 
 def soak_rows(seconds: float) -> Rows:
-    # A car that answers keeps no notes, which would grow.
-    with serving("answering") as car:
+    with serving("forgetting") as car:
         process = psutil.Process(car.pid)
 
         def state() -> tuple[int, int, int]:

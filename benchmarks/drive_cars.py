@@ -42,18 +42,26 @@ class NotedBoard(DriveBoard):
         self.notes.append((time.perf_counter(), NEUTRAL))
 
 
-class AnsweringBoard(DriveBoard):
-    """Sends a byte for each command that reached it, along the way that the command came."""
-
-    server: DriveServer
+class ForgettingBoard(DriveBoard):
+    """Does as told, and that is all."""
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
-        line = self.server.commands[0].line
-        if line:
-            line.write(b"\x00")
+        pass
 
     def neutral(self) -> None:
         pass
+
+
+class AnsweringBoard(ForgettingBoard):
+    """Sends a byte for each command that reached it, along the way that its only client's commands come."""
+
+    server: DriveServer
+    _line: asyncio.Transport | None = None
+
+    def apply(self, angle_deg: int, direction: int, speed: int) -> None:
+        if self._line is None:
+            self._line = self.server.commands[0].line
+        self._line.write(b"\x00")
 
 
 class Echo(asyncio.BufferedProtocol):
@@ -108,10 +116,16 @@ async def _told_to_end(pipe: Connection) -> None:
 def _run(what: str, pipe: Connection, keys: Path | None, cars: int) -> None:
     if what == "echo":
         asyncio.run(_serve_echo(pipe, keys))
-    elif what == "answering":
-        asyncio.run(_serve_cars(pipe, keys, [AnsweringBoard()], ENDLESS))
-    else:
-        asyncio.run(_serve_cars(pipe, keys, [NotedBoard() for _ in range(cars)], CLASSROOM))
+        return
+    kind, profile = KINDS[what]
+    asyncio.run(_serve_cars(pipe, keys, [kind() for _ in range(cars)], profile))
+
+
+KINDS: dict[str, tuple[type[DriveBoard], Profile]] = {
+    "answering": (AnsweringBoard, ENDLESS),
+    "forgetting": (ForgettingBoard, CLASSROOM),
+    "noting": (NotedBoard, CLASSROOM),
+}
 
 
 class Served:
@@ -153,7 +167,7 @@ class Served:
 
 @contextmanager
 def serving(what: str, keys: Path | None = None, cars: int = 1) -> Iterator[Served]:
-    """``what`` is echo, answering (one car that answers each command) or noting (cars that note them)."""
+    """``what`` is echo or one of KINDS."""
     process = Served(what, keys, cars)
     try:
         yield process
