@@ -20,6 +20,14 @@ from motorcade.sim.compiled import in_kernel
 from motorcade.sim.geometry import FULL_TURN, cosine, mix, sine
 from motorcade.sim.state import DRIVEN, Cars, Driven, Floats, Rules
 
+# Rows of a matrix of driven cars.
+WORLD = 0
+NUMBER = 1  # within its world
+PLACE = 2  # where it stands in the arrays of Cars
+AHEAD = 3  # 2^-12 µm a tick along its heading
+ASIDE = 4  # and to its left
+TURN = 5  # binary angle a tick
+TURNED = 6  # the same in this tick, with wheel noise
 CENTRE_DEG = 90
 _STEPS = 1 << WAY_BITS
 
@@ -45,22 +53,22 @@ def motion_of(angle_deg: int, direction: int, speed: int, profile: Profile, tick
 @in_kernel
 def find(world: int, begin: int, end: int, cars: Cars, driven: Driven) -> None:
     """Note where in the arrays a world's driven cars stand, after they were put in order."""
-    for k in range(driven.number.shape[0]):
-        if driven.world[k] != world:
+    for k in range(driven.shape[1]):
+        if driven[WORLD, k] != world:
             continue
         for i in range(begin, end):
-            if cars.number[i] == driven.number[k]:
-                driven.place[k] = i
+            if cars.number[i] == driven[NUMBER, k]:
+                driven[PLACE, k] = i
 
 
 @in_kernel
 def set_out(world: int, seed: int, now: int, cars: Cars, driven: Driven, rules: Rules) -> None:
     """Before anything else in a tick: the way that each driven car of a world goes in it, half turned already."""
-    for k in range(driven.number.shape[0]):
-        if driven.world[k] != world:
+    for k in range(driven.shape[1]):
+        if driven[WORLD, k] != world:
             continue
-        i = driven.place[k]
-        ahead, aside, turn = float(driven.ahead[k]), float(driven.aside[k]), float(driven.turn[k])
+        i = driven[PLACE, k]
+        ahead, aside, turn = float(driven[AHEAD, k]), float(driven[ASIDE, k]), float(driven[TURN, k])
         if rules.wheel_noise > 0.0 and ahead != 0.0:
             bits = mix(seed, cars.number[i], now // NOISE_MS)
             left = 1.0 + rules.wheel_noise * rules.normals[bits & 1023]
@@ -68,7 +76,7 @@ def set_out(world: int, seed: int, now: int, cars: Cars, driven: Driven, rules: 
             share = (left + right) / 2.0
             turn = math.floor(turn * share + (right - left) * ahead / _STEPS * rules.wheel_turn + 0.5)
             ahead, aside = ahead * share, aside * share
-        driven.turned[k] = int(turn)
+        driven[TURNED, k] = int(turn)
         heading = int(cars.heading[i]) + int(turn) // 2
         ahead_x, ahead_y = cosine(heading, rules.cosines), sine(heading, rules.cosines)
         cars.way_x[i] = math.floor(ahead * ahead_x - aside * ahead_y + 0.5)
@@ -79,28 +87,27 @@ def set_out(world: int, seed: int, now: int, cars: Cars, driven: Driven, rules: 
 @in_kernel
 def turn_round(world: int, cars: Cars, driven: Driven) -> None:
     """After everyone has moved: each driven car of a world has turned."""
-    for k in range(driven.number.shape[0]):
-        if driven.world[k] == world:
-            i = driven.place[k]
-            cars.heading[i] = (int(cars.heading[i]) + int(driven.turned[k])) & 0xFFFFFFFF
+    for k in range(driven.shape[1]):
+        if driven[WORLD, k] == world:
+            i = driven[PLACE, k]
+            cars.heading[i] = (int(cars.heading[i]) + int(driven[TURNED, k])) & 0xFFFFFFFF
 
 
 def nobody() -> Driven:
     """No car is driven."""
-    return Driven(*(np.zeros(0, np.int64) for _ in Driven._fields))
+    return np.zeros((TURNED + 1, 0), np.int64)
 
 
 def with_driver(driven: Driven, world: int, number: int, place: int, motion: Motion) -> Driven:
     """The same, with a car that goes so, whether or not it was driven before."""
-    values = (world, number, place, *motion, 0)
-    others = without_driver(driven, world, number)
-    return Driven(*(np.append(array, value) for array, value in zip(others, values, strict=True)))
+    column = np.array([[world], [number], [place], *([each] for each in motion), [0]], np.int64)
+    return np.concatenate([without_driver(driven, world, number), column], axis=1)
 
 
 def without_driver(driven: Driven, world: int, number: int) -> Driven:
     """The same, but for that car."""
-    kept = (driven.world != world) | (driven.number != number)
-    return Driven(*(array[kept] for array in driven))
+    kept: Driven = driven[:, (driven[WORLD] != world) | (driven[NUMBER] != number)]
+    return kept
 
 
 def shown_wheels(ahead: int, aside: int, speeds: Floats) -> int:

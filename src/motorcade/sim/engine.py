@@ -13,12 +13,15 @@ from typing import Any
 import numba
 
 from motorcade.car import brain
+from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.sim import bicycle, bodies, channel, compiled, geometry, state, tally, turn
 from motorcade.sim import cells as grid
 from motorcade.sim.compiled import in_kernel
 from motorcade.sim.state import MOST_PARTS, Cars, Cells, Driven, Ints, People, Place, Rules, Voices
 from motorcade.sim.tally import Tally
-from motorcade.words.ticks import TICKS_MASK
+from motorcade.words.ticks import TICKS_MASK, later_ms
+
+ALL = -1
 
 
 @in_kernel
@@ -178,13 +181,19 @@ def _large_kernel(fingerprint: str) -> Callable[..., None]:
 
 
 def _wake_kernel(fingerprint: str) -> Callable[..., None]:
-    def wake(now: int, per_world: int, worlds: int, cars: Cars, cells: Cells, driven: Driven, rules: Rules) -> None:
-        """Let every car look around in its next tick: nothing of what it knew of its surroundings may hold any more."""
+    def wake(
+        now: int, put: int, per_world: int, worlds: int, cars: Cars, cells: Cells, driven: Driven, rules: Rules
+    ) -> None:
+        """Let every car look around in its next tick: nothing of what it knew of its surroundings may hold any more.
+
+        The car at ``put`` sets out anew, as it was put elsewhere; with ALL every car.
+        """
         _ = fingerprint
         for world in range(worlds):
             begin, end = world * per_world, (world + 1) * per_world
             for i in range(begin, end):
-                bodies.set_way(i, cars.wheels[i], cars, rules)
+                if put == ALL or put == i:
+                    bodies.set_way(i, cars.wheels[i], cars, rules)
                 cars.due[i] = now
                 cars.clear[i] = now
             sort(world, begin, end, cars, cells, driven, rules)
@@ -200,6 +209,18 @@ def _leds_kernel(fingerprint: str) -> Callable[..., None]:
             leds[k] = brain.lit_led(cars.memory[:, begin + k], now, rules.levels)
 
     return read_leds
+
+
+def give_back(i: int, now: int, cars: Cars, rules: Rules) -> None:
+    """Let car ``i``'s brain have its wheels again; called between two ticks, and never compiled.
+
+    Where they depend on what the car senses, or where its program is at the next tick, its turn in that sets them.
+    """
+    memory, levels = cars.memory[:, i].tolist(), tuple(rules.levels.tolist())
+    wheels = brain.wheels(memory, NOTHING_IN_SIGHT_MM, 0, later_ms(now, -rules.tick_ms), levels)
+    bodies.set_way(i, wheels, cars, rules)
+    cars.due[i] = now
+    cars.clear[i] = now
 
 
 _ROOMS = (bicycle, bodies, grid, channel, geometry, state, tally, turn)

@@ -21,8 +21,9 @@ ForBrain = Any
 NOBODY = 0xFFFFFFFF
 # Wheels that obey a driver and no brain: a direction that no brain gives, at level 0, at which nothing else moves them.
 DRIVEN = 3 * 4
-# The driver has left, and the brain's next turn will set them.
-GIVEN_BACK = DRIVEN + 1
+# The cars that somebody drives, of all worlds: (7, driven), rows as of `motorcade.sim.bicycle`. One matrix, since a
+# kernel gets slower with every array that it is given.
+Driven = Ints
 # Strips of a large world; more than threads, so that a crowded one holds up no other.
 MOST_PARTS = 32
 
@@ -48,7 +49,7 @@ class Cars(NamedTuple):
     sends_until: Words
     push: Words  # how contacts move it in this tick, x and y as two int16, µm; else scratch
     order: Words  # those who begin a frame in this tick; else scratch
-    wheels: NDArray[np.uint8]  # direction * 4 + speed level, or DRIVEN, or GIVEN_BACK
+    wheels: NDArray[np.uint8]  # direction * 4 + speed level, or DRIVEN
     program: NDArray[np.uint8]  # 0: follows; k: leads by image k - 1
 
 
@@ -92,18 +93,6 @@ class Voices(NamedTuple):
     x: Floats
     y: Floats
     radius: Floats  # FAR_UM: heard everywhere
-
-
-class Driven(NamedTuple):
-    """The cars that somebody drives, of all worlds: arrays of shape (driven,)."""
-
-    world: Ints
-    number: Ints
-    place: Ints  # where it stands in the arrays of Cars
-    ahead: Ints  # 2^-12 µm a tick along its heading
-    aside: Ints  # and to its left
-    turn: Ints  # binary angle a tick
-    turned: Ints  # the same in this tick, with wheel noise
 
 
 class Rules(NamedTuple):

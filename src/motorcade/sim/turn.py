@@ -8,7 +8,7 @@ come near since it last looked around. The others just go on.
 from motorcade.car import brain, rest
 from motorcade.sim import bodies, channel, geometry, tally
 from motorcade.sim.compiled import in_kernel
-from motorcade.sim.state import DRIVEN, GIVEN_BACK, NOBODY, Cars, Cells, People, Place, Rules, Voices
+from motorcade.sim.state import DRIVEN, NOBODY, Cars, Cells, People, Place, Rules, Voices
 from motorcade.sim.tally import Tally
 from motorcade.words.formats import CONTROL
 from motorcade.words.infrared import to_frame
@@ -77,7 +77,7 @@ def think(
 def _left_to_word(i: int, now: int, cars: Cars, rules: Rules) -> int:
     """For how many ms a car that is due has only a word to pass on; 0 where there may be more to do now."""
     s = cars.memory[:, i]
-    if cars.program[i] > 0 or s[brain.WORD] & _SENSES or cars.wheels[i] == GIVEN_BACK:
+    if cars.program[i] > 0 or s[brain.WORD] & _SENSES:
         return 0
     if cars.heard_from[i] != NOBODY and reached(now, cars.heard_at[i]):
         return 0

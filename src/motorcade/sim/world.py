@@ -20,7 +20,7 @@ from motorcade.sim.geometry import FULL_TURN, to_heading
 from motorcade.sim.layout import VOICES
 from motorcade.sim.mat import Mat, Pose
 from motorcade.sim.mat.schema import FARTHEST_M
-from motorcade.sim.state import DRIVEN, GIVEN_BACK, MOST_PARTS
+from motorcade.sim.state import DRIVEN, MOST_PARTS
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.ticks import TICKS_MASK
 
@@ -145,7 +145,7 @@ class World:
     def nbytes(self) -> int:
         """Bytes that the world's state occupies, scratch included."""
         state = (self.state.rows, self.state.push, self.state.order, self.state.wheels, self.state.program)
-        arrays = (*state, *self._cells, *self._place, *self._people, *self._voices, *self._driven, *self._tally)
+        arrays = (*state, *self._cells, *self._place, *self._people, *self._voices, self._driven, *self._tally)
         return sum(np.asarray(array).nbytes for array in arrays)
 
     def say(self, word: str) -> None:
@@ -184,7 +184,7 @@ class World:
         index = self._index(car, world)
         self.state.x[index], self.state.y[index] = round(pose.x * 1e6), round(pose.y * 1e6)
         self.state.heading[index] = to_heading(pose.heading)
-        self._wake()
+        self._wake(index)
 
     def drive(self, car: int, angle_deg: int = 90, direction: int = 1, speed: int = 0, world: int = 0) -> None:
         """Have a driver at a car's wheels, in place of its own program, which goes on but for them.
@@ -211,8 +211,7 @@ class World:
         index = self._index(car, world)
         if self.state.wheels[index] == DRIVEN:
             self._driven = bicycle.without_driver(self._driven, world, car)
-            self.state.wheels[index] = GIVEN_BACK
-            self.state.due[index] = self.now_ms
+            engine.give_back(index, self.now_ms, self.state, self._rules)
 
     def step(self) -> None:
         """One tick."""
@@ -291,13 +290,13 @@ class World:
     def _shown_wheels(self, world: int) -> NDArray[np.uint8]:
         begin = world * self.cars
         wheels = self.state.wheels[begin : begin + self.cars].copy()
-        driven = self._driven
-        for k in np.flatnonzero(driven.world == world):
-            wheels[driven.place[k] - begin] = bicycle.shown_wheels(driven.ahead[k], driven.aside[k], self._rules.speeds)
+        for which, _, place, ahead, aside, *_ in self._driven.T.tolist():
+            if which == world:
+                wheels[place - begin] = bicycle.shown_wheels(ahead, aside, self._rules.speeds)
         return wheels
 
-    def _wake(self) -> None:
-        engine.wake(self.now_ms, self.cars, self.worlds, self.state, self._cells, self._driven, self._rules)
+    def _wake(self, put: int = engine.ALL) -> None:
+        engine.wake(self.now_ms, put, self.cars, self.worlds, self.state, self._cells, self._driven, self._rules)
 
     def _advance(self, ticks: int) -> None:
         while True:
@@ -354,7 +353,7 @@ class World:
             state.wheels,
             state.program,
             *self._cells,
-            self._driven.place,
+            self._driven,
             self._tally.counts,
         ]
 
