@@ -1,0 +1,105 @@
+"""The remote at a real socket: what a viewer sees who was slow, HTTPS, and a server beside other work."""
+
+import asyncio
+import http.client
+import json
+import re
+import socket
+import ssl
+import threading
+from contextlib import closing, contextmanager
+from datetime import UTC, datetime
+
+from websockets.sync.client import connect
+
+from motorcade.car.drive_board import DriveBoard
+from motorcade.link.camera import Camera
+from motorcade.link.certificates import CarKeys, make_keys
+from motorcade.link.driving import Drive
+from motorcade.link.keys import https_context
+from motorcade.profile import built_in_profile
+from motorcade.remote.app import make_remote
+from motorcade.remote.garage import OneCar
+from motorcade.server.running import served
+from motorcade.server.settings import ServerSettings
+
+PICTURE_BYTES = 40_000
+STALLED = 60
+PATIENCE_S = 60
+
+
+class Numbered:
+    """A camera whose pictures are their numbers, and as large as pictures are."""
+
+    def __init__(self):
+        self.taken = 0
+        self.enough = threading.Event()
+
+    def jpeg(self):
+        self.taken += 1
+        if self.taken >= STALLED:
+            self.enough.set()
+        return b"<%d>" % self.taken + bytes(PICTURE_BYTES)
+
+    def close(self):
+        pass
+
+
+class Still(DriveBoard):
+    def apply(self, angle_deg, direction, speed):
+        pass
+
+    def neutral(self):
+        pass
+
+
+@contextmanager
+def running(source, tls=None):
+    """The address of a car's page, whose loop runs in a thread of its own."""
+    begun, ended = threading.Event(), asyncio.Event()
+    loop = asyncio.new_event_loop()
+    listener = socket.create_server(("127.0.0.1", 0))
+
+    async def serve():
+        drive = Drive(Still(), lambda: 0, built_in_profile("classroom"))
+        app = make_remote(ServerSettings(), OneCar(drive, Camera(source, rate_hz=30)))
+        async with served(app, ServerSettings(), listener, tls):
+            begun.set()
+            await ended.wait()
+
+    thread = threading.Thread(target=loop.run_until_complete, args=(serve(),))
+    thread.start()
+    try:
+        assert begun.wait(PATIENCE_S)
+        yield listener.getsockname()
+    finally:
+        loop.call_soon_threadsafe(ended.set)
+        thread.join(PATIENCE_S)
+        loop.close()
+
+
+def test_who_looked_away_is_shown_few_old_pictures_and_then_the_newest():
+    source = Numbered()
+    with running(source) as address, socket.create_connection(address) as viewer:
+        viewer.settimeout(PATIENCE_S)
+        viewer.sendall(b"GET /camera?rate=30 HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        data = viewer.recv(1000)
+        assert source.enough.wait(PATIENCE_S)
+        # All that a player does who was frozen for a while: read.
+        while not (numbers := [int(number) for number in re.findall(rb"<(\d+)>", data)]) or numbers[-1] < STALLED:
+            data += viewer.recv(1 << 20)
+    old = [number for number in numbers if number < STALLED]
+    assert old == sorted(set(old))
+    # What the two ends' kernels and the server hold back; without bounds it would be nearly all.
+    assert len(old) < STALLED / 3
+
+
+def test_the_page_comes_by_https_and_its_socket_too(tmp_path):
+    make_keys(tmp_path, [CarKeys("ada")], ["lin"], datetime.now(UTC))
+    trust = ssl.create_default_context(cafile=str(tmp_path / "authority.crt"))
+    with running(Numbered(), https_context(tmp_path / "car-ada.pem")) as (host, port):
+        with closing(http.client.HTTPSConnection(host, port, timeout=PATIENCE_S, context=trust)) as page:
+            page.request("GET", "/camera/snapshot.jpg")
+            assert page.getresponse().status == 200
+        with connect(f"wss://127.0.0.1:{port}/drive/ws", ssl=trust, open_timeout=PATIENCE_S) as line:
+            assert json.loads(line.recv(PATIENCE_S))["is"] in ("hello", "telemetry")
