@@ -267,7 +267,7 @@ def test_a_car_that_says_no_says_why(car):
             with pytest.raises(CarRefusesError, match="no program") as refused:
                 await driver.resume_program()
             assert "程序" in refused.value.message("zh")
-        async with DriveClient("127.0.0.1", car.port, telemetry_port=None) as bare:
+        async with DriveClient("127.0.0.1", car.port, bare=True) as bare:
             with pytest.raises(CarAwayError, match="telemetry port"):
                 await bare.stop()
 
@@ -276,7 +276,7 @@ def test_a_car_that_says_no_says_why(car):
 
 def test_a_car_that_tells_nothing_is_driven_too(car):
     async def drive():
-        async with DriveClient("127.0.0.1", car.port, telemetry_port=None) as driver, wishing(driver):
+        async with DriveClient("127.0.0.1", car.port, bare=True) as driver, wishing(driver):
             await until(lambda: car.board.setpoint == AHEAD)
 
     asyncio.run(drive())

@@ -65,7 +65,7 @@ def connect_command(
 
     check_terminal()
     cockpit = Cockpit(car, throttle, hold_ms / 1000, tongue(language))
-    options = _options(car, telemetry_port, keys, car_name)
+    options = _options(telemetry_port, keys, car_name)
     with suppress(KeyboardInterrupt), BlockingDriveClient(*_address(car), rearm=False, **options) as client:
         cockpit.drive(client)
 
@@ -91,7 +91,7 @@ def send_command(
 
     tongue(language)
     wishes = [_wish(command) for command in commands]
-    with BlockingDriveClient(*_address(car), **_options(car, telemetry_port, keys, car_name)) as client:
+    with BlockingDriveClient(*_address(car), **_options(telemetry_port, keys, car_name)) as client:
         for wish in wishes:
             client.drive_for(**wish)
         told = client.next_telemetry()
@@ -141,10 +141,10 @@ def _address(text: str) -> tuple[str, int]:
     return host.strip("[]"), int(port)
 
 
-def _options(car: str, telemetry_port: int | None, keys: Path | None, name: str | None) -> dict[str, Any]:
+def _options(telemetry_port: int | None, keys: Path | None, name: str | None) -> dict[str, Any]:
     if name and not keys:
         raise UsageError("--car is for a car that wants keys: --keys")
-    return {"telemetry_port": telemetry_port or _address(car)[1] + 1, "keys": keys, "car": name}
+    return {"telemetry_port": telemetry_port, "keys": keys, "car": name}
 
 
 def _wish(command: str) -> dict[str, float]:

@@ -15,11 +15,8 @@ _Result = TypeVar("_Result")
 class BlockingDriveClient:
     """A car that is steered over the network: ``with BlockingDriveClient("192.168.1.20") as car: ...``.
 
-    The connection lives in a thread of its own. It repeats a wish only while the wish is fresh, so the car stops soon
-    when the program hangs.
-
-    Args:
-        host, options: as `DriveClient` takes them, and it raises the same.
+    It takes the arguments of `DriveClient`, and raises the same. The connection lives in a thread of its own. It
+    repeats a wish only while the wish is fresh, so the car stops soon when the program hangs.
     """
 
     def __init__(self, host: str, *arguments: Any, **options: Any) -> None:

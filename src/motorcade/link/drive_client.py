@@ -17,7 +17,7 @@ from motorcade.link.stick import stick_word
 from motorcade.link.telemetry import Telemetry
 from motorcade.words.ticks import TICKS_MASK
 
-DRIVE_PORT, TELEMETRY_PORT = 5005, 5006
+DRIVE_PORT = 5005
 FRESH_S, PATIENCE_S = 0.3, 5.0
 _PERIOD_S = 0.05
 # A car takes 100 commands a second.
@@ -41,7 +41,8 @@ class DriveClient:
     Args:
         host: name or address of the car.
         port: where it takes commands.
-        telemetry_port: where it tells what it does; None for a car that knows the four bytes of a command alone.
+        telemetry_port: where it tells what it does; the one behind ``port``, unless given.
+        bare: the car knows the four bytes of a command alone, and tells nothing.
         keys: this driver's keys file, where the car wants one (`motorcade drive keys`).
         car: the car's name in its keys, where ``host`` isn't in them.
         fresh_s: how long a wish counts, 0.05 to 1.
@@ -64,8 +65,9 @@ class DriveClient:
         host: str,
         port: int = DRIVE_PORT,
         *,
-        telemetry_port: int | None = TELEMETRY_PORT,
-        keys: Path | None = None,
+        telemetry_port: int | None = None,
+        bare: bool = False,
+        keys: Path | str | None = None,
         car: str | None = None,
         fresh_s: float = FRESH_S,
         rearm: bool = True,
@@ -73,8 +75,9 @@ class DriveClient:
     ) -> None:
         if not _PERIOD_S <= fresh_s <= 1:
             raise ValueError(f"fresh_s is {fresh_s!r}; allowed: {_PERIOD_S} to 1")
-        tls = client_context(keys) if keys else None
-        self._address = Address(host, port, telemetry_port, tls, (car or host) if tls else None)
+        tls = client_context(Path(keys)) if keys else None
+        tells_at = None if bare else telemetry_port or port + 1
+        self._address = Address(host, port, tells_at, tls, (car or host) if tls else None)
         self._patience_s = PATIENCE_S if patience_s is None else patience_s
         self._helm = Helm(round(fresh_s * 1000), rearm)
         self.telemetry: Telemetry | None = None
