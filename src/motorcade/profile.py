@@ -96,7 +96,8 @@ class Profile:
 
 
 _LISTS = {"durations_ms": 4, "dwell_ms": 8, "speeds_mm_s": 4, "turn_rates_deg_s": 4, "avoid_radii_mm": 4}
-_TABLES: dict[str, type[Any]] = {
+# The profile's parts, by their names.
+TABLES: dict[str, type[Any]] = {
     "infrared": Infrared,
     "serial": Serial,
     "body": Body,
@@ -144,10 +145,10 @@ def parse_profile(text: str, name: str) -> Profile:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ProfileError(f"the profile {name} is not TOML: {error}") from None
-    _check_keys(table, {*_LISTS, *_TABLES, "idle_state_ms"}, name)
+    _check_keys(table, {*_LISTS, *TABLES, "idle_state_ms"}, name)
     values: dict[str, Any] = {key: _levels(table, key, count, name) for key, count in _LISTS.items()}
     values["idle_state_ms"] = _whole(table["idle_state_ms"], "idle_state_ms", name)
-    for key, kind in _TABLES.items():
+    for key, kind in TABLES.items():
         part = table[key]
         if not isinstance(part, dict):
             raise ProfileError(f"profile {name}: {key} is a table of its own: [{key}]")

@@ -12,9 +12,11 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motorcade import Pose, open_table
+from motorcade import Pose, Program, compile_program, forward, open_table
 from motorcade.car.brain import RUNNING, WORD
+from motorcade.profile import built_in_profile
 from motorcade.sim.events import KINDS, WHYS
+from motorcade.sim.mat import Physics
 from motorcade.sim.state import DRIVEN
 from motorcade.sim.world import World
 from plain_world import PlainWorld
@@ -160,6 +162,19 @@ def test_a_crowd_does_all_that_there_is() -> None:
 def test_python_finds_the_same_integers_as_the_compiled_engine() -> None:
     held = "worlds.digest(worlds.ran(worlds.crowd(12), 1200))"
     assert elsewhere(held, NUMBA_DISABLE_JIT="1") == digest(ran(crowd(12), 1200))
+
+
+def test_who_slips_goes_on_slipping_while_another_is_lifted() -> None:
+    places = [Pose(0, 0), Pose(0.2, 0.05), Pose(3, 3)]
+    mat = replace(open_table(places, tick_ms=20), physics=Physics(wheel_noise=0.3))
+    image = compile_program(Program([forward(3, speed=3)])).image
+    mat = replace(mat, starts=replace(mat.starts, leads=np.array([True] * 3)))
+    engine, plain = World(mat, [image], events=True), PlainWorld(mat, [image], built_in_profile("classroom"), 0)
+    for number in range(40):
+        for world in (engine, plain):
+            world.move(2, Pose(0.05 + number * 0.005, 0.02))  # amid them, who push off as far as they can
+            world.run(20)
+        assert shown(engine) == plainly_shown(plain), engine.now_ms
 
 
 @FEW

@@ -7,19 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from motorcade.profile import Body, Infrared, Motor, Profile, Serial, Servo
+from motorcade.profile import TABLES, Profile
 
 if TYPE_CHECKING:
     from motorcade.sim.world import World
 
 FORMAT = "motorcade-recording/1"
-_PROFILE_TABLES: dict[str, type[Any]] = {
-    "infrared": Infrared,
-    "serial": Serial,
-    "body": Body,
-    "servo": Servo,
-    "motor": Motor,
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,10 +83,7 @@ class Description:
         values = {field.name: _tuples(json.loads(texts[field.name])) for field in fields(cls) if field.name != "mat"}
         profile = json.loads(texts["profile"])
         values["profile"] = Profile(
-            **{
-                key: _PROFILE_TABLES[key](**value) if key in _PROFILE_TABLES else _tuples(value)
-                for key, value in profile.items()
-            }
+            **{key: TABLES[key](**value) if key in TABLES else _tuples(value) for key, value in profile.items()}
         )
         return cls(mat=texts["mat"], **values)
 

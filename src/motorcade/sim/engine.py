@@ -192,7 +192,7 @@ def _wake_kernel(fingerprint: str) -> Callable[..., None]:
         for world in range(worlds):
             begin, end = world * per_world, (world + 1) * per_world
             for i in range(begin, end):
-                if put == ALL or put == i:
+                if put in (ALL, i):
                     bodies.set_way(i, cars.wheels[i], cars, rules)
                 cars.due[i] = now
                 cars.clear[i] = now
