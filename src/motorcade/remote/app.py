@@ -10,8 +10,9 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
 from motorcade.remote import pictures
-from motorcade.remote.cockpit import serve_cockpit
+from motorcade.remote.cockpit import refuse_cockpit, serve_cockpit
 from motorcade.remote.garage import Garage
+from motorcade.server.errors import ServerError
 from motorcade.server.guard import Guard
 from motorcade.server.http import refusals
 from motorcade.server.pages import page_routes
@@ -25,7 +26,14 @@ def routes(settings: ServerSettings, cars: Cars) -> list[BaseRoute]:
     """The WebSocket, the cameras and nothing else."""
 
     async def drive(socket: WebSocket) -> None:
-        await serve_cockpit(socket, cars(socket), settings)
+        await socket.accept()
+        try:
+            garage = cars(socket)
+        except ServerError as problem:
+            # A browser tells its page nothing of a connection that was refused before it began.
+            await refuse_cockpit(socket, problem)
+        else:
+            await serve_cockpit(socket, garage, settings)
 
     async def camera(request: Request) -> Response:
         return await pictures.stream(request, await cars(request).camera(request.query_params.get("car", "")))

@@ -2,10 +2,11 @@
 
 import asyncio
 from collections import deque
+from contextlib import suppress
 from typing import Any
 
 import msgspec
-from starlette.websockets import WebSocket
+from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motorcade.link.drive_failures import DriveError
 from motorcade.link.driving import Drive, Seat
@@ -177,7 +178,13 @@ class Cockpit:
 
 
 async def serve_cockpit(socket: WebSocket, garage: Garage, settings: ServerSettings) -> None:
-    """Take a page in and let it drive."""
-    await socket.accept()
+    """Let a page drive, which is let in."""
     host, port = socket.client or ("?", 0)
     await Cockpit(socket, garage, f"{host}:{port}", settings).serve()
+
+
+async def refuse_cockpit(socket: WebSocket, problem: ServerError) -> None:
+    """Tell a page why it can't drive, and hang up."""
+    with suppress(WebSocketDisconnect):
+        await socket.send_text(msgspec.json.encode({"is": "error"} | problem.as_dict()).decode())
+        await socket.close(_LEFT)

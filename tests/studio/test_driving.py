@@ -1,0 +1,217 @@
+"""A remote at the cars of a page's world: who is listed, who drives, and what the world goes on doing."""
+
+import io
+import json
+from contextlib import contextmanager
+
+import pytest
+from PIL import Image
+from starlette.testclient import TestClient
+
+from motorcade.studio.app import make_app
+from motorcade.studio.settings import Settings
+
+KEY, OTHER = "0" * 32, "1" * 32
+HERE = "127.0.0.1:7700"
+MAT = {
+    "format": "motorcade-mat/1",
+    "name": "three",
+    "size_m": [4, 3],
+    "tick_ms": 20,
+    "car": [{"at_m": [1, 1]}, {"at_m": [1.5, 1.5], "role": "leader"}, {"at_m": [1, 2]}],
+}
+# The leader drives for three seconds, again and again, and tells its followers to turn right.
+IMAGE = "AQEBAGWAAAC1AAAA"
+
+
+class Line:
+    """One WebSocket, spoken in JSON."""
+
+    def __init__(self, socket):
+        self._socket = socket
+
+    def say(self, do, **values):
+        self._socket.send_text(json.dumps({"do": do} | values))
+
+    def until(self, kind, holds=lambda message: True):
+        """The next message of a kind for which something holds; pictures are acknowledged, as the page does."""
+        while True:
+            received = self._socket.receive()
+            if received.get("bytes"):
+                self.say("shown", frame=int.from_bytes(received["bytes"][4:8], "little"))
+                continue
+            message = json.loads(received["text"])
+            if message["is"] == kind and holds(message):
+                return message
+
+
+class Page(Line):
+    """The studio's page, which has set a world."""
+
+    def __init__(self, socket):
+        super().__init__(socket)
+        self.say("set", mat=MAT, image=IMAGE)
+        self.until("hello", lambda hello: hello["cars"])
+
+    def car(self, number, holds):
+        """The details of a car when something holds of them."""
+        self.say("watch", car=number)
+        return self.until("car", lambda car: car["car"] == number and holds(car))
+
+
+class Remote(Line):
+    """The remote's page."""
+
+    def car(self, name, holds):
+        """The telemetry of a car when something holds of it."""
+        told = self.until("telemetry", lambda told: name in told["cars"] and holds(told["cars"][name]))
+        return told["cars"][name]
+
+    def push(self, *cars, throttle=1.0):
+        """Arms the cars and holds the stick until all of them move."""
+
+        def move():
+            self.say("drive", cars=cars, throttle=0.0, steering=0.0)
+            self.until("heard")
+            self.say("drive", cars=cars, throttle=throttle, steering=0.0)
+            self.until("heard")
+
+        move()
+        while not all(car["state"] == "moving" for car in self._all(cars)):
+            move()
+
+    def _all(self, cars):
+        told = self.until("telemetry", lambda told: set(cars) <= set(told["cars"]))["cars"]
+        return [told[name] for name in cars]
+
+
+@pytest.fixture
+def client(tmp_path):
+    with TestClient(make_app(Settings(library=tmp_path, page=tmp_path)), base_url=f"http://{HERE}") as served:
+        yield served
+
+
+@contextmanager
+def page(client, key=KEY):
+    with client.websocket_connect(f"ws://{HERE}/api/world?session={key}") as socket:
+        yield Page(socket)
+
+
+@contextmanager
+def remote(client, key=KEY):
+    with client.websocket_connect(f"ws://{HERE}/drive/ws?session={key}") as socket:
+        yield Remote(socket)
+
+
+def test_leaders_are_listed_first_and_all_have_cameras(client):
+    with page(client), remote(client) as driver:
+        listed = driver.until("hello")["cars"]
+    assert listed == [
+        {"car": "1", "leads": True, "sees": True},
+        {"car": "0", "leads": False, "sees": True},
+        {"car": "2", "leads": False, "sees": True},
+    ]
+
+
+def test_a_driven_leader_goes_on_sending_and_takes_up_its_program_when_told(client):
+    with page(client) as studio, remote(client) as driver:
+        studio.say("play")
+        driver.say("sit", car="1")
+        assert driver.car("1", lambda car: True)["state"] == "program"
+        driver.push("1", throttle=0.5)
+        frames = studio.car(1, lambda car: car["frames"] > 0)["frames"]
+        assert studio.car(1, lambda car: car["frames"] > frames)["frames"]
+        assert studio.car(0, lambda car: car["heard"] > 0)["heard"]
+        driver.say("resume", car="1")
+        driver.car("1", lambda car: car["state"] == "program")
+
+
+def test_several_cars_are_driven_by_one_stick(client):
+    with page(client) as studio, remote(client) as driver:
+        studio.say("play")
+        for car in ("0", "1", "2"):
+            driver.say("sit", car=car)
+        driver.push("0", "1", "2")
+        assert len(driver.until("telemetry")["cars"]) == 3
+
+
+def test_when_its_last_driver_leaves_a_car_takes_up_its_program(client):
+    with page(client) as studio, remote(client) as watcher:
+        studio.say("play")
+        watcher.say("sit", car="1")
+        with remote(client) as driver:
+            driver.say("sit", car="1")
+            driver.push("1")
+        # Somebody still watches: it stands.
+        watcher.car("1", lambda car: car["state"] in ("failsafe", "ready"))
+        watcher.say("leave", car="1")
+        watcher.say("sit", car="1")
+        watcher.car("1", lambda car: car["state"] == "program")
+
+
+def test_an_emergency_stop_outlives_who_pressed_it(client):
+    with page(client), remote(client) as later:
+        with remote(client) as driver:
+            driver.say("sit", car="1")
+            driver.say("stop", cars=["1"])
+            driver.car("1", lambda car: car["state"] == "stopped")
+        later.say("sit", car="1")
+        assert later.car("1", lambda car: True)["state"] == "stopped"
+
+
+def test_a_world_that_stands_still_is_set_going_by_the_remote(client):
+    with page(client) as studio, remote(client) as driver:
+        assert not driver.until("telemetry")["running"]
+        driver.say("start")
+        driver.until("telemetry", lambda told: told["running"])
+        studio.until("state", lambda state: state["playing"])
+
+
+def test_a_driver_stays_through_reset_and_through_another_world(client):
+    with page(client) as studio, remote(client) as driver:
+        studio.say("play")
+        driver.say("sit", car="1")
+        driver.push("1")
+        studio.say("reset", seed=3)
+        studio.say("play")
+        driver.push("1")
+        studio.say("set", mat={**MAT, "car": MAT["car"][:2]}, image=IMAGE)
+        studio.until("hello")
+        studio.say("play")
+        driver.push("1")
+        driver.say("sit", car="2")
+        assert driver.until("error")["code"] == "no-such-car"
+
+
+def test_the_only_world_needs_no_name_and_one_of_several_does(client):
+    with page(client):
+        with remote(client, "") as driver:
+            assert driver.until("hello")["cars"]
+        with page(client, OTHER), remote(client, "") as driver:
+            assert driver.until("error")["code"] == "no-world"
+
+
+@pytest.mark.parametrize("car", ["3", "-1", "x", "", "²", "1e3"])
+def test_a_car_that_is_not_there_is_refused(client, car):
+    with page(client), remote(client) as driver:
+        driver.say("sit", car=car)
+        assert driver.until("error")["code"] == "no-such-car"
+        assert client.get(f"/camera/snapshot.jpg?session={KEY}&car={car}").status_code == 404
+
+
+def test_each_car_shows_what_it_sees_while_its_world_plays_or_stands(client):
+    with page(client) as studio:
+        first, leader = (picture(client, car) for car in (0, 1))
+        assert first != leader
+        studio.say("move", car=0, x_m=3, y_m=2, heading_deg=180)
+        studio.until("state")
+        assert picture(client, 0) != first
+        studio.say("play")
+        assert picture(client, 1)
+
+
+def picture(client, car):
+    answer = client.get(f"/camera/snapshot.jpg?session={KEY}&car={car}")
+    assert answer.status_code == 200, answer.text
+    assert Image.open(io.BytesIO(answer.content)).format == "JPEG"
+    return answer.content
