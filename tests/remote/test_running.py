@@ -10,6 +10,7 @@ import threading
 from contextlib import closing, contextmanager
 from datetime import UTC, datetime
 
+from websockets.frames import Frame, Opcode
 from websockets.sync.client import connect
 
 from motorcade.car.drive_board import DriveBoard
@@ -45,23 +46,28 @@ class Numbered:
         pass
 
 
-class Still(DriveBoard):
+class Wheels(DriveBoard):
+    """Counts what it is told."""
+
+    def __init__(self):
+        self.applied = []
+
     def apply(self, angle_deg, direction, speed):
-        pass
+        self.applied.append(speed)
 
     def neutral(self):
         pass
 
 
 @contextmanager
-def running(source, tls=None):
+def running(source, tls=None, wheels=None):
     """The address of a car's page, whose loop runs in a thread of its own."""
     begun, ended = threading.Event(), asyncio.Event()
     loop = asyncio.new_event_loop()
     listener = socket.create_server(("127.0.0.1", 0))
 
     async def serve():
-        drive = Drive(Still(), lambda: 0, built_in_profile("classroom"))
+        drive = Drive(wheels or Wheels(), lambda: 0, built_in_profile("classroom"))
         app = make_remote(ServerSettings(), OneCar(drive, Camera(source, rate_hz=30)))
         async with served(app, ServerSettings(), listener, tls):
             begun.set()
@@ -92,6 +98,25 @@ def test_who_looked_away_is_shown_few_old_pictures_and_then_the_newest():
     assert old == sorted(set(old))
     # What the two ends' kernels and the server hold back; without bounds it would be nearly all.
     assert len(old) < STALLED / 3
+
+
+def test_of_a_burst_after_a_stall_few_sticks_are_executed_and_the_last_one_is():
+    wheels = Wheels()
+    with running(Numbered(), wheels=wheels) as (host, port), connect(f"ws://{host}:{port}/drive/ws") as line:
+        line.send(json.dumps({"do": "sit", "car": "1"}))
+        while "1" not in json.loads(line.recv(PATIENCE_S)).get("cars", ()):
+            pass
+        stick = {"do": "drive", "cars": ["1"], "steering": 0.0}
+        # As one write, as a network delivers what it held back.
+        burst = [
+            json.dumps(stick | {"throttle": 0.0 if number == 99 else 1.0, "number": number}) for number in range(100)
+        ]
+        frames = b"".join(Frame(Opcode.TEXT, text.encode()).serialize(mask=True) for text in burst)
+        line.socket.sendall(frames)
+        while json.loads(line.recv(PATIENCE_S)).get("number") != 99:
+            pass
+    assert wheels.applied[-1] == 0
+    assert len(wheels.applied) < 20
 
 
 def test_the_page_comes_by_https_and_its_socket_too(tmp_path):

@@ -21,8 +21,6 @@ from motorcade.server.sockets import heard, until_one_ends
 
 MOST_CARS = 16
 _TELL_EVERY_S = 0.1
-# Of the sticks that a connection brings at once after it was stuck, the last one counts.
-_GATHER_S = 0.004
 _MOST_WAITING = 32
 _LEFT = 1008
 
@@ -130,9 +128,9 @@ class Cockpit:
         return self._seats[name]
 
     async def _steer(self) -> None:
+        """Execute the last stick of those that came at once, as after a stall: `_listen` takes all before this wakes."""
         while True:
             await self._moved.wait()
-            await asyncio.sleep(_GATHER_S)
             self._moved.clear()
             stick, self._stick = self._stick, None
             if stick is None:
