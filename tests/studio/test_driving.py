@@ -2,17 +2,22 @@
 
 import io
 import json
+import struct
 from contextlib import contextmanager
 
 import pytest
 from PIL import Image
 from starlette.testclient import TestClient
 
+from motorcade.sim.state import DRIVEN
 from motorcade.studio.app import make_app
+from motorcade.studio.frames import Moment
 from motorcade.studio.settings import Settings
 
 KEY, OTHER = "0" * 32, "1" * 32
 HERE = "127.0.0.1:7700"
+# A picture's number, time and cars, behind its kind and flags; the cars' columns are behind its whole head.
+HEAD, PICTURE_HEAD_BYTES = struct.Struct("<III"), 20
 MAT = {
     "format": "motorcade-mat/1",
     "name": "three",
@@ -21,6 +26,7 @@ MAT = {
     "car": [{"at_m": [1, 1]}, {"at_m": [1.5, 1.5], "role": "leader"}, {"at_m": [1, 2]}],
 }
 # The leader drives for three seconds, again and again, and tells its followers to turn right.
+TWO = {**MAT, "car": MAT["car"][:2]}
 IMAGE = "AQEBAGWAAAC1AAAA"
 
 
@@ -38,20 +44,35 @@ class Line:
         while True:
             received = self._socket.receive()
             if received.get("bytes"):
-                self.say("shown", frame=int.from_bytes(received["bytes"][4:8], "little"))
+                self.look(received["bytes"])
+                if kind == "picture":
+                    return {}
                 continue
             message = json.loads(received["text"])
             if message["is"] == kind and holds(message):
                 return message
 
+    def look(self, picture):
+        """A picture came."""
+
 
 class Page(Line):
-    """The studio's page, which has set a world."""
+    """The studio's page, which has set a world.
+
+    Attributes:
+        wheels: what each car's wheels do in the newest picture.
+    """
 
     def __init__(self, socket):
         super().__init__(socket)
+        self.wheels = [0] * len(MAT["car"])
         self.say("set", mat=MAT, image=IMAGE)
         self.until("hello", lambda hello: hello["cars"])
+
+    def look(self, picture):
+        number, _, cars = HEAD.unpack_from(picture, 4)
+        self.wheels = Moment.unpack(0, picture[PICTURE_HEAD_BYTES:], cars).wheels.tolist()
+        self.say("shown", frame=number)
 
     def car(self, number, holds):
         """The details of a car when something holds of them."""
@@ -103,6 +124,14 @@ def remote(client, key=KEY):
         yield Remote(socket)
 
 
+def push_until_seen(driver, studio, *cars):
+    """Drives until a new picture shows that the wheels of these cars move as somebody steers."""
+    studio.wheels = [0] * len(studio.wheels)
+    while not all(studio.wheels[car] > DRIVEN for car in cars):
+        driver.push(*map(str, cars))
+        studio.until("picture")
+
+
 def test_leaders_are_listed_first_and_all_have_cameras(client):
     with page(client), remote(client) as driver:
         listed = driver.until("hello")["cars"]
@@ -131,7 +160,7 @@ def test_several_cars_are_driven_by_one_stick(client):
         studio.say("play")
         for car in ("0", "1", "2"):
             driver.say("sit", car=car)
-        driver.push("0", "1", "2")
+        push_until_seen(driver, studio, 0, 1, 2)
         assert len(driver.until("telemetry")["cars"]) == 3
 
 
@@ -171,14 +200,13 @@ def test_a_driver_stays_through_reset_and_through_another_world(client):
     with page(client) as studio, remote(client) as driver:
         studio.say("play")
         driver.say("sit", car="1")
-        driver.push("1")
-        studio.say("reset", seed=3)
-        studio.say("play")
-        driver.push("1")
-        studio.say("set", mat={**MAT, "car": MAT["car"][:2]}, image=IMAGE)
-        studio.until("hello")
-        studio.say("play")
-        driver.push("1")
+        push_until_seen(driver, studio, 1)
+        for change in ({"do": "reset", "seed": 3}, {"do": "set", "mat": TWO, "image": IMAGE}):
+            studio.say(**change)
+            studio.say("play")
+            # What is under way of the world before.
+            studio.until("state", lambda state: state["playing"] and state["t_ms"] < 1000)
+            push_until_seen(driver, studio, 1)
         driver.say("sit", car="2")
         assert driver.until("error")["code"] == "no-such-car"
 

@@ -128,7 +128,7 @@ class Cockpit:
         return self._seats[name]
 
     async def _steer(self) -> None:
-        """Execute the last stick of those that came at once, as after a stall: `_listen` takes all before this wakes."""
+        """Execute the last stick of those that come at once after a stall: `_listen` takes all before this wakes."""
         while True:
             await self._moved.wait()
             self._moved.clear()
