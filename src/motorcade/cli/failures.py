@@ -23,6 +23,7 @@ def exit_code(problem: Exception) -> int | None:
     from motorcade.boards.voice_map import VoiceError
     from motorcade.export.own_format import FormatFileError
     from motorcade.export.targets import TargetError
+    from motorcade.link.camera_failures import CameraError
     from motorcade.link.car_failures import CarAwayError, CarNotFoundError, CarNotTrustedError, CarRefusesError
     from motorcade.link.failures import (
         NoAnswerError,
@@ -57,6 +58,7 @@ def exit_code(problem: Exception) -> int | None:
         (TargetError, USAGE),
         (WordError, USAGE),
         (StoreError, USAGE),
+        (CameraError, PORT_NOT_FOUND),
         (OSError, USAGE),
         (LineError, PORT_BUSY),
         (PortNotFoundError, PORT_NOT_FOUND),
@@ -82,6 +84,7 @@ def exit_code(problem: Exception) -> int | None:
 
 def sentence(problem: Exception, language: str) -> str:
     """What is wrong, in ``language`` (en or zh) where it has a sentence for it."""
+    from motorcade.link.camera_failures import CameraError
     from motorcade.link.car_failures import CarError
     from motorcade.link.failures import PortError
     from motorcade.program.decompiler import DecompileError
@@ -89,6 +92,6 @@ def sentence(problem: Exception, language: str) -> str:
     from motorcade.words.image import ImageError
     from motorcade.words.sentences import image_sentence
 
-    if isinstance(problem, PortError | CarError | DecompileError | MatError | WorldError):
+    if isinstance(problem, PortError | CarError | CameraError | DecompileError | MatError | WorldError):
         return problem.message(language)
     return image_sentence(problem, language) if isinstance(problem, ImageError) else str(problem)

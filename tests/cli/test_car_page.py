@@ -1,0 +1,83 @@
+"""A served car's own page, as its owner starts it: where it is, what it sees, and who may open it."""
+
+import json
+import ssl
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from io import BytesIO
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+from PIL import Image
+
+from command_line import PARADE, refusal
+from motorcade.cli.failures import PORT_NOT_FOUND, exit_code, sentence
+from motorcade.cli.remote import Looks, eye
+from motorcade.link.camera_failures import CameraError
+from motorcade.link.certificates import CarKeys, make_keys
+
+DEADLINE_S = 120
+MATS = PARADE.parent / "mats"
+
+
+@contextmanager
+def served(*options: str) -> Iterator[str]:
+    """The address of the page that a car prints."""
+    command = [sys.executable, "-m", "motorcade", "drive", "serve", "--port", "0", "--web", "0", "--json", *options]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8") as process:
+        try:
+            assert process.stdout
+            yield json.loads(process.stdout.readline())["url"]
+        finally:
+            process.kill()
+
+
+def got(url: str, context: ssl.SSLContext | None = None) -> bytes:
+    with urllib.request.urlopen(url, timeout=DEADLINE_S, context=context) as answer:
+        return answer.read()
+
+
+def test_a_simulated_car_on_a_mat_shows_what_it_sees() -> None:
+    with served("--mat", str(MATS / "classroom.toml"), "--program", str(PARADE)) as url:
+        assert urlsplit(url).hostname == "127.0.0.1"
+        assert urlsplit(url).path == "/drive"
+        picture = Image.open(BytesIO(got(url.replace("/drive", "/camera/snapshot.jpg"))))
+        assert picture.format == "JPEG"
+
+
+def test_with_keys_the_page_comes_by_https_and_wants_its_token(tmp_path: Path) -> None:
+    make_keys(tmp_path, [CarKeys("ada")], [], datetime.now(UTC))
+    with served("--host", "0.0.0.0", "--keys", str(tmp_path / "car-ada.pem")) as url:
+        scheme, _, _, query, _ = urlsplit(url)
+        assert (scheme, query[:6]) == ("https", "token=")
+        trust = ssl.create_default_context(cafile=str(tmp_path / "authority.crt"))
+        snapshot = f"https://127.0.0.1:{urlsplit(url).port}/camera/snapshot.jpg"
+        with pytest.raises(urllib.error.HTTPError, match="401"):
+            got(snapshot, trust)
+        assert got(f"{snapshot}?{query}", trust)
+
+
+def test_what_is_for_simulated_cars_is_refused_for_real_ones(tmp_path: Path) -> None:
+    pins = tmp_path / "pins.toml"
+    pins.write_text("")
+    real = ("drive", "serve", "--port", "0", "--board", "raspberry-pi", "--pins", str(pins))
+    assert "--mat and --program are for simulated cars" in refusal(2, *real, "--mat", str(MATS / "classroom.toml"))
+    assert "--mat and --program are for simulated cars" in refusal(2, *real, "--program", str(PARADE))
+
+
+def test_a_camera_that_is_not_there_is_a_sentence_in_both_languages(monkeypatch: pytest.MonkeyPatch) -> None:
+    for package in ("picamera2", "cv2"):
+        monkeypatch.setitem(sys.modules, package, None)
+    assert eye(Looks.NONE) is None
+    for looks, package in ((Looks.AUTO, "OpenCV"), (Looks.OPENCV, "OpenCV"), (Looks.PICAMERA2, "picamera2")):
+        with pytest.raises(CameraError) as missing:
+            eye(looks)
+        assert exit_code(missing.value) == PORT_NOT_FOUND
+        assert sentence(missing.value, "en").startswith(f"{package} isn't installed")
+        assert sentence(missing.value, "zh").startswith("未安装")
