@@ -39,7 +39,7 @@ class DriveBoard:
         return None
 
     def begin_program(self) -> None:
-        """Let the codeword image drive, from its beginning. Called only where ``has_program``."""
+        """Let the codeword image drive, from its beginning where it stood still. Called only where ``has_program``."""
 
     def end_program(self) -> None:
         """Keep the codeword image from driving; ``neutral`` or ``apply`` follows at once."""
