@@ -30,17 +30,24 @@ function Limit() {
   );
 }
 
-/** The emergency stop, and what else can be asked of a car. */
+/** The emergency stop of all cars, in reach however far the page is scrolled. */
+export function Stop() {
+  const say = useSay();
+  return (
+    <button type="button" className="stop" onClick={() => link.stopAll()}>
+      {say("stop")}
+      <kbd>{say("stopAbout")}</kbd>
+    </button>
+  );
+}
+
+/** What else can be asked of a car. */
 export function Controls({ car }: { car: string | null }) {
   const say = useSay();
   const told = useRemote(({ told }) => (car === null ? undefined : told[car]));
   const stopped = told?.state === "stopped";
   return (
     <div className="controls">
-      <button type="button" className="stop" onClick={() => link.stopAll()}>
-        {say("stop")}
-        <kbd>{say("stopAbout")}</kbd>
-      </button>
       {car !== null && (
         <div className="asks">
           {stopped && (

@@ -1,7 +1,7 @@
 import { useEffect, useState } from "react";
 import { Bar } from "./Bar";
 import { CarList, useCarName } from "./CarList";
-import { Controls } from "./Controls";
+import { Controls, Stop } from "./Controls";
 import { begin } from "./driving";
 import { Notices } from "./Notices";
 import { useLanguage, useSay } from "./sentences";
@@ -37,6 +37,7 @@ export function Remote() {
         <div className="driving">
           <Notices car={shown} />
           <Stick />
+          <Stop />
           <Controls car={shown} />
         </div>
       </main>
