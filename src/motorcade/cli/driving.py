@@ -13,9 +13,9 @@ import typer
 from motorcade.cli.failures import UsageError
 from motorcade.cli.options import Json, Language, print_json, tongue, wants_json
 from motorcade.cli.recordings import needs_extra
-from motorcade.link.car_failures import CarRefusesError
 
 if TYPE_CHECKING:
+    from motorcade.link.car_failures import CarRefusesError
     from motorcade.link.certificates import CarKeys
     from motorcade.link.telemetry import Telemetry
 
@@ -164,7 +164,9 @@ def _wish(command: str) -> dict[str, float]:
     return wish
 
 
-def _took_none(car: str, told: "Telemetry") -> CarRefusesError:
+def _took_none(car: str, told: "Telemetry") -> "CarRefusesError":
+    from motorcade.link.car_failures import CarRefusesError
+
     if told.state == "stopped":
         return CarRefusesError("is-stopped", car=car)
     return CarRefusesError("another-drives", car=car, driver=told.driver or "?")
