@@ -79,10 +79,9 @@ class DrivenCar:
         self._loop.call_soon_threadsafe(time.sleep, seconds)
 
     def _run(self) -> None:
-        try:
-            self._loop.run_until_complete(self._serve())
-        finally:
-            self._loop.close()
+        # A runner lets the loop close the sockets of those who were dropped last.
+        with asyncio.Runner(loop_factory=lambda: self._loop) as runner:
+            runner.run(self._serve())
 
     async def _serve(self) -> None:
         with ExitStack() as stack:

@@ -90,11 +90,10 @@ class Door:
 
     async def serve(self) -> None:
         """Let in until cancelled; then everybody inside is dropped."""
-        loop = asyncio.get_running_loop()
         try:
             while True:
                 try:
-                    line, address = await loop.sock_accept(self._listener)
+                    line, address = await self._next()
                 except OSError:
                     # Out of sockets: those inside go on, and some will leave.
                     await asyncio.sleep(_OUT_OF_SOCKETS_S)
@@ -106,6 +105,19 @@ class Door:
             self._listener.close()
             for visit in list(self._visits.values()):
                 visit.end()
+
+    async def _next(self) -> tuple[socket.socket, tuple[str, int]]:
+        """The next one who comes. Raises OSError."""
+        accepting = asyncio.ensure_future(asyncio.get_running_loop().sock_accept(self._listener))
+        try:
+            return await asyncio.shield(accepting)
+        except asyncio.CancelledError:
+            # Who came in this very moment would be lost with the task, and never hear the end of it.
+            await asyncio.sleep(0)
+            if accepting.done() and accepting.exception() is None:
+                accepting.result()[0].close()
+            accepting.cancel()
+            raise
 
     def shut(self) -> None:
         """Let nobody in any more; to be called before ``serve`` is cancelled."""
