@@ -5,6 +5,7 @@ import socket
 import threading
 import time
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
+from dataclasses import replace
 from datetime import UTC, datetime
 
 import pytest
@@ -188,8 +189,25 @@ def test_a_stick_that_is_held_across_a_break_does_not_make_the_car_jump(car):
     asyncio.run(drive())
 
 
-def test_a_pulled_cable_is_noticed_and_the_wheel_is_taken_again(car):
+def test_a_stick_that_is_held_while_the_car_starts_anew_does_not_make_it_jump(car):
     async def drive():
+        async with behind_proxies(car, rearm=False) as (driver, proxies), wishing(driver):
+            await until(lambda: car.board.moves)
+            with DrivenCar(profile=PATIENT) as other:
+                for proxy, port in zip(proxies, (other.port, other.telemetry_port), strict=True):
+                    proxy.target = proxy.target[0], port
+                    proxy.cut()
+                await until(lambda: other.server.channels and driver.telemetry)
+                for _ in range(5):
+                    await driver.next_telemetry()
+                assert driver.waits_for_release
+                assert not any(setpoint[2] for _, setpoint in other.board.notes)
+
+    asyncio.run(drive())
+
+
+def test_a_pulled_cable_is_noticed_and_the_wheel_is_taken_again():
+    async def drive(car):
         async with behind_proxies(car) as (driver, proxies), wishing(driver):
             await until(lambda: car.board.moves)
             await until(lambda: driver.you.get("drives"))
@@ -200,7 +218,9 @@ def test_a_pulled_cable_is_noticed_and_the_wheel_is_taken_again(car):
             await until(lambda: car.board.moves)
             assert car.drive.telemetry().failsafes == 1
 
-    asyncio.run(drive())
+    never = replace(STEADY, drive=replace(STEADY.drive, hand_over_ms=600_000))
+    with DrivenCar(profile=never) as car:
+        asyncio.run(drive(car))
 
 
 def test_a_frozen_network_brings_no_old_commands_when_it_thaws(car):
@@ -244,9 +264,9 @@ def test_a_bad_network_is_driven_through(car, faults):
 
 def test_two_drivers_hand_the_wheel_over_and_anyone_stops_the_car(patient_car):
     async def drive():
-        async with client(patient_car) as first, client(patient_car) as second:
+        async with client(patient_car, fresh_s=1) as first, client(patient_car) as second:
             async with wishing(first):
-                await until(lambda: first.you.get("drives"))
+                await until(lambda: first.you.get("drives") and patient_car.board.moves)
                 assert await second.request() is False
                 await until(lambda: second.you and first.telemetry.wanted_by == second.you["name"])
                 await second.stop()
