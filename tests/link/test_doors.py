@@ -12,7 +12,7 @@ STARTS, KNOCKS = 20, 5
 
 def knock(port: int, ended: threading.Event, knocks: list[int]) -> None:
     while not ended.is_set():
-        with suppress(OSError), socket.create_connection(("127.0.0.1", port), 1):
+        with suppress(OSError), socket.create_connection(("127.0.0.1", port), 0.1):
             knocks.append(port)
 
 
@@ -20,11 +20,13 @@ def test_a_car_that_ends_while_others_come_loses_none_of_their_connections() -> 
     for _ in range(STARTS):
         ended, knocks = threading.Event(), []
         with DrivenCar(profile=PATIENT) as car:
-            port = car.port
-            knocker = threading.Thread(target=knock, args=(port, ended, knocks))
-            knocker.start()
+            ports = (car.port, car.telemetry_port) * 2
+            knockers = [threading.Thread(target=knock, args=(port, ended, knocks)) for port in ports]
+            for knocker in knockers:
+                knocker.start()
             wait_until(lambda knocks=knocks: len(knocks) >= KNOCKS)
         ended.set()
-        knocker.join(20)
+        for knocker in knockers:
+            knocker.join(20)
         # A connection that nobody closed is warned of here, and warnings are errors.
         gc.collect()
