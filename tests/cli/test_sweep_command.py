@@ -16,7 +16,7 @@ from command_line import PARADE, data, refusal, run
 from motorcade.sim.sweep import plan as planning
 from motorcade.sim.sweep import store
 
-DEADLINE_S = 60
+DEADLINE_S = 180
 CAR_STEPS = 150_000
 # The command with small tasks, so that there are many of them.
 SMALL_TASKS = f"""
