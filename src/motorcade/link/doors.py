@@ -3,6 +3,7 @@
 import asyncio
 import socket
 import ssl
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from contextlib import suppress
 
@@ -17,7 +18,7 @@ _OUT_OF_SOCKETS_S = 0.1
 _KEEPALIVE = (("TCP_KEEPIDLE", 4), ("TCP_KEEPINTVL", 2), ("TCP_KEEPCNT", 3))
 
 
-class Guest(asyncio.BaseProtocol):
+class Guest(asyncio.BaseProtocol, ABC):
     """The protocol of a connection that a door let in."""
 
     def __init__(self, left: Callable[["Guest"], None]) -> None:
@@ -31,9 +32,9 @@ class Guest(asyncio.BaseProtocol):
         self.line = None
         self._left(self)
 
+    @abstractmethod
     def is_seated(self) -> bool:
         """Whether it may stay when others want its place."""
-        raise NotImplementedError
 
     def drop(self) -> None:
         """End the connection at once, if it has begun."""
@@ -121,7 +122,7 @@ class Door:
 
     def shut(self) -> None:
         """Let nobody in any more; to be called before ``serve`` is cancelled."""
-        # A selector's loop would accept one more for a cancelled sock_accept, and lose it.
+        # A selector's loop would accept one more for a cancelled sock_accept, and lose it; Windows' has no readers.
         with suppress(NotImplementedError):
             asyncio.get_running_loop().remove_reader(self._listener)
 

@@ -4,6 +4,7 @@ Pure: bytes that came and the clock in, bytes to send out. Every carrier of byte
 (a serial port, a page's port, a test) steps the same talk.
 """
 
+from abc import ABC, abstractmethod
 from binascii import crc32
 from collections.abc import Callable, Generator, Iterator
 from typing import NamedTuple, Protocol, TypeVar
@@ -70,7 +71,7 @@ Found = TypeVar("Found")
 Steps = Generator[bytes, None, None]
 
 
-class Talk:
+class Talk(ABC):
     """A talk with a car.
 
     Attributes:
@@ -94,8 +95,9 @@ class Talk:
         self._data, self._now_ms = data, now_ms
         return next(self._steps, b"")
 
+    @abstractmethod
     def _talk(self) -> Steps:
-        raise NotImplementedError
+        """The whole talk: yields what to send, and ends with its outcome set."""
 
     def _hear(self, end: _Hearing, found: Callable[[], Found | None], within_ms: int) -> Generator[bytes, None, Found]:
         """Feed ``end`` until there is something ``found``, which it is within ``within_ms``."""
