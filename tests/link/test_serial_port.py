@@ -113,7 +113,8 @@ class PlayedCar:
 
     def play(self, script):
         def acted():
-            with contextlib.suppress(OverError, ValueError):
+            # The play is over, too, when the uploader has hung up.
+            with contextlib.suppress(OverError, ValueError, ConnectionError):
                 script()
 
         self._scripts.append(threading.Thread(target=acted))
