@@ -7,11 +7,14 @@ import re
 import socket
 import ssl
 import threading
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from datetime import UTC, datetime
 
+from websockets.client import ClientProtocol
 from websockets.frames import Frame, Opcode
+from websockets.protocol import State
 from websockets.sync.client import connect
+from websockets.uri import parse_uri
 
 from motorcade.car.drive_board import DriveBoard
 from motorcade.link.camera import Camera
@@ -128,3 +131,32 @@ def test_the_page_comes_by_https_and_its_socket_too(tmp_path):
             assert page.getresponse().status == 200
         with connect(f"wss://127.0.0.1:{port}/drive/ws", ssl=trust, open_timeout=PATIENCE_S) as line:
             assert json.loads(line.recv(PATIENCE_S))["is"] in ("hello", "telemetry")
+
+
+def hang_up_when_nobody_new_is_let_in(line, address):
+    with suppress(ConnectionError):
+        while True:
+            socket.create_connection(address, PATIENCE_S).close()
+    line.close()
+
+
+def test_a_server_ends_in_peace_while_somebody_is_leaving(tmp_path):
+    make_keys(tmp_path, [CarKeys("ada")], ["lin"], datetime.now(UTC))
+    trust = ssl.create_default_context(cafile=str(tmp_path / "authority.crt"))
+    with running(Numbered(), https_context(tmp_path / "car-ada.pem")) as (host, port):
+        plain = socket.create_connection((host, port), PATIENCE_S)
+        line = trust.wrap_socket(plain, server_hostname=host)
+        page = ClientProtocol(parse_uri(f"wss://{host}:{port}/drive/ws"))
+        page.send_request(page.connect())
+        line.sendall(b"".join(page.data_to_send()))
+        while page.state is not State.OPEN:
+            page.receive_data(line.recv(1000))
+        page.send_close()
+        line.sendall(b"".join(page.data_to_send()))
+        # The goodbye is answered, but the end of the encryption isn't: to the server somebody is still there.
+        while page.close_rcvd is None:
+            page.receive_data(line.recv(1000))
+        leaving = threading.Thread(target=hang_up_when_nobody_new_is_let_in, args=(line, (host, port)))
+        leaving.start()
+    leaving.join(PATIENCE_S)
+    assert not leaving.is_alive()

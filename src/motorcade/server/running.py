@@ -9,6 +9,8 @@ from contextlib import asynccontextmanager, contextmanager
 import uvicorn
 from starlette.types import ASGIApp
 from uvicorn.protocols.http.auto import AutoHTTPProtocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from websockets.protocol import State
 
 from motorcade.server.settings import ServerSettings
 
@@ -37,6 +39,7 @@ class Server(uvicorn.Server):
         config = uvicorn.Config(
             app,
             http=_ShortQueue,
+            ws=_LeavableSocket,
             log_level="warning",
             access_log=False,
             # Nobody stands between: a header that says who asks would be anybody's invention.
@@ -64,6 +67,16 @@ class _ShortQueue(AutoHTTPProtocol):  # type: ignore[misc, valid-type]  # which 
         transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _KERNEL_BYTES)
         transport.set_write_buffer_limits(_OWN_BYTES)
         super().connection_made(transport)
+
+
+class _LeavableSocket(WebSocketsSansIOProtocol):
+    def shutdown(self) -> None:
+        # uvicorn would say goodbye a second time to who is just leaving, which ends the whole server with an error.
+        if self.conn.state in (State.CLOSING, State.CLOSED):
+            self.stop_keepalive()
+            self.transport.close()
+        else:
+            super().shutdown()
 
 
 class _Guest(Server):
