@@ -12,8 +12,8 @@ from motorcade.car.drive_board import DriveBoard
 from motorcade.link.addresses import bind
 from motorcade.link.clock import monotonic_ms
 from motorcade.link.drive_server import DriveServer, served
-from motorcade.link.driving import Drive
-from motorcade.link.watchdog import kept
+from motorcade.link.driving.drive import Drive
+from motorcade.link.driving.watchdog import kept
 from motorcade.profile import Profile, built_in_profile
 
 NEUTRAL = (90, 1, 0)

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from motorcade.car.drive_board import DriveBoard
 from motorcade.link.clock import monotonic_ms
-from motorcade.link.driving import APPLIED, Drive
-from motorcade.link.watchdog import kept
+from motorcade.link.driving.drive import APPLIED, Drive
+from motorcade.link.driving.watchdog import kept
 from motorcade.profile import built_in_profile
 from motorcade.words.formats import DRIVE
 

@@ -19,7 +19,7 @@ from link.driven_car import NEUTRAL, DrivenCar, until, wait_until
 from link.fault_proxy import FaultProxy
 from motorcade.link.addresses import bind
 from motorcade.link.certificates import CarKeys, make_keys
-from motorcade.link.doors import MOST_OF_ONE_ADDRESS, Door, Guest
+from motorcade.link.driving.doors import MOST_OF_ONE_ADDRESS, Door, Guest
 from motorcade.link.keys import client_context, server_context
 from motorcade.profile import built_in_profile
 from motorcade.words.formats import DRIVE

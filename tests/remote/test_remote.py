@@ -13,7 +13,7 @@ from starlette.testclient import TestClient, WebSocketDenialResponse
 from motorcade.car.drive_board import DriveBoard
 from motorcade.link.camera import Camera
 from motorcade.link.drive_failures import MESSAGES as DRIVE_MESSAGES
-from motorcade.link.driving import Drive
+from motorcade.link.driving.drive import Drive
 from motorcade.profile import built_in_profile
 from motorcade.remote.app import make_remote
 from motorcade.remote.errors import MESSAGES, RemoteError

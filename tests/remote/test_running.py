@@ -19,7 +19,7 @@ from websockets.uri import parse_uri
 from motorcade.car.drive_board import DriveBoard
 from motorcade.link.camera import Camera
 from motorcade.link.certificates import CarKeys, make_keys
-from motorcade.link.driving import Drive
+from motorcade.link.driving.drive import Drive
 from motorcade.link.keys import https_context
 from motorcade.profile import built_in_profile
 from motorcade.remote.app import make_remote

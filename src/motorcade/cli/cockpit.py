@@ -10,8 +10,8 @@ from blessed.keyboard import Keystroke
 from motorcade.cli.failures import UsageError
 from motorcade.link.blocking_drive_client import BlockingDriveClient
 from motorcade.link.car_failures import CarError
-from motorcade.link.key_stick import AHEAD, BACK, LEFT, RIGHT, KeyStick
-from motorcade.link.telemetry import Telemetry
+from motorcade.link.driving.key_stick import AHEAD, BACK, LEFT, RIGHT, KeyStick
+from motorcade.link.driving.telemetry import Telemetry
 
 _KEYS = {"w": AHEAD, "s": BACK, "a": LEFT, "d": RIGHT}
 _ARROWS = {"KEY_UP": AHEAD, "KEY_DOWN": BACK, "KEY_LEFT": LEFT, "KEY_RIGHT": RIGHT}

@@ -17,7 +17,7 @@ from motorcade.cli.recordings import needs_extra
 if TYPE_CHECKING:
     from motorcade.link.car_failures import CarRefusesError
     from motorcade.link.certificates import CarKeys
-    from motorcade.link.telemetry import Telemetry
+    from motorcade.link.driving.telemetry import Telemetry
 
 _PORT = 5005
 _AXES = ("throttle", "steering", "seconds")

@@ -13,7 +13,7 @@ from motorcade.cli.recordings import needs_extra
 
 if TYPE_CHECKING:
     from motorcade.link.camera import Source
-    from motorcade.link.driving import Drive
+    from motorcade.link.driving.drive import Drive
 
 
 class Looks(StrEnum):

@@ -14,12 +14,12 @@ from motorcade.cli.options import print_json, print_text
 from motorcade.cli.remote import Web, page_served
 from motorcade.link.clock import monotonic_ms
 from motorcade.link.drive_server import DriveServer, served
-from motorcade.link.driving import Drive
-from motorcade.link.watchdog import kept
+from motorcade.link.driving.drive import Drive
+from motorcade.link.driving.watchdog import kept
 
 if TYPE_CHECKING:
     from motorcade.car.drive_board import DriveBoard
-    from motorcade.link.telemetry import Telemetry
+    from motorcade.link.driving.telemetry import Telemetry
     from motorcade.profile import Profile
 
 _ENDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")

@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Any, Self, TypeVar
 
 from motorcade.link.drive_client import DriveClient
-from motorcade.link.telemetry import Telemetry
+from motorcade.link.driving.telemetry import Telemetry
 
 _Result = TypeVar("_Result")
 

@@ -10,11 +10,11 @@ from types import TracebackType
 from typing import Any, Self
 
 from motorcade.link.car_failures import CarAwayError, CarError, CarRefusesError
-from motorcade.link.drive_connection import Address, Connection, connected, failure
-from motorcade.link.helm import Helm
+from motorcade.link.driving.connection import Address, Connection, connected, failure
+from motorcade.link.driving.helm import Helm
+from motorcade.link.driving.stick import stick_word
+from motorcade.link.driving.telemetry import Telemetry
 from motorcade.link.keys import client_context
-from motorcade.link.stick import stick_word
-from motorcade.link.telemetry import Telemetry
 from motorcade.words.ticks import TICKS_MASK
 
 DRIVE_PORT = 5005
@@ -54,7 +54,7 @@ class DriveClient:
     Attributes:
         telemetry: the latest `Telemetry`; None before the first, and while the car is away.
         you: what the car said with it of this client: its ``name``, whether it ``drives``, and what became of its
-            commands, as `motorcade.link.telemetry.Counts` names it.
+            commands, as `motorcade.link.driving.telemetry.Counts` names it.
 
     Raises:
         KeysError: ``keys`` can't be used.

@@ -6,11 +6,11 @@ import ssl
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 
-from motorcade.link.command_channel import CommandChannel
-from motorcade.link.doors import Door, Guest
 from motorcade.link.drive_failures import DriveError
-from motorcade.link.driving import Drive, Seat
-from motorcade.link.telemetry_channel import PERIOD_S, TelemetryChannel
+from motorcade.link.driving.command_channel import CommandChannel
+from motorcade.link.driving.doors import Door, Guest
+from motorcade.link.driving.drive import Drive, Seat
+from motorcade.link.driving.telemetry_channel import PERIOD_S, TelemetryChannel
 from motorcade.profile import Profile
 
 BYTE_ORDERS = ("big", "little")

@@ -9,8 +9,8 @@ import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motorcade.link.drive_failures import DriveError
-from motorcade.link.driving import Drive, Seat
-from motorcade.link.stick import stick_word
+from motorcade.link.driving.drive import Drive, Seat
+from motorcade.link.driving.stick import stick_word
 from motorcade.remote import messages as say
 from motorcade.remote.errors import RemoteError, said
 from motorcade.remote.garage import Garage

@@ -3,7 +3,7 @@
 from typing import NamedTuple, Protocol
 
 from motorcade.link.camera import Camera
-from motorcade.link.driving import Drive
+from motorcade.link.driving.drive import Drive
 from motorcade.remote.errors import RemoteError
 
 

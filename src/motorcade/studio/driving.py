@@ -11,7 +11,7 @@ from starlette.routing import BaseRoute
 from motorcade.link.camera import Camera
 from motorcade.link.clock import monotonic_ms
 from motorcade.link.drive_failures import DriveError
-from motorcade.link.driving import Drive
+from motorcade.link.driving.drive import Drive
 from motorcade.remote.app import routes as remote_routes
 from motorcade.remote.cockpit import MOST_CARS
 from motorcade.remote.errors import RemoteError

@@ -2,11 +2,11 @@
 
 from typing import TYPE_CHECKING
 
-from motorcade.link.telemetry import Counts
+from motorcade.link.driving.telemetry import Counts
 from motorcade.words.ticks import elapsed_ms, later_ms
 
 if TYPE_CHECKING:
-    from motorcade.link.driving import Drive
+    from motorcade.link.driving.drive import Drive
 
 # The rate is held in each tenth of a second, so that who sends too much drives on, only coarser.
 _WINDOW_MS = 100

@@ -7,7 +7,7 @@ import pytest
 
 from motorcade.car.drive_board import DriveBoard
 from motorcade.link.drive_failures import MESSAGES, DriveError
-from motorcade.link.driving import APPLIED, LOCAL, OUTCOMES, OVER_RATE, Drive, Seat
+from motorcade.link.driving.drive import APPLIED, LOCAL, OUTCOMES, OVER_RATE, Drive, Seat
 from motorcade.profile import built_in_profile
 from motorcade.words.field import WordError
 from motorcade.words.formats import DRIVE

@@ -5,15 +5,15 @@ import struct
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from motorcade.link.doors import Guest
 from motorcade.link.drive_failures import DriveError
+from motorcade.link.driving.doors import Guest
+from motorcade.link.driving.telemetry import Counts
 from motorcade.link.keys import peer_name
-from motorcade.link.telemetry import Counts
 from motorcade.words.field import WordError
 
 if TYPE_CHECKING:
     from motorcade.link.drive_server import DriveServer
-    from motorcade.link.driving import Seat
+    from motorcade.link.driving.drive import Seat
 
 _WORD_BYTES = 4
 # A thousand commands, which nobody sends between two looks of ours but by mistake.

@@ -6,13 +6,13 @@ import struct
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from motorcade.link.command_channel import CommandChannel, client_of
-from motorcade.link.doors import Guest
 from motorcade.link.drive_failures import DriveError
+from motorcade.link.driving.command_channel import CommandChannel, client_of
+from motorcade.link.driving.doors import Guest
 
 if TYPE_CHECKING:
     from motorcade.link.drive_server import DriveServer
-    from motorcade.link.driving import Seat
+    from motorcade.link.driving.drive import Seat
 
 PERIOD_S = 0.1
 MOST_REQUEST_BYTES = 1024
@@ -31,7 +31,7 @@ class TelemetryChannel(Guest, asyncio.Protocol):
     """One client's telemetry and requests.
 
     Attributes:
-        client: as of `motorcade.link.command_channel.CommandChannel`.
+        client: as of `motorcade.link.driving.command_channel.CommandChannel`.
         port_named: the port of its connection for commands, as it says.
         commands: that connection, once it is found.
     """

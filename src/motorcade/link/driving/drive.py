@@ -1,7 +1,7 @@
 """Driving one car: the one object that sockets, pages and local sticks share. No sockets in here.
 
 Every method may be called from any thread. Somebody has to call ``beat`` in time:
-`motorcade.link.watchdog.kept` does.
+`motorcade.link.driving.watchdog.kept` does.
 """
 
 import threading
@@ -10,9 +10,9 @@ from collections.abc import Callable, Sequence
 from motorcade.car.arbiter import APPLIED, CLIENT, FAILSAFE, LOCAL, MOVING, NOBODY, STANDING, STATES, WATCHING, Arbiter
 from motorcade.car.drive_board import DriveBoard
 from motorcade.link.drive_failures import DriveError
-from motorcade.link.seat import Seat
-from motorcade.link.telemetry import OUTCOMES, OVER_RATE, Counts, Telemetry
-from motorcade.link.wheels import NEUTRAL_SETPOINT, Setpoint, Wheels
+from motorcade.link.driving.seat import Seat
+from motorcade.link.driving.telemetry import OUTCOMES, OVER_RATE, Counts, Telemetry
+from motorcade.link.driving.wheels import NEUTRAL_SETPOINT, Setpoint, Wheels
 from motorcade.profile import Profile
 from motorcade.words.field import WordError
 from motorcade.words.formats import DRIVE

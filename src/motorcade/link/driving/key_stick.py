@@ -43,7 +43,7 @@ class KeyStick:
         self._down.clear()
 
     def axes(self, now_s: float) -> tuple[int, int]:
-        """Throttle and steering, each -1, 0 or 1, as `motorcade.link.stick` takes them."""
+        """Throttle and steering, each -1, 0 or 1, as `motorcade.link.driving.stick` takes them."""
         self._expire(now_s)
         return (AHEAD in self._down) - (BACK in self._down), (RIGHT in self._down) - (LEFT in self._down)
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from motorcade.link.key_stick import AHEAD, BACK, LEFT, LONGEST_HOLD_S, RIGHT, KeyStick
+from motorcade.link.driving.key_stick import AHEAD, BACK, LEFT, LONGEST_HOLD_S, RIGHT, KeyStick
 
 HOLD_S = 0.25
 

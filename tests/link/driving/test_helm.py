@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.car.arbiter import NEUTRAL
-from motorcade.link.helm import Helm
-from motorcade.link.stick import stick_word
+from motorcade.link.driving.helm import Helm
+from motorcade.link.driving.stick import stick_word
 from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import later_ms
 

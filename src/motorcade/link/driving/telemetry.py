@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-# By what a command gives back: the arbiter's five, and one of `motorcade.link.driving`.
+# By what a command gives back: the arbiter's five, and one of `motorcade.link.driving.drive`.
 OUTCOMES = ("applied", "watching", "needs-neutral", "stopped", "program", "over-rate")
 OVER_RATE = 5
 

@@ -12,9 +12,9 @@ from pathlib import Path
 import psutil
 import pytest
 
-from motorcade.link.guard import Guard
+from motorcade.link.driving.guard import Guard
 
-TESTS = Path(__file__).parents[1]
+TESTS = Path(__file__).parents[2]
 DEADLINE_S = 60
 
 
@@ -100,7 +100,9 @@ def test_wheels_without_their_guard_stand_still(tmp_path: Path) -> None:
     file = tmp_path / "wheels"
     with driving(file) as process:
         guard = next(
-            child for child in psutil.Process(process.pid).children() if "motorcade.link.guard" in child.cmdline()
+            child
+            for child in psutil.Process(process.pid).children()
+            if "motorcade.link.driving.guard" in child.cmdline()
         )
         guard.kill()
         end_s = time.monotonic() + DEADLINE_S
@@ -121,7 +123,7 @@ def beat_on(guard: Guard) -> None:
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="only POSIX freezes a process")
 def test_a_guard_that_hangs_is_as_good_as_gone() -> None:
     guard = Guard(("json:dumps", ("",)), 300)
-    process = next(each for each in psutil.Process().children() if "motorcade.link.guard" in each.cmdline())
+    process = next(each for each in psutil.Process().children() if "motorcade.link.driving.guard" in each.cmdline())
     process.suspend()
     try:
         with pytest.raises(OSError, match="is gone"):

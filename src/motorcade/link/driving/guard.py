@@ -34,7 +34,7 @@ class Guard:
         call, arguments = rescue
         own = [str(os.getpid()), str(patience_ms), call, *arguments]
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "motorcade.link.guard", *own],
+            [sys.executable, "-m", "motorcade.link.driving.guard", *own],
             stdin=subprocess.PIPE,
             # Ctrl-C and Ctrl-Z in a terminal are not for the one that has to see to their outcome.
             start_new_session=True,

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.car.drive_board import DriveBoard
-from motorcade.link.command_channel import MOST_WRONG, CommandChannel
 from motorcade.link.drive_server import DriveServer
-from motorcade.link.driving import Drive
-from motorcade.link.telemetry_channel import MOST_REQUEST_BYTES, REQUESTS, TelemetryChannel
+from motorcade.link.driving.command_channel import MOST_WRONG, CommandChannel
+from motorcade.link.driving.drive import Drive
+from motorcade.link.driving.telemetry_channel import MOST_REQUEST_BYTES, REQUESTS, TelemetryChannel
 from motorcade.profile import built_in_profile
 from motorcade.words.formats import DRIVE
 

@@ -1,8 +1,8 @@
-"""Keeps a `motorcade.link.driving.Drive` alive, and its wheels still where that fails.
+"""Keeps a `motorcade.link.driving.drive.Drive` alive, and its wheels still where that fails.
 
 Each watches the one before it: the arbiter stops the wheels where no command comes, a thread where the loop that
-takes the commands is stuck, and another process (`motorcade.link.guard`) where this one is killed or frozen, for a
-board that needs it.
+takes the commands is stuck, and another process (`motorcade.link.driving.guard`) where this one is killed or frozen,
+for a board that needs it.
 """
 
 import asyncio
@@ -11,8 +11,8 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from types import TracebackType
 
-from motorcade.link.driving import Drive
-from motorcade.link.guard import Guard
+from motorcade.link.driving.drive import Drive
+from motorcade.link.driving.guard import Guard
 
 _BEAT_MS = 50
 
