@@ -1,0 +1,57 @@
+"""Cars with a Raspberry Pi on gpiozero's mock pins, whose clock the tests set."""
+
+from types import SimpleNamespace
+
+import gpiozero.pins.mock as mock
+import pytest
+from gpiozero.pins.mock import MockFactory, MockPWMPin
+from mock_pi import HEAD, STEERED, Clock, Line, Sender
+
+from motorcade.boards.linux import Equipment
+from motorcade.boards.pins import parse_pins
+from motorcade.boards.raspberry_pi import RaspberryPi, RaspberryPiDrive
+from motorcade.sim.levels import levels_of
+from strategies import CLASSROOM
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    clock = Clock()
+    monkeypatch.setattr(mock, "monotonic", clock)
+    return clock
+
+
+@pytest.fixture
+def pins(clock):
+    factory = MockFactory(pin_class=MockPWMPin)
+    yield factory
+    factory.close()
+    factory.reset()
+
+
+@pytest.fixture
+def car(clock, pins):
+    """Makes a car from the text of a pin file: its board, line, sender, and what was stored."""
+    boards = []
+
+    def make(text: str, is_leader: bool = False, image: bytes | None = None) -> SimpleNamespace:
+        line, sender, stored = Line(), Sender(clock), []
+        levels = levels_of(CLASSROOM)
+        equipment = Equipment(is_leader, 7, levels, line, image, stored.append, clock_s=clock)
+        board = RaspberryPi(equipment, parse_pins(HEAD + text, "test.toml"), CLASSROOM, pins, sender)
+        boards.append(board)
+        return SimpleNamespace(board=board, line=line, sender=sender, stored=stored)
+
+    yield make
+    for board in boards:
+        board.close()
+
+
+@pytest.fixture
+def drive(pins):
+    """Makes a steered car from its profile."""
+
+    def make(profile=CLASSROOM, **more) -> RaspberryPiDrive:
+        return RaspberryPiDrive(parse_pins(HEAD + STEERED, "test.toml"), profile, pins, **more)
+
+    return make
