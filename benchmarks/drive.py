@@ -8,6 +8,7 @@ wheels were told to stand still, as the board's own process noted both.
 
 import argparse
 import asyncio
+import signal
 import ssl
 import struct
 import sys
@@ -21,6 +22,7 @@ from statistics import median, quantiles
 
 import psutil
 from drive_cars import Note, Served, connect, serving
+from drive_ends import ends_ms
 from rich.console import Console
 from rich.table import Table
 from swarm import result
@@ -214,6 +216,16 @@ def failsafe_rows(cuts: int) -> Rows:
     yield "cuts of cars that a stall had stopped before", str(idle), "", ""
 
 
+def end_rows(count: int) -> Rows:
+    for what, name in (("frozen", "SIGSTOP"), ("killed", "SIGKILL")):
+        if hasattr(signal, name):
+            stops = ends_ms(name, count)
+            fine = sum(stop <= FAILSAFE_GOAL_MS for stop in stops)
+            shown = f"{fine} ({min(stops):.0f}–{max(stops):.0f} ms, median {median(stops):.0f} ms)"
+            met = result(fine, len(stops))
+            yield f"the car's own process is {what}: in time, of {len(stops)}", shown, f"≤ {FAILSAFE_GOAL_MS} ms", met
+
+
 # Many cars
 
 
@@ -318,6 +330,7 @@ def main() -> None:
             make_keys(keys, [CarKeys("ada")], ["lin"], datetime.now(UTC))
             rows = [*trip_rows(keys, 5 if options.quick else TURNS)]
         rows += failsafe_rows(120 if options.quick else CUTS)
+        rows += end_rows(20 if options.quick else 100)
         rows += many_rows(20 if options.quick else CARS)
     for row in rows:
         table.add_row(*row)

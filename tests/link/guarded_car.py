@@ -1,11 +1,13 @@
 """A car in a process of its own that drives until it is told to end, or until somebody ends it; run by test_guard.py.
 
-``python -m link.guarded_car FILE``: its board appends to FILE what it is told. It says ``drives`` once it does.
+``python -m link.guarded_car FILE``: its board appends to FILE what it is told, and when by the clock of all processes.
+It says ``drives`` once it does.
 """
 
 import asyncio
 import sys
 import threading
+import time
 from pathlib import Path
 
 from motorcade.car.drive_board import DriveBoard
@@ -37,7 +39,7 @@ class FileBoard(DriveBoard):
 
 def note(file: str, told: str) -> None:
     with Path(file).open("a", encoding="ascii") as notes:
-        notes.write(f"{told}\n")
+        notes.write(f"{told} {time.monotonic()}\n")
 
 
 def rescue(file: str) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 from gpiozero import GPIOZeroError
 from gpiozero.pins import BoardInfo, HeaderInfo, PinInfo
 
-from motorcade.boards.chips import CHIPS, Chip
+from motorcade.boards.chips import Chip
 from motorcade.boards.errors import GpioForbiddenError, NoGpioError
 
 _RASPBERRY_PI = "raspberry-pi"
@@ -43,16 +43,9 @@ def open_gpio(chip: Chip, number: int | None = None) -> Any:
         raise NoGpioError(f"This is no {chip.title} ({problem}); `--board simulated` needs no pins") from None
 
 
-def pull_low(chip: str, number: str, *pins: str) -> None:
-    """Make ``pins`` drive low: what stops the wheels of a process that died, as the kernel keeps a pin as it was.
-
-    Args:
-        chip: the name of one of CHIPS.
-        number: as in open_gpio; ``""`` for none.
-    """
-    factory = open_gpio(next(each for each in CHIPS if each.name == chip), int(number) if number else None)
-    for pin in pins:
-        factory.pin(int(pin)).output_with_state(False)
+def prepare() -> None:
+    """Import what `open_gpio` needs, so that it takes no time when it is called. Raises ImportError, OSError."""
+    _factory_class(_lgpio(), is_foreign=False, lines=0)
 
 
 def _lgpio() -> Any:

@@ -2,12 +2,13 @@
 
 from pathlib import Path
 
-from motorcade.boards.gpio_chip import open_gpio, pull_low
+from motorcade.boards.gpio_chip import open_gpio
 from motorcade.boards.hardware_watchdog import HardwareWatchdog
 from motorcade.boards.linux import Equipment
 from motorcade.boards.lirc import LircSender, open_sender
 from motorcade.boards.pins import PinMap, PinsError
 from motorcade.boards.raspberry_pi import RaspberryPi, RaspberryPiDrive
+from motorcade.boards.rescue import pull_low
 from motorcade.profile import Profile
 
 _MOTORS = ("left_motor", "right_motor", "drive_motor")
@@ -48,7 +49,7 @@ def open_drive(
     _check(pins, ("drive_motor", "servo"))
     factory = open_gpio(pins.chip, gpio_chip)
     armed = HardwareWatchdog(watchdog) if watchdog else None
-    rescue = ("motorcade.boards.gpio_chip:pull_low", _what_stops(pins, gpio_chip))
+    rescue = ("motorcade.boards.rescue:pull_low", _what_stops(pins, gpio_chip))
     return RaspberryPiDrive(pins, profile, factory, armed, rescue)
 
 

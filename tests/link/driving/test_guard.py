@@ -41,7 +41,7 @@ def driving(file: Path) -> Iterator[subprocess.Popen]:
 
 
 def last_told(file: Path) -> str:
-    return file.read_text(encoding="ascii").splitlines()[-1]
+    return file.read_text(encoding="ascii").splitlines()[-1].split()[0]
 
 
 def wait_for_rescue(file: Path) -> None:

@@ -17,8 +17,10 @@ from typing import BinaryIO
 _MOVING, _STILL, _BYE = b"m", b"s", b"q"
 # Windows ends a process by any signal that it can't deliver.
 _KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
-_TRIES = 20
-_TRY_EVERY_S = 0.05
+_TRIES = 200
+_TRY_EVERY_S = 0.005
+# What killing a process and reaching its pins may take; the wheels have to stand by the end of the patience.
+_RESCUE_S = 0.05
 _GOODBYE_S = 5.0
 
 
@@ -27,7 +29,7 @@ class Guard:
 
     Args:
         rescue: what makes the wheels stand still: ``"module:function"`` and its arguments.
-        patience_ms: for how long moving wheels may be without a word.
+        patience_ms: so long after the last word moving wheels stand still; over 100.
     """
 
     def __init__(self, rescue: tuple[str, Sequence[str]], patience_ms: int) -> None:
@@ -89,7 +91,7 @@ class _Watch:
         """Waits until something is wrong: ``dismissed``, ``killed`` or ``frozen``."""
         while True:
             # Twice, as the first wait may have been over while this process itself was not running.
-            is_heard = self.heard.wait(patience_s) or self.heard.wait(patience_s / 4)
+            is_heard = self.heard.wait(0.8 * patience_s) or self.heard.wait(0.2 * patience_s)
             self.heard.clear()
             if self.has_ended:
                 return "dismissed" if self.last == _BYE else "killed"
@@ -118,7 +120,7 @@ def main(pid: str, patience_ms: str, call: str, *arguments: str) -> int:
             signal.signal(getattr(signal, name), signal.SIG_IGN)
     module, _, function = call.partition(":")
     rescue = getattr(importlib.import_module(module), function)
-    outcome = _Watch(sys.stdin.buffer).outcome(int(patience_ms) / 1000)
+    outcome = _Watch(sys.stdin.buffer).outcome(int(patience_ms) / 1000 - _RESCUE_S)
     if outcome == "dismissed":
         return 0
     if outcome == "frozen":
