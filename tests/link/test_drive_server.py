@@ -15,36 +15,24 @@ from typing import BinaryIO
 
 import pytest
 
-from link.driven_car import NEUTRAL, DrivenCar, until, wait_until
+from link.driven_car import NEUTRAL, PATIENT, DrivenCar, until, wait_until
 from link.fault_proxy import FaultProxy
 from motorcade.link.addresses import bind
 from motorcade.link.certificates import CarKeys, make_keys
 from motorcade.link.driving.doors import MOST_OF_ONE_ADDRESS, Door, Guest
 from motorcade.link.keys import client_context, server_context
-from motorcade.profile import built_in_profile
 from motorcade.words.formats import DRIVE
 
 MOVE = struct.pack(">I", DRIVE.encode(angle=40, direction=1, speed=150))
 STILL = struct.pack(">I", DRIVE.encode(angle=40, direction=1, speed=0))
 PERIOD_S = 0.04
-CLASSROOM = built_in_profile("classroom")
 # What a test may wait for on a busy machine; what counts is what the board noted when.
 DEADLINE_S = 20
-
-
-# Of a car that forgives a busy machine its lateness, where a test is about something else.
-PATIENT = replace(CLASSROOM, drive=replace(CLASSROOM.drive, watchdog_ms=8000, failsafe_ms=9000, hand_over_ms=60_000))
 
 
 @pytest.fixture
 def car() -> Iterator[DrivenCar]:
     with DrivenCar() as car:
-        yield car
-
-
-@pytest.fixture
-def patient_car() -> Iterator[DrivenCar]:
-    with DrivenCar(profile=PATIENT) as car:
         yield car
 
 

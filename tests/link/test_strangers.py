@@ -7,13 +7,11 @@ import ssl
 import struct
 import threading
 from contextlib import contextmanager, suppress
-from datetime import UTC, datetime
 
 import pytest
 
 from link.driven_car import PATIENT, DrivenCar, wait_until
 from motorcade.link.blocking_drive_client import BlockingDriveClient
-from motorcade.link.certificates import CarKeys, make_keys
 from motorcade.link.keys import client_context, server_context
 from motorcade.words.formats import DRIVE
 
@@ -21,14 +19,6 @@ MOVE = struct.pack(">I", DRIVE.encode(angle=41, direction=1, speed=99))
 HALF = (90, 1, 128)
 TRIES = 40
 GARBAGE_BYTES = 10_000_000
-
-
-@pytest.fixture(scope="module")
-def keys(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("keys")
-    make_keys(folder, [CarKeys("ada")], ["lin"], datetime.now(UTC))
-    make_keys(folder / "others", [CarKeys("eve")], ["mallory"], datetime.now(UTC))
-    return folder
 
 
 @pytest.fixture(scope="module")
