@@ -1,0 +1,60 @@
+"""The distance that a MicroPython car measures: right, waited for by nobody, and forgotten when it is old."""
+
+import pytest
+from driven_car import Bench
+
+from boards.on_chip.benches import bench, board_of
+from motorcade.car.board import NOTHING_IN_SIGHT_MM
+
+
+def distances(a_bench: Bench, asked_for_ms: int) -> list[int]:
+    board, found = board_of(a_bench), []
+    for _ in range(0, asked_for_ms, 5):
+        found.append(board.obstacle_mm())
+        a_bench.clock.sleep_ms(5)
+    return found
+
+
+@pytest.mark.parametrize("distance_mm", [30, 150, 399, 1200, 1999])
+def test_the_distance_is_right_to_the_millimetre_and_nothing_is_waited_for(distance_mm):
+    a_bench = bench()
+    a_bench.show_obstacle(0, distance_mm)
+    board = board_of(a_bench)
+    a_bench.clock.sleep_ms(1)
+    begin_us = a_bench.chip.now_us
+    assert board.obstacle_mm() == NOTHING_IN_SIGHT_MM
+    assert a_bench.chip.now_us - begin_us == 10
+    a_bench.clock.sleep_ms(30)
+    assert abs(board.obstacle_mm() - distance_mm) <= 1
+
+
+@pytest.mark.parametrize("distance_mm", [None, 2100])
+def test_beyond_its_range_there_is_nothing(distance_mm):
+    a_bench = bench()
+    a_bench.show_obstacle(0, distance_mm)
+    assert set(distances(a_bench, 300)) == {NOTHING_IN_SIGHT_MM}
+    assert a_bench.sonar.pings >= 4
+
+
+def test_an_obstacle_that_goes_is_forgotten_and_an_old_answer_is_none():
+    a_bench = bench()
+    a_bench.show_obstacle(0, 150)
+    a_bench.clock.sleep_ms(1)
+    a_bench.show_obstacle(400_000, None)
+    found = distances(a_bench, 700)
+    assert found[100:] == [NOTHING_IN_SIGHT_MM] * 40
+    board = board_of(bench())
+    assert board.obstacle_mm() == NOTHING_IN_SIGHT_MM
+
+
+def test_an_answer_from_before_a_pause_says_nothing():
+    a_bench = bench()
+    a_bench.show_obstacle(0, 150)
+    board = board_of(a_bench)
+    a_bench.clock.sleep_ms(1)
+    board.obstacle_mm()
+    a_bench.clock.sleep_ms(30)
+    assert board.obstacle_mm() < 160
+    a_bench.show_obstacle(a_bench.chip.now_us, None)
+    a_bench.clock.sleep_ms(500)
+    assert board.obstacle_mm() == NOTHING_IN_SIGHT_MM
