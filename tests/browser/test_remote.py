@@ -13,7 +13,6 @@ from barriers import serious_barriers
 from studio_page import DESKTOP, PATIENCE_MS, PHONE, SENTENCES, StudioPage
 from studio_programs import FOLLOWED
 
-LANGUAGES = SENTENCES.parent / "remote" / "languages"
 _TRIES = 20
 HIDE = """() => {
     Object.defineProperty(document, "hidden", { value: true, configurable: true });
@@ -27,7 +26,7 @@ class Remote:
     def __init__(self, page: Page, language: str = "en") -> None:
         self.page = page
         self.faults: list[str] = []
-        self._sentences = json.loads((LANGUAGES / f"{language}.json").read_text(encoding="utf-8"))
+        self._sentences = json.loads((SENTENCES / f"{language}.json").read_text(encoding="utf-8"))["remote"]
         page.on("console", lambda message: message.type == "error" and self.faults.append(message.text))
         page.on("pageerror", lambda problem: self.faults.append(str(problem)))
 

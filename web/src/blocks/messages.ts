@@ -5,9 +5,14 @@ import i18next from "i18next";
 import type { Language } from "../api/types";
 
 const ENGLISH = () => import("blockly/msg/en");
-const FILES: Partial<Record<Language, () => Promise<unknown>>> = { zh: () => import("blockly/msg/zh-hans") };
+/** A language that isn't here has all of Blockly's messages in its own file. */
+const FILES: Partial<Record<Language, () => Promise<unknown>>> = { en: ENGLISH, zh: () => import("blockly/msg/zh-hans") };
+
+export async function blocklyMessages(language: Language): Promise<Record<string, string>> {
+  const messages = (await FILES[language]?.()) as Record<string, string> | undefined;
+  return { ...messages, ...(i18next.getResource(language, "translation", "blockly") as Record<string, string>) };
+}
 
 export async function speakBlockly(language: Language): Promise<void> {
-  const messages = (await (FILES[language] ?? ENGLISH)()) as Record<string, string>;
-  Blockly.setLocale({ ...messages, ...i18next.getResource(language, "translation", "blockly") as object });
+  Blockly.setLocale(await blocklyMessages(language));
 }

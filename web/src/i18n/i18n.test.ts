@@ -1,7 +1,8 @@
 import { describe, expect, it } from "vitest";
-import * as blockly from "blockly/msg/zh-hans";
+import { blocklyMessages } from "../blocks/messages";
 import en from "./en.json";
 import zh from "./zh.json";
+import "./index";
 
 interface Tree {
   [key: string]: Tree | string;
@@ -15,8 +16,16 @@ function flat(tree: Tree, path = ""): [key: string, text: string][] {
 
 /** Languages differ in how many forms of the plural they have. */
 const whole = (key: string) => key.replace(/_(zero|one|two|few|many|other)$/, "");
-const texts = { en: flat(en), zh: flat(zh) };
-const keys = (language: keyof typeof texts) => [...new Set(texts[language].map(([key]) => whole(key)))].sort();
+const files = import.meta.glob<Tree>("./*.json", { eager: true, import: "default" });
+const texts = new Map(Object.entries(files).map(([path, file]) => [path.slice(2, -5), flat(file)]));
+const english = flat(en);
+const others = [...texts].filter(([language]) => language !== "en");
+/** Of Blockly's messages each language has those that Blockly's own file lacks. */
+const ours = (key: string) => !key.startsWith("blockly.");
+const keys = (said: typeof english) => [...new Set(said.map(([key]) => whole(key)).filter(ours))].sort();
+// What blocks of Blockly's own say: none of them is on this page.
+const elsewhere = /^(CONTROLS|LISTS|TEXT|LOGIC|MATH|PROCEDURES|VARIABLES)_|BACKPACK|MUTATOR/;
+const shown = (messages: Record<string, string>) => Object.entries(messages).filter(([key]) => !elsewhere.test(key));
 
 const sources = Object.entries(
   import.meta.glob<string>(["../**/*.{ts,tsx}", "!../**/*.test.{ts,tsx}"], { query: "?raw", import: "default", eager: true }),
@@ -27,36 +36,45 @@ const templates = sources
   .map((template) => new RegExp(`^${template.replaceAll(".", "\\.").replace(/\$\{.*?\}/g, "[\\w-]+")}$`));
 
 describe("the languages", () => {
-  it("say the same things", () => expect(keys("zh")).toEqual(keys("en")));
+  it("are these", () => expect([...texts.keys()]).toEqual(expect.arrayContaining(["en", "zh"])));
+
+  it.each(others)("say the same things in %s, in the studio and the remote", (_, said) => {
+    expect(keys(said)).toEqual(keys(english));
+  });
+
+  it.each(others)("say all that Blockly does in %s", async (language) => {
+    const said = await blocklyMessages(language);
+    const names = shown(await blocklyMessages("en")).map(([key]) => key);
+    expect(names.length).toBeGreaterThan(200);
+    expect(names.filter((name) => !(name in said))).toEqual([]);
+  });
 
   it("say nothing that nobody asks for", () => {
-    const unused = keys("en").filter(
-      // Blockly takes its own as they are.
-      (key) => !key.startsWith("blockly.") && !literals.has(key) && !templates.some((template) => template.test(key)),
+    // The remote's own test looks at its section.
+    const unused = keys(english).filter(
+      (key) => !key.startsWith("remote.") && !literals.has(key) && !templates.some((template) => template.test(key)),
     );
     expect(unused.filter((key) => key !== "language")).toEqual([]);
   });
 
-  it("fill in the same places", () => {
+  it.each(others)("fill in the same places in %s", (_, said) => {
     const places = (text: string) => (text.match(/\{\{\w+\}\}|%\d/g) ?? []).sort().join(" ");
-    const chinese = new Map(texts.zh);
-    const different = texts.en.filter(([key, text]) => {
-      const other = chinese.get(key) ?? chinese.get(`${whole(key)}_other`);
-      return !key.endsWith("_one") && places(other!) !== places(text);
+    const there = new Map(said);
+    const different = english.filter(([key, text]) => {
+      const other = there.get(key) ?? there.get(`${whole(key)}_other`);
+      return ours(key) && !key.endsWith("_one") && places(other!) !== places(text);
     });
     expect(different).toEqual([]);
   });
 
-  it("call a block by one word in Chinese, in Blockly's own messages too", () => {
-    // What blocks of Blockly's own say: none of them is on this page.
-    const elsewhere = /^(CONTROLS|LISTS|TEXT|LOGIC|MATH|PROCEDURES|VARIABLES)_|BACKPACK|MUTATOR/;
-    const shown = Object.entries({ ...blockly, ...zh.blockly }).filter(([key]) => !elsewhere.test(key));
-    expect(shown.length).toBeGreaterThan(200);
-    expect(shown.filter(([, text]) => typeof text === "string" && text.replaceAll("块积木", "").includes("块"))).toEqual([]);
+  it("call a block by one word in Chinese, in Blockly's own messages too", async () => {
+    const messages = shown(await blocklyMessages("zh"));
+    expect(messages.length).toBeGreaterThan(200);
+    expect(messages.filter(([, text]) => text.replaceAll("块积木", "").includes("块"))).toEqual([]);
   });
 
   it("call leader, follower and word by their own names in Chinese", () => {
-    const wrong = texts.zh.filter(([, text]) => /领队|跟随者|追随|单词/.test(text));
+    const wrong = flat(zh).filter(([, text]) => /领队|跟随者|追随|单词/.test(text));
     expect(wrong).toEqual([]);
   });
 });

@@ -1,11 +1,11 @@
-/** The page's languages: one JSON file each, and nothing else to add a third. */
+/** The studio's languages: one JSON file each, which has the remote's sentences too, and nothing else to add a third. */
 
 import i18next from "i18next";
 import { initReactI18next } from "react-i18next";
 import type { Language, Sentence } from "../api/types";
+import { firstLanguage, keepLanguage } from "./choice";
 import type en from "./en.json";
 
-const KEPT = "motorcade.language";
 /** Every JSON file beside this one is a language. */
 const files = Object.entries(import.meta.glob<typeof en>("./*.json", { eager: true, import: "default" }));
 const resources = Object.fromEntries(files.map(([path, translation]) => [path.slice(2, -5), { translation }]));
@@ -17,27 +17,19 @@ declare module "i18next" {
   }
 }
 
-function firstLanguage(): Language {
-  const kept = localStorage.getItem(KEPT);
-  const wished = [kept, ...navigator.languages].map((tag) => tag?.split("-")[0] ?? "");
-  return wished.find((tag) => LANGUAGES.includes(tag)) ?? "en";
-}
-
 void i18next.use(initReactI18next).init({
   resources,
-  lng: firstLanguage(),
+  lng: firstLanguage(LANGUAGES),
   fallbackLng: "en",
   interpolation: { escapeValue: false },
 });
-document.documentElement.lang = i18next.language;
 
 export function currentLanguage(): Language {
   return i18next.language;
 }
 
 export function changeLanguage(language: Language): void {
-  localStorage.setItem(KEPT, language);
-  document.documentElement.lang = language;
+  keepLanguage(language);
   void i18next.changeLanguage(language);
 }
 

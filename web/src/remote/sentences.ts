@@ -1,30 +1,31 @@
-/** The remote's languages: one JSON file each, like the studio's, with which it shares the chosen one. */
+/** The remote's sentences: the section `remote` of every language's file, without the rest, which the studio needs. */
 
 import { create } from "zustand";
-import type en from "./languages/en.json";
+import { firstLanguage, keepLanguage } from "../i18n/choice";
+import type en from "../i18n/en.json";
 
-const KEPT = "motorcade.language";
-const files = Object.entries(import.meta.glob<typeof en>("./languages/*.json", { eager: true, import: "default" }));
-const languages = Object.fromEntries(files.map(([path, sentences]) => [path.split("/").pop()!.slice(0, -5), sentences]));
+type Sentences = typeof en.remote;
+export type Key = keyof Sentences;
+
+// With a query it is another module than the studio's, of which only what is named here gets into the page. Vite tells
+// JSON by how a name ends.
+const sections = import.meta.glob<Sentences>("../i18n/*.json", { eager: true, query: "?remote.json", import: "remote" });
+const names = import.meta.glob<string>("../i18n/*.json", { eager: true, query: "?remote.json", import: "language" });
+const tagged = <T>(files: Record<string, T>) =>
+  Object.fromEntries(Object.entries(files).map(([path, found]) => [/(\w+)\.json/.exec(path)![1]!, found]));
+const languages = tagged(sections);
+const ownNames = tagged(names);
 export const LANGUAGES: readonly string[] = Object.keys(languages);
-export type Key = keyof typeof en;
 
-function firstLanguage(): string {
-  const wished = [localStorage.getItem(KEPT), ...navigator.languages].map((tag) => tag?.split("-")[0] ?? "");
-  return wished.find((tag) => LANGUAGES.includes(tag)) ?? "en";
-}
-
-export const useLanguage = create<{ language: string }>(() => ({ language: firstLanguage() }));
-document.documentElement.lang = useLanguage.getState().language;
+export const useLanguage = create<{ language: string }>(() => ({ language: firstLanguage(LANGUAGES) }));
 
 export function changeLanguage(language: string): void {
-  localStorage.setItem(KEPT, language);
-  document.documentElement.lang = language;
+  keepLanguage(language);
   useLanguage.setState({ language });
 }
 
 /** What a language calls itself. */
-export const nameOf = (language: string) => languages[language]?.language ?? language;
+export const nameOf = (language: string) => ownNames[language] ?? language;
 
 export type Say = (key: Key, values?: Record<string, string | number>) => string;
 
