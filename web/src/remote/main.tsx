@@ -1,4 +1,5 @@
 import "../app/tokens.css";
+import "../app/buttons.css";
 import "./remote.css";
 import { createRoot } from "react-dom/client";
 import { Remote } from "./Remote";
