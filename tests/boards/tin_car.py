@@ -1,6 +1,7 @@
 """A made-up car: a tin with two motors that takes lines of text, and its board, written from docs/write-a-board.md."""
 
 import os
+import time
 from pathlib import Path
 
 from motorcade.car.board import Board, make_levels
@@ -77,3 +78,11 @@ class TinBoard(Board):
 
     def set_led(self, which):
         self.tin.command("DARK" if which == 4 else f"LIGHT {which}")
+
+
+class RealClock(TinBoard):
+    """A tin in real time."""
+
+    def now_ms(self):
+        self.tin.now_s = time.monotonic()
+        return int(self.tin.now_s * 1000) & 0x3FFFFFFF
