@@ -1,0 +1,131 @@
+"""Who watches an arbiter from outside, and the events that both are shown."""
+
+from typing import Any
+
+from motorcade.car.arbiter import NEUTRAL, NOBODY, PROGRAM, Arbiter
+from motorcade.words.formats import DRIVE
+
+SPEED = 150
+
+
+def moving(seat: int) -> int:
+    return DRIVE.encode(angle=40 + seat, direction=1, speed=SPEED)
+
+
+def still(seat: int) -> int:
+    return DRIVE.encode(angle=40 + seat, direction=1, speed=0)
+
+
+MOVES = {seat: moving(seat) for seat in range(1, 12)}
+STILLS = {seat: still(seat) for seat in range(1, 12)}
+
+
+class Witness:
+    """Watches an arbiter from outside: knows who sent what and when, and nothing of its table.
+
+    After each event it says what is wrong, if the wheels could move and shouldn't.
+    """
+
+    def __init__(self, failsafe_ms: int, hand_over_ms: int, seats: dict[int, int]) -> None:
+        self.failsafe_ms, self.hand_over_ms, self.seats = failsafe_ms, hand_over_ms, seats
+        self.driver = NOBODY
+        self.sent = NEUTRAL
+        self.age_ms = 0
+        self.wanted: frozenset[int] = frozenset()
+        self.is_stopped = self.needs_neutral = self.runs_program = False
+
+    def see(self, car: Arbiter, event: str, seat: int, waited_ms: int, answer: int | bool | None) -> str:
+        """Take an event that ``car`` has taken and answered; what it may not have done, or nothing."""
+        was_moving = self.sent in MOVES.values() and self.driver != NOBODY
+        self.age_ms = min(self.age_ms + waited_ms, self.hand_over_ms + 1)
+        lapsed = self.age_ms > self.hand_over_ms
+        if event == "request":
+            self.wanted |= {seat}
+        fault = self._passes_on_rightly(car, event, seat, lapsed)
+        left = event in ("release", "gone") and seat == self.driver
+        # Whatever stopped moving wheels but the driver's own will.
+        failed = was_moving and (self.age_ms > self.failsafe_ms or (event == "gone" and left))
+        if event == "stop":
+            self.is_stopped = True
+        if event == "clear" and self.is_stopped:
+            self.is_stopped, self.needs_neutral = False, True
+        if event == "stall" or failed:
+            self.needs_neutral = True
+        if event == "resume" and answer:
+            fault = fault or ("a stopped car runs its program" if self.is_stopped else "")
+            fault = fault or ("the driver is pushed aside by the program" if self._is_above(seat) else "")
+            self.runs_program, self.needs_neutral, self.wanted = True, False, frozenset()
+        if event == "still" and seat in (self.driver, car.driver) and not self.is_stopped:
+            self.needs_neutral = False
+        self._take_driver(car, event, seat)
+        return fault or self._moves_rightly(car)
+
+    def _passes_on_rightly(self, car: Arbiter, event: str, seat: int, lapsed: bool) -> str:
+        before, after = self.driver, car.driver
+        if after in (before, NOBODY):
+            return ""
+        if before != NOBODY:
+            left = lapsed or (event in ("release", "gone") and seat == before)
+            outranked = event in ("move", "still") and after == seat and self.seats[after] > self.seats[before]
+            handed = after in self.wanted and car.word == NEUTRAL and self.seats[after] >= self.seats[before]
+            if not (left or outranked or handed):
+                return f"seat {after} took the wheel from {before}"
+        if after != seat and after not in self.wanted:
+            return f"seat {after} has the wheel and did nothing"
+        return ""
+
+    def _is_above(self, seat: int) -> bool:
+        """Whether somebody else drives whom ``seat`` can't outrank."""
+        return self.driver not in (seat, NOBODY) and self.seats[self.driver] >= self.seats[seat]
+
+    def _take_driver(self, car: Arbiter, event: str, seat: int) -> None:
+        if car.driver != self.driver:
+            self.driver, self.sent, self.age_ms = car.driver, NEUTRAL, 0
+            self.wanted -= {car.driver}
+        if event in ("release", "gone"):
+            self.wanted -= {seat}
+        if event in ("move", "still") and seat == self.driver:
+            self.sent, self.age_ms = (MOVES if event == "move" else STILLS)[seat], 0
+            self.wanted -= {seat}
+            if event == "move":
+                self.runs_program = False
+        if event in ("stall", "stop"):
+            self.runs_program = False
+            self.sent = NEUTRAL
+
+    def _moves_rightly(self, car: Arbiter) -> str:
+        if car.state == PROGRAM and not self.runs_program:
+            return "the program drives unasked"
+        if car.word not in MOVES.values():
+            return ""
+        if self.is_stopped:
+            return "the wheels move though the car is stopped"
+        if self.needs_neutral:
+            return "the wheels move before a command with speed 0"
+        if car.word != self.sent:
+            return "the wheels follow no command of who drives"
+        if self.age_ms > self.failsafe_ms:
+            return "the wheels follow a command that isn't fresh"
+        return ""
+
+    def memory(self) -> tuple[Any, ...]:
+        """All that its next words depend on."""
+        flags = self.is_stopped, self.needs_neutral, self.runs_program
+        return self.driver, self.sent, self.age_ms, self.wanted, flags
+
+
+def take(car: Arbiter, event: str, seat: int, priority: int, now: int) -> int | bool | None:
+    """Let ``car`` take an event."""
+    if event == "move":
+        return car.command(seat, priority, MOVES[seat], now)
+    if event == "still":
+        return car.command(seat, priority, STILLS[seat], now)
+    if event == "request":
+        return car.request(seat, priority, now)
+    if event == "resume":
+        return car.resume(seat, priority, now)
+    if event in ("release", "gone"):
+        return {"release": car.release, "gone": car.gone}[event](seat, now)
+    if event == "wait":
+        return car.tick(now)
+    return {"stop": car.stop, "clear": car.clear, "stall": car.stall}[event]()
