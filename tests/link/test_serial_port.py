@@ -2,10 +2,7 @@
 
 import contextlib
 import gc
-import itertools
 import os
-import re
-import select
 import socket
 import sys
 import threading
@@ -16,32 +13,24 @@ import pytest
 import serial
 from serial.urlhandler import protocol_socket
 
+from link.played_car import DEADLINE_S, IMAGE, PlayedCar
 from motorcade.link import asking, serial_port, talk
 from motorcade.link.failures import (
-    HOLDS,
-    MESSAGES,
-    RETRIES,
     NoAnswerError,
     PortBusyError,
-    PortError,
     PortForbiddenError,
     PortNotFoundError,
     RefusedError,
     VerificationError,
     WentAwayError,
-    retry_sentence,
 )
 from motorcade.profile import built_in_profile
 from motorcade.sim.virtual_car import ImageStore, PseudoTerminal, TcpPort, VirtualBoard, monotonic_clock, serve
 from motorcade.words import upload as protocol
-from motorcade.words.check import CHECK_BYTES, check_words, read_check, ready_line
+from motorcade.words.check import CHECK_BYTES, read_check
 from motorcade.words.upload import READBACK_REQUEST
 
-DEADLINE_S = 10
 CLASSROOM = built_in_profile("classroom")
-# One state: forward at 200 mm/s for 1 s.
-IMAGE = bytes.fromhex("01000000 64800000")
-OLD = bytes.fromhex("01000000 6D000000")
 OK = b"OK words=2 crc32=fcf9a423\n"
 LARGEST = bytes.fromhex("FFFF0100" + "64800000" * 255 + "C0280000" * 255)
 upload = partial(serial_port.upload, image=IMAGE, baud=115200)
@@ -56,101 +45,6 @@ def no_pauses(monkeypatch):
     """Before it sends, the uploader lets the line settle; pyserial rests a while after each socket that it closes."""
     monkeypatch.setattr(talk, "SETTLE_MS", 0)
     monkeypatch.setattr(protocol_socket, "time", SimpleNamespace(sleep=lambda seconds: None))
-
-
-class OverError(Exception):
-    """The test is over, and nobody talks to the car any more."""
-
-
-class PlayedCar:
-    """The car's end of a line, played by a test, or by a script beside it."""
-
-    def __init__(self, kind):
-        self._ends = []
-        self._scripts = []
-        self._over, self._ending = socket.socketpair()
-        if kind == "pty":
-            import pty
-            import tty
-
-            end, self.client = pty.openpty()
-            tty.setraw(self.client)
-            self._ends += [os.fdopen(end, "r+b", buffering=0), os.fdopen(self.client, "r+b", buffering=0)]
-            self.port = os.ttyname(self.client)
-        else:
-            self._listener = socket.create_server(("127.0.0.1", 0))
-            self.port = f"socket://127.0.0.1:{self._listener.getsockname()[1]}"
-
-    def _wait_for(self, end, why):
-        ready = select.select([end, self._over], [], [], DEADLINE_S)[0]
-        if self._over in ready:
-            raise OverError
-        assert ready, why
-
-    def _end(self):
-        if not self._ends:
-            self._wait_for(self._listener, "nobody came")
-            client, _ = self._listener.accept()
-            with client, self._listener:
-                self._ends.append(client.makefile("rwb", buffering=0))
-        return self._ends[0]
-
-    def receive(self, count):
-        data = b""
-        while len(data) < count:
-            self._wait_for(self._end(), f"only {len(data)} bytes came")
-            came = self._end().read(count - len(data))
-            if not came:
-                raise OverError
-            data += came
-        return data
-
-    def send(self, data):
-        self._end().write(data)
-
-    def hang_up(self):
-        self._end().close()
-
-    def play(self, script):
-        def acted():
-            # The play is over, too, when the uploader has hung up.
-            with contextlib.suppress(OverError, ValueError, ConnectionError):
-                script()
-
-        self._scripts.append(threading.Thread(target=acted))
-        self._scripts[-1].start()
-
-    def answer(self, answer, to):
-        """Answer whatever of the length of ``to`` comes."""
-
-        def script():
-            while True:
-                self.receive(len(to))
-                self.send(answer)
-
-        self.play(script)
-
-    def take(self, *answers, image=IMAGE):
-        """Be a car that knows checks and holds OLD: answer what it is sent with each of ``answers``, then the last."""
-
-        def script():
-            for count in itertools.count():
-                self.get_ready()
-                self.receive(len(image))
-                self.send(answers[min(count, len(answers) - 1)])
-
-        self.play(script)
-
-    def get_ready(self):
-        self.send(ready_line(check_words(*read_check(self.receive(CHECK_BYTES))), OLD))
-
-    def close(self):
-        self._ending.close()
-        for script in self._scripts:
-            script.join(DEADLINE_S)
-        for end in self._ends:
-            end.close()
-        self._over.close()
 
 
 @pytest.fixture
@@ -431,22 +325,3 @@ def test_what_the_system_says_about_a_port_becomes_a_sentence(monkeypatch, error
     monkeypatch.setattr(serial, "serial_for_url", fail)
     assert says in refused(error, upload, "P")
     assert says in refused(error, readback, "P")
-
-
-FILLED = {"port": "PORT", "detail": "DETAIL", "group": "GROUP", "list": "LIST"}
-
-
-@pytest.mark.parametrize("code", MESSAGES)
-@pytest.mark.parametrize("holds", ["", *HOLDS])
-def test_every_failure_has_its_sentences_in_both_languages(code, holds):
-    problem = PortError(code, **FILLED, holds=holds)
-    assert ("PORT" in str(problem)) == ("PORT" in problem.message("zh"))
-    assert problem.message("zh").endswith(("。", "？"))
-    assert problem.message("en") == str(problem)
-    assert not holds or (HOLDS[holds]["en"] in str(problem) and HOLDS[holds]["zh"] in problem.message("zh"))
-
-
-@pytest.mark.parametrize("reason", RETRIES)
-@pytest.mark.parametrize("language", ["en", "zh"])
-def test_every_further_try_has_a_sentence_in_both_languages(reason, language):
-    assert re.search("2.*3", retry_sentence(talk.Retry(reason, 2, 3), language))
