@@ -1,80 +1,28 @@
 """Serial upload: both ends, joined in memory, at any pace and in any pieces."""
 
-import zlib
-from itertools import pairwise
-
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from motorcade.words import check, upload
-from motorcade.words.image import Image, image_words, parse_image_bytes, words_to_bytes
-
-NO_PROGRAM = bytes(4)
-OLD = bytes.fromhex("01000000 6a800000")
-NEW = bytes.fromhex("02000000 65800000 6a800000")
-NEW_OK = b"OK words=3 crc32=325d103a\n"
-BAD_HEADER = bytes.fromhex("00010300")  # a dwell with two bits
-BAD_WORD = bytes.fromhex("01000000 40000001")  # a word with its parity bit
-
-LAST_TICK = 1_073_741_823
-STARTS_MS = st.sampled_from([0, 12_345, LAST_TICK - 700, LAST_TICK])
-
-
-@st.composite
-def images(draw):
-    # Control words as an image holds them: bits 11-1 (reserved) and 0 (parity) are 0.
-    row = st.lists(st.integers(0, 0xFFFFF).map(lambda upper_bits: upper_bits << 12), max_size=5)
-    leader, followers = draw(row), draw(row)
-    return words_to_bytes(image_words(Image(leader, followers, draw(st.integers(0, 7)))))
-
-
-programs = images().filter(lambda image: image != NO_PROGRAM)
-
-
-@st.composite
-def pieces(draw, data):
-    """``data`` as it may come, cut anywhere."""
-    cuts = sorted(draw(st.sets(st.integers(1, len(data) - 1), max_size=8)))
-    return [data[begin:end] for begin, end in pairwise([0, *cuts, len(data)])]
-
-
-class Car:
-    """A car's shell: does what its end says, and keeps what it answers."""
-
-    def __init__(self, stored=NO_PROGRAM):
-        self.stored = stored
-        self._end = upload.CarEnd()
-
-    def take(self, data, now_ms):
-        """Receive ``data``; gives the events' kinds and all that the car sends back."""
-        kinds, answer = [], b""
-        for event in events_of(self._end, [(data, 0)], now_ms):
-            kinds.append(event.kind)
-            if event.kind == upload.IMAGE:
-                self.stored = event.image
-            if event.kind == upload.READBACK:
-                answer += self.stored
-            elif event.kind == upload.CHECK:
-                answer += check.ready_line(event.answer, self.stored)
-            else:
-                answer += event.answer
-        return kinds, answer
-
-
-def events_of(end, arrivals, now_ms):
-    """All that ``end`` reports while the arrivals come, each after its pause."""
-    events = []
-    for data, pause_ms in arrivals:
-        now_ms = now_ms + pause_ms & LAST_TICK
-        end.receive_data(data, now_ms)
-        events += iter(end.next_event, None)
-    return events
-
-
-def outcomes(end, data, now_ms):
-    """The kinds of all that ``end`` reports once it has ``data``."""
-    return [outcome.kind for outcome in events_of(end, [(data, 0)], now_ms)]
+from motorcade.words import upload
+from motorcade.words.image import parse_image_bytes
+from words.upload_ends import (
+    BAD_HEADER,
+    BAD_WORD,
+    CHECK_OF_NEW,
+    LAST_TICK,
+    NEW,
+    NEW_OK,
+    NO_PROGRAM,
+    OLD,
+    STARTS_MS,
+    Car,
+    events_of,
+    images,
+    outcomes,
+    pieces,
+    programs,
+)
 
 
 def waiting_uploader(now_ms=0):
@@ -180,83 +128,6 @@ def test_zeros_that_a_loose_cable_leaves_do_not_clear_a_car(noise):
     assert car.take(noise, 0)[0] == [upload.REFUSED]
     assert car.take(b"", 10_000) == ([], b"")
     assert car.stored == OLD
-
-
-# An image that is announced by its checksum
-
-CHECK_OF_NEW = check.check_request(0x325D103A, 7)
-
-
-@given(image=images(), held=images(), number=st.integers(0, 255), start_ms=STARTS_MS, data=st.data())
-def test_a_car_that_is_told_the_checksum_takes_that_image(image, held, number, start_ms, data):
-    car, checksum = Car(held), zlib.crc32(image)
-    taken = [car.take(piece, start_ms) for piece in data.draw(pieces(check.check_request(checksum, number)))]
-    answer = b"".join(said for _, said in taken)
-    assert check.held_checksum(answer, check.check_words(checksum, number)) == zlib.crc32(held)
-    assert car.stored == held
-    taken = [car.take(piece, start_ms) for piece in data.draw(pieces(image))]
-    assert b"".join(said for _, said in taken) == upload.ok_line(image)
-    assert car.stored == image
-
-
-def test_the_check_request_and_its_answer_are_these_bytes():
-    # 2 leader states, 3 follower words, dwell level 0, reserved 254; then 32, 5D, 10, 3A and the number 7 in the
-    # reserved bits 9 to 2, beside a one in each byte.
-    words = "020301FE 010108CA 01010976 01010842 010108EA 0101081E"
-    assert bytes.fromhex(words) == CHECK_OF_NEW
-    # zlib's CRC-32 of OLD and of the line up to there.
-    beginning = b"OK check=325d103a07 holds=%08x" % zlib.crc32(OLD)
-    assert Car(OLD).take(CHECK_OF_NEW, 0) == ([upload.CHECK], beginning + b" sum=%08x\n" % zlib.crc32(beginning))
-
-
-@given(image=programs.filter(lambda image: image != NEW))
-def test_a_car_that_is_told_the_checksum_takes_no_other_image(image):
-    car = Car(OLD)
-    car.take(CHECK_OF_NEW, 0)
-    assert car.take(image, 1)[0] == [upload.REFUSED]
-    assert car.take(NEW, 400) == ([], b"")  # the rest of what was wrong
-    assert car.take(image, 1_000)[0] == [upload.REFUSED]  # the checksum holds until the right image comes
-    assert car.take(NEW, 2_000) == ([upload.IMAGE], NEW_OK)
-    assert car.stored == NEW
-
-
-def test_a_car_that_was_told_a_checksum_takes_any_image_after_ten_seconds():
-    car = Car(NEW)
-    car.take(CHECK_OF_NEW, 0)
-    assert car.take(OLD, 9_999)[0] == [upload.REFUSED]
-    assert car.take(OLD, 19_999)[0] == [upload.IMAGE]
-
-
-def test_what_comes_right_behind_an_image_that_was_announced_is_no_image():
-    car = Car(OLD)
-    assert car.take(CHECK_OF_NEW + NEW + OLD, 0)[0] == [upload.CHECK, upload.IMAGE]
-    assert car.take(OLD, 499) == ([], b"")
-    assert car.stored == NEW
-    assert car.take(OLD, 999)[0] == [upload.IMAGE]
-
-
-FAULTS = {"lost": lambda byte: [], "doubled": lambda byte: [byte, byte]} | {
-    f"bit {bit}": lambda byte, bit=bit: [byte ^ 1 << bit] for bit in range(8)
-}
-
-
-@pytest.mark.parametrize("at", range(check.CHECK_BYTES))
-@pytest.mark.parametrize("fault", FAULTS)
-def test_a_check_request_with_a_fault_is_no_image_and_gets_no_answer_that_is_mistaken(at, fault):
-    car = Car(OLD)
-    kinds, answer = car.take(CHECK_OF_NEW[:at] + bytes(FAULTS[fault](CHECK_OF_NEW[at])) + CHECK_OF_NEW[at + 1 :], 0)
-    more, _ = car.take(b"", 500)
-    assert upload.IMAGE not in kinds + more
-    assert car.stored == OLD
-    understood = check.held_checksum(answer, check.check_words(0x325D103A, 7)) is not None
-    assert understood == (fault == "doubled" and at == check.CHECK_BYTES - 1)
-
-
-@given(at=st.integers(0, 60), bit=st.integers(0, 7))
-def test_an_answer_with_a_flipped_bit_tells_nothing(at, bit):
-    line = bytearray(check.ready_line(check.check_words(1, 2), OLD))
-    line[at % (len(line) - 1)] ^= 1 << bit
-    assert check.held_checksum(bytes(line), check.check_words(1, 2)) is None
 
 
 # The uploader's end
