@@ -6,9 +6,9 @@ and plane geometry, and none of its ways to be fast.
 
 import math
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 
-from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
+import plain_senses
+from motorcade.car.board import Board
 from motorcade.car.brain import LEFT, RIGHT
 from motorcade.car.loop import Car
 from motorcade.profile import Profile
@@ -16,16 +16,13 @@ from motorcade.sim import layout
 from motorcade.sim.events import KINDS, WHYS
 from motorcade.sim.geometry import (
     COSINES,
-    FAR_UM,
     FULL_TURN,
     NORMALS,
     cosine,
     cross,
-    disc_in_cone,
     is_shaded,
     mix,
     nearest_of_segment,
-    segment_in_cone,
     sine,
 )
 from motorcade.sim.mat import Mat, Pose
@@ -80,13 +77,13 @@ class PlainBoard(Board):
         self.outbox = frame
 
     def obstacle_mm(self) -> int:
-        return self._world.obstacle_mm(self.index)
+        return plain_senses.obstacle_mm(self._world, self.index)
 
     def sees_person(self) -> bool:
-        return self._world.sees_person(self.index)
+        return plain_senses.sees_person(self._world, self.index)
 
     def heard_voice(self) -> int:
-        return self._world.voice_at(self.index)
+        return plain_senses.voice_at(self._world, self.index)
 
     def set_wheels(self, direction: int, speed_level: int) -> None:
         self.direction, self.speed_level = direction, speed_level
@@ -282,59 +279,6 @@ class PlainWorld:
         return any(is_shaded(*line, *disc) for disc in (*shades, *self.place.discs)) or any(
             cross(*line, *wall) for wall in self.place.segments
         )
-
-    # Sensors
-
-    def obstacle_mm(self, car: int) -> int:
-        ahead_x, ahead_y = cosine(self.heading[car], COSINES), sine(self.heading[car], COSINES)
-        radius, cone = self.rules.radius, (self.rules.cone_cos, self.rules.cone_sin)
-
-        def seen(x: float, y: float) -> tuple[float, float]:
-            return x * ahead_x + y * ahead_y, y * ahead_x - x * ahead_y
-
-        nearest = FAR_UM
-        for other, (x, y) in enumerate(zip(self.x, self.y, strict=True)):
-            if other != car:
-                ahead, aside = seen(x - self.x[car], y - self.y[car])
-                nearest = min(nearest, disc_in_cone(ahead - radius, aside, radius, *cone))
-        front_x, front_y = self.x[car] + radius * ahead_x, self.y[car] + radius * ahead_y
-        for x, y, disc_radius in self.place.discs:
-            nearest = min(nearest, disc_in_cone(*seen(x - front_x, y - front_y), disc_radius, *cone))
-        for x0, y0, x1, y1 in self.place.segments:
-            ends = *seen(x0 - front_x, y0 - front_y), *seen(x1 - front_x, y1 - front_y)
-            nearest = min(nearest, segment_in_cone(*ends, *cone))
-        whole = int(nearest) // 1000
-        return whole if nearest < FAR_UM and whole <= self.rules.ultrasonic_range_mm else NOTHING_IN_SIGHT_MM
-
-    def sees_person(self, car: int) -> bool:
-        if not self.mat.people:
-            return False
-        ahead_x, ahead_y = cosine(self.heading[car], COSINES), sine(self.heading[car], COSINES)
-        for person in self.mat.people:
-            x, y = self._person_at(person)
-            dx, dy = x - self.x[car], y - self.y[car]
-            distance = math.sqrt(dx * dx + dy * dy)
-            if distance <= self.rules.pir_range and dx * ahead_x + dy * ahead_y >= self.rules.pir_cos * distance:
-                return True
-        return False
-
-    def _person_at(self, person: object) -> tuple[int, int]:
-        path = [(round(t_s * 1000), x * 1e6, y * 1e6) for t_s, x, y in person.path]
-        at_ms = self.now_ms % path[-1][0] if person.repeats and path[-1][0] else self.now_ms
-        for (t0, x0, y0), (t1, x1, y1) in pairwise(path):
-            if t0 <= at_ms < t1:
-                part = (at_ms - t0) / (t1 - t0)
-                return math.floor(x0 + part * (x1 - x0) + 0.5), math.floor(y0 + part * (y1 - y0) + 0.5)
-        return path[-1][1], path[-1][2]
-
-    def voice_at(self, car: int) -> int:
-        heard = self.said
-        for voice in sorted(self.mat.voices, key=lambda each: each.at_s):
-            if self.now_ms - self.mat.tick_ms < round(voice.at_s * 1000) <= self.now_ms:
-                away = math.hypot(self.x[car] - voice.x_m * 1e6, self.y[car] - voice.y_m * 1e6)
-                if voice.radius_m is None or away <= voice.radius_m * 1e6:
-                    heard = layout.VOICES[voice.word]
-        return heard
 
     # Bodies
 
