@@ -5,21 +5,18 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Any, Protocol
 
-from gpiozero import DigitalInputDevice, DistanceSensor, GPIODevice, OutputDevice, PWMOutputDevice, Servo
+from gpiozero import DigitalInputDevice, DistanceSensor, GPIODevice, OutputDevice
 from gpiozero.exc import DistanceSensorNoEcho, PWMSoftwareFallback
 
+from motorcade.boards.chassis import open_chassis
 from motorcade.boards.hardware_watchdog import HardwareWatchdog
 from motorcade.boards.infrared_receiver import InfraredReceiver
 from motorcade.boards.linux import Equipment, LinuxBoard
-from motorcade.boards.on_chip.motors import Wheels
-from motorcade.boards.pins import DUTY_MAX, PinMap
+from motorcade.boards.pins import PinMap, PinsError
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.drive_board import DriveBoard
 from motorcade.profile import Profile
 
-# The pulses are timed by a program, whose lateness matters less the longer they are.
-PWM_HZ = 100
-_CENTRE_DEG = 90
 _LEDS = 4
 # The median of three is done with one false echo and is no older than 180 ms.
 _PINGS = 3
@@ -40,38 +37,11 @@ class InfraredSender(Protocol):
         """Give up what it holds."""
 
 
-class Motor:
-    """One motor behind an L298-style driver, at the pins of ``part`` in a pin file.
+class WordWheels(Protocol):
+    """What words make turn."""
 
-    Without ``enable`` the PWM is on the direction pins. ``held`` closes what is opened here.
-    """
-
-    def __init__(self, pins: PinMap, part: str, factory: Any, held: ExitStack) -> None:
-        def pulsed(pin: int | None) -> Any:
-            return held.enter_context(PWMOutputDevice(pin, frequency=PWM_HZ, pin_factory=factory))
-
-        directions = [pins.pin(part, key) for key in ("forward", "backward")]
-        enable = pins.pin(part, "enable")
-        self._enable = None if enable is None else pulsed(enable)
-        if enable is None:
-            self._directions = [pulsed(pin) for pin in directions]
-        else:
-            self._directions = [held.enter_context(OutputDevice(pin, pin_factory=factory)) for pin in directions]
-
-    def drive(self, duty: int) -> None:
-        """Turn forward with ``duty`` 1 to 255 of full power, backward with -1 to -255; 0 lets the motor run out."""
-        share = abs(duty) / DUTY_MAX
-        forward, backward = self._directions
-        # Never both at once, and no power while they change.
-        if self._enable is not None:
-            self._enable.value = 0
-        forward.value = 0
-        backward.value = 0
-        if duty:
-            driven = forward if duty > 0 else backward
-            driven.value = share if self._enable is None else 1
-        if self._enable is not None:
-            self._enable.value = share
+    def set(self, direction: int, speed_level: int) -> None:
+        """As `motorcade.car.board.Board.set_wheels`."""
 
 
 class RaspberryPi(LinuxBoard):
@@ -83,19 +53,26 @@ class RaspberryPi(LinuxBoard):
         profile: the car's kind.
         factory: gpiozero's pin factory, such as `motorcade.boards.gpio_chip.open_gpio` gives; closed with the board.
         sender: of infrared, None for none; closed with the board.
+        wheels: what its words turn, where another board has the wheels and closes ``factory``; those of its pin
+            file, unless given.
     """
 
     def __init__(
-        self, equipment: Equipment, pins: PinMap, profile: Profile, factory: Any, sender: InfraredSender | None = None
+        self,
+        equipment: Equipment,
+        pins: PinMap,
+        profile: Profile,
+        factory: Any,
+        sender: InfraredSender | None = None,
+        wheels: WordWheels | None = None,
     ) -> None:
         super().__init__(equipment)
         self._sender = sender
         self._held = ExitStack()
-        self._held.callback(factory.close)
-        self._wheels: Wheels | None = None
-        if pins.has("left_motor") and pins.has("right_motor"):
-            left, right = (Motor(pins, part, factory, self._held) for part in ("left_motor", "right_motor"))
-            self._wheels = Wheels(left, right, pins.drive_duties, pins.turn_duties)
+        if wheels is None:
+            self._held.callback(factory.close)
+            wheels = open_chassis(pins, profile, factory, self._held)
+        self._wheels = wheels
         self._leds = [
             self._at(OutputDevice, pins.pin("leds", f"led_{which}"), pin_factory=factory) for which in range(_LEDS)
         ]
@@ -172,14 +149,17 @@ def _distance_sensor(echo: int, trigger: int, range_mm: int, factory: Any) -> An
 
 
 class RaspberryPiDrive(DriveBoard):
-    """A car that somebody steers: a servo and one motor, at the pins that its pin file names.
+    """A car that somebody steers, with the wheels that its pin file names: two motors, or one motor and a servo.
 
     Args:
-        pins: ``servo`` and ``drive_motor`` are used.
+        pins: which part is at which pin.
         profile: the car's kind; its ``servo`` and ``motor`` count.
         factory: as for RaspberryPi.
         watchdog: fed as long as all is well, and disarmed at the end; None for none.
         rescue: see `motorcade.car.drive_board.DriveBoard.rescue`.
+
+    Raises:
+        PinsError: the pin file names no wheels.
     """
 
     def __init__(
@@ -192,33 +172,20 @@ class RaspberryPiDrive(DriveBoard):
     ) -> None:
         self._watchdog = watchdog
         self._rescue = rescue
-        self._pwm_max = profile.motor.pwm_max
-        servo = profile.servo
-        self._pulses_us = (servo.pulse_0_deg_us, servo.pulse_90_deg_us, servo.pulse_180_deg_us)
         self._held = ExitStack()
         if watchdog is not None:
             self._held.callback(watchdog.close)
         self._held.callback(factory.close)
-        self._motor = Motor(pins, "drive_motor", factory, self._held)
-        self._servo = self._held.enter_context(
-            Servo(
-                pins.pin("servo", "signal"),
-                initial_value=self._servo_value(_CENTRE_DEG),
-                min_pulse_width=min(self._pulses_us) / 1e6,
-                max_pulse_width=max(self._pulses_us) / 1e6,
-                frame_width=servo.period_ms / 1000,
-                pin_factory=factory,
-            )
-        )
+        chassis = open_chassis(pins, profile, factory, self._held)
+        if chassis is None:
+            raise PinsError(f"the pin file of {pins.name} names no wheels")
+        self._chassis = chassis
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
-        self._servo.value = self._servo_value(angle_deg)
-        duty = min(speed, self._pwm_max)
-        self._motor.drive(duty if direction else -duty)
+        self._chassis.apply(angle_deg, direction, speed)
 
     def neutral(self) -> None:
-        self._motor.drive(0)
-        self._servo.value = self._servo_value(_CENTRE_DEG)
+        self._chassis.neutral()
 
     def keep_alive(self) -> None:
         if self._watchdog is not None:
@@ -230,13 +197,3 @@ class RaspberryPiDrive(DriveBoard):
     def close(self) -> None:
         with self._held:
             self.neutral()
-
-    def _servo_value(self, angle_deg: int) -> float:
-        """The angle as gpiozero takes it, -1 for the shortest pulse to 1 for the longest."""
-        right_us, centre_us, left_us = self._pulses_us
-        if angle_deg < _CENTRE_DEG:
-            pulse_us = right_us + (centre_us - right_us) * angle_deg / _CENTRE_DEG
-        else:
-            pulse_us = centre_us + (left_us - centre_us) * (angle_deg - _CENTRE_DEG) / _CENTRE_DEG
-        shortest_us, longest_us = min(self._pulses_us), max(self._pulses_us)
-        return 2 * (pulse_us - shortest_us) / (longest_us - shortest_us) - 1
