@@ -11,11 +11,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
+from threading import Timer
 
 import pytest
+from numba.core import event
 
 from command_line import refusal, run
+from motorcade.cli.compiling import TEXTS
 from motorcade.link.certificates import CarKeys, make_keys
+from motorcade.sim.world import World
 from motorcade.words.formats import DRIVE
 
 DEADLINE_S = 120
@@ -27,15 +31,20 @@ def served(*options: str) -> Iterator[tuple[subprocess.Popen, dict]]:
     """A car in a process of its own, and where it says that it is."""
     command = [sys.executable, "-m", "motorcade", "drive", "serve", "--port", "0", "--json", *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8") as process:
+        # Whoever waits for what it never says shall see it end.
+        patience = Timer(DEADLINE_S, process.kill)
+        patience.start()
         try:
             line = process.stdout.readline()
             yield process, json.loads(line) if line else {}
         finally:
+            patience.cancel()
             process.kill()
 
 
-def state_after(told: dict, packed: bytes) -> dict:
-    """What telemetry tells once somebody sends ``packed`` again and again."""
+@contextmanager
+def driven(told: dict, packed: bytes) -> Iterator[dict]:
+    """What telemetry tells once somebody sends ``packed`` again and again, who then stays."""
     with (
         socket.create_connection(("127.0.0.1", told["port"]), DEADLINE_S) as commands,
         socket.create_connection(("127.0.0.1", told["telemetry_port"]), DEADLINE_S) as telemetry,
@@ -46,7 +55,8 @@ def state_after(told: dict, packed: bytes) -> dict:
             (size,) = struct.unpack(">I", frames.read(4))
             frame = json.loads(frames.read(size))
             if frame["state"] == "standing":
-                return frame
+                yield frame
+                return
     raise AssertionError("the car never heard the command")
 
 
@@ -54,13 +64,33 @@ def state_after(told: dict, packed: bytes) -> dict:
 def test_a_simulated_car_takes_commands_and_ends_by_a_signal(options: tuple[str, ...], order: str) -> None:
     with served(*options) as (process, told):
         assert (told["host"], told["tls"]) == ("127.0.0.1", False)
-        frame = state_after(told, struct.pack(order, STILL))
-        assert (frame["angle_deg"], frame["direction"], frame["speed"]) == (40, 1, 0)
+        with driven(told, struct.pack(order, STILL)) as frame:
+            assert (frame["angle_deg"], frame["direction"], frame["speed"]) == (40, 1, 0)
+            said = next((line for line in process.stderr if "drives" in line), "")
         if os.name == "posix":
             process.send_signal(signal.SIGTERM)
-            _, said = process.communicate(timeout=DEADLINE_S)
+            process.communicate(timeout=DEADLINE_S)
             assert process.returncode == 0
-            assert "standing; 127.0.0.1:" in said
+        assert "standing; 127.0.0.1:" in said
+
+
+def test_a_simulated_car_is_compiled_before_it_says_that_it_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    done = []
+
+    def rehearse(world: World) -> None:
+        with event.trigger_event("numba:compile"):
+            done.append("compiled")
+
+    async def serve(*offer: object) -> None:
+        done.append("served")
+
+    monkeypatch.setattr("motorcade.sim.drive_board.rehearse", rehearse)
+    monkeypatch.setattr("motorcade.cli.serving_car.serve", serve)
+    for language, sentence in TEXTS.items():
+        monkeypatch.setenv("LC_ALL", language)
+        ran = run("drive", "serve", "--port", "0", typed="")
+        assert (ran.code, ran.err) == (0, f"{sentence}\n")
+    assert done == ["compiled", "served"] * 2
 
 
 def test_other_computers_reach_a_car_only_where_its_owner_said_so(tmp_path: Path) -> None:

@@ -1,14 +1,18 @@
 """Cars that somebody drives: the bicycle's way, and a brain that goes on beneath it."""
 
+import threading
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from motorcade import Followers, Physics, Pose, forward, led, left, right, together, wait
+from motorcade.sim import engine
 from motorcade.sim.drive_board import DrivenCars, LiveWorld
 from motorcade.sim.errors import WorldError
+from motorcade.sim.playground import playground
 from motorcade.sim.state import DRIVEN
+from motorcade.sim.world import World
 from strategies import CLASSROOM
 from tables import FORWARD, hearers, leaders, table, wheels
 
@@ -183,3 +187,25 @@ def test_a_live_world_keeps_pace_with_the_clock_and_forgets_what_it_cannot_make_
     at_s[0] += 60
     live.advance()
     assert live.snapshot().x_m[0] == pytest.approx(0.3 * 1.28 + 0.3 * 0.25, abs=0.0122)
+
+
+def test_a_live_world_compiles_nothing_once_time_goes_on(monkeypatch):
+    callers = {name: [] for name in ("run_one", "read_leds")}
+    goes_on = threading.Event()
+
+    def watched(name, kernel):
+        def call(*arguments):
+            callers[name].append(threading.current_thread())
+            if len(set(callers["run_one"])) > 1:
+                goes_on.set()
+            return kernel(*arguments)
+
+        return call
+
+    for name in callers:
+        monkeypatch.setattr(engine, name, watched(name, getattr(engine, name)))
+    with LiveWorld(World(playground(), [bytes(4)], threads=1)):
+        assert goes_on.wait(60)
+    here = threading.current_thread()
+    assert callers["run_one"][0] is here
+    assert callers["read_leds"][0] is here

@@ -6,14 +6,13 @@ Each command imports what it needs when it runs, so that the others start at onc
 import math
 import os
 import signal
-import sys
-import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from motorcade.cli.addresses import host_and_port
+from motorcade.cli.compiling import told_of_compiling
 from motorcade.cli.failures import UsageError
 from motorcade.cli.options import (
     Json,
@@ -32,8 +31,6 @@ from motorcade.cli.recordings import needs_extra
 if TYPE_CHECKING:
     from motorcade.profile import Profile
     from motorcade.sim.running import Run
-
-_SLOW_START_S = 2.0
 
 
 def add_to(app: typer.Typer) -> None:
@@ -94,17 +91,9 @@ def _simulate(
     if followers is None:
         followers = 5 if parse_image_bytes(image).followers else 0
     place = read_mat(mat) if mat else None
-    notice = threading.Timer(_SLOW_START_S, _tell_of_compiling)
-    notice.daemon = True
-    notice.start()
-
     duration_ms = round(seconds * 1000)
     drawings = [path for path in files if path.suffix.lower() in (*FILMS, *PICTURES)]
     behind_ms, last_ms = duration_ms, 0
-
-    def go_on(now_ms: int) -> None:
-        notice.cancel()
-        advance(now_ms)
 
     def draw_on(now_ms: int) -> None:
         nonlocal behind_ms, last_ms
@@ -113,18 +102,10 @@ def _simulate(
         last_ms = now_ms
         advance(behind_ms + now_ms)
 
-    try:
-        with progress_bar("done", duration_ms * (1 + len(drawings))) as advance:
-            return simulate(
-                image, followers, seconds, seed, profile, mat=place, record=files, progress=go_on, drawn=draw_on
-            )
-    finally:
-        notice.cancel()
-
-
-def _tell_of_compiling() -> None:
-    if sys.stderr.isatty():
-        print("The simulator is being compiled for this computer, once; that takes up to a minute.", file=sys.stderr)
+    with told_of_compiling(), progress_bar("done", duration_ms * (1 + len(drawings))) as advance:
+        return simulate(
+            image, followers, seconds, seed, profile, mat=place, record=files, progress=advance, drawn=draw_on
+        )
 
 
 def virtual_car_command(

@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from motorcade.cli import driving
+from motorcade.cli.compiling import told_of_compiling
 from motorcade.cli.failures import UsageError
 from motorcade.cli.options import Json, ProfileOption, image_of, print_text, profile_named, tongue
 from motorcade.cli.recordings import needs_extra
 from motorcade.cli.remote import Looks
+from motorcade.cli.stick import StickName, stick_at_the_car
 
 if TYPE_CHECKING:
     import socket
@@ -83,6 +85,10 @@ def serve_command(
         Path | None,
         typer.Option(exists=True, dir_okay=False, help="What simulated leaders run: project or image."),
     ] = None,
+    stick: Annotated[
+        StickName | None,
+        typer.Option(help="What drives at the car itself, before everybody else; keys as in `drive connect`."),
+    ] = None,
     profile: ProfileOption = "classroom",
     as_json: Json = False,
 ) -> None:
@@ -99,7 +105,7 @@ def serve_command(
         raise UsageError("a real car needs its pin file, --pins, and a simulated one has none")
     if pins and (mat or program):
         raise UsageError("--mat and --program are for simulated cars; a real one runs what was uploaded to it")
-    chosen = profile_named(profile)
+    chosen, at_the_car = profile_named(profile), stick_at_the_car(stick) if stick else None
     tls = _tls(keys)
     second = telemetry_port if telemetry_port is not None else port and port + 1
     with ExitStack() as held:
@@ -112,7 +118,7 @@ def serve_command(
             image, chosen = image_of(program, profile, tongue("")) if program else (bytes(4), chosen)
             car, sees = _simulated(held, chosen, mat, image)
         door = Web(page, host, https(keys), sees) if page else None
-        asyncio.run(serve(car, chosen, Offer(commands, telemetry, tls, byte_order, as_json, door)))
+        asyncio.run(serve(car, chosen, Offer(commands, telemetry, tls, byte_order, as_json, door, at_the_car)))
     if not as_json:
         print_text("The car stands still.\n")
 
@@ -162,5 +168,6 @@ def _simulated(held: ExitStack, profile: "Profile", mat: Path | None, image: byt
 
     place = read_mat(mat) if mat else playground()
     check_mat(place, profile)
-    live = held.enter_context(LiveWorld(World(place, [image], profile, threads=1)))
+    with told_of_compiling():
+        live = held.enter_context(LiveWorld(World(place, [image], profile, threads=1)))
     return live.board(0), SimulatedCamera(live, 0)

@@ -6,7 +6,8 @@ Importing this module is enough. Numba then compiles a call of
 
 import hashlib
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import FunctionType
 from typing import Any
@@ -15,6 +16,7 @@ from typing import Any
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 import numba
+from numba.core import event
 from numba.extending import register_jitable
 
 from motorcade.car import brain, rest
@@ -53,3 +55,27 @@ def compiled(
     options: dict[str, Any] = {"cache": True, "parallel": loops, "error_model": "numpy", "nogil": True, "_nrt": False}
     kernel: Callable[..., Any] = numba.njit(**options)(make(f"{digest.hexdigest()}, parallel={parallel}"))
     return kernel
+
+
+class _Listener(event.Listener):  # type: ignore[misc]  # Numba has no types
+    def __init__(self, tell: Callable[[], None]) -> None:
+        self._tell = tell
+        self._told = False
+
+    def on_start(self, event: object) -> None:
+        if not self._told:
+            self._told = True
+            self._tell()
+
+    def on_end(self, event: object) -> None:
+        pass
+
+
+@contextmanager
+def telling(tell: Callable[[], None]) -> Iterator[None]:
+    """Inside, ``tell`` is called once if anything has to be compiled, by whichever thread does it.
+
+    Kernels that are read from disk take a moment; compiling them takes some 20 s.
+    """
+    with event.install_listener("numba:compile", _Listener(tell)):
+        yield

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from motorcade.car.drive_board import DriveBoard
 from motorcade.sim.description import Description
+from motorcade.sim.rehearsal import rehearse
 from motorcade.sim.view import Scene, to_jpeg
 from motorcade.sim.world import Snapshot, World
 
@@ -62,6 +63,10 @@ class DrivenCars:
     def board(self, car: int, has_program: bool) -> SimulatedBoard:
         """The board of a car."""
         return self._boards.setdefault(car, SimulatedBoard(has_program))
+
+    def held(self, cars: int) -> list[int]:
+        """Those of the first ``cars`` whose wheels their own program doesn't have, in order."""
+        return sorted(car for car, board in list(self._boards.items()) if car < cars and board.setpoint is not None)
 
     def steer(self, world: World) -> None:
         """Let the world's cars do what their boards were told; a board whose car isn't there has to wait."""
@@ -123,7 +128,9 @@ class LiveWorld:
         return self._scene.draw(self.snapshot(), car)
 
     def __enter__(self) -> Self:
-        """Let time go on."""
+        """Let time go on, once all is compiled: a car whose world waits for that looks stuck."""
+        rehearse(self._world)
+        self._at_s = self._clock_s()
         self._thread.start()
         return self
 

@@ -11,7 +11,8 @@ from contextlib import suppress
 
 from motorcade.server.addresses import url_of
 from motorcade.server.running import Server
-from motorcade.sim.mat import Pose, formation, open_table
+from motorcade.sim.mat import formation, open_table
+from motorcade.sim.rehearsal import rehearse
 from motorcade.sim.world import World
 from motorcade.studio.app import make_app
 from motorcade.studio.settings import Settings
@@ -57,8 +58,5 @@ def open_browser(url: str) -> None:
 
 
 def _compile_simulator() -> None:
-    """Does what compiles the simulator after an install, while the user still looks around."""
-    world = World(open_table(formation(1)), [bytes(4)], events=True, threads=1)
-    world.step()
-    world.move(0, Pose(0, 0))
-    world.snapshot()
+    """Compile it after an install, while the user still looks around."""
+    rehearse(World(open_table(formation(1)), [bytes(4)], threads=1))
