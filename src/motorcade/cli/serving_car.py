@@ -5,9 +5,11 @@ import signal
 import socket
 import ssl
 import sys
+import threading
 import time
-from collections.abc import Callable
-from contextlib import AsyncExitStack
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, AsyncExitStack, contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from motorcade.cli.options import print_json, print_text
@@ -15,18 +17,21 @@ from motorcade.cli.remote import Web, page_served
 from motorcade.link.clock import monotonic_ms
 from motorcade.link.drive_server import DriveServer, served
 from motorcade.link.driving.drive import Drive
+from motorcade.link.driving.feeding import fed
 from motorcade.link.driving.watchdog import kept
 
 if TYPE_CHECKING:
     from motorcade.car.drive_board import DriveBoard
+    from motorcade.link.driving.hand import StickSource
     from motorcade.link.driving.telemetry import Telemetry
     from motorcade.profile import Profile
 
+_LOOK_S, _LAST_WORD_S = 0.1, 1.0
 _ENDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 
 
 class Offer(NamedTuple):
-    """How a car is served; ``web`` is its page's door, if it has one."""
+    """How a car is served; ``web`` is its page's door, if it has one, and ``stick`` what drives at the car itself."""
 
     commands: socket.socket
     telemetry: socket.socket
@@ -34,6 +39,7 @@ class Offer(NamedTuple):
     byte_order: str
     as_json: bool
     web: Web | None
+    stick: "AbstractContextManager[StickSource] | None"
 
 
 async def serve(board: "DriveBoard", profile: "Profile", offer: Offer) -> None:
@@ -45,7 +51,11 @@ async def serve(board: "DriveBoard", profile: "Profile", offer: Offer) -> None:
     async with AsyncExitStack() as held:
         await held.enter_async_context(kept(drive))
         doors = await held.enter_async_context(served(server, offer.commands, offer.telemetry, offer.tls))
+        if offer.stick:
+            end = partial(asyncio.get_running_loop().call_soon_threadsafe, ended.set)
+            await held.enter_async_context(fed(drive, offer.stick, _log, end))
         url = await held.enter_async_context(page_served(drive, offer.web)) if offer.web else None
+        held.enter_context(_logged(drive.telemetry))
         (host, port), (_, telemetry_port) = (door.address for door in doors)
         if offer.as_json:
             told = {"host": host, "port": port, "telemetry_port": telemetry_port, "tls": offer.tls is not None}
@@ -55,9 +65,7 @@ async def serve(board: "DriveBoard", profile: "Profile", offer: Offer) -> None:
             print_text(
                 f"The car takes commands at {host} port {port}, telemetry is at {telemetry_port}.{page} Ctrl-C ends.\n"
             )
-        telling = asyncio.ensure_future(_tell(drive.telemetry))
         await ended.wait()
-        telling.cancel()
 
 
 def _on_signals(ended: asyncio.Event) -> None:
@@ -67,18 +75,34 @@ def _on_signals(ended: asyncio.Event) -> None:
             signal.signal(getattr(signal, name), lambda number, frame: loop.call_soon_threadsafe(ended.set))
 
 
-async def _tell(telemetry: "Callable[[], Telemetry]") -> None:
-    """Say who drives and what state the car is in, whenever that changes."""
-    last: object = None
-    while True:
+@contextmanager
+def _logged(telemetry: "Callable[[], Telemetry]") -> Iterator[None]:
+    """Say who drives and what state the car is in, whenever that changes: a terminal that hangs doesn't stop a car."""
+    over = threading.Event()
+    thread = threading.Thread(target=_log_changes, args=(telemetry, _shown(telemetry()), over), name="log", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join(_LAST_WORD_S)
+
+
+def _log_changes(telemetry: "Callable[[], Telemetry]", last: tuple[object, ...], over: threading.Event) -> None:
+    is_over = False
+    while not is_over:
+        is_over = over.wait(_LOOK_S)
         told = telemetry()
-        now = (told.driver, told.state in ("standing", "moving") or told.state, told.last_fault)
-        if now != last and last is not None:
+        if _shown(told) != last:
             _log(
                 f"{told.state}; {told.driver or 'nobody'} drives" + (f"; {told.last_fault}" if told.last_fault else "")
             )
-        last = now
-        await asyncio.sleep(0.1)
+        last = _shown(told)
+
+
+def _shown(told: "Telemetry") -> tuple[object, ...]:
+    """What is worth a line when it changes."""
+    return told.driver, told.state in ("standing", "moving") or told.state, told.last_fault
 
 
 def _log(sentence: str) -> None:

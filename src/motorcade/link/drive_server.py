@@ -35,6 +35,7 @@ class DriveServer:
         self.channels: list[TelemetryChannel] = []
         self._hand_over_ms = profile.drive.hand_over_ms
         self._byte_order = byte_order
+        self._is_heard = asyncio.Event()
 
     def command_channel(self, left: Callable[[Guest], None]) -> CommandChannel:
         """The protocol of a new connection for commands."""
@@ -75,12 +76,20 @@ class DriveServer:
         alike = [each for each in self.commands if each.client == channel.client and each not in taken]
         return alike[0] if len(alike) == 1 else None
 
+    def hear(self, channel: TelemetryChannel) -> None:
+        """A connection for telemetry is open."""
+        self.channels.append(channel)
+        self._is_heard.set()
+
     async def tell(self) -> None:
         """Send telemetry to every channel until cancelled."""
         loop = asyncio.get_running_loop()
         while True:
+            if not self.channels:
+                self._is_heard.clear()
+                await self._is_heard.wait()
             begin_s = loop.time()
-            told = self.drive.telemetry()._asdict() if self.channels else {}
+            told = self.drive.telemetry()._asdict()
             for channel in list(self.channels):
                 channel.tell(told)
             await asyncio.sleep(max(0.0, begin_s + PERIOD_S - loop.time()))

@@ -6,6 +6,7 @@ Every method may be called from any thread. Somebody has to call ``beat`` in tim
 
 import threading
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 from motorcade.car.arbiter import APPLIED, CLIENT, FAILSAFE, LOCAL, MOVING, NOBODY, STANDING, STATES, WATCHING, Arbiter
 from motorcade.car.drive_board import DriveBoard
@@ -23,6 +24,8 @@ __all__ = ["APPLIED", "CLIENT", "LOCAL", "OUTCOMES", "OVER_RATE", "Drive", "Seat
 MOST_SEATS = 9
 _LOCK_PATIENCE_S = 0.05
 _BATTERY_MS = 1000
+# A stick repeats itself: a car hears the same words again and again.
+_REMEMBERED_WORDS = 1024
 
 
 class Drive:
@@ -160,14 +163,13 @@ class Drive:
     def check(self, word: int, counts: Counts) -> Setpoint:
         """What a DRIVE word says. Raises WordError, and counts it, where it is none."""
         try:
-            setpoint: Setpoint = DRIVE.decode(word, strict=True)[1:4]
+            return _setpoint_of(word)
         except WordError as problem:
             with self._lock:
                 self._refused += 1
             counts.refused += 1
             counts.last_refusal = str(problem)
             raise
-        return setpoint
 
     def drives(self, seat: Seat) -> bool:
         """Whether the seat has the wheel."""
@@ -208,7 +210,7 @@ class Drive:
             return rest_ms
 
     def beat(self) -> int:
-        """As ``tick``, and a sign of life of the loop that takes the commands; at least every 50 ms."""
+        """As ``tick``, and a sign of life of what takes the commands; at least every 50 ms."""
         rest_ms = self.tick()
         with self._lock:
             self._beat_ms = self._clock()
@@ -273,3 +275,9 @@ class Drive:
         if elapsed_ms(now, self._battery_read_ms) >= _BATTERY_MS:
             self._battery_read_ms = now
             self._battery_mv = self._wheels.battery_mv()
+
+
+@lru_cache(_REMEMBERED_WORDS)
+def _setpoint_of(word: int) -> Setpoint:
+    setpoint: Setpoint = DRIVE.decode(word, strict=True)[1:4]
+    return setpoint

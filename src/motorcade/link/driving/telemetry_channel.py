@@ -66,7 +66,7 @@ class TelemetryChannel(Guest, asyncio.Protocol):
         address = transport.get_extra_info("peername") or ("?", 0)
         self.client = client_of(transport)
         self._name = f"{self.client}:{address[1]}"
-        self._server.channels.append(self)
+        self._server.hear(self)
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Give the watcher's seat back."""

@@ -1,8 +1,10 @@
 """Keeps a `motorcade.link.driving.drive.Drive` alive, and its wheels still where that fails.
 
-Each watches the one before it: the arbiter stops the wheels where no command comes, a thread where the loop that
-takes the commands is stuck, and another process (`motorcade.link.driving.guard`) where this one is killed or frozen,
-for a board that needs it.
+A thread lets the arbiter stop the wheels in time where no command comes, and stops them where the loop that takes the
+commands is stuck. Another process (`motorcade.link.driving.guard`) does where this one, or that thread, is killed or
+frozen, for a board that needs it.
+
+The loop has no clock to mind: waiting for a socket with one took a twentieth of a command's way.
 """
 
 import asyncio
@@ -18,10 +20,17 @@ _BEAT_MS = 50
 
 
 class Watchdog:
-    """A thread that stops the wheels where the loop is stuck; use it as a context manager."""
+    """A thread that asks the loop for signs of life; use it as a context manager.
 
-    def __init__(self, drive: Drive) -> None:
+    Args:
+        drive: the car.
+        loop: what takes its commands.
+    """
+
+    def __init__(self, drive: Drive, loop: asyncio.AbstractEventLoop) -> None:
         self._drive = drive
+        self._loop = loop
+        self._is_asked = False
         self._ended = threading.Event()
         self._telling = threading.Lock()
         self._thread = threading.Thread(target=self._watch, name="drive watchdog", daemon=True)
@@ -54,6 +63,14 @@ class Watchdog:
             except OSError as problem:
                 rest_ms = _BEAT_MS
                 self._drive.fail(problem)
+            # Else a loop that is stuck for long would find many questions.
+            if not self._is_asked:
+                self._is_asked = True
+                self._loop.call_soon_threadsafe(self._answer)
+
+    def _answer(self) -> None:
+        self._is_asked = False
+        self._drive.beat()
 
     def _tell_guard(self) -> None:
         # What is told last has to be what was so last, whoever tells it.
@@ -64,16 +81,7 @@ class Watchdog:
 
 @asynccontextmanager
 async def kept(drive: Drive) -> AsyncIterator[None]:
-    """Beats while the block runs, watched over; however it ends, the wheels then stand still, the board closed."""
+    """Watched over while the block runs; however it ends, the wheels then stand still, the board closed."""
     drive.beat()
-    with Watchdog(drive):
-        beating = asyncio.ensure_future(_beat(drive))
-        try:
-            yield
-        finally:
-            beating.cancel()
-
-
-async def _beat(drive: Drive) -> None:
-    while True:
-        await asyncio.sleep(min(drive.beat(), _BEAT_MS) / 1000)
+    with Watchdog(drive, asyncio.get_running_loop()):
+        yield
