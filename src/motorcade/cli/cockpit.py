@@ -1,33 +1,30 @@
 """What `motorcade drive connect` shows and which keys it takes."""
 
-import sys
 import time
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 
 from blessed import Terminal
-from blessed.keyboard import Keystroke
 
-from motorcade.cli.failures import UsageError
+from motorcade.cli.keyboard import Keyboard
 from motorcade.link.blocking_drive_client import BlockingDriveClient
 from motorcade.link.car_failures import CarError
-from motorcade.link.driving.key_stick import AHEAD, BACK, LEFT, RIGHT, KeyStick
+from motorcade.link.clock import monotonic_ms
+from motorcade.link.driving.hand import CLEAR, QUIT, RELEASE, REQUEST, RESUME, STOP, Hand, StickSource
 from motorcade.link.driving.telemetry import Telemetry
+from motorcade.link.stick_failures import StickError
 
-_KEYS = {"w": AHEAD, "s": BACK, "a": LEFT, "d": RIGHT}
-_ARROWS = {"KEY_UP": AHEAD, "KEY_DOWN": BACK, "KEY_LEFT": LEFT, "KEY_RIGHT": RIGHT}
-_LOOK_S = 0.05
+# A car takes 100 commands a second.
+_LOOK_S = 0.02
 _DRAW_S = 0.1
-# A driver whose keys rest for longer lets others have the wheel.
-_RESTS_S = 2.0
-_STEP, _LEAST = 0.05, 0.05
-_QUERY_S = 0.3
 _USUAL_SIZE = 80, 24
 
 TEXTS = {
     "en": {
         "title": "Driving {car}",
         "away": "{car} is away; trying again. It stands still meanwhile.",
-        "let-go": "The car stopped by itself: let go of the keys, then drive on.",
+        "let-go": "Let go of the keys or the stick, then drive on.",
+        "pad": "gamepad: {name}; its right button is the emergency stop, Start lifts it",
+        "no-pad": "No gamepad is there: plug one in.",
         "state": "state",
         "driver": "driver",
         "nobody": "nobody",
@@ -38,8 +35,8 @@ TEXTS = {
         "back": "back",
         "age": "last command {age} ms ago",
         "battery": "battery",
-        "keys": "arrows or WASD drive · + - throttle {throttle:.0%} · space emergency stop · c lift it · "
-        "t take the wheel · g give it back · p program · q leave",
+        "keys": "{drive}space emergency stop · c lift it · t take the wheel · g give it back · p program · q leave",
+        "drive-keys": "arrows or WASD drive · + - throttle {throttle:.0%} · ",
         "ready": "ready",
         "standing": "standing",
         "moving": "moving",
@@ -50,7 +47,9 @@ TEXTS = {
     "zh": {
         "title": "正在驾驶 {car}",
         "away": "{car} 已断开，正在重试。其间它停在原地。",
-        "let-go": "小车已自动停下：请先松开按键，再继续驾驶。",
+        "let-go": "请先松开按键或摇杆，再继续驾驶。",
+        "pad": "手柄：{name}；右侧按钮为紧急停止，Start 解除",
+        "no-pad": "没有手柄：请插入一个。",
         "state": "状态",
         "driver": "驾驶者",
         "nobody": "无",
@@ -61,8 +60,8 @@ TEXTS = {
         "back": "后退",
         "age": "上一条指令在 {age} 毫秒前",
         "battery": "电池",
-        "keys": "方向键或 WASD 驾驶 · + - 油门 {throttle:.0%} · 空格 紧急停止 · c 解除 · "
-        "t 取得方向盘 · g 交还 · p 程序 · q 离开",
+        "keys": "{drive}空格 紧急停止 · c 解除 · t 取得方向盘 · g 交还 · p 程序 · q 离开",
+        "drive-keys": "方向键或 WASD 驾驶 · + - 油门 {throttle:.0%} · ",
         "ready": "就绪",
         "standing": "停住",
         "moving": "行驶中",
@@ -73,112 +72,90 @@ TEXTS = {
 }
 
 
-def check_terminal() -> None:
-    """Raise UsageError where nobody sits at a keyboard."""
-    if not (sys.stdin and sys.stdin.isatty() and sys.stdout and sys.stdout.isatty()):
-        raise UsageError("driving with the keyboard needs a terminal; a script drives with `motorcade drive send`")
-
-
 class Cockpit:
     """A terminal that drives a car.
 
     Args:
         car: what the car is called on the screen.
-        throttle: what a key gives, 0 to 1.
-        hold_s: as `KeyStick` takes it.
+        keyboard: its keys.
         language: en or zh.
+        pad: what drives in place of the keys, which still give the orders.
     """
 
-    def __init__(self, car: str, throttle: float, hold_s: float, language: str) -> None:
+    def __init__(self, car: str, keyboard: Keyboard, language: str, pad: StickSource | None = None) -> None:
         self._car = car
-        self._throttle = throttle
-        self._hold_s = hold_s
+        self._keyboard = keyboard
+        self._pad = pad
+        self._language = language
         self._texts = TEXTS[language]
-        self._stick = KeyStick(hold_s, tells_releases=False)
-        self._touched_s = float("-inf")
+        self._hand = Hand()
+        self._device: str | None = None
+        self._notice: StickError | None = None
         self._is_done = False
 
     def drive(self, client: BlockingDriveClient) -> None:
         """Drive until the user leaves."""
-        terminal = Terminal()
-        with ExitStack() as stack:
-            for mode in (terminal.fullscreen(), terminal.cbreak(), terminal.hidden_cursor()):
-                stack.enter_context(mode)
-            stack.enter_context(
-                terminal.enable_kitty_keyboard(report_events=True, report_all_keys=True, timeout=_QUERY_S)
-            )
-            reported = terminal.get_kitty_keyboard_state(timeout=_QUERY_S)
-            self._stick = KeyStick(self._hold_s, tells_releases=bool(reported and reported.report_events))
+        terminal = self._keyboard.terminal
+        with terminal.fullscreen(), terminal.hidden_cursor():
             drawn_s = 0.0
             while not self._is_done:
-                key = terminal.inkey(timeout=_LOOK_S)
-                while key:
-                    self._take(key, client)
-                    key = terminal.inkey(timeout=0)
-                is_away = not self._wish(client)
+                time.sleep(_LOOK_S)
+                is_away = not self._steer(client)
                 if time.monotonic() - drawn_s >= _DRAW_S:
                     drawn_s = time.monotonic()
                     self._draw(terminal, client, is_away)
 
-    def _take(self, key: Keystroke, client: BlockingDriveClient) -> None:
-        # Terminals that tell of releases send Ctrl-C as a key too.
-        if key.name in ("KEY_CTRL_C", "KEY_ESCAPE"):
+    def _steer(self, client: BlockingDriveClient) -> bool:
+        """Tell the car what the hand wants; False while it is away."""
+        keys = self._keyboard.read()
+        stick = self._pad.read() if self._pad else keys
+        if stick.device != self._device:
+            self._device, self._notice = stick.device, None
+            self._hand.distrust()
+        self._notice = stick.notice or self._notice
+        for order in (*keys.orders, *(stick.orders if stick is not keys else ())):
+            with suppress(CarError):
+                self._obey(order, client)
+        wish = self._hand.wish(stick.axes, monotonic_ms())
+        if wish is not None:
+            with suppress(CarError):
+                client.drive(*wish)
+        return client.connected
+
+    def _obey(self, order: str, client: BlockingDriveClient) -> None:
+        if order == QUIT:
             self._is_done = True
             return
-        now_s, letter = time.monotonic(), str(key.key_value).lower()
-        steers = _ARROWS.get(key.key_name or "") or _KEYS.get(letter)
-        if steers:
-            self._touched_s = now_s
-            (self._stick.release if key.released else self._stick.press)(steers, now_s)
-        elif not key.released:
-            with suppress(CarError):
-                self._command(letter, client)
-
-    def _command(self, letter: str, client: BlockingDriveClient) -> None:
-        if letter in ("+", "="):
-            self._throttle = min(1.0, self._throttle + _STEP)
-        elif letter == "-":
-            self._throttle = max(_LEAST, self._throttle - _STEP)
-        elif letter == "q":
-            self._is_done = True
-        elif letter in "cgpt " and letter:
-            # What isn't driving ends driving first.
-            self._stick.let_go()
-            self._touched_s = float("-inf")
-            orders = {
-                " ": client.stop,
-                "c": client.clear,
-                "g": client.release,
-                "p": client.resume_program,
-                "t": client.request,
-            }
-            orders[letter]()
-
-    def _wish(self, client: BlockingDriveClient) -> bool:
-        """Tell the car what the keys say; False while it is away."""
-        now_s = time.monotonic()
-        throttle, steering = self._stick.axes(now_s)
-        if throttle or steering:
-            self._touched_s = now_s
-        if now_s - self._touched_s > _RESTS_S:
-            return client.connected
-        with suppress(CarError):
-            client.drive(throttle * self._throttle, steering)
-        return client.connected
+        self._hand.withdraw()
+        orders = {
+            STOP: client.stop,
+            CLEAR: client.clear,
+            RELEASE: client.release,
+            RESUME: client.resume_program,
+            REQUEST: client.request,
+        }
+        orders[order]()
 
     def _draw(self, terminal: Terminal, client: BlockingDriveClient, is_away: bool) -> None:
         # A terminal at a serial line doesn't know its size.
         width, height = terminal.width or _USUAL_SIZE[0], terminal.height or _USUAL_SIZE[1]
-        lines = [self._texts["title"].format(car=self._car), ""]
+        lines = [self._texts["title"].format(car=self._car), *self._stick_lines(), ""]
         if is_away:
             lines.append(self._texts["away"].format(car=self._car))
         elif client.telemetry:
             lines += self._told(client.telemetry)
-            if client.waits_for_release:
+            if client.waits_for_release or (self._device and self._hand.must_rest):
                 lines.append(terminal.bold(self._texts["let-go"]))
-        lines += ["", *terminal.wrap(self._texts["keys"].format(throttle=self._throttle), width)]
+        drives = "" if self._pad else self._texts["drive-keys"].format(throttle=self._keyboard.throttle)
+        lines += ["", *terminal.wrap(self._texts["keys"].format(drive=drives), width)]
         shown = [terminal.truncate(line, width) + terminal.clear_eol for line in lines[:height]]
         print(terminal.home + "\r\n".join(shown) + terminal.clear_eos, end="", flush=True)
+
+    def _stick_lines(self) -> list[str]:
+        if self._pad is None:
+            return []
+        line = self._texts["pad"].format(name=self._device) if self._device else self._texts["no-pad"]
+        return [line, *([self._notice.message(self._language)] if self._notice else [])]
 
     def _told(self, telemetry: Telemetry) -> list[str]:
         texts = self._texts

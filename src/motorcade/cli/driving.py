@@ -3,7 +3,7 @@
 Each command imports what it needs when it runs, so that the others start at once.
 """
 
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,6 +13,7 @@ import typer
 from motorcade.cli.failures import UsageError
 from motorcade.cli.options import Json, Language, print_json, tongue, wants_json
 from motorcade.cli.recordings import needs_extra
+from motorcade.cli.stick import StickName, gamepad
 
 if TYPE_CHECKING:
     from motorcade.link.car_failures import CarRefusesError
@@ -45,6 +46,7 @@ def connect_command(
     telemetry_port: TelemetryPort = None,
     keys: Keys = None,
     car_name: CarName = None,
+    stick: Annotated[StickName, typer.Option(help="What drives; the other keys stay.")] = StickName.KEYBOARD,
     throttle: Annotated[float, typer.Option(min=0.05, max=1, help="What a key gives; + and - change it.")] = 0.4,
     hold_ms: Annotated[
         int,
@@ -58,16 +60,20 @@ def connect_command(
     ] = 250,
     language: Language = "",
 ) -> None:
-    """Drive with the keyboard: hold a key and the car drives, let go and it stops."""
+    """Drive with the keyboard or a gamepad: hold a key and the car drives, let go and it stops."""
     with needs_extra("driving with the keyboard", "drive"):
-        from motorcade.cli.cockpit import Cockpit, check_terminal
+        from motorcade.cli.cockpit import Cockpit
+        from motorcade.cli.keyboard import Keyboard, check_terminal
     from motorcade.link.blocking_drive_client import BlockingDriveClient
 
     check_terminal()
-    cockpit = Cockpit(car, throttle, hold_ms / 1000, tongue(language))
+    chosen = tongue(language)
     options = _options(telemetry_port, keys, car_name)
-    with suppress(KeyboardInterrupt), BlockingDriveClient(*_address(car), rearm=False, **options) as client:
-        cockpit.drive(client)
+    with ExitStack() as held, suppress(KeyboardInterrupt):
+        pad = held.enter_context(gamepad()) if stick == StickName.GAMEPAD else None
+        client = held.enter_context(BlockingDriveClient(*_address(car), rearm=False, **options))
+        keyboard = held.enter_context(Keyboard(throttle, hold_ms / 1000))
+        Cockpit(car, keyboard, chosen, pad).drive(client)
 
 
 def send_command(

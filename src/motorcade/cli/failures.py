@@ -36,6 +36,7 @@ def exit_code(problem: Exception) -> int | None:
         WentAwayError,
     )
     from motorcade.link.keys import KeysError
+    from motorcade.link.stick_failures import StickError
     from motorcade.profile import ProfileError
     from motorcade.program.decompiler import DecompileError
     from motorcade.program.diagnostics import ProgramError
@@ -59,6 +60,7 @@ def exit_code(problem: Exception) -> int | None:
         (WordError, USAGE),
         (StoreError, USAGE),
         (CameraError, PORT_NOT_FOUND),
+        (StickError, PORT_NOT_FOUND),
         (OSError, USAGE),
         (LineError, PORT_BUSY),
         (PortNotFoundError, PORT_NOT_FOUND),
@@ -87,11 +89,12 @@ def sentence(problem: Exception, language: str) -> str:
     from motorcade.link.camera_failures import CameraError
     from motorcade.link.car_failures import CarError
     from motorcade.link.failures import PortError
+    from motorcade.link.stick_failures import StickError
     from motorcade.program.decompiler import DecompileError
     from motorcade.sim.errors import MatError, WorldError
     from motorcade.words.image import ImageError
     from motorcade.words.sentences import image_sentence
 
-    if isinstance(problem, PortError | CarError | CameraError | DecompileError | MatError | WorldError):
+    if isinstance(problem, PortError | CarError | CameraError | StickError | DecompileError | MatError | WorldError):
         return problem.message(language)
     return image_sentence(problem, language) if isinstance(problem, ImageError) else str(problem)

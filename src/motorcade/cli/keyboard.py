@@ -1,0 +1,94 @@
+"""A terminal's keys as a stick, for a driver at a car and for one far away."""
+
+import sys
+import time
+from contextlib import ExitStack
+from types import TracebackType
+from typing import Self
+
+from blessed import Terminal
+from blessed.keyboard import Keystroke
+
+from motorcade.cli.failures import UsageError
+from motorcade.link.driving.hand import CLEAR, QUIT, RELEASE, REQUEST, RESUME, STOP, Reading
+from motorcade.link.driving.key_stick import AHEAD, BACK, LEFT, RIGHT, KeyStick
+
+THROTTLE, HOLD_S = 0.4, 0.25
+_STEERS = {"w": AHEAD, "s": BACK, "a": LEFT, "d": RIGHT}
+_ARROWS = {"KEY_UP": AHEAD, "KEY_DOWN": BACK, "KEY_LEFT": LEFT, "KEY_RIGHT": RIGHT}
+_ORDERS = {" ": STOP, "c": CLEAR, "g": RELEASE, "t": REQUEST, "p": RESUME, "q": QUIT}
+# Terminals that tell of releases send Ctrl-C as a key too.
+_QUITS = ("KEY_CTRL_C", "KEY_ESCAPE")
+_STEP, _LEAST = 0.05, 0.05
+_QUERY_S = 0.3
+
+
+def check_terminal() -> None:
+    """Raise UsageError where nobody sits at a keyboard."""
+    if not (sys.stdin and sys.stdin.isatty() and sys.stdout and sys.stdout.isatty()):
+        raise UsageError("driving with the keyboard needs a terminal; a script drives with `motorcade drive send`")
+
+
+class Keyboard:
+    """The keyboard of this terminal: ``with Keyboard() as keyboard: ...``, all in one thread.
+
+    Args:
+        throttle: what a key gives, 0 to 1; the user changes it.
+        hold_s: as `KeyStick` takes it.
+
+    Attributes:
+        terminal: to write to.
+    """
+
+    def __init__(self, throttle: float = THROTTLE, hold_s: float = HOLD_S) -> None:
+        self.throttle = throttle
+        self.terminal = Terminal()
+        self._hold_s = hold_s
+        self._stick = KeyStick(hold_s, tells_releases=False)
+        self._modes = ExitStack()
+
+    def __enter__(self) -> Self:
+        """Take single keys from now on."""
+        with ExitStack() as modes:
+            modes.enter_context(self.terminal.cbreak())
+            modes.enter_context(
+                self.terminal.enable_kitty_keyboard(report_events=True, report_all_keys=True, timeout=_QUERY_S)
+            )
+            reported = self.terminal.get_kitty_keyboard_state(timeout=_QUERY_S)
+            self._stick = KeyStick(self._hold_s, tells_releases=bool(reported and reported.report_events))
+            self._modes = modes.pop_all()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Leave the terminal as it was."""
+        self._modes.close()
+
+    def read(self) -> Reading:
+        """What the keys say now."""
+        orders = []
+        while key := self.terminal.inkey(timeout=0):
+            if order := self._take(key):
+                # What isn't driving ends driving first.
+                self._stick.let_go()
+                orders.append(order)
+        throttle, steering = self._stick.axes(time.monotonic())
+        return Reading("keyboard", (throttle * self.throttle, steering), tuple(orders))
+
+    def _take(self, key: Keystroke) -> str | None:
+        """Note a key; gives back the order that it is, if it is one."""
+        if key.name in _QUITS:
+            return QUIT
+        letter = str(key.key_value).lower()
+        steers = _ARROWS.get(key.key_name or "") or _STEERS.get(letter)
+        if steers:
+            (self._stick.release if key.released else self._stick.press)(steers, time.monotonic())
+            return None
+        if key.released:
+            return None
+        if letter in ("+", "="):
+            self.throttle = min(1.0, self.throttle + _STEP)
+        elif letter == "-":
+            self.throttle = max(_LEAST, self.throttle - _STEP)
+        return _ORDERS.get(letter)
