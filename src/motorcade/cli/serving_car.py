@@ -1,0 +1,109 @@
+"""A car that is served: its doors and its page, until a signal ends it. Apart, since asyncio is slow to import."""
+
+import asyncio
+import signal
+import socket
+import ssl
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, AsyncExitStack, contextmanager
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+from motorcade.cli.options import print_json, print_text
+from motorcade.cli.remote import Web, page_served
+from motorcade.link.clock import monotonic_ms
+from motorcade.link.drive_server import DriveServer, served
+from motorcade.link.driving.drive import Drive
+from motorcade.link.driving.feeding import fed
+from motorcade.link.driving.watchdog import kept
+
+if TYPE_CHECKING:
+    from motorcade.car.drive_board import DriveBoard
+    from motorcade.link.driving.hand import StickSource
+    from motorcade.link.driving.telemetry import Telemetry
+    from motorcade.profile import Profile
+
+_LOOK_S, _LAST_WORD_S = 0.1, 1.0
+_ENDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
+
+
+class Offer(NamedTuple):
+    """How a car is served; ``web`` is its page's door, if it has one, and ``stick`` what drives at the car itself."""
+
+    commands: socket.socket
+    telemetry: socket.socket
+    tls: ssl.SSLContext | None
+    byte_order: str
+    as_json: bool
+    web: Web | None
+    stick: "AbstractContextManager[StickSource] | None"
+
+
+async def serve(board: "DriveBoard", profile: "Profile", offer: Offer) -> None:
+    """Serve until a signal ends it."""
+    drive = Drive(board, monotonic_ms, profile)
+    server = DriveServer(drive, profile, offer.byte_order)
+    ended = asyncio.Event()
+    _on_signals(ended)
+    async with AsyncExitStack() as held:
+        await held.enter_async_context(kept(drive))
+        doors = await held.enter_async_context(served(server, offer.commands, offer.telemetry, offer.tls))
+        if offer.stick:
+            end = partial(asyncio.get_running_loop().call_soon_threadsafe, ended.set)
+            await held.enter_async_context(fed(drive, offer.stick, _log, end))
+        url = await held.enter_async_context(page_served(drive, offer.web)) if offer.web else None
+        held.enter_context(_logged(drive.telemetry))
+        (host, port), (_, telemetry_port) = (door.address for door in doors)
+        if offer.as_json:
+            told = {"host": host, "port": port, "telemetry_port": telemetry_port, "tls": offer.tls is not None}
+            print_json(told | ({"url": url} if url else {}))
+        else:
+            page = f" Its page is {url}" if url else ""
+            print_text(
+                f"The car takes commands at {host} port {port}, telemetry is at {telemetry_port}.{page} Ctrl-C ends.\n"
+            )
+        await ended.wait()
+
+
+def _on_signals(ended: asyncio.Event) -> None:
+    loop = asyncio.get_running_loop()
+    for name in _ENDS:
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), lambda number, frame: loop.call_soon_threadsafe(ended.set))
+
+
+@contextmanager
+def _logged(telemetry: "Callable[[], Telemetry]") -> Iterator[None]:
+    """Say who drives and what state the car is in, whenever that changes: a terminal that hangs doesn't stop a car."""
+    over = threading.Event()
+    thread = threading.Thread(target=_log_changes, args=(telemetry, _shown(telemetry()), over), name="log", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join(_LAST_WORD_S)
+
+
+def _log_changes(telemetry: "Callable[[], Telemetry]", last: tuple[object, ...], over: threading.Event) -> None:
+    is_over = False
+    while not is_over:
+        is_over = over.wait(_LOOK_S)
+        told = telemetry()
+        if _shown(told) != last:
+            _log(
+                f"{told.state}; {told.driver or 'nobody'} drives" + (f"; {told.last_fault}" if told.last_fault else "")
+            )
+        last = _shown(told)
+
+
+def _shown(told: "Telemetry") -> tuple[object, ...]:
+    """What is worth a line when it changes."""
+    return told.driver, told.state in ("standing", "moving") or told.state, told.last_fault
+
+
+def _log(sentence: str) -> None:
+    print(f"{time.strftime('%H:%M:%S')} {sentence}", file=sys.stderr, flush=True)
