@@ -3,8 +3,8 @@
 import asyncio
 import threading
 import time
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -17,7 +17,7 @@ from motorcade.link.driving.watchdog import kept
 from motorcade.profile import Profile, built_in_profile
 
 NEUTRAL = (90, 1, 0)
-DEADLINE_S = 20.0
+DEADLINE_S = 60.0
 CLASSROOM = built_in_profile("classroom")
 # Of cars that forgive a busy machine its lateness: that of their own loop, and that of their drivers too.
 STEADY = replace(CLASSROOM, drive=replace(CLASSROOM.drive, watchdog_ms=8000))
@@ -44,6 +44,14 @@ class NotedBoard(DriveBoard):
     @property
     def moves(self) -> bool:
         return self.setpoint[2] > 0
+
+    def was_told(self, setpoint: tuple[int, int, int], since: int = 0) -> bool:
+        """Whether it was told so, behind as many notes, even where that held for a moment only."""
+        return any(each == setpoint for _, each in self.notes[since:])
+
+    def has_moved(self, since: int = 0) -> bool:
+        """Whether the wheels have turned, behind as many notes, even if for a moment only."""
+        return any(setpoint[2] for _, setpoint in self.notes[since:])
 
 
 class DrivenCar:
@@ -74,9 +82,21 @@ class DrivenCar:
         self._thread.join(DEADLINE_S)
         assert not self._thread.is_alive(), "the car didn't end"
 
-    def freeze(self, seconds: float) -> None:
-        """Keep its loop stuck for so long."""
-        self._loop.call_soon_threadsafe(time.sleep, seconds)
+    @contextmanager
+    def stuck(self) -> Iterator[None]:
+        """Keep its loop stuck."""
+        begun, ended = threading.Event(), threading.Event()
+
+        def hang() -> None:
+            begun.set()
+            ended.wait()
+
+        self._loop.call_soon_threadsafe(hang)
+        assert begun.wait(DEADLINE_S), "the loop was stuck before"
+        try:
+            yield
+        finally:
+            ended.set()
 
     def _run(self) -> None:
         # A runner lets the loop close the sockets of those who were dropped last.

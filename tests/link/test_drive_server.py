@@ -27,13 +27,7 @@ MOVE = struct.pack(">I", DRIVE.encode(angle=40, direction=1, speed=150))
 STILL = struct.pack(">I", DRIVE.encode(angle=40, direction=1, speed=0))
 PERIOD_S = 0.04
 # What a test may wait for on a busy machine; what counts is what the board noted when.
-DEADLINE_S = 20
-
-
-@pytest.fixture
-def car() -> Iterator[DrivenCar]:
-    with DrivenCar() as car:
-        yield car
+DEADLINE_S = 60
 
 
 def connect(car: DrivenCar) -> socket.socket:
@@ -88,11 +82,12 @@ def steady(line: socket.socket, word: bytes = MOVE) -> Iterator[threading.Event]
 
 
 def drive_on(car: DrivenCar, line: socket.socket) -> float:
-    """Drive until the wheels turn; when the last command left. A busy machine's car may have to be armed."""
-    for _ in range(100):
+    """Drive until the wheels turn; when the last command left at the earliest. A busy car may have to be armed."""
+    end_s = time.monotonic() + DEADLINE_S
+    while time.monotonic() < end_s:
         for word in (STILL, MOVE):
-            line.sendall(word)
             sent_s = time.perf_counter()
+            line.sendall(word)
             time.sleep(PERIOD_S)
         if car.board.moves:
             return sent_s
@@ -101,10 +96,8 @@ def drive_on(car: DrivenCar, line: socket.socket) -> float:
 
 def stopped_after(car: DrivenCar, sent_s: float) -> float:
     """Seconds from ``sent_s`` to neutral."""
-    wait_until(lambda: not car.board.moves, DEADLINE_S)
-    at_s, setpoint = car.board.notes[-1]
-    assert setpoint == NEUTRAL
-    return at_s - sent_s
+    wait_until(lambda: car.board.setpoint == NEUTRAL)
+    return car.board.notes[-1][0] - sent_s
 
 
 def reset(line: socket.socket) -> None:
@@ -113,11 +106,13 @@ def reset(line: socket.socket) -> None:
 
 
 @pytest.mark.parametrize("end", [socket.socket.close, reset, lambda line: line.shutdown(socket.SHUT_WR)])
-def test_a_client_that_is_gone_stops_the_wheels_at_once(car: DrivenCar, end) -> None:
-    line = connect(car)
-    sent_s = drive_on(car, line)
+def test_a_client_that_is_gone_stops_the_wheels_at_once(patient_car: DrivenCar, end) -> None:
+    line = connect(patient_car)
+    drive_on(patient_car, line)
+    gone_s = time.perf_counter()
     end(line)
-    assert stopped_after(car, sent_s) < 0.25
+    # Long before the failsafe, which would stop them too.
+    assert stopped_after(patient_car, gone_s) < PATIENT.drive.failsafe_ms / 2000
     line.close()
 
 
@@ -125,50 +120,48 @@ def test_a_client_that_freezes_with_its_connection_open_stops_the_wheels_after_3
     with connect(car) as line:
         assert stopped_after(car, drive_on(car, line)) >= 0.3
         assert car.drive.telemetry().state == "failsafe"
+        refused, told = car.server.commands[0].counts.outcomes[2], len(car.board.notes)
         line.sendall(MOVE)
         line.sendall(MOVE)
-        wait_until(lambda: car.drive.telemetry().age_ms < 300)
-        assert not car.board.moves
+        wait_until(lambda: car.server.commands[0].counts.outcomes[2] > refused)
+        assert not car.board.has_moved(told)
         line.sendall(STILL)
-        wait_until(lambda: car.board.setpoint == (40, 1, 0))
+        wait_until(lambda: car.board.was_told((40, 1, 0), told))
         line.sendall(MOVE)
-        wait_until(lambda: car.board.moves)
+        wait_until(lambda: car.board.has_moved(told))
 
 
 def test_a_client_behind_a_pulled_cable_stops_the_wheels_after_300_ms(car: DrivenCar) -> None:
     async def pull() -> float:
         async with FaultProxy(car.port) as proxy:
             _, writer = await asyncio.open_connection("127.0.0.1", proxy.port)
-            for _ in range(5):
-                writer.write(MOVE)
-                await asyncio.sleep(PERIOD_S)
-            await until(lambda: car.board.moves)
+            while not car.board.moves:
+                for word in (STILL, MOVE):
+                    sent_s = time.perf_counter()
+                    writer.write(word)
+                    await asyncio.sleep(PERIOD_S)
             proxy.half_open()
-            pulled_s = time.perf_counter()
             for _ in range(20):
                 writer.write(MOVE)
                 await asyncio.sleep(PERIOD_S)
-            await until(lambda: not car.board.moves)
+            await until(lambda: car.board.setpoint == NEUTRAL)
             writer.close()
-            return car.board.notes[-1][0] - pulled_s
+            return car.board.notes[-1][0] - sent_s
 
-    assert asyncio.run(pull()) > 0.2
+    assert asyncio.run(pull()) >= 0.3
 
 
 def test_a_server_that_is_stuck_stops_the_wheels_and_forgets_what_came_meanwhile() -> None:
-    stuck_s = 2.0
     # No failsafe helps here.
     watched = replace(PATIENT, drive=replace(PATIENT.drive, watchdog_ms=200))
     with DrivenCar(profile=watched) as car, connect(car) as line:
         drive_on(car, line)
-        stalls = car.drive.telemetry().stalls
+        stalls, outcomes = car.drive.telemetry().stalls, car.server.commands[0].counts.outcomes
         with steady(line):
-            begin_s = time.perf_counter()
-            car.freeze(stuck_s)
-            assert 0.1 < stopped_after(car, begin_s) < stuck_s
-            notes = len(car.board.notes)
-            outcomes = car.server.commands[0].seat.counts.outcomes
-            wait_until(lambda: outcomes[2] > 2)
+            with car.stuck():
+                wait_until(lambda: car.board.setpoint == NEUTRAL)
+                notes, refused = len(car.board.notes), outcomes[2]
+            wait_until(lambda: outcomes[2] > refused + 2)
             assert len(car.board.notes) == notes
             assert car.drive.telemetry().stalls > stalls
 
@@ -181,7 +174,8 @@ def test_the_wheels_stand_still_before_the_first_command_and_after_the_last() ->
         assert car.board.setpoint == NEUTRAL
 
 
-def test_a_board_with_a_fault_of_ours_stands_still(car: DrivenCar) -> None:
+def test_a_board_with_a_fault_of_ours_stands_still(patient_car: DrivenCar) -> None:
+    car = patient_car
     apply = car.board.apply
 
     def fail(angle_deg: int, direction: int, speed: int) -> None:
@@ -342,9 +336,10 @@ def test_only_who_shows_a_certificate_of_the_same_authority_drives(keys) -> None
 
 
 def test_who_never_ends_a_handshake_is_hung_up_on_after_two_seconds(keys) -> None:
-    with DrivenCar(server_context(keys / "ours" / "car-ada.pem")) as car, connect(car) as line:
+    with DrivenCar(server_context(keys / "ours" / "car-ada.pem")) as car:
         begin_s = time.monotonic()
-        line.sendall(b"\x16\x03\x01")
-        assert line.recv(1) == b""
+        with connect(car) as line:
+            line.sendall(b"\x16\x03\x01")
+            assert line.recv(1) == b""
         assert time.monotonic() - begin_s > 1.5
         wait_until(lambda: car.drive.telemetry().turned_away == 1)
