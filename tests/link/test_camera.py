@@ -125,7 +125,7 @@ def test_a_camera_that_fails_says_why_and_works_again_when_it_does():
 
 @pytest.mark.parametrize("code", MESSAGES)
 def test_every_failure_is_told_in_both_languages(code):
-    figures = {"package": "picamera2", "how": "pip", "reason": "gone", "most": 16}
+    figures = {"package": "picamera2", "how": "pip", "reason": "gone", "most": 16, "where": "ada"}
     told = [CameraError(code, **figures).message(language) for language in ("en", "zh")]
     assert all(told)
     assert told[0] != told[1]

@@ -262,7 +262,7 @@ def test_a_page_that_shouts_is_left(visit):
 
 @pytest.mark.parametrize("code", MESSAGES)
 def test_every_refusal_speaks_both_languages(code):
-    problem = RemoteError(code, car="1", most=16, en="Wait.", zh="请等待。")
+    problem = RemoteError(code, car="1", most=16, detail="-", en="Wait.", zh="请等待。")
     said = problem.as_dict()["message"]
     assert said["en"] != said["zh"]
 

@@ -9,6 +9,7 @@ import pytest
 from PIL import Image
 from starlette.testclient import TestClient
 
+from motorcade.link.drive_failures import MESSAGES as DRIVE_MESSAGES
 from motorcade.sim.state import DRIVEN
 from motorcade.studio.app import make_app
 from motorcade.studio.frames import Moment
@@ -135,10 +136,10 @@ def push_until_seen(driver, studio, *cars):
 def test_leaders_are_listed_first_and_all_have_cameras(client):
     with page(client), remote(client) as driver:
         listed = driver.until("hello")["cars"]
-    assert listed == [
-        {"car": "1", "leads": True, "sees": True},
-        {"car": "0", "leads": False, "sees": True},
-        {"car": "2", "leads": False, "sees": True},
+    assert [(each["car"], each["leads"], each["sees"]) for each in listed] == [
+        ("1", True, True),
+        ("0", False, True),
+        ("2", False, True),
     ]
 
 
@@ -164,18 +165,68 @@ def test_several_cars_are_driven_by_one_stick(client):
         assert len(driver.until("telemetry")["cars"]) == 3
 
 
-def test_when_its_last_driver_leaves_a_car_takes_up_its_program(client):
-    with page(client) as studio, remote(client) as watcher:
+def driven_and_left(client, studio, car="1"):
+    """Somebody drives a car, and leaves."""
+    studio.say("play")
+    with remote(client) as driver:
+        driver.say("sit", car=car)
+        push_until_seen(driver, studio, int(car))
+    studio.until("state", lambda state: state["held"] == [int(car)])
+
+
+def test_a_car_that_its_driver_left_stands_until_somebody_tells_it_to_go_on(client):
+    with page(client) as studio, remote(client) as later:
+        driven_and_left(client, studio)
+        # Whoever sits there next finds it standing, and may tell it.
+        later.say("sit", car="1")
+        assert later.car("1", lambda car: True)["state"] in ("failsafe", "ready")
+        later.say("resume", car="1")
+        later.car("1", lambda car: car["state"] == "program")
+        studio.until("state", lambda state: not state["held"])
+
+
+def test_the_page_of_the_world_lets_a_car_go_on_that_everybody_has_left(client):
+    with page(client) as studio, remote(client) as later:
+        driven_and_left(client, studio)
+        studio.say("resume", car=1)
+        studio.until("state", lambda state: not state["held"])
+        with remote(client) as stopper:
+            stopper.say("sit", car="1")
+            stopper.say("stop", cars=["1"])
+            stopper.car("1", lambda car: car["state"] == "stopped")
+        studio.say("resume", car=1)
+        later.say("sit", car="1")
+        assert later.car("1", lambda car: True)["state"] == "program"
+        # One that nobody ever drove needs no telling.
+        studio.say("resume", car=2)
+        studio.until("state", lambda state: not state["held"])
+
+
+def test_the_page_of_the_world_takes_no_car_from_its_driver(client):
+    with page(client) as studio, remote(client) as driver:
         studio.say("play")
-        watcher.say("sit", car="1")
-        with remote(client) as driver:
-            driver.say("sit", car="1")
-            driver.push("1")
-        # Somebody still watches: it stands.
-        watcher.car("1", lambda car: car["state"] in ("failsafe", "ready"))
-        watcher.say("leave", car="1")
-        watcher.say("sit", car="1")
-        watcher.car("1", lambda car: car["state"] == "program")
+        driver.say("sit", car="1")
+        driver.push("1")
+        studio.say("resume", car=1)
+        assert DRIVE_MESSAGES["not-yours"]["zh"] == studio.until("error")["message"]["zh"]
+        driver.push("1")
+
+
+@pytest.mark.parametrize("change", [{"do": "reset", "seed": 3}, {"do": "set", "mat": TWO, "image": IMAGE}])
+def test_beginning_again_gives_back_the_cars_that_everybody_has_left(client, change):
+    with page(client) as studio, remote(client) as driver, remote(client) as stopper:
+        driven_and_left(client, studio)
+        driver.say("sit", car="0")
+        push_until_seen(driver, studio, 0)
+        studio.say(**change)
+        studio.until("state", lambda state: state["held"] == [0] and state["t_ms"] < 1000)
+        # But the emergency stop holds until somebody lifts it.
+        stopper.say("sit", car="1")
+        stopper.say("stop", cars=["1"])
+        stopper.car("1", lambda car: car["state"] == "stopped")
+        stopper.say("leave", car="1")
+        studio.say(**change)
+        studio.until("state", lambda state: state["held"] == [0, 1])
 
 
 def test_an_emergency_stop_outlives_who_pressed_it(client):
@@ -190,9 +241,10 @@ def test_an_emergency_stop_outlives_who_pressed_it(client):
 
 def test_a_world_that_stands_still_is_set_going_by_the_remote(client):
     with page(client) as studio, remote(client) as driver:
-        assert not driver.until("telemetry")["running"]
+        driver.say("sit", car="1")
+        assert driver.car("1", lambda car: True)["paused"]
         driver.say("start")
-        driver.until("telemetry", lambda told: told["running"])
+        driver.car("1", lambda car: not car["paused"])
         studio.until("state", lambda state: state["playing"])
 
 

@@ -102,6 +102,8 @@ class Camera:
             async with asyncio.timeout(self._patience_s), self._came:
                 await self._came.wait_for(lambda: self.taken != seen)
         except TimeoutError:
+            if isinstance(self._problem, CameraError):
+                raise self._problem from None
             raise CameraError("no-picture", reason=str(self._problem or "-")) from None
         return self._newest
 

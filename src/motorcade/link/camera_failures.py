@@ -13,6 +13,10 @@ MESSAGES: dict[str, dict[str, str]] = {
         "en": "The camera gives no picture ({reason}). Check its cable, then reload.",
         "zh": "摄像头没有图像（{reason}）。请检查连接线，然后刷新。",
     },
+    "no-answer": {
+        "en": "The camera at {where:.80} gives no picture ({reason}). Is the car on, and is the address right?",
+        "zh": "{where:.80} 处的摄像头没有图像（{reason}）。小车开机了吗？地址对吗？",
+    },
     "too-many-viewers": {
         "en": "{most} watch this camera already, and more it can't serve. Close one of the pictures.",
         "zh": "已有 {most} 处在观看此摄像头，无法再增加。请关闭其中一个画面。",

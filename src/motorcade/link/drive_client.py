@@ -2,6 +2,7 @@
 
 import asyncio
 import random
+import ssl
 import time
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
@@ -43,7 +44,8 @@ class DriveClient:
         port: where it takes commands.
         telemetry_port: where it tells what it does; the one behind ``port``, unless given.
         bare: the car knows the four bytes of a command alone, and tells nothing.
-        keys: this driver's keys file, where the car wants one (`motorcade drive keys`).
+        keys: this driver's keys file, where the car wants one (`motorcade drive keys`), or what
+            `motorcade.link.keys.client_context` makes of it.
         car: the car's name in its keys, where ``host`` isn't in them.
         fresh_s: how long a wish counts, 0.05 to 1.
         rearm: after it stopped by itself a car drives again only after a command with speed 0. A client sends that by
@@ -67,7 +69,7 @@ class DriveClient:
         *,
         telemetry_port: int | None = None,
         bare: bool = False,
-        keys: Path | str | None = None,
+        keys: Path | str | ssl.SSLContext | None = None,
         car: str | None = None,
         fresh_s: float = FRESH_S,
         rearm: bool = True,
@@ -75,7 +77,7 @@ class DriveClient:
     ) -> None:
         if not _PERIOD_S <= fresh_s <= 1:
             raise ValueError(f"fresh_s is {fresh_s!r}; allowed: {_PERIOD_S} to 1")
-        tls = client_context(Path(keys)) if keys else None
+        tls = client_context(Path(keys)) if isinstance(keys, Path | str) else keys
         tells_at = None if bare else telemetry_port or port + 1
         self._address = Address(host, port, tells_at, tls, (car or host) if tls else None)
         self._patience_s = PATIENCE_S if patience_s is None else patience_s
@@ -92,12 +94,11 @@ class DriveClient:
 
     async def __aenter__(self) -> Self:
         """Connect. Raises CarError where that fails."""
-        self._away_since_s = time.monotonic()
-        self._task = asyncio.create_task(self._stay_connected())
+        self.begin()
         try:
             await self._until(lambda: self.connected)
         except BaseException:
-            await self._hang_up()
+            await self.end()
             raise
         return self
 
@@ -105,7 +106,30 @@ class DriveClient:
         self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Stop the car and hang up."""
-        await self._hang_up()
+        await self.end()
+
+    def begin(self) -> None:
+        """Connect, now or whenever the car is there, for who doesn't wait and looks at ``problem``; then `end` it."""
+        self._away_since_s = time.monotonic()
+        self._task = asyncio.create_task(self._stay_connected())
+
+    async def end(self) -> None:
+        """Stop the car and hang up."""
+        if self._connection and self._sent_s:
+            self._connection.send(stick_word(0, 0))
+        if self._task:
+            self._task.cancel()
+            await asyncio.gather(self._task, return_exceptions=True)
+
+    @property
+    def problem(self) -> CarError | None:
+        """Why the car can't be reached now; None while it tells of itself, and until the first try has failed."""
+        return None if self.telemetry or self._problem is None else self._away()
+
+    @property
+    def silent_ms(self) -> int:
+        """For how long a car that is connected has told nothing."""
+        return round(self._silent_s() * 1000)
 
     @property
     def connected(self) -> bool:
@@ -128,11 +152,15 @@ class DriveClient:
             ValueError: one of them is out of range.
             CarError: the car has been away for longer than ``patience_s``.
         """
+        self.wish(throttle, steering)
+        if lost := self._lost():
+            raise lost
+
+    def wish(self, throttle: float, steering: float) -> None:
+        """As `drive`, but that a car which is away is no error. Raises ValueError."""
         self._helm.wish(stick_word(throttle, steering), _now_ms())
         if time.monotonic() - self._sent_s >= _SHORTEST_PERIOD_S:
             self._send()
-        if lost := self._lost():
-            raise lost
 
     async def drive_for(self, seconds: float, throttle: float = 0.0, steering: float = 0.0) -> None:
         """Wish the same for so long, then to stand still. Raises what `drive` raises."""
@@ -316,13 +344,6 @@ class DriveClient:
         seconds = f"{time.monotonic() - self._away_since_s:.0f}"
         figures = self._problem.figures if self._problem else {}
         return CarAwayError("away", car=str(self._address), seconds=seconds, detail=figures.get("detail", "no answer"))
-
-    async def _hang_up(self) -> None:
-        if self._connection and self._sent_s:
-            self._connection.send(stick_word(0, 0))
-        if self._task:
-            self._task.cancel()
-            await asyncio.gather(self._task, return_exceptions=True)
 
 
 def _now_ms() -> int:

@@ -2,18 +2,17 @@
 
 import asyncio
 from collections import deque
+from collections.abc import Coroutine
 from contextlib import suppress
 from typing import Any
 
 import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from motorcade.link.drive_failures import DriveError
-from motorcade.link.driving.drive import Drive, Seat
-from motorcade.link.driving.stick import stick_word
 from motorcade.remote import messages as say
-from motorcade.remote.errors import RemoteError, said
+from motorcade.remote.errors import RemoteError
 from motorcade.remote.garage import Garage
+from motorcade.remote.seats import PageSeat
 from motorcade.server.allowance import Allowance
 from motorcade.server.errors import ServerError
 from motorcade.server.settings import ServerSettings
@@ -40,7 +39,9 @@ class Cockpit:
         self._garage = garage
         self._name = name
         self._settings = settings
-        self._seats: dict[str, tuple[Drive, Seat]] = {}
+        self._seats: dict[str, PageSeat] = {}
+        # What was asked of cars that may take a moment to answer; none of them holds up another, or the page.
+        self._asked: set[asyncio.Task[None]] = set()
         self._stick: say.Drive | None = None
         self._moved = asyncio.Event()
         self._newest: dict[str, dict[str, Any]] = {}
@@ -53,11 +54,10 @@ class Cockpit:
             await until_one_ends((self._listen, self._steer, self._tell, self._send))
         finally:
             seats, self._seats = self._seats, {}
-            # Wheels first: what comes after it may wait.
-            for _, seat in seats.values():
+            for seat in seats.values():
                 seat.leave()
-            for name in seats:
-                await self._garage.leave(name)
+            for asked in self._asked:
+                asked.cancel()
 
     async def _listen(self) -> None:
         try:
@@ -69,8 +69,6 @@ class Cockpit:
             try:
                 message: say.Message = await heard(self._socket, say.Message, self._settings.most_body)  # type: ignore[arg-type]  # a union
                 await self._obey(message)
-            except DriveError as problem:
-                self._refuse(said(problem))
             except ServerError as problem:
                 self._refuse(problem)
             if not allowance.take():
@@ -83,20 +81,20 @@ class Cockpit:
                 self._stick = message
                 self._moved.set()
             case say.Stop():
-                for name in message.cars:
-                    self._seat(name)[1].stop()
+                self._stop(message.cars)
             case say.Sit():
                 await self._sit(message.car)
             case say.Leave():
-                await self._leave(message.car)
+                if message.car in self._seats:
+                    self._seats.pop(message.car).leave()
             case say.Request():
-                self._seat(message.car)[1].request()
+                self._ask(self._seat(message.car).request())
             case say.Release():
-                self._seat(message.car)[1].release()
+                self._ask(self._seat(message.car).release())
             case say.Clear():
-                self._seat(message.car)[1].clear()
+                self._ask(self._seat(message.car).clear())
             case say.Resume():
-                self._seat(message.car)[1].resume_program()
+                self._ask(self._seat(message.car).resume_program())
             case say.Start():
                 await self._garage.start()
                 await self._greet()
@@ -110,22 +108,32 @@ class Cockpit:
             return
         if len(self._seats) >= MOST_CARS:
             raise RemoteError("too-many-cars", 409, most=MOST_CARS)
-        drive = await self._garage.enter(name)
-        try:
-            self._seats[name] = (drive, drive.join(self._name))
-        except DriveError:
-            await self._garage.leave(name)
-            raise
+        self._seats[name] = await self._garage.enter(name, self._name)
 
-    async def _leave(self, name: str) -> None:
-        if name in self._seats:
-            self._seats.pop(name)[1].leave()
-            await self._garage.leave(name)
+    def _stop(self, names: list[str]) -> None:
+        """Stop all at which the page sits, before anything is said of the others."""
+        for name in names:
+            if name in self._seats:
+                self._ask(self._seats[name].stop())
+        for name in names:
+            self._seat(name)
 
-    def _seat(self, name: str) -> tuple[Drive, Seat]:
+    def _seat(self, name: str) -> PageSeat:
         if name not in self._seats:
             raise RemoteError("no-seat", 409, car=name)
         return self._seats[name]
+
+    def _ask(self, asking: Coroutine[Any, Any, None]) -> None:
+        """Ask something of a car, and tell the page when it says no."""
+        asked = asyncio.create_task(self._hear(asking))
+        self._asked.add(asked)
+        asked.add_done_callback(self._asked.discard)
+
+    async def _hear(self, asking: Coroutine[Any, Any, None]) -> None:
+        try:
+            await asking
+        except ServerError as problem:
+            self._refuse(problem)
 
     async def _steer(self) -> None:
         """Execute the last stick of those that come at once after a stall: `_listen` takes all before this wakes."""
@@ -135,26 +143,15 @@ class Cockpit:
             stick, self._stick = self._stick, None
             if stick is None:
                 continue
-            word = stick_word(stick.throttle, stick.steering)
             for name in stick.cars:
                 if name in self._seats:
-                    self._seats[name][1].command(word)
+                    self._seats[name].steer(stick.throttle, stick.steering)
             self._put("heard", {"number": stick.number})
 
     async def _tell(self) -> None:
         """Telemetry of the cars at which the page sits, again and again."""
         while True:
-            cars = {}
-            for name, (drive, seat) in self._seats.items():
-                told = drive.telemetry()
-                you = {"drives": drive.drives(seat), "waits": told.wanted_by == self._name} | seat.counts.as_dict()
-                cars[name] = told._asdict() | {"you": you}
-            try:
-                running = await self._garage.is_running()
-            except ServerError as problem:
-                self._refuse(problem)
-                running = False
-            self._put("telemetry", {"cars": cars, "running": running})
+            self._put("telemetry", {"cars": {name: seat.told() for name, seat in self._seats.items()}})
             await asyncio.sleep(_TELL_EVERY_S)
 
     async def _send(self) -> None:

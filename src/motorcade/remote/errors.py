@@ -1,6 +1,7 @@
 """What can go wrong between a remote and its cars: stable codes, and their sentences in English and Chinese."""
 
 from motorcade.link.camera_failures import CameraError
+from motorcade.link.car_failures import CarError
 from motorcade.link.drive_failures import DriveError
 from motorcade.server.errors import MESSAGES as SERVER_MESSAGES
 from motorcade.server.errors import ServerError
@@ -22,6 +23,10 @@ MESSAGES: dict[str, dict[str, str]] = {
         "en": "This car has no camera.",
         "zh": "这辆小车没有摄像头。",
     },
+    "car-away": {
+        "en": "The car went out of reach ({detail}). It stands still, and is looked for again and again.",
+        "zh": "无法再联系到小车（{detail}）。它停在原地，正在不断重试连接。",
+    },
     # In the words of `motorcade.link`, whose sentences these are.
     "drive": {"en": "{en}", "zh": "{zh}"},
     "camera": {"en": "{en}", "zh": "{zh}"},
@@ -34,7 +39,7 @@ class RemoteError(ServerError):
     messages = SERVER_MESSAGES | MESSAGES
 
 
-def said(problem: DriveError | CameraError) -> RemoteError:
+def said(problem: DriveError | CarError | CameraError) -> RemoteError:
     """What a car or a camera says, as a page is told it."""
-    kind, status = ("drive", 409) if isinstance(problem, DriveError) else ("camera", 503)
+    kind, status = ("camera", 503) if isinstance(problem, CameraError) else ("drive", 409)
     return RemoteError(kind, status, en=problem.message("en"), zh=problem.message("zh"))

@@ -5,6 +5,7 @@ from typing import NamedTuple, Protocol
 from motorcade.link.camera import Camera
 from motorcade.link.driving.drive import Drive
 from motorcade.remote.errors import RemoteError
+from motorcade.remote.seats import OwnSeat, PageSeat
 
 
 class Listed(NamedTuple):
@@ -14,11 +15,13 @@ class Listed(NamedTuple):
         car: what it is called in messages.
         leads: whether it leads others; None where that means nothing.
         sees: whether it has a camera.
+        name: what its owner calls it, where it has a name.
     """
 
     car: str
     leads: bool | None
     sees: bool
+    name: str | None = None
 
 
 class Garage(Protocol):
@@ -27,17 +30,11 @@ class Garage(Protocol):
     async def listed(self) -> list[Listed]:
         """All of them, the first ones first."""
 
-    async def enter(self, car: str) -> Drive:
-        """A car for somebody who will sit there; somebody else calls its ``beat``."""
-
-    async def leave(self, car: str) -> None:
-        """Whoever entered a car has left their seat."""
+    async def enter(self, car: str, page: str) -> PageSeat:
+        """A seat at a car for a page of that name."""
 
     async def camera(self, car: str) -> Camera | None:
         """A car's camera, if it has one."""
-
-    async def is_running(self) -> bool:
-        """Whether time goes on for them."""
 
     async def start(self) -> None:
         """Let time go on for them."""
@@ -47,7 +44,7 @@ class OneCar:
     """The garage of a car that serves its own page.
 
     Args:
-        drive: the car.
+        drive: the car; somebody else calls its ``beat``.
         camera: its camera, if it has one.
     """
 
@@ -61,13 +58,10 @@ class OneCar:
         """The car itself."""
         return [Listed(self._NAME, None, self._camera is not None)]
 
-    async def enter(self, car: str) -> Drive:
+    async def enter(self, car: str, page: str) -> PageSeat:
         """The car itself. Raises RemoteError for any other."""
         self._check(car)
-        return self._drive
-
-    async def leave(self, car: str) -> None:
-        """It stays where it is."""
+        return OwnSeat(self._drive, page)
 
     async def camera(self, car: str) -> Camera | None:
         """The car's camera, also where no car is named. Raises RemoteError for any other."""
@@ -75,12 +69,8 @@ class OneCar:
             self._check(car)
         return self._camera
 
-    async def is_running(self) -> bool:
-        """Its time is everybody's."""
-        return True
-
     async def start(self) -> None:
-        """It goes on already."""
+        """Its time goes on already."""
 
     def _check(self, car: str) -> None:
         if car != self._NAME:

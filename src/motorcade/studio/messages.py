@@ -92,13 +92,19 @@ class Seek(_Message):
     t_ms: Annotated[int, Meta(ge=0, lt=1 << 30)] | None = None
 
 
+class Resume(_Message):
+    """Let a car that was driven by hand go on with its program."""
+
+    car: Car
+
+
 class Shown(_Message):
     """The newest picture that the page has drawn."""
 
     frame: Annotated[int, Meta(ge=0, lt=1 << 32)]
 
 
-Message = Set | Play | Pause | Step | Reset | Say | Furnish | Move | Watch | Seek | Shown
+Message = Set | Play | Pause | Step | Reset | Say | Furnish | Move | Watch | Seek | Resume | Shown
 
 
 def world_of(message: Set, most_cars: int) -> World:

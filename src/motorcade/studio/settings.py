@@ -1,8 +1,10 @@
 """What one studio is started with."""
 
+import ssl
 from dataclasses import dataclass
 from pathlib import Path
 
+from motorcade.remote.far_cars import FarCar
 from motorcade.server.pages import PAGE
 from motorcade.server.settings import ServerSettings
 
@@ -16,9 +18,13 @@ class Settings(ServerSettings):
         page: the folder of the built page.
         most_sessions: the most worlds at once.
         most_cars: the most cars in one of them.
+        cars, keys, trust: real cars, as `motorcade.remote.far_cars.FarCars` has them.
     """
 
     library: Path
     page: Path = PAGE
     most_sessions: int = 64
     most_cars: int = 2_000
+    cars: tuple[FarCar, ...] = ()
+    keys: ssl.SSLContext | None = None
+    trust: ssl.SSLContext | None = None

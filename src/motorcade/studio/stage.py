@@ -255,7 +255,10 @@ class Stage:
         }
 
     def state(self) -> dict[str, Any]:
-        """How time goes: ``rate`` is how many simulated seconds a real one brings at present."""
+        """How time goes: ``rate`` is how many simulated seconds a real one brings at present.
+
+        ``held`` are the cars whose wheels are not their program's: somebody drives them, or has left them standing.
+        """
         return {
             "playing": self.playing,
             "speed": self.speed,
@@ -265,6 +268,7 @@ class Stage:
             "seed": int(self._world.seeds[0]),
             "counts": {name: int(values[0]) for name, values in self._world.counts().items()},
             "rate": self._simulated_s / self._real_s if self.playing and self._real_s else 0.0,
+            "held": self._driven.held(self._world.cars),
         }
 
     def car(self) -> dict[str, Any] | None:

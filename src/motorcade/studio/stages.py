@@ -18,10 +18,11 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from motorcade.server.allowance import Allowance
 from motorcade.server.errors import ServerError
 from motorcade.server.sockets import heard, until_one_ends
-from motorcade.sim.drive_board import DrivenCars
+from motorcade.sim.compiled import telling
 from motorcade.sim.errors import WorldError
 from motorcade.studio.errors import StudioError, reason_of
 from motorcade.studio.exports import Exports
+from motorcade.studio.hands import Hands
 from motorcade.studio.messages import (
     Furnish,
     Message,
@@ -29,6 +30,7 @@ from motorcade.studio.messages import (
     Pause,
     Play,
     Reset,
+    Resume,
     Say,
     Seek,
     Set,
@@ -61,7 +63,7 @@ class Session:
         left: what forgets the session when no page comes back.
         lock: held by whoever works with the stage, which knows nothing of threads.
         stirred: set whenever there may be something to do.
-        driven: the boards of those of its cars that somebody drives.
+        hands: those of its cars that somebody drives, or has driven.
         quick: whether the last picture took so little time that a thread of its own would take more.
     """
 
@@ -71,7 +73,7 @@ class Session:
     left: asyncio.TimerHandle | None = None
     lock: asyncio.Lock = field(default_factory=asyncio.Lock)
     stirred: asyncio.Event = field(default_factory=asyncio.Event)
-    driven: DrivenCars = field(default_factory=DrivenCars)
+    hands: Hands = field(default_factory=Hands)
     quick: bool = False
 
 
@@ -194,13 +196,23 @@ class Stages:
                 page.refuse(StudioError("too-many-messages", most=settings.messages_a_second), closing=True)
                 await asyncio.Event().wait()
 
+    async def _set_out(self, session: Session, page: Outbox, message: Set) -> None:
+        """Let the session's world be another one, from its beginning."""
+        async with session.lock:
+            session.stage = await self._in_worker(lambda: Stage(world_of(message, self._settings.most_cars), session.hands.boards))
+            session.hands.give_back_all()
+            self._greet(session, page, resumed=False)
+
     async def _obey(self, session: Session, page: Outbox, message: Message) -> None:
         most_cars = self._settings.most_cars
         if isinstance(message, Set):
-            async with session.lock:
-                session.stage = await self._in_worker(lambda: Stage(world_of(message, most_cars), session.driven))
-                self._greet(session, page, resumed=False)
+            with telling(partial(asyncio.get_running_loop().call_soon_threadsafe, page.put, "compiling", {})):
+                await self._set_out(session, page, message)
             return
+        if isinstance(message, Reset):
+            session.hands.give_back_all()
+        elif isinstance(message, Resume):
+            session.hands.give_back(message.car)
         session.quick = False
         told = await self.work(session, lambda stage: _done(stage, message, most_cars))
         for kind, values in told:

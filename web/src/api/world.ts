@@ -20,6 +20,7 @@ export type Command =
   | ({ do: "move"; car: number } & Pose)
   | { do: "watch"; car: number | null }
   | { do: "seek"; t_ms: number | null }
+  | { do: "resume"; car: number }
   | { do: "shown"; frame: number };
 
 /** Comes first, and after each set; before the first one there are no cars and nothing more is known. */
@@ -46,6 +47,8 @@ export interface WorldState {
   counts: Record<string, number>;
   /** Simulated time over real time. */
   rate: number;
+  /** The cars whose wheels a hand has, or had and left standing. */
+  held: readonly number[];
 }
 
 export interface CarDetails {
@@ -71,7 +74,12 @@ export interface WorldProblem {
   message: Sentence;
 }
 
-export type Answer = Hello | WorldState | CarDetails | WorldProblem;
+/** The world that was set has to wait for the simulator. */
+export interface Compiling {
+  is: "compiling";
+}
+
+export type Answer = Hello | WorldState | CarDetails | WorldProblem | Compiling;
 
 /** What all cars show at a moment; the arrays lie in the received bytes. */
 export interface Picture {

@@ -1,4 +1,4 @@
-import { Input, Label, Link, NumberField } from "react-aria-components";
+import { Button, Input, Label, Link, NumberField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { type CarDetails, type Why, WHYS } from "../api/world";
@@ -36,6 +36,7 @@ export function Inspector({ session, words }: InspectorProps) {
           </>
         )}
       </div>
+      <Held session={session} car={car} />
       {car !== null && <CarInspector session={session} car={car} words={words} />}
       <PieceInspector />
       <Voices />
@@ -90,6 +91,27 @@ function CarInspector({ session, car, words }: InspectorProps & { car: number })
       <Place />
       {details?.car === car && <Details details={details} words={words} />}
     </section>
+  );
+}
+
+const NONE: readonly number[] = [];
+const MOST_NAMED = 12;
+
+/** The cars that wait to be told to go on with their program, so that somebody finds them; the chosen one is told here. */
+function Held({ session, car }: { session: Session; car: number | null }) {
+  const { t } = useTranslation();
+  const held = useMat(({ state }) => state?.held ?? NONE);
+  if (!held.length) return null;
+  const named = held.slice(0, MOST_NAMED).join(", ") + (held.length > MOST_NAMED ? " …" : "");
+  return (
+    <p className="mat-place">
+      {t("mat.held", { cars: named })}{" "}
+      {car !== null && held.includes(car) && (
+        <Button className="button small" onPress={() => session.say({ do: "resume", car })}>
+          {t("mat.resume")}
+        </Button>
+      )}
+    </p>
   );
 }
 

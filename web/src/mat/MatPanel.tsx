@@ -120,8 +120,10 @@ function Notice({ session }: { session: Session }) {
   const { t } = useTranslation();
   const link = useMat((now) => now.link);
   const problem = useMat((now) => now.problem);
+  const compiling = useMat((now) => now.compiling);
   const isLost = link === "lost" || link === "elsewhere";
-  const text = isLost ? t(`mat.link.${link}`) : problem && spoken(problem.message);
+  const waits = compiling ? t("mat.compiling") : null;
+  const text = isLost ? t(`mat.link.${link}`) : problem ? spoken(problem.message) : waits;
   return (
     <div role="status">
       {text && (

@@ -50,7 +50,7 @@ it("losses are those of the last seconds, and begin anew with the world", () => 
   const losses = new Losses(5000);
   const take = (t_ms: number, lost: number) => {
     const counts = { frames: 99, lost_parity: lost, lost_collision: 1 };
-    return losses.take({ is: "state", playing: true, speed: 1, t_ms, shown_ms: null, earliest_ms: 0, seed: 0, counts, rate: 1 });
+    return losses.take({ is: "state", playing: true, speed: 1, t_ms, shown_ms: null, earliest_ms: 0, seed: 0, counts, rate: 1, held: [] });
   };
   expect([take(0, 0), take(2000, 3), take(6000, 4), take(9000, 4)]).toEqual([0, 3, 4, 1]);
   expect([take(0, 0), take(100, 2)]).toEqual([0, 2]);

@@ -176,14 +176,15 @@ export class Session {
 
   private linked(link: Link): void {
     if (link !== "open") this.told = null;
-    useMat.setState({ link });
+    useMat.setState({ link, compiling: false });
   }
 
   private hear(answer: Answer): void {
     if (answer.is === "hello") this.greet(answer);
     if (answer.is === "state") this.hearState(answer);
     if (answer.is === "car" && answer.car === chosenCar()) useMat.setState({ details: answer });
-    if (answer.is === "error") useMat.setState({ problem: answer });
+    if (answer.is === "error") useMat.setState({ problem: answer, compiling: false });
+    if (answer.is === "compiling") useMat.setState({ compiling: true });
   }
 
   private hearState(state: WorldState): void {
@@ -202,7 +203,7 @@ export class Session {
     const car = chosenCar();
     if (car !== null && car >= hello.cars) useMat.setState({ chosen: null, details: null });
     else if (car !== null) this.watch();
-    useMat.setState({ hello });
+    useMat.setState({ hello, compiling: false });
     this.onHello?.(hello);
   }
 

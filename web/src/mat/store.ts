@@ -11,6 +11,8 @@ export interface MatState {
   hello: Hello | null;
   state: WorldState | null;
   problem: WorldProblem | null;
+  /** The world waits for the simulator, which is being compiled. */
+  compiling: boolean;
   details: CarDetails | null;
   /** Of the picture that is shown, told a few times a second. */
   tMs: number;
@@ -38,6 +40,7 @@ export const useMat = create<MatState>(() => ({
   hello: null,
   state: null,
   problem: null,
+  compiling: false,
   details: null,
   tMs: 0,
   past: false,

@@ -1,7 +1,7 @@
 import { useEffect, useId, useState } from "react";
 import { THEMES, useSettings, type ThemeName } from "../app/settings";
 import { Icon } from "../app/icons";
-import { useRemote } from "./link";
+import { type Told, useRemote } from "./link";
 import { changeLanguage, LANGUAGES, nameOf, useLanguage, useSay } from "./sentences";
 
 /** A car hears nothing for longer: it has stopped by itself. */
@@ -20,11 +20,16 @@ function useSilenceMs(): number {
   return silenceMs;
 }
 
+/** For how long the most silent of the cars was not heard of behind the server; those that are away say so themselves. */
+function carsSilenceMs(told: Record<string, Told>): number {
+  return Math.max(0, ...Object.values(told).map((car) => (car.state === "away" ? 0 : car.silent_ms)));
+}
+
 function LinkState() {
   const say = useSay();
   const open = useRemote(({ open }) => open);
   const roundTripMs = useRemote(({ roundTripMs }) => roundTripMs);
-  const silenceMs = useSilenceMs();
+  const silenceMs = Math.max(useSilenceMs(), useRemote(({ told }) => carsSilenceMs(told)));
   const worst = Math.round(Math.max(roundTripMs ?? 0, silenceMs > WEAK_MS ? silenceMs : 0));
   const kind = !open ? "lost" : worst > WEAK_MS ? "weak" : "good";
   const text = !open

@@ -1,16 +1,24 @@
 import { Icon } from "../app/icons";
 import { link } from "./driving";
-import { useRemote } from "./link";
-import { useSay } from "./sentences";
+import { type Told, useRemote } from "./link";
+import { type Key, useSay } from "./sentences";
 
 /** What a car is called on the page. */
 export function useCarName(): (car: string) => string {
   const say = useSay();
   const listed = useRemote(({ listed }) => listed);
   return (car) => {
-    const leads = listed.find((each) => each.car === car)?.leads ?? null;
+    const found = listed.find((each) => each.car === car);
+    const leads = found?.leads ?? null;
+    if (found?.name) return found.name;
     return leads === null ? say("car") : say(leads ? "leader" : "follower", { car });
   };
+}
+
+/** What a car does, in a word or two. */
+function inShort({ state, driver, you }: Told): Key {
+  if (state === "failsafe") return "stoppedItself";
+  return driver !== null && !you.drives && state !== "stopped" ? "otherDrives" : state;
 }
 
 interface CarListProps {
@@ -25,6 +33,7 @@ export function CarList({ shown, onChoose }: CarListProps) {
   const nameOf = useCarName();
   const listed = useRemote(({ listed }) => listed);
   const seats = useRemote(({ seats }) => seats);
+  const told = useRemote(({ told }) => told);
   const others = listed.filter(({ car }) => !seats.includes(car));
   if (listed.length < 2) return null;
   return (
@@ -40,6 +49,11 @@ export function CarList({ shown, onChoose }: CarListProps) {
             >
               {nameOf(car)}
             </button>
+            {told[car] && (
+              <span className="brief" data-state={told[car].state}>
+                {say(inShort(told[car]))}
+              </span>
+            )}
             <button type="button" aria-label={say("leave", { name: nameOf(car) })} onClick={() => link.leave(car)}>
               <Icon name="close" />
             </button>

@@ -65,7 +65,7 @@ export function Controls({ car }: { car: string | null }) {
               {say("release")}
             </button>
           )}
-          {told && !stopped && told.state !== "program" && (
+          {told && !stopped && told.state !== "program" && told.state !== "away" && (
             <button type="button" className="button" onClick={() => link.ask("resume", car)}>
               <Icon name="blocks" />
               {say("resume")}

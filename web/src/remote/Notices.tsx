@@ -8,7 +8,7 @@ const FULL_DUTY = 255;
 export function Notices({ car }: { car: string | null }) {
   const say = useSay();
   const language = useLanguage(({ language }) => language);
-  const { open, running, problem } = useRemote();
+  const { open, problem } = useRemote();
   const told = useRemote(({ told }) => (car === null ? undefined : told[car]));
   const others = told?.driver != null && !told.you.drives;
   const speed = told ? Math.round((told.speed / FULL_DUTY) * 100) : 0;
@@ -27,7 +27,8 @@ export function Notices({ car }: { car: string | null }) {
       </p>
       <div role="log">
         {!open && <p className="notice wrong">{say("lostAbout")}</p>}
-        {open && !running && (
+        {told?.why && <p className="notice wrong">{told.why[language] ?? told.why.en}</p>}
+        {told?.paused && (
           <p className="notice">
             {say("paused")}
             <button type="button" className="button" onClick={() => link.start()}>

@@ -1,7 +1,7 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { Link, useRemote } from "./link";
 
-const LISTED = ["0", "1", "2"].map((car) => ({ car, leads: car === "0", sees: true }));
+const LISTED = ["0", "1", "2"].map((car) => ({ car, leads: car === "0", sees: true, name: null }));
 
 /** A server that the test plays. */
 class Server extends EventTarget {
@@ -72,7 +72,7 @@ describe("a link", () => {
   it("comes back by itself, sits where it sat, and shows nothing old meanwhile", () => {
     const { link, server } = begun();
     link.sit("2");
-    server.tell({ is: "telemetry", cars: { 0: { state: "moving" } }, running: true });
+    server.tell({ is: "telemetry", cars: { 0: { state: "moving" } } });
     server.close();
     expect(useRemote.getState()).toMatchObject({ open: false, told: {} });
     link.drive({ throttle: 1, steering: 0 });

@@ -7,10 +7,14 @@ export interface ListedCar {
   car: string;
   leads: boolean | null;
   sees: boolean;
+  /** What its owner calls it, where it has a name. */
+  name: string | null;
 }
 
+export type Sentence = Record<string, string>;
+
 export interface Told {
-  state: "ready" | "standing" | "moving" | "failsafe" | "stopped" | "program";
+  state: "ready" | "standing" | "moving" | "failsafe" | "stopped" | "program" | "away";
   angle_deg: number;
   direction: number;
   speed: number;
@@ -18,13 +22,18 @@ export interface Told {
   wanted_by: string | null;
   battery_mv: number | null;
   last_fault: string;
+  /** Its world stands still. */
+  paused: boolean;
+  /** Since the server last heard of it. */
+  silent_ms: number;
+  /** Why it is away, where that is known. */
+  why: Sentence | null;
   you: { drives: boolean; waits: boolean };
 }
 
-export type Sentence = Record<string, string>;
 type Message =
   | { is: "hello"; cars: ListedCar[] }
-  | { is: "telemetry"; cars: Record<string, Told>; running: boolean }
+  | { is: "telemetry"; cars: Record<string, Told> }
   | { is: "heard"; number: number }
   | { is: "error"; message: Sentence };
 
@@ -34,7 +43,6 @@ interface Remote {
   /** The cars at which we sit, in the order in which we came. */
   seats: string[];
   told: Record<string, Told>;
-  running: boolean;
   /** From a stick sent to the answer that it was heard. */
   roundTripMs: number | null;
   /** When the car was last heard of. */
@@ -47,7 +55,6 @@ export const useRemote = create<Remote>(() => ({
   listed: [],
   seats: [],
   told: {},
-  running: true,
   roundTripMs: null,
   heardMs: 0,
   problem: null,
@@ -129,7 +136,7 @@ export class Link {
   private take(message: Message): void {
     useRemote.setState({ heardMs: this.now() });
     if (message.is === "hello") this.greet(message.cars);
-    else if (message.is === "telemetry") useRemote.setState({ told: message.cars, running: message.running });
+    else if (message.is === "telemetry") useRemote.setState({ told: message.cars });
     else if (message.is === "error") useRemote.setState({ problem: message.message });
     else {
       const sentMs = this.sentMs.get(message.number);

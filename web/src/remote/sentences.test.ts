@@ -8,7 +8,7 @@ const sources = Object.values(
 
 it("says nothing that nobody asks for", () => {
   // States and colours are said by their own names.
-  const named = ["ready", "standing", "moving", "failsafe", "stopped", "program", "light", "dark", "contrast"];
+  const named = ["ready", "standing", "moving", "failsafe", "stopped", "program", "away", "light", "dark", "contrast"];
   expect(Object.keys(en.remote).filter((key) => !named.includes(key) && !sources.includes(`"${key}"`))).toEqual([]);
 });
 
