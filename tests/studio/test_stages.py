@@ -9,6 +9,7 @@ import time
 from contextlib import contextmanager
 
 import pytest
+from numba.core import event
 from starlette.applications import Starlette
 from starlette.responses import JSONResponse
 from starlette.testclient import TestClient
@@ -108,6 +109,19 @@ def test_a_page_sets_a_world_and_sees_it_drive(client) -> None:
         assert mine.until("state", lambda state: state["counts"]["heard"] > 0)["playing"]
         mine.say("pause")
         assert not mine.until("state", lambda state: not state["playing"])["playing"]
+
+
+def test_a_page_is_told_that_its_world_waits_for_the_simulator(client, monkeypatch):
+    def compile_first(message, most_cars):
+        with event.trigger_event("numba:compile"):
+            return world_of(message, most_cars)
+
+    world_of = stages.world_of
+    monkeypatch.setattr(stages, "world_of", compile_first)
+    with page(client) as mine:
+        mine.say(**SET)
+        assert mine.until("compiling") == {}
+        assert mine.until("hello")["cars"] == 3
 
 
 def test_steps_and_the_past(client) -> None:

@@ -196,10 +196,10 @@ class Stages:
                 page.refuse(StudioError("too-many-messages", most=settings.messages_a_second), closing=True)
                 await asyncio.Event().wait()
 
-    async def _set_out(self, session: Session, page: Outbox, message: Set) -> None:
-        """Let the session's world be another one, from its beginning."""
+    async def _begin(self, session: Session, page: Outbox, message: Set) -> None:
+        most_cars = self._settings.most_cars
         async with session.lock:
-            session.stage = await self._in_worker(lambda: Stage(world_of(message, self._settings.most_cars), session.hands.boards))
+            session.stage = await self._in_worker(lambda: Stage(world_of(message, most_cars), session.hands.boards))
             session.hands.give_back_all()
             self._greet(session, page, resumed=False)
 
@@ -207,7 +207,7 @@ class Stages:
         most_cars = self._settings.most_cars
         if isinstance(message, Set):
             with telling(partial(asyncio.get_running_loop().call_soon_threadsafe, page.put, "compiling", {})):
-                await self._set_out(session, page, message)
+                await self._begin(session, page, message)
             return
         if isinstance(message, Reset):
             session.hands.give_back_all()
