@@ -71,7 +71,7 @@ def connect_command(
     options = _options(telemetry_port, keys, car_name)
     with ExitStack() as held, suppress(KeyboardInterrupt):
         pad = held.enter_context(gamepad()) if stick == StickName.GAMEPAD else None
-        client = held.enter_context(BlockingDriveClient(*_address(car), rearm=False, **options))
+        client = held.enter_context(BlockingDriveClient(*address_of(car), rearm=False, **options))
         keyboard = held.enter_context(Keyboard(throttle, hold_ms / 1000))
         Cockpit(car, keyboard, chosen, pad).drive(client)
 
@@ -97,7 +97,7 @@ def send_command(
 
     tongue(language)
     wishes = [_wish(command) for command in commands]
-    with BlockingDriveClient(*_address(car), **_options(telemetry_port, keys, car_name)) as client:
+    with BlockingDriveClient(*address_of(car), **_options(telemetry_port, keys, car_name)) as client:
         for wish in wishes:
             client.drive_for(**wish)
         told = client.next_telemetry()
@@ -136,7 +136,8 @@ def keys_command(
     )
 
 
-def _address(text: str) -> tuple[str, int]:
+def address_of(text: str) -> tuple[str, int]:
+    """HOST or HOST:PORT as both. Raises UsageError."""
     host, colon, port = text.rpartition(":")
     # An IPv6 address has colons of its own; with a port it stands in brackets.
     is_bare = not colon or text.endswith("]") or (":" in host and not host.endswith("]"))

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from motorcade.cli.far_cars import Cameras, DriverKeys, named_cars
 from motorcade.cli.options import Json, print_json
 from motorcade.cli.recordings import needs_extra
 
@@ -24,6 +25,15 @@ def studio_command(
         str, typer.Option(help="The address it listens at. Any but this computer's own asks others for a token.")
     ] = "127.0.0.1",
     library: Annotated[Path | None, typer.Option(file_okay=False, help="The folder that projects are kept in.")] = None,
+    car: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=HOST[:PORT]",
+            help="A real car that its remote drives beside the simulated ones, as `motorcade drive remote` takes them.",
+        ),
+    ] = None,
+    keys: DriverKeys = None,
+    camera: Cameras = None,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Don't open the page.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -32,13 +42,16 @@ def studio_command(
         from motorcade.server.addresses import is_loopback, names_of, url_of
         from motorcade.studio.serving import listen, open_browser, serve
         from motorcade.studio.settings import Settings
+    named = named_cars(car or (), camera or (), keys)
     folder = library or Path(typer.get_app_dir("motorcade")) / "projects"
     with listen(host, port) as listener:
         names = names_of(listener, host)
         token = None if is_loopback(listener) else secrets.token_urlsafe(24)
         real_port = listener.getsockname()[1]
         url = url_of(names[0], real_port, token)
-        settings = Settings(library=folder, host=host, port=real_port, names=frozenset(names), token=token)
+        settings = Settings(
+            library=folder, host=host, port=real_port, names=frozenset(names), token=token, **named._asdict()
+        )
 
         def ready() -> None:
             if as_json:

@@ -9,8 +9,8 @@ class AddressError(OSError):
     """An address that can't be listened at; the sentence says what to do."""
 
 
-def bind(host: str, port: int) -> socket.socket:
-    """A socket at the address, which doesn't listen yet; port 0 takes a free one. Raises AddressError."""
+def bind(host: str, port: int, who: str = "car") -> socket.socket:
+    """A socket at the address, which doesn't listen yet; port 0 takes a free one. Raises AddressError of ``who``."""
     try:
         family, *_, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
     except (socket.gaierror, UnicodeError):
@@ -27,9 +27,11 @@ def bind(host: str, port: int) -> socket.socket:
     except OSError as problem:
         bound.close()
         if problem.errno == errno.EADDRINUSE:
-            raise AddressError(f"port {port} is taken. Perhaps this car is served already; else name another") from None
+            raise AddressError(
+                f"port {port} is taken. Perhaps this {who} is served already; else name another"
+            ) from None
         reason = problem.strerror or type(problem).__name__
-        raise AddressError(f"the car can't listen at {host[:60]} port {port}: {reason}; name another") from None
+        raise AddressError(f"the {who} can't listen at {host[:60]} port {port}: {reason}; name another") from None
     return bound
 
 

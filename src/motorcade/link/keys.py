@@ -41,6 +41,17 @@ def https_context(keys: Path) -> ssl.SSLContext:
     return context
 
 
+def visitor_context(keys: Path | None) -> ssl.SSLContext:
+    """HTTPS for who visits cars' pages: the authority of ``keys`` counts beside whom this computer trusts.
+
+    Raises KeysError.
+    """
+    context = ssl.create_default_context()
+    if keys:
+        _trust(context, keys)
+    return context
+
+
 def peer_name(line: ssl.SSLObject | ssl.SSLSocket | None) -> str | None:
     """The name in the certificate that the other end of a TLS connection has shown; None where it has shown none."""
     certificate = line.getpeercert() if line else None

@@ -4,7 +4,7 @@ import asyncio
 import socket
 import ssl
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import asynccontextmanager, contextmanager
+from contextlib import asynccontextmanager, contextmanager, suppress
 
 import uvicorn
 from starlette.types import ASGIApp
@@ -60,6 +60,18 @@ class Server(uvicorn.Server):
         await super().startup(sockets)
         if self.started:
             self._ready()
+
+
+def serve_alone(
+    app: ASGIApp,
+    settings: ServerSettings,
+    listener: socket.socket,
+    ready: Callable[[], None],
+    tls: ssl.SSLContext | None = None,
+) -> None:
+    """Serve at a listening socket until Ctrl-C; ``ready`` is called once it answers."""
+    with suppress(KeyboardInterrupt):
+        Server(app, settings, ready, tls).run(sockets=[listener])
 
 
 class _ShortQueue(AutoHTTPProtocol):  # type: ignore[misc, valid-type]  # which of two it is depends on what is installed

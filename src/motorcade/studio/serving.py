@@ -7,10 +7,9 @@ import sys
 import threading
 import webbrowser
 from collections.abc import Callable
-from contextlib import suppress
 
 from motorcade.server.addresses import url_of
-from motorcade.server.running import Server
+from motorcade.server.running import serve_alone
 from motorcade.sim.mat import formation, open_table
 from motorcade.sim.rehearsal import rehearse
 from motorcade.sim.world import World
@@ -46,8 +45,7 @@ def serve(settings: Settings, listener: socket.socket, ready: Callable[[], None]
         threading.Thread(target=_compile_simulator, daemon=True).start()
         ready()
 
-    with suppress(KeyboardInterrupt):
-        Server(make_app(settings), settings, answers).run(sockets=[listener])
+    serve_alone(make_app(settings), settings, listener, answers)
 
 
 def open_browser(url: str) -> None:

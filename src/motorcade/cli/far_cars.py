@@ -1,0 +1,145 @@
+"""Cars that are served elsewhere: drive remote, and how the studio is told of them.
+
+It imports what it needs when it runs, so that the other commands start at once.
+"""
+
+import secrets
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NamedTuple
+
+import typer
+
+from motorcade.cli.driving import address_of
+from motorcade.cli.failures import UsageError
+from motorcade.cli.options import Json, print_json, print_text
+from motorcade.cli.recordings import needs_extra
+from motorcade.cli.remote import https
+
+if TYPE_CHECKING:
+    import ssl
+
+    from motorcade.remote.far_cars import FarCar
+
+_METAVAR = "NAME=HOST[:PORT]"
+_HELP = "such as ada=192.168.1.20; its telemetry is at the port behind PORT, or :PORT/TELEMETRY."
+
+Cameras = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--camera",
+        metavar="NAME=URL",
+        help="A car's pictures, such as ada=https://192.168.1.20:7700/camera?token=…, of its own page or of any camera "
+        "that gives MJPEG or JPEG.",
+    ),
+]
+DriverKeys = Annotated[
+    Path | None,
+    typer.Option(
+        dir_okay=False,
+        help="Your keys file, driver-….pem, of `motorcade drive keys`, where the cars want one. NAME is then "
+        "the name in the car's keys.",
+    ),
+]
+
+
+class Named(NamedTuple):
+    """Cars by address, as `motorcade.remote.far_cars.FarCars` takes them."""
+
+    cars: "tuple[FarCar, ...]"
+    keys: "ssl.SSLContext | None"
+    trust: "ssl.SSLContext | None"
+
+
+def add_to(app: typer.Typer) -> None:
+    """Register the command in the group `drive`."""
+    app.command("remote")(remote_command)
+
+
+def remote_command(
+    cars: Annotated[list[str], typer.Argument(metavar=f"{_METAVAR}…", help=f"The cars, {_HELP}")],
+    keys: DriverKeys = None,
+    camera: Cameras = None,
+    host: Annotated[
+        str, typer.Option(help="The address that the page is at. Any but this computer's own asks others for a token.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Where the page is; 0 takes a free one.")] = 7701,
+    page_keys: Annotated[
+        Path | None,
+        typer.Option(
+            "--https",
+            dir_okay=False,
+            help="Serve the page by HTTPS, with this computer's keys: `motorcade drive keys --car NAME@ADDRESS`.",
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Drive cars that are served elsewhere, one or several at once, in a browser."""
+    with needs_extra("the remote", "drive"):
+        from motorcade.remote.app import make_remote
+        from motorcade.remote.far_cars import FarCars
+        from motorcade.server.addresses import is_loopback, names_of, url_of
+        from motorcade.server.running import serve_alone
+        from motorcade.server.settings import ServerSettings
+    from motorcade.link.addresses import bind
+
+    named = named_cars(cars, camera or (), keys)
+    tls = https(page_keys)
+    with bind(host, port, "remote") as listener:
+        names, real_port = names_of(listener, host), listener.getsockname()[1]
+        token = None if is_loopback(listener) else secrets.token_urlsafe(24)
+        settings = ServerSettings(host=host, port=real_port, names=frozenset(names), token=token)
+        url = url_of(names[0], real_port, token, "/drive", "https" if tls else "http")
+        called = [car.name for car in named.cars]
+
+        def ready() -> None:
+            if as_json:
+                print_json({"url": url, "cars": called})
+            else:
+                print_text(f"The remote of {', '.join(called)} is {url} Ctrl-C ends.\n")
+
+        serve_alone(make_remote(settings, FarCars(*named)), settings, listener, ready, tls)
+
+
+def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) -> Named:
+    """The cars that the command line names. Raises UsageError, KeysError."""
+    from motorcade.link.keys import client_context, visitor_context
+    from motorcade.link.web_camera import WebCamera
+
+    urls = dict(_pair(each, "NAME=URL, such as ada=http://192.168.1.20:7700/camera") for each in cameras)
+    trust = visitor_context(keys) if urls else None
+    cars = tuple(_car(text, urls) for text in texts)
+    names = [car.name for car in cars]
+    for name in names:
+        if names.count(name) > 1:
+            raise UsageError(f"two cars are called {name}; give each a name of its own")
+    for name, url in urls.items():
+        if name not in names:
+            raise UsageError(f"--camera is for {name}, and no car is called so")
+        try:
+            WebCamera(url, trust)
+        except ValueError as problem:
+            raise UsageError(f"--camera of {name}: {problem}") from None
+    return Named(cars, client_context(keys) if keys else None, trust)
+
+
+def _car(text: str, urls: dict[str, str]) -> "FarCar":
+    from motorcade.remote.far_cars import FarCar, is_name
+
+    name, where = _pair(text, f"{_METAVAR}, such as ada=192.168.1.20")
+    if not is_name(name):
+        raise UsageError(
+            f"'{name[:60]}' is no name for a car; allowed: up to 40 letters, digits and hyphens, no number"
+        )
+    where, slash, telemetry = where.partition("/")
+    host, port = address_of(where)
+    if slash and not (telemetry.isascii() and telemetry.isdigit() and 0 < int(telemetry) < 65536):
+        raise UsageError(f"'{telemetry[:60]}' is no telemetry port of {name}; allowed: 1 to 65535")
+    return FarCar(name, host, port, int(telemetry) if slash else None, urls.get(name))
+
+
+def _pair(text: str, allowed: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not equals or not name or not value:
+        raise UsageError(f"'{text[:60]}' is not {allowed}")
+    return name, value
