@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli import driving
+from motorcade.cli import driving, far_cars
 from motorcade.cli.compiling import told_of_compiling
 from motorcade.cli.failures import UsageError
 from motorcade.cli.options import Json, ProfileOption, image_of, print_text, profile_named, tongue
@@ -49,6 +49,7 @@ def add_to(app: typer.Typer) -> None:
     group = typer.Typer(help="Drive a car over a network, and be one that is driven.")
     group.command("serve")(serve_command)
     driving.add_to(group)
+    far_cars.add_to(group)
     app.add_typer(group, name="drive")
 
 
