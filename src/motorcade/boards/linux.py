@@ -80,6 +80,10 @@ class Equipment:
     observe: Callable[[str, int, int, int | str], None] = _tell_nobody
     clock_s: Callable[[], float] = time.monotonic
 
+    def now_ms(self) -> int:
+        """The clock as a board tells it: milliseconds that wrap."""
+        return int(self.clock_s() * 1000) & TICKS_MASK
+
 
 class LinuxBoard(Board):
     """A car without wheels and lights; `motorcade.boards.raspberry_pi` adds them."""
@@ -92,7 +96,7 @@ class LinuxBoard(Board):
         self._image = equipment.image
 
     def now_ms(self) -> int:
-        return int(self._equipment.clock_s() * 1000) & TICKS_MASK
+        return self._equipment.now_ms()
 
     def load_image(self) -> bytes | None:
         return self._image

@@ -14,8 +14,11 @@ if MYPY:
 class DriveBoard:
     """One drivable car's hardware. Every method may raise OSError: the car then stands still until it works again.
 
+    A car that holds a codeword image runs it from being switched on, whoever drives, with its LED, its infrared and
+    its uploads. Only its wheels obey somebody else meanwhile.
+
     Attributes:
-        has_program: whether the board holds a codeword image that it can run by itself.
+        has_program: whether the image has something to drive by; an upload may change it.
     """
 
     has_program = False
@@ -39,10 +42,16 @@ class DriveBoard:
         return None
 
     def begin_program(self) -> None:
-        """Let the codeword image drive, from its beginning where it stood still. Called only where ``has_program``."""
+        """Give the wheels to the codeword image, where it has come to by now. Called only where ``has_program``."""
+
+    def check_program(self) -> None:
+        """Raise OSError where the image has the wheels and what runs it is dead or hangs: nobody else would stop them.
+
+        Called every 50 ms or more often while the image has the wheels. Never waits.
+        """
 
     def end_program(self) -> None:
-        """Keep the codeword image from driving; ``neutral`` or ``apply`` follows at once."""
+        """Take the wheels from the codeword image; ``neutral`` or ``apply`` follows at once."""
 
     def keep_alive(self) -> None:
         """All is well: for a hardware watchdog. Called every 50 ms or more often, until something is wrong."""

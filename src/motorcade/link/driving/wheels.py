@@ -40,6 +40,8 @@ class Wheels:
                     self._end_program()
                 self._leave_neutral()
                 self.board.apply(*setpoint)
+            elif state == PROGRAM and self._is_programmed:
+                self.board.check_program()
             elif state == PROGRAM:
                 self._begin_program()
             else:
@@ -75,11 +77,10 @@ class Wheels:
             self.note(problem)
 
     def _begin_program(self) -> None:
-        if not self._is_programmed:
-            self.rest()
-            self._leave_neutral()
-            self._is_programmed = True
-            self.board.begin_program()
+        self.rest()
+        self._leave_neutral()
+        self._is_programmed = True
+        self.board.begin_program()
 
     def _leave_neutral(self) -> None:
         if self.is_neutral:
