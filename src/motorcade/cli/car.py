@@ -5,7 +5,6 @@ Each command imports what it needs when it runs, so that the others start at onc
 
 import json
 import signal
-import sys
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from enum import StrEnum
@@ -14,20 +13,25 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli.addresses import host_and_port
+from motorcade.cli.equipment import (
+    Asked,
+    Fitted,
+    NumberOption,
+    Role,
+    RoleOption,
+    StoreOption,
+    VoiceMapOption,
+    VoiceOption,
+    fit_out,
+)
 from motorcade.cli.failures import UsageError
 from motorcade.cli.options import Json, Language, ProfileOption, print_json, profile_named, tongue, wants_json
 from motorcade.cli.recordings import needs_extra
 
 if TYPE_CHECKING:
-    from motorcade.boards.linux import Equipment, Line, LinuxBoard
-    from motorcade.boards.serial_line import SerialLine
-    from motorcade.boards.voice import VoiceSource
+    from motorcade.boards.linux import Equipment, LinuxBoard
     from motorcade.profile import Profile
-    from motorcade.sim.virtual_car import ImageStore
 
-_WRITE_TIMEOUT_S = 0.2
-_KEYBOARD = "keyboard"
 # Dozens a second; who wants them has the words behind them.
 _TOO_MANY = ("frame", "heard")
 _BEGINS = {"state": "state {}", "start": "a word from the air"}
@@ -38,13 +42,6 @@ Pins = Annotated[
 GpioChip = Annotated[
     int | None, typer.Option("--gpio-chip", min=0, help="N of /dev/gpiochipN; the computer's own, unless given.")
 ]
-
-
-class Role(StrEnum):
-    """What a car does."""
-
-    LEADER = "leader"
-    FOLLOWER = "follower"
 
 
 class BoardKind(StrEnum):
@@ -67,16 +64,14 @@ def run_command(
     pins: Annotated[
         Path | None, typer.Option(help="Which part is at which pin: a .toml file.", exists=True, dir_okay=False)
     ] = None,
-    role: Annotated[Role, typer.Option(help="Whether the car leads or follows.")] = Role.LEADER,
-    number: Annotated[int, typer.Option(min=0, max=(1 << 32) - 1, help="The car's own; its dice go by it.")] = 0,
+    role: RoleOption = Role.LEADER,
+    number: NumberOption = 0,
     board: Annotated[BoardKind, typer.Option(help="simulated needs no pins and no hardware.")] = BoardKind.RASPBERRY_PI,
     port: Annotated[str, typer.Option("--port", "-p", help="The serial port that uploads come by.")] = "",
     tcp: Annotated[str, typer.Option(help="Take uploads at HOST:PORT instead; port 0 takes a free one.")] = "",
-    store: Annotated[Path | None, typer.Option(help="The file that the car keeps its image in.")] = None,
-    voice: Annotated[str, typer.Option(help="'keyboard', or the serial port of a voice module.")] = "",
-    voice_map: Annotated[
-        Path | None, typer.Option(help="What the voice module sends: a .toml file.", exists=True, dir_okay=False)
-    ] = None,
+    store: StoreOption = None,
+    voice: VoiceOption = "",
+    voice_map: VoiceMapOption = None,
     watchdog: Annotated[Path | None, typer.Option(help="Feed this hardware watchdog, such as /dev/watchdog.")] = None,
     gpio_chip: GpioChip = None,
     profile: ProfileOption = "classroom",
@@ -90,17 +85,15 @@ def run_command(
             "--pins is missing: a .toml file that says which part is at which pin, such as firmware/linux/pins.toml; "
             "or try the car without hardware: --board simulated"
         )
-    if voice not in ("", _KEYBOARD) and voice_map is None:
-        raise UsageError("--voice-map is missing: a .toml file that says what the module at --voice sends")
-    chosen = profile_named(profile)
+    if port and tcp:
+        raise UsageError("--port and --tcp exclude each other")
+    chosen, asked = profile_named(profile), Asked(role, number, port, tcp, store, voice, voice_map)
     with ExitStack() as held:
-        line, address = _line(held, port, tcp, chosen)
-        kept = _store(store)
-        equipment = _equipment(role, number, line, kept, _voice(held, voice, voice_map), chosen, as_json)
+        fitted = fit_out(held, asked, chosen, _observer(chosen, as_json))
         stops = _stops(_watchdog(held, watchdog))
-        made = _board(equipment, pins if board == BoardKind.RASPBERRY_PI else None, chosen, gpio_chip)
-        _tell_begin(role, address, kept, as_json)
-        run(made, line.wait, stops)
+        made = _board(fitted.equipment, pins if board == BoardKind.RASPBERRY_PI else None, chosen, gpio_chip)
+        _tell_begin(role, fitted, as_json)
+        run(made, fitted.equipment.line.wait, stops)
 
 
 def neutral_command(pins: Pins, gpio_chip: GpioChip = None, as_json: Json = False) -> None:
@@ -145,86 +138,6 @@ def wiring_command(
         print_table(table)
 
 
-def _line(held: ExitStack, port: str, tcp: str, profile: "Profile") -> "tuple[Line, str]":
-    """The line that uploads come by, and what it is called; empty where there is none."""
-    if port and tcp:
-        raise UsageError("--port and --tcp exclude each other")
-    if tcp:
-        from motorcade.sim.virtual_car import TcpPort
-
-        listening = TcpPort(*host_and_port(tcp))
-        held.callback(listening.close)
-        return listening, listening.address
-    if port:
-        return _serial_line(held, port, profile.serial.baud), port
-    from motorcade.boards.linux import NoLine
-
-    return NoLine(), ""
-
-
-def _serial_line(held: ExitStack, port: str, baud: int) -> "SerialLine":
-    from time import monotonic
-
-    import serial
-
-    from motorcade.boards.serial_line import SerialLine
-    from motorcade.link.serial_port import not_opened
-
-    def open_port() -> serial.Serial:
-        return serial.serial_for_url(port, baudrate=baud, timeout=0, write_timeout=_WRITE_TIMEOUT_S, exclusive=True)
-
-    try:
-        line = SerialLine(open_port, monotonic)
-    except (serial.SerialException, OSError, ValueError) as problem:
-        raise not_opened(port, problem) from None
-    held.callback(line.close)
-    return line
-
-
-def _store(path: Path | None) -> "ImageStore":
-    from motorcade.sim.virtual_car import ImageStore
-
-    return ImageStore(path or Path(typer.get_app_dir("motorcade")) / "car.image")
-
-
-def _voice(held: ExitStack, voice: str, voice_map: Path | None) -> "VoiceSource":
-    from motorcade.boards.voice import SerialVoice, VoiceSource
-
-    if voice == _KEYBOARD:
-        from motorcade.boards.keyboard import KeyboardVoice
-
-        return KeyboardVoice(sys.stdin)
-    if voice and voice_map:
-        from motorcade.boards.voice_map import load_voice_map
-
-        known = load_voice_map(voice_map)
-        return SerialVoice(_serial_line(held, voice, known.baud).read, known.patterns)
-    return VoiceSource()
-
-
-def _equipment(
-    role: Role,
-    number: int,
-    line: "Line",
-    store: "ImageStore",
-    voice: "VoiceSource",
-    profile: "Profile",
-    as_json: bool,
-) -> "Equipment":
-    from motorcade.boards.linux import Equipment
-    from motorcade.sim.levels import levels_of
-    from motorcade.sim.virtual_car import StoreError
-
-    image = None
-    try:
-        image = store.load()
-    except StoreError as problem:
-        # A car that waits for an upload is of more use than one that doesn't start.
-        print(f"motorcade: {problem}. The car begins without a program and waits for an upload.", file=sys.stderr)
-    observe = _observer(profile, as_json)
-    return Equipment(role == Role.LEADER, number, levels_of(profile), line, image, store.save, voice, observe)
-
-
 def _watchdog(held: ExitStack, path: Path | None) -> Callable[[], None] | None:
     if path is None:
         return None
@@ -261,12 +174,13 @@ def _stops(feed: Callable[[], None] | None) -> Callable[[], bool]:
     return stops
 
 
-def _tell_begin(role: Role, address: str, store: "ImageStore", as_json: bool) -> None:
+def _tell_begin(role: Role, fitted: Fitted, as_json: bool) -> None:
+    address, store = fitted.address, fitted.store
     if as_json:
-        print_json({"role": str(role), "port": address, "store": str(store.path)})
+        print_json({"role": str(role), "port": address, "store": str(store)})
         return
     where = f"takes uploads at {address}" if address else "takes no uploads (--port or --tcp names where it would)"
-    print(f"This {role} {where} and keeps its image in {store.path}. Ctrl-C stops it.", flush=True)
+    print(f"This {role} {where} and keeps its image in {store}. Ctrl-C stops it.", flush=True)
 
 
 def _observer(profile: "Profile", as_json: bool) -> Callable[[str, int, int, int | str], None]:

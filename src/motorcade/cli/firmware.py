@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motorcade.cli.car import Role
+from motorcade.cli.equipment import Role
 from motorcade.cli.failures import UsageError
 from motorcade.cli.options import Json, Language, ProfileOption, print_json, profile_named, tongue, wants_json
 from motorcade.cli.recordings import needs_extra
