@@ -14,8 +14,10 @@ if sys.platform == "linux":
     from motorcade.boards import gpio_chip
     from motorcade.boards.chips import CHIPS
     from motorcade.boards.errors import GpioForbiddenError, NoGpioError
+    from motorcade.boards.linux import Equipment, NoLine
     from motorcade.boards.opening import open_drive
     from motorcade.boards.pins import PinsError, parse_pins
+    from motorcade.sim.levels import levels_of
     from strategies import CLASSROOM
 
     LGPIO = gpio_chip._lgpio()
@@ -32,6 +34,7 @@ enable = 12
 [servo]
 signal = 19
 """
+TWO_MOTORS = "[left_motor]\nforward = 7\nbackward = 8\n[right_motor]\nforward = 16\nbackward = 26\n"
 
 
 @pytest.fixture
@@ -60,8 +63,14 @@ def kernel(monkeypatch):
     return asked
 
 
+def opened(text=STEERED, is_leader=True, **options):
+    """A car that is driven and holds no image."""
+    equipment = Equipment(is_leader, 0, levels_of(CLASSROOM), NoLine(), None, lambda data: None)
+    return open_drive(equipment, parse_pins(text, "car.toml"), CLASSROOM, **options)
+
+
 def test_a_servos_pulses_are_not_rounded_to_whole_percents(kernel):
-    board = open_drive(parse_pins(STEERED, "car.toml"), CLASSROOM)
+    board = opened()
     pulses_us = []
     for angle_deg in (0, 1, 90, 180):
         board.apply(angle_deg, 1, 0)
@@ -73,7 +82,7 @@ def test_a_servos_pulses_are_not_rounded_to_whole_percents(kernel):
 
 
 def test_each_of_255_duties_is_its_own(kernel):
-    board = open_drive(parse_pins(STEERED, "car.toml"), CLASSROOM)
+    board = opened()
     kernel.pwm.clear()
     for speed in range(1, 256):
         board.apply(90, 1, speed)
@@ -82,7 +91,7 @@ def test_each_of_255_duties_is_its_own(kernel):
 
 
 def test_a_steered_cars_rescue_pulls_its_motors_pins_low(kernel):
-    board = open_drive(parse_pins(STEERED, "car.toml"), CLASSROOM, gpio_chip=3)
+    board = opened(gpio_chip=3)
     where, arguments = board.rescue()
     assert kernel.opened == [3]
     board.close()
@@ -95,7 +104,7 @@ def test_a_steered_cars_rescue_pulls_its_motors_pins_low(kernel):
 
 
 def test_a_pin_that_fails_is_an_error_that_the_drive_knows(kernel):
-    board = open_drive(parse_pins(STEERED, "car.toml"), CLASSROOM)
+    board = opened()
     kernel.fails = True
     with pytest.raises(OSError, match=r"GPIO19 can't be driven: .*bad PWM"):
         board.apply(10, 1, 10)
@@ -136,8 +145,12 @@ def test_a_chip_that_one_may_not_use_names_the_group(kernel, monkeypatch):
 
 
 def test_a_pin_file_of_another_kind_of_car_is_refused(kernel):
-    with pytest.raises(PinsError, match=r"no \[drive_motor\]"):
-        open_drive(parse_pins(STEERED.replace("drive_motor", "left_motor"), "car.toml"), CLASSROOM)
+    with pytest.raises(PinsError, match=r"no wheels: they are either \[left_motor\]"):
+        opened(STEERED.replace("drive_motor", "left_motor"))
+    with pytest.raises(PinsError, match="two kinds of wheels"):
+        opened(STEERED + TWO_MOTORS)
     with pytest.raises(PinsError, match="motorcade install-firmware"):
-        open_drive(parse_pins(STEERED.replace("raspberry-pi", "rp2040"), "car.toml"), CLASSROOM)
+        opened(STEERED.replace("raspberry-pi", "rp2040"))
+    with pytest.raises(PinsError, match=r"no receiver in \[infrared\]"):
+        opened(is_leader=False)
     assert kernel.opened == []

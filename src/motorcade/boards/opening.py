@@ -1,17 +1,20 @@
 """A Linux car's hardware, from its pin file to a board that is ready."""
 
 from pathlib import Path
+from typing import Any
 
 from motorcade.boards.gpio_chip import open_gpio
 from motorcade.boards.hardware_watchdog import HardwareWatchdog
 from motorcade.boards.linux import Equipment
 from motorcade.boards.lirc import LircSender, open_sender
 from motorcade.boards.pins import PinMap, PinsError
-from motorcade.boards.raspberry_pi import RaspberryPi, RaspberryPiDrive
+from motorcade.boards.programmed_drive import ProgrammedDrive
+from motorcade.boards.raspberry_pi import RaspberryPi
 from motorcade.boards.rescue import pull_low
 from motorcade.profile import Profile
 
 _MOTORS = ("left_motor", "right_motor", "drive_motor")
+_KINDS_OF_WHEELS = (("left_motor", "right_motor"), ("drive_motor", "servo"))
 _ON_LINUX = ("raspberry-pi", "linux")
 
 
@@ -25,18 +28,20 @@ def open_car(equipment: Equipment, pins: PinMap, profile: Profile, gpio_chip: in
         PinsError: the pin file is another car's.
         NoGpioError, GpioForbiddenError, InfraredError: the hardware isn't there, or not for this user.
     """
-    _check(pins, ("left_motor", "right_motor"))
+    _check_computer(pins)
+    _check_parts(equipment, pins)
     factory = open_gpio(pins.chip, gpio_chip)
-    sender = None
-    if pins.pin("infrared", "sender") is not None:
-        sender = LircSender(open_sender(), profile.infrared.unit_us, factory.ticks)
-    return RaspberryPi(equipment, pins, profile, factory, sender)
+    return RaspberryPi(equipment, pins, profile, factory, _sender(pins, profile, factory))
 
 
 def open_drive(
-    pins: PinMap, profile: Profile, gpio_chip: int | None = None, watchdog: Path | None = None
-) -> RaspberryPiDrive:
-    """The board of a car that somebody steers.
+    equipment: Equipment,
+    pins: PinMap,
+    profile: Profile,
+    gpio_chip: int | None = None,
+    watchdog: Path | None = None,
+) -> ProgrammedDrive:
+    """The board of a car that somebody steers, and that words drive where it is left to them.
 
     Args:
         gpio_chip: the number of the gpiochip, None for the computer's own.
@@ -44,13 +49,15 @@ def open_drive(
 
     Raises:
         PinsError: the pin file is another car's.
-        NoGpioError, GpioForbiddenError, WatchdogError: the hardware isn't there, or not for this user.
+        NoGpioError, GpioForbiddenError, InfraredError, WatchdogError: the hardware isn't there, or not for this user.
     """
-    _check(pins, ("drive_motor", "servo"))
+    _check_computer(pins)
+    _check_parts(equipment, pins)
     factory = open_gpio(pins.chip, gpio_chip)
+    sender = _sender(pins, profile, factory)
     armed = HardwareWatchdog(watchdog) if watchdog else None
     rescue = ("motorcade.boards.rescue:pull_low", _what_stops(pins, gpio_chip))
-    return RaspberryPiDrive(pins, profile, factory, armed, rescue)
+    return ProgrammedDrive(equipment, pins, profile, factory, sender, armed, rescue)
 
 
 def stop_wheels(pins: PinMap, gpio_chip: int | None = None) -> list[int]:
@@ -60,7 +67,7 @@ def stop_wheels(pins: PinMap, gpio_chip: int | None = None) -> list[int]:
         PinsError: the pin file is another car's.
         NoGpioError, GpioForbiddenError: the hardware isn't there, or not for this user.
     """
-    _check(pins, ())
+    _check_computer(pins)
     pull_low(*_what_stops(pins, gpio_chip))
     return motor_pins(pins)
 
@@ -75,11 +82,28 @@ def _what_stops(pins: PinMap, gpio_chip: int | None) -> tuple[str, ...]:
     return (pins.chip.name, "" if gpio_chip is None else str(gpio_chip), *map(str, motor_pins(pins)))
 
 
-def _check(pins: PinMap, parts: tuple[str, ...]) -> None:
+def _sender(pins: PinMap, profile: Profile, factory: Any) -> LircSender | None:
+    """The infrared sender, where the pin file names one. Raises InfraredError."""
+    if pins.pin("infrared", "sender") is None:
+        return None
+    return LircSender(open_sender(), profile.infrared.unit_us, factory.ticks)
+
+
+def _check_computer(pins: PinMap) -> None:
     if pins.chip.name not in _ON_LINUX:
         raise PinsError(
             f"the pin file is that of {pins.name}, with the chip {pins.chip.name}: such a board gets its programs "
             "by `motorcade install-firmware`"
         )
-    if missing := [part for part in parts if not pins.has(part)]:
-        raise PinsError(f"the pin file of {pins.name} has no [{missing[0]}], which this car needs")
+
+
+def _check_parts(equipment: Equipment, pins: PinMap) -> None:
+    """A car has wheels of one kind, and a follower has ears."""
+    kinds = sum(all(map(pins.has, kind)) for kind in _KINDS_OF_WHEELS)
+    if kinds != 1:
+        raise PinsError(
+            f"the pin file of {pins.name} has {'two kinds of' if kinds else 'no'} wheels: "
+            "they are either [left_motor] and [right_motor], or [drive_motor] and [servo]"
+        )
+    if not equipment.is_leader and pins.pin("infrared", "receiver") is None:
+        raise PinsError(f"the pin file of {pins.name} has no receiver in [infrared], by which a follower hears words")

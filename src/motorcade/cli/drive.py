@@ -4,6 +4,7 @@ It imports what it needs when it runs, so that the other commands start at once.
 """
 
 import sys
+from collections import deque
 from contextlib import ExitStack
 from enum import StrEnum
 from pathlib import Path
@@ -13,6 +14,16 @@ import typer
 
 from motorcade.cli import driving, far_cars
 from motorcade.cli.compiling import told_of_compiling
+from motorcade.cli.equipment import (
+    KEYBOARD,
+    Asked,
+    NumberOption,
+    Role,
+    RoleOption,
+    StoreOption,
+    VoiceMapOption,
+    VoiceOption,
+)
 from motorcade.cli.failures import UsageError
 from motorcade.cli.options import Json, ProfileOption, image_of, print_text, profile_named, tongue
 from motorcade.cli.recordings import needs_extra
@@ -24,6 +35,7 @@ if TYPE_CHECKING:
     import ssl
 
     from motorcade.car.drive_board import DriveBoard
+    from motorcade.cli.equipment import Fitted
     from motorcade.link.camera import Source
     from motorcade.profile import Profile
 
@@ -75,6 +87,13 @@ def serve_command(
         int | None, typer.Option(min=0, help="N of /dev/gpiochipN; the computer's own, unless given.")
     ] = None,
     watchdog: Annotated[Path | None, typer.Option(help="Feed this hardware watchdog, such as /dev/watchdog.")] = None,
+    role: RoleOption = Role.LEADER,
+    number: NumberOption = 0,
+    upload_serial: Annotated[str, typer.Option(help="The serial port that a real car's uploads come by.")] = "",
+    upload_tcp: Annotated[str, typer.Option(help="Take uploads at HOST:PORT instead; port 0 takes a free one.")] = "",
+    store: StoreOption = None,
+    voice: VoiceOption = "",
+    voice_map: VoiceMapOption = None,
     web: Annotated[
         int | None, typer.Option(min=0, max=65535, help="For the car's own page, to drive it in a browser; 0: any.")
     ] = None,
@@ -93,7 +112,10 @@ def serve_command(
     profile: ProfileOption = "classroom",
     as_json: Json = False,
 ) -> None:
-    """Be a car that is driven: take commands, and stand still when they stop."""
+    """Be a car that is driven: take commands, and stand still when they stop.
+
+    A real car also holds an image and runs it, by which it drives where it is left to it.
+    """
     import asyncio
 
     from motorcade.cli.remote import Web, eye, https
@@ -106,6 +128,8 @@ def serve_command(
         raise UsageError("a real car needs its pin file, --pins, and a simulated one has none")
     if pins and (mat or program):
         raise UsageError("--mat and --program are for simulated cars; a real one runs what was uploaded to it")
+    asked = Asked(role, number, upload_serial, upload_tcp, store, voice, voice_map)
+    _check_asked(asked, pins is not None, stick)
     chosen, at_the_car = profile_named(profile), stick_at_the_car(stick) if stick else None
     tls = _tls(keys)
     second = telemetry_port if telemetry_port is not None else port and port + 1
@@ -113,13 +137,16 @@ def serve_command(
         commands, telemetry = (held.enter_context(bind(host, each)) for each in (port, second))
         _check_reach(commands, tls, insecure_lan)
         page = held.enter_context(bind(host, web)) if web is not None else None
-        if pins:
-            car, sees = _real(pins, chosen, gpio_chip, watchdog), eye(camera) if page else None
+        notes: deque[str] = deque()
+        fitted = _fitted(held, asked, chosen, notes, insecure_lan) if pins else None
+        if pins and fitted:
+            car, sees = _real(fitted, pins, chosen, gpio_chip, watchdog), eye(camera) if page else None
         else:
             image, chosen = image_of(program, profile, tongue("")) if program else (bytes(4), chosen)
             car, sees = _simulated(held, chosen, mat, image)
         door = Web(page, host, https(keys), sees) if page else None
-        asyncio.run(serve(car, chosen, Offer(commands, telemetry, tls, byte_order, as_json, door, at_the_car)))
+        offer = Offer(commands, telemetry, tls, byte_order, as_json, door, at_the_car, fitted, notes)
+        asyncio.run(serve(car, chosen, offer))
     if not as_json:
         print_text("The car stands still.\n")
 
@@ -151,12 +178,50 @@ def _check_reach(listener: "socket.socket", tls: "ssl.SSLContext | None", insecu
     )
 
 
-def _real(pins: Path, profile: "Profile", gpio_chip: int | None, watchdog: Path | None) -> "DriveBoard":
+def _check_asked(asked: Asked, is_real: bool, stick: StickName | None) -> None:
+    if not is_real and asked != Asked():
+        raise UsageError(
+            "--role, --number, --upload-serial, --upload-tcp, --store and --voice are for real cars; "
+            "a simulated one leads, and runs --program"
+        )
+    if asked.serial and asked.tcp:
+        raise UsageError("--upload-serial and --upload-tcp exclude each other")
+    if asked.voice == KEYBOARD and stick == StickName.KEYBOARD:
+        raise UsageError("--voice keyboard and --stick keyboard exclude each other: there is one keyboard")
+
+
+def _fitted(held: ExitStack, asked: Asked, profile: "Profile", notes: deque[str], insecure_lan: bool) -> "Fitted":
+    """A real car's equipment; uploads and faults of its program are noted."""
+    import ipaddress
+
+    from motorcade.cli.addresses import host_and_port
+    from motorcade.cli.equipment import fit_out
+
+    def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
+        if kind == "image":
+            notes.append(f"took an image of {word} bytes")
+        elif kind == "fault":
+            notes.append(str(detail))
+
+    fitted = fit_out(held, asked, profile, observe)
+    if asked.tcp and not insecure_lan:
+        host, _ = host_and_port(fitted.address.removeprefix("socket://"))
+        if not ipaddress.ip_address(host.partition("%")[0]).is_loopback:
+            raise UsageError(
+                f"at {host} others can reach this car's uploads, and uploads know no keys: take them at 127.0.0.1 or "
+                "by --upload-serial, or let everybody in with --insecure-lan"
+            )
+    return fitted
+
+
+def _real(
+    fitted: "Fitted", pins: Path, profile: "Profile", gpio_chip: int | None, watchdog: Path | None
+) -> "DriveBoard":
     with needs_extra("a car's pins", "pi"):
         from motorcade.boards.opening import open_drive
     from motorcade.boards.pins import load_pins
 
-    return open_drive(load_pins(pins), profile, gpio_chip, watchdog)
+    return open_drive(fitted.equipment, load_pins(pins), profile, gpio_chip, watchdog)
 
 
 def _simulated(held: ExitStack, profile: "Profile", mat: Path | None, image: bytes) -> "tuple[DriveBoard, Source]":

@@ -7,6 +7,7 @@ import ssl
 import sys
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, AsyncExitStack, contextmanager
 from functools import partial
@@ -22,6 +23,7 @@ from motorcade.link.driving.watchdog import kept
 
 if TYPE_CHECKING:
     from motorcade.car.drive_board import DriveBoard
+    from motorcade.cli.equipment import Fitted
     from motorcade.link.driving.hand import StickSource
     from motorcade.link.driving.telemetry import Telemetry
     from motorcade.profile import Profile
@@ -31,7 +33,18 @@ _ENDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 
 
 class Offer(NamedTuple):
-    """How a car is served; ``web`` is its page's door, if it has one, and ``stick`` what drives at the car itself."""
+    """How a car is served.
+
+    Attributes:
+        commands, telemetry: where it listens.
+        tls: for both; None for none.
+        byte_order: of commands.
+        as_json: whether to print JSON.
+        web: its page's door, if it has one.
+        stick: what drives at the car itself, if anything does.
+        fitted: what a real car's program was given; None for a simulated car.
+        notes: sentences for the log, which others add to.
+    """
 
     commands: socket.socket
     telemetry: socket.socket
@@ -40,6 +53,8 @@ class Offer(NamedTuple):
     as_json: bool
     web: Web | None
     stick: "AbstractContextManager[StickSource] | None"
+    fitted: "Fitted | None"
+    notes: deque[str]
 
 
 async def serve(board: "DriveBoard", profile: "Profile", offer: Offer) -> None:
@@ -55,17 +70,24 @@ async def serve(board: "DriveBoard", profile: "Profile", offer: Offer) -> None:
             end = partial(asyncio.get_running_loop().call_soon_threadsafe, ended.set)
             await held.enter_async_context(fed(drive, offer.stick, _log, end))
         url = await held.enter_async_context(page_served(drive, offer.web)) if offer.web else None
-        held.enter_context(_logged(drive.telemetry))
+        held.enter_context(_logged(drive.telemetry, offer.notes))
         (host, port), (_, telemetry_port) = (door.address for door in doors)
-        if offer.as_json:
-            told = {"host": host, "port": port, "telemetry_port": telemetry_port, "tls": offer.tls is not None}
-            print_json(told | ({"url": url} if url else {}))
-        else:
-            page = f" Its page is {url}" if url else ""
-            print_text(
-                f"The car takes commands at {host} port {port}, telemetry is at {telemetry_port}.{page} Ctrl-C ends.\n"
-            )
+        _tell_begin(host, port, telemetry_port, url, offer)
         await ended.wait()
+
+
+def _tell_begin(host: str, port: int, telemetry_port: int, url: str | None, offer: Offer) -> None:
+    fitted = offer.fitted
+    if offer.as_json:
+        told = {"host": host, "port": port, "telemetry_port": telemetry_port, "tls": offer.tls is not None}
+        kept = {"uploads": fitted.address, "store": str(fitted.store)} if fitted else {}
+        print_json(told | ({"url": url} if url else {}) | kept)
+        return
+    uploads = f" It takes uploads at {fitted.address}." if fitted and fitted.address else ""
+    page = f" Its page is {url}" if url else ""
+    print_text(
+        f"The car takes commands at {host} port {port}, telemetry is at {telemetry_port}.{uploads}{page} Ctrl-C ends.\n"
+    )
 
 
 def _on_signals(ended: asyncio.Event) -> None:
@@ -76,10 +98,11 @@ def _on_signals(ended: asyncio.Event) -> None:
 
 
 @contextmanager
-def _logged(telemetry: "Callable[[], Telemetry]") -> Iterator[None]:
+def _logged(telemetry: "Callable[[], Telemetry]", notes: deque[str]) -> Iterator[None]:
     """Say who drives and what state the car is in, whenever that changes: a terminal that hangs doesn't stop a car."""
     over = threading.Event()
-    thread = threading.Thread(target=_log_changes, args=(telemetry, _shown(telemetry()), over), name="log", daemon=True)
+    told = (telemetry, _shown(telemetry()), notes, over)
+    thread = threading.Thread(target=_log_changes, args=told, name="log", daemon=True)
     thread.start()
     try:
         yield
@@ -88,10 +111,14 @@ def _logged(telemetry: "Callable[[], Telemetry]") -> Iterator[None]:
         thread.join(_LAST_WORD_S)
 
 
-def _log_changes(telemetry: "Callable[[], Telemetry]", last: tuple[object, ...], over: threading.Event) -> None:
+def _log_changes(
+    telemetry: "Callable[[], Telemetry]", last: tuple[object, ...], notes: deque[str], over: threading.Event
+) -> None:
     is_over = False
     while not is_over:
         is_over = over.wait(_LOOK_S)
+        while notes:
+            _log(notes.popleft())
         told = telemetry()
         if _shown(told) != last:
             _log(
