@@ -1,6 +1,7 @@
 """A car that is driven, served on free ports by a loop of its own, and what its board was told when."""
 
 import asyncio
+import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -110,6 +111,14 @@ class DrivenCar:
             async with kept(self.drive), served(self.server, *sockets, self._tls):
                 self._ready.set()
                 await self._ended.wait()
+
+
+@contextmanager
+def deaf_port() -> Iterator[int]:
+    """A port that is taken, and at which nobody listens."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        yield taken.getsockname()[1]
 
 
 async def until(condition: Callable[[], Any], deadline_s: float = DEADLINE_S) -> Any:

@@ -1,11 +1,10 @@
 """A driver's end for programs without asyncio, against a running car."""
 
-import socket
 import threading
 
 import pytest
 
-from link.driven_car import NEUTRAL, wait_until
+from link.driven_car import NEUTRAL, deaf_port, wait_until
 from link.working_drivers import HALF
 from motorcade.link.blocking_drive_client import BlockingDriveClient
 from motorcade.link.car_failures import CarNotFoundError, CarRefusesError
@@ -15,7 +14,7 @@ def test_a_program_without_asyncio_drives_too(car):
     with BlockingDriveClient("127.0.0.1", car.port, telemetry_port=car.telemetry_port) as driver:
         assert driver.connected
         driver.drive(throttle=HALF)
-        wait_until(lambda: car.board.moves)
+        wait_until(car.board.has_moved)
         driver.drive_for(0.3, HALF, 1)
         assert driver.next_telemetry()
         assert driver.request() is True
@@ -28,10 +27,10 @@ def test_a_program_without_asyncio_drives_too(car):
     wait_until(lambda: car.board.setpoint == NEUTRAL)
 
 
-def test_a_blocking_program_that_hangs_lets_the_car_stop(car):
+def test_a_blocking_program_that_hangs_lets_the_car_stop(patient_car):
+    car = patient_car
     with BlockingDriveClient("127.0.0.1", car.port, telemetry_port=car.telemetry_port, fresh_s=0.1) as driver:
-        driver.drive(HALF)
-        wait_until(lambda: car.board.moves)
+        wait_until(lambda: driver.drive(HALF) or car.board.has_moved())
         wait_until(lambda: not car.board.moves)
         for _ in range(3):
             driver.next_telemetry()
@@ -39,9 +38,9 @@ def test_a_blocking_program_that_hangs_lets_the_car_stop(car):
 
 
 def test_a_blocking_client_that_finds_no_car_leaves_no_thread_behind():
-    with socket.create_server(("127.0.0.1", 0)) as free:
-        port = free.getsockname()[1]
-    before = threading.active_count()
-    with pytest.raises(CarNotFoundError), BlockingDriveClient("127.0.0.1", port, patience_s=0.1):
-        pass
-    assert threading.active_count() == before
+    before = set(threading.enumerate())
+    with deaf_port() as port:
+        finds_none = pytest.raises(CarNotFoundError)
+        with finds_none, BlockingDriveClient("127.0.0.1", port, patience_s=2):
+            pass
+    assert set(threading.enumerate()) <= before

@@ -67,7 +67,7 @@ def test_without_the_right_keys_nobody_drives_and_the_sentence_speaks_of_keys(lo
         options = {**options, "keys": keys / options["keys"]}
 
     with pytest.raises(error, match=says):
-        asyncio.run(come_and_drive(client(locked_car, patience_s=0.5, **options)))
+        asyncio.run(come_and_drive(client(locked_car, patience_s=3, **options)))
     assert not any(setpoint[2] for _, setpoint in locked_car.board.notes)
 
 
@@ -80,7 +80,7 @@ def test_a_driver_whose_keys_the_car_refuses_is_told_so(keys, tmp_path):
 
     refused = pytest.raises(CarRefusesError, match="doesn't accept your keys")
     with DrivenCar(server_context(mixed), profile=PATIENT) as car, refused:
-        asyncio.run(come_and_drive(client(car, keys=keys / "driver-lin.pem", patience_s=0.5)))
+        asyncio.run(come_and_drive(client(car, keys=keys / "driver-lin.pem", patience_s=3)))
 
 
 def test_keys_for_a_car_that_has_none_are_told_to_be_left_away(car, keys):

@@ -23,7 +23,9 @@ def test_a_connection_that_is_cut_comes_back_and_the_car_stands_meanwhile(car, r
     asyncio.run(drive())
 
 
-def test_a_stick_that_is_held_across_a_break_does_not_make_the_car_jump(car):
+def test_a_stick_that_is_held_across_a_break_does_not_make_the_car_jump(patient_car):
+    car = patient_car
+
     async def drive():
         async with behind_proxies(car, rearm=False) as (driver, proxies):
             async with wishing(driver):
@@ -45,7 +47,9 @@ def test_a_stick_that_is_held_across_a_break_does_not_make_the_car_jump(car):
     asyncio.run(drive())
 
 
-def test_a_stick_that_is_held_while_the_car_starts_anew_does_not_make_it_jump(car):
+def test_a_stick_that_is_held_while_the_car_starts_anew_does_not_make_it_jump(patient_car):
+    car = patient_car
+
     async def drive():
         async with behind_proxies(car, rearm=False) as (driver, proxies), wishing(driver):
             await until(lambda: car.board.moves)
@@ -72,7 +76,7 @@ def test_a_pulled_cable_is_noticed_and_the_wheel_is_taken_again():
             await until(lambda: not car.board.moves)
             # The car still believes in its old driver, who is this client.
             await until(lambda: car.board.moves)
-            assert car.drive.telemetry().failsafes == 1
+            assert car.drive.telemetry().failsafes >= 1
 
     never = replace(STEADY, drive=replace(STEADY.drive, hand_over_ms=600_000))
     with DrivenCar(profile=never) as car:

@@ -135,11 +135,12 @@ def test_a_client_behind_a_pulled_cable_stops_the_wheels_after_300_ms(car: Drive
     async def pull() -> float:
         async with FaultProxy(car.port) as proxy:
             _, writer = await asyncio.open_connection("127.0.0.1", proxy.port)
-            while not car.board.moves:
-                for word in (STILL, MOVE):
-                    sent_s = time.perf_counter()
-                    writer.write(word)
-                    await asyncio.sleep(PERIOD_S)
+            async with asyncio.timeout(DEADLINE_S):
+                while not car.board.moves:
+                    for word in (STILL, MOVE):
+                        sent_s = time.perf_counter()
+                        writer.write(word)
+                        await asyncio.sleep(PERIOD_S)
             proxy.half_open()
             for _ in range(20):
                 writer.write(MOVE)
