@@ -1,13 +1,14 @@
 """A car in a process of its own that drives until it is told to end, or until somebody ends it; run by test_guard.py.
 
-``python -m link.guarded_car FILE``: its board appends to FILE what it is told, and when by the clock of all processes.
-It says ``drives`` once it does.
+``python -m link.guarded_car FILE [FAILSAFE_MS]``: its board appends to FILE what it is told, and when by the clock of
+all processes. It says ``drives`` once it does.
 """
 
 import asyncio
 import sys
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from motorcade.car.drive_board import DriveBoard
@@ -17,6 +18,7 @@ from motorcade.link.driving.watchdog import kept
 from motorcade.profile import built_in_profile
 from motorcade.words.formats import DRIVE
 
+CLASSROOM = built_in_profile("classroom")
 MOVE = DRIVE.encode(angle=40, direction=1, speed=150)
 STILL = DRIVE.encode(angle=40, direction=1, speed=0)
 
@@ -59,8 +61,9 @@ def listen() -> None:
         heard.append(line.strip())
 
 
-async def drive_until_told(file: str) -> None:
-    drive = Drive(FileBoard(file), monotonic_ms, built_in_profile("classroom"))
+async def drive_until_told(file: str, failsafe_ms: int) -> None:
+    limits = replace(CLASSROOM.drive, failsafe_ms=failsafe_ms)
+    drive = Drive(FileBoard(file), monotonic_ms, replace(CLASSROOM, drive=limits))
     threading.Thread(target=listen, daemon=True).start()
     async with kept(drive):
         seat = drive.join("test")
@@ -78,4 +81,4 @@ async def drive_until_told(file: str) -> None:
 
 
 if __name__ == "__main__":
-    asyncio.run(drive_until_told(sys.argv[1]))
+    asyncio.run(drive_until_told(sys.argv[1], int(sys.argv[2]) if sys.argv[2:] else CLASSROOM.drive.failsafe_ms))
