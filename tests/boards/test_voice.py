@@ -10,7 +10,7 @@ from motorcade.boards.voice import SerialVoice, VoiceSource
 from motorcade.boards.voice_map import VoiceError, VoiceMap, load_voice_map, parse_voice_map
 from motorcade.car.brain import NO_VOICE, VOICE_GO, VOICE_STOP
 
-DEADLINE_S = 20
+DEADLINE_S = 60
 SHIPPED = Path(__file__).parents[2] / "firmware" / "linux" / "voice.toml"
 HEAD = 'format = "motorcade-voice/1"\nbaud = 9600\n'
 STOP = '[[word]]\nsays = "stop"\nbytes = "AA 01"\n'

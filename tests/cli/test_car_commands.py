@@ -11,7 +11,6 @@ import pytest
 
 from command_line import INSTALLED, PARADE, Terminal, data, refusal, run
 
-DEADLINE_S = 10
 # One state: forward at 200 mm/s for 1 s; and a follower's word.
 LEADER_ONLY = bytes.fromhex("01000000 64800000")
 MATS = Path(__file__).parents[2] / "examples" / "mats"

@@ -18,7 +18,7 @@ from motorcade.link import asking, talk
 from motorcade.words import upload as protocol
 from motorcade.words.check import CHECK_BYTES, check_words, read_check, ready_line
 
-DEADLINE_S = 10
+DEADLINE_S = 60
 IMAGE = bytes.fromhex("01010100 64800000 E4800000")
 OLD = bytes.fromhex("01000000 64800000")
 OK = b"OK words=3 crc32=aaa3b7a2\n"

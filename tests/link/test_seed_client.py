@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from link.driven_car import PATIENT, DrivenCar, wait_until
+from link.driven_car import DEADLINE_S, PATIENT, DrivenCar, wait_until
 
 COMPILER = shutil.which("g++")
 SOURCE = Path(__file__).with_name("seed_client.cpp")
@@ -39,7 +39,7 @@ def test_the_seed_s_client_drives_the_car_in_both_byte_orders(seed_client, sends
             print(*command, file=client.stdin, flush=True)
             wait_until(lambda wanted=command: car.board.setpoint == wanted)
         client.stdin.close()
-        assert client.wait(20) == 0
+        assert client.wait(DEADLINE_S) == 0
         wait_until(lambda: car.drive.telemetry().driver is None)
         assert car.drive.telemetry().refused == 0
 
@@ -65,5 +65,5 @@ def test_the_wrong_byte_order_moves_nothing_and_is_counted(seed_client):
         print(40, 0, 150, file=client.stdin, flush=True)
         wait_until(lambda: car.drive.telemetry().refused == 1)
         client.stdin.close()
-        assert client.wait(20) == 0
+        assert client.wait(DEADLINE_S) == 0
         assert not any(setpoint[2] for _, setpoint in car.board.notes)

@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 
 import pytest
 
-from link.driven_car import PATIENT, DrivenCar, wait_until
+from link.driven_car import DEADLINE_S, PATIENT, DrivenCar, wait_until
 from motorcade.link.blocking_drive_client import BlockingDriveClient
 from motorcade.link.keys import client_context, server_context
 from motorcade.words.formats import DRIVE
@@ -49,7 +49,7 @@ def going(driver):
         yield
     finally:
         ended.set()
-        thread.join(20)
+        thread.join(DEADLINE_S)
 
 
 @pytest.fixture(autouse=True)
@@ -91,7 +91,7 @@ def test_who_shows_the_wrong_certificate_sends_nothing_to_the_wheels(driven, key
     turned_away = car.drive.telemetry().turned_away
     for number in range(TRIES):
         port = (car.port, car.telemetry_port)[number % 2]
-        with suppress(OSError), context.wrap_socket(socket.create_connection(("127.0.0.1", port), 20)) as line:
+        with suppress(OSError), context.wrap_socket(socket.create_connection(("127.0.0.1", port), DEADLINE_S)) as line:
             line.sendall(MOVE)
             assert not line.recv(1), "it was let in"
     wait_until(lambda: car.drive.telemetry().turned_away >= turned_away + TRIES)
@@ -101,7 +101,7 @@ def test_ten_million_bytes_that_are_no_tls_are_hung_up_on(driven):
     car, _ = driven
     dice, left = random.Random(3), GARBAGE_BYTES
     while left > 0:
-        with suppress(OSError), socket.create_connection(("127.0.0.1", car.port), 20) as line:
+        with suppress(OSError), socket.create_connection(("127.0.0.1", car.port), DEADLINE_S) as line:
             while left > 0:
                 left -= line.send(dice.randbytes(1 << 16))
 
@@ -122,7 +122,7 @@ def test_hands_that_are_never_shaken_make_room_for_others(driven, keys):
             # A byte now and a byte then, and never all.
             for at in range(3):
                 writer.write(first[at : at + 1])
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(DEADLINE_S):
             reader, writer = await asyncio.open_connection(
                 "127.0.0.1", car.telemetry_port, ssl=client_context(keys / "driver-lin.pem"), server_hostname="ada"
             )
@@ -140,7 +140,7 @@ def test_a_driver_who_asks_nonsense_is_answered_or_waited_for(driven, keys, sent
     car, _ = driven
 
     async def ask():
-        async with asyncio.timeout(20):
+        async with asyncio.timeout(DEADLINE_S):
             reader, writer = await asyncio.open_connection(
                 "127.0.0.1", car.telemetry_port, ssl=client_context(keys / "driver-lin.pem"), server_hostname="ada"
             )

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from contextlib import closing, contextmanager
 from pathlib import Path
 from types import SimpleNamespace
@@ -23,7 +24,7 @@ from motorcade.sim.virtual_car import ImageStore, PseudoTerminal, StoreError, Tc
 
 INSTALLED = shutil.which("motorcade", path=str(Path(sys.executable).parent))
 CLASSROOM = built_in_profile("classroom")
-DEADLINE_S = 10
+DEADLINE_S = 60
 # A state of 1 s and one of 2 s; another program of one state.
 OLD = bytes.fromhex("02000000 64800000 6D000000")
 NEW = bytes.fromhex("01000000 40280000")
@@ -69,7 +70,8 @@ class Rig:
         """What the car has answered to ``data`` by the time that ``count`` bytes are there."""
         self.client.write(data)
         got = b""
-        for _ in range(1000):
+        end_s = time.monotonic() + DEADLINE_S
+        while time.monotonic() < end_s:
             self.line.wait(0.001)
             self.car.tick()
             got += self.client.read(count - len(got))

@@ -134,7 +134,7 @@ def test_an_endless_message_is_cut_off(studio):
         page.send(" " * (1 << 20) + " ")
         # What was on its way already comes first; then the connection's end.
         with pytest.raises(ConnectionClosed) as closed:
-            deque(iter(partial(page.recv, timeout=30), None))
+            deque(iter(partial(page.recv, timeout=60), None))
     assert closed.value.rcvd.code == 1009
 
 

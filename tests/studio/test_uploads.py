@@ -101,7 +101,7 @@ def played(monkeypatch, answer: bytes):
         yield name
     finally:
         os.close(ending)
-        car.join(10)
+        car.join(60)
         for each in (end, other, over):
             os.close(each)
 

@@ -5,7 +5,7 @@ import socket
 import threading
 from contextlib import suppress
 
-from link.driven_car import PATIENT, DrivenCar, wait_until
+from link.driven_car import DEADLINE_S, PATIENT, DrivenCar, wait_until
 
 STARTS, KNOCKS = 20, 5
 
@@ -27,6 +27,6 @@ def test_a_car_that_ends_while_others_come_loses_none_of_their_connections() -> 
             wait_until(lambda knocks=knocks: len(knocks) >= KNOCKS)
         ended.set()
         for knocker in knockers:
-            knocker.join(20)
+            knocker.join(DEADLINE_S)
         # A connection that nobody closed is warned of here, and warnings are errors.
         gc.collect()
