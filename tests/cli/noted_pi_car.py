@@ -1,0 +1,30 @@
+"""`motorcade` on a Raspberry Pi whose pins are gpiozero's mock ones; run by test_serve_real_car.py.
+
+``noted_pi_car.py FILE ARGUMENTS``: what its pins show is appended to FILE, such as ``GPIO12 255``.
+"""
+
+import sys
+from pathlib import Path
+from unittest import mock
+
+from gpiozero.pins.mock import MockFactory, MockPWMPin
+
+from motorcade.boards import opening
+from motorcade.cli import main
+
+FILE = Path(sys.argv.pop(1))
+
+
+class NotedPin(MockPWMPin):
+    """A pin that leaves a note of each change."""
+
+    def _change_state(self, value):
+        changed = super()._change_state(value)
+        if changed:
+            with FILE.open("a", encoding="ascii") as notes:
+                notes.write(f"{self.info.name} {float(value) * 255:.0f}\n")
+        return changed
+
+
+with mock.patch.object(opening, "open_gpio", return_value=MockFactory(pin_class=NotedPin)):
+    main()

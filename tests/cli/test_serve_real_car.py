@@ -1,0 +1,139 @@
+"""``motorcade drive serve --board raspberry-pi`` on mock pins: one process is driven and runs its image."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from mock_pi import ENABLED, HEAD, LEDS
+
+from command_line import refusal
+from motorcade import BlockingDriveClient, Program, compile_program, forward, led, left, together
+from motorcade.link.car_failures import CarRefusesError
+from motorcade.words.upload import ok_line
+
+DEADLINE_S = 120
+NOTED = Path(__file__).parent / "noted_pi_car.py"
+CLASSROOM = Path(__file__).parents[2] / "src" / "motorcade" / "profiles" / "classroom.toml"
+AHEAD = compile_program(Program([together(forward(3, speed=3), led(1, 3))])).image
+TURNS_LEFT = compile_program(Program([together(left(3, speed=2), led(2, 3))])).image
+WHEELS, LEDS_AT = (5, 6, 12, 16, 26, 13), (17, 27, 22, 10)
+STILL, STRAIGHT = (0,) * 6, (255, 0, 255) * 2
+TURNING_LEFT = (0, 255, 34, 255, 0, 34)
+ONE_LIT, TWO_LIT = (0, 255, 0, 0), (0, 0, 255, 0)
+
+
+class Pins:
+    """What a car's pins show, by its notes."""
+
+    def __init__(self, file: Path) -> None:
+        self._file = file
+
+    def show(self, numbers: tuple[int, ...]) -> tuple[int, ...]:
+        lines = self._file.read_text(encoding="ascii").splitlines() if self._file.exists() else []
+        last = dict(line.split() for line in lines)
+        return tuple(int(last.get(f"GPIO{number}", 0)) for number in numbers)
+
+    def until(self, numbers: tuple[int, ...], shown: tuple[int, ...]) -> None:
+        end_s = time.monotonic() + DEADLINE_S
+        while (now := self.show(numbers)) != shown:
+            assert time.monotonic() < end_s, f"{now}, not {shown}"
+            time.sleep(0.01)
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> tuple[Path, Path]:
+    """A pin file, and a profile that forgives a busy machine its lateness."""
+    pins, profile = tmp_path / "pins.toml", tmp_path / "patient.toml"
+    pins.write_text(HEAD + ENABLED + LEDS, encoding="utf-8")
+    text = CLASSROOM.read_text(encoding="utf-8")
+    for key, was, patient in (("watchdog", 200, 30_000), ("failsafe", 300, 40_000), ("hand_over", 5000, 60_000)):
+        assert f"{key}_ms = {was}\n" in text
+        text = text.replace(f"{key}_ms = {was}\n", f"{key}_ms = {patient}\n")
+    profile.write_text(text, encoding="utf-8")
+    return pins, profile
+
+
+@contextmanager
+def served(tmp_path: Path, files: tuple[Path, Path], *options: str) -> Iterator[tuple[subprocess.Popen, dict, Pins]]:
+    noted = tmp_path / "pins.txt"
+    command = [sys.executable, str(NOTED), str(noted), "drive", "serve", "--board", "raspberry-pi", "--json"]
+    command += ["--pins", str(files[0]), "--profile", str(files[1]), "--port", "0", *options]
+    command += ["--store", str(tmp_path / "car.image"), "--upload-tcp", "127.0.0.1:0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8") as process:
+        try:
+            line = process.stdout.readline()
+            assert line, process.stderr.read()
+            yield process, json.loads(line), Pins(noted)
+        finally:
+            process.kill()
+
+
+def upload(told: dict, image: bytes) -> None:
+    host, port = told["uploads"].removeprefix("socket://").split(":")
+    with socket.create_connection((host, int(port)), DEADLINE_S) as line, line.makefile("rb") as answers:
+        line.sendall(image)
+        assert answers.readline() == ok_line(image)
+
+
+def test_a_car_takes_a_program_yields_to_its_driver_and_takes_it_up_again(
+    tmp_path: Path, files: tuple[Path, Path]
+) -> None:
+    with served(tmp_path, files) as (process, told, pins):
+        assert told["store"] == str(tmp_path / "car.image")
+        with BlockingDriveClient(told["host"], told["port"], telemetry_port=told["telemetry_port"]) as driver:
+            with pytest.raises(CarRefusesError, match="holds no program"):
+                driver.resume_program()
+            upload(told, AHEAD)
+            pins.until(LEDS_AT, ONE_LIT)
+            assert pins.show(WHEELS) == STILL
+            driver.resume_program()
+            pins.until(WHEELS, STRAIGHT)
+            # Half a turn to the left: the inner motor has half the duty.
+            driver.drive(throttle=-200 / 255, steering=-0.5)
+            pins.until(WHEELS, (0, 255, 100, 0, 255, 200))
+            upload(told, TURNS_LEFT)
+            pins.until(LEDS_AT, TWO_LIT)
+            assert pins.show(WHEELS) == (0, 255, 100, 0, 255, 200)
+            driver.resume_program()
+            pins.until(WHEELS, TURNING_LEFT)
+            driver.stop()
+            pins.until(WHEELS, STILL)
+            assert pins.show(LEDS_AT) == TWO_LIT
+            driver.clear()
+            driver.resume_program()
+            pins.until(WHEELS, TURNING_LEFT)
+        if os.name == "posix":
+            process.send_signal(signal.SIGTERM)
+            _, said = process.communicate(timeout=DEADLINE_S)
+            assert process.returncode == 0
+            assert f"took an image of {len(AHEAD)} bytes" in said
+            assert pins.show(WHEELS + LEDS_AT) == (0,) * 10
+    assert (tmp_path / "car.image").read_bytes() == TURNS_LEFT
+
+
+def test_a_car_begins_in_neutral_with_the_image_that_it_kept(tmp_path: Path, files: tuple[Path, Path]) -> None:
+    (tmp_path / "car.image").write_bytes(AHEAD)
+    with served(tmp_path, files) as (_, told, pins):
+        pins.until(LEDS_AT, ONE_LIT)
+        assert pins.show(WHEELS) == STILL
+        with BlockingDriveClient(told["host"], told["port"], telemetry_port=told["telemetry_port"]) as driver:
+            driver.resume_program()
+            pins.until(WHEELS, STRAIGHT)
+
+
+def test_what_a_cars_program_cannot_be_given_is_said_in_a_sentence(files: tuple[Path, Path], tmp_path: Path) -> None:
+    real = ("drive", "serve", "--port", "0", "--board", "raspberry-pi", "--pins", files[0])
+    assert "a simulated one leads" in refusal(2, "drive", "serve", "--port", "0", "--role", "follower")
+    both = ("--upload-tcp", "127.0.0.1:0", "--upload-serial", "/dev/ttyS9")
+    assert "--upload-serial and --upload-tcp exclude" in refusal(2, *real, *both)
+    assert "uploads know no keys" in refusal(2, *real, "--store", tmp_path / "i", "--upload-tcp", "0.0.0.0:0")
+    assert "one keyboard" in refusal(2, *real, "--voice", "keyboard", "--stick", "keyboard")
+    assert "no receiver in [infrared]" in refusal(1, *real, "--store", tmp_path / "i", "--role", "follower")
