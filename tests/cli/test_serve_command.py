@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import socket
 import struct
@@ -11,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
+from string import Formatter
 from threading import Timer
 
 import pytest
@@ -18,7 +20,9 @@ from numba.core import event
 
 from command_line import refusal, run
 from motorcade.cli.compiling import TEXTS
+from motorcade.cli.driving_texts import SERVED, STATES
 from motorcade.link.certificates import CarKeys, make_keys
+from motorcade.program.diagnostics import LANGUAGES
 from motorcade.sim.world import World
 from motorcade.words.formats import DRIVE
 
@@ -117,6 +121,37 @@ def test_what_cannot_be_is_said_in_a_sentence(tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         assert f"port {port} is taken" in refusal(2, "drive", "serve", "--port", port)
+
+
+def test_a_car_speaks_chinese_to_who_serves_it(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "motorcade", "drive", "serve", "--port", "0", "--language", "zh"]
+    text = {"encoding": "utf-8", "env": {**os.environ, "PYTHONUTF8": "1"}}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **text) as process:
+        try:
+            said = process.stdout.readline()
+            ports = re.fullmatch(
+                r"小车在 127\.0\.0\.1 的端口 (\d+) 接收指令，遥测在端口 (\d+)。 按 Ctrl-C 结束。\n", said
+            )
+            assert ports, said
+            with driven({"port": int(ports[1]), "telemetry_port": int(ports[2])}, struct.pack(">I", STILL)):
+                assert any("停住；127.0.0.1:" in line for line in process.stderr)
+            if os.name == "posix":
+                process.send_signal(signal.SIGTERM)
+                assert process.communicate(timeout=DEADLINE_S)[0] == SERVED["zh"]["stands"] + "\n"
+        finally:
+            process.kill()
+    refused = refusal(2, "drive", "serve", "--language", "zh", "--keys", tmp_path / "car-ada.pem", "--insecure-lan")
+    assert refused == SERVED["zh"]["keys-and-lan"]
+
+
+@pytest.mark.parametrize("table", [SERVED, STATES])
+def test_both_languages_fill_in_the_same(table: dict[str, dict[str, str]]) -> None:
+    assert set(table) == set(LANGUAGES)
+    fields = {
+        language: {key: {name for _, name, _, _ in Formatter().parse(text)} for key, text in texts.items()}
+        for language, texts in table.items()
+    }
+    assert fields["zh"] == fields["en"]
 
 
 def test_the_group_names_what_it_has() -> None:

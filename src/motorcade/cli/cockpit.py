@@ -5,6 +5,7 @@ from contextlib import suppress
 
 from blessed import Terminal
 
+from motorcade.cli.driving_texts import STATES
 from motorcade.cli.keyboard import Keyboard
 from motorcade.link.blocking_drive_client import BlockingDriveClient
 from motorcade.link.car_failures import CarError
@@ -37,12 +38,6 @@ TEXTS = {
         "battery": "battery",
         "keys": "{drive}space emergency stop · c lift it · t take the wheel · g give it back · p program · q leave",
         "drive-keys": "arrows or WASD drive · + - throttle {throttle:.0%} · ",
-        "ready": "ready",
-        "standing": "standing",
-        "moving": "moving",
-        "failsafe": "stopped by itself",
-        "stopped": "EMERGENCY STOP",
-        "program": "runs its program",
     },
     "zh": {
         "title": "正在驾驶 {car}",
@@ -62,12 +57,6 @@ TEXTS = {
         "battery": "电池",
         "keys": "{drive}空格 紧急停止 · c 解除 · t 取得方向盘 · g 交还 · p 程序 · q 离开",
         "drive-keys": "方向键或 WASD 驾驶 · + - 油门 {throttle:.0%} · ",
-        "ready": "就绪",
-        "standing": "停住",
-        "moving": "行驶中",
-        "failsafe": "已自动停下",
-        "stopped": "紧急停止",
-        "program": "正在运行程序",
     },
 }
 
@@ -87,7 +76,7 @@ class Cockpit:
         self._keyboard = keyboard
         self._pad = pad
         self._language = language
-        self._texts = TEXTS[language]
+        self._texts = TEXTS[language] | STATES[language]
         self._hand = Hand()
         self._device: str | None = None
         self._notice: StickError | None = None

@@ -14,6 +14,7 @@ import typer
 
 from motorcade.cli import driving, far_cars
 from motorcade.cli.compiling import told_of_compiling
+from motorcade.cli.driving_texts import SERVED
 from motorcade.cli.equipment import (
     KEYBOARD,
     Asked,
@@ -25,7 +26,7 @@ from motorcade.cli.equipment import (
     VoiceOption,
 )
 from motorcade.cli.failures import UsageError
-from motorcade.cli.options import Json, ProfileOption, image_of, print_text, profile_named, tongue
+from motorcade.cli.options import Json, Language, ProfileOption, image_of, print_text, profile_named, tongue
 from motorcade.cli.recordings import needs_extra
 from motorcade.cli.remote import Looks
 from motorcade.cli.stick import StickName, stick_at_the_car
@@ -110,6 +111,7 @@ def serve_command(
         typer.Option(help="What drives at the car itself, before everybody else; keys as in `drive connect`."),
     ] = None,
     profile: ProfileOption = "classroom",
+    language: Language = "",
     as_json: Json = False,
 ) -> None:
     """Be a car that is driven: take commands, and stand still when they stop.
@@ -122,33 +124,35 @@ def serve_command(
     from motorcade.cli.serving_car import Offer, serve
     from motorcade.link.addresses import bind
 
+    spoken = tongue(language)
+    texts = SERVED[spoken]
     if keys and insecure_lan:
-        raise UsageError("--keys and --insecure-lan exclude each other: with keys nobody else gets in")
+        raise UsageError(texts["keys-and-lan"])
     if (pins is None) != (board == BoardName.SIMULATED):
-        raise UsageError("a real car needs its pin file, --pins, and a simulated one has none")
+        raise UsageError(texts["pins"])
     if pins and (mat or program):
-        raise UsageError("--mat and --program are for simulated cars; a real one runs what was uploaded to it")
+        raise UsageError(texts["simulated-only"])
     asked = Asked(role, number, upload_serial, upload_tcp, store, voice, voice_map)
-    _check_asked(asked, pins is not None, stick)
+    _check_asked(asked, pins is not None, stick, texts)
     chosen, at_the_car = profile_named(profile), stick_at_the_car(stick) if stick else None
     tls = _tls(keys)
     second = telemetry_port if telemetry_port is not None else port and port + 1
     with ExitStack() as held:
         commands, telemetry = (held.enter_context(bind(host, each)) for each in (port, second))
-        _check_reach(commands, tls, insecure_lan)
+        _check_reach(commands, tls, insecure_lan, texts)
         page = held.enter_context(bind(host, web)) if web is not None else None
         notes: deque[str] = deque()
-        fitted = _fitted(held, asked, chosen, notes, insecure_lan) if pins else None
+        fitted = _fitted(held, asked, chosen, notes, insecure_lan, texts) if pins else None
         if pins and fitted:
             car, sees = _real(fitted, pins, chosen, gpio_chip, watchdog), eye(camera) if page else None
         else:
-            image, chosen = image_of(program, profile, tongue("")) if program else (bytes(4), chosen)
+            image, chosen = image_of(program, profile, spoken) if program else (bytes(4), chosen)
             car, sees = _simulated(held, chosen, mat, image)
         door = Web(page, host, https(keys), sees) if page else None
-        offer = Offer(commands, telemetry, tls, byte_order, as_json, door, at_the_car, fitted, notes)
+        offer = Offer(commands, telemetry, tls, byte_order, as_json, door, at_the_car, fitted, notes, spoken)
         asyncio.run(serve(car, chosen, offer))
     if not as_json:
-        print_text("The car stands still.\n")
+        print_text(texts["stands"] + "\n")
 
 
 def _tls(keys: Path | None) -> "ssl.SSLContext | None":
@@ -159,7 +163,9 @@ def _tls(keys: Path | None) -> "ssl.SSLContext | None":
     return server_context(keys)
 
 
-def _check_reach(listener: "socket.socket", tls: "ssl.SSLContext | None", insecure_lan: bool) -> None:
+def _check_reach(
+    listener: "socket.socket", tls: "ssl.SSLContext | None", insecure_lan: bool, texts: dict[str, str]
+) -> None:
     """Refuse an address that others reach, unless it is clear who of them may drive."""
     from motorcade.link.addresses import is_loopback
 
@@ -167,30 +173,22 @@ def _check_reach(listener: "socket.socket", tls: "ssl.SSLContext | None", insecu
         return
     host = listener.getsockname()[0]
     if not insecure_lan:
-        raise UsageError(
-            f"at {host} others can reach this car: give it keys, --keys car-….pem (`motorcade drive keys` makes them), "
-            "or let everybody drive it with --insecure-lan"
-        )
-    print(
-        f"Everybody who reaches {host} may drive this car, and nothing that is sent is secret: --insecure-lan",
-        file=sys.stderr,
-        flush=True,
-    )
+        raise UsageError(texts["no-keys"].format(host=host))
+    print(texts["open"].format(host=host), file=sys.stderr, flush=True)
 
 
-def _check_asked(asked: Asked, is_real: bool, stick: StickName | None) -> None:
+def _check_asked(asked: Asked, is_real: bool, stick: StickName | None, texts: dict[str, str]) -> None:
     if not is_real and asked != Asked():
-        raise UsageError(
-            "--role, --number, --upload-serial, --upload-tcp, --store and --voice are for real cars; "
-            "a simulated one leads, and runs --program"
-        )
+        raise UsageError(texts["real-only"])
     if asked.serial and asked.tcp:
-        raise UsageError("--upload-serial and --upload-tcp exclude each other")
+        raise UsageError(texts["two-lines"])
     if asked.voice == KEYBOARD and stick == StickName.KEYBOARD:
-        raise UsageError("--voice keyboard and --stick keyboard exclude each other: there is one keyboard")
+        raise UsageError(texts["one-keyboard"])
 
 
-def _fitted(held: ExitStack, asked: Asked, profile: "Profile", notes: deque[str], insecure_lan: bool) -> "Fitted":
+def _fitted(
+    held: ExitStack, asked: Asked, profile: "Profile", notes: deque[str], insecure_lan: bool, texts: dict[str, str]
+) -> "Fitted":
     """A real car's equipment; uploads and faults of its program are noted."""
     import ipaddress
 
@@ -199,7 +197,7 @@ def _fitted(held: ExitStack, asked: Asked, profile: "Profile", notes: deque[str]
 
     def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
         if kind == "image":
-            notes.append(f"took an image of {word} bytes")
+            notes.append(texts["image"].format(bytes=word))
         elif kind == "fault":
             notes.append(str(detail))
 
@@ -207,10 +205,7 @@ def _fitted(held: ExitStack, asked: Asked, profile: "Profile", notes: deque[str]
     if asked.tcp and not insecure_lan:
         host, _ = host_and_port(fitted.address.removeprefix("socket://"))
         if not ipaddress.ip_address(host.partition("%")[0]).is_loopback:
-            raise UsageError(
-                f"at {host} others can reach this car's uploads, and uploads know no keys: take them at 127.0.0.1 or "
-                "by --upload-serial, or let everybody in with --insecure-lan"
-            )
+            raise UsageError(texts["open-uploads"].format(host=host))
     return fitted
 
 

@@ -13,6 +13,7 @@ from contextlib import AbstractContextManager, AsyncExitStack, contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
+from motorcade.cli.driving_texts import SERVED, STATES
 from motorcade.cli.options import print_json, print_text
 from motorcade.cli.remote import Web, page_served
 from motorcade.link.clock import monotonic_ms
@@ -44,6 +45,7 @@ class Offer(NamedTuple):
         stick: what drives at the car itself, if anything does.
         fitted: what a real car's program was given; None for a simulated car.
         notes: sentences for the log, which others add to.
+        language: en or zh.
     """
 
     commands: socket.socket
@@ -55,6 +57,7 @@ class Offer(NamedTuple):
     stick: "AbstractContextManager[StickSource] | None"
     fitted: "Fitted | None"
     notes: deque[str]
+    language: str
 
 
 async def serve(board: "DriveBoard", profile: "Profile", offer: Offer) -> None:
@@ -70,7 +73,7 @@ async def serve(board: "DriveBoard", profile: "Profile", offer: Offer) -> None:
             end = partial(asyncio.get_running_loop().call_soon_threadsafe, ended.set)
             await held.enter_async_context(fed(drive, offer.stick, _log, end))
         url = await held.enter_async_context(page_served(drive, offer.web)) if offer.web else None
-        held.enter_context(_logged(drive.telemetry, offer.notes))
+        held.enter_context(_logged(drive.telemetry, offer.notes, offer.language))
         (host, port), (_, telemetry_port) = (door.address for door in doors)
         _tell_begin(host, port, telemetry_port, url, offer)
         await ended.wait()
@@ -83,11 +86,10 @@ def _tell_begin(host: str, port: int, telemetry_port: int, url: str | None, offe
         kept = {"uploads": fitted.address, "store": str(fitted.store)} if fitted else {}
         print_json(told | ({"url": url} if url else {}) | kept)
         return
-    uploads = f" It takes uploads at {fitted.address}." if fitted and fitted.address else ""
-    page = f" Its page is {url}" if url else ""
-    print_text(
-        f"The car takes commands at {host} port {port}, telemetry is at {telemetry_port}.{uploads}{page} Ctrl-C ends.\n"
-    )
+    texts = SERVED[offer.language]
+    uploads = texts["uploads"].format(address=fitted.address) if fitted and fitted.address else ""
+    more = uploads + (texts["page"].format(url=url) if url else "")
+    print_text(texts["serves"].format(host=host, port=port, telemetry_port=telemetry_port, more=more) + "\n")
 
 
 def _on_signals(ended: asyncio.Event) -> None:
@@ -98,10 +100,10 @@ def _on_signals(ended: asyncio.Event) -> None:
 
 
 @contextmanager
-def _logged(telemetry: "Callable[[], Telemetry]", notes: deque[str]) -> Iterator[None]:
+def _logged(telemetry: "Callable[[], Telemetry]", notes: deque[str], language: str) -> Iterator[None]:
     """Say who drives and what state the car is in, whenever that changes: a terminal that hangs doesn't stop a car."""
     over = threading.Event()
-    told = (telemetry, _shown(telemetry()), notes, over)
+    told = (telemetry, _shown(telemetry()), notes, language, over)
     thread = threading.Thread(target=_log_changes, args=told, name="log", daemon=True)
     thread.start()
     try:
@@ -112,7 +114,11 @@ def _logged(telemetry: "Callable[[], Telemetry]", notes: deque[str]) -> Iterator
 
 
 def _log_changes(
-    telemetry: "Callable[[], Telemetry]", last: tuple[object, ...], notes: deque[str], over: threading.Event
+    telemetry: "Callable[[], Telemetry]",
+    last: tuple[object, ...],
+    notes: deque[str],
+    language: str,
+    over: threading.Event,
 ) -> None:
     is_over = False
     while not is_over:
@@ -121,10 +127,14 @@ def _log_changes(
             _log(notes.popleft())
         told = telemetry()
         if _shown(told) != last:
-            _log(
-                f"{told.state}; {told.driver or 'nobody'} drives" + (f"; {told.last_fault}" if told.last_fault else "")
-            )
+            _log(_line(told, language))
         last = _shown(told)
+
+
+def _line(told: "Telemetry", language: str) -> str:
+    texts, state = SERVED[language], STATES[language][told.state]
+    line = texts["drives" if told.driver else "nobody"].format(state=state, driver=told.driver)
+    return texts["fault"].format(told=line, fault=told.last_fault) if told.last_fault else line
 
 
 def _shown(told: "Telemetry") -> tuple[object, ...]:
