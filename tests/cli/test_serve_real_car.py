@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import signal
 import socket
 import subprocess
@@ -9,6 +10,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -17,9 +19,11 @@ from mock_pi import ENABLED, HEAD, LEDS
 from command_line import refusal
 from motorcade import BlockingDriveClient, Program, compile_program, forward, led, left, together
 from motorcade.link.car_failures import CarRefusesError
+from motorcade.link.certificates import CarKeys, make_keys
 from motorcade.words.upload import ok_line
 
 DEADLINE_S = 120
+LINUX = Path(__file__).parents[2] / "firmware" / "linux"
 NOTED = Path(__file__).parent / "noted_pi_car.py"
 CLASSROOM = Path(__file__).parents[2] / "src" / "motorcade" / "profiles" / "classroom.toml"
 AHEAD = compile_program(Program([together(forward(3, speed=3), led(1, 3))])).image
@@ -137,3 +141,22 @@ def test_what_a_cars_program_cannot_be_given_is_said_in_a_sentence(files: tuple[
     assert "uploads know no keys" in refusal(2, *real, "--store", tmp_path / "i", "--upload-tcp", "0.0.0.0:0")
     assert "one keyboard" in refusal(2, *real, "--voice", "keyboard", "--stick", "keyboard")
     assert "no receiver in [infrared]" in refusal(1, *real, "--store", tmp_path / "i", "--role", "follower")
+
+
+@pytest.mark.skipif(Path("/dev/gpiochip0").exists(), reason="this computer has pins")
+def test_the_service_starts_a_car_with_keys_and_stops_its_wheels(tmp_path: Path) -> None:
+    make_keys(tmp_path, [CarKeys("ada", ("127.0.0.1",))], [], datetime.now(UTC))
+    unit = (LINUX / "motorcade-drive.service").read_text(encoding="utf-8").splitlines()
+    installed = {
+        "/etc/motorcade/pins.toml": str(LINUX / "pins.toml"),
+        "${CREDENTIALS_DIRECTORY}/car.pem": str(tmp_path / "car-ada.pem"),
+        "/var/lib/motorcade/car.image": str(tmp_path / "car.image"),
+        "7700": "0",
+    }
+    for key, begins in (("ExecStart", ["drive", "serve", "--port", "0"]), ("ExecStopPost", ["car", "neutral"])):
+        (line,) = [line.removeprefix(f"{key}=") for line in unit if line.startswith(f"{key}=")]
+        program, *arguments = shlex.split(line)
+        assert program.endswith("/bin/motorcade")
+        assert arguments[:2] == begins[:2]
+        # All that is missing here is the hardware.
+        assert refusal(3, *begins, *[installed.get(argument, argument) for argument in arguments[2:]])
