@@ -1,25 +1,16 @@
 """Commands for those who drive: drive connect, drive send and drive keys, against a running car."""
 
-import contextlib
-import os
-import re
-import select
-import subprocess
 import sys
-import time
 
 import pytest
 
-from command_line import INSTALLED, Terminal, data, refusal, run
+from command_line import Terminal, data, refusal, run
 from link.driven_car import NEUTRAL, PATIENT, DrivenCar, deaf_port, wait_until
 from motorcade.link.blocking_drive_client import BlockingDriveClient
 from motorcade.link.keys import server_context
+from terminal_seat import seated
 
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
-DEADLINE_S = 60
-# Longer than a key counts as held, and a wish as fresh.
-LET_GO_S = 0.7
-KITTY_QUERY, WHERE_QUERY = b"\x1b[?u", b"\x1b[6n"
 
 
 @pytest.fixture
@@ -137,89 +128,9 @@ def test_connect_needs_a_terminal(car):
     assert "`motorcade drive send`" in refusal(2, "drive", "connect", *at(car))
 
 
-class Seat:
-    """Someone at a terminal."""
-
-    def __init__(self, handle):
-        self.handle = handle
-        self.seen = b""
-        self.answers_kitty = False
-
-    def look(self, text):
-        """Wait until the terminal shows it."""
-        end_s = time.monotonic() + DEADLINE_S
-        while text not in re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", self.seen.decode("utf-8", "ignore")):
-            assert time.monotonic() < end_s, f"never shown: {text}; but {self.seen[-600:]!r}"
-            assert self.process.poll() is None or self.glance(), self.seen[-600:]
-            self.glance()
-
-    def glance(self):
-        """Read what has been written, and answer as a terminal does: whether there was anything."""
-        if not select.select([self.handle], [], [], 0.05)[0]:
-            return False
-        try:
-            new = os.read(self.handle, 65536)
-        except OSError:
-            # The program has ended.
-            return False
-        self.seen += new
-        if self.answers_kitty:
-            self.type(b"\x1b[?11u" * new.count(KITTY_QUERY))
-        self.type(b"\x1b[1;1R" * new.count(WHERE_QUERY))
-        return True
-
-    def type(self, keys):
-        os.write(self.handle, keys)
-
-    def hold(self, key, condition):
-        """Hold a key, which repeats, until something is so."""
-        end_s = time.monotonic() + DEADLINE_S
-        while not condition():
-            assert time.monotonic() < end_s, "it never happened"
-            self.type(key)
-            self.glance()
-
-    def press_anew(self, key, condition):
-        """Press a key and let go of it for a while, again and again, until something is so."""
-        end_s = time.monotonic() + DEADLINE_S
-        while not condition():
-            assert time.monotonic() < end_s, "it never happened"
-            for keys in (key * 3, b""):
-                self.type(keys)
-                rested_s = time.monotonic() + LET_GO_S
-                while time.monotonic() < rested_s and not condition():
-                    self.glance()
-
-    def wait(self, condition):
-        end_s = time.monotonic() + DEADLINE_S
-        while not condition():
-            assert time.monotonic() < end_s, "it never happened"
-            self.glance()
-
-
-@contextlib.contextmanager
-def seated(*arguments, answers_kitty=False):
-    import pty
-
-    ours, theirs = pty.openpty()
-    environment = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "120", "LINES": "30"}
-    command = [INSTALLED, "drive", "connect", *map(str, arguments)]
-    process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment, close_fds=True)
-    os.close(theirs)
-    seat = Seat(ours)
-    seat.answers_kitty = answers_kitty
-    seat.process = process
-    try:
-        yield seat
-    finally:
-        process.kill()
-        process.wait()
-        os.close(ours)
-
-
 @posix_only
 def test_who_holds_a_key_drives_and_who_lets_go_stops(car):
-    with seated(*at(car)) as seat:
+    with seated("drive", "connect", *at(car)) as seat:
         seat.look("ready")
         assert moved(car) == []
         seat.hold(b"w", lambda: car.board.setpoint == (90, 1, 102))
@@ -247,7 +158,7 @@ def test_who_holds_a_key_drives_and_who_lets_go_stops(car):
 
 @posix_only
 def test_a_terminal_that_tells_of_releases_needs_no_repetition(car):
-    with seated(*at(car), answers_kitty=True) as seat:
+    with seated("drive", "connect", *at(car), answers_kitty=True) as seat:
         seat.look("ready")
         seat.type(b"\x1b[119;1:1u")
         seat.wait(lambda: car.board.moves)
@@ -260,7 +171,7 @@ def test_a_terminal_that_tells_of_releases_needs_no_repetition(car):
 @posix_only
 @pytest.mark.parametrize("key", [b"q", b"\x1b[99;5u"], ids=["q", "ctrl-c"])
 def test_leaving_ends_in_exit_code_0_and_a_car_that_stands(car, key):
-    with seated(*at(car), "--language", "zh") as seat:
+    with seated("drive", "connect", *at(car), "--language", "zh") as seat:
         seat.look("就绪")
         seat.hold(b"w", lambda: car.board.moves)
         seat.type(key)
@@ -271,7 +182,7 @@ def test_leaving_ends_in_exit_code_0_and_a_car_that_stands(car, key):
 
 @posix_only
 def test_a_terminal_that_is_closed_stops_the_car(car):
-    with seated(*at(car)) as seat:
+    with seated("drive", "connect", *at(car)) as seat:
         seat.look("ready")
         seat.hold(b"w", lambda: car.board.moves)
     wait_until(lambda: not car.board.moves)
@@ -279,7 +190,7 @@ def test_a_terminal_that_is_closed_stops_the_car(car):
 
 @posix_only
 def test_connect_to_no_car_ends_in_a_sentence(tmp_path):
-    with deaf_port() as port, seated(f"127.0.0.1:{port}") as seat:
+    with deaf_port() as port, seated("drive", "connect", f"127.0.0.1:{port}") as seat:
         seat.look("No car answers")
         seat.wait(lambda: seat.process.poll() is not None)
         assert seat.process.returncode == 3
