@@ -1,7 +1,6 @@
 """A remote at the cars of a page's world: who is listed, who drives, and what the world goes on doing."""
 
 import io
-import json
 import struct
 from contextlib import contextmanager
 
@@ -14,6 +13,7 @@ from motorcade.sim.state import DRIVEN
 from motorcade.studio.app import make_app
 from motorcade.studio.frames import Moment
 from motorcade.studio.settings import Settings
+from remote_page import Line, RemotePage
 
 KEY, OTHER = "0" * 32, "1" * 32
 HERE = "127.0.0.1:7700"
@@ -29,32 +29,6 @@ MAT = {
 # The leader drives for three seconds, again and again, and tells its followers to turn right.
 TWO = {**MAT, "car": MAT["car"][:2]}
 IMAGE = "AQEBAGWAAAC1AAAA"
-
-
-class Line:
-    """One WebSocket, spoken in JSON."""
-
-    def __init__(self, socket):
-        self._socket = socket
-
-    def say(self, do, **values):
-        self._socket.send_text(json.dumps({"do": do} | values))
-
-    def until(self, kind, holds=lambda message: True):
-        """The next message of a kind for which something holds; pictures are acknowledged, as the page does."""
-        while True:
-            received = self._socket.receive()
-            if received.get("bytes"):
-                self.look(received["bytes"])
-                if kind == "picture":
-                    return {}
-                continue
-            message = json.loads(received["text"])
-            if message["is"] == kind and holds(message):
-                return message
-
-    def look(self, picture):
-        """A picture came."""
 
 
 class Page(Line):
@@ -81,32 +55,6 @@ class Page(Line):
         return self.until("car", lambda car: car["car"] == number and holds(car))
 
 
-class Remote(Line):
-    """The remote's page."""
-
-    def car(self, name, holds):
-        """The telemetry of a car when something holds of it."""
-        told = self.until("telemetry", lambda told: name in told["cars"] and holds(told["cars"][name]))
-        return told["cars"][name]
-
-    def push(self, *cars, throttle=1.0):
-        """Arms the cars and holds the stick until all of them move."""
-
-        def move():
-            self.say("drive", cars=cars, throttle=0.0, steering=0.0)
-            self.until("heard")
-            self.say("drive", cars=cars, throttle=throttle, steering=0.0)
-            self.until("heard")
-
-        move()
-        while not all(car["state"] == "moving" for car in self._all(cars)):
-            move()
-
-    def _all(self, cars):
-        told = self.until("telemetry", lambda told: set(cars) <= set(told["cars"]))["cars"]
-        return [told[name] for name in cars]
-
-
 @pytest.fixture
 def client(tmp_path):
     with TestClient(make_app(Settings(library=tmp_path, page=tmp_path)), base_url=f"http://{HERE}") as served:
@@ -122,7 +70,7 @@ def page(client, key=KEY):
 @contextmanager
 def remote(client, key=KEY):
     with client.websocket_connect(f"ws://{HERE}/drive/ws?session={key}") as socket:
-        yield Remote(socket)
+        yield RemotePage(socket)
 
 
 def push_until_seen(driver, studio, *cars):
