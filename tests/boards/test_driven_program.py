@@ -376,5 +376,5 @@ def test_a_car_is_closed_in_neutral_and_gives_all_that_it_held_back(made, pins, 
 
 
 def test_a_pin_file_without_wheels_makes_no_driven_car(made):
-    with pytest.raises(PinsError, match="names no wheels"):
+    with pytest.raises(PinsError, match="no wheels"):
         made(LEDS)
