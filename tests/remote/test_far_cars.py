@@ -2,7 +2,7 @@
 
 import asyncio
 import socket
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, aclosing, contextmanager
 from datetime import UTC, datetime
 
 import pytest
@@ -11,6 +11,7 @@ from starlette.testclient import TestClient
 
 from link.driven_car import NEUTRAL, PATIENT, DrivenCar, wait_until
 from link.fault_proxy import FaultProxy
+from link.picture_server import picture_server
 from motorcade.link.certificates import CarKeys, make_keys
 from motorcade.link.drive_client import DriveClient
 from motorcade.link.drive_failures import MESSAGES as DRIVE_MESSAGES
@@ -94,6 +95,7 @@ def served(*cars, keys=None):
                     page.car(car)
                 yield page
 
+        page.client = client
         yield page
 
 
@@ -254,6 +256,31 @@ def test_drivers_show_their_keys_and_a_car_its_name(tmp_path):
             why = page.car("bo", lambda told: told["why"])["why"]
             assert "doesn't show the certificate that your keys expect" in why["en"]
             assert "没有出示您的密钥所期望的证书" in why["zh"]
+
+
+def test_all_who_look_share_one_connection_to_a_camera(nowhere):
+    async def look(url):
+        camera = await FarCars([FarCar("ada", "127.0.0.1", nowhere, camera=url)]).camera("ada")
+        async with aclosing(camera.pictures(30)) as one, aclosing(camera.pictures(30)) as other:
+            return [[await anext(viewer) for _ in range(3)] for viewer in (one, other)]
+
+    with picture_server("stream") as server:
+        seen = asyncio.run(look(server.url))
+        assert all(picture.isdigit() for pictures in seen for picture in pictures)
+        assert len(server.asked) == 1
+
+
+def test_a_camera_that_fails_says_so_in_both_languages(nowhere):
+    url = f"http://127.0.0.1:{nowhere}/camera?token=secret"
+    with served(FarCar("ada", "127.0.0.1", nowhere, camera=url), FarCar("bo", "127.0.0.1", nowhere)) as pages:
+        answer = pages.client.get("/camera/snapshot.jpg?car=ada")
+        assert answer.status_code == 503
+        told = answer.json()["error"]["message"]
+        assert told["en"].startswith(f"The camera at http://127.0.0.1:{nowhere}/camera gives no picture")
+        assert told["zh"].startswith(f"http://127.0.0.1:{nowhere}/camera 处的摄像头没有图像")
+        for car, code in (("bo", "no-camera-here"), ("cy", "no-such-car"), (url, "no-such-car")):
+            answer = pages.client.get("/camera/snapshot.jpg", params={"car": car})
+            assert answer.json()["error"]["code"] == code
 
 
 def test_a_car_takes_no_more_pages_than_it_has_seats(nowhere):
