@@ -15,7 +15,7 @@ if sys.platform == "linux":
     from motorcade.boards.chips import CHIPS
     from motorcade.boards.errors import GpioForbiddenError, NoGpioError
     from motorcade.boards.linux import Equipment, NoLine
-    from motorcade.boards.opening import open_drive
+    from motorcade.boards.opening import open_car, open_drive
     from motorcade.boards.pins import PinsError, parse_pins
     from motorcade.sim.levels import levels_of
     from strategies import CLASSROOM
@@ -63,10 +63,14 @@ def kernel(monkeypatch):
     return asked
 
 
+def car_equipment(is_leader=True):
+    """What a car has that holds no image."""
+    return Equipment(is_leader, 0, levels_of(CLASSROOM), NoLine(), None, lambda data: None)
+
+
 def opened(text=STEERED, is_leader=True, **options):
-    """A car that is driven and holds no image."""
-    equipment = Equipment(is_leader, 0, levels_of(CLASSROOM), NoLine(), None, lambda data: None)
-    return open_drive(equipment, parse_pins(text, "car.toml"), CLASSROOM, **options)
+    """A car that is driven."""
+    return open_drive(car_equipment(is_leader), parse_pins(text, "car.toml"), CLASSROOM, **options)
 
 
 def test_a_servos_pulses_are_not_rounded_to_whole_percents(kernel):
@@ -101,6 +105,24 @@ def test_a_steered_cars_rescue_pulls_its_motors_pins_low(kernel):
     assert kernel.opened == [3, 3]
     assert kernel.written == [(5, False), (6, False), (12, False)]
     assert kernel.outputs >= {5, 6, 12}
+
+
+def test_a_car_with_two_motors_is_driven_and_rescued_too(kernel):
+    text = STEERED[: STEERED.index("[drive_motor]")] + TWO_MOTORS
+    board = opened(text)
+    _, (_, _, *low) = board.rescue()
+    assert low == ["7", "8", "16", "26"]
+    board.apply(180, 1, 255)
+    assert [asked for asked in kernel.pwm if asked[2]] == [(16, 100, 100)]
+    board.close()
+
+
+def test_a_car_with_a_servo_runs_its_words(kernel):
+    board = open_car(car_equipment(), parse_pins(STEERED, "car.toml"), CLASSROOM)
+    board.set_wheels(1, 3)
+    # The servo's longest pulse is an eighth of its 20 ms.
+    assert dict((asked[0], asked[1:]) for asked in kernel.pwm) == {19: (50, 12.5), 12: (100, 100)}
+    board.close()
 
 
 def test_a_pin_that_fails_is_an_error_that_the_drive_knows(kernel):
