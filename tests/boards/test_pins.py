@@ -1,5 +1,6 @@
 """Pin files: what they say, what is refused and how, and the table and drawing that builders see."""
 
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -76,8 +77,9 @@ def test_a_pin_file_says_what_is_where():
     ],
 )
 def test_a_pin_file_that_cannot_be_is_refused_in_a_sentence(text, says):
-    with pytest.raises(PinsError, match=says):
+    with pytest.raises(PinsError, match=says) as refused:
         parse_pins(text, "car.toml")
+    assert re.search(r"[\u4e00-\u9fff]", refused.value.message("zh"))
 
 
 def test_a_pin_that_only_reads_may_be_read():

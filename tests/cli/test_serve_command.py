@@ -142,6 +142,8 @@ def test_a_car_speaks_chinese_to_who_serves_it(tmp_path: Path) -> None:
             process.kill()
     refused = refusal(2, "drive", "serve", "--language", "zh", "--keys", tmp_path / "car-ada.pem", "--insecure-lan")
     assert refused == SERVED["zh"]["keys-and-lan"]
+    refused = refusal(1, "drive", "serve", "--language", "zh", "--profile", "porsche")
+    assert refused == "没有车型 'porsche'；内置车型：classroom"
 
 
 @pytest.mark.parametrize("table", [SERVED, STATES])

@@ -72,8 +72,9 @@ def test_the_classrooms_cars_are_the_protocols() -> None:
 )
 def test_what_is_wrong_in_a_profile_is_named(old: str, new: str, said: str) -> None:
     assert old in TEXT
-    with pytest.raises(ProfileError, match=f"(?s)mine.*{said}"):
+    with pytest.raises(ProfileError, match=f"(?s)mine.*{said}") as refused:
         parse_profile(TEXT.replace(old, new), "mine")
+    assert refused.value.message("zh").startswith("车型文件 mine")
 
 
 def test_a_table_that_is_a_value_is_named() -> None:

@@ -11,14 +11,14 @@ class Chip(NamedTuple):
         title: as people call it.
         header: for each pin that a car may use, its number on the connector, or 0 where boards differ in that.
         input_only: pins that read and can't drive.
-        taken: pins that are there but serve the computer itself, each with the reason.
+        taken: pins that are there but serve the computer itself, each with the reason by language.
     """
 
     name: str
     title: str
     header: dict[int, int]
     input_only: frozenset[int]
-    taken: dict[int, str]
+    taken: dict[int, dict[str, str]]
 
     def label(self, pin: int) -> str:
         """What to look for on the board: ``GPIO17 (11)`` is GPIO 17, the connector's pin 11."""
@@ -40,27 +40,40 @@ _PICO_ORDER = (
 _MOST_LINES = 512
 _ESP32_USABLE = (0, 2, 4, 5, *range(12, 20), *range(21, 24), *range(25, 28), *range(32, 40))
 
+_MEMORY = {"en": "is for the memory of add-on boards", "zh": "用于扩展板的存储器"}
+_FLASH = {"en": "leads to the flash memory", "zh": "连接闪存"}
+_USB = {"en": "is the USB line's", "zh": "用于 USB 串口"}
+
 CHIPS = (
     Chip(
         "raspberry-pi",
         "Raspberry Pi",
         dict(_RASPBERRY_PI_ORDER),
         frozenset(),
-        dict.fromkeys((0, 1), "is for the memory of add-on boards"),
+        {0: _MEMORY, 1: _MEMORY},
     ),
     Chip(
         "rp2040",
         "Raspberry Pi Pico (RP2040)",
         dict(_PICO_ORDER),
         frozenset(),
-        {23: "switches the supply", 24: "senses USB", 25: "is the board's own LED", 29: "measures the supply"},
+        {
+            23: {"en": "switches the supply", "zh": "用于切换供电"},
+            24: {"en": "senses USB", "zh": "用于检测 USB"},
+            25: {"en": "is the board's own LED", "zh": "是板载 LED"},
+            29: {"en": "measures the supply", "zh": "用于测量供电电压"},
+        },
     ),
     Chip(
         "esp32",
         "ESP32",
         dict.fromkeys(_ESP32_USABLE, 0),
         frozenset(range(34, 40)),
-        {**dict.fromkeys(range(6, 12), "leads to the flash memory"), 1: "is the USB line's", 3: "is the USB line's"},
+        {
+            **dict.fromkeys(range(6, 12), _FLASH),
+            1: _USB,
+            3: _USB,
+        },
     ),
     Chip("linux", "another computer with Linux", dict.fromkeys(range(_MOST_LINES), 0), frozenset(), {}),
 )

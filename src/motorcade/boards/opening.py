@@ -91,19 +91,13 @@ def _sender(pins: PinMap, profile: Profile, factory: Any) -> LircSender | None:
 
 def _check_computer(pins: PinMap) -> None:
     if pins.chip.name not in _ON_LINUX:
-        raise PinsError(
-            f"the pin file is that of {pins.name}, with the chip {pins.chip.name}: such a board gets its programs "
-            "by `motorcade install-firmware`"
-        )
+        raise PinsError("microcontroller", car=pins.name, chip=pins.chip.name)
 
 
 def _check_parts(equipment: Equipment, pins: PinMap) -> None:
     """A car has wheels of one kind, and a follower has ears."""
     kinds = sum(all(map(pins.has, kind)) for kind in _KINDS_OF_WHEELS)
     if kinds != 1:
-        raise PinsError(
-            f"the pin file of {pins.name} has {'two kinds of' if kinds else 'no'} wheels: "
-            "they are either [left_motor] and [right_motor], or [drive_motor] and [servo]"
-        )
+        raise PinsError("two-kinds-of-wheels" if kinds else "no-wheels", car=pins.name)
     if not equipment.is_leader and pins.pin("infrared", "receiver") is None:
-        raise PinsError(f"the pin file of {pins.name} has no receiver in [infrared], by which a follower hears words")
+        raise PinsError("no-receiver", car=pins.name)

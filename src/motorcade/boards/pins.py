@@ -18,6 +18,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from motorcade.boards.chips import CHIPS, Chip
+from motorcade.boards.pin_sentences import NO_TEXT, PINS, ranges
+from motorcade.sentences import ToldError
 
 FORMAT = "motorcade-pins/1"
 DUTY_MAX = 255
@@ -25,8 +27,10 @@ _LONGEST_NAME = 60
 _LEVELS = 4
 
 
-class PinsError(ValueError):
-    """A pin file that isn't there, isn't TOML or can't be."""
+class PinsError(ToldError, ValueError):
+    """A pin file that isn't there, isn't TOML, can't be or is another car's."""
+
+    SENTENCES = PINS
 
 
 class Role(NamedTuple):
@@ -150,8 +154,7 @@ def load_pins(path: Path) -> PinMap:
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "it is no text"
-        raise PinsError(f"the pin file {path} can't be read: {reason}") from None
+        raise PinsError("unreadable", where=path, reason=getattr(error, "strerror", None) or NO_TEXT) from None
     return parse_pins(text, path.name)
 
 
@@ -160,71 +163,71 @@ def parse_pins(text: str, where: str) -> PinMap:
     try:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise PinsError(f"the pin file {where} is not TOML: {error}") from None
+        raise PinsError("no-toml", where=where, reason=error) from None
     known = ("format", "name", "chip", *(device.key for device in DEVICES), "duties")
     if unknown := [key for key in table if key not in known]:
-        raise PinsError(f"{where}: '{unknown[0]}' is not known; known are {', '.join(known)}")
+        raise PinsError("unknown-key", where=where, key=unknown[0], known=", ".join(known))
     if table.get("format") != FORMAT:
-        raise PinsError(f"{where}: format is {table.get('format')!r}; it has to be {FORMAT!r}")
+        raise PinsError("format", where=where, value=repr(table.get("format")), format=FORMAT)
     chip = _chip(table.get("chip"), where)
     wires = [
         wire for device in DEVICES if device.key in table for wire in _wires(device, table[device.key], chip, where)
     ]
     if not wires:
-        raise PinsError(f"{where}: no device is connected; devices are {', '.join(device.key for device in DEVICES)}")
+        raise PinsError("no-device", where=where, known=", ".join(device.key for device in DEVICES))
     _check_meetings(wires, chip, where)
     return PinMap(_name(table.get("name"), where), chip, tuple(wires), **_duties(table.get("duties", {}), where))
 
 
 def _name(value: object, where: str) -> str:
     if not isinstance(value, str) or not value.strip() or len(value) > _LONGEST_NAME or not value.isprintable():
-        raise PinsError(f"{where}: name is {value!r}; allowed: a line of 1 to {_LONGEST_NAME} characters")
+        raise PinsError("name", where=where, value=repr(value), most=_LONGEST_NAME)
     return value
 
 
 def _chip(value: object, where: str) -> Chip:
     found = next((chip for chip in CHIPS if chip.name == value), None)
     if found is None:
-        raise PinsError(f"{where}: chip is {value!r}; allowed: {', '.join(chip.name for chip in CHIPS)}")
+        raise PinsError("chip", where=where, value=repr(value), known=", ".join(chip.name for chip in CHIPS))
     return found
 
 
 def _wires(device: Device, table: Any, chip: Chip, where: str) -> list[Wire]:
     keys = [role.key for role in device.roles]
     if not isinstance(table, dict):
-        raise PinsError(f"{where}: {device.key} is a table of its own: [{device.key}]")
+        raise PinsError("no-table", where=where, key=device.key)
+    inside = f"{where}, [{device.key}]"
     if unknown := [key for key in table if key not in keys]:
-        raise PinsError(f"{where}, [{device.key}]: '{unknown[0]}' is not known; known are {', '.join(keys)}")
+        raise PinsError("unknown-key", where=inside, key=unknown[0], known=", ".join(keys))
     if missing := [role.key for role in device.roles if role.needed and role.key not in table]:
-        raise PinsError(f"{where}, [{device.key}]: '{missing[0]}' is missing")
+        raise PinsError("missing-key", where=inside, key=missing[0])
     if not table:
-        raise PinsError(f"{where}, [{device.key}]: no pin is named; known are {', '.join(keys)}")
+        raise PinsError("no-pins", where=inside, known=", ".join(keys))
     roles = [role for role in device.roles if role.key in table]
     return [Wire(device, role, _pin(table[role.key], device, role, chip, where)) for role in roles]
 
 
 def _pin(value: object, device: Device, role: Role, chip: Chip, where: str) -> int:
-    place = f"{where}: {device.key}.{role.key} is {value!r}"
+    place = {"where": where, "wire": f"{device.key}.{role.key}", "value": repr(value), "chip": chip.title}
     if type(value) is not int:
-        raise PinsError(f"{place}; a pin is a whole number, such as 17")
+        raise PinsError("no-number", **place)
     if value in chip.taken:
-        raise PinsError(f"{place}, but GPIO{value} of {chip.title} {chip.taken[value]}; choose another pin")
+        raise PinsError("taken", **place, use=chip.taken[value])
     if value not in chip.header:
-        raise PinsError(f"{place}, but {chip.title} has no such pin; it has {_ranges(chip)}")
+        raise PinsError("no-such-pin", **place, pins=ranges(_runs(chip)))
     if role.drives and value in chip.input_only:
-        raise PinsError(f"{place}, but GPIO{value} of {chip.title} only reads, and this wire has to be driven")
+        raise PinsError("only-reads", **place)
     return value
 
 
-def _ranges(chip: Chip) -> str:
-    """The chip's pins in words, such as ``2 to 27``."""
+def _runs(chip: Chip) -> list[list[int]]:
     runs: list[list[int]] = []
     for pin in sorted(chip.header):
         if runs and pin == runs[-1][1] + 1:
             runs[-1][1] = pin
         else:
             runs.append([pin, pin])
-    return ", ".join(f"{first}" if first == last else f"{first} to {last}" for first, last in runs)
+    return runs
 
 
 def _check_meetings(wires: list[Wire], chip: Chip, where: str) -> None:
@@ -232,22 +235,19 @@ def _check_meetings(wires: list[Wire], chip: Chip, where: str) -> None:
     for wire in wires:
         other = seen.setdefault(wire.pin, wire)
         if other is not wire:
-            raise PinsError(
-                f"{where}: {other.device.key}.{other.role.key} and {wire.device.key}.{wire.role.key} "
-                f"are both on {chip.label(wire.pin)}; give one of them another pin"
-            )
+            first, second = (f"{each.device.key}.{each.role.key}" for each in (other, wire))
+            raise PinsError("same-pin", where=where, wire=first, other=second, pin=chip.label(wire.pin))
 
 
 def _duties(table: Any, where: str) -> dict[str, tuple[int, ...]]:
     if not isinstance(table, dict):
-        raise PinsError(f"{where}: duties is a table of its own: [duties]")
+        raise PinsError("no-table", where=where, key="duties")
     if unknown := [key for key in table if key not in ("drive", "turn")]:
-        raise PinsError(f"{where}, [duties]: '{unknown[0]}' is not known; known are drive, turn")
+        raise PinsError("unknown-key", where=f"{where}, [duties]", key=unknown[0], known="drive, turn")
     for key, values in table.items():
         whole = isinstance(values, list) and len(values) == _LEVELS and all(type(value) is int for value in values)
         if not whole or values[0] != 0 or values != sorted(set(values)) or values[-1] > DUTY_MAX:
             raise PinsError(
-                f"{where}: duties.{key} is {values!r}; allowed: {_LEVELS} whole numbers that rise from 0 "
-                f"to at most {DUTY_MAX}, one for each speed level"
+                "duties", where=where, key=f"duties.{key}", value=repr(values), count=_LEVELS, most=DUTY_MAX
             )
     return {f"{key}_duties": tuple(values) for key, values in table.items()}

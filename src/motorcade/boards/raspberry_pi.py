@@ -178,7 +178,7 @@ class RaspberryPiDrive(DriveBoard):
         self._held.callback(factory.close)
         chassis = open_chassis(pins, profile, factory, self._held)
         if chassis is None:
-            raise PinsError(f"the pin file of {pins.name} names no wheels")
+            raise PinsError("no-wheels", car=pins.name)
         self._chassis = chassis
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:

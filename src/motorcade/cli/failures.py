@@ -91,10 +91,10 @@ def sentence(problem: Exception, language: str) -> str:
     from motorcade.link.failures import PortError
     from motorcade.link.stick_failures import StickError
     from motorcade.program.decompiler import DecompileError
-    from motorcade.sim.errors import MatError, WorldError
+    from motorcade.sentences import ToldError
     from motorcade.words.image import ImageError
     from motorcade.words.sentences import image_sentence
 
-    if isinstance(problem, PortError | CarError | CameraError | StickError | DecompileError | MatError | WorldError):
+    if isinstance(problem, ToldError | PortError | CarError | CameraError | StickError | DecompileError):
         return problem.message(language)
     return image_sentence(problem, language) if isinstance(problem, ImageError) else str(problem)

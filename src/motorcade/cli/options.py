@@ -111,7 +111,7 @@ def compile_project(data: bytes, folder: Path) -> "tuple[Compiled, Profile]":
     try:
         profile = load_profile(program.profile, folder)
     except ProfileError as problem:
-        raise ProgramError([error("bad-profile", "profile", reason=str(problem))]) from None
+        raise ProgramError([error("bad-profile", "profile", reason=problem)]) from None
     return compile_program(program, profile), profile
 
 

@@ -31,7 +31,7 @@ def settings_of(
         PinsError: no MicroPython car can be wired like this.
     """
     if pins.chip.name not in PLATFORMS:
-        raise PinsError(f"{pins.name}: MicroPython cars have {' or '.join(PLATFORMS)}, and this is {pins.chip.title}")
+        raise PinsError("no-micropython", car=pins.name, known=" / ".join(PLATFORMS), chip=pins.chip.title)
     settings: dict[str, Any] = {
         "format": SETTINGS_FORMAT,
         "name": pins.name,
@@ -47,7 +47,7 @@ def settings_of(
     }
     if pins.has("voice"):
         if voice is None:
-            raise PinsError(f"{pins.name} has a voice module: say with --voice-map what it sends for which word")
+            raise PinsError("no-voice-map", car=pins.name)
         settings["voice"] = {
             "baud": voice.baud,
             "patterns": [[pattern.hex(), says] for pattern, says in voice.patterns],
@@ -68,17 +68,17 @@ def _uart(pins: PinMap, device: str) -> int:
     if pins.chip.name == "esp32":
         others = [wire.pin for wire in pins.wires if wire.device.key != "voice"]
         if device == "voice" and _ESP32_VOICE_SENDS_AT in others:
-            raise PinsError(f"{pins.name}: GPIO17 belongs to the voice module's UART: give what is there another pin")
+            raise PinsError("voice-uart-sends", car=pins.name, pin=_ESP32_VOICE_SENDS_AT)
         return _ESP32_UARTS[device]
     uarts = set()
     for role, pin in wires.items():
         # GP0 sends and GP1 receives for UART 0, GP4 and GP5 for UART 1, and so on in this order: 0 1 1 0 0 1 1.
         if pin % 4 != ("transmit", "receive").index(role):
-            raise PinsError(f"{pins.name}: {device}.{role} is {pin}, and no UART of an RP2040 has that pin for it")
+            raise PinsError("no-uart", car=pins.name, wire=f"{device}.{role}", value=pin)
         uarts.add((pin + 4) // 8 % 2)
     if len(uarts) != 1:
-        raise PinsError(f"{pins.name}: the pins of {device} belong to different UARTs of the RP2040")
+        raise PinsError("two-uarts", car=pins.name, device=device)
     uart = uarts.pop()
     if device == "voice" and pins.has("serial") and _uart(pins, "serial") == uart:
-        raise PinsError(f"{pins.name}: the voice module is at the UART that uploads come by; take the other one")
+        raise PinsError("uart-in-use", car=pins.name)
     return uart

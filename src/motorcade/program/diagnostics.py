@@ -4,6 +4,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from motorcade.sentences import ToldError
+
 Severity = Literal["error", "warning"]
 LANGUAGES = ("en", "zh")
 
@@ -184,7 +186,7 @@ class Diagnostic:
 
     def message(self, language: str = "en") -> str:
         """The sentence in ``language`` (en or zh)."""
-        values = {name: value.text(language) if isinstance(value, Phrase) else value for name, value in self.arguments}
+        values = {name: _said(value, language) for name, value in self.arguments}
         return MESSAGES[self.code][language].format(**values)
 
     def as_dict(self, language: str = "en") -> dict[str, Any]:
@@ -196,6 +198,12 @@ class Diagnostic:
             "path": self.path,
             "id": self.id,
         }
+
+
+def _said(value: Any, language: str) -> Any:
+    if isinstance(value, Phrase):
+        return value.text(language)
+    return value.message(language) if isinstance(value, ToldError) else value
 
 
 def error(code: str, path: str, step_id: str | None = None, **arguments: Any) -> Diagnostic:

@@ -57,8 +57,8 @@ def compiled(
     return kernel
 
 
-class _Listener(event.Listener):  # type: ignore[misc]  # Numba has no types
-    def __init__(self, tell: Callable[[], None]) -> None:
+class _Listener(event.Listener):
+    def __init__(self, tell: Callable[[], object]) -> None:
         self._tell = tell
         self._told = False
 
@@ -72,7 +72,7 @@ class _Listener(event.Listener):  # type: ignore[misc]  # Numba has no types
 
 
 @contextmanager
-def telling(tell: Callable[[], None]) -> Iterator[None]:
+def telling(tell: Callable[[], object]) -> Iterator[None]:
     """Inside, ``tell`` is called once if anything has to be compiled, by whichever thread does it.
 
     Kernels that are read from disk take a moment; compiling them takes some 20 s.

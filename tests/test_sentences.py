@@ -1,0 +1,28 @@
+"""What users are told, in English and Chinese: the same of each."""
+
+import importlib
+from string import Formatter
+
+import pytest
+
+from motorcade.program.diagnostics import LANGUAGES
+from motorcade.sentences import ToldError
+
+# Where the errors are that tell what is wrong with a file of settings.
+HOMES = ("motorcade.boards.pins", "motorcade.boards.voice_map", "motorcade.profile")
+KINDS = [
+    kind
+    for home in HOMES
+    for kind in vars(importlib.import_module(home)).values()
+    if isinstance(kind, type) and issubclass(kind, ToldError) and kind is not ToldError
+]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_both_languages_fill_in_the_same(kind: type[ToldError]) -> None:
+    for code, sentences in kind.SENTENCES.items():
+        assert set(sentences) == set(LANGUAGES), code
+        english, chinese = (
+            {name for _, name, _, _ in Formatter().parse(sentences[each]) if name} for each in LANGUAGES
+        )
+        assert english == chinese, code
