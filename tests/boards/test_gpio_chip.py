@@ -121,7 +121,7 @@ def test_a_car_with_a_servo_runs_its_words(kernel):
     board = open_car(car_equipment(), parse_pins(STEERED, "car.toml"), CLASSROOM)
     board.set_wheels(1, 3)
     # The servo's longest pulse is an eighth of its 20 ms.
-    assert dict((asked[0], asked[1:]) for asked in kernel.pwm) == {19: (50, 12.5), 12: (100, 100)}
+    assert {asked[0]: asked[1:] for asked in kernel.pwm} == {19: (50, 12.5), 12: (100, 100)}
     board.close()
 
 
