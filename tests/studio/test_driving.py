@@ -8,7 +8,9 @@ import pytest
 from PIL import Image
 from starlette.testclient import TestClient
 
+from link.driven_car import PATIENT, DrivenCar
 from motorcade.link.drive_failures import MESSAGES as DRIVE_MESSAGES
+from motorcade.remote.far_cars import FarCar
 from motorcade.sim.state import DRIVEN
 from motorcade.studio.app import make_app
 from motorcade.studio.frames import Moment
@@ -243,3 +245,32 @@ def picture(client, car):
     assert answer.status_code == 200, answer.text
     assert Image.open(io.BytesIO(answer.content)).format == "JPEG"
     return answer.content
+
+
+def test_real_cars_are_listed_behind_the_simulated_ones_and_driven_with_them(tmp_path):
+    with DrivenCar(profile=PATIENT) as car:
+        ada = FarCar("ada", "127.0.0.1", car.port, car.telemetry_port)
+        settings = Settings(library=tmp_path, page=tmp_path, cars=(ada,))
+        with TestClient(make_app(settings), base_url=f"http://{HERE}") as client:
+            # Also where there is no world, or several, but never in one that isn't there.
+            with remote(client, "") as driver:
+                assert [each["name"] for each in driver.until("hello")["cars"]] == ["ada"]
+            with remote(client) as driver:
+                assert driver.until("error")["code"] == "no-world"
+            with page(client) as studio, remote(client) as driver:
+                assert [each["car"] for each in driver.until("hello")["cars"]] == ["1", "0", "2", "ada"]
+                driver.say("sit", car="1")
+                driver.say("sit", car="ada")
+                assert driver.car("1")["paused"]
+                assert not driver.car("ada")["paused"]
+                driver.say("start")
+                driver.push("1", "ada")
+                driver.say("stop", cars=["1", "ada"])
+                for name in ("1", "ada"):
+                    driver.car(name, lambda car: car["state"] == "stopped")
+                assert picture(client, 1)
+                assert (
+                    client.get(f"/camera/snapshot.jpg?session={KEY}&car=ada").json()["error"]["code"]
+                    == "no-camera-here"
+                )
+                studio.until("state", lambda state: state["held"] == [1])

@@ -1,0 +1,107 @@
+"""``motorcade drive remote`` and ``motorcade studio --car`` as their users start them."""
+
+import json
+import signal
+import ssl
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+from websockets.sync.client import connect
+
+from command_line import refusal
+from link.driven_car import PATIENT, DrivenCar
+from link.picture_server import picture_server
+from motorcade.link.certificates import CarKeys, make_keys
+from motorcade.link.keys import server_context
+
+DEADLINE_S = 120
+
+
+@contextmanager
+def started(*command: str) -> Iterator[dict]:
+    """What the command says once it answers."""
+    # On Windows only a process group of its own can be sent a Ctrl-C.
+    apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP} if sys.platform == "win32" else {}
+    whole = [sys.executable, "-m", "motorcade", *command, "--port", "0", "--json"]
+    with subprocess.Popen(whole, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", **apart) as process:
+        try:
+            assert process.stdout
+            yield json.loads(process.stdout.readline())
+            process.send_signal(signal.CTRL_BREAK_EVENT if sys.platform == "win32" else signal.SIGINT)
+            assert process.communicate(timeout=DEADLINE_S) == ("", "")
+            assert process.returncode == 0
+        finally:
+            process.kill()
+
+
+def listed(url: str, trust: ssl.SSLContext | None = None, sits: str = "") -> list[dict]:
+    """The cars of a page, and whether it reaches the one at which it sits."""
+    socket_url = url.replace("http", "ws", 1).partition("?")[0].removesuffix("/").removesuffix("/drive") + "/drive/ws"
+    with connect(socket_url, ssl=trust, open_timeout=DEADLINE_S) as line:
+        if sits:
+            line.send(json.dumps({"do": "sit", "car": sits}))
+        cars: list[dict] = []
+        while not cars or sits:
+            told = json.loads(line.recv(DEADLINE_S))
+            cars = told["cars"] if told["is"] == "hello" else cars
+            if told["is"] == "telemetry" and told["cars"].get(sits, {}).get("state") == "ready":
+                sits = ""
+        return cars
+
+
+def test_it_serves_a_page_for_the_cars_that_it_names_and_ends_by_ctrl_c() -> None:
+    with DrivenCar(profile=PATIENT) as car, picture_server("files") as camera:
+        ada = f"ada=127.0.0.1:{car.port}/{car.telemetry_port}"
+        with started("drive", "remote", ada, "bo=127.0.0.1", "--camera", f"bo={camera.url}") as told:
+            assert told["cars"] == ["ada", "bo"]
+            assert urlsplit(told["url"]).path == "/drive"
+            cars = listed(told["url"], sits="ada")
+    assert [(each["name"], each["sees"]) for each in cars] == [("ada", False), ("bo", True)]
+
+
+def test_with_keys_cars_and_page_are_reached_by_tls(tmp_path: Path) -> None:
+    make_keys(tmp_path, [CarKeys("ada"), CarKeys("desk")], ["lin"], datetime.now(UTC))
+    trust = ssl.create_default_context(cafile=str(tmp_path / "authority.crt"))
+    with DrivenCar(profile=PATIENT, tls=server_context(tmp_path / "car-ada.pem")) as car:
+        ada = f"ada=localhost:{car.port}/{car.telemetry_port}"
+        keys = ("--keys", str(tmp_path / "driver-lin.pem"), "--https", str(tmp_path / "car-desk.pem"))
+        with started("drive", "remote", ada, *keys) as told:
+            assert told["url"].startswith("https://127.0.0.1:")
+            assert listed(told["url"], trust, sits="ada")
+
+
+def test_the_studio_takes_cars_by_address_too(tmp_path: Path) -> None:
+    with DrivenCar(profile=PATIENT) as car:
+        ada = f"ada=127.0.0.1:{car.port}/{car.telemetry_port}"
+        with started("studio", "--no-browser", "--library", str(tmp_path), "--car", ada) as told:
+            assert [each["name"] for each in listed(told["url"], sits="ada")] == ["ada"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["192.168.1.20"], "'192.168.1.20' is not NAME=HOST[:PORT], such as ada=192.168.1.20"),
+        (["ada=1.2.3.4:x"], "'1.2.3.4:x' is not HOST or HOST:PORT"),
+        (["ada=1.2.3.4:5005/0"], "'0' is no telemetry port of ada"),
+        (["3=1.2.3.4"], "'3' is no name for a car"),
+        (["ada=1.2.3.4", "ada=1.2.3.5"], "two cars are called ada"),
+        (["ada=1.2.3.4", "--camera", "bo=http://1.2.3.4/"], "--camera is for bo, and no car is called so"),
+        (["ada=1.2.3.4", "--camera", "ada=file:///etc/passwd"], "--camera of ada: 'file:///etc/passwd' is no address"),
+        (["ada=1.2.3.4", "--camera", "ada=http://1.2.3.4:x/"], "--camera of ada: "),
+        (["ada=1.2.3.4", "--keys", "nowhere.pem"], "the keys nowhere.pem can't be read"),
+    ],
+)
+def test_what_can_not_be_is_said_in_a_sentence(arguments: list[str], sentence: str) -> None:
+    assert refusal(2, "drive", "remote", *arguments).startswith(sentence)
+
+
+def test_the_studio_refuses_what_it_can_not_reach_as_well(tmp_path: Path) -> None:
+    studio = ("studio", "--no-browser", "--library", str(tmp_path))
+    assert refusal(2, *studio, "--car", "ada").startswith("'ada' is not NAME=HOST[:PORT]")
+    assert refusal(2, *studio, "--camera", "bo=http://1.2.3.4/").startswith("--camera is for bo")
