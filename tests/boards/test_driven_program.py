@@ -352,6 +352,23 @@ def test_a_part_that_fails_stops_the_programs_wheels_until_it_works_again(made, 
     assert [noted[3] for noted in car.noted if noted[0] == "fault"] == ["the LEDs are out"]
 
 
+def test_who_guards_the_wheels_knows_before_the_program_moves_them(made, pins):
+    car, told = made(), []
+    car.drive.ask_before_moving(lambda: told.append(wheels(pins)))
+    car.seat.resume_program()
+    assert (told, wheels(pins), car.drive.moves) == ([ALL_STILL], STRAIGHT, True)
+    car.seat.stop()
+    assert not car.drive.moves
+
+    def fail():
+        raise OSError("the guard is gone")
+
+    car.drive.ask_before_moving(fail)
+    car.seat.clear()
+    car.seat.resume_program()
+    assert (car.state, wheels(pins)) == ("failsafe", ALL_STILL)
+
+
 # The end
 
 
