@@ -50,7 +50,7 @@ TURNS_LEFT = compile_program(Program([left(3, speed=1)])).image
 ALL_STILL = ((0, 0, 0), (0, 0, 0))
 STRAIGHT, TURNING_RIGHT = ((255, 0, 255), (255, 0, 255)), ((255, 0, 34), (0, 255, 34))
 TURNING_LEFT, DRIVEN_LEFT = ((0, 255, 17), (255, 0, 17)), ((255, 0, 100), (255, 0, 200))
-ONE_LIT, THREE_LIT, DARK = (0, 255, 0, 0), (0, 0, 0, 255), (0, 0, 0, 0)
+ONE_LIT, THREE_LIT = (0, 255, 0, 0), (0, 0, 0, 255)
 
 
 class Line:
