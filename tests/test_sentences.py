@@ -8,8 +8,14 @@ import pytest
 from motorcade.program.diagnostics import LANGUAGES
 from motorcade.sentences import ToldError
 
-# Where the errors are that tell what is wrong with a file of settings.
-HOMES = ("motorcade.boards.pins", "motorcade.boards.voice_map", "motorcade.profile")
+# Where the errors are that are told in this way; those of mats and worlds have a test of their own.
+HOMES = (
+    "motorcade.boards.pins",
+    "motorcade.boards.voice_map",
+    "motorcade.link.addresses",
+    "motorcade.profile",
+    "motorcade.studio.serving",
+)
 KINDS = [
     kind
     for home in HOMES

@@ -144,6 +144,10 @@ def test_a_car_speaks_chinese_to_who_serves_it(tmp_path: Path) -> None:
     assert refused == SERVED["zh"]["keys-and-lan"]
     refused = refusal(1, "drive", "serve", "--language", "zh", "--profile", "porsche")
     assert refused == "没有车型 'porsche'；内置车型：classroom"
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        refused = refusal(2, "drive", "serve", "--language", "zh", "--port", port)
+        assert refused.startswith(f"端口 {port} 已被占用。小车可能已在运行")
 
 
 @pytest.mark.parametrize("table", [SERVED, STATES])

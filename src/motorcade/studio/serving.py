@@ -8,6 +8,8 @@ import threading
 import webbrowser
 from collections.abc import Callable
 
+from motorcade.link import addresses
+from motorcade.sentences import Sentences
 from motorcade.server.addresses import url_of
 from motorcade.server.running import serve_alone
 from motorcade.sim.mat import formation, open_table
@@ -16,9 +18,23 @@ from motorcade.sim.world import World
 from motorcade.studio.app import make_app
 from motorcade.studio.settings import Settings
 
+_SENTENCES: Sentences = {
+    **addresses.AddressError.SENTENCES,
+    "taken": {
+        "en": "port {port} is taken. Perhaps the studio runs already: open {url}, or take another port with --port",
+        "zh": "端口 {port} 已被占用。工作室可能已在运行：请打开 {url}，或用 --port 换一个端口",
+    },
+    "unusable": {
+        "en": "the studio can't listen at {host} port {port}: {reason}; take another",
+        "zh": "工作室无法监听 {host} 的端口 {port}：{reason}；请换一个",
+    },
+}
 
-class AddressError(OSError):
+
+class AddressError(addresses.AddressError):
     """An address that the studio can't listen at; the sentence says what to do."""
+
+    SENTENCES = _SENTENCES
 
 
 def listen(host: str, port: int) -> socket.socket:
@@ -27,15 +43,12 @@ def listen(host: str, port: int) -> socket.socket:
         family, *_, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         return socket.create_server((str(address[0]), port), family=family, backlog=socket.SOMAXCONN)
     except (socket.gaierror, UnicodeError):
-        raise AddressError(f"--host {host[:60]} is no address of this computer; 127.0.0.1 is, 0.0.0.0 is all") from None
+        raise AddressError("no-address", host=host[:60]) from None
     except OSError as problem:
         if problem.errno == errno.EADDRINUSE:
-            raise AddressError(
-                f"port {port} is taken. Perhaps the studio runs already: open {url_of(host, port)}, "
-                "or take another port with --port"
-            ) from None
+            raise AddressError("taken", port=port, url=url_of(host, port)) from None
         reason = problem.strerror or type(problem).__name__
-        raise AddressError(f"the studio can't listen at {host} port {port}: {reason}; take another") from None
+        raise AddressError("unusable", host=host[:60], port=port, reason=reason) from None
 
 
 def serve(settings: Settings, listener: socket.socket, ready: Callable[[], None]) -> None:
