@@ -118,6 +118,15 @@ def test_a_driver_s_gamepad_drives_and_the_keys_give_orders(pad):
             seat.look("gamepad: Pad of the tests")
             pad.happens(f"push {LEFT_Y} {DOWN}")
             seat.wait(lambda: car.board.setpoint == (90, 0, 255))
+            seat.type(b"g")
+            seat.look("Let go of the keys or the stick")
+            seat.wait(lambda: car.drive.telemetry().driver is None)
+            while not car.board.moves:
+                # Between the two it may not have looked.
+                pad.happens(f"push {LEFT_Y} 0")
+                seat.glance()
+                pad.happens(f"push {LEFT_Y} {DOWN}")
+                seat.glance()
             pad.happens(f"push {LEFT_Y} 0")
             seat.wait(lambda: not car.board.moves)
             pad.happens(f"hold {RIGHT_BUTTON}")

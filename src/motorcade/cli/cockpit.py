@@ -100,7 +100,6 @@ class Cockpit:
         stick = self._pad.read() if self._pad else keys
         if stick.device != self._device:
             self._device, self._notice = stick.device, None
-            self._hand.distrust()
         self._notice = stick.notice or self._notice
         for order in (*keys.orders, *(stick.orders if stick is not keys else ())):
             with suppress(CarError):

@@ -61,7 +61,6 @@ class Gamepad:
         self._orders = {self._sdl.SDL_CONTROLLER_BUTTON_B: STOP, self._sdl.SDL_CONTROLLER_BUTTON_START: CLEAR}
         self._stick = PadStick()
         self._pad: Any = None
-        self._number = -1
         self._name = ""
         self._may_be_there = True
 
@@ -95,16 +94,17 @@ class Gamepad:
 
     def _events(self) -> tuple[tuple[str, ...], bool, StickError | None]:
         """The orders that were pressed, whether the pad has gone, and a notice."""
+        # Of pads SDL tells what happens to the one that is open, of all devices when they come.
         sdl, event = self._sdl, self._sdl.SDL_Event()
         orders, has_gone = [], False
         notice: StickError | None = None
         while sdl.SDL_PollEvent(ctypes.byref(event)):
             if event.type == sdl.SDL_CONTROLLERBUTTONDOWN:
-                if event.cbutton.which == self._number and event.cbutton.button in self._orders:
+                if event.cbutton.button in self._orders:
                     orders.append(self._orders[event.cbutton.button])
             elif event.type == sdl.SDL_CONTROLLERDEVICEADDED:
                 self._may_be_there = True
-            elif event.type == sdl.SDL_CONTROLLERDEVICEREMOVED and event.cdevice.which == self._number:
+            elif event.type == sdl.SDL_CONTROLLERDEVICEREMOVED:
                 self._close()
                 has_gone = self._may_be_there = True
             elif event.type == sdl.SDL_JOYDEVICEADDED and not sdl.SDL_IsGameController(event.jdevice.which):
@@ -120,7 +120,6 @@ class Gamepad:
             name = _shown(sdl.SDL_GameControllerNameForIndex(index))
             self._pad = sdl.SDL_GameControllerOpen(index) or None
             if self._pad is not None:
-                self._number = sdl.SDL_JoystickInstanceID(sdl.SDL_GameControllerGetJoystick(self._pad))
                 self._name, self._stick = name, PadStick()
                 break
             notice = StickError("not-opened", name=name, reason=self._reason())
@@ -129,7 +128,7 @@ class Gamepad:
     def _close(self) -> None:
         if self._pad is not None:
             self._sdl.SDL_GameControllerClose(self._pad)
-        self._pad, self._number = None, -1
+        self._pad = None
 
     def _numbers(self) -> PadNumbers:
         sdl = self._sdl

@@ -121,7 +121,10 @@ def test_a_pushed_stick_does_not_drive_on_after_the_car_s_own_software_was_stuck
     assert bench.last == ALL_AHEAD
 
 
-def test_a_stick_arms_a_car_that_a_lost_driver_left_in_failsafe(bench: Bench) -> None:
+@pytest.mark.parametrize("before", [REST, AHEAD])
+def test_a_stick_arms_a_car_that_a_lost_driver_left_in_failsafe(bench: Bench, before: Reading) -> None:
+    bench.look(before, 100)
+    bench.look(REST, RESTS_MS + PERIOD_MS)
     bench.network.command(MOVE)
     bench.network.leave()
     assert bench.state == "failsafe"
@@ -140,6 +143,14 @@ def test_the_emergency_stop_stops_whoever_drives_and_holds(bench: Bench) -> None
     bench.look(REST)
     bench.look(AHEAD, 100)
     assert bench.last == ALL_AHEAD
+
+
+def test_a_push_that_began_while_the_car_was_stopped_drives_nothing_once_it_is_lifted(bench: Bench) -> None:
+    bench.network.stop()
+    bench.look(AHEAD)
+    bench.network.clear()
+    bench.look(AHEAD, 1000)
+    assert ALL_AHEAD not in bench.board.told
 
 
 def test_a_stop_in_the_look_in_which_it_is_pushed_comes_first(bench: Bench) -> None:

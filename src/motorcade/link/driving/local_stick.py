@@ -79,7 +79,6 @@ class LocalStick:
     def _obey(self, order: str, seat: Seat) -> list[str]:
         """Follow an order: a sentence where that can't be."""
         if order == STOP:
-            self._hand.distrust()
             seat.stop()
         elif order == CLEAR:
             seat.clear()
