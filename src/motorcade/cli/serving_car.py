@@ -10,7 +10,6 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, AsyncExitStack, contextmanager
-from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from motorcade.cli.driving_texts import SERVED, STATES
@@ -64,13 +63,16 @@ async def serve(board: "DriveBoard", profile: "Profile", offer: Offer) -> None:
     """Serve until a signal ends it."""
     drive = Drive(board, monotonic_ms, profile)
     server = DriveServer(drive, profile, offer.byte_order)
-    ended = asyncio.Event()
-    _on_signals(ended)
+    ended, loop = asyncio.Event(), asyncio.get_running_loop()
+
+    def end() -> None:
+        loop.call_soon_threadsafe(ended.set)
+
+    _on_signals(end)
     async with AsyncExitStack() as held:
         await held.enter_async_context(kept(drive))
         doors = await held.enter_async_context(served(server, offer.commands, offer.telemetry, offer.tls))
         if offer.stick:
-            end = partial(asyncio.get_running_loop().call_soon_threadsafe, ended.set)
             await held.enter_async_context(fed(drive, offer.stick, _log, end))
         url = await held.enter_async_context(page_served(drive, offer.web)) if offer.web else None
         held.enter_context(_logged(drive.telemetry, offer.notes, offer.language))
@@ -92,11 +94,10 @@ def _tell_begin(host: str, port: int, telemetry_port: int, url: str | None, offe
     print_text(texts["serves"].format(host=host, port=port, telemetry_port=telemetry_port, more=more) + "\n")
 
 
-def _on_signals(ended: asyncio.Event) -> None:
-    loop = asyncio.get_running_loop()
+def _on_signals(end: Callable[[], None]) -> None:
     for name in _ENDS:
         if hasattr(signal, name):
-            signal.signal(getattr(signal, name), lambda number, frame: loop.call_soon_threadsafe(ended.set))
+            signal.signal(getattr(signal, name), lambda number, frame: end())
 
 
 @contextmanager
