@@ -5,7 +5,7 @@ import base64
 import csv
 import io
 import json
-import time
+import threading
 from contextlib import contextmanager
 
 import pytest
@@ -21,8 +21,10 @@ from motorcade.studio.errors import StudioError
 from motorcade.studio.frames import FIRST, PAST
 from motorcade.studio.outbox import Outbox
 from motorcade.studio.settings import Settings
+from motorcade.studio.stage import Stage
 from pictures import Picture
 
+DEADLINE_S = 60
 KEY = "0123456789abcdef" * 2
 OTHER = "f" * 32
 IMAGE = base64.b64encode(
@@ -353,17 +355,30 @@ def test_nothing_is_to_be_had_of_a_world_that_is_not_there(client, file) -> None
     assert (answer.status_code, answer.json()["error"]["code"]) == (404, "no-world")
 
 
-def test_a_heavy_world_does_not_hold_up_a_light_one(client) -> None:
+def test_a_heavy_world_does_not_hold_up_a_light_one(client, monkeypatch) -> None:
     heavy = MAT | {"tick_ms": 1, "size_m": [12, 12], "crowd": [{"cars": 1900, "leaders": 60}]}
+    begun, ended, advance = threading.Event(), threading.Event(), Stage.advance
+    held_up = []
+
+    def take_long(stage: Stage, now_s: float) -> None:
+        # The server's loop itself draws what was quick the last time, as standing still is.
+        if stage.playing and threading.current_thread().name.startswith("AnyIO worker"):
+            begun.set()
+            held_up.append(not ended.wait(DEADLINE_S))
+        advance(stage, now_s)
+
+    monkeypatch.setattr(Stage, "advance", take_long)
     with page(client) as its, page(client, OTHER) as mine:
         its.set(mat=heavy)
         its.say("play", speed=16)
-        its.until("state", lambda state: state["playing"])
-        mine.set()
-        waited_s = []
-        for ticks in range(1, 11):
-            begin_s = time.monotonic()
-            mine.say("step")
-            mine.until("state", lambda state, ticks=ticks: state["t_ms"] == 5 * ticks)
-            waited_s.append(time.monotonic() - begin_s)
-    assert sorted(waited_s)[5] < 0.3
+        assert begun.wait(DEADLINE_S)
+        try:
+            mine.set()
+            for ticks in range(1, 11):
+                mine.say("step")
+                mine.until("state", lambda state, ticks=ticks: state["t_ms"] == 5 * ticks)
+            assert not held_up
+        finally:
+            ended.set()
+        its.until("state", lambda state: state["t_ms"])
+    assert not any(held_up)
