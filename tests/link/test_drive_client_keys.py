@@ -85,4 +85,4 @@ def test_a_driver_whose_keys_the_car_refuses_is_told_so(keys, tmp_path):
 
 def test_keys_for_a_car_that_has_none_are_told_to_be_left_away(car, keys):
     with pytest.raises(CarError, match=r"started with --keys\?"):
-        asyncio.run(come_and_drive(client(car, keys=keys / "driver-lin.pem", patience_s=3)))
+        asyncio.run(come_and_drive(client(car, keys=keys / "driver-lin.pem")))
