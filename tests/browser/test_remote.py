@@ -4,12 +4,14 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
 
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
 
 from barriers import serious_barriers
+from link.driven_car import PATIENT, DrivenCar
 from studio_page import DESKTOP, PATIENCE_MS, PHONE, SENTENCES, StudioPage
 from studio_programs import FOLLOWED
 
@@ -59,6 +61,15 @@ class Remote:
     def hold(self, key: str, shows: Locator | None = None) -> None:
         self.drive_by(lambda: self.page.keyboard.down(key), lambda: self.page.keyboard.up(key), shows)
 
+    def cars_that(self, key: str, *names: str) -> Locator:
+        """The list of cars while each of these is said to do so."""
+        listed = self.page.get_by_role("region", name=self.say("cars"))
+        for name in names:
+            does = self.page.get_by_text(self.say(key), exact=True)
+            each = self.page.get_by_role("listitem").filter(has_text=name).filter(has=does)
+            listed = listed.filter(has=each)
+        return listed
+
     def expect_standing(self) -> None:
         self.expect_state("ready", "standing")
 
@@ -74,21 +85,21 @@ def car_url(page_built: None) -> Iterator[str]:
 
 
 @pytest.fixture
-def drive(browser: Browser, car_url: str) -> Iterator[Callable[..., Remote]]:
-    """Opens the page, each in a browser profile of its own, and looks at what it met when the test is over."""
+def open_at(browser: Browser) -> Iterator[Callable[..., Remote]]:
+    """Opens a page, each in a browser profile of its own, and looks at what it met when the test is over."""
     opened: list[tuple[BrowserContext, Remote]] = []
 
     def open_page(
-        language: str = "en", theme: str = "light", size: tuple[int, int] = DESKTOP, **options: object
+        url: str, language: str = "en", theme: str = "light", size: tuple[int, int] = DESKTOP, **options: object
     ) -> Remote:
         kept = {"motorcade.settings": json.dumps({"theme": theme}), "motorcade.language": language}
-        origin = {"origin": car_url.rpartition("/")[0], "localStorage": [{"name": k, "value": kept[k]} for k in kept]}
+        origin = {"origin": url.rpartition("/")[0], "localStorage": [{"name": k, "value": kept[k]} for k in kept]}
         viewport = {"width": size[0], "height": size[1]}
         context = browser.new_context(viewport=viewport, storage_state={"cookies": [], "origins": [origin]}, **options)
         context.set_default_timeout(PATIENCE_MS)
         opened.append((context, Remote(context.new_page(), language)))
         remote = opened[-1][1]
-        remote.page.goto(car_url)
+        remote.page.goto(url)
         expect(remote.page.get_by_role("status")).not_to_be_empty()
         return remote
 
@@ -96,6 +107,12 @@ def drive(browser: Browser, car_url: str) -> Iterator[Callable[..., Remote]]:
     for context, _ in opened:
         context.close()
     assert [fault for _, remote in opened for fault in remote.faults] == []
+
+
+@pytest.fixture
+def drive(open_at: Callable[..., Remote], car_url: str) -> Callable[..., Remote]:
+    """Opens the page of the simulated car."""
+    return partial(open_at, car_url)
 
 
 def test_keys_drive_and_what_is_let_go_stops(drive) -> None:
@@ -183,4 +200,51 @@ def test_the_leader_of_a_swarm_is_driven_while_its_followers_hear_it(open_page) 
     remote.page.keyboard.up("ArrowUp")
     remote.button("resume").click()
     remote.expect_state("program")
+    remote.hold("ArrowUp", remote.cars_that("moving", "Leader 0"))
     assert remote.faults == []
+    # Whom everybody has left the studio's page tells to go on.
+    remote.page.close()
+    held = studio.page.get_by_text("By hand until told to go on: 0, 1")
+    expect(held).to_be_visible()
+    expect(held).to_be_visible()
+    studio.page.get_by_role("button", name="Let its program drive").click()
+    expect(studio.page.get_by_text("By hand until told to go on: 1")).to_be_visible()
+    expect(held).to_be_hidden()
+
+
+@contextmanager
+def served_remote(cars: dict[str, DrivenCar], *options: str) -> Iterator[str]:
+    """The page of cars by address."""
+    named = [f"{name}=127.0.0.1:{car.port}/{car.telemetry_port}" for name, car in cars.items()]
+    command = [sys.executable, "-m", "motorcade", "drive", "remote", *named, *options, "--port", "0", "--json"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, encoding="utf-8") as process:
+        try:
+            assert process.stdout
+            yield json.loads(process.stdout.readline())["url"]
+        finally:
+            process.kill()
+
+
+def test_of_two_real_cars_one_goes_away_and_the_other_drives_on(open_at, car_url) -> None:
+    camera = car_url.removesuffix("/drive") + "/camera"
+    with ExitStack() as held, ExitStack() as going:
+        ada, bo = going.enter_context(DrivenCar(profile=PATIENT)), held.enter_context(DrivenCar(profile=PATIENT))
+        cars = {"ada": ada, "bo": bo}
+        url = held.enter_context(served_remote(cars, "--camera", f"ada={camera}"))
+        driver, watcher = open_at(url), open_at(url, "zh")
+        # The picture of another server, by way of this one.
+        expect(driver.page.get_by_role("img", name="What ada sees")).to_have_js_property("naturalWidth", 320)
+        for each in (driver, watcher):
+            each.page.get_by_label(each.say("addCar")).select_option("bo")
+        driver.hold("ArrowUp", driver.cars_that("moving", "ada", "bo"))
+        expect(watcher.cars_that("otherDrives", "ada", "bo")).to_be_visible()
+        going.close()
+        expect(driver.cars_that("away", "ada").and_(driver.cars_that("moving", "bo"))).to_be_visible()
+        expect(driver.page.get_by_text("The car went out of reach")).to_be_visible()
+        expect(watcher.page.get_by_text("无法再联系到小车")).to_be_visible()
+        assert bo.board.moves
+        watcher.page.keyboard.press("Space")
+        expect(driver.cars_that("stopped", "bo")).to_be_visible()
+        assert serious_barriers(watcher.page) == []
+        for each in (driver, watcher):
+            each.page.close()
