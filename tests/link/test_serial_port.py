@@ -3,9 +3,9 @@
 import contextlib
 import gc
 import os
-import socket
 import sys
 import threading
+import time
 from functools import partial
 from types import SimpleNamespace
 
@@ -13,6 +13,7 @@ import pytest
 import serial
 from serial.urlhandler import protocol_socket
 
+from link.driven_car import deaf_port
 from link.played_car import DEADLINE_S, IMAGE, PlayedCar
 from motorcade.link import asking, serial_port, talk
 from motorcade.link.failures import (
@@ -264,28 +265,30 @@ def test_a_line_that_takes_no_bytes(car, monkeypatch):
 @pytest.mark.parametrize("kind", [PTY])
 def test_the_answer_is_awaited_as_long_as_a_slow_line_carries_bytes(car, monkeypatch):
     """A pseudo-terminal takes all bytes at once, and the car behind it gets 960 a second."""
-    image, pause = bytes.fromhex("40000000" + "64800000" * 64), threading.Event()
-    monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
+    image = bytes.fromhex("FF000000" + "64800000" * 255)
+    monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 900)
 
     def script():
         car.get_ready()
+        due_s = time.monotonic()
         for at in range(0, len(image), 4):
             assert car.receive(4) == image[at : at + 4]
-            pause.wait(4 / 960)
+            due_s += 4 / 960
+            time.sleep(max(due_s - time.monotonic(), 0))
         car.send(protocol.ok_line(image))
 
     car.play(script)
-    assert serial_port.upload(car.port, image, 9600).startswith("OK words=65")
+    assert serial_port.upload(car.port, image, 9600).startswith("OK words=256")
 
 
 @pytest.mark.parametrize("port", ["/dev/there-is-none", "COM321", "socket://127.0.0.1:{free}", "pigeon://home", ""])
 def test_a_port_that_is_not_there(port):
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        port = port.format(free=listener.getsockname()[1])
-    for action in (upload, readback):
-        sentence = refused(PortNotFoundError, action, port)
-        assert port in sentence
-        assert " ." not in sentence
+    with deaf_port() as free:
+        port = port.format(free=free)
+        for action in (upload, readback):
+            sentence = refused(PortNotFoundError, action, port)
+            assert port in sentence
+            assert " ." not in sentence
 
 
 @POSIX_ONLY
