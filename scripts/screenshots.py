@@ -15,6 +15,8 @@ PICTURES = {"studio.png": ("en", "light", "A parade"), "studio-zh.png": ("zh", "
 SIZE = {"width": 1440, "height": 900}
 # Tenths of a second, to a moment at which leader and followers show what they do.
 MOMENT = 57
+# After so long the page tells in words what the cars do, whatever it told last.
+UNHEARD_MS = 10_000
 PROJECT = {
     "format": "motorcade-program/1",
     "profile": "classroom",
@@ -53,6 +55,7 @@ def take(browser: Browser, url: str, path: Path) -> None:
     origin = {"origin": url.rstrip("/"), "localStorage": [{"name": k, "value": kept[k]} for k in kept]}
     state = {"cookies": [], "origins": [origin]}
     page = browser.new_context(viewport=SIZE, storage_state=state, reduced_motion="reduce").new_page()
+    page.clock.install()
     page.goto(project_link(url, PROJECT, name))
     page.locator("#mat-play:enabled").wait_for()
     sentences = json.loads((ROOT / "web" / "src" / "i18n" / f"{language}.json").read_text(encoding="utf-8"))
@@ -62,6 +65,7 @@ def take(browser: Browser, url: str, path: Path) -> None:
         step.click()
         expect(clock).to_have_text(f"0:{tenths / 10:04.1f}")
     page.mouse.move(0, 0)
+    page.clock.fast_forward(UNHEARD_MS)
     page.screenshot(path=path)
     page.context.close()
 
