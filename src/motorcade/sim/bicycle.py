@@ -15,10 +15,12 @@ from typing import NamedTuple
 import numpy as np
 
 from motorcade.profile import Profile
+from motorcade.sim import clearance
 from motorcade.sim.bodies import NOISE_MS, WAY_BITS
 from motorcade.sim.compiled import in_kernel
 from motorcade.sim.geometry import FULL_TURN, cosine, mix, sine
 from motorcade.sim.state import DRIVEN, Cars, Driven, Floats, Rules
+from motorcade.words.ticks import TICKS_MASK
 
 # Rows of a matrix of driven cars.
 WORLD = 0
@@ -62,7 +64,7 @@ def find(world: int, begin: int, end: int, cars: Cars, driven: Driven) -> None:
 
 
 @in_kernel
-def set_out(world: int, seed: int, now: int, cars: Cars, driven: Driven, rules: Rules) -> None:
+def set_out(world: int, seed: int, tick: int, cars: Cars, driven: Driven, rules: Rules) -> None:
     """Before anything else in a tick: the way that each driven car of a world goes in it, half turned already."""
     for k in range(driven.shape[1]):
         if driven[WORLD, k] != world:
@@ -70,7 +72,7 @@ def set_out(world: int, seed: int, now: int, cars: Cars, driven: Driven, rules: 
         i = driven[PLACE, k]
         ahead, aside, turn = float(driven[AHEAD, k]), float(driven[ASIDE, k]), float(driven[TURN, k])
         if rules.wheel_noise > 0.0 and ahead != 0.0:
-            bits = mix(seed, cars.number[i], now // NOISE_MS)
+            bits = mix(seed, cars.number[i], (tick * rules.tick_ms & TICKS_MASK) // NOISE_MS)
             left = 1.0 + rules.wheel_noise * rules.normals[bits & 1023]
             right = 1.0 + rules.wheel_noise * rules.normals[bits >> 10 & 1023]
             share = (left + right) / 2.0
@@ -81,7 +83,7 @@ def set_out(world: int, seed: int, now: int, cars: Cars, driven: Driven, rules: 
         ahead_x, ahead_y = cosine(heading, rules.cosines), sine(heading, rules.cosines)
         cars.way_x[i] = math.floor(ahead * ahead_x - aside * ahead_y + 0.5)
         cars.way_y[i] = math.floor(ahead * ahead_y + aside * ahead_x + 0.5)
-        cars.clear[i] = now
+        cars.clear[i] = clearance.on_another_way(cars.clear[i], tick)
 
 
 @in_kernel

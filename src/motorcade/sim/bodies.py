@@ -47,11 +47,12 @@ def way_of(i: int, cars: Cars, rules: Rules) -> tuple[float, float, float]:
 @in_kernel
 def others_near(
     i: int, world: int, look: float, cars: Cars, cells: Cells, rules: Rules
-) -> tuple[float, float, float, float]:
+) -> tuple[float, float, float, float, float]:
     """Look at the cars around car ``i``, of which its ultrasonic sensor sees those within ``look`` (0.0: it is off).
 
-    Gives for how many ticks none of them can come to matter, as long as this car's wheels do the same; the
-    distance from its front to the nearest in the cone (FAR_UM: none); and the push of all that touch it.
+    Gives for how many ticks none of them can come to matter, as long as this car goes on as it does; for how many
+    none can touch it, whatever its way; the distance from its front to the nearest in the cone (FAR_UM: none); and
+    the push of all that touch it.
     """
     x, y = float(cars.x[i]), float(cars.y[i])
     ahead_x, ahead_y = 0.0, 0.0
@@ -61,6 +62,7 @@ def others_near(
     near = reach + LOOK_BEYOND_UM
     way_x, way_y, own = way_of(i, cars, rules)
     ticks, obstacle, push_x, push_y = LOOK_BEYOND_UM / (own + rules.fastest), FAR_UM, 0.0, 0.0
+    gap = LOOK_BEYOND_UM
     wide = near + rules.drift
     frame, first = cells.frame[world], cells.first[world]
     columns = int(frame[COLUMNS])
@@ -86,6 +88,7 @@ def others_near(
                 continue
             closing = _closing(way_x * dx + way_y * dy, distance, own, rules) + rules.fastest
             ticks = min(ticks, (distance - rules.contact) / max(closing, 1.0))
+            gap = min(gap, distance - rules.contact)
             if distance < rules.contact:
                 overlap = rules.contact - distance
                 if distance == 0.0:
@@ -94,7 +97,7 @@ def others_near(
                     dx = 1.0 if cars.number[i] < cars.number[j] else -1.0
                 push_x -= math.floor(dx * overlap / (2.0 * distance) + 0.5)
                 push_y -= math.floor(dy * overlap / (2.0 * distance) + 0.5)
-    return ticks, obstacle, push_x, push_y
+    return ticks, gap / (2.0 * rules.fastest), obstacle, push_x, push_y
 
 
 @in_kernel
@@ -122,7 +125,7 @@ def _gap_to_cone(ahead: float, aside: float, look: float, rules: Rules) -> float
 @in_kernel
 def place_near(
     i: int, look: float, push_x: float, push_y: float, cars: Cars, place: Place, rules: Rules
-) -> tuple[float, float, float, float]:
+) -> tuple[float, float, float, float, float]:
     """Look at walls and obstacles around car ``i``, which others push; gives what ``others_near`` gives.
 
     However many push, none is pushed into a wall that it touches, and out of a corner by its walls alone.
@@ -132,6 +135,7 @@ def place_near(
     near = around + LOOK_BEYOND_UM
     ticks, obstacle, away_x, away_y = LOOK_BEYOND_UM / max(own, 1.0), FAR_UM, 0.0, 0.0
     touched, pressed, along_x, along_y = 0, 0, push_x, push_y
+    gap = LOOK_BEYOND_UM
     x, y = float(cars.x[i]), float(cars.y[i])
     frame = place.frame
     columns = int(frame[COLUMNS])
@@ -157,6 +161,7 @@ def place_near(
         surface = distance - thick
         closing = own if look > 0.0 else _closing(way_x * dx + way_y * dy, distance, own, rules)
         ticks = min(ticks, (surface - around) / max(closing, 1.0))
+        gap = min(gap, surface - rules.radius)
         if look > 0.0 and surface < look + rules.radius:
             obstacle = min(obstacle, _place_in_cone(i, item, cars, place, rules))
         if surface < rules.radius and distance > 0.0 and rules.collisions:
@@ -170,7 +175,8 @@ def place_near(
                 along_x, along_y = push_x - into * dx, push_y - into * dy
     if pressed:
         push_x, push_y = (along_x, along_y) if touched == 1 else (0.0, 0.0)
-    return ticks, obstacle, math.floor(push_x + 0.5) + away_x, math.floor(push_y + 0.5) + away_y
+    push_x, push_y = math.floor(push_x + 0.5) + away_x, math.floor(push_y + 0.5) + away_y
+    return ticks, gap / rules.fastest, obstacle, push_x, push_y
 
 
 @in_kernel

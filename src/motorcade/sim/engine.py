@@ -14,7 +14,7 @@ import numba
 
 from motorcade.car import brain
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
-from motorcade.sim import bicycle, bodies, channel, compiled, geometry, state, tally, turn
+from motorcade.sim import bicycle, bodies, channel, clearance, compiled, geometry, state, tally, turn
 from motorcade.sim import cells as grid
 from motorcade.sim.compiled import in_kernel
 from motorcade.sim.state import MOST_PARTS, Cars, Cells, Driven, Ints, People, Place, Rules, Voices
@@ -64,7 +64,7 @@ def _worlds_kernel(fingerprint: str) -> Callable[..., None]:
                     turn.switch_on(begin, end, seed, now, world, cars, rules, told)
                 if tick % rules.sort_every == 0:
                     sort(world, begin, end, cars, cells, driven, rules)
-                bicycle.set_out(world, seed, now, cars, driven, rules)
+                bicycle.set_out(world, seed, tick, cars, driven, rules)
                 first_voice = heard
                 while heard < voices.at_ms.shape[0] and voices.at_ms[heard] <= now:
                     heard += 1
@@ -75,6 +75,7 @@ def _worlds_kernel(fingerprint: str) -> Callable[..., None]:
                     world,
                     seed,
                     now,
+                    tick,
                     voice,
                     first_voice,
                     heard,
@@ -136,7 +137,7 @@ def _large_kernel(fingerprint: str) -> Callable[..., None]:
                         grid.put_back(*_share(part, per_world), field, cars)
                 cars.push[:] = 0
                 bicycle.find(0, 0, per_world, cars, driven)
-            bicycle.set_out(0, seed, now, cars, driven, rules)
+            bicycle.set_out(0, seed, tick, cars, driven, rules)
             rows, columns = int(frame[grid.ROWS]), int(frame[grid.COLUMNS])
             # A frame begun in one strip reaches the next one at most.
             reach = int((rules.range + 2.0 * rules.drift) * frame[grid.PER_UM]) + 2
@@ -154,6 +155,7 @@ def _large_kernel(fingerprint: str) -> Callable[..., None]:
                     part,
                     seed,
                     now,
+                    tick,
                     voice,
                     first_voice,
                     heard,
@@ -182,20 +184,21 @@ def _large_kernel(fingerprint: str) -> Callable[..., None]:
 
 def _wake_kernel(fingerprint: str) -> Callable[..., None]:
     def wake(
-        now: int, put: int, per_world: int, worlds: int, cars: Cars, cells: Cells, driven: Driven, rules: Rules
+        tick: int, put: int, per_world: int, worlds: int, cars: Cars, cells: Cells, driven: Driven, rules: Rules
     ) -> None:
         """Let every car look around in its next tick: nothing of what it knew of its surroundings may hold any more.
 
         The car at ``put`` sets out anew, as it was put elsewhere; with ALL every car.
         """
         _ = fingerprint
+        now = tick * rules.tick_ms & TICKS_MASK
         for world in range(worlds):
             begin, end = world * per_world, (world + 1) * per_world
             for i in range(begin, end):
                 if put in (ALL, i):
                     bodies.set_way(i, cars.wheels[i], cars, rules)
                 cars.due[i] = now
-                cars.clear[i] = now
+                cars.clear[i] = clearance.due_now(tick)
             sort(world, begin, end, cars, cells, driven, rules)
 
     return wake
@@ -211,19 +214,20 @@ def _leds_kernel(fingerprint: str) -> Callable[..., None]:
     return read_leds
 
 
-def give_back(i: int, now: int, cars: Cars, rules: Rules) -> None:
+def give_back(i: int, tick: int, cars: Cars, rules: Rules) -> None:
     """Let car ``i``'s brain have its wheels again; called between two ticks, and never compiled.
 
     Where they depend on what the car senses, or where its program is at the next tick, its turn in that sets them.
     """
+    now = tick * rules.tick_ms & TICKS_MASK
     memory, levels = cars.memory[:, i].tolist(), tuple(rules.levels.tolist())
     wheels = brain.wheels(memory, NOTHING_IN_SIGHT_MM, 0, later_ms(now, -rules.tick_ms), levels)
     bodies.set_way(i, wheels, cars, rules)
     cars.due[i] = now
-    cars.clear[i] = now
+    cars.clear[i] = clearance.due_now(tick)
 
 
-_ROOMS = (bicycle, bodies, grid, channel, geometry, state, tally, turn)
+_ROOMS = (bicycle, bodies, grid, channel, clearance, geometry, state, tally, turn)
 _SOURCES = (*(Path(str(each.__file__)) for each in _ROOMS), Path(__file__))
 run_many = compiled.compiled(_worlds_kernel, _SOURCES, parallel=True)
 run_one = compiled.compiled(_worlds_kernel, _SOURCES, parallel=False)

@@ -40,7 +40,7 @@ class Cars(NamedTuple):
     heading: Words
     number: Words  # within its world
     due: Words  # when it has to be looked at next
-    clear: Words  # until when nothing can come near enough to matter
+    clear: Words  # until which ticks nothing can come near enough to matter, as of `motorcade.sim.clearance`
     heard: Words  # the frame that it is hearing
     heard_at: Words  # when that ends
     heard_from: Words  # the number of its sender; NOBODY: it hears none, or it is lost

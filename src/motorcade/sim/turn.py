@@ -6,7 +6,7 @@ come near since it last looked around. The others just go on.
 """
 
 from motorcade.car import brain, rest
-from motorcade.sim import bodies, channel, geometry, tally
+from motorcade.sim import bodies, channel, clearance, geometry, tally
 from motorcade.sim.compiled import in_kernel
 from motorcade.sim.state import DRIVEN, NOBODY, Cars, Cells, People, Place, Rules, Voices
 from motorcade.sim.tally import Tally
@@ -38,6 +38,7 @@ def think(
     part: int,
     seed: int,
     now: int,
+    tick: int,
     said: int,
     first_voice: int,
     last_voice: int,
@@ -62,13 +63,13 @@ def think(
             word_ms = 0 if everyone else _left_to_word(i, now, cars, rules)
             if word_ms == 0:
                 voice = _voice_at(i, said, first_voice, last_voice, cars, voices)
-                looked, word_ms = _act(i, world, part, seed, now, voice, cars, cells, place, people, rules, told)
+                looked, word_ms = _act(i, world, part, seed, now, tick, voice, cars, cells, place, people, rules, told)
             if _sends(i, part, now, cars, rules, told):
                 cars.order[senders] = i
                 senders += 1
             _rest(i, now, word_ms, cars, rules)
-        if rules.collisions and not looked and reached(now, cars.clear[i]):
-            _, push_x, push_y = _look_around(i, world, 0.0, now, cars, cells, place, rules)
+        if rules.collisions and not looked and clearance.is_due(cars.clear[i], tick):
+            _, _, push_x, push_y = _look_around(i, world, 0.0, tick, cars, cells, place, rules)
             _touch(i, part, push_x, push_y, cars, rules, told)
     return senders - begin
 
@@ -93,6 +94,7 @@ def _act(
     part: int,
     seed: int,
     now: int,
+    tick: int,
     voice: int,
     cars: Cars,
     cells: Cells,
@@ -107,35 +109,60 @@ def _act(
     if voice != brain.NO_VOICE:
         brain.hear_voice(s, voice)
     look = float(brain.looks_mm(s, now, rules.levels)) * 1000.0
-    distance, push_x, push_y = geometry.FAR_UM, 0.0, 0.0
+    away, distance, push_x, push_y = rest.NEVER_MS, geometry.FAR_UM, 0.0, 0.0
     if look > 0.0:
-        distance, push_x, push_y = _look_around(i, world, look, now, cars, cells, place, rules)
-    sensed, away = 0, rest.NEVER_MS
+        ticks, distance, push_x, push_y = _look_around(i, world, look, tick, cars, cells, place, rules)
+        away = ticks * rules.tick_ms
+    sensed = 0
     if people.now_x.shape[1] and s[brain.RUNNING] and s[brain.WORD] >> _PIR_AT & 1:
         sensed, outside = bodies.person_near(i, part, now, cars, people, rules)
-        away = _whole_ticks(outside / (rules.person_step + rules.fastest)) * rules.tick_ms
+        ticks = clearance.whole_ticks(outside / (rules.person_step + rules.fastest))
+        away = min(away, ticks * rules.tick_ms)
     wheels = brain.wheels(s, bodies.obstacle_mm(distance, rules), sensed, now, rules.levels)
     if wheels != cars.wheels[i] and cars.wheels[i] != DRIVEN:
         bodies.set_way(i, wheels, cars, rules)
-        # It was clear for as long as it went on as before.
-        cars.clear[i] = now
+        cars.clear[i] = clearance.on_another_way(cars.clear[i], tick)
+        if look > 0.0:
+            # The sensor was clear for as long as it went on as before.
+            away = 0
     elif look > 0.0 and (bodies.turns(wheels) or rules.wheel_noise > 0.0):
-        cars.clear[i] = now
+        away = 0
     if look > 0.0:
         _touch(i, part, push_x, push_y, cars, rules, told)
-        away = min(away, elapsed_ms(cars.clear[i], now))
     return look > 0.0, min(away, rest.word_rest_ms(s, now, rules.levels))
 
 
 @in_kernel
 def _look_around(
-    i: int, world: int, look: float, now: int, cars: Cars, cells: Cells, place: Place, rules: Rules
-) -> tuple[float, float, float]:
-    """What the ultrasonic sensor of a car sees within ``look``, and how others and the place push the car."""
-    ticks, seen, push_x, push_y = bodies.others_near(i, world, look, cars, cells, rules)
-    place_ticks, distance, push_x, push_y = bodies.place_near(i, look, push_x, push_y, cars, place, rules)
-    cars.clear[i] = later_ms(now, _whole_ticks(min(ticks, place_ticks)) * rules.tick_ms)
-    return min(distance, seen), push_x, push_y
+    i: int, world: int, look: float, tick: int, cars: Cars, cells: Cells, place: Place, rules: Rules
+) -> tuple[int, float, float, float]:
+    """Look at what may be near a car by now, and at everything where its ultrasonic sensor sees as far as ``look``.
+
+    Gives for how many ticks all of that can't come to matter, what the sensor sees, and how others and the place push
+    the car.
+    """
+    others, place_too = clearance.others_due(cars.clear[i], tick), clearance.place_due(cars.clear[i], tick)
+    if look > 0.0:
+        others, place_too = True, True
+    ticks, place_ticks, anyhow, place_anyhow = geometry.FAR_UM, geometry.FAR_UM, 0.0, 0.0
+    seen, distance, push_x, push_y = geometry.FAR_UM, geometry.FAR_UM, 0.0, 0.0
+    if others:
+        ticks, anyhow, seen, push_x, push_y = bodies.others_near(i, world, look, cars, cells, rules)
+    if place_too:
+        place_ticks, place_anyhow, distance, push_x, push_y = bodies.place_near(
+            i, look, push_x, push_y, cars, place, rules
+        )
+    free, place_free, pushed = ticks, place_ticks, 0
+    if push_x != 0.0 or push_y != 0.0:
+        cars.clear[i] = clearance.on_another_way(cars.clear[i], tick + 1)
+        free, place_free, pushed = anyhow, place_anyhow, 1
+    if others:
+        half = clearance.half(tick + clearance.whole_ticks(free), pushed)
+        cars.clear[i] = clearance.with_others(cars.clear[i], half)
+    if place_too:
+        half = clearance.half(tick + clearance.whole_ticks(place_free), pushed)
+        cars.clear[i] = clearance.with_place(cars.clear[i], half)
+    return clearance.whole_ticks(min(ticks, place_ticks)), min(distance, seen), push_x, push_y
 
 
 @in_kernel
@@ -203,11 +230,6 @@ def _voice_at(i: int, said: int, first: int, last: int, cars: Cars, voices: Voic
         if dx * dx + dy * dy <= voices.radius[k] * voices.radius[k]:
             heard = voices.word[k]
     return heard
-
-
-@in_kernel
-def _whole_ticks(ticks: float) -> int:
-    return int(min(max(ticks, 1.0), 1000.0))
 
 
 @in_kernel

@@ -211,7 +211,7 @@ class World:
         index = self._index(car, world)
         if self.state.wheels[index] == DRIVEN:
             self._driven = bicycle.without_driver(self._driven, world, car)
-            engine.give_back(index, self.now_ms, self.state, self._rules)
+            engine.give_back(index, self._tick, self.state, self._rules)
 
     def step(self) -> None:
         """One tick."""
@@ -296,7 +296,7 @@ class World:
         return wheels
 
     def _wake(self, put: int = engine.ALL) -> None:
-        engine.wake(self.now_ms, put, self.cars, self.worlds, self.state, self._cells, self._driven, self._rules)
+        engine.wake(self._tick, put, self.cars, self.worlds, self.state, self._cells, self._driven, self._rules)
 
     def _advance(self, ticks: int) -> None:
         while True:
