@@ -59,12 +59,14 @@ class Pictures(BaseHTTPRequestHandler):
 
 
 @contextmanager
-def picture_server(kind, tells_length=True):
+def picture_server(kind, tells_length=True, tls=None):
     """A camera whose pictures are numbers, at ``url``; ``asked`` are the paths that it was asked for."""
     with ThreadingHTTPServer(("127.0.0.1", 0), Pictures) as server:
         server.kind, server.tells_length = kind, tells_length
         server.asked, server.numbers, server.over = [], itertools.count(1), threading.Event()
-        server.url = f"http://127.0.0.1:{server.server_port}/camera?token=secret"
+        if tls:
+            server.socket = tls.wrap_socket(server.socket, server_side=True)
+        server.url = f"http{'s' if tls else ''}://127.0.0.1:{server.server_port}/camera?token=secret"
         thread = threading.Thread(target=server.serve_forever, args=(0.01,))
         thread.start()
         try:

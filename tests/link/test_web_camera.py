@@ -3,6 +3,7 @@
 import itertools
 import threading
 from contextlib import suppress
+from datetime import UTC, datetime
 
 import pytest
 from hypothesis import given
@@ -11,6 +12,8 @@ from hypothesis import strategies as st
 from link.driven_car import wait_until
 from link.picture_server import BOUNDARY, part, picture_server
 from motorcade.link.camera_failures import CameraError
+from motorcade.link.certificates import CarKeys, make_keys
+from motorcade.link.keys import https_context, visitor_context
 from motorcade.link.web_camera import Parts, WebCamera
 
 
@@ -75,6 +78,16 @@ def test_what_gives_no_picture_is_a_sentence_that_keeps_the_token_secret(kind, r
             assert "secret" not in failed.value.message(language)
         server.over.set()
         assert not any("/secret" in path for path in server.asked)
+
+
+def test_by_https_a_car_shows_a_certificate_of_the_drivers_authority(tmp_path):
+    make_keys(tmp_path, [CarKeys("ada")], ["lin"], datetime.now(UTC))
+    with picture_server("files", tls=https_context(tmp_path / "car-ada.pem")) as server:
+        camera = WebCamera(server.url, visitor_context(tmp_path / "driver-lin.pem"), patience_s=60)
+        assert camera.jpeg().isdigit()
+        camera.close()
+        with pytest.raises(CameraError, match="CERTIFICATE_VERIFY_FAILED"):
+            WebCamera(server.url, visitor_context(None), patience_s=60).jpeg()
 
 
 def test_a_camera_that_comes_back_gives_pictures_again():
