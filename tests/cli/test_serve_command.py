@@ -78,7 +78,7 @@ def test_a_simulated_car_takes_commands_and_ends_by_a_signal(options: tuple[str,
         assert "standing; 127.0.0.1:" in said
 
 
-def test_a_simulated_car_is_compiled_before_it_says_that_it_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_simulated_car_and_its_page_are_ready_before_it_says_that_it_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
     done = []
 
     def rehearse(world: World) -> None:
@@ -88,13 +88,14 @@ def test_a_simulated_car_is_compiled_before_it_says_that_it_is_there(monkeypatch
     async def serve(*offer: object) -> None:
         done.append("served")
 
+    monkeypatch.setattr("motorcade.cli.remote.load_page", lambda: done.append("loaded"))
     monkeypatch.setattr("motorcade.sim.drive_board.rehearse", rehearse)
     monkeypatch.setattr("motorcade.cli.serving_car.serve", serve)
     for language, sentence in TEXTS.items():
         monkeypatch.setenv("LC_ALL", language)
-        ran = run("drive", "serve", "--port", "0", typed="")
+        ran = run("drive", "serve", "--port", "0", "--web", "0", typed="")
         assert (ran.code, ran.err) == (0, f"{sentence}\n")
-    assert done == ["compiled", "served"] * 2
+    assert done == ["loaded", "compiled", "served"] * 2
 
 
 def test_other_computers_reach_a_car_only_where_its_owner_said_so(tmp_path: Path) -> None:

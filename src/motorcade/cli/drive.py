@@ -120,7 +120,7 @@ def serve_command(
     """
     import asyncio
 
-    from motorcade.cli.remote import Web, eye, https
+    from motorcade.cli.remote import Web, eye, https, load_page
     from motorcade.cli.serving_car import Offer, serve
     from motorcade.link.addresses import bind
 
@@ -141,6 +141,8 @@ def serve_command(
         commands, telemetry = (held.enter_context(bind(host, each)) for each in (port, second))
         _check_reach(commands, tls, insecure_lan, texts)
         page = held.enter_context(bind(host, web)) if web is not None else None
+        if page:
+            load_page()
         notes: deque[str] = deque()
         fitted = _fitted(held, asked, chosen, notes, insecure_lan, texts) if pins else None
         if pins and fitted:

@@ -60,16 +60,23 @@ def eye(looks: Looks) -> "Source | None":
     return makes[looks]()
 
 
+def load_page() -> None:
+    """Import what the page needs, as long as no car waits for it. Raises UsageError where an extra isn't installed."""
+    with needs_extra("the car's page", "drive"):
+        import motorcade.remote.app
+        import motorcade.server.running  # noqa: F401
+
+
 @asynccontextmanager
 async def page_served(drive: "Drive", web: Web) -> AsyncIterator[str]:
-    """Serve the car's page while the block runs; gives its whole address."""
-    with needs_extra("the car's page", "drive"):
-        from motorcade.link.camera import Camera
-        from motorcade.remote.app import make_remote
-        from motorcade.remote.garage import OneCar
-        from motorcade.server.addresses import is_loopback, names_of, url_of
-        from motorcade.server.running import served
-        from motorcade.server.settings import ServerSettings
+    """Serve the car's page while the block runs; gives its whole address. `load_page` comes first."""
+    from motorcade.link.camera import Camera
+    from motorcade.remote.app import make_remote
+    from motorcade.remote.garage import OneCar
+    from motorcade.server.addresses import is_loopback, names_of, url_of
+    from motorcade.server.running import served
+    from motorcade.server.settings import ServerSettings
+
     names = names_of(web.listener, web.host)
     port = web.listener.getsockname()[1]
     token = None if is_loopback(web.listener) else secrets.token_urlsafe(24)
