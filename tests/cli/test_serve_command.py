@@ -78,7 +78,7 @@ def test_a_simulated_car_takes_commands_and_ends_by_a_signal(options: tuple[str,
         assert "standing; 127.0.0.1:" in said
 
 
-def test_a_simulated_car_and_its_page_are_ready_before_it_says_that_it_is_there(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_simulated_car_and_its_page_are_ready_before_the_address_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     done = []
 
     def rehearse(world: World) -> None:
