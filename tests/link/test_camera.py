@@ -114,7 +114,7 @@ def test_a_camera_that_fails_says_why_and_works_again_when_it_does():
     source = Numbered(broken=True)
 
     async def watch():
-        camera = Camera(source, rate_hz=1000, patience_s=0.05)
+        camera = Camera(source, rate_hz=1000, patience_s=1)
         with pytest.raises(CameraError, match="the cable is out"):
             await camera.snapshot()
         source.broken = False

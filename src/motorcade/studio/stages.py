@@ -215,6 +215,8 @@ class Stages:
             session.hands.give_back(message.car)
         session.quick = False
         told = await self.work(session, lambda stage: _done(stage, message, most_cars))
+        # A picture that was measured meanwhile knew nothing of this.
+        session.quick = False
         for kind, values in told:
             page.put(kind, values)
         session.stirred.set()
