@@ -259,7 +259,9 @@ class PlainWorld:
         return any(frame.sender == car for frame in (*self.on_air, *self.begun))
 
     def _beats(self, distance: int, other: int) -> bool:
-        return self.rules.capture > 0 and other * other >= self.rules.capture * distance * distance
+        if self.rules.capture == 0 or other == distance:
+            return False
+        return other * other >= self.rules.capture * distance * distance
 
     def _reaches(self, sender: int, receiver: int) -> int | None:
         """How far a frame of ``sender`` goes to ``receiver``; None where it doesn't arrive."""

@@ -91,6 +91,15 @@ def test_of_two_frames_the_nearer_survives_where_it_is_so_many_times_stronger() 
     assert len(senders[3.0]) > 50
 
 
+def test_of_two_senders_on_one_point_neither_survives() -> None:
+    starts = Starts.of([Pose(0, 0)] * 3, [True, True, False])
+    physics = Physics(collisions=False, line_of_sight=False, capture_ratio=4.0)
+    both = world(Mat("one", starts, physics=physics), [wait(1)], LIT)
+    assert told(both, 5000, "heard")["other"].tolist() == []
+    alone = world(Mat("one", Starts.of([Pose(0, 0)] * 2, [True, False]), physics=physics), [wait(1)], LIT)
+    assert len(told(alone, 5000, "heard")) > 50
+
+
 @pytest.mark.parametrize(
     ("more", "hears"),
     [

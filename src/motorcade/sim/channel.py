@@ -113,7 +113,9 @@ def _arrive(i: int, j: int, distance: int, now: int, part: int, cars: Cars, rule
 
 @in_kernel
 def _is_louder(distance: int, other: int, capture: float) -> bool:
-    return capture > 0.0 and float(other) * float(other) >= capture * float(distance) * float(distance)
+    # Of two senders on one point neither is.
+    is_far = float(other) * float(other) >= capture * float(distance) * float(distance)
+    return capture > 0.0 and other > distance and is_far
 
 
 @in_kernel
