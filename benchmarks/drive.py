@@ -43,7 +43,7 @@ FAILSAFE_MS, FAILSAFE_GOAL_MS = 300, 330
 CARS, RATE_HZ, LATE_GOAL_MS = 100, 20, 50
 # A command's angle is its number; 90 is neutral's.
 ANGLES = [angle for angle in range(181) if angle != 90]
-SOAK_WARM_S, SOAK_GOAL = 30, 1.02
+SOAK_WARM_S, SETTLE_S, SOAK_GOAL = 30, 2, 1.02
 PERIOD_S = 0.04
 
 Rows = Iterator[tuple[str, str, str, str]]
@@ -322,6 +322,8 @@ def soak_rows(seconds: float) -> Rows:
         process = psutil.Process(car.pid)
 
         def state() -> tuple[int, int, int]:
+            # Whoever has just hung up is still being noticed.
+            time.sleep(SETTLE_S)
             return process.memory_info().rss, process.num_fds(), process.num_threads()
 
         asyncio.run(soak(car.ports, SOAK_WARM_S))
