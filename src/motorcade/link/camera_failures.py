@@ -1,6 +1,8 @@
 """Why there is no picture: stable codes, and their sentences in English and Chinese."""
 
-MESSAGES: dict[str, dict[str, str]] = {
+from motorcade.sentences import Sentences, ToldError
+
+MESSAGES: Sentences = {
     "not-installed": {
         "en": "{package} isn't installed, which reads the camera: {how}",
         "zh": "未安装读取摄像头所需的 {package}：{how}",
@@ -24,18 +26,7 @@ MESSAGES: dict[str, dict[str, str]] = {
 }
 
 
-class CameraError(OSError):
-    """There is no picture.
+class CameraError(ToldError, OSError):
+    """There is no picture."""
 
-    Attributes:
-        code: the stable code, a key of MESSAGES.
-    """
-
-    def __init__(self, code: str, **figures: object) -> None:
-        self.code = code
-        self._figures = figures
-        super().__init__(self.message("en"))
-
-    def message(self, language: str) -> str:
-        """The sentence in ``language`` (en or zh)."""
-        return MESSAGES[self.code][language].format(**self._figures)
+    SENTENCES = MESSAGES

@@ -1,6 +1,8 @@
 """Why a stick can't be read: stable codes, and their sentences in English and Chinese."""
 
-MESSAGES: dict[str, dict[str, str]] = {
+from motorcade.sentences import Sentences, ToldError
+
+MESSAGES: Sentences = {
     "no-sdl": {
         "en": "The library SDL 2 isn't there, which reads gamepads: sudo apt install libsdl2-2.0-0",
         "zh": "缺少读取手柄所需的 SDL 2 库：sudo apt install libsdl2-2.0-0",
@@ -20,18 +22,7 @@ MESSAGES: dict[str, dict[str, str]] = {
 }
 
 
-class StickError(OSError):
-    """A stick can't be read.
+class StickError(ToldError, OSError):
+    """A stick can't be read."""
 
-    Attributes:
-        code: the stable code, a key of MESSAGES.
-    """
-
-    def __init__(self, code: str, **figures: object) -> None:
-        self.code = code
-        self._figures = figures
-        super().__init__(self.message("en"))
-
-    def message(self, language: str) -> str:
-        """The sentence in ``language`` (en or zh)."""
-        return MESSAGES[self.code][language].format(**self._figures)
+    SENTENCES = MESSAGES
