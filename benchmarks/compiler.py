@@ -18,9 +18,9 @@ from rich.table import Table
 from motorcade.program.blocks import blocks_of
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program, read_program
-from motorcade.program.steps import DIRECTIONS, Avoid, Drive, Led, Repeat, Step, Together
+from motorcade.program.steps import DIRECTIONS, AvoidStep, DriveStep, LedStep, RepeatStep, Step, TogetherStep
 from motorcade.server.http import answer, decoded
-from motorcade.studio.compiling import Blocks, compiled_blocks
+from motorcade.service.compiling import Blocks, compiled_blocks
 
 TURNS = 51
 GOAL_MS = 5.0
@@ -31,22 +31,22 @@ WORDS = 255
 
 def different(number: int) -> Step:
     """A step of 1 s unlike its neighbours."""
-    kinds = (Drive(DIRECTIONS[number % 4], number // 4 % 4, 1), Led(number % 4, 1), Avoid(number % 4, 1))
+    kinds = (DriveStep(DIRECTIONS[number % 4], number // 4 % 4, 1), LedStep(number % 4, 1), AvoidStep(number % 4, 1))
     return kinds[number % 3]
 
 
 def together(number: int, drive_s: int, led_s: int, avoid_s: int) -> Step:
     """One of 256 different steps of three blocks."""
-    drive = Drive(DIRECTIONS[number % 4], number // 4 % 4, drive_s)
-    return Together([drive, Led(number // 16 % 4, led_s), Avoid(number // 64, avoid_s)])
+    drive = DriveStep(DIRECTIONS[number % 4], number // 4 % 4, drive_s)
+    return TogetherStep([drive, LedStep(number // 16 % 4, led_s), AvoidStep(number // 64, avoid_s)])
 
 
 def shapes() -> dict[str, Program]:
     varied = [different(number) for number in range(STATES)]
-    short, long = [Drive("forward", 2, 1)], [Drive("forward", 2, 3)]
+    short, long = [DriveStep("forward", 2, 1)], [DriveStep("forward", 2, 3)]
     blocks = [together(number, 1, 1, 1) for number in range(STATES)]
     uneven = [together(number, 3, 2, 1) for number in range(STATES)]
-    nested = [Repeat(17, [Repeat(3, varied[:5])])]
+    nested = [RepeatStep(17, [RepeatStep(3, varied[:5])])]
     return {
         "all different": Program(varied, varied),
         "all the same, 1 s": Program(short * STATES, short * WORDS),

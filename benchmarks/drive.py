@@ -28,13 +28,13 @@ from rich.console import Console
 from rich.table import Table
 from swarm import result
 
-from motorcade.link.certificates import CarKeys, make_keys
-from motorcade.link.drive_client import DriveClient
-from motorcade.link.keys import client_context
+from motorcade.drive.client import DriveClient
+from motorcade.drive.tls.certificates import CarKeys, make_keys
+from motorcade.drive.tls.keys import client_context
 from motorcade.words.formats import DRIVE
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
-from link.fault_proxy import FaultProxy
+from support.fault_proxy import FaultProxy
 
 TURNS, TRIPS = 31, 1000
 MEDIAN_GOAL, TAIL_GOAL, RATE_GOAL = 1.2, 2.0, 10_000

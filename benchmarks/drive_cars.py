@@ -12,13 +12,13 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from motorcade.car.drive_board import DriveBoard
-from motorcade.link.addresses import bind
-from motorcade.link.clock import monotonic_ms
-from motorcade.link.drive_server import DriveServer, served
-from motorcade.link.driving.drive import Drive
-from motorcade.link.driving.watchdog import kept
-from motorcade.link.keys import server_context
-from motorcade.profile import Profile, built_in_profile
+from motorcade.config.profile import Profile, built_in_profile
+from motorcade.drive.addresses import bind
+from motorcade.drive.safety.clock import monotonic_ms
+from motorcade.drive.safety.watchdog import kept
+from motorcade.drive.server import DriveServer, served
+from motorcade.drive.session import CarControl
+from motorcade.drive.tls.keys import server_context
 
 NEUTRAL = (90, 1, 0)
 CLASSROOM = built_in_profile("classroom")
@@ -93,7 +93,7 @@ async def _serve_cars(pipe: Connection, keys: Path | None, boards: list[DriveBoa
         ports: list[int] = []
         for board in boards:
             sockets = [stack.enter_context(bind("127.0.0.1", 0)) for _ in range(2)]
-            drive = Drive(board, monotonic_ms, profile)
+            drive = CarControl(board, monotonic_ms, profile)
             server = DriveServer(drive, profile)
             if isinstance(board, AnsweringBoard):
                 board.server = server

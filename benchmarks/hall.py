@@ -5,11 +5,11 @@ import math
 
 import numpy as np
 
+from motorcade.mats import Mat, parse_mat
+from motorcade.mats.schema import FORMAT
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers, Program
 from motorcade.program.steps import Step, avoid, forward, led, left, pir, together, voice, wander
-from motorcade.sim.mat import Mat, parse_mat
-from motorcade.sim.mat.schema import FORMAT
 
 TICK_MS = 20
 NEIGHBOURS = 6.5  # that a car has within the range of infrared, in the mean

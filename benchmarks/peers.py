@@ -20,11 +20,11 @@ import numpy as np
 from hall import TICK_MS, hall, programs
 from quiet import Contestant
 
-from motorcade.profile import built_in_profile
-from motorcade.sim.mat import Mat
+from motorcade.config.profile import built_in_profile
+from motorcade.mats import Mat
 
 sys.path.append(str(Path(__file__).parent.parent / "tests"))
-from plain_world import PlainWorld
+from support.plain_world import PlainWorld
 
 RADIUS_M = 0.075
 FASTEST_M_S = 0.3

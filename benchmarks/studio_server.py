@@ -32,8 +32,8 @@ CORE_GOAL, PICTURES_GOAL, LAG_GOAL_S = 0.5, 29.0, 0.25
 SERVER = """
 import sys
 from pathlib import Path
-from motorcade.studio.serving import listen, serve
-from motorcade.studio.settings import Settings
+from motorcade.server.studio.serving import listen, serve
+from motorcade.server.studio.settings import Settings
 port = int(sys.argv[1])
 serve(Settings(library=Path(sys.argv[2]), port=port), listen("127.0.0.1", port), lambda: None)
 """

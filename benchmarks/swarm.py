@@ -20,9 +20,9 @@ from quiet import Contestant, take_turns
 from rich.console import Console
 from rich.table import Table
 
-from motorcade.profile import built_in_profile
-from motorcade.sim.layout import rules_of
-from motorcade.sim.world import World
+from motorcade.config.profile import built_in_profile
+from motorcade.engine.layout import rules_of
+from motorcade.engine.world import World
 
 WARM_MS = 5_000
 TIMED_MS = 4_000
@@ -35,8 +35,8 @@ BYTES_GOAL = 128
 START_GOAL_S, START_FLOOR_S = 1.0, 3.0
 START = """
 import sys
-from motorcade.sim.mat import formation, open_table
-from motorcade.sim.world import World
+from motorcade.mats import formation, open_table
+from motorcade.engine.world import World
 World(open_table(formation(5)), [bytes.fromhex(sys.argv[1])]).step()
 """
 

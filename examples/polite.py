@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from motorcade import Pose, Program, World, compile_program, forward, open_table, pir, together
-from motorcade.sim.mat import Person
+from motorcade.mats import Person
 
 program = Program(leader=[together(forward(3), pir())])
 # They walk up from the side, stand before the car from the 3rd second to the 6th, and walk on.

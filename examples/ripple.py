@@ -5,7 +5,7 @@ once and goes on passing it; the table at the end shows the ripple.
 """
 
 from motorcade import Followers, Pose, Program, led, show, wait
-from motorcade.sim.events import KINDS
+from motorcade.engine.events import KINDS
 
 CARS = 9
 APART_M = 0.8  # infrared reaches 1 m: the next car, not the one behind it

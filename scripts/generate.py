@@ -13,8 +13,8 @@ from wiring_pages import wiring_files
 
 from motorcade.export.targets import TARGETS, export
 from motorcade.export.vocabulary import MOTORCADE
+from motorcade.mats.schema import mat_schema
 from motorcade.program.schema import program_schema
-from motorcade.sim.mat.schema import mat_schema
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -4,8 +4,8 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from motorcade.boards.pins import load_pins
 from motorcade.boards.wiring import wiring_svg, wiring_table
+from motorcade.config.pins import load_pins
 
 ROOT = Path(__file__).resolve().parent.parent
 PIN_FILES = {

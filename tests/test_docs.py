@@ -10,8 +10,8 @@ from contextlib import ExitStack
 
 import pytest
 
-import roverhat
-from doc_pages import ROOT, Reader, blocks_of, furnish
+from support import roverhat
+from support.doc_pages import ROOT, Reader, blocks_of, furnish
 
 DOCS = ROOT / "docs"
 PAGES = sorted(path for path in DOCS.glob("*.md") if not path.name.endswith(".zh.md"))

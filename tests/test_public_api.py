@@ -70,8 +70,8 @@ def test_words_are_there_without_programs_worlds_or_libraries():
     modules = after("from motorcade import CONTROL, WordError")
     heavy = (
         "motorcade.program",
-        "motorcade.sim",
-        "motorcade.link",
+        "motorcade.engine",
+        "motorcade.upload",
         "numpy",
         "serial",
         "rich",
@@ -83,11 +83,11 @@ def test_words_are_there_without_programs_worlds_or_libraries():
 
 def test_a_program_is_written_and_compiled_without_worlds_ports_or_arrays():
     modules = after("from motorcade import Program, forward, compile_program; compile_program(Program([forward(1)]))")
-    heavy = ("motorcade.sim", "motorcade.link", "numpy", "numba", "matplotlib", "serial", "rich", "typer")
+    heavy = ("motorcade.engine", "motorcade.upload", "numpy", "numba", "matplotlib", "serial", "rich", "typer")
     assert not [name for name in modules if name.startswith(heavy)]
 
 
 def test_a_car_is_driven_without_programs_worlds_arrays_or_libraries():
     modules = after("from motorcade import BlockingDriveClient, DriveClient")
-    heavy = ("motorcade.sim", "motorcade.program", "cryptography", "numpy", "serial", "rich", "typer", "blessed")
+    heavy = ("motorcade.engine", "motorcade.program", "cryptography", "numpy", "serial", "rich", "typer", "blessed")
     assert not [name for name in modules if name.startswith(heavy)]

@@ -5,16 +5,16 @@ from string import Formatter
 
 import pytest
 
+from motorcade.errors import ToldError
 from motorcade.program.diagnostics import LANGUAGES
-from motorcade.sentences import ToldError
 
 # Where the errors are that are told in this way; those of mats and worlds have a test of their own.
 HOMES = (
-    "motorcade.boards.pins",
-    "motorcade.boards.voice_map",
-    "motorcade.link.addresses",
-    "motorcade.profile",
-    "motorcade.studio.serving",
+    "motorcade.config.pins",
+    "motorcade.config.voice_map",
+    "motorcade.drive.addresses",
+    "motorcade.config.profile",
+    "motorcade.server.studio.serving",
 )
 KINDS = [
     kind

@@ -12,7 +12,7 @@ from urllib.request import urlopen
 import pytest
 from scripts.studio_process import ROOT, build_page, running_studio
 
-PAGE = ROOT / "src" / "motorcade" / "studio" / "page"
+PAGE = ROOT / "src" / "motorcade" / "server" / "page"
 PIP = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
 
 

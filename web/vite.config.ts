@@ -24,7 +24,7 @@ function blocklyMedia(): Plugin {
 
 export default defineConfig({
   plugins: [react(), blocklyMedia()],
-  build: { outDir: "../src/motorcade/studio/page", emptyOutDir: true, chunkSizeWarningLimit: 900, rolldownOptions: { input: PAGES } },
+  build: { outDir: "../src/motorcade/server/page", emptyOutDir: true, chunkSizeWarningLimit: 900, rolldownOptions: { input: PAGES } },
   server: { proxy: { "^/(api/|drive/|camera)": { target: "http://127.0.0.1:7700", ws: true, changeOrigin: true } } },
   test: { environment: "jsdom", setupFiles: "src/test-setup.ts", include: ["src/**/*.test.{ts,tsx}"] },
 });

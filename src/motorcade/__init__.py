@@ -9,11 +9,18 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from motorcade.car.check import check_board as check_board
-    from motorcade.link.blocking_drive_client import BlockingDriveClient as BlockingDriveClient
-    from motorcade.link.car_failures import CarError as CarError
-    from motorcade.link.drive_client import DriveClient as DriveClient
-    from motorcade.profile import Profile as Profile
-    from motorcade.profile import load_profile as load_profile
+    from motorcade.config.profile import Profile as Profile
+    from motorcade.config.profile import load_profile as load_profile
+    from motorcade.drive.blocking_client import BlockingDriveClient as BlockingDriveClient
+    from motorcade.drive.car_failures import CarError as CarError
+    from motorcade.drive.client import DriveClient as DriveClient
+    from motorcade.engine.world import World as World
+    from motorcade.mats import Mat as Mat
+    from motorcade.mats import Physics as Physics
+    from motorcade.mats import Pose as Pose
+    from motorcade.mats import formation as formation
+    from motorcade.mats import open_table as open_table
+    from motorcade.mats import read_mat as read_mat
     from motorcade.program.compiler import Compiled as Compiled
     from motorcade.program.compiler import compile_program as compile_program
     from motorcade.program.decompiler import decompile as decompile
@@ -32,15 +39,8 @@ if TYPE_CHECKING:
     from motorcade.program.steps import voice as voice
     from motorcade.program.steps import wait as wait
     from motorcade.program.steps import wander as wander
-    from motorcade.runs import show as show
-    from motorcade.sim.mat import Mat as Mat
-    from motorcade.sim.mat import Physics as Physics
-    from motorcade.sim.mat import Pose as Pose
-    from motorcade.sim.mat import formation as formation
-    from motorcade.sim.mat import open_table as open_table
-    from motorcade.sim.mat import read_mat as read_mat
-    from motorcade.sim.running import simulate as simulate
-    from motorcade.sim.world import World as World
+    from motorcade.runs.running import simulate as simulate
+    from motorcade.runs.show import show as show
     from motorcade.words.field import WordError as WordError
     from motorcade.words.formats import CONTROL as CONTROL
     from motorcade.words.formats import DRIVE as DRIVE
@@ -50,10 +50,10 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "motorcade.car.check": ("check_board",),
-    "motorcade.link.blocking_drive_client": ("BlockingDriveClient",),
-    "motorcade.link.car_failures": ("CarError",),
-    "motorcade.link.drive_client": ("DriveClient",),
-    "motorcade.profile": ("Profile", "load_profile"),
+    "motorcade.drive.blocking_client": ("BlockingDriveClient",),
+    "motorcade.drive.car_failures": ("CarError",),
+    "motorcade.drive.client": ("DriveClient",),
+    "motorcade.config.profile": ("Profile", "load_profile"),
     "motorcade.program.compiler": ("Compiled", "compile_program"),
     "motorcade.program.decompiler": ("decompile",),
     "motorcade.program.diagnostics": ("ProgramError",),
@@ -71,10 +71,10 @@ _HOMES = {
         "wait",
         "wander",
     ),
-    "motorcade.runs": ("show",),
-    "motorcade.sim.mat": ("Mat", "Physics", "Pose", "formation", "open_table", "read_mat"),
-    "motorcade.sim.running": ("simulate",),
-    "motorcade.sim.world": ("World",),
+    "motorcade.runs.show": ("show",),
+    "motorcade.mats": ("Mat", "Physics", "Pose", "formation", "open_table", "read_mat"),
+    "motorcade.runs.running": ("simulate",),
+    "motorcade.engine.world": ("World",),
     "motorcade.words.field": ("WordError",),
     "motorcade.words.formats": ("CONTROL", "DRIVE", "HEADER"),
 }

@@ -5,13 +5,13 @@ from types import SimpleNamespace
 import gpiozero.pins.mock as mock
 import pytest
 from gpiozero.pins.mock import MockFactory, MockPWMPin
-from mock_pi import HEAD, STEERED, Clock, Line, Sender
 
-from motorcade.boards.linux import Equipment
-from motorcade.boards.pins import parse_pins
-from motorcade.boards.raspberry_pi import RaspberryPi, RaspberryPiDrive
-from motorcade.sim.levels import levels_of
-from strategies import CLASSROOM
+from motorcade.boards.linux.board import Equipment
+from motorcade.boards.linux.raspberry_pi import RaspberryPi, RaspberryPiDrive
+from motorcade.config.levels import levels_of
+from motorcade.config.pins import parse_pins
+from support.mock_pi import HEAD, STEERED, Clock, Line, Sender
+from support.strategies import CLASSROOM
 
 
 @pytest.fixture

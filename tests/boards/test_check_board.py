@@ -6,18 +6,26 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from broken_boards import BROKEN, REAL_TIME, NotDerived, NotesStates, WheelsByOne, WheelsOfThreeSpeeds, WritesOverSlowly
 from driven_car import Bench
-from tin_car import RealClock, Tin, TinBoard
 
-import roverhat
 from motorcade import check_board
-from motorcade.boards.pins import parse_pins
+from motorcade.boards.simulated import ImageStore, VirtualBoard, monotonic_clock
 from motorcade.car.check.parts import METHODS
+from motorcade.config.pins import parse_pins
+from motorcade.config.profile import built_in_profile
 from motorcade.firmware.bundle import templates
 from motorcade.firmware.settings import settings_of
-from motorcade.profile import built_in_profile
-from motorcade.sim.virtual_car import ImageStore, VirtualBoard, monotonic_clock
+from support import roverhat
+from support.broken_boards import (
+    BROKEN,
+    REAL_TIME,
+    NotDerived,
+    NotesStates,
+    WheelsByOne,
+    WheelsOfThreeSpeeds,
+    WritesOverSlowly,
+)
+from support.tin_car import RealClock, Tin, TinBoard
 
 # A cut of power closes no files.
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
@@ -27,7 +35,7 @@ SMALL = bytes.fromhex("01000000 64800000")
 
 
 def test_a_board_in_fewer_than_a_hundred_lines_passes():
-    source = (Path(__file__).parent / "tin_car.py").read_text(encoding="utf-8")
+    source = (Path(__file__).parents[1] / "support" / "tin_car.py").read_text(encoding="utf-8")
     assert len(source.splitlines()) < 100
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from motorcade.boards.keyboard import KeyboardVoice
 from motorcade.boards.voice import SerialVoice, VoiceSource
-from motorcade.boards.voice_map import VoiceError, VoiceMap, load_voice_map, parse_voice_map
 from motorcade.car.brain import NO_VOICE, VOICE_GO, VOICE_STOP
+from motorcade.config.voice_map import VoiceError, VoiceMap, load_voice_map, parse_voice_map
 
 DEADLINE_S = 60
 SHIPPED = Path(__file__).parents[2] / "firmware" / "linux" / "voice.toml"

@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, sync_playwright
 from scripts import chromium
 from scripts.studio_process import StudioProcess, build_page, running_studio
 
-from studio_page import StudioPage
+from support.studio_page import StudioPage
 
 # A host of whatever name, but for the studio's own: as on a computer without a network.
 OFFLINE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"

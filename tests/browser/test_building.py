@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import expect
 
-from command_line import data
-from studio_page import StudioPage
-from studio_programs import ACCEPTING, EXAMPLE, LIT, SHELTERED, TOO_LONG
+from support.command_line import data
+from support.studio_page import StudioPage
+from support.studio_programs import ACCEPTING, EXAMPLE, LIT, SHELTERED, TOO_LONG
 
 NO_INFRARED = {
     "en": "A leader can't be set to accept infrared.",

@@ -2,7 +2,7 @@
 
 from playwright.sync_api import expect
 
-from studio_programs import EXAMPLE, FOLLOWED
+from support.studio_programs import EXAMPLE, FOLLOWED
 
 CHROMIUM_OPTIONS: list[str] = []
 # How a block looks while some car runs it.

@@ -5,7 +5,7 @@ import re
 
 from playwright.sync_api import expect
 
-from studio_programs import EXAMPLE, FOLLOWED, FURNISHED, LISTENING
+from support.studio_programs import EXAMPLE, FOLLOWED, FURNISHED, LISTENING
 
 # How a block looks while some car runs it.
 RUNNING = "motorcade-running"

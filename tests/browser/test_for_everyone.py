@@ -3,9 +3,9 @@
 import pytest
 from playwright.sync_api import Locator, expect
 
-from barriers import serious_barriers
-from studio_page import PHONE, StudioPage
-from studio_programs import EXAMPLE, FOLLOWED, FURNISHED, TOO_LONG
+from support.barriers import serious_barriers
+from support.studio_page import PHONE, StudioPage
+from support.studio_programs import EXAMPLE, FOLLOWED, FURNISHED, TOO_LONG
 
 BUTTONS = {"upload": "upload.open", "help": "help.title"}
 DIALOGS = ("upload", "library", "examples", "share", "help")

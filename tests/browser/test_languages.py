@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import pytest
 from playwright.sync_api import expect
 
-from studio_page import SENTENCES, SHARED, StudioPage
-from studio_programs import FOLLOWED, TOO_LONG
+from support.studio_page import SENTENCES, SHARED, StudioPage
+from support.studio_programs import FOLLOWED, TOO_LONG
 
 LATIN = re.compile(r"[A-Za-z]{2,}")
 CHINESE = re.compile(r"[\u3000-\u303f\u4e00-\u9fff\uff00-\uffef]+")

@@ -5,8 +5,8 @@ from contextlib import suppress
 
 from playwright.sync_api import Error, Locator, expect
 
-from studio_page import StudioPage
-from studio_programs import EXAMPLE, FOLLOWED
+from support.studio_page import StudioPage
+from support.studio_programs import EXAMPLE, FOLLOWED
 
 EXAMPLE_WORDS = ["02000000", "65800000", "6a800000"]
 TURNED_WORDS = ["02000000", "65800000", "72800000"]

@@ -10,10 +10,10 @@ from functools import partial
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
 
-from barriers import serious_barriers
-from link.driven_car import PATIENT, DrivenCar
-from studio_page import DESKTOP, PATIENCE_MS, PHONE, SENTENCES, StudioPage
-from studio_programs import FOLLOWED
+from support.barriers import serious_barriers
+from support.driven_car import PATIENT, DrivenCar
+from support.studio_page import DESKTOP, PATIENCE_MS, PHONE, SENTENCES, StudioPage
+from support.studio_programs import FOLLOWED
 
 _TRIES = 20
 HIDE = """() => {

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from playwright.sync_api import expect
 
-from motorcade.profile import built_in_profile
-from motorcade.sim.virtual_car import ImageStore, VirtualBoard, monotonic_clock, serve
-from studio_page import StudioPage
-from studio_programs import FOLLOWED
+from motorcade.boards.simulated import ImageStore, VirtualBoard, monotonic_clock, serve
+from motorcade.config.profile import built_in_profile
+from support.studio_page import StudioPage
+from support.studio_programs import FOLLOWED
 
 WORDS = ["02010200", "65800000", "6a800000", "b5000000"]
 

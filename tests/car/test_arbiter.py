@@ -2,7 +2,6 @@
 
 import pytest
 
-from car.arbiter_witness import MOVES, STILLS
 from motorcade.car.arbiter import (
     APPLIED,
     CLIENT,
@@ -20,6 +19,7 @@ from motorcade.car.arbiter import (
     Arbiter,
 )
 from motorcade.words.ticks import TICKS_MASK
+from support.arbiter_witness import MOVES, STILLS
 
 
 @pytest.fixture

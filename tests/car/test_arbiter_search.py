@@ -7,9 +7,9 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, rule
 
-from car.arbiter_witness import Witness, take
 from motorcade.car.arbiter import CLIENT, LOCAL, NOBODY, TABLE, Arbiter
 from motorcade.words.ticks import TICKS_MASK
+from support.arbiter_witness import Witness, take
 
 # Both are shorter for the search: it tries each millisecond.
 SEARCHED_FAILSAFE_MS, SEARCHED_HAND_OVER_MS = 2, 4

@@ -8,9 +8,9 @@ import pytest
 from motorcade import Program, compile_program, forward, led, left, repeat, together, wait, wander
 from motorcade.car.board import Board
 from motorcade.car.loop import Car
-from motorcade.sim.levels import levels_of
-from strategies import CLASSROOM
-from timelines import Moment
+from motorcade.config.levels import levels_of
+from support.strategies import CLASSROOM
+from support.timelines import Moment
 
 DRIVES, TURNS_LEFT, TURNS_RIGHT = (0, 2), (1, 2), (2, 2)
 

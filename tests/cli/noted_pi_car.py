@@ -9,7 +9,7 @@ from unittest import mock
 
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
-from motorcade.boards import opening
+from motorcade.boards.linux import opening
 from motorcade.cli import main
 
 FILE = Path(sys.argv.pop(1))

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from command_line import INSTALLED, PARADE, Terminal, data, refusal, run
+from support.command_line import INSTALLED, PARADE, Terminal, data, refusal, run
 
 # One state: forward at 200 mm/s for 1 s; and a follower's word.
 LEADER_ONLY = bytes.fromhex("01000000 64800000")
@@ -111,7 +111,7 @@ def test_simulating_needs_no_drawing_library_without_a_picture():
     command = [INSTALLED, "simulate", str(PARADE), "--seconds", "0"]
     ran = subprocess.run(command, env=reporting, capture_output=True, text=True, check=True, timeout=60)
     imported = {line.rpartition("|")[2].strip() for line in ran.stderr.splitlines() if line.startswith("import time:")}
-    assert "motorcade.sim.world" in imported
+    assert "motorcade.engine.world" in imported
     assert not imported & {"matplotlib", "pyarrow", "mcap", "imageio_ffmpeg", "serial"}
 
 

@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from command_line import INSTALLED, Terminal, data, refusal, run
+from support.command_line import INSTALLED, Terminal, data, refusal, run
 
 DEADLINE_S = 60
 PINS = Path(__file__).parents[2] / "firmware" / "linux" / "pins.toml"

@@ -16,11 +16,11 @@ from urllib.parse import urlsplit
 import pytest
 from PIL import Image
 
-from command_line import PARADE, refusal
+from motorcade.cameras.camera_failures import CameraError
 from motorcade.cli.failures import PORT_NOT_FOUND, exit_code, sentence
 from motorcade.cli.remote import Looks, eye
-from motorcade.link.camera_failures import CameraError
-from motorcade.link.certificates import CarKeys, make_keys
+from motorcade.drive.tls.certificates import CarKeys, make_keys
+from support.command_line import PARADE, refusal
 
 DEADLINE_S = 120
 MATS = PARADE.parent / "mats"

@@ -4,11 +4,11 @@ import sys
 
 import pytest
 
-from command_line import Terminal, data, refusal, run
-from link.driven_car import NEUTRAL, PATIENT, DrivenCar, deaf_port, wait_until
-from motorcade.link.blocking_drive_client import BlockingDriveClient
-from motorcade.link.keys import server_context
-from terminal_seat import seated
+from motorcade.drive.blocking_client import BlockingDriveClient
+from motorcade.drive.tls.keys import server_context
+from support.command_line import Terminal, data, refusal, run
+from support.driven_car import NEUTRAL, PATIENT, DrivenCar, deaf_port, wait_until
+from support.terminal_seat import seated
 
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
@@ -75,7 +75,7 @@ def test_an_address_that_is_none_is_a_usage_error(address):
 
 @pytest.mark.parametrize("address", ["localhost", "127.0.0.1", "[::1]", "::1"])
 def test_where_no_car_is_the_exit_code_is_3(address, monkeypatch):
-    monkeypatch.setattr("motorcade.link.drive_client.PATIENCE_S", 1)
+    monkeypatch.setattr("motorcade.drive.client.PATIENCE_S", 1)
     with deaf_port() as port:
         monkeypatch.setattr("motorcade.cli.driving._PORT", port)
         assert f"{address.strip('[]')}:{port}" in refusal(3, "drive", "send", address, "throttle=0.1")
@@ -85,7 +85,7 @@ def test_where_no_car_is_the_exit_code_is_3(address, monkeypatch):
 
 
 def test_keys_let_a_driver_drive_and_others_not(tmp_path, monkeypatch):
-    monkeypatch.setattr("motorcade.link.drive_client.PATIENCE_S", 3)
+    monkeypatch.setattr("motorcade.drive.client.PATIENCE_S", 3)
     folder, others = tmp_path / "class", tmp_path / "others"
     made = data("drive", "keys", folder, "--car", "ada@192.168.1.20", "--driver", "lin", "--driver", "mei")
     names = ["authority.pem", "authority.crt", "car-ada.pem", "driver-lin.pem", "driver-mei.pem"]

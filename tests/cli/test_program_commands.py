@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from command_line import INSTALLED, PARADE, run
+from support.command_line import INSTALLED, PARADE, run
 
 DRIVE = {"drive": {"direction": "forward", "speed": 1, "seconds": 1}}
 LIT = {"led": {"which": 1, "seconds": 1}}

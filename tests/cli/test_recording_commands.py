@@ -8,8 +8,8 @@ import sys
 import pytest
 from PIL import Image
 
-from command_line import Terminal, data, refusal, run
-from recorded_run import record, world
+from support.command_line import Terminal, data, refusal, run
+from support.recorded_run import record, world
 
 
 @pytest.fixture(scope="module")
@@ -145,9 +145,9 @@ def test_what_cannot_be_done_is_said_in_a_sentence(arguments, sentence, folder):
     ],
 )
 def test_a_missing_library_is_named_with_the_command_that_brings_it(arguments, missing, folder, monkeypatch):
-    ours = ("motorcade.sim.mcap_file", "motorcade.sim.parquet_file", "motorcade.sim.video", "motorcade.sim.picture")
+    ours = ("motorcade.runs.mcap_file", "motorcade.runs.parquet_file", "motorcade.runs.video", "motorcade.runs.picture")
     for module in list(sys.modules):
-        if module.partition(".")[0] == missing or module in (*ours, "motorcade.sim.plots", "motorcade.sim.drawing"):
+        if module.partition(".")[0] == missing or module in (*ours, "motorcade.runs.plots", "motorcade.runs.drawing"):
             monkeypatch.delitem(sys.modules, module)
     monkeypatch.setitem(sys.modules, missing, None)
     sentence = refusal(2, *(argument.format(folder=folder) for argument in arguments))

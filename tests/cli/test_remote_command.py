@@ -14,11 +14,11 @@ from urllib.parse import urlsplit
 import pytest
 from websockets.sync.client import connect
 
-from command_line import refusal
-from link.driven_car import PATIENT, DrivenCar
-from link.picture_server import picture_server
-from motorcade.link.certificates import CarKeys, make_keys
-from motorcade.link.keys import server_context
+from motorcade.drive.tls.certificates import CarKeys, make_keys
+from motorcade.drive.tls.keys import server_context
+from support.command_line import refusal
+from support.driven_car import PATIENT, DrivenCar
+from support.picture_server import picture_server
 
 DEADLINE_S = 120
 

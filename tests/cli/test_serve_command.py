@@ -18,13 +18,13 @@ from threading import Timer
 import pytest
 from numba.core import event
 
-from command_line import refusal, run
 from motorcade.cli.compiling import TEXTS
 from motorcade.cli.driving_texts import SERVED, STATES
-from motorcade.link.certificates import CarKeys, make_keys
+from motorcade.drive.tls.certificates import CarKeys, make_keys
+from motorcade.engine.world import World
 from motorcade.program.diagnostics import LANGUAGES
-from motorcade.sim.world import World
 from motorcade.words.formats import DRIVE
+from support.command_line import refusal, run
 
 DEADLINE_S = 120
 STILL = DRIVE.encode(angle=40, direction=1, speed=0)
@@ -81,7 +81,7 @@ def test_a_simulated_car_takes_commands_and_ends_by_a_signal(options: tuple[str,
 def test_a_simulated_car_and_its_page_are_ready_before_the_address_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     done = []
 
-    def rehearse(world: World) -> None:
+    def warm_up(world: World) -> None:
         with event.trigger_event("numba:compile"):
             done.append("compiled")
 
@@ -89,8 +89,8 @@ def test_a_simulated_car_and_its_page_are_ready_before_the_address_is_told(monke
         done.append("served")
 
     monkeypatch.setattr("motorcade.cli.remote.load_page", lambda: done.append("loaded"))
-    monkeypatch.setattr("motorcade.sim.drive_board.rehearse", rehearse)
-    monkeypatch.setattr("motorcade.cli.serving_car.serve", serve)
+    monkeypatch.setattr("motorcade.boards.simulated_drive.warm_up", warm_up)
+    monkeypatch.setattr("motorcade.cli.serving.serve", serve)
     for language, sentence in TEXTS.items():
         monkeypatch.setenv("LC_ALL", language)
         ran = run("drive", "serve", "--port", "0", "--web", "0", typed="")

@@ -14,13 +14,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
-from mock_pi import ENABLED, HEAD, LEDS
 
-from command_line import refusal
 from motorcade import BlockingDriveClient, Program, compile_program, forward, led, left, together
-from motorcade.link.car_failures import CarRefusesError
-from motorcade.link.certificates import CarKeys, make_keys
+from motorcade.drive.car_failures import CarRefusesError
+from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.words.upload import ok_line
+from support.command_line import refusal
+from support.mock_pi import ENABLED, HEAD, LEDS
 
 DEADLINE_S = 120
 LINUX = Path(__file__).parents[2] / "firmware" / "linux"

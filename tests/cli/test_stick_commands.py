@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from command_line import refusal
-from link import virtual_pad
-from link.driven_car import PATIENT, DrivenCar, wait_until
-from link.virtual_pad import DOWN, LEFT_X, LEFT_Y, RIGHT_BUTTON, START, UP
-from motorcade.link.blocking_drive_client import BlockingDriveClient
-from motorcade.link.stick_failures import StickError
-from terminal_seat import seated
+from motorcade.drive.blocking_client import BlockingDriveClient
+from motorcade.drive.input.stick_failures import StickError
+from support import virtual_pad
+from support.command_line import refusal
+from support.driven_car import PATIENT, DrivenCar, wait_until
+from support.terminal_seat import seated
+from support.virtual_pad import DOWN, LEFT_X, LEFT_Y, RIGHT_BUTTON, START, UP
 
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 # A simulated car's world may have to be compiled first.

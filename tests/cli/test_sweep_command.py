@@ -12,16 +12,16 @@ import psutil
 import pyarrow.parquet as pq
 import pytest
 
-from command_line import PARADE, data, refusal, run
-from motorcade.sim.sweep import plan as planning
-from motorcade.sim.sweep import store
+from motorcade.experiments import plan as planning
+from motorcade.experiments import store
+from support.command_line import PARADE, data, refusal, run
 
 DEADLINE_S = 180
 CAR_STEPS = 150_000
 # The command with small tasks, so that there are many of them.
 SMALL_TASKS = f"""
 from motorcade.cli import main
-from motorcade.sim.sweep import plan
+from motorcade.experiments import plan
 plan.TASK_CAR_STEPS = {CAR_STEPS}
 main()
 """
@@ -211,7 +211,7 @@ def test_a_cluster_makes_the_same_table_though_a_worker_dies(long_spec, tmp_path
 
 
 def test_a_cluster_that_is_not_there_is_named(spec, tmp_path, monkeypatch):
-    from motorcade.sim.sweep import cluster
+    from motorcade.experiments import cluster
 
     monkeypatch.setattr(cluster, "CONNECT_S", 0.1)
     arguments = ("sweep", spec, "-o", tmp_path / "out.parquet", "--scheduler")
@@ -280,7 +280,7 @@ def test_programs_and_mats_that_cannot_be_are_named(spec, tmp_path):
 @pytest.mark.parametrize(("missing", "extra"), [("pyarrow", "sim"), ("joblib", "sim"), ("distributed", "cluster")])
 def test_what_is_not_installed_is_named_with_its_command(spec, tmp_path, monkeypatch, missing, extra):
     monkeypatch.setitem(sys.modules, missing, None)
-    for name in [each for each in sys.modules if each.startswith("motorcade.sim.sweep.")]:
+    for name in [each for each in sys.modules if each.startswith("motorcade.experiments.")]:
         monkeypatch.delitem(sys.modules, name)
     more = ("--scheduler", "tcp://127.0.0.1:1") if missing == "distributed" else ()
     said = refusal(2, "sweep", spec, "-o", tmp_path / "out.parquet", *more)

@@ -13,10 +13,11 @@ import serial
 from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 
-from command_line import INSTALLED, PARADE, Terminal, data, refusal, run
-from motorcade.link import asking, talk
+from motorcade.upload import check_request as asking
+from motorcade.upload import transfer as talk
 from motorcade.words import upload as protocol
 from motorcade.words.check import CHECK_BYTES, check_words, read_check, ready_line
+from support.command_line import INSTALLED, PARADE, Terminal, data, refusal, run
 
 DEADLINE_S = 60
 IMAGE = bytes.fromhex("01010100 64800000 E4800000")

@@ -10,12 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from command_line import INSTALLED, PARADE, Terminal, data, refusal, run
-from motorcade import __version__, profile
+from motorcade import __version__
+from motorcade.config import profile
+from support.command_line import INSTALLED, PARADE, Terminal, data, refusal, run
 
 COMMANDS = ("encode", "decode", "compile", "decompile", "inspect", "simulate", "ports", "upload", "readback")
 HEAVY = ("numpy", "numba", "matplotlib", "serial", "jsonschema_rs", "rich", "pydantic")
-OTHER_ROOMS = ("motorcade.program", "motorcade.sim", "motorcade.link", "motorcade.console")
+OTHER_ROOMS = ("motorcade.program", "motorcade.engine", "motorcade.upload", "motorcade.cli.console")
 
 
 def imported_by(*arguments):

@@ -7,7 +7,7 @@ import pytest
 from filelock import FileLock
 from scripts import debian
 
-import npm_packages
+from support import npm_packages
 
 HERE = Path(__file__).parent
 Finder = Callable[..., Path]

@@ -13,7 +13,7 @@ from motorcade.export.targets import export
 from motorcade.words.bulk import decode_columns
 from motorcade.words.field import WordError
 from motorcade.words.fingerprint import fingerprint
-from vocabularies import FORMATS, VOCABULARIES
+from support.vocabularies import FORMATS, VOCABULARIES
 
 HERE = Path(__file__).parent
 WARNINGS = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-Wconversion", "-Wsign-conversion", "-Wshadow"]

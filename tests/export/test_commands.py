@@ -4,11 +4,11 @@ import json
 
 import pytest
 
-from command_line import Terminal, data, refusal, run
 from motorcade.export.targets import TARGETS, export
 from motorcade.export.vocabulary import MOTORCADE, fingerprint_text
 from motorcade.words.formats import CONTROL, DRIVE, HEADER
-from vocabularies import WALKER_FILE
+from support.command_line import Terminal, data, refusal, run
+from support.vocabularies import WALKER_FILE
 
 
 @pytest.mark.parametrize("target", TARGETS)

@@ -16,7 +16,7 @@ from motorcade.words.field import WordError
 from motorcade.words.formats import DRIVE, format_named
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.infrared import parity_is_even
-from vocabularies import FORMATS, VOCABULARIES
+from support.vocabularies import FORMATS, VOCABULARIES
 
 every_vocabulary = pytest.mark.parametrize("vocabulary", VOCABULARIES, ids=lambda each: each.name)
 every_format = pytest.mark.parametrize("word_format", FORMATS, ids=lambda each: each.name)

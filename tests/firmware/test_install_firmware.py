@@ -16,13 +16,13 @@ import pytest
 from mpremote import transport_serial
 from serial.urlhandler import protocol_socket
 
-from command_line import Terminal, data, refusal, run
+from motorcade.config.profile import built_in_profile
 from motorcade.firmware import board_prompt, install
 from motorcade.firmware.bundle import board_files, templates
 from motorcade.firmware.failures import MESSAGES
 from motorcade.firmware.install import default_pins
 from motorcade.firmware.settings import settings_of
-from motorcade.profile import built_in_profile
+from support.command_line import Terminal, data, refusal, run
 
 # pyserial forgets to close a socket whose other end has gone.
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")

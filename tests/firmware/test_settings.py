@@ -2,12 +2,12 @@
 
 import pytest
 
-from boards.on_chip.benches import ESP32, RP2040
-from motorcade.boards.pins import PinsError, parse_pins
-from motorcade.boards.voice_map import VoiceMap
 from motorcade.car.brain import VOICE_GO
+from motorcade.config.pins import PinsError, parse_pins
+from motorcade.config.voice_map import VoiceMap
 from motorcade.firmware.settings import settings_of
-from strategies import CLASSROOM
+from support.chip_benches import ESP32, RP2040
+from support.strategies import CLASSROOM
 
 VOICE_MAP = VoiceMap(9600, ((b"go", VOICE_GO),))
 

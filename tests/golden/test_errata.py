@@ -4,9 +4,9 @@ import pytest
 
 from motorcade import Program, compile_program, forward, led, left, pir, repeat, together, voice
 from motorcade.car import brain
-from motorcade.profile import built_in_profile
+from motorcade.config.levels import levels_of
+from motorcade.config.profile import built_in_profile
 from motorcade.program.diagnostics import MESSAGES
-from motorcade.sim.levels import levels_of
 from motorcade.words.field import WordError
 from motorcade.words.formats import CONTROL, DRIVE, HEADER
 from motorcade.words.image import ImageError, pack, parse_image, unpack

@@ -14,7 +14,8 @@ from drivers import Wheel
 from drivers import total_names as wheel_names
 from inputs import Random, damaged, draw_frame, draw_image, draw_raw
 
-from motorcade.car import brain, rest
+from motorcade.car import brain
+from motorcade.car import next_wakeup as rest
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board, make_levels
 from motorcade.car.loop import Car
 from motorcade.words.check import check_request, ready_line

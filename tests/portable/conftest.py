@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from filelock import FileLock
 
-import npm_packages
+from support import npm_packages
 
 
 @pytest.fixture(scope="session")

@@ -8,8 +8,9 @@ from typing import Any
 import conformance
 import numpy as np
 
-from motorcade.car import brain, loop, rest
-from motorcade.sim.compiled import compiled
+from motorcade.car import brain, loop
+from motorcade.car import next_wakeup as rest
+from motorcade.engine.native import compiled
 
 SWITCH_ON, LEADER_START, LEADER_STEP, LEADER_SENDS, SENT_WORD, FRAMES_REST = range(6)
 FOLLOWER_STEP, FOLLOWER_HEARS, FOLLOWER_SENDS, RELAY_REST = range(6, 10)
@@ -57,7 +58,7 @@ def _kernel(fingerprint: str) -> Callable[..., int]:
 
 
 class CompiledBrain:
-    """What stands where a car looks for `motorcade.car.brain` and `motorcade.car.rest`."""
+    """What stands where a car looks for `motorcade.car.brain` and `motorcade.car.next_wakeup`."""
 
     def __init__(self) -> None:
         self._call = compiled(_kernel, (Path(__file__),), parallel=False)

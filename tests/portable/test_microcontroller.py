@@ -29,14 +29,14 @@ from motorcade import (
     wait,
     wander,
 )
-from motorcade.boards.pins import parse_pins
-from motorcade.boards.voice_map import VoiceMap
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
 from motorcade.car.brain import NO_VOICE, VOICE_GO, VOICE_STOP
 from motorcade.car.loop import Car
+from motorcade.config.pins import parse_pins
+from motorcade.config.profile import built_in_profile
+from motorcade.config.voice_map import VoiceMap
 from motorcade.firmware.bundle import templates
 from motorcade.firmware.settings import settings_of
-from motorcade.profile import built_in_profile
 from motorcade.words.infrared import FrameReceiver, air_us, frame_durations_us, to_frame
 from motorcade.words.ticks import TICKS_MASK
 from motorcade.words.upload import READBACK_REQUEST

@@ -12,7 +12,7 @@ from motorcade import forward as drive
 from motorcade.program.blocks import MOST_DEEP, MOST_IN_A_ROW, blocks_of, program_of
 from motorcade.program.diagnostics import LANGUAGES
 from motorcade.program.steps import led, left, pir, repeat, together, voice, wait
-from strategies import JSON, programs
+from support.strategies import JSON, programs
 
 DRIVE = {"type": "motorcade_drive", "fields": {"DIRECTION": "forward", "SPEED": "2", "SECONDS": 3}}
 WAIT = {"type": "motorcade_wait", "id": "w", "fields": {"SECONDS": 1}}

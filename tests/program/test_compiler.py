@@ -25,13 +25,13 @@ from motorcade import (
     voice,
     wait,
 )
-from motorcade.profile import Profile
+from motorcade.config.profile import Profile
 from motorcade.program.compiler import Compiled
 from motorcade.program.diagnostics import LANGUAGES
 from motorcade.program.steps import Step
 from motorcade.words.formats import CONTROL
-from strategies import BRISK, CLASSROOM, rows, sums
-from timelines import length_ms, unrolled
+from support.strategies import BRISK, CLASSROOM, rows, sums
+from support.timelines import length_ms, unrolled
 
 MOST_TRIED = 6
 

@@ -21,11 +21,11 @@ from motorcade import (
     together,
     voice,
 )
-from motorcade.profile import Profile
+from motorcade.config.profile import Profile
 from motorcade.program.decompiler import DecompileError
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, ImageError, image_words, parse_image
-from strategies import BRISK, CLASSROOM, programs
+from support.strategies import BRISK, CLASSROOM, programs
 
 PROFILES = st.sampled_from([CLASSROOM, BRISK])
 BIT = st.integers(0, 1)

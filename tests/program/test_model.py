@@ -26,8 +26,8 @@ from motorcade import (
     wait,
 )
 from motorcade.program.diagnostics import LANGUAGES, MESSAGES, PHRASES
-from motorcade.program.steps import Drive
-from strategies import CLASSROOM, JSON, damaged_documents, programs
+from motorcade.program.steps import DriveStep
+from support.strategies import CLASSROOM, JSON, damaged_documents, programs
 
 EXAMPLE = """
 {"format": "motorcade-program/1",
@@ -273,7 +273,7 @@ NAN, INFINITE = float("nan"), float("inf")
         (lambda: forward("3"), "seconds is '3'"),
         (lambda: left(1, speed=4), "speed is 4; allowed: 0 to 3"),
         (lambda: left(1, speed=True), "speed is True"),
-        (lambda: Drive("up", 1, 1), "direction is 'up'"),
+        (lambda: DriveStep("up", 1, 1), "direction is 'up'"),
         (lambda: led(4, 1), "which is 4"),
         (lambda: repeat(0, wait(1)), "times is 0"),
         (lambda: repeat(1.5, wait(1)), "times is 1.5"),

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.words import check, upload
-from words.upload_ends import CHECK_OF_NEW, NEW, NEW_OK, OLD, STARTS_MS, Car, images, pieces, programs
+from support.upload_ends import CHECK_OF_NEW, NEW, NEW_OK, OLD, STARTS_MS, Car, images, pieces, programs
 
 
 @given(image=images(), held=images(), number=st.integers(0, 255), start_ms=STARTS_MS, data=st.data())

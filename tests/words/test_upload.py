@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from motorcade.words import upload
 from motorcade.words.image import parse_image_bytes
-from words.upload_ends import (
+from support.upload_ends import (
     BAD_HEADER,
     BAD_WORD,
     CHECK_OF_NEW,

@@ -23,7 +23,7 @@ class MicroPythonBoard(Board):
     """The car's hardware.
 
     Args:
-        settings: what stands in car.json (`motorcade.link.firmware_files.settings_of` lists its keys).
+        settings: what stands in car.json (`motorcade.upload.firmware_files.settings_of` lists its keys).
         machine, clock: MicroPython's modules machine and time.
         line: where uploads come from; has read, write and close.
         store: keeps the image; has load and save.

@@ -34,7 +34,7 @@ class SerialVoice(VoiceSource):
     Args:
         read: () -> the bytes that came since the last call, ``b""`` for none; never waits.
         patterns: pairs of the bytes that the module sends and the voice that they mean.
-            No pattern contains another (`motorcade.boards.voice_map` sees to it).
+            No pattern contains another (`motorcade.config.voice_map` sees to it).
     """
 
     def __init__(self, read: "Callable[[], bytes]", patterns: "Sequence[tuple[bytes, int]]") -> None:

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 from xml.sax.saxutils import escape
 
-from motorcade.boards.pins import Device, PinMap
+from motorcade.config.pins import Device, PinMap
 
 _WIDTH = 760
 _COMPUTER_LEFT, _COMPUTER_RIGHT = 20, 230

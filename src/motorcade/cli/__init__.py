@@ -7,7 +7,8 @@ from typing import Annotated, NoReturn
 import typer
 
 from motorcade import __version__
-from motorcade.cli import car, cars, drive, experiments, exports, firmware, recordings, studio, uploads, words
+from motorcade.cli import car, drive, experiments, exports, firmware, recordings, studio, uploads, words
+from motorcade.cli import simulate as cars
 from motorcade.cli.failures import exit_code, sentence
 from motorcade.cli.options import asked, spoken
 

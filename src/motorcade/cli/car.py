@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli.equipment import (
-    Asked,
-    Fitted,
+from motorcade.cli.car_options import (
+    CarOptions,
+    CarParts,
     NumberOption,
     Role,
     RoleOption,
@@ -29,8 +29,8 @@ from motorcade.cli.options import Json, Language, ProfileOption, print_json, pro
 from motorcade.cli.recordings import needs_extra
 
 if TYPE_CHECKING:
-    from motorcade.boards.linux import Equipment, LinuxBoard
-    from motorcade.profile import Profile
+    from motorcade.boards.linux.board import Equipment, LinuxBoard
+    from motorcade.config.profile import Profile
 
 # Dozens a second; who wants them has the words behind them.
 _TOO_MANY = ("frame", "heard")
@@ -78,7 +78,7 @@ def run_command(
     as_json: Json = False,
 ) -> None:
     """Drive this car by the words that it holds, until Ctrl-C; it then stands still."""
-    from motorcade.boards.linux import run
+    from motorcade.boards.linux.board import run
 
     if board == BoardKind.RASPBERRY_PI and pins is None:
         raise UsageError(
@@ -87,7 +87,7 @@ def run_command(
         )
     if port and tcp:
         raise UsageError("--port and --tcp exclude each other")
-    chosen, asked = profile_named(profile), Asked(role, number, port, tcp, store, voice, voice_map)
+    chosen, asked = profile_named(profile), CarOptions(role, number, port, tcp, store, voice, voice_map)
     with ExitStack() as held:
         fitted = fit_out(held, asked, chosen, _observer(chosen, as_json))
         stops = _stops(_watchdog(held, watchdog))
@@ -99,8 +99,8 @@ def run_command(
 def neutral_command(pins: Pins, gpio_chip: GpioChip = None, as_json: Json = False) -> None:
     """Stop the wheels of a car whose program has died, for the kernel keeps its pins as they were."""
     with needs_extra("a car's pins", "pi"):
-        from motorcade.boards.opening import stop_wheels
-    from motorcade.boards.pins import load_pins
+        from motorcade.boards.linux.opening import stop_wheels
+    from motorcade.config.pins import load_pins
 
     wiring = load_pins(pins)
     low = stop_wheels(wiring, gpio_chip)
@@ -117,9 +117,9 @@ def wiring_command(
     as_json: Json = False,
 ) -> None:
     """Show which wire of a car goes where: a table, or a drawing. A pin file that can't be is refused."""
-    from motorcade.boards.pins import load_pins
     from motorcade.boards.wiring import wiring_rows, wiring_svg
     from motorcade.cli.options import print_table, write_file
+    from motorcade.config.pins import load_pins
 
     chosen, wiring = tongue(language), load_pins(pins)
     rows = wiring_rows(wiring, chosen)
@@ -141,7 +141,7 @@ def wiring_command(
 def _watchdog(held: ExitStack, path: Path | None) -> Callable[[], None] | None:
     if path is None:
         return None
-    from motorcade.boards.hardware_watchdog import HardwareWatchdog
+    from motorcade.boards.linux.hardware_watchdog import HardwareWatchdog
 
     watchdog = HardwareWatchdog(path)
     held.callback(watchdog.close)
@@ -149,13 +149,13 @@ def _watchdog(held: ExitStack, path: Path | None) -> Callable[[], None] | None:
 
 
 def _board(equipment: "Equipment", pins: Path | None, profile: "Profile", gpio_chip: int | None) -> "LinuxBoard":
-    from motorcade.boards.linux import LinuxBoard
+    from motorcade.boards.linux.board import LinuxBoard
 
     if pins is None:
         return LinuxBoard(equipment)
     with needs_extra("a car's pins", "pi"):
-        from motorcade.boards.opening import open_car
-    from motorcade.boards.pins import load_pins
+        from motorcade.boards.linux.opening import open_car
+    from motorcade.config.pins import load_pins
 
     return open_car(equipment, load_pins(pins), profile, gpio_chip)
 
@@ -174,7 +174,7 @@ def _stops(feed: Callable[[], None] | None) -> Callable[[], bool]:
     return stops
 
 
-def _tell_begin(role: Role, fitted: Fitted, as_json: bool) -> None:
+def _tell_begin(role: Role, fitted: CarParts, as_json: bool) -> None:
     address, store = fitted.address, fitted.store
     if as_json:
         print_json({"role": str(role), "port": address, "store": str(store)})
@@ -185,7 +185,7 @@ def _tell_begin(role: Role, fitted: Fitted, as_json: bool) -> None:
 
 def _observer(profile: "Profile", as_json: bool) -> Callable[[str, int, int, int | str], None]:
     """Prints what the car does: a line, or a JSON object a line."""
-    from motorcade.console import describe_control
+    from motorcade.cli.console import describe_control
 
     def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
         if kind in _TOO_MANY:

@@ -15,7 +15,7 @@ TEXTS = {
 @contextmanager
 def told_of_compiling() -> Iterator[None]:
     """Inside, who sits at a terminal is told if the simulator has to be compiled."""
-    from motorcade.sim.compiled import telling
+    from motorcade.engine.native import telling
 
     def tell() -> None:
         if sys.stderr.isatty():

@@ -13,11 +13,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from motorcade.cli import driving, far_cars
-from motorcade.cli.compiling import told_of_compiling
-from motorcade.cli.driving_texts import SERVED
-from motorcade.cli.equipment import (
+from motorcade.cli.car_options import (
     KEYBOARD,
-    Asked,
+    CarOptions,
     NumberOption,
     Role,
     RoleOption,
@@ -25,6 +23,8 @@ from motorcade.cli.equipment import (
     VoiceMapOption,
     VoiceOption,
 )
+from motorcade.cli.compiling import told_of_compiling
+from motorcade.cli.driving_texts import SERVED
 from motorcade.cli.failures import UsageError
 from motorcade.cli.options import Json, Language, ProfileOption, image_of, print_text, profile_named, tongue
 from motorcade.cli.recordings import needs_extra
@@ -35,10 +35,10 @@ if TYPE_CHECKING:
     import socket
     import ssl
 
+    from motorcade.cameras.broadcast import Source
     from motorcade.car.drive_board import DriveBoard
-    from motorcade.cli.equipment import Fitted
-    from motorcade.link.camera import Source
-    from motorcade.profile import Profile
+    from motorcade.cli.car_options import CarParts
+    from motorcade.config.profile import Profile
 
 _PORT = 5005
 
@@ -121,8 +121,8 @@ def serve_command(
     import asyncio
 
     from motorcade.cli.remote import Web, eye, https, load_page
-    from motorcade.cli.serving_car import Offer, serve
-    from motorcade.link.addresses import bind
+    from motorcade.cli.serving import ServeOptions, serve
+    from motorcade.drive.addresses import bind
 
     spoken = tongue(language)
     texts = SERVED[spoken]
@@ -132,7 +132,7 @@ def serve_command(
         raise UsageError(texts["pins"])
     if pins and (mat or program):
         raise UsageError(texts["simulated-only"])
-    asked = Asked(role, number, upload_serial, upload_tcp, store, voice, voice_map)
+    asked = CarOptions(role, number, upload_serial, upload_tcp, store, voice, voice_map)
     _check_asked(asked, pins is not None, stick, texts)
     chosen, at_the_car = profile_named(profile), stick_at_the_car(stick) if stick else None
     tls = _tls(keys)
@@ -151,7 +151,7 @@ def serve_command(
             image, chosen = image_of(program, profile, spoken) if program else (bytes(4), chosen)
             car, sees = _simulated(held, chosen, mat, image)
         door = Web(page, host, https(keys), sees) if page else None
-        offer = Offer(commands, telemetry, tls, byte_order, as_json, door, at_the_car, fitted, notes, spoken)
+        offer = ServeOptions(commands, telemetry, tls, byte_order, as_json, door, at_the_car, fitted, notes, spoken)
         asyncio.run(serve(car, chosen, offer))
     if not as_json:
         print_text(texts["stands"] + "\n")
@@ -160,7 +160,7 @@ def serve_command(
 def _tls(keys: Path | None) -> "ssl.SSLContext | None":
     if keys is None:
         return None
-    from motorcade.link.keys import server_context
+    from motorcade.drive.tls.keys import server_context
 
     return server_context(keys)
 
@@ -169,7 +169,7 @@ def _check_reach(
     listener: "socket.socket", tls: "ssl.SSLContext | None", insecure_lan: bool, texts: dict[str, str]
 ) -> None:
     """Refuse an address that others reach, unless it is clear who of them may drive."""
-    from motorcade.link.addresses import is_loopback
+    from motorcade.drive.addresses import is_loopback
 
     if is_loopback(listener) or tls:
         return
@@ -179,8 +179,8 @@ def _check_reach(
     print(texts["open"].format(host=host), file=sys.stderr, flush=True)
 
 
-def _check_asked(asked: Asked, is_real: bool, stick: StickName | None, texts: dict[str, str]) -> None:
-    if not is_real and asked != Asked():
+def _check_asked(asked: CarOptions, is_real: bool, stick: StickName | None, texts: dict[str, str]) -> None:
+    if not is_real and asked != CarOptions():
         raise UsageError(texts["real-only"])
     if asked.serial and asked.tcp:
         raise UsageError(texts["two-lines"])
@@ -189,13 +189,13 @@ def _check_asked(asked: Asked, is_real: bool, stick: StickName | None, texts: di
 
 
 def _fitted(
-    held: ExitStack, asked: Asked, profile: "Profile", notes: deque[str], insecure_lan: bool, texts: dict[str, str]
-) -> "Fitted":
+    held: ExitStack, asked: CarOptions, profile: "Profile", notes: deque[str], insecure_lan: bool, texts: dict[str, str]
+) -> "CarParts":
     """A real car's equipment; uploads and faults of its program are noted."""
     import ipaddress
 
     from motorcade.cli.addresses import host_and_port
-    from motorcade.cli.equipment import fit_out
+    from motorcade.cli.car_options import fit_out
 
     def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
         if kind == "image":
@@ -212,11 +212,11 @@ def _fitted(
 
 
 def _real(
-    fitted: "Fitted", pins: Path, profile: "Profile", gpio_chip: int | None, watchdog: Path | None
+    fitted: "CarParts", pins: Path, profile: "Profile", gpio_chip: int | None, watchdog: Path | None
 ) -> "DriveBoard":
     with needs_extra("a car's pins", "pi"):
-        from motorcade.boards.opening import open_drive
-    from motorcade.boards.pins import load_pins
+        from motorcade.boards.linux.opening import open_drive
+    from motorcade.config.pins import load_pins
 
     return open_drive(fitted.equipment, load_pins(pins), profile, gpio_chip, watchdog)
 
@@ -224,10 +224,10 @@ def _real(
 def _simulated(held: ExitStack, profile: "Profile", mat: Path | None, image: bytes) -> "tuple[DriveBoard, Source]":
     """The first car of a world of its own, which goes on until ``held`` is closed, and what it sees."""
     with needs_extra("a simulated car"):
-        from motorcade.sim.drive_board import LiveWorld, SimulatedCamera
-        from motorcade.sim.mat import check_mat, read_mat
-        from motorcade.sim.playground import playground
-        from motorcade.sim.world import World
+        from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera
+        from motorcade.engine.world import World
+        from motorcade.mats import check_mat, read_mat
+        from motorcade.mats.playground import playground
 
     place = read_mat(mat) if mat else playground()
     check_mat(place, profile)

@@ -16,9 +16,9 @@ from motorcade.cli.recordings import needs_extra
 from motorcade.cli.stick import StickName, gamepad
 
 if TYPE_CHECKING:
-    from motorcade.link.car_failures import CarRefusesError
-    from motorcade.link.certificates import CarKeys
-    from motorcade.link.driving.telemetry import Telemetry
+    from motorcade.drive.car_failures import CarRefusesError
+    from motorcade.drive.telemetry import Telemetry
+    from motorcade.drive.tls.certificates import CarKeys
 
 _PORT = 5005
 _AXES = ("throttle", "steering", "seconds")
@@ -62,9 +62,9 @@ def connect_command(
 ) -> None:
     """Drive with the keyboard or a gamepad: hold a key and the car drives, let go and it stops."""
     with needs_extra("driving with the keyboard", "drive"):
-        from motorcade.cli.cockpit import Cockpit
+        from motorcade.cli.drive_terminal import DriveTerminal
         from motorcade.cli.keyboard import Keyboard, check_terminal
-    from motorcade.link.blocking_drive_client import BlockingDriveClient
+    from motorcade.drive.blocking_client import BlockingDriveClient
 
     check_terminal()
     chosen = tongue(language)
@@ -73,7 +73,7 @@ def connect_command(
         pad = held.enter_context(gamepad()) if stick == StickName.GAMEPAD else None
         client = held.enter_context(BlockingDriveClient(*address_of(car), rearm=False, **options))
         keyboard = held.enter_context(Keyboard(throttle, hold_ms / 1000))
-        Cockpit(car, keyboard, chosen, pad).drive(client)
+        DriveTerminal(car, keyboard, chosen, pad).drive(client)
 
 
 def send_command(
@@ -93,7 +93,7 @@ def send_command(
     as_json: Json = False,
 ) -> None:
     """Drive for a time, then stand still."""
-    from motorcade.link.blocking_drive_client import BlockingDriveClient
+    from motorcade.drive.blocking_client import BlockingDriveClient
 
     tongue(language)
     wishes = [_wish(command) for command in commands]
@@ -120,7 +120,7 @@ def keys_command(
 ) -> None:
     """Make the keys with which cars and drivers know each other."""
     with needs_extra("making keys", "drive"):
-        from motorcade.link.certificates import make_keys
+        from motorcade.drive.tls.certificates import make_keys
     if not car and not driver:
         raise UsageError("nobody is named: --car NAME@ADDRESS and --driver NAME, each as often as needed")
     made = make_keys(folder, [_car_keys(each) for each in car or ()], driver or [], datetime.now(UTC))
@@ -172,7 +172,7 @@ def _wish(command: str) -> dict[str, float]:
 
 
 def _took_none(car: str, told: "Telemetry") -> "CarRefusesError":
-    from motorcade.link.car_failures import CarRefusesError
+    from motorcade.drive.car_failures import CarRefusesError
 
     if told.state == "stopped":
         return CarRefusesError("is-stopped", car=car)
@@ -180,7 +180,7 @@ def _took_none(car: str, told: "Telemetry") -> "CarRefusesError":
 
 
 def _car_keys(text: str) -> "CarKeys":
-    from motorcade.link.certificates import CarKeys
+    from motorcade.drive.tls.certificates import CarKeys
 
     name, _, hosts = text.partition("@")
     return CarKeys(name, tuple(host for host in hosts.split(",") if host))

@@ -24,10 +24,10 @@ from motorcade.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from motorcade.profile import Profile
-    from motorcade.sim.mat import Mat
-    from motorcade.sim.sweep.plan import Plan
-    from motorcade.sim.sweep.spec import Sweep
+    from motorcade.config.profile import Profile
+    from motorcade.experiments.plan import Plan
+    from motorcade.experiments.spec import Sweep
+    from motorcade.mats import Mat
 
 STOPPED = 130
 
@@ -58,12 +58,12 @@ def sweep(
     with _in_sentences(output):
         plan = _plan(spec, tongue(language))
         if picture:
-            from motorcade.sim.sweep.picture import check_picture
+            from motorcade.experiments.picture import check_picture
 
             check_picture(plan.sweep, picture, x, y, colour)
         ran = _run(plan, output, jobs, scheduler)
         if picture:
-            from motorcade.sim.sweep.picture import draw_sweep
+            from motorcade.experiments.picture import draw_sweep
 
             draw_sweep(plan.sweep, output, picture, x, y, colour)
     if wants_json(as_json):
@@ -76,9 +76,9 @@ def sweep(
 
 def _plan(spec: Path, language: str) -> "Plan":
     from motorcade import __version__
-    from motorcade.console import progress_bar
-    from motorcade.sim.sweep.plan import Plan
-    from motorcade.sim.sweep.spec import read_sweep
+    from motorcade.cli.console import progress_bar
+    from motorcade.experiments.plan import Plan
+    from motorcade.experiments.spec import read_sweep
 
     wanted = read_sweep(spec)
     programs = [_program(spec, index, wanted, language) for index in range(len(wanted.programs))]
@@ -88,15 +88,15 @@ def _plan(spec: Path, language: str) -> "Plan":
 
 
 def _run(plan: "Plan", output: Path, jobs: int, scheduler: str) -> int:
-    from motorcade.console import progress_bar
-    from motorcade.sim.sweep.schedule import run_sweep
+    from motorcade.cli.console import progress_bar
+    from motorcade.experiments.schedule import run_sweep
 
     if scheduler:
-        from motorcade.sim.sweep.cluster import on_a_cluster
+        from motorcade.experiments.cluster import on_a_cluster
 
         workers = on_a_cluster(scheduler)
     else:
-        from motorcade.sim.sweep.processes import on_this_computer
+        from motorcade.experiments.processes import on_this_computer
 
         workers = on_this_computer(jobs)
     return run_sweep(plan, output, workers, progress_bar)
@@ -127,8 +127,8 @@ def _program(spec: Path, index: int, wanted: "Sweep", language: str) -> "tuple[b
 
 def _mat(spec: Path, index: int, wanted: "Sweep") -> "Mat | None":
     """One of the mats that a sweep names; None for the empty table."""
-    from motorcade.sim.mat import MatError, read_mat
-    from motorcade.sim.sweep.spec import EMPTY_TABLE
+    from motorcade.experiments.spec import EMPTY_TABLE
+    from motorcade.mats import MatError, read_mat
 
     name = wanted.mats[index]
     if name == EMPTY_TABLE:
@@ -153,7 +153,7 @@ def _in_sentences(output: Path) -> Iterator[None]:
     except OSError as problem:
         raise UsageError(f"{problem.filename or output} can't be used: {problem.strerror or problem}") from None
     except ValueError as problem:
-        from motorcade.sim.sweep.parameters import SweepError
+        from motorcade.experiments.parameters import SweepError
 
         if isinstance(problem, SweepError):
             raise UsageError(str(problem)) from None

@@ -67,7 +67,7 @@ def formats(format_file: FormatFile = None, as_json: Json = False) -> None:
             ]
         )
         return
-    from motorcade.console import format_table
+    from motorcade.cli.console import format_table
 
     for word_format in vocabulary.formats:
         print_table(format_table(word_format, fingerprint_text(word_format)))
@@ -103,7 +103,7 @@ def export(
 
 def vocabulary_in(format_file: Path | None) -> "Vocabulary":
     """The format that a TOML file declares, or Motorcade's own where there is no file."""
-    from motorcade.export.own_format import read_format
+    from motorcade.config.own_format import read_format
     from motorcade.export.vocabulary import MOTORCADE
 
     if format_file is None:

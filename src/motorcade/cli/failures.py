@@ -18,14 +18,21 @@ class UsageError(Exception):
 
 def exit_code(problem: Exception) -> int | None:
     """The exit code for an exception whose text is meant for the user; None for a fault of ours."""
-    from motorcade.boards.errors import GpioForbiddenError, InfraredError, NoGpioError, WatchdogError
-    from motorcade.boards.pins import PinsError
-    from motorcade.boards.voice_map import VoiceError
-    from motorcade.export.own_format import FormatFileError
+    from motorcade.boards.linux.errors import GpioForbiddenError, InfraredError, NoGpioError, WatchdogError
+    from motorcade.boards.simulated import LineError, StoreError
+    from motorcade.cameras.camera_failures import CameraError
+    from motorcade.config.own_format import FormatFileError
+    from motorcade.config.pins import PinsError
+    from motorcade.config.profile import ProfileError
+    from motorcade.config.voice_map import VoiceError
+    from motorcade.drive.car_failures import CarAwayError, CarNotFoundError, CarNotTrustedError, CarRefusesError
+    from motorcade.drive.input.stick_failures import StickError
+    from motorcade.drive.tls.keys import KeysError
+    from motorcade.engine.errors import MatError, WorldError
     from motorcade.export.targets import TargetError
-    from motorcade.link.camera_failures import CameraError
-    from motorcade.link.car_failures import CarAwayError, CarNotFoundError, CarNotTrustedError, CarRefusesError
-    from motorcade.link.failures import (
+    from motorcade.program.decompiler import DecompileError
+    from motorcade.program.diagnostics import ProgramError
+    from motorcade.upload.failures import (
         NoAnswerError,
         PortBusyError,
         PortForbiddenError,
@@ -35,13 +42,6 @@ def exit_code(problem: Exception) -> int | None:
         VerificationError,
         WentAwayError,
     )
-    from motorcade.link.keys import KeysError
-    from motorcade.link.stick_failures import StickError
-    from motorcade.profile import ProfileError
-    from motorcade.program.decompiler import DecompileError
-    from motorcade.program.diagnostics import ProgramError
-    from motorcade.sim.errors import MatError, WorldError
-    from motorcade.sim.virtual_car import LineError, StoreError
     from motorcade.words.field import WordError
     from motorcade.words.image import ImageError
 
@@ -86,12 +86,12 @@ def exit_code(problem: Exception) -> int | None:
 
 def sentence(problem: Exception, language: str) -> str:
     """What is wrong, in ``language`` (en or zh) where it has a sentence for it."""
-    from motorcade.link.camera_failures import CameraError
-    from motorcade.link.car_failures import CarError
-    from motorcade.link.failures import PortError
-    from motorcade.link.stick_failures import StickError
+    from motorcade.cameras.camera_failures import CameraError
+    from motorcade.drive.car_failures import CarError
+    from motorcade.drive.input.stick_failures import StickError
+    from motorcade.errors import ToldError
     from motorcade.program.decompiler import DecompileError
-    from motorcade.sentences import ToldError
+    from motorcade.upload.failures import PortError
     from motorcade.words.image import ImageError
     from motorcade.words.sentences import image_sentence
 

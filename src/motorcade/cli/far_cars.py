@@ -19,7 +19,7 @@ from motorcade.cli.remote import https
 if TYPE_CHECKING:
     import ssl
 
-    from motorcade.remote.far_cars import FarCar
+    from motorcade.server.remote.remote_cars import RemoteCar
 
 _METAVAR = "NAME=HOST[:PORT]"
 _HELP = "such as ada=192.168.1.20; its telemetry is at the port behind PORT, or :PORT/TELEMETRY."
@@ -44,9 +44,9 @@ DriverKeys = Annotated[
 
 
 class Named(NamedTuple):
-    """Cars by address, as `motorcade.remote.far_cars.FarCars` takes them."""
+    """Cars by address, as `motorcade.server.remote.remote_cars.RemoteCars` takes them."""
 
-    cars: "tuple[FarCar, ...]"
+    cars: "tuple[RemoteCar, ...]"
     keys: "ssl.SSLContext | None"
     trust: "ssl.SSLContext | None"
 
@@ -76,12 +76,12 @@ def remote_command(
 ) -> None:
     """Drive cars that are served elsewhere, one or several at once, in a browser."""
     with needs_extra("the remote", "drive"):
-        from motorcade.remote.app import make_remote
-        from motorcade.remote.far_cars import FarCars
         from motorcade.server.addresses import is_loopback, names_of, url_of
+        from motorcade.server.remote.app import make_remote
+        from motorcade.server.remote.remote_cars import RemoteCars
         from motorcade.server.running import serve_alone
         from motorcade.server.settings import ServerSettings
-    from motorcade.link.addresses import bind
+    from motorcade.drive.addresses import bind
 
     named = named_cars(cars, camera or (), keys)
     tls = https(page_keys)
@@ -98,13 +98,13 @@ def remote_command(
             else:
                 print_text(f"The remote of {', '.join(called)} is {url} Ctrl-C ends.\n")
 
-        serve_alone(make_remote(settings, FarCars(*named)), settings, listener, ready, tls)
+        serve_alone(make_remote(settings, RemoteCars(*named)), settings, listener, ready, tls)
 
 
 def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) -> Named:
     """The cars that the command line names. Raises UsageError, KeysError."""
-    from motorcade.link.keys import client_context, visitor_context
-    from motorcade.link.web_camera import WebCamera
+    from motorcade.cameras.web import WebCamera
+    from motorcade.drive.tls.keys import client_context, visitor_context
 
     urls = dict(_pair(each, "NAME=URL, such as ada=http://192.168.1.20:7700/camera") for each in cameras)
     trust = visitor_context(keys) if urls else None
@@ -123,8 +123,8 @@ def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) 
     return Named(cars, client_context(keys) if keys else None, trust)
 
 
-def _car(text: str, urls: dict[str, str]) -> "FarCar":
-    from motorcade.remote.far_cars import FarCar, is_name
+def _car(text: str, urls: dict[str, str]) -> "RemoteCar":
+    from motorcade.server.remote.remote_cars import RemoteCar, is_name
 
     name, where = _pair(text, f"{_METAVAR}, such as ada=192.168.1.20")
     if not is_name(name):
@@ -135,7 +135,7 @@ def _car(text: str, urls: dict[str, str]) -> "FarCar":
     host, port = address_of(where)
     if slash and not (telemetry.isascii() and telemetry.isdigit() and 0 < int(telemetry) < 65536):
         raise UsageError(f"'{telemetry[:60]}' is no telemetry port of {name}; allowed: 1 to 65535")
-    return FarCar(name, host, port, int(telemetry) if slash else None, urls.get(name))
+    return RemoteCar(name, host, port, int(telemetry) if slash else None, urls.get(name))
 
 
 def _pair(text: str, allowed: str) -> tuple[str, str]:

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motorcade.cli.equipment import Role
+from motorcade.cli.car_options import Role
 from motorcade.cli.failures import UsageError
 from motorcade.cli.options import Json, Language, ProfileOption, print_json, profile_named, tongue, wants_json
 from motorcade.cli.recordings import needs_extra
 
 if TYPE_CHECKING:
-    from motorcade.boards.pins import PinMap
+    from motorcade.config.pins import PinMap
 
 _TITLES = {"esp32": "ESP32", "rp2040": "Raspberry Pi Pico"}
 
@@ -60,14 +60,14 @@ def install_firmware_command(
     chosen = profile_named(profile)
 
     def settings_for(pin_map: "PinMap") -> dict[str, Any]:
-        from motorcade.boards.voice_map import load_voice_map
+        from motorcade.config.voice_map import load_voice_map
         from motorcade.firmware.settings import settings_of
 
         voice = load_voice_map(voice_map) if voice_map else None
         return settings_of(pin_map, chosen, role == Role.LEADER, number, voice)
 
     with needs_extra("installing firmware", "firmware"):
-        from motorcade.console import progress_bar
+        from motorcade.cli.console import progress_bar
         from motorcade.firmware.install import default_pins, install
     if dry_run:
         if not pins and not chip:
@@ -89,13 +89,13 @@ def install_firmware_command(
 
 
 def _pins(path: Path) -> "PinMap":
-    from motorcade.boards.pins import load_pins
+    from motorcade.config.pins import load_pins
 
     return load_pins(path)
 
 
 def _likely_port() -> str:
-    from motorcade.link.ports import likely_port, ports
+    from motorcade.upload.ports import likely_port, ports
 
     return likely_port(ports()).device
 

@@ -10,8 +10,8 @@ from blessed import Terminal
 from blessed.keyboard import Keystroke
 
 from motorcade.cli.failures import UsageError
-from motorcade.link.driving.hand import CLEAR, QUIT, RELEASE, REQUEST, RESUME, STOP, Reading
-from motorcade.link.driving.key_stick import AHEAD, BACK, LEFT, RIGHT, KeyStick
+from motorcade.drive.input.deadman import CLEAR, QUIT, RELEASE, REQUEST, RESUME, STOP, Reading
+from motorcade.drive.input.keys import AHEAD, BACK, LEFT, RIGHT, KeyStick
 
 THROTTLE, HOLD_S = 0.4, 0.25
 _STEERS = {"w": AHEAD, "s": BACK, "a": LEFT, "d": RIGHT}

@@ -9,11 +9,11 @@ from rich.live import Live
 from rich.panel import Panel
 from rich.text import Text
 
-from motorcade.sim.box import whole_box
-from motorcade.sim.character_map import CharacterMap, CharacterMaps
+from motorcade.runs.box import whole_box
+from motorcade.runs.character_map import CharacterMap, CharacterMaps
 
 if TYPE_CHECKING:
-    from motorcade.sim.recording import Frame, Recording
+    from motorcade.runs.recording import Frame, Recording
 
 _MOST_COLUMNS = 120
 _MOST_ROWS = 40

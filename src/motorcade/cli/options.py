@@ -15,7 +15,7 @@ from motorcade.cli.failures import PROGRAM_ERROR, UsageError
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from motorcade.profile import Profile
+    from motorcade.config.profile import Profile
     from motorcade.program.compiler import Compiled
 
 _MOST_BYTES = 1 << 24
@@ -95,14 +95,14 @@ def _system_language() -> str:
 
 def profile_named(name: str) -> "Profile":
     """A built-in profile, or the one in a .toml file."""
-    from motorcade.profile import load_profile
+    from motorcade.config.profile import load_profile
 
     return load_profile(name, Path())
 
 
 def compile_project(data: bytes, folder: Path) -> "tuple[Compiled, Profile]":
     """The compiled project of a file in ``folder``, and its cars' profile. Raises ProgramError."""
-    from motorcade.profile import ProfileError, load_profile
+    from motorcade.config.profile import ProfileError, load_profile
     from motorcade.program.compiler import compile_program
     from motorcade.program.diagnostics import ProgramError, error
     from motorcade.program.model import read_program
@@ -122,7 +122,7 @@ def image_of(source: Path, profile_name: str, language: str) -> "tuple[bytes, Pr
     """
     from rich.console import Console
 
-    from motorcade.console import print_diagnostics
+    from motorcade.cli.console import print_diagnostics
     from motorcade.program.diagnostics import ProgramError, has_errors
     from motorcade.words.image import parse_image_bytes
 
@@ -162,7 +162,7 @@ def read_file(path: Path) -> bytes:
 
 def write_file(path: Path, data: bytes, source: Path | None = None) -> None:
     """Write ``data``, whole or not at all, but never over ``source``."""
-    from motorcade.files import replace_file
+    from motorcade.config.files import replace_file
 
     if source and path.exists() and path.samefile(source):
         raise UsageError(f"{path} is what is being read: choose another name to write to")

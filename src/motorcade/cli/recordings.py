@@ -21,7 +21,7 @@ from motorcade.cli.failures import UsageError
 from motorcade.cli.options import Json, print_json, print_text, wants_json
 
 if TYPE_CHECKING:
-    from motorcade.sim.recording import Recording
+    from motorcade.runs.recording import Recording
 
 RunFile = Annotated[Path, typer.Argument(metavar="RUN", help="A .mcap or .parquet file of `simulate --record`.")]
 
@@ -61,7 +61,7 @@ def replay_command(
     if not math.isfinite(speed) or not 0.001 <= speed <= 100_000:
         raise UsageError(f"--speed is {speed:g}; allowed: 0.001 to 100000")
     with needs_extra("replaying"):
-        from motorcade.sim.recording import open_recording
+        from motorcade.runs.recording import open_recording
 
         recording = open_recording(run)
         if video:
@@ -85,9 +85,9 @@ def plot_command(
 ) -> None:
     """Draw a recorded run: tracks on the mat, who held which word when, what became of the frames."""
     with needs_extra("drawing"):
-        from motorcade.console import describe_control, progress_bar
-        from motorcade.sim.picture import draw_plots
-        from motorcade.sim.recording import open_recording
+        from motorcade.cli.console import describe_control, progress_bar
+        from motorcade.runs.picture import draw_plots
+        from motorcade.runs.recording import open_recording
 
         recording = open_recording(run)
         profile = recording.about.profile
@@ -99,8 +99,8 @@ def plot_command(
 
 
 def _film(recording: "Recording", video: Path, speed: float) -> None:
-    from motorcade.console import progress_bar
-    from motorcade.sim.video import draw_film
+    from motorcade.cli.console import progress_bar
+    from motorcade.runs.video import draw_film
 
     with progress_bar("drawn", recording.last_ms) as advance:
         draw_film(recording, video, speed, advance)
@@ -108,12 +108,19 @@ def _film(recording: "Recording", video: Path, speed: float) -> None:
 
 def _lines(recording: "Recording") -> Iterator[str]:
     """The run, then its moments and events in order of time, each as JSON."""
-    from motorcade.sim.events import KINDS, WHYS
+    from motorcade.engine.events import KINDS, LOSS_REASONS
 
     def happened() -> Iterator[tuple[int, dict[str, object]]]:
         for batch in recording.events():
             for t_ms, _, car, kind, why, word, other in batch.tolist():
-                event = {"t_ms": t_ms, "car": car, "kind": KINDS[kind], "why": WHYS[why], "word": word, "other": other}
+                event = {
+                    "t_ms": t_ms,
+                    "car": car,
+                    "kind": KINDS[kind],
+                    "why": LOSS_REASONS[why],
+                    "word": word,
+                    "other": other,
+                }
                 yield t_ms, {"type": "event", **event}
 
     moments = ((frame.t_ms, {"type": "cars", **frame.as_dict()}) for frame in recording.frames())

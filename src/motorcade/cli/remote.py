@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from motorcade.cli.recordings import needs_extra
 
 if TYPE_CHECKING:
-    from motorcade.link.camera import Source
-    from motorcade.link.driving.drive import Drive
+    from motorcade.cameras.broadcast import Source
+    from motorcade.drive.session import CarControl
 
 
 class Looks(StrEnum):
@@ -45,14 +45,14 @@ def https(keys: Path | None) -> ssl.SSLContext | None:
     """HTTPS with a car's keys file; None without one. Raises KeysError."""
     if keys is None:
         return None
-    from motorcade.link.keys import https_context
+    from motorcade.drive.tls.keys import https_context
 
     return https_context(keys)
 
 
 def eye(looks: Looks) -> "Source | None":
     """A real car's camera. Raises CameraError where the one that was asked for isn't there."""
-    from motorcade.link import camera
+    from motorcade.cameras import broadcast as camera
 
     if looks == Looks.NONE:
         return None
@@ -63,17 +63,17 @@ def eye(looks: Looks) -> "Source | None":
 def load_page() -> None:
     """Import what the page needs, as long as no car waits for it. Raises UsageError where an extra isn't installed."""
     with needs_extra("the car's page", "drive"):
-        import motorcade.remote.app
+        import motorcade.server.remote.app
         import motorcade.server.running  # noqa: F401
 
 
 @asynccontextmanager
-async def page_served(drive: "Drive", web: Web) -> AsyncIterator[str]:
+async def page_served(drive: "CarControl", web: Web) -> AsyncIterator[str]:
     """Serve the car's page while the block runs; gives its whole address. `load_page` comes first."""
-    from motorcade.link.camera import Camera
-    from motorcade.remote.app import make_remote
-    from motorcade.remote.garage import OneCar
+    from motorcade.cameras.broadcast import Camera
     from motorcade.server.addresses import is_loopback, names_of, url_of
+    from motorcade.server.remote.app import make_remote
+    from motorcade.server.remote.fleet import SingleCar
     from motorcade.server.running import served
     from motorcade.server.settings import ServerSettings
 
@@ -83,7 +83,7 @@ async def page_served(drive: "Drive", web: Web) -> AsyncIterator[str]:
     settings = ServerSettings(host=web.host, port=port, names=frozenset(names), token=token)
     camera = Camera(web.source) if web.source else None
     try:
-        async with served(make_remote(settings, OneCar(drive, camera)), settings, web.listener, web.tls):
+        async with served(make_remote(settings, SingleCar(drive, camera)), settings, web.listener, web.tls):
             yield url_of(names[0], port, token, "/drive", "https" if web.tls else "http")
     finally:
         if camera:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from motorcade.cli.recordings import needs_extra
 
 if TYPE_CHECKING:
-    from motorcade.link.driving.hand import StickSource
-    from motorcade.link.gamepad import Gamepad
+    from motorcade.drive.input.deadman import StickSource
+    from motorcade.drive.input.gamepad import Gamepad
 
 
 class StickName(StrEnum):
@@ -21,7 +21,7 @@ class StickName(StrEnum):
 def gamepad() -> "Gamepad":
     """A gamepad, to be opened. Raises UsageError or StickError where none can be read."""
     with needs_extra("a gamepad", "gamepad"):
-        from motorcade.link.gamepad import Gamepad
+        from motorcade.drive.input.gamepad import Gamepad
 
         return Gamepad()
 

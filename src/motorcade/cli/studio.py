@@ -40,8 +40,8 @@ def studio_command(
     """Program with blocks in the browser, watch the cars do it, and upload it."""
     with needs_extra("the studio", "studio"):
         from motorcade.server.addresses import is_loopback, names_of, url_of
-        from motorcade.studio.serving import listen, open_browser, serve
-        from motorcade.studio.settings import Settings
+        from motorcade.server.studio.serving import listen, open_browser, serve
+        from motorcade.server.studio.settings import Settings
     named = named_cars(car or (), camera or (), keys)
     folder = library or Path(typer.get_app_dir("motorcade")) / "projects"
     with listen(host, port) as listener:

@@ -25,8 +25,8 @@ from motorcade.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from motorcade.link.ports import PortInfo
-    from motorcade.link.talk import Retry
+    from motorcade.upload.ports import PortInfo
+    from motorcade.upload.transfer import Retry
 
 _QUESTION = {"en": "At which of them is the car", "zh": "小车在哪一个端口"}
 Port = Annotated[
@@ -44,7 +44,7 @@ def add_to(app: typer.Typer) -> None:
 
 def ports_command(as_json: Json = False) -> None:
     """List this computer's serial ports, those first at which a car is likely."""
-    from motorcade.link.ports import BARE, ports
+    from motorcade.upload.ports import BARE, ports
 
     found = ports()
     if wants_json(as_json):
@@ -75,8 +75,8 @@ def upload_command(
     as_json: Json = False,
 ) -> None:
     """Send a program to the leader and check that it arrived."""
-    from motorcade.console import progress_bar
-    from motorcade.link.serial_port import upload
+    from motorcade.cli.console import progress_bar
+    from motorcade.upload.serial_port import upload
 
     image, chosen = image_of(source, profile, tongue(language))
     baud = chosen.serial.baud
@@ -112,7 +112,7 @@ def readback_command(
     as_json: Json = False,
 ) -> None:
     """Fetch the image that a car holds."""
-    from motorcade.link.serial_port import readback
+    from motorcade.upload.serial_port import readback
 
     baud = profile_named(profile).serial.baud
     port = port or _only_port()
@@ -126,8 +126,8 @@ def readback_command(
 
 def _only_port() -> str:
     """The port at which a car is; of several the one that somebody at a terminal chooses. Raises PortError."""
-    from motorcade.link.failures import SeveralPortsError
-    from motorcade.link.ports import likely_port, ports
+    from motorcade.upload.failures import SeveralPortsError
+    from motorcade.upload.ports import likely_port, ports
 
     try:
         port = likely_port(ports())
@@ -151,7 +151,7 @@ def _chosen(ports: list[tuple[str, str]]) -> str:
 
 
 def _tell_retry(retry: "Retry") -> None:
-    from motorcade.link.failures import retry_sentence
+    from motorcade.upload.failures import retry_sentence
 
     # As the bar, for somebody who waits and looks.
     if sys.stderr.isatty():

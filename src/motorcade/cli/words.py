@@ -63,7 +63,7 @@ def encode(
     if wants_json(as_json):
         print_json(made)
     else:
-        from motorcade.console import coloured_bits
+        from motorcade.cli.console import coloured_bits
 
         print_table(coloured_bits(word, chosen, f"{word}  0x{word:08X}  "))
 
@@ -88,7 +88,7 @@ def decode(
     if wants_json(as_json):
         print_json(decoded)
         return
-    from motorcade.console import fields_table
+    from motorcade.cli.console import fields_table
 
     for each in decoded:
         print_table(fields_table(each["word"], chosen, each["warnings"]))
@@ -103,7 +103,7 @@ def compile_command(
     """Compile a project into the words of its image."""
     from rich.console import Console
 
-    from motorcade.console import print_diagnostics, words_table
+    from motorcade.cli.console import print_diagnostics, words_table
     from motorcade.program.diagnostics import ProgramError, has_errors
 
     spoken = tongue(language)
@@ -152,7 +152,7 @@ def inspect(
     words = words_in(image)
     leader_states = len(parse_image(words).leader)
     if not as_json:
-        from motorcade.console import words_table
+        from motorcade.cli.console import words_table
 
         print_table(words_table(words, profile_named(profile)))
         return

@@ -13,8 +13,8 @@ from mpremote.transport import TransportError, TransportExecError
 from mpremote.transport_serial import SerialTransport
 
 from motorcade.firmware.failures import InstallCutOffError, NoMicroPythonError, UnfitBoardError
-from motorcade.link.failures import PortError, PortNotFoundError
-from motorcade.link.serial_port import not_opened
+from motorcade.upload.failures import PortError, PortNotFoundError
+from motorcade.upload.serial_port import not_opened
 
 _BAUD = 115200
 _TRIES = 2

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from motorcade.link.failures import NoAnswerError, PortError, RefusedError, VerificationError, WentAwayError
+from motorcade.upload.failures import NoAnswerError, PortError, RefusedError, VerificationError, WentAwayError
 
 MESSAGES: dict[str, dict[str, str]] = {
     "no-micropython": {

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from motorcade.boards.pins import PinMap, load_pins
+from motorcade.config.pins import PinMap, load_pins
 from motorcade.firmware.board_prompt import BoardPrompt, Facts, checksum_of
 from motorcade.firmware.bundle import MAIN, board_files, templates
 from motorcade.firmware.failures import FileDiffersError, UnfitBoardError

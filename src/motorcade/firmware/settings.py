@@ -6,10 +6,10 @@
 from typing import Any
 
 from motorcade.boards.on_chip.power_on import SETTINGS_FORMAT
-from motorcade.boards.pins import PinMap, PinsError
-from motorcade.boards.voice_map import VoiceMap
-from motorcade.profile import Profile
-from motorcade.sim.levels import levels_of
+from motorcade.config.levels import levels_of
+from motorcade.config.pins import PinMap, PinsError
+from motorcade.config.profile import Profile
+from motorcade.config.voice_map import VoiceMap
 
 # What sys.platform says on a chip of a pin file.
 PLATFORMS = {"esp32": "esp32", "rp2040": "rp2"}

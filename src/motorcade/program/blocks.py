@@ -13,7 +13,7 @@ from typing import Any
 from motorcade.program.diagnostics import ProgramError, error
 from motorcade.program.model import Followers, Program, program_from_dict
 from motorcade.program.schema import FORMAT
-from motorcade.program.steps import KINDS, Pir, Repeat, Step, Together, Voice
+from motorcade.program.steps import KINDS, PirStep, RepeatStep, Step, TogetherStep, VoiceStep
 
 Workspace = dict[str, Any]
 Block = dict[str, Any]
@@ -23,7 +23,7 @@ PREFIX = "motorcade_"
 LEADER_HAT = f"{PREFIX}leader"
 FOLLOWERS_HAT = f"{PREFIX}followers"
 INFRARED = f"{PREFIX}infrared"
-_HOLDING = (INFRARED, f"{PREFIX}{Together.kind}", f"{PREFIX}{Repeat.kind}")
+_HOLDING = (INFRARED, f"{PREFIX}{TogetherStep.kind}", f"{PREFIX}{RepeatStep.kind}")
 
 # No image holds more states or words than 255. A row of blocks is JSON nested twice as deep, which
 # Python's reader follows to about a thousand.
@@ -113,13 +113,13 @@ class _Reader:
         document: dict[str, Any] = {**flags}
         if "id" in block:
             document["id"] = block["id"]
-        if kind == Together.kind:
+        if kind == TogetherStep.kind:
             document[kind] = self._steps(_inside(block, path), f"{path}.{kind}", depth + 1, inside=True)
             return document
         # In a together these two last as long as it does.
-        no_fields = inside and kind in (Voice.kind, Pir.kind)
+        no_fields = inside and kind in (VoiceStep.kind, PirStep.kind)
         document[kind] = {} if no_fields else _read_fields(block, path, KINDS[kind])
-        if kind == Repeat.kind:
+        if kind == RepeatStep.kind:
             document[kind]["steps"] = self._steps(_inside(block, path), f"{path}.{kind}.steps", depth + 1)
         return document
 
@@ -213,7 +213,8 @@ def _fields_of(kind: type[Step]) -> tuple[tuple[str, str, bool], ...]:
     """Each field of a kind: its name in a block, its name in the step, and whether it is a menu of levels."""
     schemas = kind.own_schemas()
     return tuple(
-        (name.upper(), name, kind is not Repeat and schema.get("type") == "integer") for name, schema in schemas.items()
+        (name.upper(), name, kind is not RepeatStep and schema.get("type") == "integer")
+        for name, schema in schemas.items()
     )
 
 
@@ -257,7 +258,9 @@ def _block(step: Step, path: str, depth: int) -> Block:
         for capitals, name, is_menu in _fields_of(kind)
         if (value := getattr(step, name)) is not None
     }
-    return _holding(block, _blocks(step.steps, path, depth + 1)) if isinstance(step, Together | Repeat) else block
+    return (
+        _holding(block, _blocks(step.steps, path, depth + 1)) if isinstance(step, TogetherStep | RepeatStep) else block
+    )
 
 
 def _infrared(flags: tuple[bool | None, bool | None], first: Block | None) -> Block:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from motorcade.profile import Profile, built_in_profile
+from motorcade.config.profile import Profile, built_in_profile
 from motorcade.program.diagnostics import Diagnostic, ProgramError, error, has_errors, phrase, warning
 from motorcade.program.expansion import Expander, Item, Row, cut_for_leader
 from motorcade.program.model import Followers, Program

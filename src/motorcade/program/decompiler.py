@@ -4,11 +4,21 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from motorcade.profile import Profile, built_in_profile
+from motorcade.config.profile import Profile, built_in_profile
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Followers, Program
 from motorcade.program.parts import control_word, parts_of, slice_of
-from motorcade.program.steps import DIRECTIONS, Avoid, Drive, Led, Pir, Step, Together, Voice, Wait
+from motorcade.program.steps import (
+    DIRECTIONS,
+    AvoidStep,
+    DriveStep,
+    LedStep,
+    PirStep,
+    Step,
+    TogetherStep,
+    VoiceStep,
+    WaitStep,
+)
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, parse_image
 
@@ -107,7 +117,7 @@ def _counted_down(words: Sequence[int], dwell_ms: int, profile: Profile) -> int:
 def _driven_through(words: Sequence[int], dwell_ms: int, profile: Profile) -> int:
     """How many of the first words do one and the same thing, however long each says; 1 for several things at once."""
     first = _step(words[0], profile)
-    if not isinstance(first, (Drive, Wait, Led, Avoid, Voice, Pir)):
+    if not isinstance(first, (DriveStep, WaitStep, LedStep, AvoidStep, VoiceStep, PirStep)):
         return 1
     dwells = 1
     for word in words[1:]:
@@ -174,22 +184,22 @@ def _step(word: int, profile: Profile, longest_ms: int | None = None) -> Step:
     parts: list[Step] = []
     waits = values.motor_enable and values.motor_direction == 0 and values.motor_speed == 0
     if waits:
-        parts.append(Wait(motor_s))
+        parts.append(WaitStep(motor_s))
     elif values.motor_enable:
-        parts.append(Drive(DIRECTIONS[values.motor_direction], values.motor_speed, motor_s))
+        parts.append(DriveStep(DIRECTIONS[values.motor_direction], values.motor_speed, motor_s))
     if values.led_which or values.led_duration:
-        parts.append(Led(values.led_which, led_s))
+        parts.append(LedStep(values.led_which, led_s))
     if values.avoid_enable:
-        parts.append(Avoid(values.avoid_radius, avoid_s))
+        parts.append(AvoidStep(values.avoid_radius, avoid_s))
     if len(parts) == 1 and not values.voice and not values.pir:
         return parts[0]
     if len(parts) == 1 and waits and not (values.voice and values.pir):
-        return Voice(motor_s) if values.voice else Pir(motor_s)
+        return VoiceStep(motor_s) if values.voice else PirStep(motor_s)
     if values.voice:
-        parts.append(Voice())
+        parts.append(VoiceStep())
     if values.pir:
-        parts.append(Pir())
-    return Together(tuple(parts))
+        parts.append(PirStep())
+    return TogetherStep(tuple(parts))
 
 
 def _seconds(duration_ms: int) -> float:

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from motorcade.sentences import ToldError
+from motorcade.errors import ToldError
 
 Severity = Literal["error", "warning"]
 LANGUAGES = ("en", "zh")

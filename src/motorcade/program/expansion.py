@@ -7,10 +7,10 @@ the row (too long, no dwell that fits) is the compiler's.
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from motorcade.profile import Profile
+from motorcade.config.profile import Profile
 from motorcade.program.diagnostics import Diagnostic, Phrase, error, phrase
 from motorcade.program.parts import Parts, parts_of
-from motorcade.program.steps import Pir, Repeat, Step, Together, Voice, Wait
+from motorcade.program.steps import PirStep, RepeatStep, Step, TogetherStep, VoiceStep, WaitStep
 from motorcade.program.timing import MOST_PIECES, cut, is_sum, nearest_sums, pieces_needed, to_ms
 
 # Three blocks may have no common length above theirs at all, so the search for one ends.
@@ -66,7 +66,7 @@ class Expander:
         self._check_settings(step, path)
         accept_ir = accept_ir if step.accept_ir is None else step.accept_ir
         forward = forward if step.forward is None else step.forward
-        if isinstance(step, Repeat):
+        if isinstance(step, RepeatStep):
             once = self.expand(step.steps, f"{path}.repeat.steps", accept_ir, forward)
             states = once.states * step.times
             times = step.times if states <= MOST_PIECES else 1
@@ -95,21 +95,21 @@ class Expander:
 
     def _check_step(self, step: Step, path: str) -> bool:
         before = len(self.diagnostics)
-        if isinstance(step, Together):
+        if isinstance(step, TogetherStep):
             self._check_conflict(step, path)
             for position, part in enumerate(step.steps):
                 self._check_duration(part, path, step.id, position)
-        elif isinstance(step, (Voice, Pir)) and step.seconds is None:
+        elif isinstance(step, (VoiceStep, PirStep)) and step.seconds is None:
             self.diagnostics.append(error("missing-field", f"{path}.{step.kind}", step.id, name="seconds"))
         else:
             self._check_duration(step, path, step.id)
         return len(self.diagnostics) == before
 
-    def _check_conflict(self, step: Together, path: str) -> None:
+    def _check_conflict(self, step: TogetherStep, path: str) -> None:
         seen: dict[str, str] = {}
         for position, part in enumerate(step.steps):
             # Waiting is standing still with the motor's own bits.
-            block = "drive" if isinstance(part, Wait) else part.kind
+            block = "drive" if isinstance(part, WaitStep) else part.kind
             if block in seen:
                 kinds = ", ".join(dict.fromkeys((seen[block], part.kind)))
                 place = f"{path}.together[{position}]"

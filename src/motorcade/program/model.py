@@ -11,7 +11,7 @@ from typing import Any
 
 from motorcade.program.diagnostics import Phrase, ProgramError, error, phrase
 from motorcade.program.schema import BESIDE, FORMAT, check_shape
-from motorcade.program.steps import KINDS, LONGEST_S, SHORTEST_DWELL_S, Repeat, Step, Together, as_steps
+from motorcade.program.steps import KINDS, LONGEST_S, SHORTEST_DWELL_S, RepeatStep, Step, TogetherStep, as_steps
 
 # Deeper than anyone nests blocks by hand, and short of what the parser's stack takes.
 DEEPEST = 100
@@ -158,22 +158,22 @@ def _step_from(document: dict[str, Any]) -> Step:
     more = {key: document[key] for key in ("id", "accept_ir", "forward") if key in document}
     kind = next(key for key in document if key in KINDS)
     content = document[kind]
-    if kind == Together.kind:
-        return Together(tuple(_steps_from(content)), **more)
-    if kind == Repeat.kind:
-        return Repeat(int(content["times"]), tuple(_steps_from(content["steps"])), **more)
+    if kind == TogetherStep.kind:
+        return TogetherStep(tuple(_steps_from(content)), **more)
+    if kind == RepeatStep.kind:
+        return RepeatStep(int(content["times"]), tuple(_steps_from(content["steps"])), **more)
     # JSON knows one kind of number: 2.0 is a level as good as 2.
     levels = {name: int(content[name]) for name in ("speed", "which", "radius") if name in content}
     return KINDS[kind](**{**content, **levels}, **more)
 
 
 def _step_as_dict(step: Step) -> dict[str, Any]:
-    if isinstance(step, Together):
+    if isinstance(step, TogetherStep):
         document: dict[str, Any] = {step.kind: [_step_as_dict(part) for part in step.steps]}
     else:
         own = {name: getattr(step, name) for name in step.own_schemas()}
         content = {name: value for name, value in own.items() if value is not None}
-        if isinstance(step, Repeat):
+        if isinstance(step, RepeatStep):
             content["steps"] = [_step_as_dict(part) for part in step.steps]
         document = {step.kind: content}
     for name in ("id", "accept_ir", "forward"):

@@ -2,7 +2,17 @@
 
 from typing import NamedTuple
 
-from motorcade.program.steps import DIRECTIONS, Avoid, Drive, Led, Pir, Step, Together, Voice, Wait
+from motorcade.program.steps import (
+    DIRECTIONS,
+    AvoidStep,
+    DriveStep,
+    LedStep,
+    PirStep,
+    Step,
+    TogetherStep,
+    VoiceStep,
+    WaitStep,
+)
 from motorcade.program.timing import to_ms
 from motorcade.words.formats import CONTROL
 
@@ -25,7 +35,7 @@ class Light(NamedTuple):
     duration_ms: int
 
 
-class Guard(NamedTuple):
+class Avoidance(NamedTuple):
     """c5: radius level, how long."""
 
     radius: int
@@ -37,7 +47,7 @@ class Parts(NamedTuple):
 
     motor: Motor | None = None
     light: Light | None = None
-    guard: Guard | None = None
+    guard: Avoidance | None = None
     voice: bool = False
     pir: bool = False
 
@@ -51,18 +61,18 @@ def parts_of(step: Step) -> Parts:
     """The Parts of a step that is no Repeat, has no two parts of one kind and lasts whole milliseconds."""
     motor = light = guard = None
     voice = pir = False
-    for part in step.steps if isinstance(step, Together) else (step,):
-        if isinstance(part, Drive):
+    for part in step.steps if isinstance(step, TogetherStep) else (step,):
+        if isinstance(part, DriveStep):
             motor = Motor(_DIRECTION_OF[part.direction], part.speed, _ms(part.seconds))
-        elif isinstance(part, Led):
+        elif isinstance(part, LedStep):
             light = Light(part.which, _ms(part.seconds))
-        elif isinstance(part, Avoid):
-            guard = Guard(part.radius, _ms(part.seconds))
-        elif isinstance(part, Wait):
+        elif isinstance(part, AvoidStep):
+            guard = Avoidance(part.radius, _ms(part.seconds))
+        elif isinstance(part, WaitStep):
             motor = Motor(0, 0, _ms(part.seconds))
-        elif isinstance(part, (Voice, Pir)):
-            voice = voice or isinstance(part, Voice)
-            pir = pir or isinstance(part, Pir)
+        elif isinstance(part, (VoiceStep, PirStep)):
+            voice = voice or isinstance(part, VoiceStep)
+            pir = pir or isinstance(part, PirStep)
             if part.seconds is not None:
                 motor = Motor(0, 0, _ms(part.seconds))
     return Parts(motor, light, guard, voice, pir)
@@ -82,7 +92,7 @@ def slice_of(parts: Parts, begin_ms: int, length_ms: int) -> Parts:
         light = Light(light[0], min(left, length_ms)) if left > 0 or begin_ms == 0 else None
     if guard is not None:
         left = guard[1] - begin_ms
-        guard = Guard(guard[0], min(left, length_ms)) if left > 0 or begin_ms == 0 else None
+        guard = Avoidance(guard[0], min(left, length_ms)) if left > 0 or begin_ms == 0 else None
     return Parts(motor, light, guard, voice, pir)
 
 

@@ -17,9 +17,9 @@ from collections.abc import Iterator
 from functools import cache
 from typing import NamedTuple
 
-from motorcade.profile import Profile
+from motorcade.config.profile import Profile
 from motorcade.program.expansion import Item
-from motorcade.program.parts import Guard, Light, Motor, Parts, control_word, slice_of
+from motorcade.program.parts import Avoidance, Light, Motor, Parts, control_word, slice_of
 from motorcade.program.timing import MOST_PIECES, cut
 
 
@@ -165,7 +165,7 @@ def _with_durations(parts: Parts, durations: list[int]) -> Parts:
     return Parts(
         motor and Motor(motor[0], motor[1], next(given)),
         light and Light(light[0], next(given)),
-        guard and Guard(guard[0], next(given)),
+        guard and Avoidance(guard[0], next(given)),
         voice,
         pir,
     )

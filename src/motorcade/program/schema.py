@@ -7,7 +7,17 @@ from typing import Any
 import jsonschema_rs
 
 from motorcade.program.diagnostics import Diagnostic, Phrase, error, phrase
-from motorcade.program.steps import KINDS, SECONDS, SHORTEST_DWELL_S, SIMPLE_KINDS, Pir, Repeat, Step, Together, Voice
+from motorcade.program.steps import (
+    KINDS,
+    SECONDS,
+    SHORTEST_DWELL_S,
+    SIMPLE_KINDS,
+    PirStep,
+    RepeatStep,
+    Step,
+    TogetherStep,
+    VoiceStep,
+)
 
 FORMAT = "motorcade-program/1"
 # What may stand beside a program in its file, for the page alone.
@@ -55,11 +65,11 @@ def program_schema() -> dict[str, Any]:
 
 def _step(name: str, common: dict[str, Any]) -> dict[str, Any]:
     kinds: dict[str, Any] = {kind.kind: _fields_of(kind, inside=False) for kind in SIMPLE_KINDS}
-    kinds[Together.kind] = {"type": "array", "items": {"$ref": "#/$defs/part"}}
-    repeat = _fields_of(Repeat, inside=False)
+    kinds[TogetherStep.kind] = {"type": "array", "items": {"$ref": "#/$defs/part"}}
+    repeat = _fields_of(RepeatStep, inside=False)
     repeat["properties"]["steps"] = {"type": "array", "items": {"$ref": f"#/$defs/{name}"}}
     repeat["required"].append("steps")
-    kinds[Repeat.kind] = repeat
+    kinds[RepeatStep.kind] = repeat
     return _one_of_kinds(kinds, common)
 
 
@@ -75,7 +85,7 @@ def _one_of_kinds(kinds: dict[str, Any], common: dict[str, Any]) -> dict[str, An
 def _fields_of(kind: type[Step], inside: bool) -> dict[str, Any]:
     """Schema of a step's own object; inside a together, voice and pir take their length from the others."""
     own = kind.own_schemas()
-    if inside and kind in (Voice, Pir):
+    if inside and kind in (VoiceStep, PirStep):
         own = {}
     return {"type": "object", "properties": own, "required": list(own), "additionalProperties": False}
 

@@ -55,7 +55,7 @@ class Step:
 
 
 @dataclass(frozen=True, slots=True)
-class Drive(Step):
+class DriveStep(Step):
     """Drive or turn for some seconds; speed level 0 stands still, 3 is fastest (c3)."""
 
     kind: ClassVar[str] = "drive"
@@ -65,7 +65,7 @@ class Drive(Step):
 
 
 @dataclass(frozen=True, slots=True)
-class Wait(Step):
+class WaitStep(Step):
     """Stand still for some seconds (c3 at speed 0)."""
 
     kind: ClassVar[str] = "wait"
@@ -73,7 +73,7 @@ class Wait(Step):
 
 
 @dataclass(frozen=True, slots=True)
-class Led(Step):
+class LedStep(Step):
     """Light one of the LEDs 0 to 3 for some seconds (c4)."""
 
     kind: ClassVar[str] = "led"
@@ -82,7 +82,7 @@ class Led(Step):
 
 
 @dataclass(frozen=True, slots=True)
-class Avoid(Step):
+class AvoidStep(Step):
     """Avoid obstacles nearer than radius level 0 to 3 for some seconds (c5)."""
 
     kind: ClassVar[str] = "avoid"
@@ -91,23 +91,23 @@ class Avoid(Step):
 
 
 @dataclass(frozen=True, slots=True)
-class Voice(Step):
-    """Listen for 'stop' and 'go' (c6): as part of a Together, or standing still for some seconds."""
+class VoiceStep(Step):
+    """Listen for 'stop' and 'go' (c6): as part of a together, or standing still for some seconds."""
 
     kind: ClassVar[str] = "voice"
     seconds: float | None = field(default=None, metadata={"schema": SECONDS})
 
 
 @dataclass(frozen=True, slots=True)
-class Pir(Step):
-    """Stand still while a person is sensed (c7): as part of a Together, or for some seconds."""
+class PirStep(Step):
+    """Stand still while a person is sensed (c7): as part of a together, or for some seconds."""
 
     kind: ClassVar[str] = "pir"
     seconds: float | None = field(default=None, metadata={"schema": SECONDS})
 
 
 @dataclass(frozen=True, slots=True)
-class Together(Step):
+class TogetherStep(Step):
     """Steps of different kinds that start at once; lasts as long as its longest."""
 
     kind: ClassVar[str] = "together"
@@ -118,14 +118,14 @@ class Together(Step):
         for part in as_steps(self.steps):
             if part.accept_ir is not None or part.forward is not None:
                 raise ValueError("together: accept_ir and forward belong to the whole of it, not to a part")
-            if isinstance(part, (Together, Repeat)):
+            if isinstance(part, (TogetherStep, RepeatStep)):
                 raise ValueError(f"together: {part.kind} can't be part of it")
-            if isinstance(part, (Voice, Pir)) and part.seconds is not None:
+            if isinstance(part, (VoiceStep, PirStep)) and part.seconds is not None:
                 raise ValueError(f"together: {part.kind} lasts as long as the others, so it takes no seconds here")
 
 
 @dataclass(frozen=True, slots=True)
-class Repeat(Step):
+class RepeatStep(Step):
     """Steps done over and over."""
 
     kind: ClassVar[str] = "repeat"
@@ -137,64 +137,64 @@ class Repeat(Step):
         as_steps(self.steps)
 
 
-SIMPLE_KINDS: tuple[type[Step], ...] = (Drive, Wait, Led, Avoid, Voice, Pir)
-ALL_KINDS: tuple[type[Step], ...] = (*SIMPLE_KINDS, Together, Repeat)
+SIMPLE_KINDS: tuple[type[Step], ...] = (DriveStep, WaitStep, LedStep, AvoidStep, VoiceStep, PirStep)
+ALL_KINDS: tuple[type[Step], ...] = (*SIMPLE_KINDS, TogetherStep, RepeatStep)
 KINDS = {kind.kind: kind for kind in ALL_KINDS}
 
 
-def forward(seconds: float, speed: int = 2, **more: Any) -> Drive:
+def forward(seconds: float, speed: int = 2, **more: Any) -> DriveStep:
     """Drive straight on."""
-    return Drive("forward", speed, seconds, **more)
+    return DriveStep("forward", speed, seconds, **more)
 
 
-def left(seconds: float, speed: int = 2, **more: Any) -> Drive:
+def left(seconds: float, speed: int = 2, **more: Any) -> DriveStep:
     """Turn left on the spot."""
-    return Drive("left", speed, seconds, **more)
+    return DriveStep("left", speed, seconds, **more)
 
 
-def right(seconds: float, speed: int = 2, **more: Any) -> Drive:
+def right(seconds: float, speed: int = 2, **more: Any) -> DriveStep:
     """Turn right on the spot."""
-    return Drive("right", speed, seconds, **more)
+    return DriveStep("right", speed, seconds, **more)
 
 
-def wander(seconds: float, speed: int = 2, **more: Any) -> Drive:
+def wander(seconds: float, speed: int = 2, **more: Any) -> DriveStep:
     """Drive on with random turns."""
-    return Drive("random", speed, seconds, **more)
+    return DriveStep("random", speed, seconds, **more)
 
 
-def wait(seconds: float, **more: Any) -> Wait:
+def wait(seconds: float, **more: Any) -> WaitStep:
     """Stand still."""
-    return Wait(seconds, **more)
+    return WaitStep(seconds, **more)
 
 
-def led(which: int, seconds: float, **more: Any) -> Led:
+def led(which: int, seconds: float, **more: Any) -> LedStep:
     """Light LED 0 to 3."""
-    return Led(which, seconds, **more)
+    return LedStep(which, seconds, **more)
 
 
-def avoid(radius: int, seconds: float, **more: Any) -> Avoid:
+def avoid(radius: int, seconds: float, **more: Any) -> AvoidStep:
     """Keep away from obstacles; radius is level 0 to 3."""
-    return Avoid(radius, seconds, **more)
+    return AvoidStep(radius, seconds, **more)
 
 
-def voice(seconds: float | None = None, **more: Any) -> Voice:
+def voice(seconds: float | None = None, **more: Any) -> VoiceStep:
     """Listen for 'stop' and 'go'."""
-    return Voice(seconds, **more)
+    return VoiceStep(seconds, **more)
 
 
-def pir(seconds: float | None = None, **more: Any) -> Pir:
+def pir(seconds: float | None = None, **more: Any) -> PirStep:
     """Stand still while a person is sensed."""
-    return Pir(seconds, **more)
+    return PirStep(seconds, **more)
 
 
-def together(*steps: Step, **more: Any) -> Together:
+def together(*steps: Step, **more: Any) -> TogetherStep:
     """Start these at once."""
-    return Together(steps, **more)
+    return TogetherStep(steps, **more)
 
 
-def repeat(times: int, *steps: Step, **more: Any) -> Repeat:
+def repeat(times: int, *steps: Step, **more: Any) -> RepeatStep:
     """Do these so many times."""
-    return Repeat(times, steps, **more)
+    return RepeatStep(times, steps, **more)
 
 
 def as_steps(steps: Iterable[Step]) -> tuple[Step, ...]:

@@ -9,7 +9,7 @@ from starlette.routing import BaseRoute, Mount, Route
 from starlette.staticfiles import StaticFiles
 
 # Where the build puts them.
-PAGE = Path(__file__).parent.parent / "studio" / "page"
+PAGE = Path(__file__).with_name("page")
 _REMOTE = "/drive"
 _NOT_BUILT = """<!doctype html>
 <html lang="en">

@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from simulated.flash import Flash, PowerCut
 
-from boards.on_chip.benches import SMALL
 from motorcade.boards.on_chip.image_file import ImageFile
-from strategies import images
+from support.chip_benches import SMALL
+from support.strategies import images
 
 LARGE = bytes.fromhex("FFFF0100" + "64800000" * 255 + "C0280000" * 255)
 MIDDLE = bytes.fromhex("20080200" + "64800000" * 32 + "C0280000" * 8)

@@ -5,8 +5,8 @@ from driven_car import Bench
 from hypothesis import given
 from hypothesis import strategies as st
 
-from boards.on_chip.benches import ESP32, FRAME, RP2040, bench, board_of
 from motorcade.words.infrared import frame_durations_us
+from support.chip_benches import ESP32, FRAME, RP2040, bench, board_of
 
 
 def heard(board, a_bench: Bench, durations_us, tick_ms: int = 5) -> list[int]:

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from boards.on_chip.benches import SMALL, bench, board_of
-from strategies import images
+from support.chip_benches import SMALL, bench, board_of
+from support.strategies import images
 
 
 def ends_at_the_prompt(data: bytes, byte_us: int = 87) -> bool:

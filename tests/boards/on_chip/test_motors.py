@@ -1,7 +1,7 @@
 """Motors that a MicroPython car drives: by their pins, and without power while a direction changes."""
 
-from boards.on_chip.benches import bench, board_of
 from motorcade.boards.on_chip.motors import Motor
+from support.chip_benches import bench, board_of
 
 
 def power_of(chip, forward, backward) -> int:

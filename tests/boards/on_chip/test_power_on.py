@@ -6,12 +6,12 @@ import pytest
 from simulated.flash import Flash
 from simulated.microcontroller import Reset
 
-from boards.on_chip.benches import FRAME, SMALL, bench
 from motorcade.boards.on_chip import power_on
-from motorcade.boards.pins import parse_pins
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
+from motorcade.config.pins import parse_pins
 from motorcade.firmware.settings import settings_of
-from strategies import CLASSROOM
+from support.chip_benches import FRAME, SMALL, bench
+from support.strategies import CLASSROOM
 
 
 def test_a_car_runs_until_it_is_stopped_and_then_stands_still_in_the_dark(capsys):

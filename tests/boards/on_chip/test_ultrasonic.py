@@ -3,8 +3,8 @@
 import pytest
 from driven_car import Bench
 
-from boards.on_chip.benches import bench, board_of
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
+from support.chip_benches import bench, board_of
 
 
 def distances(a_bench: Bench, asked_for_ms: int) -> list[int]:

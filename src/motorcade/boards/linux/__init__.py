@@ -1,0 +1,1 @@
+"""Real hardware of a computer that runs Linux."""

@@ -1,0 +1,115 @@
+"""Infrared out by the kernel, which keeps the 38 kHz that a program of ours could not.
+
+A LIRC device (``/dev/lirc0``) takes a frame's marks and spaces in µs and
+modulates them; `pwm-ir-tx` drives it by the hardware's PWM. Source: the
+kernel's documentation, userspace-api/media/rc/lirc-write.
+"""
+
+import os
+import struct
+import sys
+import threading
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from queue import SimpleQueue
+
+from motorcade.boards.linux.errors import InfraredError
+from motorcade.words.infrared import frame_durations_us
+
+CARRIER_HZ = 38_000
+# linux/lirc.h
+_GET_FEATURES = 0x80046900
+_SET_SEND_CARRIER = 0x40046913
+_CAN_SEND_PULSE = 0x00000002
+_CAN_SET_SEND_CARRIER = 0x00000100
+
+Ioctl = Callable[[int, int, bytes], bytes]
+
+
+def open_sender(folder: Path = Path("/dev"), ioctl: Ioctl | None = None) -> int:
+    """A file descriptor of the first LIRC device in ``folder`` that sends, set to 38 kHz.
+
+    Raises:
+        InfraredError: there is none, or this user may not use it.
+    """
+    control = ioctl or _ioctl()
+    forbidden = None
+    for path in sorted(folder.glob("lirc*")):
+        try:
+            device = os.open(path, os.O_RDWR)
+        except PermissionError:
+            forbidden = path
+            continue
+        features = int.from_bytes(control(device, _GET_FEATURES, bytes(4)), sys.byteorder)
+        if features & _CAN_SEND_PULSE:
+            if features & _CAN_SET_SEND_CARRIER:
+                control(device, _SET_SEND_CARRIER, struct.pack("=I", CARRIER_HZ))
+            return device
+        os.close(device)
+    if forbidden:
+        raise InfraredError(f"You may not use {forbidden}: sudo usermod -aG video $USER, then log in again")
+    raise InfraredError(
+        "There is no infrared sender: add dtoverlay=pwm-ir-tx,gpio_pin=18 (with your pin) to "
+        "/boot/firmware/config.txt and restart; or take 'sender' out of [infrared] in the pin file"
+    )
+
+
+def _ioctl() -> Ioctl:
+    if sys.platform == "win32":
+        raise InfraredError("Infrared is sent by the Linux kernel, which isn't here")
+    import fcntl
+
+    return fcntl.ioctl
+
+
+class LircSender:
+    """Sends frames one at a time, in a thread of its own, since the kernel returns only when a frame has been sent.
+
+    Args:
+        device: a file descriptor; each frame is one write of native 32-bit durations. Closed by ``close``.
+        unit_us: the unit of a frame.
+        clock_s: a clock in seconds, the same as the edges' of `motorcade.boards.linux.infrared_receiver`.
+    """
+
+    def __init__(self, device: int, unit_us: int, clock_s: Callable[[], float]) -> None:
+        self._device = device
+        self._unit_us = unit_us
+        self._clock_s = clock_s
+        self._frames: SimpleQueue[int | None] = SimpleQueue()
+        self._idle = threading.Event()
+        self._idle.set()
+        self._problem: OSError | None = None
+        self.ended_s = clock_s()
+        self._thread = threading.Thread(target=self._work, daemon=True)
+        self._thread.start()
+
+    def send(self, frame: int) -> None:
+        """Begin to send 32 bits. Raises InfraredError where the frame before could not be sent."""
+        if self._problem is not None:
+            raise InfraredError(f"The infrared sender fails: {self._problem.strerror}")
+        self._idle.clear()
+        self._frames.put(frame)
+
+    def is_sending(self) -> bool:
+        """Whether a frame is on the air."""
+        return not self._idle.is_set()
+
+    def wait(self, timeout_s: float) -> bool:
+        """Until the frame has been sent: False where that takes longer than ``timeout_s``."""
+        return self._idle.wait(timeout_s)
+
+    def close(self) -> None:
+        """Finish the frame that has begun and give the device up."""
+        self._frames.put(None)
+        self._thread.join()
+        os.close(self._device)
+
+    def _work(self) -> None:
+        while (frame := self._frames.get()) is not None:
+            durations_us: Iterable[int] = frame_durations_us(frame, self._unit_us)
+            try:
+                os.write(self._device, struct.pack("=67I", *durations_us))
+            except OSError as problem:
+                self._problem = problem
+            self.ended_s = self._clock_s()
+            self._idle.set()

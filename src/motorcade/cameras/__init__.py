@@ -1,0 +1,1 @@
+"""Pictures from cars, real and simulated."""

@@ -1,0 +1,232 @@
+"""What a camera on the front of a simulated car sees, drawn by NumPy: floor, walls, obstacles, cars with LEDs, people.
+
+A pinhole camera that looks along the car's heading. The floor is worked out per pixel. Walls and obstacles stand
+upright and are equally high, so in each column the nearest of them hides all others. Cars and people turn the same
+side to everyone: they are drawn as boards, the farthest first, in those columns in which nothing nearer stands.
+"""
+
+import io
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from motorcade.engine.world import Snapshot
+from motorcade.runs.description import Description
+from motorcade.runs.palette import LEDS
+
+Colours = NDArray[np.float32]
+RGB = tuple[int, int, int]
+Floats = NDArray[np.float64]
+
+WIDTH, HEIGHT = 320, 240
+_HALF_VIEW_DEG = 35
+_CAMERA_M = 0.09
+_WALL_M = 0.3
+_CAR_M = 0.1
+_LED_M = 0.02
+_PERSON_M = (0.17, 1.5)
+_TILE_M = 0.25
+# Beyond it everything has the colour of the haze.
+_HAZE_M = 8.0
+_NEAR_M = 0.02
+_MOST_BOARDS = 200
+_QUALITY = 70
+
+_SKY, _HAZE = (150, 190, 225), (205, 215, 222)
+_FLOOR, _LINE = (228, 222, 208), (180, 170, 150)
+_OUTSIDE = (190, 186, 176)
+_WALL, _OBSTACLE = (200, 120, 80), (120, 130, 145)
+_LEADER, _FOLLOWER, _PERSON = (36, 87, 197), (176, 42, 91), (80, 110, 80)
+_LAMP, _TAIL = (255, 250, 220), (220, 30, 30)
+_LED_COLOURS: list[RGB] = [(int(each[1:3], 16), int(each[3:5], 16), int(each[5:7], 16)) for each in LEDS]
+
+
+class _Board(NamedTuple):
+    """Something drawn upright: how far it is ahead and to the left, its half width, where it begins and ends."""
+
+    ahead: float
+    aside: float
+    half_m: float
+    low_m: float
+    high_m: float
+    colour: RGB
+
+
+class _Seen(NamedTuple):
+    """A wall or an obstacle by column: how far ahead it is (inf: not there), how light, and its colour."""
+
+    far_m: Floats
+    light: Floats
+    colour: RGB
+
+
+class Scene:
+    """The mat of a run, made ready to be looked at.
+
+    Args:
+        about: the run.
+        width, height: of the pictures, in pixels.
+    """
+
+    def __init__(self, about: Description, width: int = WIDTH, height: int = HEIGHT):
+        self._about = about
+        self._radius_m = about.diameter_m / 2
+        self._leads = np.zeros(about.cars, bool)
+        self._leads[list(about.leaders)] = True
+        walls = [(*wall, 0) for wall in about.walls]
+        if about.walled and about.size_m:
+            (w, h) = about.size_m
+            walls += [(0, 0, w, 0, 0), (w, 0, w, h, 0), (w, h, 0, h, 0), (0, h, 0, 0, 0)]
+        for corners in about.polygons:
+            walls += [(*here, *there, 1) for here, there in zip(corners, corners[1:] + corners[:1], strict=True)]
+        self._walls = np.array(walls, float).reshape(-1, 5)
+        self._discs = np.array(about.discs, float).reshape(-1, 3)
+        self._focus = width / 2 / math.tan(math.radians(_HALF_VIEW_DEG))
+        self._horizon = height * 0.42
+        self._width, self._height = width, height
+        # How far to the left a column's ray has come a metre ahead, and how far ahead a row's ray meets the floor.
+        self._slopes = (width / 2 - 0.5 - np.arange(width)) / self._focus
+        rows = np.arange(height) + 0.5 - self._horizon
+        self._floor_rows = np.flatnonzero(rows > 0.5)
+        self._floor_m = self._focus * _CAMERA_M / rows[self._floor_rows]
+        sky = np.clip((np.arange(height) + 0.5) / self._horizon, 0, 1)[:, None]
+        above = np.array(_SKY) * (1 - sky) + np.array(_HAZE) * sky
+        self._background = np.repeat(above.astype(np.float32)[:, None, :], width, axis=1)
+
+    def draw(self, now: Snapshot, car: int) -> NDArray[np.uint8]:
+        """The picture of a car's camera at a moment: (height, width, 3), red, green and blue."""
+        heading = float(now.heading[car])
+        cos, sin = math.cos(heading), math.sin(heading)
+        x, y = float(now.x_m[car]) + self._radius_m * cos, float(now.y_m[car]) + self._radius_m * sin
+        picture = self._background.copy()
+        self._draw_floor(picture, x, y, cos, sin)
+        depths = self._draw_walls(picture, x, y, cos, sin)
+        for board in self._boards(now, car, x, y, cos, sin):
+            self._draw_board(picture, depths, board)
+        seen: NDArray[np.uint8] = np.clip(picture, 0, 255).astype(np.uint8)
+        return seen
+
+    def _draw_floor(self, picture: Colours, x: float, y: float, cos: float, sin: float) -> None:
+        ahead = self._floor_m[:, None]
+        aside = ahead * self._slopes
+        floor_x, floor_y = x + ahead * cos - aside * sin, y + ahead * sin + aside * cos
+        # A line gets as wide as a pixel far away, and fades where lines come too close.
+        wide = np.maximum(0.006, self._floor_m / self._focus * 1.2)[:, None]
+        near_x, near_y = (np.abs((each / _TILE_M + 0.5) % 1 - 0.5) * _TILE_M for each in (floor_x, floor_y))
+        lines = (np.minimum(near_x, near_y) < wide) * np.clip(1.5 - ahead / 4, 0, 1)
+        ground = np.broadcast_to(np.array(_FLOOR, np.float32), (*lines.shape, 3))
+        if self._about.size_m:
+            w, h = self._about.size_m
+            inside = (floor_x >= 0) & (floor_x <= w) & (floor_y >= 0) & (floor_y <= h)
+            ground = np.where(inside[..., None], ground, np.array(_OUTSIDE, np.float32))
+        shaded = ground + (np.array(_LINE, np.float32) - ground) * lines[..., None]
+        picture[self._floor_rows] = _hazy(shaded, np.broadcast_to(ahead, lines.shape))
+
+    def _draw_walls(self, picture: Colours, x: float, y: float, cos: float, sin: float) -> Floats:
+        """Draws the nearest wall or obstacle of each column; gives how far ahead that is."""
+        depths = np.full(self._width, np.inf)
+        colours = np.zeros((self._width, 3), np.float32)
+        for far, light, colour in (*self._seen_walls(x, y, cos, sin), *self._seen_discs(x, y, cos, sin)):
+            nearer = far < depths
+            depths[nearer] = far[nearer]
+            colours[nearer] = (np.array(colour, np.float32) * light[:, None])[nearer]
+        solid = np.flatnonzero(np.isfinite(depths))
+        if len(solid):
+            rows = np.arange(self._height)[:, None] + 0.5 - self._horizon
+            scale = self._focus / depths[solid]
+            stands = (rows >= (_CAMERA_M - _WALL_M) * scale) & (rows <= _CAMERA_M * scale)
+            shown = np.broadcast_to(_hazy(colours[solid], depths[solid]), (self._height, len(solid), 3))
+            picture[:, solid] = np.where(stands[..., None], shown, picture[:, solid])
+        return depths
+
+    def _seen_walls(self, x: float, y: float, cos: float, sin: float) -> list[_Seen]:
+        seen: list[_Seen] = []
+        for x0, y0, x1, y1, solid in self._walls:
+            ahead_0, aside_0 = (x0 - x) * cos + (y0 - y) * sin, (y0 - y) * cos - (x0 - x) * sin
+            ahead, aside = (x1 - x0) * cos + (y1 - y0) * sin, (y1 - y0) * cos - (x1 - x0) * sin
+            with np.errstate(divide="ignore", invalid="ignore"):
+                part = (ahead_0 * self._slopes - aside_0) / (aside - ahead * self._slopes)
+                far = ahead_0 + part * ahead
+            hits = (part >= 0) & (part <= 1) & (far > _NEAR_M)
+            light = np.full(self._width, 0.75 + 0.25 * abs(ahead) / math.hypot(ahead, aside))
+            seen.append(_Seen(np.where(hits, far, np.inf), light, _OBSTACLE if solid else _WALL))
+        return seen
+
+    def _seen_discs(self, x: float, y: float, cos: float, sin: float) -> list[_Seen]:
+        seen: list[_Seen] = []
+        for disc_x, disc_y, radius in self._discs:
+            ahead, aside = (disc_x - x) * cos + (disc_y - y) * sin, (disc_y - y) * cos - (disc_x - x) * sin
+            a = 1 + self._slopes**2
+            b = ahead + aside * self._slopes
+            root = b * b - a * (ahead * ahead + aside * aside - radius * radius)
+            far = (b - np.sqrt(np.maximum(root, 0))) / a
+            off = np.clip((far * self._slopes - aside) / radius, -1, 1)
+            hits = (root > 0) & (far > _NEAR_M)
+            seen.append(_Seen(np.where(hits, far, np.inf), 1 - 0.45 * np.abs(off), _OBSTACLE))
+        return seen
+
+    def _boards(self, now: Snapshot, car: int, x: float, y: float, cos: float, sin: float) -> list[_Board]:
+        """Cars and people in view, the farthest first."""
+        dx, dy = now.x_m.astype(float) - x, now.y_m.astype(float) - y
+        ahead, aside = dx * cos + dy * sin, dy * cos - dx * sin
+        wide = abs(self._slopes[0])
+        in_view = (ahead > _NEAR_M) & (ahead < _HAZE_M) & (np.abs(aside) < ahead * wide + self._radius_m)
+        in_view[car] = False
+        near = np.flatnonzero(in_view)
+        near = near[np.argsort(ahead[near])][:_MOST_BOARDS]
+        boards = [board for k in near for board in self._car(now, int(k), float(ahead[k]), float(aside[k]), cos, sin)]
+        for person_x, person_y in self._about.people_at(now.t_ms):
+            to_x, to_y = person_x - x, person_y - y
+            half_m, high_m = _PERSON_M
+            boards.append(_Board(to_x * cos + to_y * sin, to_y * cos - to_x * sin, half_m, 0.0, high_m, _PERSON))
+        return sorted((board for board in boards if board.ahead > _NEAR_M), key=lambda board: -board.ahead)
+
+    def _car(self, now: Snapshot, k: int, ahead: float, aside: float, cos: float, sin: float) -> list[_Board]:
+        """A car's body, its LED on top, and those of its lamps that look this way: white ones in front, red behind."""
+        radius = self._radius_m
+        body = _Board(ahead, aside, radius, 0.01, _CAR_M, _LEADER if self._leads[k] else _FOLLOWER)
+        boards = [body]
+        led = int(now.led[k])
+        if led < len(_LED_COLOURS):
+            boards.append(_Board(ahead - 1e-4, aside, _LED_M, _CAR_M, _CAR_M + 2 * _LED_M, _LED_COLOURS[led]))
+        look_x, look_y = math.cos(now.heading[k]), math.sin(now.heading[k])
+        along, across = look_x * cos + look_y * sin, look_y * cos - look_x * sin
+        for end, colour in ((1, _LAMP), (-1, _TAIL)):
+            for side in (0.5, -0.5):
+                # Where on the round body it is, seen from here: a lamp on the far side is hidden by the body.
+                lamp_along = radius * (end * along * 0.87 - side * across)
+                lamp_across = radius * (end * across * 0.87 + side * along)
+                if lamp_along * ahead + lamp_across * aside < 0:
+                    boards.append(_Board(ahead - 1e-4, aside + lamp_across, radius * 0.12, 0.04, 0.06, colour))
+        return boards
+
+    def _draw_board(self, picture: Colours, depths: Floats, board: _Board) -> None:
+        scale = self._focus / board.ahead
+        middle = self._width / 2 - board.aside * scale
+        left, right = (round(middle + sign * board.half_m * scale) for sign in (-1, 1))
+        top = max(round(self._horizon + (_CAMERA_M - board.high_m) * scale), 0)
+        bottom = min(round(self._horizon + (_CAMERA_M - board.low_m) * scale), self._height)
+        columns = np.arange(max(left, 0), min(max(right, left + 1), self._width))
+        columns = columns[depths[columns] > board.ahead]
+        if not len(columns) or bottom <= top:
+            return
+        # Round, as the light says.
+        off = np.clip((columns + 0.5 - middle) / max(board.half_m * scale, 0.5), -1, 1)
+        shades = np.array(board.colour, np.float32) * (1 - 0.45 * off**2)[:, None].astype(np.float32)
+        picture[top:bottom, columns] = _hazy(shades, np.full(len(columns), board.ahead))
+
+
+def _hazy(colours: Colours, far_m: Floats) -> Colours:
+    """The colours as they look from so far."""
+    share = (np.clip(far_m / _HAZE_M, 0, 1) ** 2)[..., None].astype(np.float32)
+    return np.asarray(colours + (np.array(_HAZE, np.float32) - colours) * share, np.float32)
+
+
+def to_jpeg(picture: NDArray[np.uint8]) -> bytes:
+    """A picture's JPEG file."""
+    file = io.BytesIO()
+    Image.fromarray(picture).save(file, "JPEG", quality=_QUALITY)
+    return file.getvalue()

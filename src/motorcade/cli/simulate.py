@@ -1,0 +1,139 @@
+"""Commands that are cars: simulate, virtual-car.
+
+Each command imports what it needs when it runs, so that the others start at once.
+"""
+
+import math
+import os
+import signal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from motorcade.cli.addresses import host_and_port
+from motorcade.cli.compiling import told_of_compiling
+from motorcade.cli.failures import UsageError
+from motorcade.cli.options import (
+    Json,
+    Language,
+    ProfileOption,
+    Source,
+    image_of,
+    print_json,
+    print_table,
+    profile_named,
+    tongue,
+    wants_json,
+)
+from motorcade.cli.recordings import needs_extra
+
+if TYPE_CHECKING:
+    from motorcade.config.profile import Profile
+    from motorcade.runs.running import Run
+
+
+def add_to(app: typer.Typer) -> None:
+    """Register the commands."""
+    app.command("simulate")(simulate_command)
+    app.command("virtual-car")(virtual_car_command)
+
+
+def simulate_command(
+    source: Source,
+    followers: Annotated[
+        int | None,
+        typer.Option(min=0, max=10_000, help="How many; 5 unless given, 0 where only the leader is programmed."),
+    ] = None,
+    seconds: Annotated[float, typer.Option(min=0, max=86400, help="Simulated time.")] = 30,
+    seed: Annotated[int, typer.Option(min=0, max=(1 << 32) - 1, help="The same seed gives the same run.")] = 0,
+    mat: Annotated[Path | None, typer.Option(help="The place that they drive on, a .toml or .json file.")] = None,
+    record: Annotated[list[Path] | None, typer.Option(help="Record the run into this .mcap or .parquet file.")] = None,
+    video: Annotated[Path | None, typer.Option(help="Draw the run into this MP4 or GIF file.")] = None,
+    picture: Annotated[Path | None, typer.Option(help="Draw the tracks into this PNG, SVG or PDF file.")] = None,
+    profile: ProfileOption = "classroom",
+    language: Language = "",
+    as_json: Json = False,
+) -> None:
+    """Let a leader and its followers drive, by the very bytes that an upload sends."""
+    image, chosen = image_of(source, profile, tongue(language))
+    if math.isnan(seconds):
+        raise UsageError("--seconds is nan; allowed: 0 to 86400")
+    if mat and followers is not None:
+        raise UsageError("--followers and --mat exclude each other: the mat says which cars there are")
+    files = [*(record or ()), *([video] if video else ()), *([picture] if picture else ())]
+    with needs_extra("simulating"):
+        from motorcade.runs.show import cars_table, print_unheard, run_as_dict
+
+        run = _simulate(image, followers, seconds, seed, chosen, mat, files)
+    print_unheard(run)
+    if wants_json(as_json):
+        print_json(run_as_dict(run))
+    else:
+        print_table(cars_table(run))
+
+
+def _simulate(
+    image: bytes,
+    followers: int | None,
+    seconds: float,
+    seed: int,
+    profile: "Profile",
+    mat: Path | None,
+    files: list[Path],
+) -> "Run":
+    from motorcade.cli.console import progress_bar
+    from motorcade.mats import read_mat
+    from motorcade.runs.recording import FILMS, PICTURES
+    from motorcade.runs.running import simulate
+    from motorcade.words.image import parse_image_bytes
+
+    if followers is None:
+        followers = 5 if parse_image_bytes(image).followers else 0
+    place = read_mat(mat) if mat else None
+    duration_ms = round(seconds * 1000)
+    drawings = [path for path in files if path.suffix.lower() in (*FILMS, *PICTURES)]
+    behind_ms, last_ms = duration_ms, 0
+
+    def draw_on(now_ms: int) -> None:
+        nonlocal behind_ms, last_ms
+        if now_ms < last_ms:
+            behind_ms += duration_ms
+        last_ms = now_ms
+        advance(behind_ms + now_ms)
+
+    with told_of_compiling(), progress_bar("done", duration_ms * (1 + len(drawings))) as advance:
+        return simulate(
+            image, followers, seconds, seed, profile, mat=place, record=files, progress=advance, drawn=draw_on
+        )
+
+
+def virtual_car_command(
+    use_pty: Annotated[bool, typer.Option("--pty", help="At a pseudo-terminal (the default but on Windows).")] = False,
+    tcp: Annotated[str, typer.Option(help="At HOST:PORT instead; port 0 takes a free one.")] = "",
+    store: Annotated[Path | None, typer.Option(help="The file that the car keeps its image in.")] = None,
+    profile: ProfileOption = "classroom",
+    as_json: Json = False,
+) -> None:
+    """Be a leader car: take uploads, answer them, and run the program."""
+    from motorcade.boards.simulated import ImageStore, PseudoTerminal, TcpPort, VirtualBoard, monotonic_clock, serve
+    from motorcade.cli.console import virtual_car_observer
+
+    if use_pty and tcp:
+        raise UsageError("--pty and --tcp exclude each other")
+    chosen = profile_named(profile)
+    kept = ImageStore(store or Path(typer.get_app_dir("motorcade")) / "virtual-car.image")
+    kept.load()
+    line = TcpPort(*host_and_port(tcp)) if tcp or (os.name == "nt" and not use_pty) else PseudoTerminal()
+    board = VirtualBoard(line, kept, chosen, virtual_car_observer(chosen, as_json), monotonic_clock())
+    stopped: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda which, frame: stopped.append(which))
+    if as_json:
+        print_json({"port": line.address, "store": str(kept.path)})
+    else:
+        print(f"A virtual car waits at {line.address} and keeps its image in {kept.path}. Ctrl-C stops it.", flush=True)
+    try:
+        serve(board, line, lambda: bool(stopped))
+    finally:
+        line.close()

@@ -1,0 +1,114 @@
+"""`motorcade.drive.client` for programs that don't use asyncio."""
+
+import asyncio
+import threading
+from collections.abc import Coroutine
+from types import TracebackType
+from typing import Any, Self, TypeVar
+
+from motorcade.drive.client import DriveClient
+from motorcade.drive.telemetry import Telemetry
+
+_Result = TypeVar("_Result")
+
+
+class BlockingDriveClient:
+    """A car that is steered over the network: ``with BlockingDriveClient("192.168.1.20") as car: ...``.
+
+    It takes the arguments of `DriveClient`, and raises the same. The connection lives in a thread of its own. It
+    repeats a wish only while the wish is fresh, so the car stops soon when the program hangs.
+    """
+
+    def __init__(self, host: str, *arguments: Any, **options: Any) -> None:
+        self._client = DriveClient(host, *arguments, **options)
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._run, name="drive client", daemon=True)
+
+    def __enter__(self) -> Self:
+        """Connect. Raises CarError where that fails."""
+        self._thread.start()
+        try:
+            self._wait(self._client.__aenter__())
+        except BaseException:
+            self._end()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Stop the car and hang up."""
+        try:
+            self._wait(self._client.__aexit__(kind, problem, trace))
+        finally:
+            self._end()
+
+    @property
+    def telemetry(self) -> Telemetry | None:
+        """The latest that the car told; None before the first, and while the car is away."""
+        return self._client.telemetry
+
+    @property
+    def you(self) -> dict[str, Any]:
+        """As `DriveClient.you`."""
+        return self._client.you
+
+    @property
+    def connected(self) -> bool:
+        """Whether the car can be reached now."""
+        return self._client.connected
+
+    @property
+    def waits_for_release(self) -> bool:
+        """As `DriveClient.waits_for_release`."""
+        return self._client.waits_for_release
+
+    def drive(self, throttle: float = 0.0, steering: float = 0.0) -> None:
+        """As `DriveClient.drive`: returns at once."""
+        self._wait(self._client.drive(throttle, steering))
+
+    def drive_for(self, seconds: float, throttle: float = 0.0, steering: float = 0.0) -> None:
+        """As `DriveClient.drive_for`: returns when the time is over."""
+        self._wait(self._client.drive_for(seconds, throttle, steering))
+
+    def next_telemetry(self) -> Telemetry:
+        """As `DriveClient.next_telemetry`."""
+        return self._wait(self._client.next_telemetry())
+
+    def request(self) -> bool:
+        """As `DriveClient.request`."""
+        return self._wait(self._client.request())
+
+    def release(self) -> None:
+        """As `DriveClient.release`."""
+        self._wait(self._client.release())
+
+    def stop(self) -> None:
+        """As `DriveClient.stop`."""
+        self._wait(self._client.stop())
+
+    def clear(self) -> None:
+        """As `DriveClient.clear`."""
+        self._wait(self._client.clear())
+
+    def resume_program(self) -> None:
+        """As `DriveClient.resume_program`."""
+        self._wait(self._client.resume_program())
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        self._loop.run_forever()
+        self._loop.close()
+
+    def _wait(self, work: Coroutine[Any, Any, _Result]) -> _Result:
+        waiting = asyncio.run_coroutine_threadsafe(work, self._loop)
+        try:
+            return waiting.result()
+        except BaseException:
+            # Ctrl-C ends the wait, and must end the work too.
+            waiting.cancel()
+            raise
+
+    def _end(self) -> None:
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()

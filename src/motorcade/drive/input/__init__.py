@@ -1,0 +1,1 @@
+"""What a driver holds: keys, gamepads, sticks."""

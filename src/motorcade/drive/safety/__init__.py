@@ -1,0 +1,1 @@
+"""What stops a car whose driver or program is gone."""

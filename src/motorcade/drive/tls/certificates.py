@@ -1,0 +1,183 @@
+"""A small certificate authority: makes the keys files of cars and drivers (`motorcade.drive.tls.keys`).
+
+One folder is one authority, for a class or a household. Whoever holds a keys file of it drives every car of it; to shut
+out a lost file, make a new folder.
+"""
+
+import ipaddress
+import os
+import re
+from collections.abc import Iterable, Sequence
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import NamedTuple
+
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
+
+from motorcade.drive.tls.keys import CAR, DRIVER, KeysError, title
+
+AUTHORITY, AUTHORITY_PUBLIC = "authority.pem", "authority.crt"
+# A Raspberry Pi has no clock that runs while it is off: it may believe to be in the past.
+_BACKDATED = timedelta(days=365)
+_AUTHORITY_DAYS = timedelta(days=3650)
+# With what they are backdated still under the 825 days beyond which browsers refuse a certificate.
+_KEYS_DAYS = timedelta(days=400)
+_NAMES = {
+    # A car's name is one of its addresses too; a driver's is shown to others and names a file.
+    CAR: (
+        re.compile(r"[A-Za-z0-9]([A-Za-z0-9-]{0,38}[A-Za-z0-9])?"),
+        "up to 40 letters from a to z, digits and hyphens",
+    ),
+    DRIVER: (re.compile(r"\w([\w-]{0,38}\w)?"), "up to 40 letters, digits and hyphens"),
+}
+_HOST = re.compile(r"[A-Za-z0-9]([A-Za-z0-9.-]{0,250}[A-Za-z0-9])?")
+# So that a car can be tried on the computer that it runs on.
+_OWN = ("localhost", "127.0.0.1", "::1")
+
+
+class CarKeys(NamedTuple):
+    """A car that gets keys: its name, and the addresses that it is reached at beside NAME and NAME.local."""
+
+    name: str
+    hosts: tuple[str, ...] = ()
+
+
+class _Authority(NamedTuple):
+    key: ec.EllipticCurvePrivateKey
+    certificate: x509.Certificate
+
+
+def make_keys(folder: Path, cars: Sequence[CarKeys], drivers: Sequence[str], now: datetime) -> list[Path]:
+    """Make the keys files of ``cars`` and ``drivers`` in ``folder``, and its authority where it has none yet.
+
+    Args:
+        now: with its time zone; certificates are good for a year and a month from then on.
+
+    Returns:
+        The files that are new: ``car-NAME.pem``, ``driver-NAME.pem``, and those of a new authority.
+
+    Raises:
+        KeysError: a name that can't be, or whose file is there already; nothing has been made then.
+    """
+    names = [(CAR, car.name) for car in cars] + [(DRIVER, driver) for driver in drivers]
+    for role, name in names:
+        pattern, allowed = _NAMES[role]
+        if not pattern.fullmatch(name):
+            raise KeysError(f"'{name[:40]}' is no name for a {role}; allowed: {allowed}")
+        if names.count((role, name)) > 1:
+            raise KeysError(f"the {role} {name} is named twice")
+        if (file := folder / f"{role}-{name}.pem").exists():
+            raise KeysError(f"{file} is there already; remove it first if {name} needs new keys")
+    purposes = [_car_purpose(car) for car in cars] + [_driver_purpose()] * len(drivers)
+    made: list[Path] = []
+    if not (folder / AUTHORITY).exists():
+        made += _found_authority(folder, now)
+    authority = _read_authority(folder / AUTHORITY)
+    for (role, name), purpose in zip(names, purposes, strict=True):
+        made.append(folder / f"{role}-{name}.pem")
+        _write_secret(made[-1], title(role, name), _signed(authority, name, purpose, now), authority)
+    return made
+
+
+def _car_purpose(car: CarKeys) -> list[x509.ExtensionType]:
+    hosts = (car.name, f"{car.name}.local", *_OWN, *car.hosts)
+    named = x509.SubjectAlternativeName([_general_name(host) for host in dict.fromkeys(hosts)])
+    return [x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH]), named]
+
+
+def _driver_purpose() -> list[x509.ExtensionType]:
+    return [x509.ExtendedKeyUsage([ExtendedKeyUsageOID.CLIENT_AUTH])]
+
+
+def _general_name(host: str) -> x509.GeneralName:
+    try:
+        return x509.IPAddress(ipaddress.ip_address(host))
+    except ValueError:
+        if not _HOST.fullmatch(host):
+            raise KeysError(f"'{host[:60]}' is no address of a car, such as 192.168.1.20 or car.local") from None
+        return x509.DNSName(host)
+
+
+def _found_authority(folder: Path, now: datetime) -> Iterable[Path]:
+    folder.mkdir(parents=True, exist_ok=True)
+    key = ec.generate_private_key(ec.SECP256R1())
+    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, f"Motorcade authority {folder.resolve().name}"[:64])])
+    builder = _builder(name, name, key.public_key(), key.public_key(), now, _AUTHORITY_DAYS)
+    builder = builder.add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
+    certificate = builder.add_extension(_usage(signs_certificates=True), critical=True).sign(key, hashes.SHA256())
+    secret, public = folder / AUTHORITY, folder / AUTHORITY_PUBLIC
+    authority = _Authority(key, certificate)
+    _write_secret(secret, "Motorcade authority: whoever has this file can make keys", authority)
+    public.write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
+    return secret, public
+
+
+def _read_authority(file: Path) -> _Authority:
+    try:
+        data = file.read_bytes()
+        key = serialization.load_pem_private_key(data, password=None)
+        certificate = x509.load_pem_x509_certificate(data)
+    except (ValueError, TypeError):
+        raise KeysError(f"{file} can't be read as an authority's key and certificate; use another folder") from None
+    if not isinstance(key, ec.EllipticCurvePrivateKey):
+        raise KeysError(f"{file} holds a key of another kind than Motorcade makes; use another folder")
+    return _Authority(key, certificate)
+
+
+def _signed(
+    authority: _Authority, common_name: str, purpose: Iterable[x509.ExtensionType], now: datetime
+) -> _Authority:
+    key = ec.generate_private_key(ec.SECP256R1())
+    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, common_name)])
+    issuer = authority.certificate.subject
+    builder = _builder(name, issuer, key.public_key(), authority.key.public_key(), now, _KEYS_DAYS)
+    builder = builder.add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
+    builder = builder.add_extension(_usage(signs_certificates=False), critical=True)
+    for extension in purpose:
+        builder = builder.add_extension(extension, critical=False)
+    return _Authority(key, builder.sign(authority.key, hashes.SHA256()))
+
+
+def _builder(
+    name: x509.Name,
+    issuer: x509.Name,
+    key: ec.EllipticCurvePublicKey,
+    issuer_key: ec.EllipticCurvePublicKey,
+    now: datetime,
+    lasts: timedelta,
+) -> x509.CertificateBuilder:
+    return (
+        x509.CertificateBuilder(issuer, name, key, x509.random_serial_number(), now - _BACKDATED, now + lasts)
+        .add_extension(x509.SubjectKeyIdentifier.from_public_key(key), critical=False)
+        .add_extension(x509.AuthorityKeyIdentifier.from_issuer_public_key(issuer_key), critical=False)
+    )
+
+
+def _usage(signs_certificates: bool) -> x509.KeyUsage:
+    return x509.KeyUsage(
+        digital_signature=not signs_certificates,
+        key_cert_sign=signs_certificates,
+        crl_sign=signs_certificates,
+        content_commitment=False,
+        key_encipherment=False,
+        data_encipherment=False,
+        key_agreement=False,
+        encipher_only=False,
+        decipher_only=False,
+    )
+
+
+def _write_secret(file: Path, first_line: str, own: _Authority, authority: _Authority | None = None) -> None:
+    """Key, certificate and the authority's certificate, in a new file that only its owner may read."""
+    parts = [f"{first_line}\n".encode()]
+    parts.append(
+        own.key.private_bytes(
+            serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+        )
+    )
+    parts.extend(each.certificate.public_bytes(serialization.Encoding.PEM) for each in (own, authority) if each)
+    with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as opened:
+        opened.write(b"".join(parts))

@@ -1,0 +1,117 @@
+"""Cars that somebody drives: a servo steers their front wheels, and their way is a bicycle's.
+
+**The model** is the kinematic bicycle about the body's middle, which lies midway between the axles (Polack et al.
+2017, "The kinematic bicycle model"). With the wheel base b, front wheels turned by d and the speed v of the middle:
+tan s = tan d / 2 is where the middle goes, off the heading; it turns by v cos s tan d / b. Wheels don't skid, and
+the servo and the motor take no time. Duty `motor.pwm_max` drives as fast as the profile's fastest level.
+
+A driven car's brain goes on, with its infrared, its LED and its draws; its wheels alone obey the driver. How it
+goes changes with every tick, so it looks around in each. All else is as for others: it pushes and is pushed.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from motorcade.config.profile import Profile
+from motorcade.engine import clearance
+from motorcade.engine.bodies import NOISE_MS, WAY_BITS
+from motorcade.engine.geometry import FULL_TURN, cosine, mix, sine
+from motorcade.engine.native import in_kernel
+from motorcade.engine.state import DRIVEN, Cars, Driven, Floats, Rules
+from motorcade.words.ticks import TICKS_MASK
+
+# Rows of a matrix of driven cars.
+WORLD = 0
+NUMBER = 1  # within its world
+PLACE = 2  # where it stands in the arrays of Cars
+AHEAD = 3  # 2^-12 µm a tick along its heading
+ASIDE = 4  # and to its left
+TURN = 5  # binary angle a tick
+TURNED = 6  # the same in this tick, with wheel noise
+CENTRE_DEG = 90
+_STEPS = 1 << WAY_BITS
+
+
+class Motion(NamedTuple):
+    """What a driven car does in a tick: 2^-12 µm along its heading and to its left, and the angle by which it turns."""
+
+    ahead: int
+    aside: int
+    turn: int
+
+
+def motion_of(angle_deg: int, direction: int, speed: int, profile: Profile, tick_ms: int) -> Motion:
+    """How a car goes with its servo at ``angle_deg`` (0-180, above 90 is left), forward (1) or back (0), at a duty."""
+    way = profile.speeds_mm_s[-1] * min(speed / profile.motor.pwm_max, 1.0) * tick_ms * (1 if direction else -1)
+    steered = math.tan(math.radians((angle_deg - CENTRE_DEG) * profile.servo.steering_deg / CENTRE_DEG))
+    ahead = way / math.sqrt(1.0 + steered * steered / 4.0)
+    turn = ahead * steered / (profile.body.wheel_base_mm * 1000) / math.tau * FULL_TURN
+    # Towards 0, so that no car is faster than the fastest.
+    return Motion(int(ahead * _STEPS), int(ahead * steered / 2.0 * _STEPS), round(turn))
+
+
+@in_kernel
+def find(world: int, begin: int, end: int, cars: Cars, driven: Driven) -> None:
+    """Note where in the arrays a world's driven cars stand, after they were put in order."""
+    for k in range(driven.shape[1]):
+        if driven[WORLD, k] != world:
+            continue
+        for i in range(begin, end):
+            if cars.number[i] == driven[NUMBER, k]:
+                driven[PLACE, k] = i
+
+
+@in_kernel
+def set_out(world: int, seed: int, tick: int, cars: Cars, driven: Driven, rules: Rules) -> None:
+    """Before anything else in a tick: the way that each driven car of a world goes in it, half turned already."""
+    for k in range(driven.shape[1]):
+        if driven[WORLD, k] != world:
+            continue
+        i = driven[PLACE, k]
+        ahead, aside, turn = float(driven[AHEAD, k]), float(driven[ASIDE, k]), float(driven[TURN, k])
+        if rules.wheel_noise > 0.0 and ahead != 0.0:
+            bits = mix(seed, cars.number[i], (tick * rules.tick_ms & TICKS_MASK) // NOISE_MS)
+            left = 1.0 + rules.wheel_noise * rules.normals[bits & 1023]
+            right = 1.0 + rules.wheel_noise * rules.normals[bits >> 10 & 1023]
+            share = (left + right) / 2.0
+            turn = math.floor(turn * share + (right - left) * ahead / _STEPS * rules.wheel_turn + 0.5)
+            ahead, aside = ahead * share, aside * share
+        driven[TURNED, k] = int(turn)
+        heading = int(cars.heading[i]) + int(turn) // 2
+        ahead_x, ahead_y = cosine(heading, rules.cosines), sine(heading, rules.cosines)
+        cars.way_x[i] = math.floor(ahead * ahead_x - aside * ahead_y + 0.5)
+        cars.way_y[i] = math.floor(ahead * ahead_y + aside * ahead_x + 0.5)
+        cars.clear[i] = clearance.on_another_way(cars.clear[i], tick)
+
+
+@in_kernel
+def turn_round(world: int, cars: Cars, driven: Driven) -> None:
+    """After everyone has moved: each driven car of a world has turned."""
+    for k in range(driven.shape[1]):
+        if driven[WORLD, k] == world:
+            i = driven[PLACE, k]
+            cars.heading[i] = (int(cars.heading[i]) + int(driven[TURNED, k])) & 0xFFFFFFFF
+
+
+def nobody() -> Driven:
+    """No car is driven."""
+    return np.zeros((TURNED + 1, 0), np.int64)
+
+
+def with_driver(driven: Driven, world: int, number: int, place: int, motion: Motion) -> Driven:
+    """The same, with a car that goes so, whether or not it was driven before."""
+    column = np.array([[world], [number], [place], *([each] for each in motion), [0]], np.int64)
+    return np.concatenate([without_driver(driven, world, number), column], axis=1)
+
+
+def without_driver(driven: Driven, world: int, number: int) -> Driven:
+    """The same, but for that car."""
+    kept: Driven = driven[:, (driven[WORLD] != world) | (driven[NUMBER] != number)]
+    return kept
+
+
+def shown_wheels(ahead: int, aside: int, speeds: Floats) -> int:
+    """What a driven car shows as its wheels: DRIVEN and the level whose speed (µm a tick) its own doesn't exceed."""
+    return DRIVEN + int(np.searchsorted(speeds, math.hypot(ahead, aside) / _STEPS))

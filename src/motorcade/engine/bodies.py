@@ -1,0 +1,341 @@
+"""What a car's body meets: other bodies, walls and obstacles, people, and its own wheels' way.
+
+**Contact.** Two bodies that overlap push each other apart along the line between
+their centres, each by half of the overlap; walls and obstacles push by all of it.
+Every car's push is worked out from where the others are now, then all are
+applied at once, never further than the fastest car drives in a tick (Jacobi's
+way through position-based dynamics, Müller et al. 2007). So walls give by up to
+one tick's way, and so do bodies, but for those that a queue of others presses.
+
+**Ultrasonic.** The distance from the front of the body to the nearest surface
+that touches the cone. **PIR.** A person whose place is within range and sector.
+"""
+
+import math
+
+from motorcade.car.board import NOTHING_IN_SIGHT_MM
+from motorcade.car.brain import LEFT, RIGHT
+from motorcade.engine.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS, cell_at
+from motorcade.engine.geometry import (
+    FAR_UM,
+    cosine,
+    disc_in_cone,
+    mix,
+    nearest_of_segment,
+    segment_in_cone,
+    sine,
+)
+from motorcade.engine.native import in_kernel
+from motorcade.engine.state import Cars, Cells, People, Place, Rules
+
+WAY_BITS = 12
+NOISE_MS = 100
+# How much farther than what matters now a car looks, so as not to have to look again soon.
+LOOK_BEYOND_UM = 100_000.0
+_MOST_PUSH_UM = 32_000.0
+
+
+@in_kernel
+def way_of(i: int, cars: Cars, rules: Rules) -> tuple[float, float, float]:
+    """What car ``i`` drives in a tick in x and y, and at most in any direction."""
+    way_x, way_y = float(cars.way_x[i]) / (1 << WAY_BITS), float(cars.way_y[i]) / (1 << WAY_BITS)
+    if rules.wheel_noise > 0.0:
+        return way_x, way_y, rules.fastest
+    return way_x, way_y, math.sqrt(way_x * way_x + way_y * way_y)
+
+
+@in_kernel
+def others_near(
+    i: int, world: int, look: float, cars: Cars, cells: Cells, rules: Rules
+) -> tuple[float, float, float, float, float]:
+    """Look at the cars around car ``i``, of which its ultrasonic sensor sees those within ``look`` (0.0: it is off).
+
+    Gives for how many ticks none of them can come to matter, as long as this car goes on as it does; for how many
+    none can touch it, whatever its way; the distance from its front to the nearest in the cone (FAR_UM: none); and
+    the push of all that touch it.
+    """
+    x, y = float(cars.x[i]), float(cars.y[i])
+    ahead_x, ahead_y = 0.0, 0.0
+    if look > 0.0:
+        ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
+    reach = rules.contact + look
+    near = reach + LOOK_BEYOND_UM
+    way_x, way_y, own = way_of(i, cars, rules)
+    ticks, obstacle, push_x, push_y = LOOK_BEYOND_UM / (own + rules.fastest), FAR_UM, 0.0, 0.0
+    gap = LOOK_BEYOND_UM
+    wide = near + rules.drift
+    frame, first = cells.frame[world], cells.first[world]
+    columns = int(frame[COLUMNS])
+    rows = int(frame[ROWS])
+    left = cell_at(x - wide, frame[ORIGIN_X], frame[PER_UM], columns)
+    right = cell_at(x + wide, frame[ORIGIN_X], frame[PER_UM], columns)
+    bottom = cell_at(y - wide, frame[ORIGIN_Y], frame[PER_UM], rows)
+    top = cell_at(y + wide, frame[ORIGIN_Y], frame[PER_UM], rows)
+    for row in range(bottom, top + 1):
+        for j in range(first[row * columns + left], first[row * columns + right + 1]):
+            dx, dy = float(cars.x[j]) - x, float(cars.y[j]) - y
+            squared = dx * dx + dy * dy
+            if squared >= near * near or j == i:
+                continue
+            distance = math.sqrt(squared)
+            if look > 0.0:
+                ahead, aside = dx * ahead_x + dy * ahead_y - rules.radius, dy * ahead_x - dx * ahead_y
+                ticks = min(ticks, _gap_to_cone(ahead, aside, look, rules) / (own + rules.fastest))
+                seen = disc_in_cone(ahead, aside, rules.radius, rules.cone_cos, rules.cone_sin)
+                if seen <= look:
+                    obstacle = min(obstacle, seen)
+            if rules.collisions == 0:
+                continue
+            closing = _closing(way_x * dx + way_y * dy, distance, own, rules) + rules.fastest
+            ticks = min(ticks, (distance - rules.contact) / max(closing, 1.0))
+            gap = min(gap, distance - rules.contact)
+            if distance < rules.contact:
+                overlap = rules.contact - distance
+                if distance == 0.0:
+                    # Two that stand on one point part by their numbers.
+                    distance = 1.0
+                    dx = 1.0 if cars.number[i] < cars.number[j] else -1.0
+                push_x -= math.floor(dx * overlap / (2.0 * distance) + 0.5)
+                push_y -= math.floor(dy * overlap / (2.0 * distance) + 0.5)
+    return ticks, gap / (2.0 * rules.fastest), obstacle, push_x, push_y
+
+
+@in_kernel
+def _closing(product: float, distance: float, own: float, rules: Rules) -> float:
+    """How fast a car comes nearer to a point, from the product of its way and the vector to there.
+
+    Along a straight way that is never more than at first; with wheel noise the way isn't straight.
+    """
+    if rules.wheel_noise > 0.0:
+        return own
+    return product / max(distance, 1.0)
+
+
+@in_kernel
+def _gap_to_cone(ahead: float, aside: float, look: float, rules: Rules) -> float:
+    """How far a body is from being seen: beyond the range, or beside the cone, whichever is more."""
+    away = math.sqrt(ahead * ahead + aside * aside) - rules.radius
+    aside = abs(aside)
+    beside = aside * rules.cone_cos - ahead * rules.cone_sin - rules.radius
+    if ahead * rules.cone_cos + aside * rules.cone_sin <= 0.0:
+        beside = away
+    return max(away - look, beside)
+
+
+@in_kernel
+def place_near(
+    i: int, look: float, push_x: float, push_y: float, cars: Cars, place: Place, rules: Rules
+) -> tuple[float, float, float, float, float]:
+    """Look at walls and obstacles around car ``i``, which others push; gives what ``others_near`` gives.
+
+    However many push, none is pushed into a wall that it touches, and out of a corner by its walls alone.
+    """
+    way_x, way_y, own = way_of(i, cars, rules)
+    around = rules.radius + look
+    near = around + LOOK_BEYOND_UM
+    ticks, obstacle, away_x, away_y = LOOK_BEYOND_UM / max(own, 1.0), FAR_UM, 0.0, 0.0
+    touched, pressed, along_x, along_y = 0, 0, push_x, push_y
+    gap = LOOK_BEYOND_UM
+    x, y = float(cars.x[i]), float(cars.y[i])
+    frame = place.frame
+    columns = int(frame[COLUMNS])
+    column = cell_at(x, frame[ORIGIN_X], frame[PER_UM], columns)
+    cell = cell_at(y, frame[ORIGIN_Y], frame[PER_UM], int(frame[ROWS])) * columns + column
+    segments = place.segments.shape[0]
+    for k in range(place.first[cell], place.first[cell + 1]):
+        if place.away[k] >= near:
+            break
+        item = place.items[k]
+        thick = 0.0
+        if item < segments:
+            wall = place.segments[item]
+            near_x, near_y = nearest_of_segment(x, y, wall[0], wall[1], wall[2], wall[3])
+            dx, dy = near_x - x, near_y - y
+        else:
+            disc = place.discs[item - segments]
+            dx, dy, thick = disc[0] - x, disc[1] - y, disc[2]
+        squared = dx * dx + dy * dy
+        if squared >= (near + thick) * (near + thick):
+            continue
+        distance = math.sqrt(squared)
+        surface = distance - thick
+        closing = own if look > 0.0 else _closing(way_x * dx + way_y * dy, distance, own, rules)
+        ticks = min(ticks, (surface - around) / max(closing, 1.0))
+        gap = min(gap, surface - rules.radius)
+        if look > 0.0 and surface < look + rules.radius:
+            obstacle = min(obstacle, _place_in_cone(i, item, cars, place, rules))
+        if surface < rules.radius and distance > 0.0 and rules.collisions:
+            share = (rules.radius - surface) / distance
+            away_x -= math.floor(dx * share + 0.5)
+            away_y -= math.floor(dy * share + 0.5)
+            touched += 1
+            into = (push_x * dx + push_y * dy) / squared
+            if into > 0.0:
+                pressed = 1
+                along_x, along_y = push_x - into * dx, push_y - into * dy
+    if pressed:
+        push_x, push_y = (along_x, along_y) if touched == 1 else (0.0, 0.0)
+    push_x, push_y = math.floor(push_x + 0.5) + away_x, math.floor(push_y + 0.5) + away_y
+    return ticks, gap / rules.fastest, obstacle, push_x, push_y
+
+
+@in_kernel
+def _place_in_cone(i: int, item: int, cars: Cars, place: Place, rules: Rules) -> float:
+    ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
+    front_x = float(cars.x[i]) + rules.radius * ahead_x
+    front_y = float(cars.y[i]) + rules.radius * ahead_y
+    segments = place.segments.shape[0]
+    if item >= segments:
+        disc = place.discs[item - segments]
+        dx, dy = disc[0] - front_x, disc[1] - front_y
+        ahead, aside = dx * ahead_x + dy * ahead_y, dy * ahead_x - dx * ahead_y
+        return disc_in_cone(ahead, aside, disc[2], rules.cone_cos, rules.cone_sin)
+    wall = place.segments[item]
+    ahead_0 = (wall[0] - front_x) * ahead_x + (wall[1] - front_y) * ahead_y
+    aside_0 = (wall[1] - front_y) * ahead_x - (wall[0] - front_x) * ahead_y
+    ahead_1 = (wall[2] - front_x) * ahead_x + (wall[3] - front_y) * ahead_y
+    aside_1 = (wall[3] - front_y) * ahead_x - (wall[2] - front_x) * ahead_y
+    return segment_in_cone(ahead_0, aside_0, ahead_1, aside_1, rules.cone_cos, rules.cone_sin)
+
+
+@in_kernel
+def obstacle_mm(distance: float, rules: Rules) -> int:
+    """What the ultrasonic sensor says of a distance in µm."""
+    if distance >= FAR_UM:
+        return NOTHING_IN_SIGHT_MM
+    whole = int(distance) // 1000
+    return whole if whole <= rules.ultrasonic_range_mm else NOTHING_IN_SIGHT_MM
+
+
+@in_kernel
+def keep_push(i: int, push_x: float, push_y: float, cars: Cars, rules: Rules) -> None:
+    """Keep the push for this tick's way, so bounded that the car goes no further than the fastest drives."""
+    way_x = float(cars.way_x[i]) / (1 << WAY_BITS)
+    way_y = float(cars.way_y[i]) / (1 << WAY_BITS)
+    sum_x, sum_y = way_x + push_x, way_y + push_y
+    length = math.sqrt(sum_x * sum_x + sum_y * sum_y)
+    if length > rules.fastest:
+        push_x = sum_x * rules.fastest / length - way_x
+        push_y = sum_y * rules.fastest / length - way_y
+    whole_x = int(min(max(push_x, -_MOST_PUSH_UM), _MOST_PUSH_UM))
+    whole_y = int(min(max(push_y, -_MOST_PUSH_UM), _MOST_PUSH_UM))
+    cars.push[i] = (whole_x & 0xFFFF) << 16 | (whole_y & 0xFFFF)
+
+
+@in_kernel
+def _person_at(k: int, now: int, people: People) -> tuple[float, float]:
+    """Where person ``k`` is: on the straight line between two points of the path."""
+    first, last = people.first[k], people.first[k + 1] - 1
+    at = now
+    if people.repeats[k] and people.at_ms[last] > 0:
+        at = now % people.at_ms[last]
+    point = first
+    while point < last and people.at_ms[point + 1] <= at:
+        point += 1
+    if point == last:
+        return people.x[last], people.y[last]
+    part = float(at - people.at_ms[point]) / float(people.at_ms[point + 1] - people.at_ms[point])
+    x = people.x[point] + part * (people.x[point + 1] - people.x[point])
+    y = people.y[point] + part * (people.y[point + 1] - people.y[point])
+    return math.floor(x + 0.5), math.floor(y + 0.5)
+
+
+@in_kernel
+def person_near(i: int, part: int, now: int, cars: Cars, people: People, rules: Rules) -> tuple[int, float]:
+    """Whether car ``i`` senses a person, and how far outside its PIR range the nearest is (0.0: within)."""
+    if people.walked_ms[part] != now:
+        people.walked_ms[part] = now
+        for k in range(people.now_x.shape[1]):
+            people.now_x[part, k], people.now_y[part, k] = _person_at(k, now, people)
+    x, y = float(cars.x[i]), float(cars.y[i])
+    ahead_x, ahead_y = cosine(cars.heading[i], rules.cosines), sine(cars.heading[i], rules.cosines)
+    reach = rules.pir_range * rules.pir_range
+    nearest, sensed = FAR_UM * FAR_UM, 0
+    for k in range(people.now_x.shape[1]):
+        dx, dy = people.now_x[part, k] - x, people.now_y[part, k] - y
+        squared = dx * dx + dy * dy
+        nearest = min(nearest, squared)
+        if squared <= reach and dx * ahead_x + dy * ahead_y >= rules.pir_cos * math.sqrt(squared):
+            sensed = 1
+    return sensed, max(math.sqrt(nearest) - rules.pir_range, 0.0)
+
+
+@in_kernel
+def turns(wheels: int) -> bool:
+    """Whether wheels turn the car on the spot."""
+    return (wheels >> 2 == LEFT or wheels >> 2 == RIGHT) and wheels & 3 > 0
+
+
+@in_kernel
+def set_way(i: int, wheels: int, cars: Cars, rules: Rules) -> None:
+    """Drive as the wheels say: straight along the heading, or on the spot."""
+    cars.wheels[i] = wheels
+    way = 0.0
+    if wheels >> 2 != LEFT and wheels >> 2 != RIGHT:
+        way = rules.speeds[wheels & 3]
+    _set_way_along(i, way, cars, rules)
+
+
+@in_kernel
+def _set_way_along(i: int, way: float, cars: Cars, rules: Rules) -> None:
+    way = way * (1 << WAY_BITS)
+    cars.way_x[i] = math.floor(way * cosine(cars.heading[i], rules.cosines) + 0.5)
+    cars.way_y[i] = math.floor(way * sine(cars.heading[i], rules.cosines) + 0.5)
+
+
+@in_kernel
+def _slip(i: int, seed: int, now: int, cars: Cars, rules: Rules) -> None:
+    """Wheel noise: each wheel's speed is off by a normal share, drawn anew every NOISE_MS.
+
+    With wheel speeds l and r, the car drives (l + r) / 2 and turns by (r - l) / wheel base.
+    """
+    wheels = int(cars.wheels[i])
+    speed = rules.speeds[wheels & 3]
+    if speed == 0.0:
+        return
+    bits = mix(seed, cars.number[i], now // NOISE_MS)
+    left = 1.0 + rules.wheel_noise * rules.normals[bits & 1023]
+    right = 1.0 + rules.wheel_noise * rules.normals[bits >> 10 & 1023]
+    if wheels >> 2 == LEFT or wheels >> 2 == RIGHT:
+        # On the spot one wheel goes back as fast as the other goes forward.
+        turn = float(rules.turns[wheels])
+        spin = turn / rules.wheel_turn / 2.0
+        left, right = -left * spin, right * spin
+    else:
+        left, right = left * speed, right * speed
+    turned = math.floor((right - left) * rules.wheel_turn + 0.5)
+    cars.heading[i] = (int(cars.heading[i]) + turned) & 0xFFFFFFFF
+    _set_way_along(i, (left + right) / 2.0, cars, rules)
+
+
+@in_kernel
+def move(begin: int, end: int, seed: int, tick: int, cars: Cars, rules: Rules) -> None:
+    """Everyone goes one tick's way.
+
+    A way is finer than a µm. The whole µm of it are spread over the ticks so
+    that after any number of them a car is within 1 µm of where it should be.
+    """
+    if rules.wheel_noise > 0.0:
+        for i in range(begin, end):
+            _slip(i, seed, tick * rules.tick_ms, cars, rules)
+    phase = tick & ((1 << WAY_BITS) - 1)
+    for i in range(begin, end):
+        push = int(cars.push[i])
+        cars.x[i] = cars.x[i] + _whole_um(int(cars.way_x[i]), phase) + _signed(push >> 16)
+        cars.y[i] = cars.y[i] + _whole_um(int(cars.way_y[i]), phase) + _signed(push & 0xFFFF)
+        cars.push[i] = 0
+    if rules.wheel_noise == 0.0:
+        for i in range(begin, end):
+            cars.heading[i] = (int(cars.heading[i]) + rules.turns[cars.wheels[i]]) & 0xFFFFFFFF
+
+
+@in_kernel
+def _whole_um(way: int, phase: int) -> int:
+    mask = (1 << WAY_BITS) - 1
+    rest = way & mask
+    return (way >> WAY_BITS) + (((rest * phase & mask) + rest) >> WAY_BITS)
+
+
+@in_kernel
+def _signed(bits: int) -> int:
+    return (bits ^ 0x8000) - 0x8000

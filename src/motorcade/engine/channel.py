@@ -1,0 +1,183 @@
+"""Infrared between cars, frame by frame.
+
+A frame reaches every follower that is within range of its sender when it begins,
+within the sender's beam, and in its line of sight where walls, obstacles and the
+bodies of other cars shade. It occupies the air there for its own air time.
+
+**Half duplex.** A car that sends at any moment of a frame doesn't get it.
+
+**Collision.** Where two frames overlap at a receiver, both are lost. With a
+capture ratio, one whose power there is at least so many times that of the
+loudest other one survives. Power falls with the square of the distance; "the
+loudest" is that since the air there was last free, as a receiver's gain control
+sees it.
+
+**Bit errors.** Each bit flips with the same chance on its way to one receiver.
+Parity then finds every odd number of flips and no even one.
+"""
+
+import math
+
+from motorcade.car import brain
+from motorcade.engine import counters as tally
+from motorcade.engine.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS, cell_at
+from motorcade.engine.counters import Counters
+from motorcade.engine.geometry import cosine, cross, is_shaded, mix, sine
+from motorcade.engine.native import in_kernel
+from motorcade.engine.state import NOBODY, Cars, Cells, Floats, Place, Rules
+from motorcade.words.ticks import later_ms, reached
+
+
+@in_kernel
+def air_is_busy(i: int, now: int, cars: Cars) -> int:
+    """1 while others' frames, or its own, are on the air around car ``i``."""
+    return 1 - reached(now, cars.air_until[i]) * reached(now, cars.sends_until[i])
+
+
+@in_kernel
+def begin_frame(i: int, frame: int, now: int, part: int, cars: Cars, rules: Rules, told: Counters) -> None:
+    """Car ``i`` begins a frame; what it was hearing is lost. ``heard`` holds its own frame while it sends."""
+    if cars.heard_from[i] != NOBODY:
+        tally.lose(told, part, now, cars.number[i], tally.SENDING, cars.heard[i], cars.heard_from[i])
+        cars.heard_from[i] = NOBODY
+    cars.heard[i] = frame
+    cars.sends_until[i] = later_ms(now, brain.frame_ms(frame, rules.levels))
+    told.counts[part, tally.FRAMES] += 1
+
+
+@in_kernel
+def spread_frame(
+    j: int,
+    world: int,
+    low_row: int,
+    high_row: int,
+    now: int,
+    part: int,
+    cars: Cars,
+    cells: Cells,
+    place: Place,
+    rules: Rules,
+    told: Counters,
+) -> None:
+    """Let the frame that car ``j`` began now reach the receivers in rows ``low_row`` to ``high_row`` - 1."""
+    x, y = float(cars.x[j]), float(cars.y[j])
+    wide = rules.range + rules.drift
+    frame, first = cells.frame[world], cells.first[world]
+    columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
+    bottom = max(cell_at(y - wide, frame[ORIGIN_Y], frame[PER_UM], rows), low_row)
+    top = min(cell_at(y + wide, frame[ORIGIN_Y], frame[PER_UM], rows), high_row - 1)
+    if bottom > top:
+        return
+    left = cell_at(x - wide, frame[ORIGIN_X], frame[PER_UM], columns)
+    right = cell_at(x + wide, frame[ORIGIN_X], frame[PER_UM], columns)
+    ahead_x, ahead_y = cosine(cars.heading[j], rules.cosines), sine(cars.heading[j], rules.cosines)
+    for row in range(bottom, top + 1):
+        for i in range(first[row * columns + left], first[row * columns + right + 1]):
+            dx, dy = float(cars.x[i]) - x, float(cars.y[i]) - y
+            squared = dx * dx + dy * dy
+            if squared > rules.range * rules.range or i == j or cars.program[i] != 0:
+                continue
+            distance = math.sqrt(squared)
+            if dx * ahead_x + dy * ahead_y < rules.beam_cos * distance:
+                continue
+            if rules.line_of_sight and _is_hidden(i, j, distance, world, cars, cells, place, rules):
+                continue
+            _arrive(i, j, int(distance), now, part, cars, rules, told)
+
+
+@in_kernel
+def _arrive(i: int, j: int, distance: int, now: int, part: int, cars: Cars, rules: Rules, told: Counters) -> None:
+    """A frame of car ``j`` begins to reach car ``i``."""
+    loudest = int(cars.loudest[i])
+    is_free = reached(now, cars.air_until[i])
+    drowned = is_free == 0 and not _is_louder(distance, loudest, rules.capture)
+    if reached(now, cars.sends_until[i]) == 0:
+        tally.lose(told, part, now, cars.number[i], tally.SENDING, cars.heard[j], cars.number[j])
+    else:
+        if cars.heard_from[i] != NOBODY and not _is_louder(loudest, distance, rules.capture):
+            tally.lose(told, part, now, cars.number[i], tally.COLLISION, cars.heard[i], cars.heard_from[i])
+            cars.heard_from[i] = NOBODY
+        if drowned:
+            tally.lose(told, part, now, cars.number[i], tally.COLLISION, cars.heard[j], cars.number[j])
+        else:
+            cars.heard[i] = cars.heard[j]
+            cars.heard_at[i] = cars.sends_until[j]
+            cars.heard_from[i] = cars.number[j]
+            if reached(cars.due[i], cars.sends_until[j]):
+                cars.due[i] = cars.sends_until[j]
+    if is_free or distance < loudest:
+        cars.loudest[i] = distance
+    if reached(cars.sends_until[j], cars.air_until[i]):
+        cars.air_until[i] = cars.sends_until[j]
+
+
+@in_kernel
+def _is_louder(distance: int, other: int, capture: float) -> bool:
+    # Of two senders on one point neither is.
+    is_far = float(other) * float(other) >= capture * float(distance) * float(distance)
+    return capture > 0.0 and other > distance and is_far
+
+
+@in_kernel
+def _is_hidden(
+    i: int, j: int, distance: float, world: int, cars: Cars, cells: Cells, place: Place, rules: Rules
+) -> bool:
+    ax, ay = float(cars.x[j]), float(cars.y[j])
+    bx, by = float(cars.x[i]), float(cars.y[i])
+    if _is_hidden_by_place(ax, ay, bx, by, distance, place):
+        return True
+    frame, first = cells.frame[world], cells.first[world]
+    columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
+    wide = rules.radius + rules.drift
+    left = cell_at(min(ax, bx) - wide, frame[ORIGIN_X], frame[PER_UM], columns)
+    right = cell_at(max(ax, bx) + wide, frame[ORIGIN_X], frame[PER_UM], columns)
+    bottom = cell_at(min(ay, by) - wide, frame[ORIGIN_Y], frame[PER_UM], rows)
+    top = cell_at(max(ay, by) + wide, frame[ORIGIN_Y], frame[PER_UM], rows)
+    # Without a branch for each car, which no processor can foresee.
+    hidden = False
+    for row in range(bottom, top + 1):
+        for k in range(first[row * columns + left], first[row * columns + right + 1]):
+            shades = is_shaded(ax, ay, bx, by, float(cars.x[k]), float(cars.y[k]), rules.radius)
+            hidden |= shades & (k != i) & (k != j)
+    return hidden
+
+
+@in_kernel
+def _is_hidden_by_place(ax: float, ay: float, bx: float, by: float, distance: float, place: Place) -> bool:
+    frame = place.frame
+    columns = int(frame[COLUMNS])
+    column = cell_at(ax, frame[ORIGIN_X], frame[PER_UM], columns)
+    cell = cell_at(ay, frame[ORIGIN_Y], frame[PER_UM], int(frame[ROWS])) * columns + column
+    segments = place.segments.shape[0]
+    for k in range(place.first[cell], place.first[cell + 1]):
+        if place.away[k] > distance:
+            break
+        item = place.items[k]
+        if item < segments:
+            wall = place.segments[item]
+            if cross(ax, ay, bx, by, wall[0], wall[1], wall[2], wall[3]):
+                return True
+        else:
+            disc = place.discs[item - segments]
+            if is_shaded(ax, ay, bx, by, disc[0], disc[1], disc[2]):
+                return True
+    return False
+
+
+@in_kernel
+def received(i: int, seed: int, now: int, cars: Cars, flips: Floats) -> int:
+    """The frame that ends at car ``i`` now, with the bits that flipped on its way."""
+    frame = int(cars.heard[i])
+    chance = float(mix(seed ^ 0x5F3759DF, cars.number[i], now))
+    count = 0
+    while count < 32 and chance >= flips[count]:
+        count += 1
+    turn, left = 0, count
+    flipped = 0
+    while left > 0:
+        turn += 1
+        bit = mix(seed + turn, cars.number[i], now) >> 27
+        if flipped >> bit & 1 == 0:
+            flipped |= 1 << bit
+            left -= 1
+    return frame ^ flipped

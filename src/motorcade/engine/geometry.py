@@ -1,0 +1,139 @@
+"""Plane geometry of the simulated world, the same to the last bit on every machine.
+
+Lengths are µm, headings binary angles: 2^32 is a full turn, counter-clockwise
+from the x axis. Cosines come from a table of rounded integers, and beyond that
+there is only what IEEE 754 rounds exactly: + - * / and the square root.
+"""
+
+import math
+from statistics import NormalDist
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorcade.engine.native import in_kernel
+
+FULL_TURN = 1 << 32
+QUARTER_TURN = 1 << 30
+FAR_UM = 1.0e12
+
+_TABLE_BITS = 12
+_STEP_BITS = 32 - _TABLE_BITS
+COSINES: NDArray[np.float64] = np.array(
+    [round(math.cos(math.tau * k / (1 << _TABLE_BITS)) * 2**40) / 2**40 for k in range((1 << _TABLE_BITS) + 1)]
+)
+NORMALS: NDArray[np.float64] = np.array(
+    [round(NormalDist().inv_cdf((k + 0.5) / 1024) * 2**20) / 2**20 for k in range(1024)]
+)
+MOST_NORMAL = 3.3
+
+
+def to_heading(radians: float) -> int:
+    """An angle in radians as a binary angle."""
+    return round(radians / math.tau * FULL_TURN) % FULL_TURN
+
+
+@in_kernel
+def cosine(heading: int, cosines: NDArray[np.float64]) -> float:
+    """The cosine of a binary angle, within 3e-7; ``cosines`` is COSINES."""
+    heading = int(heading) & 0xFFFFFFFF
+    k = heading >> _STEP_BITS
+    part = float(heading & ((1 << _STEP_BITS) - 1)) / (1 << _STEP_BITS)
+    return float(cosines[k] + (cosines[k + 1] - cosines[k]) * part)
+
+
+@in_kernel
+def sine(heading: int, cosines: NDArray[np.float64]) -> float:
+    """The sine of a binary angle, within 3e-7."""
+    return cosine(int(heading) - QUARTER_TURN, cosines)
+
+
+@in_kernel
+def nearest_of_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> tuple[float, float]:
+    """The point of a segment that is nearest to (x, y)."""
+    along_x, along_y = x1 - x0, y1 - y0
+    squared = along_x * along_x + along_y * along_y
+    if squared == 0.0:
+        return x0, y0
+    part = ((x - x0) * along_x + (y - y0) * along_y) / squared
+    part = min(max(part, 0.0), 1.0)
+    return x0 + part * along_x, y0 + part * along_y
+
+
+@in_kernel
+def is_shaded(ax: float, ay: float, bx: float, by: float, x: float, y: float, radius: float) -> bool:
+    """Whether a disc about (x, y) touches the line of sight from a to b."""
+    along_x, along_y, to_x, to_y, from_x, from_y = bx - ax, by - ay, x - ax, y - ay, x - bx, y - by
+    squared, near = along_x * along_x + along_y * along_y, radius * radius
+    aside, dot = to_x * along_y - to_y * along_x, to_x * along_x + to_y * along_y
+    between = (dot > 0.0) & (dot < squared) & (aside * aside < near * squared)
+    return between | (to_x * to_x + to_y * to_y < near) | (from_x * from_x + from_y * from_y < near)
+
+
+@in_kernel
+def cross(ax: float, ay: float, bx: float, by: float, x0: float, y0: float, x1: float, y1: float) -> bool:
+    """Whether the line of sight from a to b meets a segment."""
+    side_0 = (bx - ax) * (y0 - ay) - (by - ay) * (x0 - ax)
+    side_1 = (bx - ax) * (y1 - ay) - (by - ay) * (x1 - ax)
+    side_a = (x1 - x0) * (ay - y0) - (y1 - y0) * (ax - x0)
+    side_b = (x1 - x0) * (by - y0) - (y1 - y0) * (bx - x0)
+    return ((side_0 > 0.0) != (side_1 > 0.0)) & ((side_a > 0.0) != (side_b > 0.0))
+
+
+@in_kernel
+def disc_in_cone(ahead: float, aside: float, radius: float, cone_cos: float, cone_sin: float) -> float:
+    """How far a disc's surface is from the tip of a cone that it touches; FAR_UM where it doesn't.
+
+    The disc's centre is ``ahead`` along the cone's axis and ``aside`` of it. Half
+    the cone's angle, given by its cosine and sine, is below a quarter turn.
+    """
+    distance = math.sqrt(ahead * ahead + aside * aside)
+    if distance <= radius:
+        return 0.0
+    aside = abs(aside)
+    beyond_edge = aside * cone_cos - ahead * cone_sin
+    along_edge = ahead * cone_cos + aside * cone_sin
+    if along_edge > 0.0 and beyond_edge <= radius:
+        return distance - radius
+    return FAR_UM
+
+
+@in_kernel
+def segment_in_cone(
+    ahead_0: float, aside_0: float, ahead_1: float, aside_1: float, cone_cos: float, cone_sin: float
+) -> float:
+    """How far the part of a segment inside a cone is from its tip; FAR_UM where none is."""
+    first, last = 0.0, 1.0
+    for sign in (1.0, -1.0):
+        # Below 0 on the cone's side of this edge.
+        at_0 = sign * aside_0 * cone_cos - ahead_0 * cone_sin
+        at_1 = sign * aside_1 * cone_cos - ahead_1 * cone_sin
+        if at_0 > 0.0 and at_1 > 0.0:
+            return FAR_UM
+        if at_0 > 0.0:
+            first = max(first, at_0 / (at_0 - at_1))
+        elif at_1 > 0.0:
+            last = min(last, at_0 / (at_0 - at_1))
+    if first > last:
+        return FAR_UM
+    ahead, aside = ahead_1 - ahead_0, aside_1 - aside_0
+    near_ahead, near_aside = nearest_of_segment(
+        0.0, 0.0, ahead_0 + first * ahead, aside_0 + first * aside, ahead_0 + last * ahead, aside_0 + last * aside
+    )
+    return math.sqrt(near_ahead * near_ahead + near_aside * near_aside)
+
+
+@in_kernel
+def mix(seed: int, number: int, moment: int) -> int:
+    """32 bits that look random: a hash of three integers, for draws that are the simulator's and no car's.
+
+    Two rounds of multiply and xor-shift (constants: Wellons, "lowbias32").
+    """
+    x = (int(seed) * 0x9E3779B1 + int(number)) & 0xFFFFFFFF
+    for k in range(2):
+        x = ((x ^ x >> 16) * 0x7FEB352D) & 0xFFFFFFFF
+        x = ((x ^ x >> 15) * 0x846CA68B) & 0xFFFFFFFF
+        x = x ^ x >> 16
+        if k == 0:
+            x = (x + int(moment) * 0x85EBCA6B) & 0xFFFFFFFF
+    return x

@@ -1,0 +1,262 @@
+"""A mat and a profile as the engine's arrays: metres and degrees become µm and binary angles, once."""
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorcade.car.brain import AVOID_RADII_MM, LEFT, RIGHT, SIZE, VOICE_GO, VOICE_STOP
+from motorcade.config.levels import levels_of
+from motorcade.config.profile import Profile
+from motorcade.engine.bodies import LOOK_BEYOND_UM
+from motorcade.engine.errors import WorldError
+from motorcade.engine.geometry import COSINES, FAR_UM, FULL_TURN, MOST_NORMAL, NORMALS
+from motorcade.engine.state import MOST_PARTS, NOBODY, Cars, Cells, Floats, Ints, People, Place, Rules, Voices, Words
+from motorcade.mats import Mat
+from motorcade.words.image import bytes_to_words
+from motorcade.words.infrared import air_us
+
+VOICES = {"stop": VOICE_STOP, "go": VOICE_GO}
+_FIELDS = Cars._fields[2:-4]
+_SIGNED = ("x", "y", "way_x", "way_y")
+# What a car takes with events, room for cells and all; without events it is about half.
+BYTES_A_CAR = 256
+_DRIFT_UM = 60_000
+_LINE = 16  # cars to a cache line
+CELL_UM = 450_000.0
+# So few cars are found sooner among all than in cells.
+_FEW_CARS = 24
+_NEVER = 1 << 40
+_PLACE_CELL_UM = 250_000.0
+_FEW_PLACE_CELLS = 1 << 14
+
+
+def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
+    """The figures of a world. Raises WorldError where the profile's can't be simulated."""
+    body, physics, tick_ms = profile.body, mat.physics, mat.tick_ms
+    radius = body.diameter_mm * 500.0
+    # mm/s times ms is µm.
+    speeds = np.array(profile.speeds_mm_s, np.float64) * tick_ms
+    turns = np.zeros(16, np.int64)
+    for level, rate in enumerate(profile.turn_rates_deg_s):
+        turns[LEFT * 4 + level] = round(rate * tick_ms / 360_000 * FULL_TURN)
+        turns[RIGHT * 4 + level] = -turns[LEFT * 4 + level]
+    wheel_turn = FULL_TURN / math.tau / (body.wheel_base_mm * 1000)
+    fastest = max(speeds.max(), turns.max() / wheel_turn / 2 if physics.wheel_noise else 0.0)
+    fastest = math.ceil(fastest * (1 + MOST_NORMAL * physics.wheel_noise))
+    _check(profile, tick_ms, fastest, radius)
+    few = len(mat.starts) <= _FEW_CARS
+    sort_every = _NEVER if few else max(_DRIFT_UM // fastest, 1)
+    return Rules(
+        levels=np.array(levels_of(profile), np.int64),
+        images=_images(images),
+        cosines=COSINES,
+        normals=NORMALS,
+        flips=_flips(physics.bit_error_rate),
+        speeds=speeds,
+        turns=turns,
+        wheel_turn=wheel_turn,
+        tick_ms=tick_ms,
+        fastest=float(fastest),
+        collisions=int(physics.collisions),
+        line_of_sight=int(physics.line_of_sight),
+        radius=radius,
+        contact=2 * radius,
+        ultrasonic_range_mm=body.ultrasonic_range_mm,
+        cone_cos=_cosine(body.ultrasonic_cone_deg),
+        cone_sin=_cosine(90 - body.ultrasonic_cone_deg),
+        pir_range=body.pir_range_mm * 1000.0,
+        pir_cos=_cosine(min(body.pir_half_angle_deg, 180)),
+        person_step=_person_step(mat),
+        range=profile.infrared.range_mm * 1000.0,
+        beam_cos=_cosine(physics.beam_half_angle_deg) if physics.beam_half_angle_deg < 180 else -2.0,
+        capture=float(physics.capture_ratio or 0.0),
+        wheel_noise=float(physics.wheel_noise),
+        drift=float(sort_every * fastest),
+        sort_every=int(sort_every),
+        cell=FAR_UM if few else CELL_UM,
+    )
+
+
+def cars_of(worlds: int, per_world: int) -> Cars:
+    """Room for all cars, zeroed."""
+    count = worlds * per_world
+    # Fields an odd number of cache lines apart, or those of one car would all fall on a few places of the cache.
+    lines = -(-count // _LINE) | 1
+    rows = np.zeros((SIZE + len(_FIELDS), lines * _LINE), np.uint32)[:, :count]
+    fields = {
+        name: rows[SIZE + k].view(np.int32) if name in _SIGNED else rows[SIZE + k] for k, name in enumerate(_FIELDS)
+    }
+    push, order = np.zeros(count, np.uint32), np.zeros(count, np.uint32)
+    wheels, program = np.zeros(count, np.uint8), np.zeros(count, np.uint8)
+    return Cars(rows=rows, memory=rows[:SIZE], **fields, push=push, order=order, wheels=wheels, program=program)
+
+
+def put_in_place(cars: Cars, mat: Mat, worlds: int, images: int) -> None:
+    """Everything as before the first tick."""
+    starts = mat.starts
+    cars.rows[:] = 0
+    cars.push[:] = 0
+    cars.wheels[:] = 0
+    cars.heard_from[:] = NOBODY
+    rank = np.cumsum(starts.leads) - 1
+    program = np.where(starts.leads, rank % max(images, 1) + 1, 0)
+    for field, values in (
+        (cars.x, np.round(starts.x_m * 1e6)),
+        (cars.y, np.round(starts.y_m * 1e6)),
+        (cars.heading, np.round(starts.heading / math.tau * FULL_TURN) % FULL_TURN),
+        (cars.number, np.arange(len(starts))),
+        (cars.program, program),
+    ):
+        field.reshape(worlds, len(starts))[:] = values.astype(np.int64)
+
+
+def cells_of(worlds: int, per_world: int) -> Cells:
+    """Room for a world's cells: at most five for eight cars, and a few more."""
+    first, frame = np.zeros((worlds, per_world * 5 // 8 + 17), np.int32), np.zeros((worlds, 5), np.float64)
+    return Cells(first, frame, np.zeros((2, MOST_PARTS + 1), np.int64))
+
+
+def people_of(mat: Mat, parts: int) -> People:
+    """The paths of the mat's people."""
+    points = [point for person in mat.people for point in person.path]
+    first = np.cumsum([0, *(len(person.path) for person in mat.people)])
+    return People(
+        first=first.astype(np.int64),
+        at_ms=np.array([round(t_s * 1000) for t_s, _, _ in points], np.int64),
+        x=np.array([x * 1e6 for _, x, _ in points], np.float64),
+        y=np.array([y * 1e6 for _, _, y in points], np.float64),
+        repeats=np.array([person.repeats for person in mat.people], np.int64),
+        now_x=np.zeros((parts, len(mat.people))),
+        now_y=np.zeros((parts, len(mat.people))),
+        walked_ms=np.full(parts, -1, np.int64),
+    )
+
+
+def voices_of(mat: Mat) -> Voices:
+    """What is said on the mat, in the order of time."""
+    said = sorted(mat.voices, key=lambda voice: voice.at_s)
+    return Voices(
+        at_ms=np.array([round(voice.at_s * 1000) for voice in said], np.int64),
+        word=np.array([VOICES[voice.word] for voice in said], np.int64),
+        x=np.array([voice.x_m * 1e6 for voice in said], np.float64),
+        y=np.array([voice.y_m * 1e6 for voice in said], np.float64),
+        radius=np.array([FAR_UM if voice.radius_m is None else voice.radius_m * 1e6 for voice in said], np.float64),
+    )
+
+
+def place_of(mat: Mat, rules: Rules) -> Place:
+    """Walls and obstacles, and for each cell of the mat a list of those that matter to a car in it."""
+    walls = list(mat.walls)
+    if mat.walled and mat.size_m:
+        corners = [(0.0, 0.0), (mat.size_m[0], 0.0), mat.size_m, (0.0, mat.size_m[1])]
+        walls += _sides(corners)
+    for polygon in mat.polygons:
+        walls += _sides(polygon)
+    segments = np.round(np.array(walls, np.float64).reshape(-1, 4) * 1e6)
+    discs = np.round(np.array(mat.discs, np.float64).reshape(-1, 3) * 1e6)
+    farthest_look = max(rules.levels[AVOID_RADII_MM : AVOID_RADII_MM + 4]) * 1000.0
+    reach = max(farthest_look + rules.radius + LOOK_BEYOND_UM, rules.range * rules.line_of_sight)
+    if not len(segments) and not len(discs):
+        frame = np.array([0.0, 0.0, 0.0, 1.0, 1.0])
+        return Place(segments, discs, frame, np.zeros(2, np.int32), np.zeros(0, np.int32), np.zeros(0, np.float32))
+    ends = np.concatenate([segments[:, :2], segments[:, 2:], discs[:, :2] - discs[:, 2:], discs[:, :2] + discs[:, 2:]])
+    low, high = ends.min(axis=0) - reach - 1, ends.max(axis=0) + reach + 1
+    most_cells = max(_FEW_PLACE_CELLS, len(mat.starts) // 3)
+    side = max(_PLACE_CELL_UM, math.sqrt(float(np.prod(high - low)) / most_cells))
+    # Beyond a border cell nothing is within reach, so its own list is empty and serves all that lies there.
+    columns, rows = (int(count) for count in np.ceil((high - low) / side) + 2)
+    frame = np.array([low[0] - side, low[1] - side, 1 / side, columns, rows])
+    reached = [_cells_near(frame, *_box(each), reach) for each in segments]
+    reached += [_cells_near(frame, *_box_of_disc(each), reach) for each in discs]
+    cells = np.concatenate(reached)
+    items = np.repeat(np.arange(len(reached)), [len(each) for each in reached])
+    # No point of a cell is nearer to an item than this.
+    away = np.concatenate([_distances(frame, each, item, segments, discs) for item, each in enumerate(reached)])
+    away = np.maximum(away - side * math.sqrt(0.5) - 2, 0.0).astype(np.float32)
+    near = np.flatnonzero(away <= reach)
+    order = near[np.lexsort((away[near], cells[near]))]
+    first = np.searchsorted(cells[order], np.arange(columns * rows + 1))
+    return Place(segments, discs, frame, first.astype(np.int32), items[order].astype(np.int32), away[order])
+
+
+def _sides(corners: Sequence[tuple[float, float]]) -> list[tuple[float, float, float, float]]:
+    return [(*here, *there) for here, there in zip(corners, (*corners[1:], corners[0]), strict=True)]
+
+
+def _box(segment: Floats) -> tuple[Floats, Floats]:
+    return np.minimum(segment[:2], segment[2:]), np.maximum(segment[:2], segment[2:])
+
+
+def _box_of_disc(disc: Floats) -> tuple[Floats, Floats]:
+    return disc[:2] - disc[2], disc[:2] + disc[2]
+
+
+def _cells_near(frame: Floats, low: Floats, high: Floats, reach: float) -> Ints:
+    """The cells that a box comes within ``reach`` of."""
+    first = np.floor((low - reach - frame[:2]) * frame[2]).astype(np.int64)
+    last = np.floor((high + reach - frame[:2]) * frame[2]).astype(np.int64)
+    columns, rows = np.arange(first[0], last[0] + 1), np.arange(first[1], last[1] + 1)
+    cells: Ints = (rows[:, None] * int(frame[3]) + columns).ravel()
+    return cells
+
+
+def _distances(frame: Floats, cells: Ints, item: int, segments: Floats, discs: Floats) -> Floats:
+    """From the middle of each cell to a wall or an obstacle."""
+    columns = int(frame[3])
+    middle = np.stack([cells % columns + 0.5, cells // columns + 0.5], axis=1) / frame[2] + frame[:2]
+    if item >= len(segments):
+        disc = discs[item - len(segments)]
+        return np.asarray(np.hypot(*(middle - disc[:2]).T) - disc[2])
+    begin, along = segments[item, :2], segments[item, 2:] - segments[item, :2]
+    part = np.clip((middle - begin) @ along / max(float(along @ along), 1.0), 0, 1)
+    return np.asarray(np.hypot(*(middle - begin - part[:, None] * along).T))
+
+
+def _check(profile: Profile, tick_ms: int, fastest_um: float, radius_um: float) -> None:
+    body = profile.body
+    if fastest_um > radius_um / 2:
+        raise WorldError("too-fast", tick_ms=tick_ms, way=fastest_um / 1000, diameter=body.diameter_mm)
+    shortest_ms = air_us(0, profile.infrared.unit_us) / 1000
+    if tick_ms >= shortest_ms:
+        raise WorldError("tick-too-long", tick_ms=tick_ms, shortest=shortest_ms)
+    if body.ultrasonic_cone_deg >= 90:
+        raise WorldError("cone-too-wide", profile=profile.name, cone=body.ultrasonic_cone_deg)
+    if profile.servo.steering_deg >= 90:
+        raise WorldError("steers-too-far", profile=profile.name, steering=profile.servo.steering_deg)
+
+
+def _images(images: Sequence[bytes]) -> Words:
+    words = [bytes_to_words(image) for image in images] or [(0,)]
+    table: Words = np.zeros((len(words), max(len(each) for each in words)), np.uint32)
+    for row, each in zip(table, words, strict=True):
+        row[: len(each)] = each
+    return table
+
+
+@lru_cache(maxsize=256)
+def _flips(rate: float) -> NDArray[np.float64]:
+    """The chance of at most k of 32 bits to flip, times 2^32, without a rounding that differs between machines."""
+    exact, total, chances = Fraction(rate), Fraction(0), []
+    for k in range(33):
+        total += math.comb(32, k) * exact**k * (1 - exact) ** (32 - k)
+        chances.append(math.floor(total * (1 << 32)))
+    return np.array(chances, np.float64)
+
+
+def _cosine(degrees: float) -> float:
+    return round(math.cos(math.radians(degrees)) * 2**40) / 2**40
+
+
+def _person_step(mat: Mat) -> float:
+    """µm that people walk at most in a tick; one that starts its path anew may be anywhere at once."""
+    steps = [0.0]
+    for person in mat.people:
+        if person.repeats and person.path[0][1:] != person.path[-1][1:]:
+            return FAR_UM
+        for (t0, x0, y0), (t1, x1, y1) in zip(person.path, person.path[1:], strict=False):
+            steps.append(math.hypot(x1 - x0, y1 - y0) / (t1 - t0) * 1000 * mat.tick_ms + 2)
+    return max(steps)

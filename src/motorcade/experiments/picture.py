@@ -1,0 +1,218 @@
+"""A picture of a sweep's table: a measure against one parameter, or over two."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
+from matplotlib.axes import Axes
+from matplotlib.backend_bases import FigureCanvasBase
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
+from numpy.typing import NDArray
+
+from motorcade.experiments.measures import MEASURES
+from motorcade.experiments.parameters import NEVER, SweepError
+from motorcade.experiments.points import Sample
+from motorcade.experiments.spec import Sweep
+
+_NAMED = ("program", "mat")
+_LABELS = {measure.name: measure.label for measure in MEASURES}
+_MOST_LINES = 8
+_MOST_PLACES = 40  # along an axis; more are put into bins
+_MOST_BINS = 24
+_MOST_TICKS = 12
+_MOST_LETTERS = 80  # of all names along an axis, side by side
+_BESIDE = 0.05  # how far lines along names stand apart
+_LOWEST, _HIGHEST = 10, 90  # percentiles of the band
+
+Numbers = NDArray[np.float64]
+
+
+def draw_sweep(sweep: Sweep, table: Path, picture: Path, x: str, y: str, colour: str = "") -> None:
+    """Draw columns of the table of ``sweep`` into a PNG, SVG or PDF file; its ending says which.
+
+    With a ``colour``, a measure: its mean over the parameters ``x`` and ``y``. Else ``y`` is a measure: its mean
+    along the parameter ``x``, and between which values most runs are, a line for each program and mat.
+
+    `check_picture` says before whether that can be. Raises OSError where the picture can't be written.
+    """
+    columns = list(dict.fromkeys([x, y, *([colour] if colour else ["program", "mat"])]))
+    data = pq.read_table(table, columns=columns)
+    figure = Figure(figsize=(8, 5.5), layout="constrained")
+    axes = figure.add_subplot()
+    if colour:
+        _heat(sweep, figure, axes, data, (x, y, colour))
+    else:
+        _lines(sweep, axes, data, x, y)
+    figure.savefig(picture, dpi=120)
+
+
+def check_picture(sweep: Sweep, picture: Path, x: str, y: str, colour: str = "") -> None:
+    """Whether such a picture of this sweep can be drawn. Raises SweepError that says what can't stand where."""
+    endings = FigureCanvasBase.get_supported_filetypes()
+    if picture.suffix.lower().removeprefix(".") not in endings:
+        raise SweepError(f"--picture is '{picture}', which can't be drawn; allowed endings: {', '.join(endings)}")
+    if not picture.parent.is_dir():
+        raise SweepError(f"--picture is '{picture}', which can't be drawn: there is no folder {picture.parent}")
+    parameters = [*_NAMED, "seed", *(parameter.name for parameter in sweep.points.parameters)]
+    if x not in parameters:
+        raise SweepError(f"--x is '{x}'; allowed: {', '.join(parameters)}")
+    if colour:
+        if y not in parameters or y == x:
+            raise SweepError(
+                f"--y is '{y}'; with --colour allowed: {', '.join(each for each in parameters if each != x)}"
+            )
+        if colour not in _LABELS:
+            raise SweepError(f"--colour is '{colour}'; allowed: {', '.join(_LABELS)}")
+    elif y in _LABELS:
+        lines = (x == "program" or len(sweep.programs)) * (x == "mat" or len(sweep.mats))
+        if lines > _MOST_LINES:
+            raise SweepError(
+                f"the picture would have {lines} lines, one for each program and mat; at most {_MOST_LINES}: "
+                "take --x program, --x mat, or --colour"
+            )
+    else:
+        hint = "; for two parameters name the measure with --colour" if y in parameters else ""
+        raise SweepError(f"--y is '{y}'; allowed: {', '.join(_LABELS)}{hint}")
+
+
+@dataclass(frozen=True)
+class _Axis:
+    """Where values stand along an axis: each at a place of its own, or in bins.
+
+    ``of`` holds each run's place; ``edges`` are given where the axis is a scale, ``names`` where it is a list.
+    """
+
+    label: str
+    of: NDArray[np.int64]
+    places: int
+    names: tuple[str, ...] = ()
+    edges: Numbers | None = None
+    logarithmic: bool = False
+
+    @property
+    def middles(self) -> Numbers:
+        if self.edges is None:
+            return np.arange(self.places, dtype=np.float64)
+        below, above = self.edges[:-1], self.edges[1:]
+        return np.sqrt(below * above) if self.logarithmic else (below + above) / 2
+
+    def show(self, axis_of: Any, set_scale: Callable[[str], None]) -> None:
+        if self.edges is not None:
+            if self.logarithmic:
+                set_scale("log")
+                axis_of.set_major_locator(LogLocator(subs=(1, 2, 5)))
+                axis_of.set_minor_formatter(NullFormatter())
+            axis_of.set_major_formatter("{x:g}")
+            return
+        every = math.ceil(self.places / _MOST_TICKS)
+        slant = 20 if sum(map(len, self.names[::every])) > _MOST_LETTERS else 0
+        axis_of.set_ticks(range(0, self.places, every), self.names[::every], rotation=slant)
+
+
+def _axis(sweep: Sweep, name: str, column: pa.ChunkedArray, bins: int) -> _Axis:
+    """Where the values of a column stand; draws, and more than have a place of their own, in ``bins``."""
+    encoded = column.combine_chunks().dictionary_encode(null_encoding="encode")
+    different = encoded.dictionary.to_pylist()
+    drawn = sweep.points.ranges if isinstance(sweep.points, Sample) else {}
+    limits = {parameter.name: limits for parameter, limits in drawn.items()}.get(name)
+    numbers = all(isinstance(each, int | float) for each in different)
+    if numbers and (len(different) > _MOST_PLACES or (limits and isinstance(different[0], float))):
+        return _binned(name, column.to_numpy(), bins, bool(limits and limits.logarithmic))
+    order = list(range(len(different)))
+    if not any(isinstance(each, str) for each in different):
+        order.sort(key=lambda index: (different[index] is None, different[index]))
+    names = tuple(_shown(different[index]) for index in order)
+    return _Axis(name, np.argsort(order)[encoded.indices.to_numpy()], len(order), names)
+
+
+def _binned(name: str, values: Numbers, bins: int, logarithmic: bool) -> _Axis:
+    spaced = np.geomspace if logarithmic else np.linspace
+    edges = spaced(values.min(), values.max(), bins + 1)
+    of = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, bins - 1)
+    return _Axis(name, of, bins, edges=edges, logarithmic=logarithmic)
+
+
+def _shown(value: object) -> str:
+    if value is None:
+        return NEVER
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _heat(sweep: Sweep, figure: Figure, axes: Axes, data: pa.Table, names: tuple[str, str, str]) -> None:
+    # Few enough fields that some points fall into nearly all of them.
+    bins = int(np.clip(math.sqrt(sweep.points.count / 6), 4, _MOST_BINS))
+    across, up = (_axis(sweep, name, data[name], bins) for name in names[:2])
+    values = data[names[2]].to_numpy().astype(np.float64)
+    known = ~np.isnan(values)
+    place = (up.of * across.places + across.of)[known]
+    count = np.bincount(place, minlength=up.places * across.places)
+    total = np.bincount(place, values[known], minlength=up.places * across.places)
+    with np.errstate(invalid="ignore"):
+        mean = (total / count).reshape(up.places, across.places)
+    edges = [np.arange(each.places + 1) - 0.5 if each.edges is None else each.edges for each in (across, up)]
+    mesh = axes.pcolormesh(*edges, np.ma.masked_invalid(mean), cmap="viridis")
+    figure.colorbar(mesh, ax=axes, label=f"mean {_LABELS[names[2]]}")
+    across.show(axes.xaxis, axes.set_xscale)
+    up.show(axes.yaxis, axes.set_yscale)
+    axes.set_xlabel(across.label)
+    axes.set_ylabel(up.label)
+    axes.set_title(f"{len(values):,} runs, {_each(count[count > 0])} a field")
+
+
+def _lines(sweep: Sweep, axes: Axes, data: pa.Table, x: str, y: str) -> None:
+    across = _axis(sweep, x, data[x], int(np.clip(sweep.points.count / 10, 4, _MOST_BINS)))
+    values = data[y].to_numpy().astype(np.float64)
+    counts: list[int] = []
+    for number, (label, belongs) in enumerate(_kinds(sweep, data, x)):
+        chosen = belongs & ~np.isnan(values)
+        runs = [values[chosen & (across.of == place)] for place in range(across.places)]
+        shown = [place for place, some in enumerate(runs) if len(some)]
+        counts += [len(runs[place]) for place in shown]
+        where = across.middles[shown] + (_BESIDE * number if x in _NAMED else 0)
+        mean = [runs[place].mean() for place in shown]
+        low, high = ([np.percentile(runs[place], share) for place in shown] for share in (_LOWEST, _HIGHEST))
+        if x in _NAMED:  # nothing lies between two of them
+            colour = f"C{number}"
+            axes.vlines(where, low, high, color=colour, alpha=0.5)
+            axes.plot(where, mean, "o", color=colour, label=label)
+            axes.margins(x=0.5 / len(where))
+        else:
+            (line,) = axes.plot(where, mean, marker="o", markersize=4, label=label)
+            axes.fill_between(where, low, high, color=line.get_color(), alpha=0.2, linewidth=0)
+    across.show(axes.xaxis, axes.set_xscale)
+    axes.set_xlabel(across.label)
+    axes.set_ylabel(_LABELS[y])
+    axes.set_title(
+        f"{len(values):,} runs, {_each(np.array(counts))} a point: mean, and the middle {_HIGHEST - _LOWEST} %"
+    )
+    axes.grid(alpha=0.3)
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend()
+
+
+def _kinds(sweep: Sweep, data: pa.Table, x: str) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """The programs and mats that have a line of their own: what to call it, and which runs are its."""
+    programs: tuple[str, ...] = sweep.programs if x != "program" else ("",)
+    mats: tuple[str, ...] = sweep.mats if x != "mat" else ("",)
+    for program, mat in product(programs, mats):
+        belongs = np.ones(len(data), dtype=np.bool_)
+        for kind, name in (("program", program), ("mat", mat)):
+            if name:
+                belongs &= pc.equal(data[kind], name).to_numpy()
+        names = [name for name, others in ((program, programs), (mat, mats)) if len(others) > 1]
+        yield " on ".join(names), belongs
+
+
+def _each(counts: NDArray[np.int64]) -> str:
+    if not len(counts):
+        return "0"
+    lowest, highest = int(counts.min()), int(counts.max())
+    return f"{lowest:,}" if lowest == highest else f"{lowest:,} to {highest:,}"

@@ -1,0 +1,1 @@
+"""What a run was: recordings, replay, plots, films."""

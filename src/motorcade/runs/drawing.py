@@ -1,0 +1,106 @@
+"""A mat and its cars on Matplotlib's axes: what pictures and films share."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.patches import Circle, Polygon, Rectangle
+from numpy.typing import ArrayLike, NDArray
+
+from motorcade.runs.box import Box
+from motorcade.runs.description import Description
+from motorcade.runs.palette import LEDS, rgb
+from motorcade.runs.recording import Frame
+
+_PERSON_M = 0.3
+_WALL = "#3a3a3a"
+_SOLID = "#b5b5b5"
+_PERSON = "#5b8fd6"
+_LEAST_POINTS = 1.6
+_LEAST_LEADER_POINTS = 5.0
+_DETAIL_POINTS = 7
+
+# What is drawn in one colour, whatever the words.
+PLAIN = np.array([rgb(colour) for colour in (_WALL, _SOLID, _PERSON, "#202020", *LEDS)], np.float32)
+
+
+def draw_mat(axes: Axes, about: Description) -> None:
+    """Draw the mat's edge, walls and obstacles, and label the axes in metres."""
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("x (m)")
+    axes.set_ylabel("y (m)")
+    axes.grid(alpha=0.3)
+    axes.set_axisbelow(True)
+    if about.size_m:
+        style = {"linewidth": 3.0} if about.walled else {"linewidth": 1.0, "linestyle": "--"}
+        axes.add_patch(Rectangle((0, 0), *about.size_m, fill=False, edgecolor=_WALL, **style))
+    for x, y, radius_m in about.discs:
+        axes.add_patch(Circle((x, y), radius_m, facecolor=_SOLID, edgecolor=_WALL))
+    for corners in about.polygons:
+        axes.add_patch(Polygon(corners, facecolor=_SOLID, edgecolor=_WALL))
+    walls = [[(x0, y0), (x1, y1)] for x0, y0, x1, y1 in about.walls]
+    axes.add_collection(LineCollection(walls, colors=_WALL, linewidths=3, capstyle="round"))
+
+
+def show_box(axes: Axes, box: Box) -> None:
+    """Let the axes show at least ``box`` and a margin around it."""
+    left, bottom, right, top = box
+    axes.update_datalim([(left, bottom), (right, top)])
+    axes.margins(0.05)
+    axes.autoscale_view()
+
+
+class Cars:
+    """All cars as a few collections, so that thousands are drawn at once.
+
+    Call it once the axes have their limits: very small cars are drawn larger than they are.
+    """
+
+    def __init__(self, axes: Axes, about: Description):
+        figure = axes.get_figure(root=True)
+        if figure is None:
+            raise ValueError("the axes belong to no figure")
+        metre = axes.transData.transform([(0, 0), (1, 0)])
+        points_per_m = float(metre[1, 0] - metre[0, 0]) * 72 / figure.dpi
+        self._is_detailed = about.diameter_m * points_per_m >= _DETAIL_POINTS
+        self._radius_m = about.diameter_m / 2
+        self._leads = np.zeros(about.cars, bool)
+        self._leads[list(about.leaders)] = True
+        # Leaders are drawn last, so that no crowd hides them.
+        self._order = np.argsort(self._leads, kind="stable")
+        widths = np.where(self._leads[self._order], 1.6, 0.8) if self._is_detailed else 0.0
+        least = np.where(self._leads[self._order], _LEAST_LEADER_POINTS, _LEAST_POINTS) / points_per_m
+        wide_m = np.maximum(about.diameter_m, least)
+        self.bodies = _circles(axes, wide_m, 3.0, linewidths=widths, edgecolors="#202020")
+        self._lamps = _circles(axes, [about.diameter_m * 0.45], 3.2, linewidths=0)
+        self._people = _circles(axes, [_PERSON_M], 2.9, facecolors=_PERSON, alpha=0.7)
+        self._noses = LineCollection([], colors="#202020", linewidths=1.4, zorder=3.1, capstyle="round")
+        axes.add_collection(self._noses, autolim=False)
+        self._led_colours = np.array([(*rgb(led), 1.0) for led in LEDS] + [(0.0, 0.0, 0.0, 0.0)])
+        self._about = about
+        self.artists = (self._people, self.bodies, self._noses, self._lamps)
+
+    def show(self, frame: Frame, colours: NDArray[np.float32]) -> None:
+        """Put the cars where they are at a moment; ``colours`` has a row for each."""
+        places = np.column_stack([frame.x_m, frame.y_m]).astype(float)
+        order = self._order
+        self.bodies.set_offsets(places[order])
+        self.bodies.set_facecolor(colours[order])  # type: ignore[arg-type]
+        if self._is_detailed:
+            ahead = np.column_stack([np.cos(frame.heading), np.sin(frame.heading)]) * self._radius_m
+            self._noses.set_segments(np.stack([places, places + ahead], axis=1))  # type: ignore[arg-type]
+            lit = frame.led < len(LEDS)
+            self._lamps.set_offsets(places[lit])
+            self._lamps.set_facecolor(self._led_colours[frame.led[lit]])  # type: ignore[arg-type]
+        self._people.set_offsets(self._about.people_at(frame.t_ms) or np.empty((0, 2)))
+
+
+def _circles(axes: Axes, wide_m: ArrayLike, zorder: float, **style: Any) -> EllipseCollection:
+    """Circles without places yet."""
+    nowhere = np.empty((0, 2))
+    circles = EllipseCollection(
+        wide_m, wide_m, 0, units="xy", offsets=nowhere, offset_transform=axes.transData, zorder=zorder, **style
+    )
+    axes.add_collection(circles, autolim=False)
+    return circles

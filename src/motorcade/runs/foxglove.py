@@ -1,0 +1,248 @@
+"""A run as Foxglove's 3D panel draws it: messages of foxglove.SceneUpdate, in JSON.
+
+Only what is used here is described and sent; field names and meanings are Foxglove's
+(https://docs.foxglove.dev/docs/sdk/schemas/scene-update). Lengths are in metres.
+"""
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+
+from motorcade.runs.description import Description
+from motorcade.runs.palette import LEADER, LEDS, WordColours, rgb
+from motorcade.runs.recording import Frame
+
+FRAME_ID = "mat"
+# Beyond this many cars each is a flat dart, all of a colour in one list: a fifth of a cylinder's and an arrow's JSON.
+MOST_BODIES = 1000
+_MOST_NUMBERS = 50
+_HEIGHT_M = 0.06
+_WALL_HEIGHT_M = 0.1
+_WALL_WIDTH_M = 0.02
+_UPRIGHT = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
+Corners = tuple[tuple[float, float], ...]
+_PRIMITIVES = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
+
+
+def _object(**properties: Any) -> dict[str, Any]:
+    return {"type": "object", "properties": properties}
+
+
+def _array(items: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "array", "items": items}
+
+
+_NUMBER = {"type": "number"}
+_INTEGER = {"type": "integer"}
+_TEXT = {"type": "string"}
+_TIME = _object(sec=_INTEGER, nsec=_INTEGER)
+_VECTOR = _object(x=_NUMBER, y=_NUMBER, z=_NUMBER)
+_POSE = _object(position=_VECTOR, orientation=_object(x=_NUMBER, y=_NUMBER, z=_NUMBER, w=_NUMBER))
+_COLOUR = _object(r=_NUMBER, g=_NUMBER, b=_NUMBER, a=_NUMBER)
+_ARROW = _object(
+    pose=_POSE,
+    shaft_length=_NUMBER,
+    shaft_diameter=_NUMBER,
+    head_length=_NUMBER,
+    head_diameter=_NUMBER,
+    color=_COLOUR,
+)
+_CUBE = _object(pose=_POSE, size=_VECTOR, color=_COLOUR)
+_CYLINDER = _object(pose=_POSE, size=_VECTOR, bottom_scale=_NUMBER, top_scale=_NUMBER, color=_COLOUR)
+_LINE = _object(
+    type=_INTEGER,
+    pose=_POSE,
+    thickness=_NUMBER,
+    scale_invariant={"type": "boolean"},
+    points=_array(_VECTOR),
+    color=_COLOUR,
+    colors=_array(_COLOUR),
+    indices=_array(_INTEGER),
+)
+_TRIANGLES = _object(
+    pose=_POSE, points=_array(_VECTOR), color=_COLOUR, colors=_array(_COLOUR), indices=_array(_INTEGER)
+)
+_WRITING = _object(
+    pose=_POSE,
+    billboard={"type": "boolean"},
+    font_size=_NUMBER,
+    scale_invariant={"type": "boolean"},
+    color=_COLOUR,
+    text=_TEXT,
+)
+_ENTITY = _object(
+    timestamp=_TIME,
+    frame_id=_TEXT,
+    id=_TEXT,
+    lifetime=_TIME,
+    frame_locked={"type": "boolean"},
+    metadata=_array(_object(key=_TEXT, value=_TEXT)),
+    arrows=_array(_ARROW),
+    cubes=_array(_CUBE),
+    spheres=_array(_CUBE),
+    cylinders=_array(_CYLINDER),
+    lines=_array(_LINE),
+    triangles=_array(_TRIANGLES),
+    texts=_array(_WRITING),
+    models=_array(_object()),
+)
+_DELETION = _object(timestamp=_TIME, type=_INTEGER, id=_TEXT)
+SCENE_UPDATE_NAME = "foxglove.SceneUpdate"
+SCENE_UPDATE = {
+    "title": SCENE_UPDATE_NAME,
+    **_object(deletions=_array(_DELETION), entities=_array(_ENTITY)),
+}
+
+
+def mat_message(about: Description) -> bytes:
+    """What stands still: the mat's edge, walls and obstacles."""
+    dark, grey = _colour("#3a3a3a"), _colour("#8c8c8c")
+    cubes = [_wall(*wall, dark) for wall in about.walls]
+    lines = []
+    if about.size_m:
+        width_m, height_m = about.size_m
+        corners: Corners = ((0.0, 0.0), (width_m, 0.0), (width_m, height_m), (0.0, height_m))
+        if about.walled:
+            cubes += _walls_around(corners, dark)
+        lines.append(_loop(corners, dark))
+    cylinders = [_cylinder(x, y, 2 * radius, _WALL_HEIGHT_M, grey, _WALL_HEIGHT_M / 2) for x, y, radius in about.discs]
+    for corners in about.polygons:
+        cubes += _walls_around(corners, grey)
+    return _message(0, mat={"cubes": cubes, "lines": lines, "cylinders": cylinders})
+
+
+class Scene:
+    """Makes a run's messages of what moves."""
+
+    def __init__(self, about: Description):
+        self._about = about
+        self._colours = WordColours(about.images)
+        self._leads = np.zeros(about.cars, bool)
+        self._leads[list(about.leaders)] = True
+
+    def message(self, frame: Frame) -> bytes:
+        """The cars and people at a moment."""
+        people = [_cylinder(x, y, 0.3, 1.0, _colour("#5b8fd6", 0.6), 0.5) for x, y in self._about.people_at(frame.t_ms)]
+        parts = self._bodies(frame) if len(frame.x_m) <= MOST_BODIES else self._darts(frame)
+        return _message(frame.t_ms, cars=parts, people={"cylinders": people})
+
+    def _bodies(self, frame: Frame) -> dict[str, list[Any]]:
+        """A cylinder and an arrow a car, and the number of each where there are few."""
+        wide_m = self._about.diameter_m
+        colours = self._colours.of(frame.word, frame.runs)
+        parts: dict[str, list[Any]] = {"cylinders": [], "arrows": [], "texts": []}
+        rows = zip(frame.x_m.tolist(), frame.y_m.tolist(), frame.heading.tolist(), frame.led.tolist(), strict=True)
+        for number, (x, y, heading, led) in enumerate(rows):
+            red, green, blue = colours[number].tolist()
+            body = {"r": round(red, 3), "g": round(green, 3), "b": round(blue, 3), "a": 1.0}
+            parts["cylinders"].append(_cylinder(x, y, wide_m, _HEIGHT_M, body, _HEIGHT_M / 2))
+            if led < len(LEDS):
+                parts["cylinders"].append(_cylinder(x, y, wide_m / 3, 0.03, _colour(LEDS[led]), _HEIGHT_M + 0.015))
+            arrow = _colour(LEADER if self._leads[number] else "#202020")
+            parts["arrows"].append(_arrow(x, y, heading, wide_m * 0.75, arrow))
+            if len(frame.x_m) <= _MOST_NUMBERS:
+                parts["texts"].append(_text(x, y, str(number), wide_m / 2))
+        return parts
+
+    def _darts(self, frame: Frame) -> dict[str, list[Any]]:
+        """A triangle a car, in one list for each colour."""
+        radius_m = self._about.diameter_m / 2
+        angles = frame.heading[:, None] + np.array([0, math.radians(140), -math.radians(140)], np.float32)
+        xs = frame.x_m[:, None] + radius_m * np.cos(angles)
+        ys = frame.y_m[:, None] + radius_m * np.sin(angles)
+        colours = (self._colours.of(frame.word, frame.runs) * 255).astype(np.uint32)
+        keys = colours[:, 0] << 16 | colours[:, 1] << 8 | colours[:, 2]
+        triangles = []
+        for key in np.unique(keys).tolist():
+            chosen = keys == key
+            corners = zip(xs[chosen].ravel().tolist(), ys[chosen].ravel().tolist(), strict=True)
+            points = [{"x": round(x, 3), "y": round(y, 3), "z": _HEIGHT_M} for x, y in corners]
+            triangles.append(_triangles(points, _colour(f"#{key:06x}")))
+        return {"triangles": triangles}
+
+
+def _message(t_ms: int, **entities: dict[str, list[Any]]) -> bytes:
+    stamp = {"sec": t_ms // 1000, "nsec": t_ms % 1000 * 1_000_000}
+    still = {"lifetime": {"sec": 0, "nsec": 0}, "frame_locked": False, "metadata": []}
+    every = [
+        {
+            "timestamp": stamp,
+            "frame_id": FRAME_ID,
+            "id": name,
+            **still,
+            **{primitive: parts.get(primitive, []) for primitive in _PRIMITIVES},
+        }
+        for name, parts in entities.items()
+    ]
+    return json.dumps({"deletions": [], "entities": every}, separators=(",", ":")).encode()
+
+
+def _colour(text: str, alpha: float = 1.0) -> dict[str, float]:
+    red, green, blue = rgb(text)
+    return {"r": round(red, 3), "g": round(green, 3), "b": round(blue, 3), "a": alpha}
+
+
+def _pose(x: float, y: float, z: float = 0.0, heading: float = 0.0) -> dict[str, Any]:
+    turned = {"x": 0.0, "y": 0.0, "z": round(math.sin(heading / 2), 4), "w": round(math.cos(heading / 2), 4)}
+    return {
+        "position": {"x": round(x, 4), "y": round(y, 4), "z": z},
+        "orientation": turned if heading else _UPRIGHT,
+    }
+
+
+def _cylinder(x: float, y: float, wide_m: float, high_m: float, colour: dict[str, float], z: float) -> dict[str, Any]:
+    size = {"x": wide_m, "y": wide_m, "z": high_m}
+    return {"pose": _pose(x, y, z), "size": size, "bottom_scale": 1.0, "top_scale": 1.0, "color": colour}
+
+
+def _arrow(x: float, y: float, heading: float, long_m: float, colour: dict[str, float]) -> dict[str, Any]:
+    return {
+        "pose": _pose(x, y, _HEIGHT_M, heading),
+        "shaft_length": long_m * 0.6,
+        "shaft_diameter": long_m * 0.12,
+        "head_length": long_m * 0.4,
+        "head_diameter": long_m * 0.3,
+        "color": colour,
+    }
+
+
+def _text(x: float, y: float, text: str, high_m: float) -> dict[str, Any]:
+    return {
+        "pose": _pose(x, y, _HEIGHT_M + 0.1),
+        "billboard": True,
+        "font_size": high_m,
+        "scale_invariant": False,
+        "color": _colour("#202020"),
+        "text": text,
+    }
+
+
+def _wall(x0: float, y0: float, x1: float, y1: float, colour: dict[str, float]) -> dict[str, Any]:
+    size = {"x": math.hypot(x1 - x0, y1 - y0) + _WALL_WIDTH_M, "y": _WALL_WIDTH_M, "z": _WALL_HEIGHT_M}
+    middle = _pose((x0 + x1) / 2, (y0 + y1) / 2, _WALL_HEIGHT_M / 2, math.atan2(y1 - y0, x1 - x0))
+    return {"pose": middle, "size": size, "color": colour}
+
+
+def _walls_around(corners: Corners, colour: dict[str, float]) -> list[dict[str, Any]]:
+    return [_wall(*a, *b, colour) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
+
+
+def _loop(corners: Corners, colour: dict[str, float]) -> dict[str, Any]:
+    points = [{"x": x, "y": y, "z": _WALL_HEIGHT_M} for x, y in corners]
+    closed_line = 1
+    return {
+        "type": closed_line,
+        "pose": _pose(0, 0),
+        "thickness": _WALL_WIDTH_M,
+        "scale_invariant": False,
+        "points": points,
+        "color": colour,
+        "colors": [],
+        "indices": [],
+    }
+
+
+def _triangles(points: list[dict[str, float]], colour: dict[str, float]) -> dict[str, Any]:
+    return {"pose": _pose(0, 0), "points": points, "color": colour, "colors": [], "indices": []}

@@ -1,0 +1,189 @@
+"""Recordings as MCAP: JSON messages with schemas, in compressed chunks; opens in Foxglove."""
+
+import json
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mcap.exceptions import InvalidMagic, McapError
+from mcap.reader import make_reader
+from mcap.records import Channel, McapRecord, Message, Metadata
+from mcap.stream_reader import StreamReader
+from mcap.writer import Writer
+from numpy.typing import NDArray
+from zstandard import ZstdError
+
+from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
+from motorcade.runs.description import Description
+from motorcade.runs.foxglove import SCENE_UPDATE, SCENE_UPDATE_NAME, Scene, mat_message
+from motorcade.runs.recording import Frame, RecordingError
+
+_CHUNK_BYTES = 1 << 18
+_MOST_EVENTS = 10_000
+_METADATA = "motorcade"
+
+
+def _columns(title: str, **kinds: str) -> dict[str, Any]:
+    arrays = {name: {"type": "array", "items": {"type": kind}} for name, kind in kinds.items()}
+    return {"title": title, "type": "object", "properties": {"t_ms": {"type": "integer"}, **arrays}}
+
+
+CARS = _columns(
+    "motorcade.Cars",
+    number="integer",
+    x_m="number",
+    y_m="number",
+    heading_rad="number",
+    word="integer",
+    runs="boolean",
+    wheels="integer",
+    led="integer",
+    sends="boolean",
+)
+_EVENT_FIELDS = ("t_ms", "car", "kind", "why", "word", "other")
+_EVENT = {name: {"type": "string" if name in ("kind", "why") else "integer"} for name in _EVENT_FIELDS}
+EVENTS = {
+    "title": "motorcade.Events",
+    "type": "object",
+    "properties": {"events": {"type": "array", "items": {"type": "object", "properties": _EVENT}}},
+}
+COUNTS = {"title": "motorcade.Counts", "type": "object", "properties": {"t_ms": {"type": "integer"}}}
+_DAMAGE = (McapError, ZstdError, struct.error, ValueError, KeyError, RuntimeError, TypeError)
+
+
+class McapSink:
+    """Streams a run into an MCAP file. Raises OSError where it can't be written."""
+
+    def __init__(self, path: Path, about: Description):
+        self._file = path.open("wb")
+        self._scene = Scene(about)
+        self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES)
+        self._writer.start(library="motorcade")
+        self._writer.add_metadata(_METADATA, about.as_texts())
+        # The mat has a channel of its own: a player that jumps in time shows each channel's last message.
+        self._channels = {
+            "/mat": self._channel("/mat", SCENE_UPDATE_NAME, SCENE_UPDATE),
+            "/scene": self._channel("/scene", SCENE_UPDATE_NAME, SCENE_UPDATE),
+            "/cars": self._channel("/cars", CARS["title"], CARS),
+            "/events": self._channel("/events", "motorcade.Events", EVENTS),
+        }
+        self._add("/mat", 0, mat_message(about))
+
+    def write(self, frame: Frame) -> None:
+        if "/counts" not in self._channels:
+            whole = {"type": "integer"}
+            schema = {**COUNTS, "properties": {"t_ms": whole, **dict.fromkeys(frame.counts, whole)}}
+            self._channels["/counts"] = self._channel("/counts", "motorcade.Counts", schema)
+        columns = frame.as_dict()
+        self._add("/counts", frame.t_ms, _json({"t_ms": frame.t_ms, **columns.pop("counts")}))
+        self._add("/cars", frame.t_ms, _json(columns))
+        self._add("/scene", frame.t_ms, self._scene.message(frame))
+
+    def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
+        rows = events[list(_EVENT_FIELDS)].tolist()
+        for first in range(0, len(rows), _MOST_EVENTS):
+            batch = [dict(zip(_EVENT_FIELDS, row, strict=True)) for row in rows[first : first + _MOST_EVENTS]]
+            for event in batch:
+                event["kind"] = KINDS[event["kind"]]
+                event["why"] = LOSS_REASONS[event["why"]]
+            self._add("/events", t_ms, _json({"events": batch}))
+
+    def close(self) -> None:
+        with self._file:
+            self._writer.finish()
+
+    def _channel(self, topic: str, name: str, schema: dict[str, Any]) -> int:
+        number: int = self._writer.register_schema(name, "jsonschema", _json(schema))
+        return self._writer.register_channel(topic, "json", number)
+
+    def _add(self, topic: str, t_ms: int, data: bytes) -> None:
+        t_ns = t_ms * 1_000_000
+        self._writer.add_message(self._channels[topic], t_ns, data, t_ns)
+
+
+class McapRecording:
+    """A recording in an MCAP file, read as far as it is whole. Raises RecordingError."""
+
+    def __init__(self, path: Path):
+        self.name = str(path)
+        self.complaint = ""
+        self._path = path
+        try:
+            with path.open("rb") as file:
+                for record in StreamReader(file).records:
+                    if isinstance(record, Metadata) and record.name == _METADATA:
+                        self.about = Description.from_texts(record.metadata)
+                        return
+                    if isinstance(record, Message):
+                        break
+        except InvalidMagic:
+            raise RecordingError(f"{path} is no MCAP file") from None
+        except OSError as problem:
+            raise RecordingError(f"{path} can't be read: {problem.strerror or problem}") from None
+        except _DAMAGE:
+            raise RecordingError(f"{path} is cut off before the run begins, or damaged: record it again") from None
+        raise RecordingError(f"{path} is an MCAP file, but holds no run of Motorcade")
+
+    @property
+    def last_ms(self) -> int:
+        try:
+            with self._path.open("rb") as file:
+                summary = make_reader(file).get_summary()
+                if summary and summary.statistics:
+                    return summary.statistics.message_end_time // 1_000_000
+        except _DAMAGE:
+            pass
+        return max((frame.t_ms for frame in self.frames()), default=0)
+
+    def frames(self) -> Iterator[Frame]:
+        counts: dict[str, int] = {}
+        for topic, message in self._messages("/counts", "/cars"):
+            t_ms = message.pop("t_ms")
+            if topic == "/counts":
+                counts = message
+                continue
+            yield Frame(
+                t_ms,
+                np.array(message["x_m"], np.float32),
+                np.array(message["y_m"], np.float32),
+                np.array(message["heading_rad"], np.float32),
+                np.array(message["word"], np.uint32),
+                np.array(message["runs"], np.bool_),
+                np.array(message["wheels"], np.uint8),
+                np.array(message["led"], np.uint8),
+                np.array(message["sends"], np.bool_),
+                counts,
+            )
+
+    def events(self) -> Iterator[NDArray[np.void]]:
+        for _, message in self._messages("/events"):
+            batch = message["events"]
+            events = np.zeros(len(batch), EVENT)
+            for name in ("t_ms", "car", "word", "other"):
+                events[name] = [event[name] for event in batch]
+            events["kind"] = [KINDS.index(event["kind"]) for event in batch]
+            events["why"] = [LOSS_REASONS.index(event["why"]) for event in batch]
+            yield events
+
+    def _messages(self, *topics: str) -> Iterator[tuple[str, dict[str, Any]]]:
+        chosen: dict[int, str] = {}
+        last_ms = 0
+        with self._path.open("rb") as file:
+            try:
+                for record in self._records(file):
+                    if isinstance(record, Channel) and record.topic in topics:
+                        chosen[record.id] = record.topic
+                    elif isinstance(record, Message) and record.channel_id in chosen:
+                        last_ms = record.log_time // 1_000_000
+                        yield chosen[record.channel_id], json.loads(record.data)
+            except _DAMAGE:
+                self.complaint = f"{self.name} is cut off or damaged: what came after {last_ms / 1000:g} s is missing"
+
+    def _records(self, file: Any) -> Iterator[McapRecord]:
+        return iter(StreamReader(file, validate_crcs=True).records)
+
+
+def _json(data: dict[str, Any]) -> bytes:
+    return json.dumps(data, separators=(",", ":")).encode()

@@ -1,0 +1,264 @@
+"""The plots of a run, one class a kind: each takes the run's moments one by one, and is drawn at the end."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, Generic, Protocol, TypeVar
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from motorcade.runs.box import box_of
+from motorcade.runs.description import Description
+from motorcade.runs.drawing import Cars, draw_mat, show_box
+from motorcade.runs.palette import FOLLOWERS, LEADER, WordColours, rgb
+from motorcade.runs.recording import Frame
+
+_MOST_TRACKS = 1000
+_MOST_POINTS = 1_000_000
+_FEW_TRACKS = 30
+_MOST_ROWS = 250
+_MOST_COLUMNS = 1200
+_MOST_NAMED = 8
+_LONGEST_NAME = 48
+_MOST_BINS = 120
+# Below the axes: the pad, in letters, leaves room for the time.
+_LEGEND: dict[str, Any] = {
+    "loc": "upper left",
+    "bbox_to_anchor": (0, 0),
+    "borderaxespad": 4.8,
+    "fontsize": 8,
+    "frameon": False,
+}
+_OUTCOMES = {
+    "heard": ("heard", "#2ca02c"),
+    "undetected": ("heard wrongly", "#bcbd22"),
+    "lost_collision": ("collision", "#d62728"),
+    "lost_sending": ("sending itself", "#ff7f0e"),
+    "lost_parity": ("parity", "#9467bd"),
+    "lost_reserved": ("reserved bits", "#8c564b"),
+    "deaf": ("deaf", "#9a9a9a"),
+}
+
+T = TypeVar("T")
+
+
+class Panel(Protocol):
+    """One plot."""
+
+    def take(self, frame: Frame) -> None:
+        """Take the next moment."""
+
+    def draw(self, axes: Axes, name_of_word: Callable[[int], str]) -> None:
+        """Draw what was taken."""
+
+
+class Thinned(Generic[T]):
+    """A series of any length in bounded memory: every n-th is kept, n doubling whenever ``most`` are; and the last."""
+
+    def __init__(self, most: int):
+        self._most = most
+        self._step = 1
+        self._taken = 0
+        self._kept: list[T] = []
+        self._last: T | None = None
+
+    def add(self, item: T) -> None:
+        self._last = item
+        if self._taken % self._step == 0:
+            self._kept.append(item)
+        self._taken += 1
+        if len(self._kept) > self._most:
+            self._kept = self._kept[::2]
+            self._step *= 2
+
+    def items(self) -> list[T]:
+        if self._last is None or self._kept[-1] is self._last:
+            return self._kept
+        return [*self._kept, self._last]
+
+
+class Tracks:
+    """Where cars drove, on the mat, and where they stand at the end."""
+
+    def __init__(self, about: Description):
+        self._about = about
+        followers = np.setdiff1d(np.arange(about.cars), about.leaders)
+        step = max(1, len(followers) // _MOST_TRACKS)
+        self._drawn = np.concatenate([followers[::step], np.array(about.leaders, int)[:_MOST_TRACKS]]).astype(int)
+        self._leads = np.isin(self._drawn, about.leaders)
+        self._points: Thinned[NDArray[np.float32]] = Thinned(max(50, _MOST_POINTS // max(1, len(self._drawn))))
+        self._last: Frame | None = None
+
+    def take(self, frame: Frame) -> None:
+        self._points.add(np.column_stack([frame.x_m[self._drawn], frame.y_m[self._drawn]]))
+        self._last = frame
+
+    def draw(self, axes: Axes, name_of_word: Callable[[int], str]) -> None:
+        about, last = self._about, self._last
+        if last is None:
+            return
+        draw_mat(axes, about)
+        tracks = np.stack(self._points.items(), axis=1)
+        left, bottom, right, top = box_of(about, [last])
+        if tracks.size:
+            low, high = tracks.min(axis=(0, 1)), tracks.max(axis=(0, 1))
+            left, bottom = min(left, float(low[0])), min(bottom, float(low[1]))
+            right, top = max(right, float(high[0])), max(top, float(high[1]))
+        show_box(axes, (left, bottom, right, top))
+        colours = self._colours()
+        few = len(self._drawn) <= _FEW_TRACKS
+        for leads in (False, True):
+            which = self._leads == leads
+            width, alpha = (2.2 if leads else 1.2, 0.9) if few else (1.2 if leads else 0.6, 0.9 if leads else 0.35)
+            axes.add_collection(
+                LineCollection(list(tracks[which]), colors=colours[self._drawn[which]], linewidths=width, alpha=alpha)
+            )
+        if few:
+            xs, ys = tracks[:, 0].T
+            axes.scatter(xs, ys, c=colours[self._drawn], marker="x", s=36, zorder=2.5)
+        figure = axes.get_figure(root=True)
+        if figure is not None:
+            figure.draw_without_rendering()
+        Cars(axes, about).show(last._replace(led=np.full_like(last.led, 4)), colours)
+        axes.set_title(self._title(few))
+
+    def _colours(self) -> NDArray[np.float32]:
+        """A colour of its own for each follower, where they are few; red for leaders."""
+        own = FOLLOWERS if len(self._drawn) <= _FEW_TRACKS else FOLLOWERS[:1]
+        cycle = np.array([rgb(colour) for colour in own], np.float32)
+        leads = np.zeros(self._about.cars, bool)
+        leads[list(self._about.leaders)] = True
+        colours: NDArray[np.float32] = cycle[(np.cumsum(~leads) - 1) % len(cycle)]
+        colours[leads] = rgb(LEADER)
+        return colours
+
+    def _title(self, few: bool) -> str:
+        leaders = len(self._about.leaders)
+        followers = self._about.cars - leaders
+        t_s = self._last.t_ms / 1000 if self._last else 0
+        title = f"{_count(leaders, 'leader')} (red), {_count(followers, 'follower')}, {t_s:g} s"
+        if few:
+            return f"{title}; x marks where each began"
+        return title if len(self._drawn) == self._about.cars else f"{title}; tracks of {len(self._drawn):,} cars"
+
+
+class Words:
+    """Who held which word when: a row for each car, or for several alike, the nearest to the first leader below."""
+
+    def __init__(self, about: Description):
+        self._about = about
+        self._colours = WordColours(about.images)
+        self._cells: Thinned[tuple[int, NDArray[np.uint16]]] = Thinned(_MOST_COLUMNS)
+        self._rows: NDArray[np.intp] | None = None
+        self._distance_m: NDArray[np.float64] = np.zeros(0)
+
+    def take(self, frame: Frame) -> None:
+        if self._rows is None:
+            self._rows = self._sort(frame)
+        codes = self._colours.places(frame.word) * 2 + frame.runs
+        kinds = len(self._colours.shades) * 2
+        rows = int(self._rows.max()) + 1 if len(self._rows) else 0
+        votes = np.bincount(self._rows * kinds + codes, minlength=rows * kinds).reshape(rows, kinds)
+        self._cells.add((frame.t_ms, votes.argmax(axis=1).astype(np.uint16)))
+
+    def draw(self, axes: Axes, name_of_word: Callable[[int], str]) -> None:
+        times, columns = zip(*self._cells.items(), strict=True)
+        codes = np.stack(columns, axis=1)
+        shades = self._colours.shades.reshape(-1, 3)
+        every_s = (times[-1] - times[0]) / 1000 / max(1, len(times) - 1) or 0.1
+        extent = (times[0] / 1000, times[-1] / 1000 + every_s, 0.0, float(len(codes)))
+        axes.imshow(shades[codes], extent=extent, origin="lower", aspect="auto", interpolation="nearest")
+        self._label(axes, len(codes))
+        self._name(axes, codes, name_of_word)
+
+    def _sort(self, frame: Frame) -> NDArray[np.intp]:
+        """The row of each car."""
+        first = self._about.leaders[0] if self._about.leaders else 0
+        away_m = np.hypot(frame.x_m - frame.x_m[first], frame.y_m - frame.y_m[first]).astype(float)
+        order = np.lexsort((np.arange(len(away_m)), away_m))
+        rank = np.empty(len(order), np.intp)
+        rank[order] = np.arange(len(order))
+        rows = min(len(order), _MOST_ROWS)
+        self._distance_m = away_m[order][np.arange(rows) * len(order) // rows]
+        placed: NDArray[np.intp] = rank * rows // len(order)
+        return placed
+
+    def _label(self, axes: Axes, rows: int) -> None:
+        cars = "" if rows == self._about.cars else f", {self._about.cars:,} cars in {rows} rows"
+        axes.set_title(f"Who held which word{cars}; pale: over")
+        axes.set_xlabel("time (s)")
+        digits = 2 if self._distance_m.max(initial=0) < 2 else 1
+        ticks = np.unique(np.linspace(0, rows - 1, min(rows, 8)).round().astype(int))
+        axes.set_yticks(ticks + 0.5, [f"{self._distance_m[tick]:.{digits}f}" for tick in ticks])
+        axes.set_ylabel("first distance from the leader (m)")
+
+    def _name(self, axes: Axes, codes: NDArray[np.uint16], name_of_word: Callable[[int], str]) -> None:
+        known = len(self._colours.words)
+        seen = np.unique(codes // 2).tolist()
+        words = [(self._call(code, name_of_word), code) for code in seen if code < known]
+        named = words[:_MOST_NAMED]
+        more = len(words) - len(named)
+        if known in seen:
+            named.append(("no word yet", known))
+        handles = [Patch(color=tuple(self._colours.shades[code, 1]), label=name) for name, code in named]
+        if more:
+            handles.append(Patch(color="none", label=f"and {more} more"))
+        if handles:
+            axes.legend(handles=handles, ncols=2, **_LEGEND)
+
+    def _call(self, code: int, name_of_word: Callable[[int], str]) -> str:
+        name = name_of_word(self._colours.words[code])
+        name = name if len(name) <= _LONGEST_NAME else name[:_LONGEST_NAME] + "…"
+        return name if code < self._colours.followers else f"leader: {name}"
+
+
+class Air:
+    """What became of the frames that reached somebody, and how many were sent."""
+
+    def __init__(self, about: Description):
+        self._counts: Thinned[tuple[int, Mapping[str, int]]] = Thinned(_MOST_COLUMNS)
+
+    def take(self, frame: Frame) -> None:
+        self._counts.add((frame.t_ms, frame.counts))
+
+    def draw(self, axes: Axes, name_of_word: Callable[[int], str]) -> None:
+        times, counts = zip(*self._counts.items(), strict=True)
+        t_s = np.array(times) / 1000
+        edges = np.linspace(t_s[0], max(t_s[-1], t_s[0] + 0.1), 1 + int(np.clip((t_s[-1] - t_s[0]), 1, _MOST_BINS)))
+        rates = {name: self._rate(t_s, edges, name, counts) for name in ("frames", *_OUTCOMES)}
+        rates["heard"] = np.maximum(rates["heard"] - rates["undetected"], 0)
+        floor = np.zeros(len(edges) - 1)
+        for name, (label, colour) in _OUTCOMES.items():
+            if rates[name].any():
+                top = floor + rates[name]
+                axes.stairs(top, edges, baseline=floor, fill=True, color=colour, label=label)
+                floor = top
+        sent = axes.twinx()
+        sent.stairs(rates["frames"], edges, baseline=None, color="black", linewidth=1.2, label="frames sent (right)")
+        sent.set_ylim(0, max(float(rates["frames"].max()), 1) * 1.15)
+        sent.set_ylabel("frames sent a second")
+        for each in (axes, sent):
+            each.yaxis.set_major_formatter(lambda value, place: f"{value:,.6g}" if value < 1e6 else f"{value:,.0f}")
+        axes.set_title("What became of the frames that reached a car")
+        axes.set_xlim(edges[0], edges[-1])
+        axes.set_ylim(0, max(float(floor.max()), 1) * 1.15)
+        axes.set_xlabel("time (s)")
+        axes.set_ylabel("receptions a second")
+        handles = [*axes.get_legend_handles_labels()[0], *sent.get_legend_handles_labels()[0]]
+        sent.legend(handles=handles, ncols=4, **_LEGEND)
+
+    def _rate(
+        self, t_s: NDArray[np.float64], edges: NDArray[np.float64], name: str, counts: tuple[Mapping[str, int], ...]
+    ) -> NDArray[np.float64]:
+        sums = np.interp(edges, t_s, [each.get(name, 0) for each in counts])
+        rates: NDArray[np.float64] = np.diff(sums) / np.diff(edges)
+        return rates
+
+
+KINDS_OF_PLOT: dict[str, Callable[[Description], Panel]] = {"tracks": Tracks, "words": Words, "air": Air}
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{'One' if number == 1 else f'{number:,}'} {noun}{'' if number == 1 else 's'}"

@@ -1,0 +1,159 @@
+"""Films of a run: MP4 by the ffmpeg that imageio-ffmpeg brings, GIF by Pillow."""
+
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from motorcade.runs.box import Box, whole_box
+from motorcade.runs.description import Description
+from motorcade.runs.drawing import PLAIN, Cars, draw_mat, show_box
+from motorcade.runs.palette import WordColours
+from motorcade.runs.recording import FILMS, Frame, Progress, Recording, RecordingError, check_writable
+
+# Wide, square or tall, as what they show; ffmpeg wants multiples of 16.
+SIZES = {
+    ".mp4": ((1280, 720), (960, 960), (720, 1280)),
+    ".gif": ((640, 400), (512, 512), (400, 640)),
+}
+MOST_FRAMES_S = {".mp4": 30, ".gif": 10}
+# Pillow holds all frames of a GIF until the last.
+MOST_GIF_FRAMES = 2000
+_DPI = 100
+
+Image = NDArray[np.uint8]
+
+
+def draw_film(
+    recording: Recording, path: str | Path, speed: float = 1.0, progress: Progress = lambda done_ms: None
+) -> None:
+    """Draw a run as a film, .mp4 or .gif.
+
+    Every recorded moment is a frame, unless they would come faster than 30 a
+    second (10 in a GIF): then every second is, or every third, and so on.
+
+    Args:
+        speed: simulated seconds in a second of the film, above 0.
+        progress: called with the simulated time in ms that has been drawn.
+
+    Raises:
+        RecordingError: the recording holds no moment, a GIF would be too long, or the film can't be written.
+    """
+    path = Path(path)
+    check_writable(path, FILMS)
+    ending = path.suffix.lower()
+    moments_s = speed * 1000 / recording.about.every_ms
+    step = max(1, int(np.ceil(moments_s / MOST_FRAMES_S[ending] - 1e-9)))
+    box = whole_box(recording)
+    pictures = _Pictures(recording.about, box, *_size(ending, box))
+    images = _images(recording, pictures, step, progress)
+    first = next(images, None)
+    if first is None:
+        raise RecordingError(f"{recording.name} holds no moment of the run: there is nothing to draw")
+    unfinished = path.with_name(f".{path.stem}.unfinished{ending}")
+    try:
+        if ending == ".mp4":
+            _write_mp4(chain([first], images), unfinished, moments_s / step)
+        else:
+            _write_gif(chain([first], images), unfinished, moments_s / step, pictures.palette())
+        unfinished.replace(path)
+    except (OSError, ValueError) as problem:
+        if isinstance(problem, RecordingError):
+            raise
+        reason = str(problem).splitlines()[0] if str(problem) else "no reason was given"
+        raise RecordingError(f"{path} can't be drawn: {reason}") from None
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+def _images(recording: Recording, pictures: "_Pictures", step: int, progress: Progress) -> Iterator[Image]:
+    for number, frame in enumerate(recording.frames()):
+        if number % step == 0:
+            yield pictures.draw(frame)
+            progress(frame.t_ms)
+
+
+def _size(ending: str, box: Box) -> tuple[int, int]:
+    left, bottom, right, top = box
+    wide, square, tall = SIZES[ending]
+    if right - left > 1.3 * (top - bottom):
+        return wide
+    return tall if top - bottom > 1.3 * (right - left) else square
+
+
+class _Pictures:
+    """Draws moments as RGB images: what stands still is drawn once."""
+
+    def __init__(self, about: Description, box: Box, width: int, height: int):
+        figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, layout="constrained")
+        self._canvas = FigureCanvasAgg(figure)
+        self._axes = figure.add_subplot()
+        draw_mat(self._axes, about)
+        show_box(self._axes, box)
+        self._axes.set_title(" ")
+        self._canvas.draw()
+        # From here on the layout holds still.
+        figure.set_layout_engine("none")
+        self._still = self._canvas.copy_from_bbox(figure.bbox)
+        self._title = self._axes.annotate(
+            "", (0.5, 1), xycoords="axes fraction", xytext=(0, 5), textcoords="offset points", ha="center", size=11
+        )
+        self._cars = Cars(self._axes, about)
+        self._colours = WordColours(about.images)
+        self._name = f"{about.mat}, {about.cars:,} car{'' if about.cars == 1 else 's'}"
+
+    def palette(self) -> Image:
+        """At most 256 colours, a row each: all that is drawn, and mixed with its surroundings at its edges."""
+        strong = np.unique(np.concatenate([self._colours.shades.reshape(-1, 3), PLAIN]), axis=0)[:48]
+        edges = [strong + (onto - strong) * share for onto in (0.12, 1.0) for share in (0.4, 0.75)]
+        greys = np.linspace(0, 1, 12)[:, None].repeat(3, axis=1)
+        return (np.concatenate([strong, *edges, greys]) * 255).round().astype(np.uint8)
+
+    def draw(self, frame: Frame) -> Image:
+        self._cars.show(frame, self._colours.of(frame.word, frame.runs))
+        self._title.set_text(f"{self._name}, {frame.t_ms / 1000:.1f} s")
+        self._canvas.restore_region(self._still)
+        for artist in (*self._cars.artists, self._title):
+            self._axes.draw_artist(artist)
+        return np.ascontiguousarray(np.asarray(self._canvas.buffer_rgba())[:, :, :3])
+
+
+def _write_mp4(images: Iterator[Image], path: Path, frames_s: float) -> None:
+    import imageio_ffmpeg
+
+    first = next(images)
+    height, width, _ = first.shape
+    # An absolute path: ffmpeg would take a leading dash for an option.
+    film = imageio_ffmpeg.write_frames(
+        str(path.absolute()), (width, height), fps=frames_s, quality=7, ffmpeg_log_level="error"
+    )
+    film.send(None)
+    try:
+        for image in chain([first], images):
+            film.send(image)
+    finally:
+        film.close()
+
+
+def _write_gif(images: Iterator[Image], path: Path, frames_s: float, palette: Image) -> None:
+    from PIL import Image as Pillow
+
+    coloured = Pillow.new("P", (1, 1))
+    coloured.putpalette(palette.tobytes())
+
+    def reduced() -> Iterator[Pillow.Image]:
+        for number, image in enumerate(images):
+            if number == MOST_GIF_FRAMES:
+                raise RecordingError(
+                    f"{MOST_GIF_FRAMES:,} frames are the most for a GIF, and this run has more: "
+                    "write an .mp4, or draw it at a higher speed"
+                )
+            yield Pillow.fromarray(image).quantize(palette=coloured, dither=Pillow.Dither.NONE)
+
+    frames = reduced()
+    duration_ms = max(20, round(1000 / frames_s))
+    next(frames).save(path, save_all=True, append_images=frames, duration=duration_ms, loop=0)

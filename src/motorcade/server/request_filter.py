@@ -1,0 +1,198 @@
+"""Who may ask for something, how often and how much: before anything else sees a request.
+
+A browser lets every page that it shows send requests to this computer. So a
+request must come to a name of ours (else a foreign page has renamed this
+computer to its own site, 'DNS rebinding'), and from a page of ours.
+"""
+
+import ipaddress
+import re
+from collections import OrderedDict
+from collections.abc import Mapping
+from secrets import compare_digest
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.requests import HTTPConnection
+from starlette.responses import RedirectResponse, Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from starlette.websockets import WebSocket
+
+from motorcade.server.allowance import Allowance
+from motorcade.server.errors import ServerError
+from motorcade.server.http import refusal
+from motorcade.server.settings import ServerSettings
+
+_MOST_ADDRESSES = 4096
+# What may be opened with the token in its address, and what only our own pages may ask for.
+_PAGES = ("/", "/drive")
+_CAMERA = "/camera"
+_GUARDED = ("/api/", "/drive/", _CAMERA)
+_HOST = re.compile(r"(\[(?P<address>[0-9a-fA-F:.]+)\]|(?P<name>[A-Za-z0-9._-]+))(:[0-9]{1,5})?")
+_LENGTH = re.compile("[0-9]{1,12}")
+_WEEK_S = 7 * 24 * 3600
+_HEADERS = {
+    # Blockly styles its blocks in place, and both it and PixiJS draw from data: and blob: addresses.
+    "Content-Security-Policy": "default-src 'self'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data: blob:; media-src 'self' data: blob:; font-src 'self' data:; worker-src 'self' blob:; "
+    "connect-src 'self' data: blob:; object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": "camera=(), geolocation=(), microphone=(), serial=(self)",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+}
+
+
+class RequestFilter:
+    """Stands before ``app`` and refuses what may not pass, in a sentence."""
+
+    def __init__(self, app: ASGIApp, settings: ServerSettings):
+        self._app = app
+        self._settings = settings
+        self._allowances: OrderedDict[str, Allowance] = OrderedDict()
+        # Cookies don't know ports: two servers on one computer keep theirs apart by name.
+        self._cookie = f"motorcade_{settings.port}"
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer one request, or let it through."""
+        if scope["type"] not in ("http", "websocket"):
+            await self._app(scope, receive, send)
+            return
+        send = _with_headers(scope, send)
+        try:
+            self._check(scope)
+            shown = self._shown_token(scope)
+        except ServerError as problem:
+            await _respond(refusal(problem), scope, receive, send)
+            return
+        if shown:
+            await self._keep_token(scope)(scope, receive, send)
+            return
+        await self._app(scope, self._bounded(receive), send)
+
+    def _check(self, scope: Scope) -> None:
+        headers = Headers(scope=scope)
+        self._check_rate(scope)
+        self._check_host(headers)
+        self._check_origin(headers, scope["path"])
+        if scope["path"].startswith(_GUARDED):
+            self._check_token(scope)
+        length = headers.get("content-length", "0")
+        if not _LENGTH.fullmatch(length) or int(length) > self._settings.most_body:
+            raise self._too_large()
+
+    def _check_rate(self, scope: Scope) -> None:
+        address = scope["client"][0] if scope.get("client") else ""
+        a_second = self._settings.requests_a_second
+        allowance = self._allowances.setdefault(address, Allowance(a_second, self._settings.clock))
+        self._allowances.move_to_end(address)
+        if len(self._allowances) > _MOST_ADDRESSES:
+            self._allowances.popitem(last=False)
+        if not allowance.take():
+            raise ServerError("too-many-requests", 429, most=a_second)
+
+    def _check_host(self, headers: Headers) -> None:
+        hosts = headers.getlist("host")
+        name = _host_name(hosts[0]) if len(hosts) == 1 else None
+        if name is None or not self._is_ours(name):
+            raise ServerError("foreign-host", 403, name=", ".join(hosts)[:60] or "''")
+
+    def _is_ours(self, name: str) -> bool:
+        if name == "localhost" or name in self._settings.names:
+            return True
+        try:
+            address = ipaddress.ip_address(name)
+        except ValueError:
+            return False
+        # Only a name can be made to point here, so with a token any address is good.
+        return address.is_loopback or self._settings.token is not None
+
+    def _check_origin(self, headers: Headers, path: str) -> None:
+        origins = headers.getlist("origin")
+        own = (f"http://{headers['host']}", f"https://{headers['host']}")
+        # Following a link from another site to the page is fine, its asking for anything else is not.
+        site = headers.get("sec-fetch-site", "none")
+        if any(origin not in own for origin in origins) or (
+            path.startswith(_GUARDED) and site not in ("same-origin", "none")
+        ):
+            raise ServerError("foreign-origin", 403)
+
+    def _check_token(self, scope: Scope) -> None:
+        token = self._settings.token
+        asked = HTTPConnection(scope)
+        shown = asked.cookies.get(self._cookie, "")
+        if not shown and scope["path"].startswith(_CAMERA):
+            # Programs that look at a camera have no cookies.
+            shown = asked.query_params.get("token", "")
+        if token is not None and not _is_token(shown, token):
+            raise ServerError("token-needed", 401)
+
+    def _shown_token(self, scope: Scope) -> bool:
+        """Whether the page is opened with the token in its address."""
+        shown = HTTPConnection(scope).query_params.get("token") if scope["path"] in _PAGES else None
+        if self._settings.token is None or shown is None:
+            return False
+        if not _is_token(shown, self._settings.token):
+            raise ServerError("wrong-token", 403)
+        return True
+
+    def _keep_token(self, scope: Scope) -> Response:
+        """Has the browser keep the token and forget it in its address."""
+        response = RedirectResponse(scope["path"], 303)
+        token, secure = self._settings.token or "", scope["scheme"] == "https"
+        response.set_cookie(self._cookie, token, max_age=_WEEK_S, httponly=True, samesite="strict", secure=secure)
+        return response
+
+    def _bounded(self, receive: Receive) -> Receive:
+        left = self._settings.most_body
+
+        async def bounded() -> Message:
+            nonlocal left
+            message = await receive()
+            left -= len(message.get("body", b"")) if message["type"] == "http.request" else 0
+            if left < 0:
+                raise self._too_large()
+            return message
+
+        return bounded
+
+    def _too_large(self) -> ServerError:
+        return ServerError("body-too-large", 413, most=self._settings.most_body)
+
+
+def _host_name(host: str) -> str | None:
+    """The name in a Host header, without its port; None where it is no proper one."""
+    found = _HOST.fullmatch(host)
+    return (found["address"] or found["name"]).lower() if found else None
+
+
+def _is_token(shown: str, token: str) -> bool:
+    return compare_digest(shown.encode(), token.encode())
+
+
+def _with_headers(scope: Scope, send: Send) -> Send:
+    more: Mapping[str, str] = {**_HEADERS, "Cache-Control": _kept(scope["path"])}
+
+    async def sending(message: Message) -> None:
+        if message["type"] in ("http.response.start", "websocket.http.response.start"):
+            headers = MutableHeaders(scope=message)
+            for name, value in more.items():
+                headers.setdefault(name, value)
+        await send(message)
+
+    return sending
+
+
+def _kept(path: str) -> str:
+    """How long a browser may keep what stands at ``path``; the names of assets change with what is in them."""
+    if path.startswith("/assets/"):
+        return "public, max-age=31536000, immutable"
+    return "no-store" if path.startswith(_GUARDED) else "no-cache"
+
+
+async def _respond(response: Response, scope: Scope, receive: Receive, send: Send) -> None:
+    if scope["type"] == "websocket":
+        await WebSocket(scope, receive, send).send_denial_response(response)
+    else:
+        await response(scope, receive, send)

@@ -1,0 +1,85 @@
+"""Both kinds of wheels obey both kinds of words: two motors take a driver's commands, a servo takes a program."""
+
+from contextlib import ExitStack
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motorcade.boards.linux.chassis import open_chassis
+from motorcade.boards.steering import motor_duties
+from motorcade.config.pins import parse_pins
+from motorcade.config.profile import Motor
+from support.mock_pi import ENABLED, HEAD, LEFT_MOTOR, RIGHT_MOTOR, STEERED, pulse_us, shown
+from support.strategies import CLASSROOM
+
+DUTIES = "[duties]\ndrive = [0, 51, 102, 255]\nturn = [0, 17, 34, 85]\n"
+WEAK = replace(CLASSROOM, motor=Motor(pwm_max=60))
+
+
+@pytest.fixture
+def chassis(pins):
+    """Makes the wheels of a pin file."""
+    with ExitStack() as held:
+        yield lambda text, profile=CLASSROOM: open_chassis(parse_pins(HEAD + text, "test.toml"), profile, pins, held)
+
+
+# Two motors that a driver steers
+
+
+@pytest.mark.parametrize(
+    ("angle_deg", "duties"),
+    [(90, (180, 180)), (45, (180, 90)), (0, (180, 0)), (135, (90, 180)), (180, (0, 180)), (89, (180, 178))],
+)
+def test_the_inner_motor_turns_the_slower_the_further_it_is_steered(angle_deg, duties):
+    assert motor_duties(angle_deg, 1, 180) == duties
+    assert motor_duties(angle_deg, 0, 180) == tuple(-duty for duty in duties)
+
+
+@given(st.integers(0, 180), st.integers(0, 1), st.integers(0, 255))
+def test_two_motors_are_steered_alike_to_both_sides_and_never_faster_than_the_word_says(angle_deg, direction, speed):
+    left, right = motor_duties(angle_deg, direction, speed)
+    assert (right, left) == motor_duties(180 - angle_deg, direction, speed)
+    assert max(abs(left), abs(right)) == speed
+    assert left * right >= 0
+    assert abs(left) >= abs(right) if angle_deg <= 90 else abs(right) >= abs(left)
+
+
+def test_a_drivers_command_turns_two_motors(chassis, pins):
+    wheels = chassis(ENABLED)
+    wheels.apply(45, 1, 200)
+    assert (shown(pins, LEFT_MOTOR), shown(pins, RIGHT_MOTOR)) == ((255, 0, 200), (255, 0, 100))
+    wheels.apply(180, 0, 200)
+    assert (shown(pins, LEFT_MOTOR), shown(pins, RIGHT_MOTOR)) == ((0, 0, 0), (0, 255, 200))
+    wheels.neutral()
+    assert (shown(pins, LEFT_MOTOR), shown(pins, RIGHT_MOTOR)) == ((0, 0, 0), (0, 0, 0))
+
+
+# A servo and a motor that words drive
+
+
+@pytest.mark.parametrize(
+    ("direction", "level", "wanted_us", "duty"),
+    [(0, 1, 1500, 51), (0, 3, 1500, 255), (1, 2, 2500, 34), (2, 3, 500, 85), (0, 0, 1500, 0)],
+)
+def test_a_words_turn_is_full_lock_on_a_car_with_a_servo(chassis, pins, direction, level, wanted_us, duty):
+    wheels = chassis(STEERED + DUTIES)
+    wheels.set(direction, level)
+    assert pulse_us(pins) == pytest.approx(wanted_us, abs=1e-5)
+    assert shown(pins, LEFT_MOTOR) == (255 if duty else 0, 0, duty)
+
+
+@pytest.mark.parametrize("text", [ENABLED, STEERED + DUTIES], ids=["two motors", "a servo"])
+def test_no_motor_gets_more_than_its_profile_allows_whoever_drives(chassis, pins, text):
+    wheels = chassis(text, WEAK)
+    wheels.set(0, 3)
+    assert shown(pins, LEFT_MOTOR) == (255, 0, 60)
+    wheels.set(0, 1)
+    assert shown(pins, LEFT_MOTOR) == (255, 0, 51)
+    wheels.apply(90, 1, 200)
+    assert shown(pins, LEFT_MOTOR) == (255, 0, 60)
+
+
+def test_a_car_of_lights_alone_has_no_wheels(chassis):
+    assert chassis("[leds]\nled_0 = 17\n") is None

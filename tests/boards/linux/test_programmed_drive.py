@@ -1,0 +1,397 @@
+"""A Raspberry Pi's car that is driven and runs its own image: who has the wheels, and what goes on meanwhile."""
+
+import os
+import sys
+import threading
+import time
+from collections import deque
+
+import pytest
+
+from motorcade import Program, compile_program, forward, led, left, right, together
+from motorcade.boards.linux.board import Equipment
+from motorcade.boards.linux.hardware_watchdog import HardwareWatchdog
+from motorcade.boards.linux.programmed_drive import ProgrammedDrive
+from motorcade.config.levels import levels_of
+from motorcade.config.pins import PinsError, parse_pins
+from motorcade.drive.drive_failures import DriveError
+from motorcade.drive.session import CarControl
+from motorcade.words.formats import DRIVE
+from motorcade.words.ticks import TICKS_MASK
+from motorcade.words.upload import ok_line
+from support.mock_pi import (
+    ENABLED,
+    FORWARD_1_S,
+    HEAD,
+    LEDS,
+    LEDS_AT,
+    LEFT_MOTOR,
+    RIGHT_MOTOR,
+    SENSORS,
+    STEERED,
+    Sender,
+    beam,
+    pulse_us,
+    shown,
+    wheels,
+)
+from support.strategies import CLASSROOM
+
+DEADLINE_S = 60
+DUTIES = "[duties]\ndrive = [0, 51, 102, 255]\nturn = [0, 17, 34, 85]\n"
+BENDS_LEFT = DRIVE.encode(angle=135, direction=1, speed=200)
+STILL = DRIVE.encode(angle=90, direction=1, speed=0)
+BACKS = DRIVE.encode(angle=90, direction=0, speed=70)
+TWO_STATES = compile_program(
+    Program([together(forward(2, speed=3), led(1, 2)), together(right(2, speed=2), led(3, 2))])
+).image
+TURNS_LEFT = compile_program(Program([left(3, speed=1)])).image
+# What two motors show.
+ALL_STILL = ((0, 0, 0), (0, 0, 0))
+STRAIGHT, TURNING_RIGHT = ((255, 0, 255), (255, 0, 255)), ((255, 0, 34), (0, 255, 34))
+TURNING_LEFT, DRIVEN_LEFT = ((0, 255, 17), (255, 0, 17)), ((255, 0, 100), (255, 0, 200))
+ONE_LIT, THREE_LIT = (0, 255, 0, 0), (0, 0, 0, 255)
+
+
+class Line:
+    """A line for uploads, by which the test also lets the car's thread go on, hang or die."""
+
+    def __init__(self) -> None:
+        self.sent: deque[bytes] = deque()
+        self.answered = b""
+        self.ticks = 0
+        self.problem: Exception | None = None
+        self.may_go, self.hangs = threading.Event(), threading.Event()
+        self.may_go.set()
+
+    def wait(self, seconds: float) -> None:
+        if not self.may_go.is_set():
+            self.hangs.set()
+            assert self.may_go.wait(DEADLINE_S)
+        if self.problem:
+            raise self.problem
+        self.ticks += 1
+        time.sleep(seconds / 4)
+
+    def read(self) -> bytes:
+        return self.sent.popleft() if self.sent else b""
+
+    def write(self, data: bytes) -> None:
+        self.answered += data
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
+def until(condition):
+    end_s = time.monotonic() + DEADLINE_S
+    while not condition():
+        assert time.monotonic() < end_s, "it never happened"
+        time.sleep(0.001)
+
+
+class Car:
+    """A car at a bench, its ``drive``, and the ``seat`` of one who drives it."""
+
+    def __init__(self, clock, pins, text, image, is_leader, watchdog=None) -> None:
+        self.line, self.sender, self.stored, self.noted = Line(), Sender(clock), [], []
+        self.saves_slowly = threading.Event()
+        self.saves_slowly.set()
+        self._clock = clock
+        # In the middle of a millisecond, so that no sum of floats falls short of the next.
+        clock.now_s += 0.0005
+        equipment = Equipment(
+            is_leader,
+            7,
+            levels_of(CLASSROOM),
+            self.line,
+            image,
+            self._save,
+            observe=lambda *noted: self.noted.append(noted),
+            clock_s=clock,
+        )
+        wiring = parse_pins(HEAD + text, "test.toml")
+        self.board = ProgrammedDrive(equipment, wiring, CLASSROOM, pins, self.sender, watchdog)
+        self.drive = CarControl(self.board, lambda: int(clock() * 1000) & TICKS_MASK, CLASSROOM)
+        self.seat = self.drive.join("ada")
+        self.go_on()
+
+    def _save(self, data: bytes) -> None:
+        assert self.saves_slowly.wait(DEADLINE_S)
+        self.stored.append(data)
+
+    def go_on(self, milliseconds: int = 0) -> None:
+        """Let time pass, and the car's thread take note of it."""
+        while milliseconds >= 0:
+            step_ms = min(milliseconds, 50)
+            self._clock.now_s += step_ms / 1000
+            milliseconds -= step_ms or 1
+            seen = self.line.ticks
+            until(lambda seen=seen: self.line.ticks > seen + 1)
+
+    @property
+    def state(self) -> str:
+        return self.drive.telemetry().state
+
+
+@pytest.fixture
+def made(clock, pins):
+    """Makes a car; at the end it is closed."""
+    cars = []
+
+    def make(text=ENABLED + LEDS + SENSORS, image=TWO_STATES, is_leader=True, **more) -> Car:
+        cars.append(Car(clock, pins, text, image, is_leader, **more))
+        return cars[-1]
+
+    yield make
+    for car in cars:
+        car.line.may_go.set()
+        car.saves_slowly.set()
+        car.drive.close()
+
+
+# Program and driver
+
+
+def test_a_car_stands_still_until_its_program_is_told_to_drive(made, pins):
+    car = made()
+    assert car.state == "ready"
+    assert (wheels(pins), shown(pins, LEDS_AT)) == (ALL_STILL, ONE_LIT)
+    car.go_on(2000)
+    assert (wheels(pins), shown(pins, LEDS_AT)) == (ALL_STILL, THREE_LIT)
+
+
+def test_a_driver_takes_the_wheels_at_once_and_all_else_of_the_program_goes_on(made, pins):
+    car = made()
+    car.seat.resume_program()
+    assert (car.state, wheels(pins)) == ("program", STRAIGHT)
+    car.seat.command(STILL)
+    assert (car.state, wheels(pins)) == ("program", STRAIGHT)
+    car.seat.command(BENDS_LEFT)
+    assert (car.state, wheels(pins)) == ("moving", DRIVEN_LEFT)
+    for _ in range(9):
+        car.go_on(250)
+        car.seat.command(BENDS_LEFT)
+        assert wheels(pins) == DRIVEN_LEFT
+    # By now the program is in its second state.
+    assert shown(pins, LEDS_AT) == THREE_LIT
+    car.seat.resume_program()
+    assert (car.state, wheels(pins)) == ("program", TURNING_RIGHT)
+    car.go_on(2000)
+    assert (wheels(pins), shown(pins, LEDS_AT)) == (STRAIGHT, ONE_LIT)
+
+
+def test_a_car_with_a_servo_runs_its_program_and_is_driven_too(made, pins):
+    def now():
+        return pulse_us(pins), shown(pins, LEFT_MOTOR)
+
+    car = made(STEERED + DUTIES)
+    assert now() == (1500, (0, 0, 0))
+    car.seat.resume_program()
+    assert now() == (1500, (255, 0, 255))
+    car.go_on(2000)
+    assert now() == (500, (255, 0, 34))
+    car.seat.command(BENDS_LEFT)
+    assert now() == (2000, (255, 0, 200))
+    car.seat.stop()
+    assert now() == (1500, (0, 0, 0))
+
+
+def test_a_leader_that_is_driven_goes_on_telling_its_followers(made, pins):
+    image = bytes.fromhex("01010100 65800000 A4800000")
+    car = made(image=image)
+    before = len(car.sender.frames)
+    for _ in range(8):
+        car.seat.command(BENDS_LEFT)
+        car.go_on(250)
+    assert len(car.sender.frames) > before + 5
+
+
+def test_a_follower_that_is_driven_holds_what_it_hears_meanwhile(made, clock, pins):
+    car = made(is_leader=False, image=None)
+    assert car.board.has_program
+    car.seat.command(BACKS)
+    beam(clock, pins, FORWARD_1_S)
+    car.go_on()
+    assert wheels(pins) == ((0, 255, 70), (0, 255, 70))
+    car.seat.resume_program()
+    assert wheels(pins) == ((255, 0, 102), (255, 0, 102))
+    car.go_on(1000)
+    assert (car.state, wheels(pins)) == ("program", ALL_STILL)
+
+
+def test_an_emergency_stop_stops_the_program_until_it_is_lifted_and_told_to_drive(made, pins):
+    car = made()
+    car.seat.resume_program()
+    car.seat.stop()
+    assert (car.state, wheels(pins)) == ("stopped", ALL_STILL)
+    car.go_on(2000)
+    assert (wheels(pins), shown(pins, LEDS_AT)) == (ALL_STILL, THREE_LIT)
+    with pytest.raises(DriveError):
+        car.seat.resume_program()
+    car.seat.clear()
+    assert wheels(pins) == ALL_STILL
+    car.seat.resume_program()
+    assert wheels(pins) == TURNING_RIGHT
+
+
+def test_a_driver_who_falls_silent_doesnt_leave_the_wheels_to_the_program(made, pins):
+    car = made()
+    car.seat.resume_program()
+    car.seat.command(BENDS_LEFT)
+    car.go_on(300)
+    car.drive.tick()
+    assert (car.state, wheels(pins)) == ("moving", DRIVEN_LEFT)
+    car.go_on(1)
+    car.drive.tick()
+    assert (car.state, wheels(pins)) == ("failsafe", ALL_STILL)
+    car.go_on(3000)
+    car.drive.tick()
+    assert wheels(pins) == ALL_STILL
+
+
+# Uploads
+
+
+def test_an_upload_while_somebody_drives_is_kept_and_leaves_the_wheels_alone(made, pins):
+    car = made(image=None)
+    assert not car.board.has_program
+    with pytest.raises(DriveError, match="no program"):
+        car.seat.resume_program()
+    car.seat.command(BENDS_LEFT)
+    car.line.sent.append(TURNS_LEFT)
+    until(lambda: car.line.answered == ok_line(TURNS_LEFT))
+    assert car.stored == [TURNS_LEFT]
+    assert wheels(pins) == DRIVEN_LEFT
+    assert car.board.has_program
+    car.go_on()
+    car.seat.resume_program()
+    assert wheels(pins) == TURNING_LEFT
+
+
+def test_a_leader_that_only_sends_has_no_program_to_drive_by(made):
+    car = made(image=TURNS_LEFT)
+    assert car.board.has_program
+    car.line.sent.append(bytes.fromhex("00010100 A4800000"))
+    until(lambda: car.line.answered)
+    assert not car.board.has_program
+
+
+def test_a_car_stands_still_while_its_card_takes_an_image_and_then_runs_it(made, pins):
+    car = made()
+    car.seat.resume_program()
+    car.saves_slowly.clear()
+    car.line.sent.append(TURNS_LEFT)
+    until(lambda: wheels(pins) == ALL_STILL)
+    car._clock.now_s += 5
+    car.drive.tick()
+    assert car.state == "program"
+    car.saves_slowly.set()
+    until(lambda: wheels(pins) == TURNING_LEFT)
+    car.go_on()
+    car.drive.tick()
+    assert (car.state, wheels(pins)) == ("program", TURNING_LEFT)
+
+
+# Faults
+
+
+def test_wheels_stop_within_the_watchdogs_time_where_the_program_hangs(made, pins):
+    car = made()
+    car.seat.resume_program()
+    car.line.may_go.clear()
+    assert car.line.hangs.wait(DEADLINE_S)
+    # Looked at every 50 ms: 149 ms old at one look is less than 200 at the next.
+    car._clock.now_s += 0.149
+    car.drive.tick()
+    assert (car.state, wheels(pins)) == ("program", STRAIGHT)
+    car._clock.now_s += 0.05
+    car.drive.tick()
+    assert (car.state, wheels(pins)) == ("failsafe", ALL_STILL)
+    assert "stuck for 199 ms" in car.drive.telemetry().last_fault
+    car.seat.resume_program()
+    assert (car.state, wheels(pins)) == ("failsafe", ALL_STILL)
+    car.line.may_go.set()
+    car.go_on()
+    car.seat.resume_program()
+    assert (car.state, wheels(pins)) == ("program", STRAIGHT)
+
+
+def test_wheels_stop_where_the_program_dies_and_the_driver_drives_on(made, pins):
+    car = made()
+    car.seat.resume_program()
+    car.line.problem = ZeroDivisionError("one by none")
+    until(lambda: wheels(pins) == ALL_STILL)
+    car.drive.tick()
+    assert car.state == "failsafe"
+    assert "ended by ZeroDivisionError: one by none; serve the car anew" in car.drive.telemetry().last_fault
+    until(lambda: car.noted[-1][0] == "fault")
+    car.seat.command(STILL)
+    car.seat.command(BENDS_LEFT)
+    assert wheels(pins) == DRIVEN_LEFT
+    car.seat.resume_program()
+    assert (car.state, wheels(pins)) == ("failsafe", ALL_STILL)
+
+
+def test_a_part_that_fails_stops_the_programs_wheels_until_it_works_again(made, pins, monkeypatch):
+    car = made()
+    car.seat.resume_program()
+
+    def fail(which):
+        raise OSError("the LEDs are out")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(car.board._board, "set_led", fail)
+        car._clock.now_s += 2
+        until(lambda: wheels(pins) == ALL_STILL)
+        car.drive.tick()
+        assert (car.state, car.drive.telemetry().last_fault) == ("failsafe", "the LEDs are out")
+    car.go_on()
+    car.seat.resume_program()
+    assert (car.state, wheels(pins)) == ("program", TURNING_RIGHT)
+    assert [noted[3] for noted in car.noted if noted[0] == "fault"] == ["the LEDs are out"]
+
+
+def test_who_guards_the_wheels_knows_before_the_program_moves_them(made, pins):
+    car, told = made(), []
+    car.drive.ask_before_moving(lambda: told.append(wheels(pins)))
+    car.seat.resume_program()
+    assert (told, wheels(pins), car.drive.moves) == ([ALL_STILL], STRAIGHT, True)
+    car.seat.stop()
+    assert not car.drive.moves
+
+    def fail():
+        raise OSError("the guard is gone")
+
+    car.drive.ask_before_moving(fail)
+    car.seat.clear()
+    car.seat.resume_program()
+    assert (car.state, wheels(pins)) == ("failsafe", ALL_STILL)
+
+
+# The end
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such watchdog")
+def test_a_car_is_closed_in_neutral_and_gives_all_that_it_held_back(made, pins, tmp_path):
+    device = tmp_path / "watchdog"
+    os.mkfifo(device)
+    reader = os.open(device, os.O_RDONLY | os.O_NONBLOCK)
+    car = made(watchdog=HardwareWatchdog(device))
+    held = [pins.pin(number) for number in (*LEFT_MOTOR, *RIGHT_MOTOR, *LEDS_AT)]
+    car.seat.resume_program()
+    car.drive.beat()
+    thread = next(each for each in threading.enumerate() if each.name == "car program")
+    car.drive.close()
+    car.drive.close = lambda: None
+    assert os.read(reader, 100) == b"\0V"
+    os.close(reader)
+    assert [(pin.state, pin.function) for pin in held] == [(0, "input")] * 10
+    assert pins.pins == {}
+    assert car.sender.closed
+    assert not thread.is_alive()
+
+
+def test_a_pin_file_without_wheels_makes_no_driven_car(made):
+    with pytest.raises(PinsError, match="no wheels"):
+        made(LEDS)

@@ -1,0 +1,184 @@
+"""A swarm's car on a Raspberry Pi turns its words into pins, and what its pins say into words."""
+
+import threading
+
+import pytest
+from gpiozero.pins.mock import MockPWMPin
+
+from motorcade import Program, compile_program, forward, led, left, right, together
+from motorcade.boards.linux.board import run
+from motorcade.car.board import NOTHING_IN_SIGHT_MM
+from motorcade.car.check import check_board
+from motorcade.car.loop import Car
+from motorcade.words.upload import ok_line
+from support.mock_pi import ENABLED, LEDS, LEDS_AT, LEFT_MOTOR, PIR, SENSORS, beam, shown, wheels
+
+DEADLINE_S = 60
+
+
+# Wheels and LEDs
+
+
+@pytest.mark.parametrize(("level", "drives", "turns"), [(0, 0, 0), (1, 51, 17), (2, 102, 34), (3, 255, 85)])
+def test_wheels_turn_with_the_duty_of_their_level(car, pins, level, drives, turns):
+    board = car(ENABLED).board
+    on = 255 if level else 0
+    board.set_wheels(0, level)
+    assert wheels(pins) == ((on, 0, drives), (on, 0, drives))
+    board.set_wheels(1, level)
+    assert wheels(pins) == ((0, on, turns), (on, 0, turns))
+    board.set_wheels(2, level)
+    assert wheels(pins) == ((on, 0, turns), (0, on, turns))
+    board.neutral()
+    assert wheels(pins) == ((0, 0, 0), (0, 0, 0))
+
+
+def test_a_driver_without_enable_has_the_duty_on_its_direction_pins(car, pins):
+    board = car(ENABLED.replace("enable = 12\n", "").replace("enable = 13\n", "")).board
+    board.set_wheels(1, 2)
+    assert (shown(pins, (5, 6)), shown(pins, (16, 26))) == ((0, 34), (34, 0))
+    board.set_wheels(0, 1)
+    assert (shown(pins, (5, 6)), shown(pins, (16, 26))) == ((51, 0), (51, 0))
+
+
+def test_a_motor_has_no_power_while_its_direction_changes(car, pins):
+    board = car(ENABLED).board
+    board.set_wheels(1, 3)
+    watched = {number: pins.pin(number) for number in LEFT_MOTOR}
+    before = {number: len(pin.states) for number, pin in watched.items()}
+    board.set_wheels(2, 3)
+    assert [round(state.state * 255) for state in watched[12].states[before[12] :]] == [0, 85]
+
+
+def test_one_led_is_lit_at_a_time_and_none_where_none_is_wanted(car, pins):
+    board = car(LEDS).board
+    for which in range(4):
+        board.set_led(which)
+        assert shown(pins, LEDS_AT) == tuple(255 if which == number else 0 for number in range(4))
+    board.set_led(4)
+    assert shown(pins, LEDS_AT) == (0, 0, 0, 0)
+
+
+def test_a_car_with_few_parts_does_without_the_others(car, pins):
+    board = car("[leds]\nled_2 = 22\n").board
+    board.set_wheels(0, 3)
+    board.set_led(1)
+    assert shown(pins, (22,)) == (0,)
+    board.set_led(2)
+    assert shown(pins, (22,)) == (255,)
+    assert board.obstacle_mm() == NOTHING_IN_SIGHT_MM
+    assert not board.sees_person()
+    assert board.received_frames() == []
+    assert not board.senses_carrier()
+
+
+# The whole way
+
+
+@pytest.mark.parametrize("parts", [ENABLED + LEDS + SENSORS, LEDS], ids=["all parts", "LEDs alone"])
+def test_the_board_keeps_the_contract(car, clock, pins, parts):
+    made = car(parts)
+
+    def wait_ms(milliseconds: int) -> None:
+        clock.now_s += milliseconds / 1000
+
+    def say(data: bytes) -> None:
+        made.line.sent += data
+
+    hear = (lambda frame: beam(clock, pins, frame)) if parts != LEDS else None
+    assert check_board(made.board, wait_ms=wait_ms, hear=hear, say=say) == []
+
+
+def test_an_uploaded_program_drives_the_pins_and_is_kept(car, clock, pins):
+    program = Program([together(forward(2, speed=3), led(1, 1)), left(1, speed=1), right(1, speed=2)])
+    image = compile_program(program).image
+    made = car(ENABLED + LEDS, is_leader=True)
+    loop = Car(made.board)
+    made.line.sent = image
+    seen = []
+    for at_ms in range(4500):
+        clock.now_s = 100 + at_ms / 1000
+        loop.tick()
+        seen.append((wheels(pins), shown(pins, LEDS_AT)))
+    assert made.line.answered == ok_line(image)
+    assert made.stored == [image]
+    dark, lit = (0, 0, 0, 0), (0, 255, 0, 0)
+    straight, turns_left = ((255, 0, 255),) * 2, ((0, 255, 17), (255, 0, 17))
+    turns_right = ((255, 0, 34), (0, 255, 34))
+    assert seen[:1000] == [(straight, lit)] * 1000
+    assert seen[1000:2000] == [(straight, dark)] * 1000
+    assert seen[2000:3000] == [(turns_left, dark)] * 1000
+    assert seen[3000:4000] == [(turns_right, dark)] * 1000
+    assert seen[4000:] == [(straight, lit)] * 500
+
+
+@pytest.mark.parametrize("ends", ["asked to", "by a fault", "by Ctrl-C"])
+def test_a_car_ends_in_neutral_however_it_ends(car, clock, pins, ends):
+    image = compile_program(Program([together(forward(3, speed=3), led(0, 3))])).image
+    made = car(ENABLED + LEDS, is_leader=True, image=image)
+    ticks = []
+
+    def wait(seconds):
+        clock.now_s += seconds
+        ticks.append(wheels(pins))
+        if len(ticks) == 10 and ends != "asked to":
+            raise KeyboardInterrupt if ends == "by Ctrl-C" else RuntimeError
+
+    left = {
+        name: [pins.pin(number) for number in numbers] for name, numbers in (("wheels", LEFT_MOTOR), ("leds", LEDS_AT))
+    }
+    if ends == "asked to":
+        run(made.board, wait, lambda: len(ticks) == 10)
+    else:
+        with pytest.raises((KeyboardInterrupt, RuntimeError)):
+            run(made.board, wait, lambda: False)
+    assert ticks[5] == ((255, 0, 255), (255, 0, 255))
+    assert [pin.state for name in left for pin in left[name]] == [0] * 7
+    assert made.sender.closed
+
+
+# Sensors
+
+
+def test_a_person_is_seen_as_long_as_the_sensor_says(car, pins):
+    board = car(SENSORS).board
+    assert not board.sees_person()
+    pins.pin(PIR).drive_high()
+    assert board.sees_person()
+    pins.pin(PIR).drive_low()
+    assert not board.sees_person()
+
+
+class Trigger(MockPWMPin):
+    """The trigger of a sensor whose echo comes back from an obstacle at ``distance_mm``."""
+
+    def prepare(self, clock, echo, distance_mm):
+        self.clock, self.echo, self.distance_mm = clock, echo, distance_mm
+        self.pings, self.has_measured = 0, threading.Event()
+
+    def _set_state(self, value):
+        super()._set_state(value)
+        if not value:
+            self.clock.now_s += 0.0005
+            self.echo.drive_high()
+            self.clock.now_s += 2 * self.distance_mm / 343_260
+            self.echo.drive_low()
+            self.pings += 1
+            if self.pings == 3:
+                self.has_measured.set()
+
+
+@pytest.mark.parametrize(
+    ("distance_mm", "says"),
+    [(20, 20), (150, 150), (1200, 1200), (1990, 1990), (2001, NOTHING_IN_SIGHT_MM), (6500, NOTHING_IN_SIGHT_MM)],
+)
+def test_the_way_ahead_is_measured_by_the_time_of_its_echo(car, clock, pins, distance_mm, says):
+    trigger = pins.pin(23, pin_class=Trigger)
+    trigger.prepare(clock, pins.pin(24), distance_mm)
+    board = car(SENSORS).board
+    assert trigger.has_measured.wait(DEADLINE_S)
+    assert board.obstacle_mm() == pytest.approx(says, abs=1)
+
+
+def test_a_sensor_that_has_measured_nothing_yet_sees_nothing(car):
+    assert car(SENSORS).board.obstacle_mm() == NOTHING_IN_SIGHT_MM

@@ -1,0 +1,127 @@
+"""A Raspberry Pi hears frames at its receiver's pin as they were sent, and its car broadcasts and obeys them."""
+
+import pytest
+
+from motorcade.car.loop import Car
+from motorcade.words.infrared import air_us, frame_durations_us, to_frame
+from support.mock_pi import ENABLED, FORWARD_1_S, RECEIVER, SENSORS, beam, wheels
+from support.strategies import CLASSROOM
+
+
+def test_a_frame_at_the_receiver_becomes_the_word_that_the_follower_does(car, clock, pins):
+    made = car(ENABLED + SENSORS)
+    loop = Car(made.board)
+    loop.tick()
+    beam(clock, pins, FORWARD_1_S)
+    loop.tick()
+    assert wheels(pins) == ((255, 0, 102), (255, 0, 102))
+    clock.now_s += 0.999
+    loop.tick()
+    assert wheels(pins) == ((255, 0, 102), (255, 0, 102))
+    clock.now_s += 0.001
+    loop.tick()
+    assert wheels(pins) == ((0, 0, 0), (0, 0, 0))
+
+
+@pytest.mark.parametrize("frame", [0, 0xFFFFFFFF, 0x80000001, FORWARD_1_S, 0x2AAAAAAA])
+@pytest.mark.parametrize("unit_us", [450, 560, 680])
+def test_frames_are_read_as_they_were_sent_by_slow_and_fast_senders(car, clock, pins, frame, unit_us):
+    board = car(SENSORS).board
+    board.received_frames()
+    clock.now_s += 1
+    beam(clock, pins, frame, unit_us)
+    clock.now_s += 0.005
+    beam(clock, pins, frame, unit_us)
+    assert board.received_frames() == [frame, frame]
+
+
+def test_air_is_busy_from_a_frames_first_mark_to_its_last(car, clock, pins):
+    board = car(SENSORS).board
+    pin, busy = pins.pin(RECEIVER), []
+    clock.now_s += 1
+    for at, duration_us in enumerate(frame_durations_us(FORWARD_1_S)):
+        (pin.drive_high if at % 2 else pin.drive_low)()
+        board.received_frames()
+        busy.append(board.senses_carrier())
+        clock.now_s += duration_us / 1e6 - 1e-5
+        busy.append(board.senses_carrier())
+        clock.now_s += 1e-5
+    assert all(busy)
+    pin.drive_high()
+    board.received_frames()
+    assert not board.senses_carrier()
+
+
+def test_noise_makes_the_air_busy_for_no_longer_than_a_frames_space(car, clock, pins):
+    board = car(SENSORS).board
+    pin = pins.pin(RECEIVER)
+    pin.drive_low()
+    clock.now_s += 0.0003
+    pin.drive_high()
+    assert board.received_frames() == []
+    assert board.senses_carrier()
+    clock.now_s += 0.006
+    assert not board.senses_carrier()
+
+
+def test_a_car_doesnt_hear_itself_but_hears_others_right_behind(car, clock, pins):
+    made = car(SENSORS)
+    made.sender.busy = True
+    beam(clock, pins, FORWARD_1_S)
+    assert made.board.received_frames() == []
+    assert made.board.is_sending()
+    beam(clock, pins, FORWARD_1_S)
+    made.sender.busy, made.sender.ended_s = False, clock.now_s
+    clock.now_s += 0.005
+    beam(clock, pins, 0x2AAAAAAA)
+    assert made.board.received_frames() == [0x2AAAAAAA]
+
+
+def test_what_a_car_misses_while_it_sends_is_made_up_by_nothing(car, clock, pins):
+    made = car(SENSORS)
+    pin, durations = pins.pin(RECEIVER), frame_durations_us(FORWARD_1_S)
+
+    def play(part: list[int]) -> None:
+        for at, duration_us in enumerate(part):
+            (pin.drive_high if at % 2 else pin.drive_low)()
+            clock.now_s += duration_us / 1e6
+
+    # 20 bits; then the car sends; then what would make them 32.
+    play(durations[:42])
+    assert made.board.received_frames() == []
+    made.sender.busy = True
+    play([560, 600])
+    assert made.board.received_frames() == []
+    made.sender.busy, made.sender.ended_s = False, clock.now_s
+    clock.now_s += 0.0011
+    play(durations[42:])
+    pin.drive_high()
+    assert made.board.received_frames() == []
+
+
+def test_an_edge_that_was_lost_costs_its_frame_alone(car, clock, pins):
+    board = car(SENSORS).board
+    board.received_frames()
+    receiver = board._infrared
+    at_s = clock.now_s
+    for skipped in (None, 20, None):
+        at_s += 0.01
+        for number, duration_us in enumerate(frame_durations_us(FORWARD_1_S)):
+            if number != skipped:
+                receiver.receive_edge(at_s, number % 2 == 0)
+            at_s += duration_us / 1e6
+        receiver.receive_edge(at_s, False)
+    assert board.received_frames() == [FORWARD_1_S, FORWARD_1_S]
+
+
+def test_a_leader_broadcasts_its_followers_words(car, clock, pins):
+    image = bytes.fromhex("00010100 A4800000")
+    made = car(SENSORS, is_leader=True, image=image)
+    loop = Car(made.board)
+    for _ in range(200):
+        loop.tick()
+        clock.now_s += 0.004
+    frame = to_frame(0xA4800000)
+    assert set(made.sender.frames) == {frame}
+    period_ms = air_us(frame, 560) / 1000 + CLASSROOM.infrared.gap_ms
+    assert len(made.sender.frames) == pytest.approx(800 / period_ms, abs=1.5)

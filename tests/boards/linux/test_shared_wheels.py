@@ -1,0 +1,145 @@
+"""Wheels that a driver and a program share stop where the hardware hangs or fails in the middle of a write."""
+
+import threading
+
+import pytest
+
+from motorcade.boards.linux.shared_wheels import SharedWheels
+
+DEADLINE_S = 60
+STILL, AHEAD, TURN, DRIVEN = (0, 0), (0, 3), (1, 2), (90, 1, 255)
+
+
+class Hardware:
+    """Notes what it did; a write hangs, or fails, where a test wants it to."""
+
+    def __init__(self) -> None:
+        self.done = []
+        self.problem = None
+        self.hangs, self.is_hanging, self.thaws = False, threading.Event(), threading.Event()
+
+    def _write(self, what):
+        if self.problem:
+            raise self.problem
+        if self.hangs:
+            self.is_hanging.set()
+            assert self.thaws.wait(DEADLINE_S)
+        self.done.append(what)
+
+    def set(self, direction, speed_level):
+        self._write((direction, speed_level))
+
+    def apply(self, angle_deg, direction, speed):
+        self._write((angle_deg, direction, speed))
+
+    def neutral(self):
+        # What stops the wheels mustn't be what hangs.
+        self.done.append("neutral")
+
+
+@pytest.fixture
+def hardware():
+    return Hardware()
+
+
+@pytest.fixture
+def shared(hardware):
+    return SharedWheels(hardware, lambda: 0, patience_ms=150)
+
+
+def programmed(shared):
+    shared.neutral()
+    shared.set(*AHEAD)
+    shared.begin_program()
+    return shared
+
+
+def hanging(hardware, call, *arguments):
+    """``call`` in a thread of its own, which hangs in the hardware."""
+    hardware.hangs = True
+    thread = threading.Thread(target=call, args=arguments, daemon=True)
+    thread.start()
+    assert hardware.is_hanging.wait(DEADLINE_S)
+    return thread
+
+
+def thaw(hardware, thread):
+    hardware.thaws.set()
+    thread.join(DEADLINE_S)
+    assert not thread.is_alive()
+
+
+def test_the_program_has_the_wheels_where_it_has_come_to(shared, hardware):
+    shared.neutral()
+    shared.set(*AHEAD)
+    shared.set(*TURN)
+    assert hardware.done == ["neutral"]
+    shared.begin_program()
+    shared.set(*AHEAD)
+    assert hardware.done == ["neutral", TURN, AHEAD]
+    shared.end_program()
+    shared.apply(*DRIVEN)
+    shared.set(*TURN)
+    assert hardware.done[-1] == DRIVEN
+
+
+def test_wheels_are_stopped_while_the_program_hangs_in_them_and_stay_so_when_it_thaws(shared, hardware):
+    programmed(shared)
+    thread = hanging(hardware, shared.set, *TURN)
+    shared.neutral()
+    assert hardware.done == ["neutral", AHEAD, "neutral"]
+    thaw(hardware, thread)
+    assert hardware.done == ["neutral", AHEAD, "neutral", TURN, "neutral"]
+    with pytest.raises(OSError, match="were stopped"):
+        shared.check_program()
+
+
+def test_a_command_waits_in_vain_for_wheels_in_which_the_program_hangs(shared, hardware):
+    programmed(shared)
+    thread = hanging(hardware, shared.set, *TURN)
+    shared.end_program()
+    with pytest.raises(OSError, match="hangs in the hardware"):
+        shared.apply(*DRIVEN)
+    thaw(hardware, thread)
+    assert hardware.done[-2:] == [TURN, "neutral"]
+
+
+def test_wheels_are_stopped_while_the_program_is_let_go_and_hangs(shared, hardware):
+    shared.set(*AHEAD)
+    thread = hanging(hardware, shared.begin_program)
+    shared.neutral()
+    thaw(hardware, thread)
+    assert hardware.done == ["neutral", AHEAD, "neutral"]
+
+
+def test_a_write_of_the_programs_that_fails_stops_the_wheels_and_is_told(shared, hardware):
+    programmed(shared)
+    hardware.problem = OSError("the cable is out")
+    shared.set(*TURN)
+    assert hardware.done == ["neutral", AHEAD, "neutral"]
+    with pytest.raises(OSError, match="the cable is out"):
+        shared.check_program()
+    with pytest.raises(OSError, match="the cable is out"):
+        shared.begin_program()
+    hardware.problem = None
+    shared.begin_program()
+    shared.check_program()
+    assert hardware.done[-1] == TURN
+
+
+def test_a_fault_of_the_program_is_none_of_the_drivers(shared, hardware):
+    shared.apply(*DRIVEN)
+    shared.fail("the LEDs are out")
+    assert hardware.done == [DRIVEN]
+
+
+def test_a_program_at_rest_stands_still_and_goes_on_as_it_then_wants_to(shared, hardware):
+    programmed(shared)
+    with shared.at_rest():
+        shared.set(*TURN)
+    assert hardware.done == ["neutral", AHEAD, STILL, STILL, TURN]
+    shared.end_program()
+    shared.apply(*DRIVEN)
+    with shared.at_rest():
+        pass
+    assert hardware.done[-1] == DRIVEN

@@ -1,0 +1,47 @@
+"""Files that are replaced whole or not at all, and stay replaced."""
+
+import os
+import stat
+import sys
+
+import pytest
+
+from motorcade.config.files import replace_file
+
+
+def test_a_file_is_replaced_whole_and_nothing_else_is_left(tmp_path):
+    path = tmp_path / "car.image"
+    replace_file(path, b"old")
+    replace_file(path, b"new")
+    assert path.read_bytes() == b"new"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("step", ["fsync", "fdopen"])
+def test_a_disk_that_fails_keeps_the_old_file(tmp_path, monkeypatch, step):
+    path = tmp_path / "car.image"
+    replace_file(path, b"old")
+
+    def fail(*arguments):
+        raise OSError("the disk is full")
+
+    monkeypatch.setattr(os, step, fail)
+    with pytest.raises(OSError, match="full"):
+        replace_file(path, b"new")
+    assert path.read_bytes() == b"old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows keeps names by itself")
+def test_the_data_is_on_the_disk_before_its_name_and_the_name_before_it_is_done(tmp_path, monkeypatch):
+    path, synced = tmp_path / "car.image", []
+    sync = os.fsync
+
+    def watch(handle):
+        kind = "folder" if stat.S_ISDIR(os.fstat(handle).st_mode) else "file"
+        synced.append((kind, path.exists()))
+        sync(handle)
+
+    monkeypatch.setattr(os, "fsync", watch)
+    replace_file(path, b"new")
+    assert synced == [("file", False), ("folder", True)]

@@ -1,0 +1,120 @@
+"""Pin files: what they say, what is refused and how, and the table and drawing that builders see."""
+
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from motorcade.boards.linux.opening import motor_pins
+from motorcade.boards.wiring import wiring_rows, wiring_svg, wiring_table
+from motorcade.config.pins import PinsError, load_pins, parse_pins
+
+FIRMWARE = Path(__file__).parents[2] / "firmware"
+SHIPPED = sorted([*FIRMWARE.glob("linux/*pins.toml"), *FIRMWARE.glob("micropython/*.toml")])
+HEAD = 'format = "motorcade-pins/1"\nname = "Car"\nchip = "{}"\n'
+PI, ESP32, RP2040 = (HEAD.format(chip) for chip in ("raspberry-pi", "esp32", "rp2040"))
+PIR = "[pir]\noutput = {}\n"
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: "/".join(path.parts[-2:]))
+def test_the_pin_files_that_come_with_motorcade_are_valid(path):
+    pins = load_pins(path)
+    assert pins.wires
+    assert {role for wire in pins.wires for role in [wire.role.key]} >= {"forward", "backward"}
+
+
+def test_a_pin_file_says_what_is_where():
+    text = PI + "[left_motor]\nbackward = 6\nforward = 5\n" + PIR.format(25) + "[duties]\nturn = [0, 1, 2, 3]\n"
+    pins = parse_pins(text, "car.toml")
+    assert (pins.name, pins.chip.name) == ("Car", "raspberry-pi")
+    assert [(wire.device.key, wire.role.key, wire.pin) for wire in pins.wires] == [
+        ("left_motor", "forward", 5),
+        ("left_motor", "backward", 6),
+        ("pir", "output", 25),
+    ]
+    assert (pins.has("pir"), pins.has("servo")) == (True, False)
+    assert (pins.pin("left_motor", "backward"), pins.pin("left_motor", "enable")) == (6, None)
+    assert (pins.drive_duties, pins.turn_duties) == ((0, 85, 170, 255), (0, 1, 2, 3))
+    assert motor_pins(pins) == [5, 6]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("format =", "car.toml is not TOML"),
+        ('name = "Car"\n', "format is None; it has to be 'motorcade-pins/1'"),
+        (PI.replace("pins/1", "pins/9") + PIR.format(4), "format is 'motorcade-pins/9'"),
+        (HEAD.format("z80") + PIR.format(4), "chip is 'z80'; allowed: raspberry-pi, rp2040, esp32, linux"),
+        (PI.replace('"Car"', '""') + PIR.format(4), "name is ''; allowed: a line of 1 to 60"),
+        (PI, "no device is connected; devices are left_motor"),
+        (PI + "[pri]\noutput = 4\n", "'pri' is not known; known are format, name, chip, left_motor"),
+        (PI + "pir = 4\n", r"pir is a table of its own: \[pir\]"),
+        (PI + "[pir]\n", r"car.toml, \[pir\]: 'output' is missing"),
+        (PI + "[leds]\n", r"\[leds\]: no pin is named; known are led_0, led_1, led_2, led_3"),
+        (PI + "[leds]\nled_4 = 4\n", r"\[leds\]: 'led_4' is not known; known are led_0"),
+        (PI + "[left_motor]\nforward = 5\n", r"\[left_motor\]: 'backward' is missing"),
+        (PI + PIR.format(28), "pir.output is 28, but Raspberry Pi has no such pin; it has 2 to 27"),
+        (PI + PIR.format(0), "GPIO0 of Raspberry Pi is for the memory of add-on boards; choose another pin"),
+        (PI + PIR.format('"4"'), "pir.output is '4'; a pin is a whole number, such as 17"),
+        (PI + PIR.format("true"), "pir.output is True; a pin is a whole number"),
+        (PI + PIR.format(-1), "pir.output is -1, but Raspberry Pi has no such pin"),
+        (ESP32 + PIR.format(6), "GPIO6 of ESP32 leads to the flash memory"),
+        (ESP32 + PIR.format(20), "ESP32 has no such pin; it has 0, 2, 4 to 5, 12 to 19, 21 to 23, 25 to 27, 32 to 39"),
+        (ESP32 + "[servo]\nsignal = 34\n", "GPIO34 of ESP32 only reads, and this wire has to be driven"),
+        (RP2040 + PIR.format(25), "GPIO25 of .* is the board's own LED"),
+        (
+            PI + PIR.format(17) + "[leds]\nled_0 = 4\nled_3 = 17\n",
+            r"leds.led_3 and pir.output are both on GPIO17 \(11\); give one of them another pin",
+        ),
+        (PI + PIR.format(4) + "duties = 3\n", "'duties' is not known"),
+        (PI + "duties = 3\n" + PIR.format(4), r"duties is a table of its own: \[duties\]"),
+        (PI + PIR.format(4) + "[duties]\nfast = [0, 1, 2, 3]\n", "'fast' is not known; known are drive, turn"),
+        (PI + PIR.format(4) + "[duties]\ndrive = [0, 1, 2]\n", "duties.drive is .*; allowed: 4 whole numbers"),
+        (PI + PIR.format(4) + "[duties]\ndrive = [1, 2, 3, 4]\n", "rise from 0"),
+        (PI + PIR.format(4) + "[duties]\ndrive = [0, 9, 9, 255]\n", "rise from 0"),
+        (PI + PIR.format(4) + "[duties]\nturn = [0, 1, 2, 256]\n", "at most 255"),
+    ],
+)
+def test_a_pin_file_that_cannot_be_is_refused_in_a_sentence(text, says):
+    with pytest.raises(PinsError, match=says) as refused:
+        parse_pins(text, "car.toml")
+    assert re.search(r"[\u4e00-\u9fff]", refused.value.message("zh"))
+
+
+def test_a_pin_that_only_reads_may_be_read():
+    assert parse_pins(ESP32 + PIR.format(34), "car.toml").pin("pir", "output") == 34
+
+
+def test_a_pin_file_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(PinsError, match=r"missing\.toml can't be read"):
+        load_pins(tmp_path / "missing.toml")
+    (tmp_path / "noise.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(PinsError, match="it is no text"):
+        load_pins(tmp_path / "noise.toml")
+
+
+@pytest.mark.parametrize("path", SHIPPED, ids=lambda path: "/".join(path.parts[-2:]))
+@pytest.mark.parametrize("language", ["en", "zh"])
+def test_each_wire_is_a_row_of_the_table_and_a_line_of_the_drawing(path, language):
+    pins = load_pins(path)
+    rows = wiring_rows(pins, language)
+    assert [row.pin for row in rows] == [wire.pin for wire in pins.wires]
+    table = wiring_table(pins, language).splitlines()
+    assert len(table) == 2 + len(rows)
+    svg = ElementTree.fromstring(wiring_svg(pins, language))
+    assert len(svg.findall("{*}path")) == len(rows)
+    drawn = [text.text for text in svg.findall("{*}text")]
+    for row, line in zip(rows, table[2:], strict=True):
+        assert f"| {row.terminal} | {row.label} |" in line
+        assert {row.label, row.terminal, row.part} <= set(drawn)
+    _, _, width, height = map(float, svg.attrib["viewBox"].split())
+    for text in svg.findall("{*}text"):
+        assert 0 < float(text.attrib["x"]) < width
+        assert 0 < float(text.attrib["y"]) < height
+
+
+def test_a_drawing_holds_whatever_a_car_is_called():
+    pins = parse_pins(PI.replace("Car", "<b>&</b>") + PIR.format(4), "car.toml")
+    svg = ElementTree.fromstring(wiring_svg(pins, "en"))
+    assert svg.attrib["aria-label"] == "<b>&</b>: Raspberry Pi"

@@ -1,0 +1,118 @@
+"""What a level means: the built-in cars, and files for others."""
+
+from importlib import resources
+from pathlib import Path
+
+import pytest
+
+from motorcade import Program, compile_program, led, load_profile, wait
+from motorcade.config.profile import ProfileError, built_in_profile, built_in_profiles, parse_profile
+
+TEXT = (resources.files("motorcade") / "profiles" / "classroom.toml").read_text(encoding="utf-8")
+
+
+def test_the_classrooms_cars_are_the_protocols() -> None:
+    profile = built_in_profile("classroom")
+    assert profile.name == "classroom"
+    assert profile.durations_ms == (0, 1000, 2000, 3000)
+    assert profile.dwell_ms == (1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000)
+    assert profile.speeds_mm_s == (0, 100, 200, 300)
+    assert profile.turn_rates_deg_s == (0, 30, 60, 90)
+    assert profile.avoid_radii_mm == (100, 200, 300, 400)
+    assert profile.idle_state_ms == 100
+    infrared = profile.infrared
+    assert (infrared.range_mm, infrared.unit_us, infrared.gap_ms) == (1000, 560, 5)
+    assert (infrared.relay_period_ms, infrared.sense_ms) == (250, 6)
+    assert profile.serial.baud == 115200
+    body = profile.body
+    assert (body.diameter_mm, body.wheel_base_mm) == (150, 120)
+    assert (body.ultrasonic_cone_deg, body.ultrasonic_range_mm) == (15, 2000)
+    assert (body.pir_range_mm, body.pir_half_angle_deg) == (3000, 55)
+    servo = profile.servo
+    assert servo.period_ms == 20
+    assert (servo.pulse_0_deg_us, servo.pulse_90_deg_us, servo.pulse_180_deg_us) == (500, 1500, 2500)
+    assert profile.motor.pwm_max == 255
+    drive = profile.drive
+    assert (drive.failsafe_ms, drive.watchdog_ms, drive.hand_over_ms, drive.commands_per_s) == (300, 200, 5000, 100)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("durations_ms = [0, 1000, 2000, 3000]", "durations_ms = [0, 1000, 2000]", "durations_ms"),
+        ("durations_ms = [0, 1000, 2000, 3000]", "durations_ms = [10, 1000, 2000, 3000]", "durations_ms"),
+        ("durations_ms = [0, 1000, 2000, 3000]", "durations_ms = [0, 2000, 1000, 3000]", "durations_ms"),
+        ("durations_ms = [0, 1000, 2000, 3000]", "durations_ms = [0, 1000, 1000, 3000]", "durations_ms"),
+        ("durations_ms = [0, 1000, 2000, 3000]", "durations_ms = 1000", "durations_ms"),
+        ("durations_ms = [0, 1000, 2000, 3000]", "durations_ms = [0, 1000.5, 2000, 3000]", "durations_ms"),
+        ("durations_ms = [0, 1000, 2000, 3000]", "", "durations_ms"),
+        ("dwell_ms = [1000, ", "dwell_ms = [0, ", "dwell_ms"),
+        ("dwell_ms = [1000, ", "dwell_ms = [", "dwell_ms"),
+        ("speeds_mm_s = [0, 100", "speeds_mm_s = [0, -100", "speeds_mm_s"),
+        ("turn_rates_deg_s = [0", "turn_rates_deg_s = [true", "turn_rates_deg_s"),
+        ("turn_rates_deg_s = [0, 30", 'turn_rates_deg_s = [0, "30"', "turn_rates_deg_s"),
+        ("avoid_radii_mm = [100, 200", "avoid_radii_mm = [300, 200", "avoid_radii_mm"),
+        ("idle_state_ms = 100", "idle_state_ms = 0", "idle_state_ms"),
+        ("idle_state_ms = 100", "idle_state_ms = 100\nwheels = 4", "wheels"),
+        ("[infrared]", "[ultraviolet]", "ultraviolet"),
+        ("unit_us = 560", "unit_us = 1.5", "infrared.unit_us"),
+        ("unit_us = 560", "", "infrared.*unit_us"),
+        ("unit_us = 560", "unit_us = 560\ncolour = 1", "infrared.*colour"),
+        ("relay_period_ms = 250", "relay_period_ms = 90", "infrared.relay_period_ms"),
+        ("[serial]\nbaud = 115200", "", "serial"),
+        ("baud = 115200", "baud = 10000000000000", "serial.baud"),
+        ("diameter_mm = 150", "diameter_mm = -150", "body.diameter_mm"),
+        ("period_ms = 20\n", "period_ms = [20]\n", "servo.period_ms"),
+        ("pwm_max = 255", "pwm_max = true", "motor.pwm_max"),
+        ("failsafe_ms = 300", "failsafe_ms = 200", "drive.watchdog_ms is 200, failsafe_ms 200"),
+        ("failsafe_ms = 300", "failsafe_ms = 5000", "hand_over_ms 5000; each must be shorter"),
+        ("commands_per_s = 100", "commands_per_s = 0", "drive.commands_per_s"),
+        ("durations_ms = [0", "durations_ms = [[0", "TOML"),
+    ],
+)
+def test_what_is_wrong_in_a_profile_is_named(old: str, new: str, said: str) -> None:
+    assert old in TEXT
+    with pytest.raises(ProfileError, match=f"(?s)mine.*{said}") as refused:
+        parse_profile(TEXT.replace(old, new), "mine")
+    assert refused.value.message("zh").startswith("车型文件 mine")
+
+
+def test_a_table_that_is_a_value_is_named() -> None:
+    text = "serial = 1\n" + TEXT.replace("[serial]\nbaud = 115200", "")
+    with pytest.raises(ProfileError, match="serial is a table"):
+        parse_profile(text, "mine")
+
+
+def test_an_unknown_profile_is_answered_with_those_there_are() -> None:
+    assert built_in_profiles() == ["classroom"]
+    for name in ("porsche", "", "../classroom", "..\\classroom", "classroom.toml/"):
+        with pytest.raises(ProfileError, match="classroom"):
+            built_in_profile(name)
+
+
+def test_a_project_may_name_a_profile_beside_it(tmp_path: Path) -> None:
+    mine = TEXT.replace("[0, 1000, 2000, 3000]", "[0, 500, 1000, 1500]").replace(
+        "dwell_ms = [1000,", "dwell_ms = [500,"
+    )
+    (tmp_path / "mine.toml").write_text(mine, encoding="utf-8")
+    profile = load_profile("mine.toml", tmp_path)
+    assert profile.durations_ms == (0, 500, 1000, 1500)
+    compiled = compile_program(Program([wait(0.5)], [led(0, 0.5)], profile="mine.toml"), profile)
+    assert (compiled.leader_states, compiled.follower_words, compiled.dwell_ms) == (1, 1, 500)
+
+
+def test_a_built_in_profile_is_found_from_any_folder(tmp_path: Path) -> None:
+    assert load_profile("classroom", tmp_path) == built_in_profile("classroom")
+
+
+def test_a_profile_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ProfileError, match=r"mine\.toml"):
+        load_profile("mine.toml", tmp_path)
+    (tmp_path / "mine.toml").write_bytes(TEXT.encode("utf-16"))
+    with pytest.raises(ProfileError, match=r"mine\.toml"):
+        load_profile("mine.toml", tmp_path)
+
+
+def test_a_program_whose_profile_is_not_at_hand_is_not_compiled() -> None:
+    with pytest.raises(ProfileError, match=r"mine\.toml"):
+        compile_program(Program([wait(1)], profile="mine.toml"))

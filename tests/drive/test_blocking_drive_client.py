@@ -1,0 +1,46 @@
+"""A driver's end for programs without asyncio, against a running car."""
+
+import threading
+
+import pytest
+
+from motorcade.drive.blocking_client import BlockingDriveClient
+from motorcade.drive.car_failures import CarNotFoundError, CarRefusesError
+from support.driven_car import NEUTRAL, deaf_port, wait_until
+from support.working_drivers import HALF
+
+
+def test_a_program_without_asyncio_drives_too(car):
+    with BlockingDriveClient("127.0.0.1", car.port, telemetry_port=car.telemetry_port) as driver:
+        assert driver.connected
+        driver.drive(throttle=HALF)
+        wait_until(car.board.has_moved)
+        driver.drive_for(0.3, HALF, 1)
+        assert driver.next_telemetry()
+        assert driver.request() is True
+        driver.stop()
+        wait_until(lambda: driver.telemetry.state == "stopped")
+        driver.clear()
+        driver.release()
+        with pytest.raises(CarRefusesError):
+            driver.resume_program()
+    wait_until(lambda: car.board.setpoint == NEUTRAL)
+
+
+def test_a_blocking_program_that_hangs_lets_the_car_stop(patient_car):
+    car = patient_car
+    with BlockingDriveClient("127.0.0.1", car.port, telemetry_port=car.telemetry_port, fresh_s=0.1) as driver:
+        wait_until(lambda: driver.drive(HALF) or car.board.has_moved())
+        wait_until(lambda: not car.board.moves)
+        for _ in range(3):
+            driver.next_telemetry()
+        assert not car.board.moves
+
+
+def test_a_blocking_client_that_finds_no_car_leaves_no_thread_behind():
+    before = set(threading.enumerate())
+    with deaf_port() as port:
+        finds_none = pytest.raises(CarNotFoundError)
+        with finds_none, BlockingDriveClient("127.0.0.1", port, patience_s=2):
+            pass
+    assert set(threading.enumerate()) <= before

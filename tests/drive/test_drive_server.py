@@ -1,0 +1,346 @@
+"""A car that is served: whatever becomes of its clients or its own loop, the wheels stand still in time."""
+
+import asyncio
+import contextlib
+import json
+import random
+import socket
+import struct
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from datetime import UTC, datetime
+from typing import BinaryIO
+
+import pytest
+
+from motorcade.drive.addresses import bind
+from motorcade.drive.listener import MOST_OF_ONE_ADDRESS, ClientProtocol, Listener
+from motorcade.drive.tls.certificates import CarKeys, make_keys
+from motorcade.drive.tls.keys import client_context, server_context
+from motorcade.words.formats import DRIVE
+from support.driven_car import NEUTRAL, PATIENT, DrivenCar, until, wait_until
+from support.fault_proxy import FaultProxy
+
+MOVE = struct.pack(">I", DRIVE.encode(angle=40, direction=1, speed=150))
+STILL = struct.pack(">I", DRIVE.encode(angle=40, direction=1, speed=0))
+PERIOD_S = 0.04
+# What a test may wait for on a busy machine; what counts is what the board noted when.
+DEADLINE_S = 60
+
+
+def connect(car: DrivenCar) -> socket.socket:
+    return socket.create_connection(("127.0.0.1", car.port), DEADLINE_S)
+
+
+@contextlib.contextmanager
+def telemetry(car: DrivenCar) -> Iterator["Telemetry"]:
+    address = "127.0.0.1", car.telemetry_port
+    with socket.create_connection(address, DEADLINE_S) as line, line.makefile("rb") as frames:
+        yield Telemetry(line, frames)
+
+
+class Telemetry:
+    """The telemetry of a car, frame by frame."""
+
+    def __init__(self, line: socket.socket, frames: BinaryIO) -> None:
+        self._line = line
+        self._file = frames
+
+    def next(self, kind: str = "telemetry") -> dict:
+        for _ in range(100):
+            (size,) = struct.unpack(">I", self._file.read(4))
+            frame = json.loads(self._file.read(size))
+            if frame["kind"] == kind:
+                return frame
+        raise AssertionError(f"the car sent no {kind}")
+
+    def ask(self, **request) -> dict:
+        text = json.dumps(request).encode()
+        self._line.sendall(struct.pack(">I", len(text)) + text)
+        return self.next("answer")
+
+
+@contextlib.contextmanager
+def steady(line: socket.socket, word: bytes = MOVE) -> Iterator[threading.Event]:
+    """Somebody who sends the same command again and again, whatever the test does meanwhile, until the event is set."""
+    ended = threading.Event()
+
+    def send() -> None:
+        with contextlib.suppress(OSError):
+            while not ended.wait(PERIOD_S):
+                line.sendall(word)
+
+    sender = threading.Thread(target=send)
+    sender.start()
+    try:
+        yield ended
+    finally:
+        ended.set()
+        sender.join(DEADLINE_S)
+
+
+def drive_on(car: DrivenCar, line: socket.socket) -> float:
+    """Drive until the wheels turn; when the last command left at the earliest. A busy car may have to be armed."""
+    end_s = time.monotonic() + DEADLINE_S
+    while time.monotonic() < end_s:
+        for word in (STILL, MOVE):
+            sent_s = time.perf_counter()
+            line.sendall(word)
+            time.sleep(PERIOD_S)
+        if car.board.moves:
+            return sent_s
+    raise AssertionError("it never drove")
+
+
+def stopped_after(car: DrivenCar, sent_s: float) -> float:
+    """Seconds from ``sent_s`` to neutral."""
+    wait_until(lambda: car.board.setpoint == NEUTRAL)
+    return car.board.notes[-1][0] - sent_s
+
+
+def reset(line: socket.socket) -> None:
+    line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    line.close()
+
+
+@pytest.mark.parametrize("end", [socket.socket.close, reset, lambda line: line.shutdown(socket.SHUT_WR)])
+def test_a_client_that_is_gone_stops_the_wheels_at_once(patient_car: DrivenCar, end) -> None:
+    line = connect(patient_car)
+    drive_on(patient_car, line)
+    gone_s = time.perf_counter()
+    end(line)
+    # Long before the failsafe, which would stop them too.
+    assert stopped_after(patient_car, gone_s) < PATIENT.drive.failsafe_ms / 2000
+    line.close()
+
+
+def test_a_client_that_freezes_with_its_connection_open_stops_the_wheels_after_300_ms(car: DrivenCar) -> None:
+    with connect(car) as line:
+        assert stopped_after(car, drive_on(car, line)) >= 0.3
+        assert car.drive.telemetry().state == "failsafe"
+        refused, told = car.server.commands[0].counts.outcomes[2], len(car.board.notes)
+        line.sendall(MOVE)
+        line.sendall(MOVE)
+        wait_until(lambda: car.server.commands[0].counts.outcomes[2] > refused)
+        assert not car.board.has_moved(told)
+        line.sendall(STILL)
+        wait_until(lambda: car.board.was_told((40, 1, 0), told))
+        line.sendall(MOVE)
+        wait_until(lambda: car.board.has_moved(told))
+
+
+def test_a_client_behind_a_pulled_cable_stops_the_wheels_after_300_ms(car: DrivenCar) -> None:
+    async def pull() -> float:
+        async with FaultProxy(car.port) as proxy:
+            _, writer = await asyncio.open_connection("127.0.0.1", proxy.port)
+            async with asyncio.timeout(DEADLINE_S):
+                while not car.board.moves:
+                    for word in (STILL, MOVE):
+                        sent_s = time.perf_counter()
+                        writer.write(word)
+                        await asyncio.sleep(PERIOD_S)
+            proxy.half_open()
+            for _ in range(20):
+                writer.write(MOVE)
+                await asyncio.sleep(PERIOD_S)
+            await until(lambda: car.board.setpoint == NEUTRAL)
+            writer.close()
+            return car.board.notes[-1][0] - sent_s
+
+    assert asyncio.run(pull()) >= 0.3
+
+
+def test_a_server_that_is_stuck_stops_the_wheels_and_forgets_what_came_meanwhile() -> None:
+    # No failsafe helps here.
+    watched = replace(PATIENT, drive=replace(PATIENT.drive, watchdog_ms=200))
+    with DrivenCar(profile=watched) as car, connect(car) as line:
+        drive_on(car, line)
+        stalls, outcomes = car.drive.telemetry().stalls, car.server.commands[0].counts.outcomes
+        with steady(line):
+            with car.stuck():
+                wait_until(lambda: car.board.setpoint == NEUTRAL)
+                notes, refused = len(car.board.notes), outcomes[2]
+            wait_until(lambda: outcomes[2] > refused + 2)
+            assert len(car.board.notes) == notes
+            assert car.drive.telemetry().stalls > stalls
+
+
+def test_the_wheels_stand_still_before_the_first_command_and_after_the_last() -> None:
+    with contextlib.ExitStack() as held:
+        with DrivenCar() as car:
+            assert car.board.notes[0][1] == NEUTRAL
+            drive_on(car, held.enter_context(connect(car)))
+        assert car.board.setpoint == NEUTRAL
+
+
+def test_a_board_with_a_fault_of_ours_stands_still(patient_car: DrivenCar) -> None:
+    car = patient_car
+    apply = car.board.apply
+
+    def fail(angle_deg: int, direction: int, speed: int) -> None:
+        apply(angle_deg, direction, speed)
+        if angle_deg == 41:
+            raise ZeroDivisionError
+
+    car.board.apply = fail
+    with connect(car) as line:
+        drive_on(car, line)
+        line.sendall(struct.pack(">I", DRIVE.encode(angle=41, direction=1, speed=150)))
+        assert line.recv(1) == b""
+    wait_until(lambda: not car.board.moves)
+
+
+def test_the_first_to_send_drives_and_others_watch_until_it_leaves(patient_car: DrivenCar) -> None:
+    car = patient_car
+    with connect(car) as first, connect(car) as second:
+        drive_on(car, first)
+        second.sendall(STILL)
+        wait_until(lambda: [each for each in car.server.commands if each.seat and each.seat.counts.outcomes[1]])
+        told = car.drive.telemetry()
+        assert (told.driver, told.watchers, told.state) == (f"127.0.0.1:{first.getsockname()[1]}", 1, "moving")
+        first.close()
+        with steady(second, STILL):
+            wait_until(lambda: car.board.setpoint == (40, 1, 0))
+
+
+def test_those_who_have_left_are_not_in_the_way_of_others(patient_car: DrivenCar) -> None:
+    car = patient_car
+    for _ in range(2 * MOST_OF_ONE_ADDRESS):
+        with connect(car) as line:
+            drive_on(car, line)
+        wait_until(lambda: not car.server.commands)
+    assert car.drive.telemetry().turned_away == 0
+
+
+def test_newcomers_come_in_one_at_a_time_with_a_turn_for_those_inside_between() -> None:
+    turns, turn_of_each = 0, []
+
+    async def go_on() -> None:
+        nonlocal turns
+        while True:
+            turns += 1
+            await asyncio.sleep(0)
+
+    async def let_in() -> None:
+        with bind("127.0.0.1", 0) as listener, contextlib.ExitStack() as held:
+            door = Listener(listener, lambda left: turn_of_each.append(turns) or Standing(left), lambda: None)
+            for _ in range(12):
+                held.enter_context(socket.create_connection(door.address))
+            tasks = [asyncio.ensure_future(each) for each in (go_on(), door.serve())]
+            await until(lambda: len(turn_of_each) == 12)
+            door.shut()
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+    asyncio.run(let_in())
+    assert len(set(turn_of_each)) == len(turn_of_each)
+
+
+class Standing(ClientProtocol, asyncio.Protocol):
+    """One who stays."""
+
+    def is_seated(self) -> bool:
+        return True
+
+
+def test_a_flood_of_connections_leaves_the_driver_undisturbed_and_room_for_others(patient_car: DrivenCar) -> None:
+    car = patient_car
+    with contextlib.ExitStack() as flood, connect(car) as line:
+        drive_on(car, line)
+        notes = len(car.board.notes)
+        for number in range(1000):
+            each = flood.enter_context(
+                socket.create_connection(("127.0.0.1", (car.port, car.telemetry_port)[number % 2]))
+            )
+            with contextlib.suppress(OSError):
+                # One byte of four, and never the rest.
+                each.send(b"\x10")
+            line.sendall(MOVE)
+        wait_until(lambda: car.drive.telemetry().turned_away > 900)
+        assert len(car.server.commands) <= MOST_OF_ONE_ADDRESS
+        assert len(car.server.channels) <= MOST_OF_ONE_ADDRESS
+        with connect(car) as other, telemetry(car) as tells:
+            other.sendall(STILL)
+            assert tells.next()["state"] == "moving"
+            wait_until(lambda: len([each for each in car.server.commands if each.seat]) == 2)
+        assert {setpoint for _, setpoint in car.board.notes[notes:]} == {(40, 1, 150)}
+
+
+def test_ten_million_random_bytes_leave_the_driver_undisturbed(patient_car: DrivenCar) -> None:
+    car, dice, left = patient_car, random.Random(7), 10_000_000
+    with connect(car) as line:
+        drive_on(car, line)
+        notes = len(car.board.notes)
+        while left > 0:
+            with connect(car) as garbage, contextlib.suppress(OSError):
+                while left > 0:
+                    left -= garbage.send(dice.randbytes(16_384))
+            line.sendall(MOVE)
+        assert {setpoint for _, setpoint in car.board.notes[notes:]} <= {(40, 1, 150)}
+        told = car.drive.telemetry()
+        assert (told.state, told.driver) == ("moving", f"127.0.0.1:{line.getsockname()[1]}")
+        assert told.refused > 16
+
+
+def test_a_wrong_command_is_told_to_who_sent_it(car: DrivenCar) -> None:
+    with connect(car) as line, telemetry(car) as tells:
+        assert tells.ask(do="join", port=line.getsockname()[1])["ok"]
+        line.sendall(struct.pack(">I", 1 << 28 | 181 << 20))
+        frames = (tells.next() for _ in range(100))
+        you = next(frame["you"] for frame in frames if frame["you"]["refused"])
+        assert you["last_refusal"] == "angle is 181; allowed: 0 to 180"
+
+
+def test_an_emergency_stop_of_a_watcher_stops_a_driver_who_goes_on(patient_car: DrivenCar) -> None:
+    car = patient_car
+    # A second connection, or the watcher would be taken for the driver's own channel.
+    with connect(car) as line, connect(car), telemetry(car) as tells:
+        drive_on(car, line)
+        with steady(line):
+            assert tells.ask(do="stop")["ok"]
+            assert not car.board.moves
+            halted = next(iter(car.server.commands)).seat.counts.outcomes
+            wait_until(lambda: halted[3] > 2)
+            assert not car.board.moves
+
+
+@pytest.fixture(scope="module")
+def keys(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("keys")
+    now = datetime.now(UTC)
+    make_keys(folder / "ours", [CarKeys("ada", ("127.0.0.1",))], ["grace"], now)
+    make_keys(folder / "theirs", [CarKeys("ada", ("127.0.0.1",))], ["mallory"], now)
+    return folder
+
+
+def test_only_who_shows_a_certificate_of_the_same_authority_drives(keys) -> None:
+    with DrivenCar(server_context(keys / "ours" / "car-ada.pem")) as car:
+        ours, theirs = (
+            client_context(keys / whose / f"driver-{name}.pem")
+            for whose, name in (("ours", "grace"), ("theirs", "mallory"))
+        )
+        theirs.check_hostname, theirs.verify_mode = False, 0
+        with ours.wrap_socket(connect(car), server_hostname="127.0.0.1") as line:
+            drive_on(car, line)
+            assert car.drive.telemetry().driver.startswith("grace:")
+        with connect(car) as plain, contextlib.suppress(OSError):
+            plain.sendall(MOVE * 100)
+            plain.recv(1)
+        with contextlib.suppress(OSError), theirs.wrap_socket(connect(car)) as line:
+            line.sendall(MOVE)
+            line.recv(1)
+        told = wait_until(lambda: (told := car.drive.telemetry()).turned_away >= 2 and told)
+        assert (told.driver, told.state) == (None, "failsafe")
+
+
+def test_who_never_ends_a_handshake_is_hung_up_on_after_two_seconds(keys) -> None:
+    with DrivenCar(server_context(keys / "ours" / "car-ada.pem")) as car:
+        begin_s = time.monotonic()
+        with connect(car) as line:
+            line.sendall(b"\x16\x03\x01")
+            assert line.recv(1) == b""
+        assert time.monotonic() - begin_s > 1.5
+        wait_until(lambda: car.drive.telemetry().turned_away == 1)

@@ -1,0 +1,342 @@
+"""One car and all who want to drive it, on a bench: its clock and its hardware are the test's."""
+
+import threading
+from dataclasses import replace
+
+import pytest
+
+from motorcade.car.drive_board import DriveBoard
+from motorcade.config.profile import built_in_profile
+from motorcade.drive.drive_failures import MESSAGES, DriveError
+from motorcade.drive.session import APPLIED, LOCAL, OUTCOMES, OVER_RATE, CarControl, ControlSession
+from motorcade.words.field import WordError
+from motorcade.words.formats import DRIVE
+
+PROFILE = built_in_profile("classroom")
+NEUTRAL = ("neutral",)
+MOVE = DRIVE.encode(angle=40, direction=1, speed=150)
+STILL = DRIVE.encode(angle=40, direction=1, speed=0)
+
+
+class Bench(DriveBoard):
+    """Hardware that notes what it is told, and breaks when the test wants it to."""
+
+    has_program = True
+
+    def __init__(self) -> None:
+        self.told: list[tuple[str | int, ...]] = []
+        self.broken = False
+        self.volts_mv: int | None = None
+        self.fed = 0
+
+    def apply(self, angle_deg: int, direction: int, speed: int) -> None:
+        self._take(("apply", angle_deg, direction, speed))
+
+    def neutral(self) -> None:
+        self._take(NEUTRAL)
+
+    def battery_mv(self) -> int | None:
+        return self.volts_mv
+
+    def begin_program(self) -> None:
+        self._take(("begin",))
+
+    def end_program(self) -> None:
+        self._take(("end",))
+
+    def keep_alive(self) -> None:
+        self.fed += 1
+
+    def _take(self, told: tuple[str | int, ...]) -> None:
+        if self.broken:
+            raise OSError("the cable is out")
+        self.told.append(told)
+
+
+class Car:
+    """A drive on a bench."""
+
+    def __init__(self, profile=PROFILE) -> None:
+        self.board = Bench()
+        self.now_ms = 0
+        self.drive = CarControl(self.board, lambda: self.now_ms, profile)
+
+    @property
+    def last(self) -> tuple[str | int, ...]:
+        return self.board.told[-1]
+
+    @property
+    def state(self) -> str:
+        return self.drive.telemetry().state
+
+
+@pytest.fixture
+def car() -> Car:
+    return Car()
+
+
+@pytest.fixture
+def seat(car: Car) -> ControlSession:
+    return car.drive.join("ada")
+
+
+def test_a_car_stands_still_from_the_first_moment(car: Car) -> None:
+    assert car.board.told == [NEUTRAL]
+
+
+def test_a_command_reaches_the_hardware_at_once(car: Car, seat: ControlSession) -> None:
+    assert seat.command(MOVE) == APPLIED
+    assert car.last == ("apply", 40, 1, 150)
+
+
+def test_silence_stops_the_wheels_once(car: Car, seat: ControlSession) -> None:
+    seat.command(MOVE)
+    for car.now_ms in (300, 301, 400, 500):
+        car.drive.tick()
+    assert car.board.told == [NEUTRAL, ("apply", 40, 1, 150), NEUTRAL]
+    assert (car.state, car.drive.telemetry().failsafes) == ("failsafe", 1)
+
+
+def test_a_profile_says_how_long_a_command_counts(seat: ControlSession) -> None:
+    car = Car(replace(PROFILE, drive=replace(PROFILE.drive, failsafe_ms=800)))
+    car.drive.join("ada").command(MOVE)
+    car.now_ms = 800
+    assert car.drive.tick() == 1
+    assert car.state == "moving"
+
+
+def test_who_leaves_while_moving_leaves_a_car_that_stands(car: Car, seat: ControlSession) -> None:
+    seat.command(MOVE)
+    seat.leave()
+    seat.leave()
+    assert car.last == NEUTRAL
+    assert car.drive.telemetry().failsafes == 1
+    assert OUTCOMES[seat.command(MOVE)] == "watching"
+    assert seat.request() is False
+
+
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        *[(code << 28, f"code is {code}") for code in (0, *range(2, 16))],
+        (DRIVE.encode(angle=180) + (1 << 20), "angle is 181; allowed: 0 to 180"),
+        (1 << 28 | 255 << 20, "angle is 255"),
+        (MOVE | 1, r"reserved is 1; allowed: 0 \(reserved\)"),
+        (MOVE | 1 << 10, "reserved is 1024"),
+    ],
+)
+def test_what_is_no_command_is_named_counted_and_not_done(car: Car, seat: ControlSession, word: int, said: str) -> None:
+    seat.command(STILL)
+    with pytest.raises(WordError, match=said):
+        seat.command(word)
+    assert car.last == ("apply", 40, 1, 0)
+    assert (seat.counts.refused, car.drive.telemetry().refused) == (1, 1)
+    assert said.replace("\\", "") in seat.counts.last_refusal
+
+
+def test_wrong_words_are_no_sign_of_life(car: Car, seat: ControlSession) -> None:
+    seat.command(MOVE)
+    for car.now_ms in range(0, 400, 20):
+        with pytest.raises(WordError):
+            seat.command(0)
+        car.drive.tick()
+    assert car.state == "failsafe"
+
+
+def test_a_hundred_commands_a_second_are_taken_and_no_more(car: Car, seat: ControlSession) -> None:
+    for car.now_ms in range(1000):
+        seat.command(MOVE)
+    counted = seat.counts.as_dict()
+    assert (counted["applied"], counted["over-rate"]) == (100, 900)
+
+
+@pytest.mark.parametrize("period_ms", [10, 20, 50])
+def test_who_sends_in_time_is_never_refused(car: Car, seat: ControlSession, period_ms: int) -> None:
+    for car.now_ms in range(0, 5000, period_ms):
+        assert seat.command(MOVE) == APPLIED
+
+
+def test_who_sends_too_much_drives_on_nevertheless(car: Car, seat: ControlSession) -> None:
+    for car.now_ms in range(3000):
+        seat.command(MOVE)
+        car.drive.tick()
+    assert car.drive.telemetry().failsafes == 0
+
+
+def test_one_who_sends_too_much_is_stopped_by_their_own_command(car: Car, seat: ControlSession) -> None:
+    for _ in range(50):
+        last = seat.command(MOVE)
+    assert last == OVER_RATE
+    assert seat.command(STILL) == APPLIED
+    assert car.last == ("apply", 40, 1, 0)
+
+
+def test_one_drives_and_eight_watch(car: Car, seat: ControlSession) -> None:
+    seat.command(MOVE)
+    watchers = [car.drive.join(f"watcher {number}", watches=True) for number in range(8)]
+    assert car.drive.telemetry().watchers == 8
+    with pytest.raises(DriveError, match="9 in all"):
+        car.drive.join("one too many")
+    assert car.drive.join("the stick at the car", LOCAL).command(MOVE) == APPLIED
+    watchers[0].leave()
+    car.drive.join("next")
+
+
+def test_watchers_leave_a_seat_for_a_driver(car: Car) -> None:
+    for number in range(8):
+        car.drive.join(f"watcher {number}", watches=True)
+    with pytest.raises(DriveError):
+        car.drive.join("one too many", watches=True)
+    assert car.drive.join("driver").command(MOVE) == APPLIED
+
+
+def test_telemetry_tells_who_drives_and_what(car: Car, seat: ControlSession) -> None:
+    other = car.drive.join("grace")
+    seat.command(MOVE)
+    other.request()
+    car.now_ms = 120
+    told = car.drive.telemetry()
+    assert (told.state, told.driver, told.wanted_by, told.age_ms) == ("moving", "ada", "grace", 120)
+    assert (told.angle_deg, told.direction, told.speed, told.watchers) == (40, 1, 150, 1)
+    car.now_ms = 400
+    car.drive.tick()
+    told = car.drive.telemetry()
+    assert (told.angle_deg, told.direction, told.speed, told.driver) == (90, 1, 0, "grace")
+
+
+def test_telemetry_tells_the_battery_and_reads_it_once_a_second(car: Car) -> None:
+    assert car.drive.telemetry().battery_mv is None
+    car.board.volts_mv = 7400
+    car.now_ms = 999
+    assert car.drive.telemetry().battery_mv is None
+    car.now_ms = 1000
+    assert car.drive.telemetry().battery_mv == 7400
+
+
+def test_a_driver_takes_the_wheels_from_the_program_before_the_command(car: Car, seat: ControlSession) -> None:
+    seat.resume_program()
+    assert (car.state, car.last) == ("program", ("begin",))
+    seat.command(MOVE)
+    assert car.board.told[-2:] == [("end",), ("apply", 40, 1, 150)]
+    seat.resume_program()
+    assert car.board.told[-2:] == [NEUTRAL, ("begin",)]
+    seat.stop()
+    assert car.board.told[-2:] == [("end",), NEUTRAL]
+
+
+def test_a_car_that_has_no_program_says_so(car: Car, seat: ControlSession) -> None:
+    car.board.has_program = False
+    with pytest.raises(DriveError, match="holds no program"):
+        seat.resume_program()
+
+
+def test_a_program_does_not_push_a_driver_aside(car: Car, seat: ControlSession) -> None:
+    seat.command(MOVE)
+    with pytest.raises(DriveError, match="somebody else drives"):
+        car.drive.join("grace").resume_program()
+    assert car.state == "moving"
+
+
+def test_hardware_that_fails_is_a_car_that_stands_and_needs_arming(car: Car, seat: ControlSession) -> None:
+    seat.command(MOVE)
+    car.board.broken = True
+    seat.command(MOVE)
+    told = car.drive.telemetry()
+    assert (told.state, told.last_fault) == ("failsafe", "the cable is out")
+    assert told.faults == 2
+    assert car.last == ("apply", 40, 1, 150)
+    car.board.broken = False
+    car.drive.tick()
+    assert car.last == NEUTRAL
+    seat.command(MOVE)
+    assert car.last == NEUTRAL
+
+
+def test_a_program_that_cannot_be_ended_does_not_keep_the_wheels_turning(car: Car, seat: ControlSession) -> None:
+    seat.resume_program()
+
+    def fail() -> None:
+        raise OSError("stuck")
+
+    end, car.board.end_program = car.board.end_program, fail
+    seat.stop()
+    assert car.last == NEUTRAL
+    car.board.end_program = end
+    car.drive.tick()
+    assert car.board.told[-2:] == [("end",), NEUTRAL]
+
+
+def test_a_loop_that_gives_no_sign_of_life_for_200_ms_stops_the_wheels(car: Car, seat: ControlSession) -> None:
+    car.drive.beat()
+    seat.command(MOVE)
+    car.now_ms = 199
+    assert car.drive.watch() == 1
+    assert car.state == "moving"
+    car.now_ms = 200
+    car.drive.watch()
+    assert car.last == NEUTRAL
+    told = car.drive.telemetry()
+    assert (told.state, told.stalls) == ("failsafe", 1)
+    assert OUTCOMES[seat.command(MOVE)] == "needs-neutral"
+
+
+def test_a_stall_counts_once(car: Car) -> None:
+    car.drive.beat()
+    for car.now_ms in (200, 250, 300):
+        car.drive.watch()
+    assert car.drive.telemetry().stalls == 1
+    car.drive.beat()
+    car.now_ms = 600
+    car.drive.watch()
+    assert car.drive.telemetry().stalls == 2
+
+
+def test_a_call_that_hangs_in_the_hardware_does_not_hold_up_the_watchdog(car: Car, seat: ControlSession) -> None:
+    hangs, goes_on = threading.Event(), threading.Event()
+
+    def hang(angle_deg: int, direction: int, speed: int) -> None:
+        hangs.set()
+        goes_on.wait(20)
+
+    car.board.apply = hang
+    driver = threading.Thread(target=seat.command, args=[MOVE])
+    driver.start()
+    assert hangs.wait(20)
+    car.board.told.clear()
+    car.drive.watch()
+    assert car.board.told == [NEUTRAL]
+    goes_on.set()
+    driver.join()
+
+
+def test_a_hardware_watchdog_is_fed_by_the_loop_alone(car: Car) -> None:
+    car.drive.tick()
+    car.drive.watch()
+    assert car.board.fed == 0
+    car.drive.beat()
+    assert car.board.fed == 1
+
+
+def test_a_closed_car_does_nothing_more(car: Car, seat: ControlSession) -> None:
+    seat.command(MOVE)
+    car.drive.close()
+    assert car.last == NEUTRAL
+    car.drive.clear()
+    for word in (STILL, MOVE):
+        seat.command(word)
+    car.drive.watch()
+    assert car.last == NEUTRAL
+
+
+def test_a_car_that_is_closed_ends_its_program(car: Car, seat: ControlSession) -> None:
+    seat.resume_program()
+    car.drive.close()
+    assert ("end",) in car.board.told
+    assert car.last == NEUTRAL
+
+
+def test_every_refusal_has_a_sentence_in_both_languages() -> None:
+    figures = {"seats": 9, "port": 1, "most": 2}
+    for code, sentences in MESSAGES.items():
+        assert set(sentences) == {"en", "zh"}
+        assert DriveError(code, **figures).message("zh") != DriveError(code, **figures).message("en")

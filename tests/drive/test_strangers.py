@@ -1,0 +1,151 @@
+"""Strangers at a car that wants keys, while its driver drives: wrong certificates, garbage, unfinished handshakes."""
+
+import asyncio
+import random
+import socket
+import ssl
+import struct
+import threading
+from contextlib import contextmanager, suppress
+
+import pytest
+
+from motorcade.drive.blocking_client import BlockingDriveClient
+from motorcade.drive.tls.keys import client_context, server_context
+from motorcade.words.formats import DRIVE
+from support.driven_car import DEADLINE_S, PATIENT, DrivenCar, wait_until
+
+MOVE = struct.pack(">I", DRIVE.encode(angle=41, direction=1, speed=99))
+HALF = (90, 1, 128)
+TRIES = 40
+GARBAGE_BYTES = 10_000_000
+
+
+@pytest.fixture(scope="module")
+def driven(keys):
+    """A car that wants keys, and its driver, who goes straight ahead all the time."""
+    with (
+        DrivenCar(server_context(keys / "car-ada.pem"), profile=PATIENT) as car,
+        BlockingDriveClient(
+            "127.0.0.1", car.port, telemetry_port=car.telemetry_port, keys=keys / "driver-lin.pem", fresh_s=1
+        ) as driver,
+        going(driver),
+    ):
+        wait_until(lambda: car.board.setpoint == HALF and driver.you.get("drives"))
+        yield car, driver
+
+
+@contextmanager
+def going(driver):
+    ended = threading.Event()
+
+    def go():
+        while not ended.wait(0.1):
+            driver.drive(0.5)
+
+    thread = threading.Thread(target=go)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join(DEADLINE_S)
+
+
+@pytest.fixture(autouse=True)
+def undisturbed(driven):
+    """Whatever a test does: the same driver drives on as before."""
+    car, driver = driven
+    begin, name = len(car.board.notes), driver.you["name"]
+    yield
+    wait_until(lambda: len(car.board.notes) > begin + 3)
+    told = car.drive.telemetry()
+    assert (told.driver, told.failsafes, driver.you["name"]) == (name, 0, name)
+    # A busy machine may let a wish lapse, which is neutral; nobody else's command is among them.
+    assert {setpoint[2] for _, setpoint in car.board.notes[begin:]} <= {0, 128}
+
+
+def trusting(keys=None, highest=ssl.TLSVersion.TLSv1_3):
+    """One who takes any car for the right one."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.check_hostname = False
+    context.verify_mode = ssl.CERT_NONE
+    context.maximum_version = highest
+    if keys:
+        context.load_cert_chain(keys)
+    return context
+
+
+STRANGERS = {
+    "another authority's": lambda keys: trusting(keys / "others" / "driver-mallory.pem"),
+    "a car's own": lambda keys: trusting(keys / "car-ada.pem"),
+    "none": lambda keys: trusting(),
+    "old TLS": lambda keys: trusting(keys / "driver-lin.pem", ssl.TLSVersion.TLSv1_2),
+}
+
+
+@pytest.mark.parametrize("who", STRANGERS)
+def test_who_shows_the_wrong_certificate_sends_nothing_to_the_wheels(driven, keys, who):
+    car, _ = driven
+    context = STRANGERS[who](keys)
+    turned_away = car.drive.telemetry().turned_away
+    for number in range(TRIES):
+        port = (car.port, car.telemetry_port)[number % 2]
+        with suppress(OSError), context.wrap_socket(socket.create_connection(("127.0.0.1", port), DEADLINE_S)) as line:
+            line.sendall(MOVE)
+            assert not line.recv(1), "it was let in"
+    wait_until(lambda: car.drive.telemetry().turned_away >= turned_away + TRIES)
+
+
+def test_ten_million_bytes_that_are_no_tls_are_hung_up_on(driven):
+    car, _ = driven
+    dice, left = random.Random(3), GARBAGE_BYTES
+    while left > 0:
+        with suppress(OSError), socket.create_connection(("127.0.0.1", car.port), DEADLINE_S) as line:
+            while left > 0:
+                left -= line.send(dice.randbytes(1 << 16))
+
+
+def test_hands_that_are_never_shaken_make_room_for_others(driven, keys):
+    car, _ = driven
+    hello = ssl.MemoryBIO()
+    shaking = client_context(keys / "driver-lin.pem").wrap_bio(ssl.MemoryBIO(), hello, server_hostname="ada")
+    with suppress(ssl.SSLWantReadError):
+        shaking.do_handshake()
+    first = hello.read()
+
+    async def dawdle():
+        lines = []
+        for number in range(100):
+            _, writer = await asyncio.open_connection("127.0.0.1", (car.port, car.telemetry_port)[number % 2])
+            lines.append(writer)
+            # A byte now and a byte then, and never all.
+            for at in range(3):
+                writer.write(first[at : at + 1])
+        async with asyncio.timeout(DEADLINE_S):
+            reader, writer = await asyncio.open_connection(
+                "127.0.0.1", car.telemetry_port, ssl=client_context(keys / "driver-lin.pem"), server_hostname="ada"
+            )
+            assert await reader.readexactly(4)
+        for each in (*lines, writer):
+            each.transport.abort()
+
+    asyncio.run(dawdle())
+
+
+@pytest.mark.parametrize(
+    "sent", [b"\xff\xff\xff\xff", b"\x00\x00\x00\x02{}", b"\x00\x00\x00\x01", b"\x00\x00\x00\x05\xff\xfe\xfd\xfc\xfb"]
+)
+def test_a_driver_who_asks_nonsense_is_answered_or_waited_for(driven, keys, sent):
+    car, _ = driven
+
+    async def ask():
+        async with asyncio.timeout(DEADLINE_S):
+            reader, writer = await asyncio.open_connection(
+                "127.0.0.1", car.telemetry_port, ssl=client_context(keys / "driver-lin.pem"), server_hostname="ada"
+            )
+            writer.write(sent)
+            assert await reader.readexactly(4)
+            writer.transport.abort()
+
+    asyncio.run(ask())

@@ -1,0 +1,255 @@
+"""The end that tells and is asked: whom it belongs to, what it answers to anything, and clients that do not read."""
+
+import struct
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motorcade.drive.telemetry_channel import MOST_REQUEST_BYTES, REQUESTS
+from support.socketless_car import Car, ask, command, receive
+
+
+def test_a_channel_finds_the_connection_whose_port_it_names() -> None:
+    car = Car()
+    for port in (1, 2):
+        receive(car.commands(port)[0], command(90))
+    channel, line = car.telemetry()
+    assert ask(channel, line, do="join", port=2) == {"kind": "answer", "do": "join", "ok": True}
+    car.tell()
+    told = line.frames()[0]
+    assert (told["kind"], told["you"]["name"], told["you"]["drives"]) == ("telemetry", "192.168.1.7:2", False)
+    assert (told["driver"], told["watchers"]) == ("192.168.1.7:1", 1)
+
+
+def test_a_channel_does_not_find_a_connection_that_is_gone() -> None:
+    car = Car()
+    _, gone = car.commands(5)
+    gone.abort()
+    channel, line = car.telemetry()
+    assert ask(channel, line, do="request")["ok"]
+    car.tell(11)
+    assert line.frames()[-1]["you"]["name"] == "192.168.1.7:2000"
+
+
+def test_a_channel_may_come_before_the_connection_that_it_names() -> None:
+    car = Car()
+    channel, line = car.telemetry()
+    channel.data_received(struct.pack(">I", 26) + b'{"do": "join", "port": 77}')
+    car.tell()
+    assert [frame["kind"] for frame in line.frames()] == ["telemetry"]
+    car.commands(77)
+    car.tell()
+    assert [frame.get("ok") for frame in line.frames()] == [True, None]
+
+
+def test_a_channel_behind_a_proxy_finds_the_only_connection_there_is() -> None:
+    car = Car()
+    car.commands(5)
+    channel, line = car.telemetry()
+    channel.data_received(struct.pack(">I", 26) + b'{"do": "join", "port": 77}')
+    car.tell(10)
+    answers = [frame for frame in line.frames() if frame["kind"] == "answer"]
+    assert answers == [{"kind": "answer", "do": "join", "ok": True}]
+
+
+def test_a_channel_that_finds_nobody_is_told_so_and_watches() -> None:
+    car = Car()
+    channel, line = car.telemetry()
+    channel.data_received(struct.pack(">I", 26) + b'{"do": "join", "port": 77}')
+    car.tell(11)
+    *_, answer, _, told = line.frames()
+    assert (answer["ok"], answer["code"]) == (False, "no-such-connection")
+    assert "port 77" in answer["en"]
+    assert told["you"]["drives"] is False
+    assert told["watchers"] == 1
+
+
+def test_a_channel_that_watched_gives_its_own_seat_back_when_its_connection_comes() -> None:
+    car = Car()
+    channel, line = car.telemetry()
+    assert ask(channel, line, do="release")["ok"]
+    assert car.drive.telemetry().watchers == 1
+    receive(car.commands(7)[0], command(90))
+    ask(channel, line, do="join", port=7)
+    assert car.drive.telemetry().watchers == 0
+
+
+def test_a_channel_finds_the_connection_that_its_client_makes_anew() -> None:
+    car = Car()
+    _, first = car.commands(7)
+    channel, line = car.telemetry()
+    ask(channel, line, do="join", port=7)
+    first.abort()
+    receive(car.commands(8)[0], command(90, 100))
+    assert ask(channel, line, do="join", port=8)["ok"]
+    car.tell()
+    assert line.frames()[-1]["you"]["drives"]
+
+
+def test_a_channel_whose_connection_is_gone_finds_the_next_one() -> None:
+    car = Car()
+    _, first = car.commands(7)
+    channel, line = car.telemetry()
+    ask(channel, line, do="join", port=7)
+    first.abort()
+    receive(car.commands(8)[0], command(90, 100))
+    car.tell(10)
+    assert line.frames()[-1]["you"]["drives"]
+
+
+def test_who_is_named_is_not_kept_by_who_only_found_it() -> None:
+    car = Car()
+    receive(car.commands(7)[0], command(90, 100))
+    (finder, finds), (owner, owns) = car.telemetry(1), car.telemetry(2)
+    assert ask(finder, finds, do="request")["has_wheel"]
+    ask(owner, owns, do="join", port=7)
+    assert ask(finder, finds, do="request")["has_wheel"] is False
+    assert ask(owner, owns, do="request")["has_wheel"] is True
+
+
+def test_a_channel_that_names_nobody_belongs_to_nobody_where_two_could_be_meant() -> None:
+    car = Car()
+    for port in (7, 8):
+        receive(car.commands(port)[0], command(90, 100))
+    channel, line = car.telemetry()
+    assert ask(channel, line, do="request")["has_wheel"] is False
+    assert car.drive.telemetry().wanted_by == "192.168.1.7:2000"
+
+
+def test_one_client_has_four_watchers_at_most() -> None:
+    car = Car()
+    lines = [car.telemetry(port)[1] for port in range(6)]
+    car.tell(10)
+    assert [line.is_open for line in lines] == [True] * 4 + [False] * 2
+    assert lines[-1].frames()[-1]["code"] == "enough-of-you"
+
+
+def test_an_emergency_stop_from_a_watcher_latches() -> None:
+    car = Car()
+    driver, _ = car.commands(1)
+    car.commands(2)
+    receive(driver, command(90, 100))
+    channel, line = car.telemetry()
+    assert ask(channel, line, do="stop")["ok"]
+    receive(driver, command(90, 100))
+    assert car.drive.telemetry().state == "stopped"
+    assert ask(channel, line, do="clear")["ok"]
+    receive(driver, command(90, 100))
+    assert car.drive.telemetry().state == "failsafe"
+    receive(driver, command(90))
+    receive(driver, command(90, 100))
+    assert car.drive.telemetry().state == "moving"
+
+
+def test_the_wheel_is_asked_for_and_given_back() -> None:
+    car = Car()
+    channels = {port: car.commands(port)[0] for port in (1, 2)}
+    lines = {port: car.telemetry(port + 10) for port in (1, 2)}
+    for port, (channel, line) in lines.items():
+        ask(channel, line, do="join", port=port)
+    receive(channels[1], command(90, 100))
+    assert ask(*lines[2], do="request") == {"kind": "answer", "do": "request", "ok": True, "has_wheel": False}
+    assert ask(*lines[1], do="release")["ok"]
+    assert car.drive.telemetry().driver == "192.168.1.7:2"
+    assert ask(*lines[2], do="resume")["code"] == "no-program"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [b"", b"null", b"[]", b"{}", b'{"do": 1}', b'{"do": "fly"}', b'{"do": "join", "port": "x"}', b"\xff", b"[" * 999],
+)
+def test_what_is_no_request_is_answered_so(text: bytes) -> None:
+    car = Car()
+    channel, line = car.telemetry()
+    channel.data_received(struct.pack(">I", len(text)) + text)
+    (answer,) = line.frames()
+    assert (answer["do"], answer["code"], line.is_open) == (None, "not-a-request", True)
+
+
+def test_a_frame_that_is_too_long_is_answered_and_ends_the_connection() -> None:
+    car = Car()
+    channel, line = car.telemetry()
+    channel.data_received(struct.pack(">I", MOST_REQUEST_BYTES + 1))
+    assert line.frames()[0]["code"] == "too-long"
+    assert not line.is_open
+
+
+@given(st.lists(st.binary(max_size=600), max_size=20))
+def test_made_up_requests_never_break_a_channel_nor_the_drive(chunks: list[bytes]) -> None:
+    car = Car()
+    driver, _ = car.commands(1)
+    receive(driver, command(90, 100))
+    channel, line = car.telemetry()
+    for chunk in chunks:
+        if line.is_open:
+            channel.data_received(chunk)
+    assert car.drive.telemetry().state == "moving"
+
+
+@pytest.mark.parametrize("size", [1, 3, 30, 1000])
+def test_requests_are_cut_and_joined_in_any_way(size: int) -> None:
+    car = Car()
+    channel, line = car.telemetry()
+    data = b"".join(struct.pack(">I", len(text)) + text for text in [b'{"do": "stop"}', b'{"do": "clear"}'] * 3)
+    for at in range(0, len(data), size):
+        channel.data_received(data[at : at + size])
+    assert [answer["do"] for answer in line.frames()] == ["stop", "clear"] * 3
+
+
+def test_more_than_twenty_requests_a_second_are_refused_but_a_stop() -> None:
+    car = Car()
+    channel, line = car.telemetry()
+    answers = [ask(channel, line, do="release") for _ in range(30)]
+    assert [answer["ok"] for answer in answers] == [True] * 20 + [False] * 10
+    assert answers[-1]["code"] == "too-many-requests"
+    assert ask(channel, line, do="stop")["ok"]
+    car.tell(10)
+    assert ask(channel, line, do="release")["ok"]
+
+
+def test_a_client_that_does_not_read_is_sent_one_frame_and_later_the_newest() -> None:
+    car = Car()
+    channel, line = car.telemetry()
+    car.tell()
+    line.reads = False
+    line.sent.clear()
+    car.tell(1000)
+    assert len(line.frames()) == 1
+    line.waiting, line.reads = 0, True
+    channel.resume_writing()
+    car.now_ms = 77_000
+    car.tell()
+    assert len(line.frames()) == 1
+
+
+def test_a_client_that_asks_and_does_not_read_is_hung_up_on() -> None:
+    car = Car()
+    channel, line = car.telemetry()
+    line.reads = False
+    text = b'{"do": "stop"}'
+    for _ in range(10_000):
+        if line.is_open:
+            channel.data_received(struct.pack(">I", len(text)) + text)
+    assert not line.is_open
+    assert len(line.sent) < 1 << 15
+
+
+def test_every_request_there_is_has_an_answer() -> None:
+    for what in REQUESTS:
+        car = Car()
+        car.commands(5)
+        channel, line = car.telemetry()
+        assert ask(channel, line, do=what, port=5)["do"] == what
+
+
+def test_who_leaves_gives_the_seat_back() -> None:
+    car = Car()
+    channel, line = car.telemetry()
+    ask(channel, line, do="release")
+    commands, commands_line = car.commands(1)
+    receive(commands, command(90, 100))
+    line.abort()
+    commands_line.abort()
+    told = car.drive.telemetry()
+    assert (told.watchers, told.driver, told.state) == (0, None, "failsafe")

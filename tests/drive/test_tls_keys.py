@@ -1,0 +1,198 @@
+"""Keys files: who gets in where, by real TLS handshakes in memory."""
+
+import os
+import ssl
+import stat
+import sys
+from datetime import UTC, datetime, timedelta
+
+import pytest
+from cryptography.hazmat.primitives import serialization
+
+from motorcade.drive.tls.certificates import CarKeys, make_keys
+from motorcade.drive.tls.keys import KeysError, client_context, https_context, peer_name, server_context
+
+NOW = datetime.now(UTC)
+posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no file modes")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("keys") / "class 3b 三年级"
+    make_keys(folder, [CarKeys("ada", ("192.168.1.20", "ada.school.example"))], ["lin", "小林"], NOW)
+    return folder
+
+
+def shake(client, server, host):
+    """Both ends after their handshake, joined in memory; raises what either end raises."""
+    to_client, to_server = ssl.MemoryBIO(), ssl.MemoryBIO()
+    ends = (
+        client.wrap_bio(to_client, to_server, server_hostname=host),
+        server.wrap_bio(to_server, to_client, server_side=True),
+    )
+    waiting = list(ends)
+    while waiting:
+        for end in tuple(waiting):
+            try:
+                end.do_handshake()
+            except ssl.SSLWantReadError:
+                continue
+            waiting.remove(end)
+    return ends
+
+
+@pytest.mark.parametrize(
+    "host", ["ada", "ada.local", "192.168.1.20", "ada.school.example", "localhost", "127.0.0.1", "::1"]
+)
+def test_a_car_and_a_driver_of_one_authority_know_each_other_by_name(folder, host):
+    client, server = client_context(folder / "driver-lin.pem"), server_context(folder / "car-ada.pem")
+    driver_end, car_end = shake(client, server, host)
+    assert driver_end.version() == car_end.version() == "TLSv1.3"
+    assert (peer_name(driver_end), peer_name(car_end)) == ("ada", "lin")
+
+
+def test_a_driver_may_have_a_chinese_name(folder):
+    _, car_end = shake(client_context(folder / "driver-小林.pem"), server_context(folder / "car-ada.pem"), "ada")
+    assert peer_name(car_end) == "小林"
+
+
+def test_a_car_at_another_address_than_its_certificate_names_is_not_believed(folder):
+    client, server = client_context(folder / "driver-lin.pem"), server_context(folder / "car-ada.pem")
+    with pytest.raises(ssl.SSLCertVerificationError, match=r"192\.168\.1\.21"):
+        shake(client, server, "192.168.1.21")
+
+
+def test_nobody_drives_with_keys_of_another_authority_none_or_a_car_s(folder, tmp_path):
+    make_keys(tmp_path, [CarKeys("ada")], ["lin"], NOW)
+    server = server_context(folder / "car-ada.pem")
+    foreign = client_context(tmp_path / "driver-lin.pem")
+    with pytest.raises(ssl.SSLCertVerificationError):
+        shake(foreign, server, "ada")
+    for keys in (tmp_path / "driver-lin.pem", folder / "car-ada.pem", None):
+        trusting = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+        trusting.check_hostname = False
+        trusting.verify_mode = ssl.CERT_NONE
+        if keys:
+            trusting.load_cert_chain(keys)
+        with pytest.raises(ssl.SSLError, match=r"(?i)verify failed|did not return a certificate"):
+            shake(trusting, server, None)
+
+
+def test_a_driver_can_not_pose_as_a_car(folder):
+    posing = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    posing.load_cert_chain(folder / "driver-lin.pem")
+    with pytest.raises(ssl.SSLCertVerificationError, match="purpose"):
+        shake(client_context(folder / "driver-lin.pem"), posing, "ada")
+
+
+def test_keys_that_are_over_or_not_yet_valid_are_refused_and_a_slow_clock_is_not(folder, tmp_path):
+    for number, (made, fine) in enumerate([(-401, False), (-399, True), (364, True), (366, False)]):
+        there = tmp_path / str(number)
+        make_keys(there, [CarKeys("ada")], ["lin"], NOW + timedelta(days=made))
+        client, server = client_context(there / "driver-lin.pem"), server_context(there / "car-ada.pem")
+        if fine:
+            shake(client, server, "ada")
+        else:
+            with pytest.raises(ssl.SSLCertVerificationError, match=r"expired|not yet valid"):
+                shake(client, server, "ada")
+
+
+def test_older_tls_is_refused(folder):
+    old = client_context(folder / "driver-lin.pem")
+    old.minimum_version = ssl.TLSVersion.TLSv1_2
+    old.maximum_version = ssl.TLSVersion.TLSv1_2
+    with pytest.raises(ssl.SSLError, match="UNSUPPORTED_PROTOCOL"):
+        shake(old, server_context(folder / "car-ada.pem"), "ada")
+
+
+def test_a_browser_that_trusts_the_authority_gets_the_page_and_shows_nothing(folder):
+    browser = ssl.create_default_context(cafile=folder / "authority.crt")
+    # What Python 3.13 demands of certificates, and browsers too.
+    browser.verify_flags |= ssl.VERIFY_X509_STRICT
+    _, car_end = shake(browser, https_context(folder / "car-ada.pem"), "192.168.1.20")
+    assert peer_name(car_end) is None
+
+
+def test_more_keys_come_from_the_same_authority(folder):
+    made = make_keys(folder, [], ["mei"], NOW)
+    assert made == [folder / "driver-mei.pem"]
+    shake(client_context(folder / "driver-mei.pem"), server_context(folder / "car-ada.pem"), "ada")
+
+
+@posix_only
+def test_only_the_owner_may_read_what_is_secret(tmp_path):
+    before = os.umask(0)
+    try:
+        made = make_keys(tmp_path, [CarKeys("ada")], ["lin"], NOW)
+    finally:
+        os.umask(before)
+    modes = {file.name: stat.S_IMODE(file.stat().st_mode) for file in made}
+    assert modes.pop("authority.crt") & 0o444 == 0o444
+    assert modes == {"authority.pem": 0o600, "car-ada.pem": 0o600, "driver-lin.pem": 0o600}
+
+
+@pytest.mark.parametrize(
+    ("cars", "drivers", "says"),
+    [
+        ([CarKeys("../ada")], [], "no name for a car"),
+        ([CarKeys("小车")], [], "from a to z"),
+        ([CarKeys("eve", ("no address",))], [], "no address of a car"),
+        ([], ["lin/../.."], "no name for a driver"),
+        ([], ["x" * 41], "up to 40"),
+        ([], ["lin", "lin"], "named twice"),
+        ([CarKeys("eve")], ["lin"], "is there already"),
+    ],
+)
+def test_what_can_not_be_made_is_refused_and_nothing_is_made(folder, cars, drivers, says):
+    before = sorted(folder.iterdir())
+    with pytest.raises(KeysError, match=says):
+        make_keys(folder, cars, drivers, NOW)
+    assert sorted(folder.iterdir()) == before
+
+
+def without_authority(text):
+    return text[: text.rindex("-----BEGIN CERTIFICATE-----")]
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda text: "", "is no keys file"),
+        (lambda text: "\udcff", "isn't text"),
+        (lambda text: text.replace("PRIVATE KEY", "SECRET"), "is no keys file"),
+        (without_authority, "no certificate of an authority"),
+        (lambda text: text.replace("driver lin", "car lin"), "the keys of a driver are needed"),
+    ],
+    ids=["empty", "not text", "no key", "no authority", "a car's"],
+)
+def test_a_file_that_is_no_keys_file_is_refused_in_a_sentence(folder, tmp_path, change, says):
+    broken = tmp_path / "broken.pem"
+    broken.write_text(
+        change((folder / "driver-lin.pem").read_text(encoding="ascii")), encoding="utf-8", errors="surrogateescape"
+    )
+    with pytest.raises(KeysError, match=says):
+        client_context(broken)
+
+
+def test_a_missing_file_is_refused(tmp_path):
+    with pytest.raises(KeysError, match="can't be read: No such file"):
+        client_context(tmp_path / "there-is-none.pem")
+
+
+def test_a_key_with_a_password_is_refused_without_asking_for_it(folder, tmp_path):
+    text = (folder / "driver-lin.pem").read_bytes()
+    key = serialization.load_pem_private_key(text, password=None)
+    encoding, kind = serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8
+    locked = tmp_path / "locked.pem"
+    locked.write_bytes(
+        key.private_bytes(encoding, kind, serialization.BestAvailableEncryption(b"secret"))
+        + text[text.index(b"-----BEGIN CERTIFICATE-----") :]
+    )
+    with pytest.raises(KeysError, match="password"):
+        client_context(locked)
+
+
+def test_a_folder_whose_authority_is_broken_says_so(tmp_path):
+    (tmp_path / "authority.pem").write_text("nothing")
+    with pytest.raises(KeysError, match=r"authority.pem can't be read"):
+        make_keys(tmp_path, [], ["lin"], NOW)

@@ -1,0 +1,242 @@
+"""The engine against the plain world, and against itself with other threads, slices and neighbours."""
+
+import json
+import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motorcade import Pose, Program, compile_program, forward, open_table
+from motorcade.car.brain import RUNNING, WORD
+from motorcade.config.profile import built_in_profile
+from motorcade.engine.events import KINDS, LOSS_REASONS
+from motorcade.engine.state import DRIVEN
+from motorcade.engine.world import World
+from motorcade.mats import Physics
+from support.plain_world import PlainWorld
+from support.strategies import BRISK
+from support.worlds import DURATIONS_MS, Case, cases, contents, crowd, digest, go, ran
+
+SLICES = 5
+FEW = settings(max_examples=max(settings().max_examples // 4, 1))
+LOST, FRAME, HEARD = (KINDS.index(kind) for kind in ("lost", "frame", "heard"))
+
+
+def told(world: World) -> list[tuple[int, int, int, int, int, int]]:
+    """The events as the plain world tells them, in any order."""
+    names = ["t_ms", "car", "kind", "why", "word", "other"]
+    return sorted(world.take_events()[names].tolist())
+
+
+def shown(world: World) -> dict[str, list[int]]:
+    """What is to be seen of each car, in the engine's own units."""
+    now, held = world.snapshot(), contents(world)
+    seen = {name: held[name].T.tolist() for name in ("x", "y", "heading", "memory")}
+    return seen | {name: getattr(now, name).tolist() for name in ("word", "runs", "wheels", "led", "sends")}
+
+
+def wheels_of(world: PlainWorld, car: int) -> int:
+    if car in world.driven:
+        way = math.hypot(*world.driven[car][:2]) / 4096
+        return DRIVEN + sum(way > speed for speed in world.rules.speeds[:3])
+    return world.boards[car].direction * 4 + world.boards[car].speed_level
+
+
+def plainly_shown(world: PlainWorld) -> dict[str, list[int]]:
+    brains = [car.memory for car in world.cars]
+    sending = {frame.sender for frame in world.on_air if frame.end_ms > world.now_ms}
+    return {
+        "x": world.x,
+        "y": world.y,
+        "heading": world.heading,
+        "memory": brains,
+        "word": [memory[WORD] for memory in brains],
+        "runs": [bool(memory[RUNNING]) for memory in brains],
+        "wheels": [wheels_of(world, car) for car in range(len(world.cars))],
+        "led": [board.led for board in world.boards],
+        "sends": [board.index in sending for board in world.boards],
+    }
+
+
+def plainly_counted(world: PlainWorld) -> dict[str, int]:
+    kinds = [kind for _, _, kind, _, _, _ in world.events]
+    whys = [LOSS_REASONS[why] for _, _, kind, why, _, _ in world.events if kind == LOST]
+    lost = {f"lost_{why}": whys.count(why) for why in ("collision", "sending", "parity", "reserved")}
+    sent = {"frames": kinds.count(FRAME), "heard": kinds.count(HEARD), "deaf": whys.count("deaf")}
+    return sent | lost | {"undetected": world.undetected, "touching_ms": world.touching_ms}
+
+
+@FEW
+@given(cases())
+def test_the_engine_does_what_the_plain_world_does(case: Case) -> None:
+    engine = World(case.mat, case.images, case.profile, seeds=case.seed, events=True)
+    plain = PlainWorld(case.mat, case.images, case.profile, case.seed)
+    happened = []
+    for _ in range(SLICES):
+        engine.run(DURATIONS_MS[case.mat.tick_ms] // SLICES)
+        plain.run(DURATIONS_MS[case.mat.tick_ms] // SLICES)
+        happened += told(engine)
+        assert shown(engine) == plainly_shown(plain), engine.now_ms
+        assert sorted(happened) == sorted(plain.events)
+    assert {name: int(counts[0]) for name, counts in engine.counts().items()} == plainly_counted(plain)
+
+
+@FEW
+@given(cases(tick_ms=20), cases(tick_ms=20), st.data())
+def test_cars_that_are_moved_and_refurnished_do_what_the_plain_world_does(
+    case: Case, other: Case, data: st.DataObject
+) -> None:
+    engine = World(case.mat, case.images, case.profile, seeds=case.seed, events=True)
+    plain = PlainWorld(case.mat, case.images, case.profile, case.seed)
+    happened = []
+    for number in range(SLICES):
+        car = data.draw(st.integers(0, engine.cars - 1))
+        pose = Pose(float(other.mat.starts.x_m[number]), float(other.mat.starts.y_m[number]), 0.3 * number)
+        for world in (engine, plain):
+            if number == 2:
+                world.furnish(other.mat, other.profile.infrared.range_mm)
+            if number:
+                world.move(car, pose)
+            world.run(DURATIONS_MS[20] // SLICES)
+        happened += told(engine)
+        assert shown(engine) == plainly_shown(plain), engine.now_ms
+        assert sorted(happened) == sorted(plain.events)
+    assert {name: int(counts[0]) for name, counts in engine.counts().items()} == plainly_counted(plain)
+
+
+@FEW
+@given(cases(), st.data())
+def test_driven_cars_do_what_the_plain_world_does(case: Case, data: st.DataObject) -> None:
+    """Drivers come, steer, and leave while all else goes on."""
+    engine = World(case.mat, case.images, case.profile, seeds=case.seed, events=True)
+    plain = PlainWorld(case.mat, case.images, case.profile, case.seed)
+    car = st.integers(0, engine.cars - 1)
+    angle = st.sampled_from([0, 180]) | st.integers(0, 180)
+    setpoint = st.tuples(angle, st.integers(0, 1), st.sampled_from([0, 100, 255]))
+    happened = []
+    # Many short ones: what matters is that cars which stood begin to drive, near something.
+    for _ in range(4 * SLICES):
+        driven = data.draw(st.dictionaries(car, setpoint | st.none(), min_size=1, max_size=6))
+        for world in (engine, plain):
+            for number, wanted in driven.items():
+                world.give_back(number) if wanted is None else world.drive(number, *wanted)
+            world.run(DURATIONS_MS[case.mat.tick_ms] // (4 * SLICES))
+        happened += told(engine)
+        assert shown(engine) == plainly_shown(plain), engine.now_ms
+        assert sorted(happened) == sorted(plain.events)
+    assert {name: int(counts[0]) for name, counts in engine.counts().items()} == plainly_counted(plain)
+
+
+def elsewhere(expression: str, **environment: str) -> object:
+    """What an expression of `worlds` gives in a Python of its own, as JSON."""
+    script = f"import json, worlds; print(json.dumps({expression}))"
+    path = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
+    command = [sys.executable, "-W", "ignore", "-c", script]
+    ran = subprocess.run(
+        command, env={**os.environ, "PYTHONPATH": path, **environment}, check=True, stdout=subprocess.PIPE, text=True
+    )
+    return json.loads(ran.stdout)
+
+
+def test_any_number_of_threads_finds_the_same_bits() -> None:
+    """One thread runs a large world whole, more than one run it in strips."""
+    by_threads = elsewhere("[worlds.large_and_many(threads) for threads in (1, 2, 3, 8)]", NUMBA_NUM_THREADS="8")
+    assert by_threads == [by_threads[0]] * 4
+    assert len(set(by_threads[0])) == 6
+
+
+def test_a_crowd_does_all_that_there_is() -> None:
+    """Else its digests would say little."""
+    world = ran(crowd(20_000), 1600)
+    counts = {name: int(values[0]) for name, values in world.counts().items()}
+    assert {name for name, count in counts.items() if not count} <= {"deaf"}
+    assert np.unique(world.snapshot().wheels).size >= 4
+
+
+def test_python_finds_the_same_integers_as_the_compiled_engine() -> None:
+    held = "worlds.digest(worlds.ran(worlds.crowd(12), 1200))"
+    assert elsewhere(held, NUMBA_DISABLE_JIT="1") == digest(ran(crowd(12), 1200))
+
+
+def test_who_slips_goes_on_slipping_while_another_is_lifted() -> None:
+    places = [Pose(0, 0), Pose(0.2, 0.05), Pose(3, 3)]
+    mat = replace(open_table(places, tick_ms=20), physics=Physics(wheel_noise=0.3))
+    image = compile_program(Program([forward(3, speed=3)])).image
+    mat = replace(mat, starts=replace(mat.starts, leads=np.array([True] * 3)))
+    engine, plain = World(mat, [image], events=True), PlainWorld(mat, [image], built_in_profile("classroom"), 0)
+    for number in range(40):
+        for world in (engine, plain):
+            world.move(2, Pose(0.05 + number * 0.005, 0.02))  # amid them, who push off as far as they can
+            world.run(20)
+        assert shown(engine) == plainly_shown(plain), engine.now_ms
+
+
+@FEW
+@given(cases(tick_ms=20), st.data())
+def test_a_world_run_at_once_in_slices_by_ticks_or_beside_others_is_the_same(case: Case, data: st.DataObject) -> None:
+    duration_ms, seeds = 2000, [case.seed, 7, 8]
+    once, sliced, stepped = (World(case.mat, case.images, case.profile, seeds=case.seed) for _ in range(3))
+    beside = World(case.mat, case.images, case.profile, seeds=data.draw(st.permutations(seeds)))
+    once.run(duration_ms)
+    beside.run(duration_ms)
+    while sliced.now_ms < duration_ms:
+        sliced.run(min(20 * data.draw(st.integers(1, 40)), duration_ms - sliced.now_ms))
+    while stepped.now_ms < duration_ms:
+        stepped.step()
+    same = [digest(world) for world in (once, sliced, stepped)]
+    assert [*same, digest(beside, beside.seeds.tolist().index(case.seed))] == [same[0]] * 4
+
+
+def test_reset_begins_anew_with_the_same_seed_or_another() -> None:
+    world = ran(crowd(60), 1600)
+    first = digest(world)
+    world.reset()
+    go(world, 1600)
+    assert digest(world) == first
+    world.reset(6)
+    go(world, 1600)
+    assert digest(world) == digest(ran(crowd(60), 1600, seeds=6)) != first
+
+
+def test_events_are_kept_however_many_there_are() -> None:
+    """Each car begins a state in each millisecond: twice there is no room, and more is made."""
+    mat = open_table([Pose(place, 0) for place in range(40)], tick_ms=20)
+    mat = replace(mat, starts=replace(mat.starts, leads=np.ones(40, bool)))
+    two_idle_states = bytes.fromhex("02000000 40000000 40000000")
+    told, untold = (
+        World(mat, [two_idle_states], replace(BRISK, idle_state_ms=1), seeds=3, events=events)
+        for events in (True, False)
+    )
+    for world in (told, untold):
+        world.run(600)
+    events = told.take_events()
+    assert events["t_ms"].tolist() == [t_ms for t_ms in range(581) for _ in range(40)]
+    assert events["car"].tolist() == list(range(40)) * 581
+    assert events["other"].tolist() == [t_ms % 2 for t_ms in range(581) for _ in range(40)]
+    assert digest(told) == digest(untold)
+    assert not len(told.take_events())
+
+
+def test_a_burst_of_events_loses_no_driver_his_car() -> None:
+    """Where there is no room for events a while is simulated again, and by then the cars stood in another order."""
+    dice = np.random.RandomState(3)
+    poses = [Pose(*map(float, each)) for each in dice.random_sample((60, 3)) * (3, 3, math.tau)]
+    mat = open_table(poses, tick_ms=20)
+    mat = replace(mat, starts=replace(mat.starts, leads=np.ones(60, bool)))
+    calm, idle = 0x40280000, 0x40000000
+    image = b"".join(word.to_bytes(4, "big") for word in (201 << 24, calm, *[idle] * 200))
+    profile = replace(BRISK, idle_state_ms=1)
+    told, untold = (World(mat, [image], profile, seeds=3, events=events) for events in (True, False))
+    for world in (told, untold):
+        world.run(100)
+        for car in range(60):
+            world.drive(car, 60 + car, 1, 255)
+        world.run(4 * (profile.durations_ms[1] + 200))
+    assert digest(told) == digest(untold)
+    assert len(told.take_events()) > 60 * 800

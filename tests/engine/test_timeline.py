@@ -1,0 +1,179 @@
+"""A car does what the blocks say, when they say it: simulated cars against an oracle of the blocks' meaning.
+
+What they show in each millisecond is seen in the plain world; test_engine.py shows that the engine does the same.
+"""
+
+from dataclasses import replace
+from itertools import pairwise
+
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from motorcade import Mat, Physics, Pose, Program, World, compile_program, led, open_table, wait
+from motorcade.config.profile import Profile
+from motorcade.engine.events import KINDS
+from motorcade.words.formats import CONTROL
+from motorcade.words.infrared import air_us, to_frame
+from support.plain_world import PlainWorld
+from support.strategies import BRISK, CLASSROOM, rows, single_steps, sums, togethers
+from support.timelines import DARK, STILL, Moment, agrees, length_ms, moments, unrolled, watch
+
+PROFILES = st.sampled_from([BRISK, BRISK, CLASSROOM])
+LONGEST_MS = 15_000
+STATE, START = KINDS.index("state"), KINDS.index("start")
+# What takes a tenth of a second is tried on a third of the cases.
+SLOW = settings(max_examples=settings().max_examples // 3)
+
+
+@st.composite
+def leader_cases(draw: st.DrawFn) -> tuple[Program, Profile]:
+    profile = draw(PROFILES)
+    followers = draw(st.sampled_from([None, [wait(profile.durations_ms[1] / 1000)]]))
+    program = Program(draw(rows(sums(profile), least=1)), followers)
+    assume(len(moments(program.leader, profile.idle_state_ms)) <= LONGEST_MS)
+    return program, profile
+
+
+def table(*poses: Pose) -> Mat:
+    """Nothing but cars, which neither touch nor shade one another."""
+    return replace(open_table(poses), physics=Physics(collisions=False, line_of_sight=False))
+
+
+def told(world: World, duration_ms: int, car: int, kind: int) -> list[tuple[int, int, int]]:
+    """Time, word and other of a car's events of one kind."""
+    world.run(duration_ms)
+    events = world.take_events()
+    return events[(events["car"] == car) & (events["kind"] == kind)][["t_ms", "word", "other"]].tolist()
+
+
+class Follower:
+    """One follower on a clean channel: far from what it could run into, its leader at rest, always in range."""
+
+    def __init__(self, program: Program, usual: Profile):
+        profile = replace(usual, infrared=replace(usual.infrared, range_mm=1_000_000))
+        compiled = compile_program(program, profile)
+        assume(compiled.words)
+        self.dwell_ms = compiled.dwell_ms
+        self.gap_ms = profile.infrared.gap_ms
+        self.words = compiled.words[1 + compiled.leader_states :]
+        self.round_ms = self.dwell_ms * len(self.words)
+        assume(self.round_ms <= LONGEST_MS)
+        self.air_ms = [-(-air_us(to_frame(word), profile.infrared.unit_us) // 1000) for word in self.words]
+        self.said = moments(program.followers.steps, profile.idle_state_ms)
+        self.place = table(Pose(0, 0), Pose(100, 0)), [compiled.image], profile
+
+    def shown(self, duration_ms: int) -> list[Moment]:
+        """What it shows in each millisecond."""
+        return watch(PlainWorld(*self.place), 1, duration_ms)
+
+    def starts(self, duration_ms: int) -> list[tuple[int, int]]:
+        """When it began each word, and which."""
+        return [(t_ms, word) for t_ms, word, _ in told(World(*self.place, events=True), duration_ms, 1, START)]
+
+    def said_at(self, at_ms: int) -> Moment:
+        """What the blocks say at ``at_ms`` of the leader's clock, which the follower can't know before it begins."""
+        return self.said[at_ms % len(self.said)] if at_ms >= 0 else (STILL, DARK)
+
+
+@st.composite
+def followers(draw: st.DrawFn, deaf: bool = False) -> Follower:
+    usual = draw(PROFILES)
+    level_s = usual.durations_ms[1] / 1000
+    settings = {"accept_ir": st.sampled_from([None, False])} if deaf else {}
+    row = draw(rows(sums(usual, least=1), most=2 if deaf else 4, least=1, **settings))
+    if deaf:
+        row += draw(st.permutations([led(0, level_s), led(1, level_s, accept_ir=False)]))
+    # A round that ends as it begins is the one place where a word could follow itself across rounds.
+    return Follower(Program([], row + draw(st.sampled_from([[], row[:1]]))), usual)
+
+
+@given(leader_cases())
+def test_leader_shows_in_each_millisecond_what_its_blocks_say(case: tuple[Program, Profile]) -> None:
+    program, profile = case
+    said = moments(program.leader, profile.idle_state_ms)
+    world = PlainWorld(table(Pose(0, 0)), [compile_program(program, profile).image], profile)
+    for at_ms, (wheels, lit) in enumerate(watch(world, 0, 2 * len(said) + 1)):
+        wheels_said, led_said = said[at_ms % len(said)]
+        assert agrees(wheels, wheels_said), at_ms
+        assert lit == led_said, at_ms
+
+
+@given(leader_cases())
+def test_leader_begins_a_state_of_each_step_where_the_step_begins(case: tuple[Program, Profile]) -> None:
+    program, profile = case
+    steps = list(unrolled(program.leader, "leader"))
+    compiled = compile_program(program, profile)
+    world = World(table(Pose(0, 0)), [compiled.image], profile, events=True)
+    begins, at_ms = set(), 0
+    for path, step in steps + steps:
+        begins.add((at_ms, path))
+        at_ms += length_ms(step, profile.idle_state_ms)
+    states = [(t_ms, compiled.origins[1 + index][0]) for t_ms, _, index in told(world, at_ms, 0, STATE)]
+    assert begins <= set(states)
+    assert len(states) == 2 * compiled.leader_states
+
+
+@SLOW
+@given(followers())
+def test_follower_takes_each_word_within_a_frame_and_a_gap(car: Follower) -> None:
+    assume(len(car.words) > 1)
+    starts = car.starts(2 * car.round_ms)
+    assert [word for _, word in starts] == [*car.words, *car.words]
+    for slot, (t_ms, _) in enumerate(starts):
+        at = slot % len(car.words)
+        earliest_ms = slot * car.dwell_ms + car.air_ms[at]
+        waits_ms = car.air_ms[at - 1] + car.gap_ms if slot else 0
+        assert earliest_ms <= t_ms <= earliest_ms + waits_ms
+
+
+def assert_follows(car: Follower, late_ms: int = 0) -> None:
+    """The car shows what the blocks say, a frame's air time later and at most a frame and a gap after that.
+
+    Where one word ends and the next has not been taken it may stand still for so long.
+    """
+    first_ms, last_ms = min(car.air_ms), 2 * max(car.air_ms) + car.gap_ms + late_ms
+    for at_ms, (wheels, lit) in enumerate(car.shown(2 * car.round_ms)):
+        # No block is shorter than 50 ms, so none is passed over.
+        said = [car.said_at(then_ms) for then_ms in (*range(at_ms - last_ms, at_ms - first_ms, 50), at_ms - first_ms)]
+        if (at_ms - last_ms) // car.dwell_ms != (at_ms - first_ms) // car.dwell_ms:
+            said.append((STILL, DARK))
+        assert any(agrees(wheels, each) for each, _ in said), at_ms
+        assert lit in [each for _, each in said], at_ms
+
+
+@SLOW
+@given(followers())
+def test_follower_shows_what_its_blocks_say(car: Follower) -> None:
+    assume(len(car.words) > 1)
+    assert_follows(car)
+
+
+@SLOW
+@given(followers(deaf=True))
+def test_each_deaf_word_in_a_row_costs_at_most_one_more_frame_and_gap(car: Follower) -> None:
+    hears = [bool(CONTROL.decode(word).accept_ir) for word in car.words]
+    row = longest = 0
+    for word_hears in hears + hears:
+        row = 0 if word_hears else row + 1
+        longest = max(longest, row)
+    assert_follows(car, longest * (max(car.air_ms) + car.gap_ms))
+
+
+@SLOW
+@given(st.data())
+def test_a_single_word_begins_anew_within_a_frame_and_a_gap(data: st.DataObject) -> None:
+    usual = data.draw(PROFILES)
+    seconds = st.sampled_from(usual.durations_ms[1:]).map(lambda level: level / 1000)
+    car = Follower(Program([], [data.draw(single_steps(seconds) | togethers(seconds))]), usual)
+    assume(len(car.words) == 1)
+    duration_ms = 4 * (car.round_ms + 200)
+    shown = car.shown(duration_ms)
+    starts = [t_ms for t_ms, _ in car.starts(duration_ms)]
+    assert len(starts) >= 4
+    for begin_ms, next_ms in pairwise(starts):
+        assert car.dwell_ms <= next_ms - begin_ms <= car.dwell_ms + car.air_ms[0] + car.gap_ms
+        for at_ms in range(begin_ms, next_ms):
+            wheels, lit = shown[at_ms]
+            said = car.said[at_ms - begin_ms] if at_ms - begin_ms < len(car.said) else (STILL, DARK)
+            assert agrees(wheels, said[0])
+            assert lit == said[1]

@@ -1,0 +1,144 @@
+"""What a world is, and what it refuses."""
+
+import math
+from dataclasses import replace
+from string import Formatter
+
+import numpy as np
+import pytest
+
+from motorcade import Mat, Physics, Pose, Program, World, compile_program, forward, led, left, open_table, wait
+from motorcade.engine import sentences as told_in
+from motorcade.engine.errors import WorldError
+from motorcade.mats import Starts
+from support.strategies import CLASSROOM
+from support.tables import FORWARD, LEFT, counted, hearers, leaders, table
+from support.worlds import ROAMING, crowd, digest
+
+
+def test_each_leader_runs_its_own_program() -> None:
+    starts = Starts.of([Pose(0, 0), Pose(0, 3), Pose(0, 6)], [True] * 3)
+    images = [compile_program(Program([step], None)).image for step in (forward(3), left(3))]
+    cars = World(Mat(name="three", starts=starts), images)
+    cars.run(100)
+    assert cars.snapshot().wheels.tolist() == [FORWARD, LEFT, FORWARD]
+
+
+def test_a_hundred_thousand_cars_take_at_most_128_bytes_each() -> None:
+    place = np.arange(100_000)
+    starts = Starts(place % 316 * 0.7, place // 316 * 0.7, place * 0.1, place % 100 == 0)
+    cars = World(Mat(name="hall", starts=starts, tick_ms=20), [compile_program(Program([wait(1)], [led(0, 1)])).image])
+    assert cars.nbytes / cars.cars <= 128
+
+
+@pytest.mark.parametrize(
+    ("change", "images", "says"),
+    [
+        ({"starts": Starts.of([], [])}, 1, "no car"),
+        ({}, 0, "give a program"),
+        ({}, 256, "up to 255"),
+        ({"tick_ms": 50}, 1, "smaller tick_ms"),
+    ],
+)
+def test_what_cannot_be_a_world_is_refused_in_a_sentence(change: dict, images: int, says: str) -> None:
+    mat = replace(open_table([Pose(0, 0)]), **change)
+    with pytest.raises(WorldError, match=says):
+        World(mat, [compile_program(Program([wait(1)], None)).image] * images)
+
+
+def test_a_world_that_no_memory_holds_is_refused_before_it_is_made() -> None:
+    with pytest.raises(WorldError, match="GB of memory"):
+        World(open_table([Pose(0, 0)]), [compile_program(Program([wait(1)], None)).image], seeds=range(1 << 31))
+
+
+def test_a_moved_car_hears_and_touches_from_its_new_place_at_once() -> None:
+    cars = table([wait(1)], [led(1, 1)], [Pose(0, 0), Pose(3, 0), Pose(3, 1)])
+    assert hearers(cars, 500) == set()
+    cars.move(1, Pose(0.5, 0))
+    assert hearers(cars, 200) == {1}
+    cars.move(2, Pose(0.55, 0))
+    cars.step()
+    assert counted(cars)["touching_ms"] == 2 * cars.tick_ms
+
+
+def test_a_car_goes_on_from_its_new_place_as_it_looks_there() -> None:
+    cars = leaders([forward(3, speed=3)], [Pose(0, 0)])
+    cars.run(500)
+    cars.move(0, Pose(5, 5, math.pi / 2))
+    cars.run(1000)
+    now = cars.snapshot()
+    assert (now.x_m[0], now.y_m[0]) == pytest.approx((5, 5.3), abs=0.001)
+
+
+def test_a_new_wall_shades_infrared_from_the_next_tick() -> None:
+    cars = table([wait(1)], [led(1, 1)], [Pose(0, 0), Pose(0.8, 0)])
+    assert hearers(cars, 500) == {1}
+    walled = Mat("walled", Starts.of([], []), walls=((0.4, -1, 0.4, 1),))
+    cars.run(100)
+    cars.furnish(walled)
+    cars.run(100)
+    cars.take_events()
+    assert hearers(cars, 1000) == set()
+
+
+def test_infrared_reaches_as_far_as_a_furnished_world_says() -> None:
+    cars = table([wait(1)], [led(1, 1)], [Pose(0, 0), Pose(1.5, 0)])
+    assert hearers(cars, 500) == set()
+    cars.furnish(cars.mat, range_mm=1600)
+    assert hearers(cars, 500) == {1}
+    cars.furnish(cars.mat)
+    assert cars.profile.infrared.range_mm == 1600
+
+
+def test_a_driving_car_meets_an_obstacle_that_is_put_before_it() -> None:
+    cars = leaders([forward(3, speed=3)], [Pose(0, 0)])
+    cars.run(500)
+    cars.furnish(replace(cars.mat, discs=((0.5, 0, 0.1),)))
+    cars.run(2000)
+    assert cars.snapshot().x_m[0] < 0.5 - 0.1 - 0.07
+
+
+@pytest.mark.parametrize("count", [20, 60])
+def test_a_world_furnished_before_anything_happened_is_as_one_that_was_built_so(count: int) -> None:
+    furnished = crowd(count)
+    bare = Mat("bare", furnished.starts, furnished.tick_ms)
+    built, changed = (World(mat, [ROAMING], seeds=5) for mat in (furnished, bare))
+    changed.furnish(furnished)
+    for cars in (built, changed):
+        cars.run(1600)
+    assert digest(changed) == digest(built)
+
+
+def test_a_moved_car_is_found_among_many() -> None:
+    far = [Pose(5 + place % 8 * 0.3, place // 8 * 0.3) for place in range(40)]
+    cars = table([wait(1)], [led(1, 1)], [Pose(0, 0), *far])
+    assert hearers(cars, 500) == set()
+    cars.move(30, Pose(0.5, 0))
+    assert hearers(cars, 100) == {30}
+
+
+@pytest.mark.parametrize(
+    ("car", "pose", "says"),
+    [(2, Pose(0, 0), "0 to 1"), (-1, Pose(0, 0), "no car -1"), (0, Pose(math.nan, 0), "nan"), (0, Pose(0, 3000), "m")],
+)
+def test_a_car_or_a_place_that_there_is_not_is_refused(car: int, pose: Pose, says: str) -> None:
+    cars = table([wait(1)], None, [Pose(0, 0), Pose(1, 0)])
+    with pytest.raises(WorldError, match=says):
+        cars.move(car, pose)
+
+
+def test_what_cannot_be_furnished_leaves_all_as_it_was() -> None:
+    small = replace(CLASSROOM, body=replace(CLASSROOM.body, diameter_mm=80))
+    cars = leaders([wait(1)], [Pose(0, 0)], small, tick_ms=40)
+    before = cars.mat, cars.profile
+    with pytest.raises(WorldError, match="smaller tick_ms"):
+        cars.furnish(replace(cars.mat, physics=Physics(wheel_noise=0.5)), range_mm=500)
+    assert (cars.mat, cars.profile) == before
+
+
+@pytest.mark.parametrize("sentences", [told_in.MAT, told_in.WORLD], ids=["mats", "worlds"])
+def test_both_languages_tell_the_same_figures(sentences: dict[str, dict[str, str]]) -> None:
+    """Titles of keys are English only; what is allowed there tells them."""
+    for code, told in sentences.items():
+        figures = [{name for _, name, _, _ in Formatter().parse(told[each]) if name} for each in ("en", "zh")]
+        assert figures[0] - {"title"} == figures[1], code

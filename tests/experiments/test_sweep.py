@@ -1,0 +1,290 @@
+"""Sweeps: what a specification says and what is refused, the points it asks for, and the rows that come of them."""
+
+import dataclasses
+import io
+import math
+from types import SimpleNamespace
+
+import pyarrow.parquet as pq
+import pytest
+
+from motorcade import Program, forward, led
+from motorcade.config.profile import built_in_profile
+from motorcade.engine.world import World
+from motorcade.experiments import plan as planning
+from motorcade.experiments.parameters import SweepError
+from motorcade.experiments.plan import Plan
+from motorcade.experiments.spec import parse_sweep
+from motorcade.experiments.store import Store
+from motorcade.experiments.task import run_task
+from motorcade.mats import Pose, Starts, open_table
+from motorcade.program.compiler import compile_program
+from motorcade.program.model import Followers
+
+HEAD = 'format = "motorcade-sweep/1"\nprograms = ["a"]\n'
+CLASSROOM = built_in_profile("classroom")
+IMAGE = compile_program(Program(leader=[forward(3)], followers=Followers([led(0, 1), led(1, 1)]))).image
+PASSED_ON = compile_program(Program(leader=[forward(3)], followers=Followers([led(0, 1)], forward=True))).image
+
+
+def spec(text="", seconds="1"):
+    return parse_sweep(f"{HEAD}seconds = {seconds}\n{text}", "it.toml")
+
+
+def plan_of(text="", seconds="1", mats=(None,), image=IMAGE):
+    return Plan(spec(text, seconds), [(image, CLASSROOM)], mats, "1")
+
+
+def rows_of(plan):
+    tables = [pq.read_table(io.BytesIO(run_task(plan.task(index)))) for index in range(plan.tasks)]
+    return [row for table in tables for row in table.to_pylist()]
+
+
+# What a specification says
+
+
+def test_a_grid_has_every_combination_and_its_last_parameter_varies_fastest():
+    points = spec('[grid]\ncars = [1, 2]\nphysics.collisions = [true, false]\n"profile.speeds_mm_s[2]" = [150]').points
+    assert [points.at(index) for index in range(points.count)] == [
+        {"cars": cars, "physics.collisions": collisions, "profile.speeds_mm_s[2]": 150}
+        for cars in (1, 2)
+        for collisions in (True, False)
+    ]
+
+
+def test_a_name_may_stand_in_quotes_or_not():
+    assert spec("[grid]\nphysics.wheel_noise = [0]") == spec('[grid]\n"physics.wheel_noise" = [0]')
+
+
+@pytest.mark.parametrize(
+    ("text", "seeds"),
+    [
+        ("", [0]),
+        ("seeds = 3", [0, 1, 2]),
+        ("seeds = {first = 5, count = 2}", [5, 6]),
+        ("seeds = [9, 4]", [9, 4]),
+    ],
+)
+def test_seeds_are_counted_or_listed(text, seeds):
+    assert list(spec(text).seeds) == seeds
+
+
+def drawn(ranges, count=400):
+    points = spec(f"[sample]\ncount = {count}\nseed = 3\n{ranges}").points
+    return [points.at(index) for index in range(count)]
+
+
+def test_draws_fill_their_range_and_whole_numbers_reach_both_ends():
+    points = drawn("cars = {from = 2, to = 4}\nphysics.bit_error_rate = {from = 1e-4, to = 0.01, log = true}")
+    assert {point["cars"] for point in points} == {2, 3, 4}
+    rates = sorted(point["physics.bit_error_rate"] for point in points)
+    assert 1e-4 <= rates[0] < 1.1e-4
+    assert 0.009 < rates[-1] <= 0.01
+    # Even in the logarithm: the middle one is near the geometric mean.
+    assert rates[200] == pytest.approx(1e-3, rel=0.3)
+
+
+def test_a_draw_depends_on_no_other():
+    first = drawn("cars = {from = 1, to = 1000}", count=5)
+    more = drawn("tick_ms = {from = 1, to = 2}\ncars = {from = 1, to = 1000}", count=9)
+    assert [point["cars"] for point in more[:5]] == [point["cars"] for point in first]
+    assert len({point["cars"] for point in more}) > 5
+    both = drawn("physics.bit_error_rate = {from = 0, to = 0.5}\nphysics.wheel_noise = {from = 0, to = 0.5}", count=5)
+    assert all(len(set(point.values())) == 2 for point in both)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("more = 1", "'more' is not known"),
+        ("mats = []", "mats is []"),
+        ("mats = ['a.toml', 'a.toml']", "mats[1] is 'a.toml', which stands there already"),
+        ("seeds = 0", "seeds is 0"),
+        ("seeds = {count = 3, step = 2}", "seeds: 'step' is not known"),
+        ("seeds = [1, 2, 1]", "seeds[2] is 1, which stands there already"),
+        ("[grid]\nphysics.bit_error_rat = [0]", "did you mean physics.bit_error_rate?"),
+        ("[grid]\nphysics.bit_error_rate = [0, nan]", "grid.physics.bit_error_rate[1] is nan; allowed: numbers from 0"),
+        ("[grid]\nphysics.bit_error_rate = [0.6]", "grid.physics.bit_error_rate[0] is 0.6"),
+        (
+            "[grid]\nphysics.capture_ratio = ['never', 1]",
+            "grid.physics.capture_ratio[1] is 1; allowed: numbers above",
+        ),
+        ("[grid]\nphysics.collisions = [1]", "grid.physics.collisions[0] is 1; allowed: true or false"),
+        ("[grid]\ncars = [1, 2.5]", "grid.cars[1] is 2.5; allowed: whole numbers"),
+        ("[grid]\ncars = [true]", "grid.cars[0] is true"),
+        ("[grid]\ncars = 5", "grid.cars is 5; allowed: a list"),
+        ("[grid]\ncars = [5, 6, 5]", "grid.cars[2] is 5, which stands there already"),
+        ("[grid]\ntick_ms = [41]", "grid.tick_ms[0] is 41"),
+        ("[grid]\nprofile.speeds_mm_s[2] = [150]", "stands in quotes"),
+        ("mats = ['empty', 'a.toml']\n[grid]\ncars = [5]", "mats[1], 'a.toml', brings its own cars"),
+        ("seeds = 1000000\n[grid]\ncars = [1,2,3,4,5,6,7,8,9,10,11]", "these are 11,000,000 runs"),
+        ("[sample]\ncount = 2\n[grid]\ncars = [5]", "[grid] and [sample] exclude each other"),
+        ("[sample]\ncars = {from = 1, to = 2}", "sample.count is missing"),
+        ("[sample]\ncount = 2", "names no parameter"),
+        ("[sample]\ncount = 2\ncars = [1, 2]", "sample.cars is [1, 2]; allowed: a range"),
+        ("[sample]\ncount = 2\ncars = {from = 3, to = 2}", "sample.cars: from is 3 and to is 2"),
+        ("[sample]\ncount = 2\ncars = {from = 0, to = 2, log = true}", "sample.cars.from is 0; with log"),
+        ("[sample]\ncount = 2\nphysics.collisions = {from = 0, to = 1}", "true or false and has no range"),
+    ],
+)
+def test_what_a_specification_cannot_say_is_refused_with_its_place(text, says):
+    with pytest.raises(SweepError) as refused:
+        spec(text)
+    assert says in str(refused.value)
+    assert str(refused.value).startswith("it.toml")
+
+
+@pytest.mark.parametrize("seconds", ["nan", "inf", "0", "-1", "0.00001", "1e9", "true", "'1'"])
+def test_seconds_are_a_duration(seconds):
+    with pytest.raises(SweepError, match="seconds is"):
+        spec(seconds=seconds)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("[grid]\ntick_ms = [1, 3]", "tick_ms = 3: 1 s are no whole number of ticks"),
+        ('[grid]\n"profile.speeds_mm_s[2]" = [150, 50]', "speeds_mm_s[2] = 50: profile classroom: speeds_mm_s is"),
+        ("[grid]\nprofile.infrared.relay_period_ms = [50]", "relay_period_ms is 50"),
+        ("[grid]\nprofile.body.diameter_mm = [150, 300]", "diameter_mm = 300: mat open table: car"),
+        ("[grid]\ntick_ms = [1, 40]\nprofile.body.diameter_mm = [40]", "tick_ms = 40, profile.body.diameter_mm = 40: "),
+    ],
+)
+def test_values_that_cannot_be_together_are_refused_before_anything_runs(text, says):
+    with pytest.raises(SweepError) as refused:
+        plan_of(text)
+    assert says in str(refused.value)
+    assert "a, the empty table" in str(refused.value)
+
+
+# From points to runs
+
+
+def test_parameters_reach_the_world():
+    names = 'tick_ms = [5]\nphysics.wheel_noise = [0.25]\nphysics.capture_ratio = ["never"]\n'
+    plan = plan_of(f'[grid]\ncars = [3]\n{names}profile.infrared.range_mm = [400]\n"profile.dwell_ms[7]" = [9000]')
+    (batch,) = plan.task(0).batches
+    assert len(batch.mat.starts) == 4
+    assert batch.mat.starts.leads.tolist() == [True, False, False, False]
+    physics = dataclasses.replace(open_table([Pose(0, 0)]).physics, wheel_noise=0.25, capture_ratio=None)
+    assert (batch.mat.tick_ms, batch.mat.physics) == (5, physics)
+    infrared = dataclasses.replace(CLASSROOM.infrared, range_mm=400)
+    expected = dataclasses.replace(CLASSROOM, infrared=infrared, dwell_ms=(*CLASSROOM.dwell_ms[:7], 9000))
+    assert batch.profile == expected
+
+
+def test_a_run_is_that_of_a_world_of_its_own_and_is_measured_as_documented():
+    grid = "seeds = [4, 7]\n[grid]\ncars = [6]\nphysics.bit_error_rate = [0.01]\nphysics.wheel_noise = [0.2]"
+    plan = plan_of(grid, seconds="1.5", image=PASSED_ON)
+    rows, (batch,) = rows_of(plan), plan.task(0).batches
+    assert [row["seed"] for row in rows] == [4, 7]
+    for row in rows:
+        world = World(batch.mat, [PASSED_ON], batch.profile, seeds=row["seed"], threads=1)
+        start = world.snapshot()
+        world.run(1500)
+        end, counts = world.snapshot(), {name: int(value[0]) for name, value in world.counts().items()}
+        assert {name: row[name] for name in counts} == counts
+        cars = [SimpleNamespace(x=x, y=y, at=at) for x, y, at in zip(end.x_m, end.y_m, end.heading, strict=True)]
+        assert all(counts[name] for name in ("lost_collision", "lost_sending", "lost_parity"))
+        lost = sum(counts[name] for name in counts if name.startswith("lost_")) + counts["deaf"]
+        assert row["lost_share"] == pytest.approx(lost / (lost + counts["heard"]))
+        distances = [math.dist((car.x, car.y), (cars[0].x, cars[0].y)) for car in cars[1:]]
+        assert row["leader_distance_m"] == pytest.approx(sum(distances) / 6)
+        x, y = (sum(getattr(car, axis) for car in cars) / 7 for axis in "xy")
+        assert row["spread_m"] == pytest.approx(math.sqrt(sum((c.x - x) ** 2 + (c.y - y) ** 2 for c in cars) / 7))
+        east, north = sum(math.cos(car.at) for car in cars), sum(math.sin(car.at) for car in cars)
+        assert row["alignment"] == pytest.approx(math.hypot(east, north) / 7)
+        places = zip(start.x_m, start.y_m, end.x_m, end.y_m, strict=True)
+        moved = [math.dist((x0, y0), (x1, y1)) for x0, y0, x1, y1 in places]
+        assert row["moved_m"] == pytest.approx(sum(moved) / 7)
+    assert rows[0]["spread_m"] != rows[1]["spread_m"]
+
+
+def informed(ms, range_mm=1000, **given):
+    grid = f"[grid]\ncars = [2]\nprofile.infrared.range_mm = [{range_mm}]"
+    (row,) = rows_of(plan_of(grid, seconds=str(ms / 1000), **given))
+    return row["informed_share"]
+
+
+def test_the_informed_hold_the_word_that_the_leader_sent_last():
+    # Two words, a second each. A frame is over within 91 ms, and a follower then holds its word.
+    assert informed(1) is None
+    assert informed(300) == 1
+    assert informed(1000) == 1
+    assert informed(1300) == 1
+    # Out of range nobody holds a word, though the leader has sent some.
+    assert informed(300, range_mm=100) == 0
+    assert informed(300, image=compile_program(Program(leader=[forward(1)])).image) is None
+
+
+def test_the_nearest_leader_counts_and_followers_alone_are_far_from_none():
+    poses = [Pose(0, 0), Pose(3, 0), Pose(0.5, 0), Pose(2, 0)]
+    still = compile_program(Program(leader=[led(0, 1)])).image
+    mat = dataclasses.replace(open_table(poses), starts=Starts.of(poses, [True, True, False, False]))
+    (row,) = rows_of(plan_of("mats = ['two.toml']", mats=[mat], image=still))
+    assert row["leader_distance_m"] == pytest.approx((0.5 + 1) / 2)
+    alone = dataclasses.replace(mat, starts=Starts.of(poses, [False] * 4))
+    (row,) = rows_of(plan_of("mats = ['two.toml']", mats=[alone], image=still))
+    assert (row["leader_distance_m"], row["informed_share"], row["lost_share"]) == (None, None, None)
+
+
+def test_where_tasks_are_cut_changes_no_row(monkeypatch):
+    text = "seeds = 7\n[grid]\ncars = [1, 9]\nphysics.wheel_noise = [0.1, 0.2]"
+    whole = plan_of(text, seconds="0.2")
+    assert whole.tasks == 1
+    rows = rows_of(whole)
+    assert [row["run"] for row in rows] == list(range(28))
+    monkeypatch.setattr(planning, "TASK_CAR_STEPS", 70_000)
+    cut = plan_of(text, seconds="0.2")
+    assert cut.tasks > 8
+    assert sum(map(cut.task_runs, range(cut.tasks))) == 28
+    assert rows_of(cut) == rows
+
+
+def test_what_shows_only_in_a_run_is_named_with_its_point(monkeypatch):
+    def too_large(*arguments, **options):
+        raise MemoryError
+
+    plan = plan_of("[grid]\ncars = [3]")
+    monkeypatch.setattr("motorcade.engine.world.World", too_large)
+    with pytest.raises(SweepError, match="a, the empty table, cars = 3: this computer has too little memory for it"):
+        run_task(plan.task(0))
+
+
+def test_a_worker_with_another_motorcade_is_refused():
+    with pytest.raises(SweepError, match="another Motorcade than this computer"):
+        run_task(dataclasses.replace(plan_of().task(0), code="of yesterday"))
+
+
+# What is kept
+
+
+def test_parts_of_another_sweep_are_refused_and_what_has_changed_is_named(tmp_path):
+    table = tmp_path / "out.parquet"
+    with Store(table, plan_of("seeds = 2")).opened():
+        pass
+    for changed, what in (
+        (plan_of("seeds = 3"), "seeds"),
+        (plan_of("seeds = 2", seconds="2"), "seconds"),
+        (plan_of("seeds = 2\n[grid]\ncars = [5]"), "parameters"),
+        (plan_of("seeds = 2", image=bytes(4)), "program a"),
+        (plan_of("seeds = 2", mats=[open_table([Pose(0, 0)])]), "mat empty"),
+        (Plan(spec("seeds = 2"), [(IMAGE, CLASSROOM)], [None], "2"), "Motorcade"),
+    ):
+        with pytest.raises(SweepError, match=rf"holds another sweep \({what} "), Store(table, changed).opened():
+            pass
+
+
+def test_a_part_has_a_name_of_its_own():
+    names = [plan.task_name(0) for plan in (plan_of(), plan_of("seeds = [1]"), plan_of(image=bytes(4)))]
+    assert len(set(names)) == 3
+    assert plan_of().task_name(0) == names[0]
+
+
+def test_a_damaged_part_is_named(tmp_path):
+    plan = plan_of()
+    store = Store(tmp_path / "out.parquet", plan)
+    with store.opened():
+        store.keep(0, b"PAR1 cut off")
+        with pytest.raises(SweepError, match="is damaged: delete it"):
+            store.merge()

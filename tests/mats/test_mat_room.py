@@ -1,0 +1,176 @@
+"""Room on a mat: cars that have none are found, and crowds find theirs."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motorcade.mats import MatError, Pose, check_mat, open_table
+from support.mats import AREA, CLASSROOM, mat
+
+BODY_M = CLASSROOM.body.diameter_mm / 1000
+
+
+def apart_m(x_m: np.ndarray, y_m: np.ndarray) -> float:
+    """The least distance between two of some points."""
+    distances = np.hypot(x_m[:, None] - x_m, y_m[:, None] - y_m)
+    np.fill_diagonal(distances, np.inf)
+    return float(distances.min())
+
+
+# Points on a lattice of 50 mm: their distances lie on both sides of 150 mm, and exactly on it.
+LATTICE = st.lists(st.tuples(st.integers(-12, 12), st.integers(-12, 12)), min_size=2, max_size=8)
+
+
+@settings(max_examples=200)
+@given(LATTICE)
+def test_cars_that_start_in_each_other_are_found(points: list[tuple[int, int]]) -> None:
+    poses = [Pose(x * 0.05, y * 0.05) for x, y in points]
+    x_m, y_m = (np.array(values) for values in zip(*((pose.x, pose.y) for pose in poses), strict=True))
+    if apart_m(x_m, y_m) > BODY_M - 1e-6:
+        check_mat(open_table(poses), CLASSROOM)
+    else:
+        with pytest.raises(MatError, match="so move them apart"):
+            check_mat(open_table(poses), CLASSROOM)
+
+
+def test_two_cars_are_near_in_whatever_direction_and_place() -> None:
+    dice = np.random.RandomState(1)
+    for angle in np.linspace(0, math.tau, 240):
+        x_m, y_m = dice.random_sample(2)
+        for distance_m in (0.1499, 0.1501):
+            near = Pose(x_m + distance_m * math.cos(angle), y_m + distance_m * math.sin(angle))
+            poses = [Pose(-10, -10), Pose(x_m, y_m), near]
+            if distance_m > BODY_M:
+                check_mat(open_table(poses), CLASSROOM)
+            else:
+                with pytest.raises(MatError, match=r"car 2 starts at .* m from car 1"):
+                    check_mat(open_table(poses), CLASSROOM)
+
+
+def test_the_one_car_among_many_that_has_no_room_is_named() -> None:
+    crowd = mat(f"[[crowd]]\ncars = 90000\n{AREA.replace('5, 5', '75, 75')}")
+    x_m, y_m = crowd.starts.x_m.copy(), crowd.starts.y_m.copy()
+    x_m[70_000] += 0.12
+    starts = replace(crowd.starts, x_m=x_m)
+    with pytest.raises(MatError, match=r"car 70001 of crowd\[0\] starts .* from car 70000 of crowd\[0\]"):
+        check_mat(replace(crowd, starts=starts), CLASSROOM)
+    wall = (float(x_m[123]), float(y_m[123]) + 0.07, float(x_m[123]) + 1e-2, float(y_m[123]) + 0.07)
+    with pytest.raises(MatError, match=r"car 123 of crowd\[0\] starts .*, on wall\[0\]"):
+        check_mat(replace(crowd, walls=(wall,)), CLASSROOM)
+
+
+# An L: its bay is open towards the upper right.
+BAY = ((0.0, 0.0), (2.0, 0.0), (2.0, 0.5), (0.5, 0.5), (0.5, 2.0), (0.0, 2.0))
+
+
+@pytest.mark.parametrize("corners", [BAY, BAY[::-1]], ids=["left round", "right round"])
+@pytest.mark.parametrize(
+    ("x_m", "y_m", "has_room"),
+    [
+        (0.25, 1.0, False),
+        (1.0, 0.25, False),
+        (1.0, 1.0, True),
+        (0.58, 0.58, True),
+        (0.57, 1.0, False),
+        (2.07, 0.25, False),
+        (2.08, 0.25, True),
+        (-0.05, -0.05, False),
+        (-0.06, -0.06, True),
+        (1.0, 2.0, True),
+    ],
+)
+def test_a_car_has_room_in_the_bay_of_an_obstacle_but_not_in_its_arms(
+    corners: tuple[tuple[float, float], ...], x_m: float, y_m: float, has_room: bool
+) -> None:
+    there = replace(open_table([Pose(x_m, y_m)]), polygons=(corners,))
+    if has_room:
+        check_mat(there, CLASSROOM)
+    else:
+        with pytest.raises(MatError, match=r"on polygon\[0\]"):
+            check_mat(there, CLASSROOM)
+
+
+def test_touching_is_no_overlap() -> None:
+    touching = 'size_m = [2.1, 1.35]\nedge = "wall"\n[[crowd]]\ncars = 126\nspacing_m = 0.15\n'
+    check_mat(mat(touching), CLASSROOM)
+    # As floats 1.075 - 1 is below 0.075, and 0.6 - 0.45 below 0.15.
+    against = open_table([Pose(1, 0.45), Pose(1, 0.6)])
+    check_mat(replace(against, walls=((1.075, 0.0, 1.075, 1.0),)), CLASSROOM)
+
+
+@settings(max_examples=60)
+@given(
+    cars=st.integers(1, 60),
+    width_m=st.floats(0.3, 5),
+    height_m=st.floats(0.3, 5),
+    spacing_m=st.floats(0.15, 0.6),
+    placement=st.sampled_from(["grid", "random"]),
+    seed=st.integers(0, 2**32 - 1),
+    data=st.data(),
+)
+def test_a_crowd_stands_apart_inside_its_area_with_its_leaders_or_has_no_room(
+    cars: int, width_m: float, height_m: float, spacing_m: float, placement: str, seed: int, data: st.DataObject
+) -> None:
+    leaders = data.draw(st.integers(0, cars))
+    body = (
+        f"[[crowd]]\ncars = {cars}\nleaders = {leaders}\ncorner_m = [-1, 2]\nsize_m = [{width_m}, {height_m}]\n"
+        f'spacing_m = {spacing_m}\nplacement = "{placement}"\nheading_deg = "random"\nseed = {seed}\n'
+    )
+    if cars > math.floor(width_m / spacing_m + 1e-9) * math.floor(height_m / spacing_m + 1e-9):
+        with pytest.raises(MatError, match="finds room for"):
+            mat(body)
+        return
+    starts = mat(body).starts
+    x_m, y_m = starts.x_m, starts.y_m
+    assert len(starts) == cars
+    assert starts.leads.sum() == leaders
+    assert apart_m(x_m, y_m) > spacing_m - 1e-9
+    margin_m = spacing_m / 2 - 1e-9
+    assert x_m.min() >= -1 + margin_m
+    assert x_m.max() <= -1 + width_m - margin_m
+    assert y_m.min() >= 2 + margin_m
+    assert y_m.max() <= 2 + height_m - margin_m
+    assert mat(body).starts == starts
+
+
+def test_a_random_crowd_is_another_with_another_seed_and_the_same_for_ever() -> None:
+    body = f'[[crowd]]\ncars = 40\nplacement = "random"\nheading_deg = "random"\n{AREA}'
+    one, other = mat(body + "seed = 1").starts, mat(body + "seed = 2").starts
+    assert not np.allclose(one.x_m, other.x_m)
+    assert len(set(one.heading.tolist())) == 40
+    # Written down once: nobody's recording changes with a new version of anything.
+    assert np.round([one.x_m[0], one.y_m[0], one.heading[0]], 6).tolist() == [0.189664, 0.137169, 2.450491]
+
+
+def test_a_crowd_keeps_clear_of_what_stands_there_and_of_single_cars() -> None:
+    for placement in ("grid", "random"):
+        crowd = mat(
+            f'[[crowd]]\ncars = 200\nplacement = "{placement}"\n{AREA}[[disc]]\ncentre_m = [1, 1]\nradius_m = 0.5\n'
+            "[[wall]]\nfrom_m = [0, 3]\nto_m = [5, 3]\n[[polygon]]\ncorners_m = [[3, 1], [4, 1], [4, 2]]\n"
+            "[[car]]\nat_m = [0.2, 0.2]\n"
+        )
+        check_mat(crowd, CLASSROOM)
+        x_m, y_m = crowd.starts.x_m, crowd.starts.y_m
+        assert apart_m(x_m, y_m) > 0.25 - 1e-9
+        assert np.hypot(x_m[1:] - 1, y_m[1:] - 1).min() > 0.5 + 0.125 - 1e-9
+        assert abs(y_m[1:] - 3).min() > 0.125 - 1e-9
+
+
+@pytest.mark.parametrize(("placement", "off_m"), [("grid", 1e-9), ("random", 0.3)])
+def test_leaders_stand_in_the_middle_of_equal_parts_of_the_crowd(placement: str, off_m: float) -> None:
+    starts = mat(f'[[crowd]]\ncars = 400\nleaders = 16\nplacement = "{placement}"\n{AREA}').starts
+    x_m, y_m = starts.x_m[starts.leads], starts.y_m[starts.leads]
+    squares = {(int(x // 1.25), int(y // 1.25)) for x, y in zip(x_m, y_m, strict=True)}
+    assert len(squares) == 16
+    assert np.abs(np.mod([x_m, y_m], 1.25) - 0.625).max() <= off_m
+
+
+def test_leaders_are_apart_where_their_number_fills_no_rows() -> None:
+    for leaders in (3, 17, 22, 28):
+        starts = mat(f"[[crowd]]\ncars = 400\nleaders = {leaders}\n{AREA}").starts
+        share_m2 = 25 / leaders
+        assert apart_m(starts.x_m[starts.leads], starts.y_m[starts.leads]) > 0.65 * math.sqrt(share_m2)

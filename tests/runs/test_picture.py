@@ -1,0 +1,212 @@
+"""Plots, films and character maps of recordings."""
+
+from unittest import mock
+
+import imageio_ffmpeg
+import numpy as np
+import pytest
+from PIL import Image
+
+from motorcade.runs import video
+from motorcade.runs.character_map import CharacterMaps
+from motorcade.runs.description import Description
+from motorcade.runs.palette import LEADER, rgb
+from motorcade.runs.picture import draw_plots, draw_tracks
+from motorcade.runs.plots import Thinned
+from motorcade.runs.recording import InMemoryRecording, RecordingError
+from motorcade.runs.video import SIZES, draw_film
+from support.recorded_run import crowd, record, world
+
+WIDE = (4.0, 3.0)
+# imageio-ffmpeg's reader, which only these tests use, leaves its pipes to the garbage collector.
+pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+
+
+@pytest.fixture(scope="module")
+def kept():
+    """Three seconds of six cars."""
+    return record([], world(seeds=7))
+
+
+@pytest.fixture(scope="module")
+def many():
+    """2,500 cars, 30 moments."""
+    return crowd(2500, 30)
+
+
+def pixels(path):
+    with Image.open(path) as picture:
+        return np.asarray(picture.convert("RGB")).reshape(-1, 3)
+
+
+def share_of(colour, path, tolerance=12):
+    """The share of pixels that are nearly ``#rrggbb``."""
+    wanted = np.array(rgb(colour)) * 255
+    return np.mean(np.all(np.abs(pixels(path) - wanted) < tolerance, axis=1))
+
+
+# plots
+
+
+@pytest.mark.parametrize("kind", ["tracks", "words", "air"])
+@pytest.mark.parametrize("cars", ["kept", "many"])
+def test_a_plot_of_each_kind_is_a_picture_with_something_on_it(kind, cars, request, tmp_path):
+    path = tmp_path / "plot.png"
+    done = []
+    recording = request.getfixturevalue(cars)
+    draw_plots(recording, path, [kind], progress=done.append)
+    with Image.open(path) as picture:
+        assert (picture.format, picture.size) == ("PNG", (960, 720))
+    assert len(np.unique(pixels(path), axis=0)) > 20
+    assert done[-1] == recording.last_ms
+
+
+def test_the_three_plots_share_a_picture(kept, tmp_path):
+    draw_plots(kept, tmp_path / "plot.png")
+    with Image.open(tmp_path / "plot.png") as picture:
+        assert picture.size == (1800, 900)
+
+
+def test_tracks_show_the_leader_in_red_and_the_wall_in_dark_grey(kept, tmp_path):
+    draw_tracks(kept, tmp_path / "tracks.png")
+    assert share_of(LEADER, tmp_path / "tracks.png") > 0.0005
+    assert share_of("#3a3a3a", tmp_path / "tracks.png") > 0.005
+
+
+def test_words_spread_in_their_colour(many, tmp_path):
+    """A word reaches half of the cars of a square in the time in which a circle grows to half of its area."""
+    draw_plots(many, tmp_path / "words.png", ["words"])
+    held, none = (share_of(colour, tmp_path / "words.png") for colour in ("#1f77b4", "#c4c4c4"))
+    assert held > 0.2
+    assert none > 0.2
+
+
+def test_words_are_called_as_the_caller_says(kept, tmp_path):
+    named = []
+    draw_plots(kept, tmp_path / "words.svg", ["words"], lambda word: named.append(word) or f"word {word & 1}")
+    assert len(named) == len(set(named)) >= 3
+
+
+@pytest.mark.parametrize("name", ["plot.svg", "plot.pdf"])
+def test_pictures_come_as_svg_and_pdf_too(name, kept, tmp_path):
+    draw_tracks(kept, tmp_path / name)
+    assert (tmp_path / name).read_bytes()[:5] in (b"<?xml", b"%PDF-")
+
+
+def test_a_recording_without_a_moment_is_not_drawn(kept, tmp_path):
+    empty = InMemoryRecording(kept.about, "empty.mcap")
+    for draw, name in ((draw_plots, "a.png"), (draw_film, "a.gif")):
+        with pytest.raises(RecordingError, match=r"empty.mcap holds no moment of the run: there is nothing to draw"):
+            draw(empty, tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_long_series_is_thinned_evenly_and_keeps_both_ends():
+    series = Thinned(100)
+    for number in range(10_000):
+        series.add(number)
+    items = series.items()
+    assert (items[0], items[-1]) == (0, 9999)
+    assert 50 < len(items) <= 102
+    assert set(np.diff(items[:-1])) == {128}
+
+
+# films
+
+
+def frames_of(path):
+    film = imageio_ffmpeg.read_frames(str(path))
+    size = next(film)["size"]
+    return size, [np.frombuffer(image, np.uint8).reshape(size[1], size[0], 3) for image in film]
+
+
+def test_an_mp4_has_an_image_for_each_moment(kept, tmp_path):
+    path, done = tmp_path / "run.mp4", []
+    draw_film(kept, path, progress=done.append)
+    size, images = frames_of(path)
+    assert size == SIZES[".mp4"][0]
+    assert len(images) == len(done) == 31
+    assert done[-1] == 3000
+    # Below the clock, places that a car has left are white.
+    first, last = (image[60:].min(axis=2) for image in (images[0], images[-1]))
+    assert np.count_nonzero((first < 200) & (last > 240)) > 1000
+    _, seconds = imageio_ffmpeg.count_frames_and_secs(str(path))
+    assert seconds == pytest.approx(3.1, abs=0.05)
+
+
+def test_a_gif_has_an_image_for_each_moment(kept, tmp_path):
+    draw_film(kept, tmp_path / "run.gif")
+    with Image.open(tmp_path / "run.gif") as film:
+        assert (film.n_frames, film.size, film.info["duration"]) == (31, SIZES[".gif"][0], 100)
+        film.seek(5)
+        film.convert("RGB").save(tmp_path / "one.png")
+    assert share_of(LEADER, tmp_path / "one.png") > 0.0002
+
+
+@pytest.mark.parametrize(("speed", "images", "seconds"), [(2, 31, 1.55), (6, 16, 0.53), (0.5, 31, 6.2)])
+def test_a_faster_film_shows_at_most_thirty_images_a_second(speed, images, seconds, kept, tmp_path):
+    draw_film(kept, tmp_path / "run.mp4", speed)
+    assert imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "run.mp4")) == (images, pytest.approx(seconds, abs=0.1))
+
+
+def test_a_film_of_many_cars_shows_their_words(many, tmp_path):
+    draw_film(many, tmp_path / "many.mp4")
+    size, images = frames_of(tmp_path / "many.mp4")
+    assert size == SIZES[".mp4"][1]
+    Image.fromarray(images[-1]).save(tmp_path / "last.png")
+    Image.fromarray(images[0]).save(tmp_path / "first.png")
+    assert share_of("#1f77b4", tmp_path / "last.png", 40) > 10 * share_of("#1f77b4", tmp_path / "first.png", 40)
+
+
+def test_a_gif_that_is_too_long_is_refused_in_a_sentence(kept, tmp_path, monkeypatch):
+    monkeypatch.setattr(video, "MOST_GIF_FRAMES", 10)
+    with pytest.raises(RecordingError, match=r"10 frames are the most for a GIF, .* write an .mp4"):
+        draw_film(kept, tmp_path / "run.gif")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_film_that_fails_leaves_the_old_one(kept, tmp_path, monkeypatch):
+    (tmp_path / "run.mp4").write_bytes(b"old")
+    monkeypatch.setattr(imageio_ffmpeg, "write_frames", mock.Mock(side_effect=OSError("the disk is full\nand more")))
+    with pytest.raises(RecordingError, match=r"run.mp4 can't be drawn: the disk is full$"):
+        draw_film(kept, tmp_path / "run.mp4")
+    assert [file.name for file in tmp_path.iterdir()] == ["run.mp4"]
+    assert (tmp_path / "run.mp4").read_bytes() == b"old"
+
+
+# maps of characters
+
+
+@pytest.mark.parametrize(
+    ("degrees", "arrow", "plain"), [(0, "→", ">"), (90, "↑", "^"), (-135, "↙", "/"), (359, "→", ">")]
+)
+def test_a_car_points_where_it_faces(degrees, arrow, plain, kept):
+    frame = next(kept.frames())
+    frame = frame._replace(heading=np.full(6, np.radians(degrees), np.float32))
+    for shown, is_plain in ((arrow, False), (plain, True)):
+        drawn = CharacterMaps(kept.about, (0.0, 0.0, *WIDE), 80, 30, is_plain).draw(frame)
+        assert np.count_nonzero(drawn.characters == shown) >= 6 - 2 * is_plain
+        # Six cars of 0.25 m apart, where a character is 5 cm wide and 10 cm high.
+        assert abs(np.argwhere(drawn.characters == shown)[0, 1] * 0.05 - 1) < 0.6
+
+
+def test_cars_in_one_place_are_counted_and_leaders_stay_red_arrows(kept):
+    frame = next(kept.frames())
+    crowded = frame._replace(x_m=np.array([1, 1, 2, 2, 2, 3], np.float32), y_m=np.ones(6, np.float32))
+    drawn = CharacterMaps(kept.about, (0.0, 0.0, *WIDE), 80, 30).draw(crowded)
+    row = "".join(next(row for row in drawn.characters if "→" in row))
+    assert row.replace(" ", "").replace("█", "") == "→3→"
+    place = np.argwhere(drawn.characters == "→")[0]
+    np.testing.assert_allclose(drawn.colours[tuple(place)], rgb(LEADER), atol=1e-6)
+
+
+def test_walls_and_people_are_on_the_map(kept):
+    frame = next(kept.frames())
+    drawn = CharacterMaps(kept.about, (0.0, 0.0, *WIDE), 80, 30).draw(frame)
+    columns = {int(column) for _, column in np.argwhere(drawn.characters == "█")}
+    assert {0, 79, 60} <= columns
+    assert np.argwhere(drawn.characters == "P").tolist() == [[24, 69]]
+
+
+def test_the_description_of_a_run_survives_its_texts(kept):
+    assert Description.from_texts(kept.about.as_texts()) == kept.about

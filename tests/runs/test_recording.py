@@ -1,0 +1,330 @@
+"""Recordings: what is written is what is read, also where a run was cut off."""
+
+import json
+import shutil
+
+import jsonschema_rs
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from mcap.reader import make_reader
+from PIL import Image
+
+from motorcade.engine.events import KINDS, LOSS_REASONS
+from motorcade.runs.description import Description
+from motorcade.runs.recorder import recorder
+from motorcade.runs.recording import InMemoryRecording, RecordingError, open_recording
+from support.recorded_run import MAT, crowd, record, world
+
+ENDINGS = ("mcap", "parquet")
+EXACT = ("word", "runs", "wheels", "led", "sends")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("recordings")
+
+
+@pytest.fixture(scope="module")
+def kept(folder):
+    """Three seconds in memory, and in ``run.mcap`` and ``run.parquet`` of ``folder``."""
+    return record([folder / f"run.{ending}" for ending in ENDINGS], world(seeds=7))
+
+
+def all_events(recording):
+    return np.concatenate(list(recording.events()))
+
+
+def assert_same_moments(found, expected):
+    assert [frame.t_ms for frame in found] == [frame.t_ms for frame in expected]
+    for one, other in zip(found, expected, strict=True):
+        for name in ("x_m", "y_m", "heading"):
+            np.testing.assert_allclose(getattr(one, name), getattr(other, name), atol=1e-6)
+        for name in EXACT:
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+        assert dict(one.counts) == dict(other.counts)
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_what_was_recorded_is_read_back(ending, folder, kept):
+    recording = open_recording(folder / f"run.{ending}")
+    assert_same_moments(list(recording.frames()), list(kept.frames()))
+    assert [frame.t_ms for frame in recording.frames()] == list(range(0, 3001, 100))
+    assert recording.last_ms == 3000
+    events, expected = all_events(recording), all_events(kept)
+    assert len(events) > 100
+    np.testing.assert_array_equal(events, expected)
+    assert {"state", "frame", "heard", "lost"} <= {KINDS[kind] for kind in events["kind"]}
+    assert recording.complaint == ""
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_the_run_is_described(ending, folder, kept):
+    about = open_recording(folder / f"run.{ending}").about
+    assert about == kept.about
+    assert (about.mat, about.seed, about.tick_ms, about.every_ms, about.cars) == (MAT.name, 7, 20, 100, 6)
+    assert (about.walls, about.discs, about.polygons, about.leaders) == (MAT.walls, MAT.discs, MAT.polygons, (0,))
+    assert bytes.fromhex(about.images[0])[0] == 2
+
+
+def test_people_are_where_their_path_says():
+    about = Description.of(world(), 100)
+    assert about.people_at(0) == [(3.5, 0.5)]
+    assert about.people_at(1000) == about.people_at(3000) == [(3.5, 1.5)]
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_the_last_moment_is_recorded_however_the_slices_fall(ending, tmp_path):
+    cars = world()
+    with recorder(tmp_path / f"run.{ending}", cars, every_ms=500) as recording:
+        for _ in range(7):
+            cars.run(180)
+            recording(cars)
+    assert [frame.t_ms for frame in open_recording(tmp_path / f"run.{ending}").frames()] == [0, 540, 1080, 1260]
+
+
+def test_one_of_several_worlds_is_recorded(tmp_path):
+    both, alone = world(seeds=[3, 4]), world(seeds=4)
+    for cars, index in ((both, 1), (alone, 0)):
+        with recorder(tmp_path / f"{index}.parquet", cars, index=index) as recording:
+            cars.run(2000)
+            recording(cars)
+    one, other = (open_recording(tmp_path / f"{index}.parquet") for index in (1, 0))
+    assert one.about.seed == other.about.seed == 4
+    assert_same_moments(list(one.frames()), list(other.frames()))
+    np.testing.assert_array_equal(all_events(one), all_events(other))
+
+
+def test_a_world_without_events_is_recorded_without_them(tmp_path):
+    cars = world()
+    with recorder([tmp_path / "run.mcap", tmp_path / "run.parquet"], cars, events=False) as recording:
+        cars.run(500)
+        recording(cars)
+    for ending in ENDINGS:
+        recording = open_recording(tmp_path / f"run.{ending}")
+        assert sum(map(len, recording.events())) == 0
+        assert list(recording.frames())[-1].counts["frames"] > 0
+
+
+# while a run goes on
+
+
+@pytest.mark.parametrize(("ending", "growing"), [("mcap", "run.mcap"), ("parquet", "run.parquet.part")])
+def test_moments_go_to_the_disk_while_the_run_goes_on(ending, growing, tmp_path):
+    cars = world()
+    sizes = []
+    with recorder(tmp_path / f"run.{ending}", cars) as recording:
+        for _ in range(4):
+            for _ in range(100):
+                cars.run(100)
+                recording(cars)
+            sizes.append((tmp_path / growing).stat().st_size)
+    assert sizes == sorted(set(sizes))
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_killed_process_leaves_what_it_had_written(ending, tmp_path):
+    cars = world()
+    (tmp_path / "killed").mkdir()
+    with recorder(tmp_path / f"run.{ending}", cars) as recording:
+        for _ in range(130):
+            cars.run(100)
+            recording(cars)
+        for file in tmp_path.glob("run.*"):
+            shutil.copy(file, tmp_path / "killed")
+    whole = list(open_recording(tmp_path / f"run.{ending}").frames())
+    left = open_recording(tmp_path / "killed" / f"run.{ending}")
+    moments = list(left.frames())
+    assert 40 < len(moments) < len(whole)
+    assert_same_moments(moments, whole[: len(moments)])
+    assert left.last_ms == moments[-1].t_ms
+    assert f"what came after {moments[-1].t_ms / 1000:g} s is missing" in left.complaint
+    assert len(all_events(left)) > 100
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9, 0.99])
+def test_a_cut_off_file_is_read_as_far_as_it_goes(share, tmp_path):
+    whole = record([tmp_path / "run.mcap"], world(), duration_ms=15_000)
+    data = (tmp_path / "run.mcap").read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(data[: int(len(data) * share)])
+    cut = open_recording(tmp_path / "cut.mcap")
+    moments = list(cut.frames())
+    assert_same_moments(moments, list(whole.frames())[: len(moments)])
+    assert len(moments) >= int(share * 151) - 70
+    assert cut.complaint.startswith(f"{tmp_path / 'cut.mcap'} is cut off or damaged")
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_damaged_file_is_never_read_as_if_it_were_whole(ending, folder, kept, tmp_path):
+    data = bytearray((folder / f"run.{ending}").read_bytes())
+    data[3000 if ending == "mcap" else 500] ^= 0xFF
+    (tmp_path / f"run.{ending}").write_bytes(data)
+    damaged = open_recording(tmp_path / f"run.{ending}")
+    moments = list(damaged.frames())
+    assert_same_moments(moments, list(kept.frames())[: len(moments)])
+    assert "damaged" in damaged.complaint
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_run_that_is_interrupted_leaves_a_whole_recording(ending, tmp_path):
+    cars = world()
+
+    def interrupted():
+        with recorder(tmp_path / f"run.{ending}", cars) as recording:
+            cars.run(400)
+            recording(cars)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    recording = open_recording(tmp_path / f"run.{ending}")
+    assert [frame.t_ms for frame in recording.frames()] == [0, 400]
+    assert recording.complaint == ""
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_an_older_recording_stays_until_the_new_one_is_whole(tmp_path):
+    path = tmp_path / "run.parquet"
+    record([path], world(seeds=1), duration_ms=200)
+    with recorder(path, world(seeds=2)):
+        assert open_recording(path).about.seed == 1
+    assert open_recording(path).about.seed == 2
+
+
+# files that can't be
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "sentence"),
+    [
+        ("a.mcap", b"GIF89a is another kind of file altogether", "is no MCAP file"),
+        ("a.mcap", b"", "is cut off before the run begins"),
+        ("a.parquet", b"GIF89a is another kind of file altogether", "is no Parquet file, or its end is cut off"),
+        ("a.parquet", b"", "is no Parquet file"),
+        ("a.png", b"\x89PNG", "is no recording: its name would end in .mcap or .parquet"),
+        ("gone/a.mcap", None, "can't be read: No such file or directory"),
+        ("gone/a.parquet", None, "can't be read: No such file or directory"),
+    ],
+)
+def test_a_file_of_another_kind_is_refused_in_a_sentence(name, content, sentence, tmp_path):
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(RecordingError) as refused:
+        open_recording(tmp_path / name)
+    assert str(refused.value).startswith(str(tmp_path / name))
+    assert sentence in str(refused.value)
+
+
+def test_the_events_alone_are_no_run(folder, kept):
+    with pytest.raises(RecordingError, match="holds only a part of a run"):
+        open_recording(folder / "run.events.parquet")
+
+
+def test_a_table_of_something_else_is_no_run(tmp_path, folder, kept):
+    table = pq.read_table(folder / "run.parquet").replace_schema_metadata({"pandas": "{}"})
+    pq.write_table(table, tmp_path / "other.parquet")
+    with pytest.raises(RecordingError, match="holds no run of Motorcade"):
+        open_recording(tmp_path / "other.parquet")
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("gone/run.mcap", "there is no folder"),
+        ("gone/run.parquet", "there is no folder"),
+        ("gone/run.mp4", "there is no folder"),
+        ("folder.mcap", "it is a folder"),
+        ("run.csv", "its name must end in .mcap, .parquet, .mp4, .gif, .png, .svg or .pdf"),
+    ],
+)
+def test_where_nothing_can_be_written_the_run_does_not_begin(name, sentence, tmp_path):
+    (tmp_path / "folder.mcap").mkdir()
+    old = tmp_path / "run.parquet"
+    old.write_bytes(b"old")
+    with pytest.raises(RecordingError, match="can't be written") as refused:
+        recorder([old, tmp_path / name], world())
+    assert sentence in str(refused.value)
+    assert old.read_bytes() == b"old"
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["folder.mcap", "run.parquet"]
+
+
+# for other tools
+
+
+def test_parquet_has_a_row_for_each_car_and_moment(folder, kept):
+    table = pq.read_table(folder / "run.parquet").to_pydict()
+    assert list(table) == ["t_ms", "car", "x_m", "y_m", "heading_rad", "word", "runs", "wheels", "led", "sends"]
+    assert table["t_ms"] == [t_ms for t_ms in range(0, 3001, 100) for _ in range(6)]
+    assert table["car"] == [*range(6)] * 31
+    events = pq.read_table(folder / "run.events.parquet").to_pydict()
+    assert list(events) == ["t_ms", "car", "kind", "why", "word", "other"]
+    assert set(events["kind"]) <= set(KINDS)
+    assert {why for kind, why in zip(events["kind"], events["why"], strict=True) if kind == "lost"} <= set(
+        LOSS_REASONS[1:]
+    )
+    assert pq.read_schema(folder / "run.parquet").metadata[b"motorcade.mat"].decode() == MAT.name
+
+
+def test_mcap_holds_messages_that_fit_their_schemas_and_foxgloves_names(folder, kept):
+    with (folder / "run.mcap").open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        (metadata,) = reader.iter_metadata()
+        assert metadata.metadata["mat"] == MAT.name
+        validators, topics = {}, {}
+        for schema, channel, message in reader.iter_messages():
+            assert (schema.encoding, channel.message_encoding) == ("jsonschema", "json")
+            check = validators.setdefault(schema.id, jsonschema_rs.validator_for(json.loads(schema.data)))
+            content = json.loads(message.data)
+            check.validate(content)
+            assert message.log_time == content.get("t_ms", message.log_time // 1_000_000) * 1_000_000
+            topics.setdefault(channel.topic, []).append((schema.name, content))
+        chunks = reader.get_summary().chunk_indexes
+    names = {topic: {name for name, _ in messages} for topic, messages in topics.items()}
+    assert names["/scene"] == names["/mat"] == {"foxglove.SceneUpdate"}
+    assert {topic: len(messages) for topic, messages in topics.items() if topic != "/events"} == {
+        "/mat": 1,
+        "/scene": 31,
+        "/cars": 31,
+        "/counts": 31,
+    }
+    assert {chunk.compression for chunk in chunks} == {"zstd"}
+
+
+def test_the_scene_shows_each_car_where_it_is(folder, kept):
+    with (folder / "run.mcap").open("rb") as file:
+        messages = list(make_reader(file).iter_messages(topics=["/scene", "/mat"]))
+    mat, scene = (json.loads(messages[place][2].data)["entities"] for place in (0, -1))
+    *_, last = kept.frames()
+    (cars,) = (entity for entity in scene if entity["id"] == "cars")
+    bodies = [each for each in cars["cylinders"] if each["size"]["x"] == 0.15]
+    places = [(each["pose"]["position"]["x"], each["pose"]["position"]["y"]) for each in bodies]
+    np.testing.assert_allclose(places, np.column_stack([last.x_m, last.y_m]), atol=1e-4)
+    turned = [2 * np.arctan2(*(each["pose"]["orientation"][axis] for axis in "zw")) for each in cars["arrows"]]
+    np.testing.assert_allclose(np.cos(turned - last.heading), 1, atol=1e-6)
+    assert [each["text"] for each in cars["texts"]] == list("012345")
+    # The wall, the mat's four edges and the triangle's three sides.
+    assert len(mat[0]["cubes"]) == 8
+
+
+def test_many_cars_are_darts_of_few_colours(tmp_path):
+    from motorcade.runs.foxglove import Scene
+
+    many = crowd(2500, 4)
+    *_, last = many.frames()
+    cars, _ = json.loads(Scene(many.about).message(last))["entities"]
+    assert not cars["cylinders"]
+    assert sum(len(each["points"]) for each in cars["triangles"]) == 3 * 2500
+    assert len(cars["triangles"]) == 2
+
+
+@pytest.mark.parametrize("keeps", [True, False])
+def test_films_and_pictures_are_drawn_once_the_run_is_over(keeps, tmp_path):
+    cars = world()
+    kept = InMemoryRecording(Description.of(cars, 100)) if keeps else None
+    with recorder([kept, tmp_path / "run.gif", tmp_path / "run.png"], cars) as recording:
+        for _ in range(3):
+            cars.run(100)
+            recording(cars)
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["run.gif", "run.png"]
+    with Image.open(tmp_path / "run.gif") as film:
+        assert film.n_frames == 4

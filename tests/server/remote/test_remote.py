@@ -1,0 +1,368 @@
+"""A remote's page and its car: seats, sticks, telemetry, the emergency stop, pictures, and who may ask at all."""
+
+import asyncio
+import io
+import json
+import threading
+from contextlib import contextmanager
+
+import pytest
+from PIL import Image
+from starlette.testclient import TestClient, WebSocketDenialResponse
+
+from motorcade.cameras.broadcast import Camera
+from motorcade.car.drive_board import DriveBoard
+from motorcade.config.profile import built_in_profile
+from motorcade.drive.drive_failures import MESSAGES as DRIVE_MESSAGES
+from motorcade.drive.session import CarControl
+from motorcade.server.remote.app import make_remote
+from motorcade.server.remote.errors import MESSAGES, RemoteError
+from motorcade.server.remote.fleet import SingleCar
+from motorcade.server.settings import ServerSettings
+
+HERE = "http://127.0.0.1:7700"
+TOKEN = "a-token-that-nobody-guesses"
+PROFILE = built_in_profile("classroom")
+
+
+class Wheels(DriveBoard):
+    """Notes what it is told."""
+
+    has_program = True
+
+    def __init__(self):
+        self.applied = []
+        self.runs_program = False
+
+    def apply(self, angle_deg, direction, speed):
+        self.applied.append((angle_deg, direction, speed))
+
+    def neutral(self):
+        self.applied.append("neutral")
+
+    def begin_program(self):
+        self.runs_program = True
+
+    def end_program(self):
+        self.runs_program = False
+
+
+class Dots:
+    """A camera that sees nothing but one colour."""
+
+    def jpeg(self):
+        file = io.BytesIO()
+        Image.new("RGB", (8, 8), "red").save(file, "JPEG")
+        return file.getvalue()
+
+    def close(self):
+        pass
+
+
+class Rig:
+    """A car, its clock, and a browser that may look at it."""
+
+    def __init__(self, client, wheels, clock):
+        self.client = client
+        self.wheels = wheels
+        self.clock_ms = clock
+
+    def connect(self, path="/drive/ws", **headers):
+        return self.client.websocket_connect(
+            f"ws{str(self.client.base_url).removeprefix('http')}{path}", headers=headers
+        )
+
+    @contextmanager
+    def page(self, **headers):
+        with self.connect(**headers) as socket:
+            yield Page(socket)
+
+
+class Page:
+    """The remote's page, as the server meets it."""
+
+    def __init__(self, socket):
+        self._socket = socket
+        self.hello = self.until("hello")
+
+    def say(self, do, **values):
+        self._socket.send_text(json.dumps({"do": do} | values))
+
+    def until(self, kind, holds=lambda message: True):
+        """The next message of a kind for which something holds."""
+        while True:
+            message = json.loads(self._socket.receive_text())
+            if message["is"] == kind and holds(message):
+                return message
+
+    def car(self, holds):
+        """The telemetry of the car when something holds of it."""
+        return self.until("telemetry", lambda told: "1" in told["cars"] and holds(told["cars"]["1"]))["cars"]["1"]
+
+    def drive(self, throttle, steering=0.0, number=0):
+        """Moves the stick, and waits until the server has heard of it."""
+        self.say("drive", cars=["1"], throttle=throttle, steering=steering, number=number)
+        self.until("heard", lambda heard: heard["number"] == number)
+
+
+@pytest.fixture
+def visit():
+    """A car at which somebody is, with these settings."""
+    opened = []
+
+    def visiting(base_url=HERE, camera=None, **settings):
+        wheels, clock = Wheels(), [0]
+        drive = CarControl(wheels, lambda: clock[0], PROFILE)
+        app = make_remote(ServerSettings(**settings), SingleCar(drive, camera() if camera else None))
+        client = TestClient(app, base_url=base_url, follow_redirects=False)
+        opened.append(client)
+        rig = Rig(client.__enter__(), wheels, clock)
+        rig.drive = drive
+        return rig
+
+    yield visiting
+    for client in opened:
+        client.__exit__(None, None, None)
+
+
+def test_sticks_become_what_the_wheels_do(visit):
+    rig = visit()
+    with rig.page() as page:
+        page.say("sit", car="1")
+        page.drive(0.0, number=1)
+        page.drive(0.5, -1.0, number=2)
+        told = page.car(lambda car: car["speed"])
+        assert rig.wheels.applied[-1] == (180, 1, 128)
+        assert (told["state"], told["angle_deg"], told["you"]["drives"]) == ("moving", 180, True)
+        page.drive(-1.0, 1.0, number=3)
+        assert rig.wheels.applied[-1] == (0, 0, 255)
+
+
+def test_a_page_that_goes_leaves_standing_wheels(visit):
+    rig = visit()
+    with rig.page() as page:
+        page.say("sit", car="1")
+        page.drive(1.0)
+    assert rig.wheels.applied[-1] == "neutral"
+    assert rig.drive.telemetry().watchers == 0
+
+
+def test_of_sticks_that_come_at_once_only_the_last_counts(visit):
+    rig = visit()
+    with rig.page() as page:
+        page.say("sit", car="1")
+        for number in range(200):
+            page.say("drive", cars=["1"], throttle=1.0 if number < 199 else 0.0, steering=0.0, number=number)
+        page.until("heard", lambda heard: heard["number"] == 199)
+    moved = [each for each in rig.wheels.applied if each == (90, 1, 255)]
+    assert len(moved) < 20
+
+
+def test_who_has_no_seat_drives_nothing(visit):
+    rig = visit()
+    with rig.page() as page:
+        page.drive(1.0)
+        page.say("request", car="1")
+        assert page.until("error")["code"] == "no-seat"
+    assert rig.wheels.applied == ["neutral"]
+
+
+def test_one_drives_and_others_watch_until_they_are_given_the_wheel(visit):
+    rig = visit()
+    with rig.page() as one, rig.page() as other:
+        for page in (one, other):
+            page.say("sit", car="1")
+        one.drive(1.0, number=1)
+        other.drive(-1.0, number=2)
+        assert rig.wheels.applied[-1] == (90, 1, 255)
+        assert other.car(lambda car: car["you"]["watching"])["driver"] == one.hello["you"]
+        other.say("request", car="1")
+        assert other.car(lambda car: car["wanted_by"])["you"]["waits"]
+        one.say("release", car="1")
+        assert other.car(lambda car: car["driver"] == other.hello["you"])["you"]["drives"]
+
+
+def test_anyone_may_stop_the_car_and_it_stays_stopped(visit):
+    rig = visit()
+    with rig.page() as driver, rig.page() as watcher:
+        for page in (driver, watcher):
+            page.say("sit", car="1")
+        driver.drive(1.0, number=1)
+        watcher.say("stop", cars=["1"])
+        watcher.car(lambda car: car["state"] == "stopped")
+        driver.drive(1.0, number=2)
+        assert rig.wheels.applied[-1] == "neutral"
+        watcher.say("clear", car="1")
+        watcher.car(lambda car: car["state"] == "failsafe")
+        driver.drive(0.0, number=3)
+        driver.drive(1.0, number=4)
+        assert rig.wheels.applied[-1] == (90, 1, 255)
+
+
+def test_a_program_yields_to_a_stick_and_goes_on_when_told(visit):
+    rig = visit()
+    with rig.page() as page:
+        page.say("sit", car="1")
+        page.say("resume", car="1")
+        page.car(lambda car: car["state"] == "program")
+        assert rig.wheels.runs_program
+        page.drive(0.3, number=1)
+        page.car(lambda car: car["state"] == "moving")
+        assert not rig.wheels.runs_program
+        page.say("resume", car="1")
+        page.car(lambda car: car["state"] == "program")
+
+
+def test_a_full_car_says_so_in_both_languages(visit):
+    rig = visit()
+    for number in range(9):
+        rig.drive.join(f"watcher {number}")
+    with rig.page() as page:
+        page.say("sit", car="1")
+        told = page.until("error")
+        assert told["message"]["en"] == DRIVE_MESSAGES["full"]["en"].format(seats=9)
+        assert told["message"]["zh"] == DRIVE_MESSAGES["full"]["zh"].format(seats=9)
+        page.say("sit", car="2")
+        assert page.until("error")["code"] == "no-such-car"
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "?",
+        "[]",
+        '{"do": "fly"}',
+        '{"do": "drive", "cars": ["1"], "throttle": 1.01, "steering": 0}',
+        '{"do": "drive", "cars": ["1"], "throttle": null, "steering": 0}',
+        '{"do": "drive", "cars": ["1"], "throttle": 1, "steering": 0, "word": 311209984}',
+        '{"do": "sit", "car": "' + "1" * 41 + '"}',
+        "[" * 5000,
+    ],
+)
+def test_what_makes_no_sense_is_refused_and_changes_nothing(visit, said):
+    rig = visit()
+    with rig.page() as page:
+        page.say("sit", car="1")
+        page._socket.send_text(said)
+        assert page.until("error")["code"] in ("bad-message", "too-deep")
+        page.drive(0.5, number=1)
+    assert rig.wheels.applied[1] == (90, 1, 128)
+
+
+def test_a_page_that_shouts_is_left(visit):
+    rig = visit(messages_a_second=20, clock=lambda: 0.0)
+    with rig.page() as page:
+        for _ in range(41):
+            page.say("sit", car="1")
+        closed = page._socket.receive()
+        while closed["type"] != "websocket.close":
+            closed = page._socket.receive()
+    assert closed["code"] == 1008
+
+
+@pytest.mark.parametrize("code", MESSAGES)
+def test_every_refusal_speaks_both_languages(code):
+    problem = RemoteError(code, car="1", most=16, detail="-", en="Wait.", zh="请等待。")
+    said = problem.as_dict()["message"]
+    assert said["en"] != said["zh"]
+
+
+# Pictures
+
+
+def test_the_camera_shows_pictures_one_after_the_other(visit):
+    """The first parts of an answer without end."""
+    rig = visit(camera=lambda: Camera(Dots(), rate_hz=200))
+    seen, enough = [], threading.Event()
+
+    async def send(message):
+        seen.append(message)
+        if len(seen) == 4:
+            enough.set()
+
+    headers = [(b"host", b"127.0.0.1:7700")]
+    scope = {"type": "http", "method": "GET", "path": "/camera", "query_string": b"rate=30", "headers": headers}
+    scope |= {"http_version": "1.1", "scheme": "http", "client": ("127.0.0.1", 1), "root_path": "", "asgi": {}}
+
+    async def receive():
+        while not enough.is_set():
+            await asyncio.sleep(0.001)
+        return {"type": "http.disconnect"}
+
+    rig.client.portal.call(rig.client.app, scope, receive, send)
+    start = {name.decode(): value.decode() for name, value in seen[0]["headers"]}
+    assert start["content-type"] == "multipart/x-mixed-replace; boundary=motorcade-picture"
+    head, _, picture = seen[1]["body"].partition(b"\r\n\r\n")
+    assert head.splitlines()[:2] == [b"--motorcade-picture", b"Content-Type: image/jpeg"]
+    assert int(head.rpartition(b" ")[2]) == len(picture) - 2
+    assert Image.open(io.BytesIO(picture)).size == (8, 8)
+
+
+def test_a_snapshot_is_one_picture(visit):
+    answer = visit(camera=lambda: Camera(Dots())).client.get("/camera/snapshot.jpg")
+    assert (answer.status_code, answer.headers["content-type"]) == (200, "image/jpeg")
+    assert answer.headers["cache-control"] == "no-store"
+    assert Image.open(io.BytesIO(answer.content)).size == (8, 8)
+
+
+@pytest.mark.parametrize(
+    ("path", "status", "code"),
+    [
+        ("/camera", 404, "no-camera-here"),
+        ("/camera/snapshot.jpg?car=7", 404, "no-such-car"),
+        ("/nowhere/at/all", 404, "not-found"),
+    ],
+)
+def test_what_is_not_there_says_so(visit, path, status, code):
+    answer = visit().client.get(path)
+    assert (answer.status_code, answer.json()["error"]["code"]) == (status, code)
+
+
+@pytest.mark.parametrize("rate", ["0", "-1", "31", "nan", "many"])
+def test_a_pace_that_can_not_be_is_refused(visit, rate):
+    answer = visit(camera=lambda: Camera(Dots())).client.get(f"/camera?rate={rate}")
+    assert (answer.status_code, answer.json()["error"]["code"]) == (400, "bad-request")
+
+
+# Who may ask
+
+
+def denied(rig, path="/drive/ws", **headers):
+    with pytest.raises(WebSocketDenialResponse) as refused, rig.connect(path, **headers):
+        pass
+    return refused.value.status_code, json.loads(refused.value.content)["error"]["code"]
+
+
+def test_a_page_of_another_site_drives_nothing(visit):
+    rig = visit()
+    assert denied(rig, origin="http://evil.example") == (403, "foreign-origin")
+    assert denied(rig, host="evil.example:7700") == (403, "foreign-host")
+    assert denied(rig, **{"sec-fetch-site": "cross-site"}) == (403, "foreign-origin")
+    with rig.page(origin=HERE) as page:
+        page.say("sit", car="1")
+    assert rig.client.get("/camera", headers={"sec-fetch-site": "cross-site"}).status_code == 403
+
+
+def test_another_machine_needs_the_token(visit):
+    rig = visit("http://192.168.1.5:7700", token=TOKEN, camera=lambda: Camera(Dots()))
+    assert denied(rig) == (401, "token-needed")
+    assert denied(rig, f"/drive/ws?token={TOKEN}") == (401, "token-needed")
+    assert rig.client.get("/camera/snapshot.jpg").status_code == 401
+    assert rig.client.get("/camera/snapshot.jpg?token=x").status_code == 401
+    # A program without cookies, such as a player of films.
+    assert rig.client.get(f"/camera/snapshot.jpg?token={TOKEN}").status_code == 200
+    assert rig.client.get("/drive?token=x").status_code == 403
+    shown = rig.client.get(f"/drive?token={TOKEN}")
+    assert (shown.status_code, shown.headers["location"]) == (303, "/drive")
+    with rig.page() as page:
+        page.say("sit", car="1")
+
+
+def test_over_https_the_token_never_goes_out_in_the_open(visit):
+    shown = visit("https://192.168.1.5:7700", token=TOKEN).client.get(f"/drive?token={TOKEN}")
+    assert "Secure" in shown.headers["set-cookie"].split("; ")
+
+
+def test_the_first_page_is_the_remote(visit):
+    answer = visit().client.get("/")
+    assert (answer.status_code, answer.headers["location"]) == (307, "/drive")

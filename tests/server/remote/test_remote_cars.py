@@ -1,0 +1,330 @@
+"""Cars by address behind a remote's page: driven together, cut off, taken by others, stopped, and no others reached."""
+
+import asyncio
+import socket
+from contextlib import ExitStack, aclosing, contextmanager
+from datetime import UTC, datetime
+
+import pytest
+from anyio.from_thread import start_blocking_portal
+from starlette.testclient import TestClient
+
+from motorcade.drive import client as drive_client
+from motorcade.drive.client import DriveClient
+from motorcade.drive.drive_failures import MESSAGES as DRIVE_MESSAGES
+from motorcade.drive.tls.certificates import CarKeys, make_keys
+from motorcade.drive.tls.keys import client_context, server_context
+from motorcade.server.remote.app import make_remote
+from motorcade.server.remote.errors import RemoteError
+from motorcade.server.remote.remote_cars import RemoteCar, RemoteCars, is_name
+from motorcade.server.settings import ServerSettings
+from support.driven_car import NEUTRAL, PATIENT, DrivenCar, wait_until
+from support.fault_proxy import FaultProxy
+from support.picture_server import picture_server
+from support.remote_page import RemotePage
+
+HERE = "127.0.0.1:7700"
+FULL = (90, 1, 255)
+
+
+@pytest.fixture
+def ada():
+    with DrivenCar(profile=PATIENT) as car:
+        yield car
+
+
+@pytest.fixture
+def bo():
+    with DrivenCar(profile=PATIENT) as car:
+        yield car
+
+
+@pytest.fixture
+def nowhere():
+    """A port at which nobody listens."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        yield taken.getsockname()[1]
+
+
+def at(name, car, **more):
+    return RemoteCar(name, "127.0.0.1", car.port, car.telemetry_port, **more)
+
+
+class Network:
+    """What is between the server and one car, in a loop of its own: it can be cut."""
+
+    def __init__(self, car, portal, proxies):
+        self._ends = [("127.0.0.1", port) for port in (car.port, car.telemetry_port)]
+        self._portal = portal
+        self.proxies = proxies
+
+    def cut(self, port):
+        """End all connections; new ones come out at this port."""
+        for proxy in self.proxies:
+            proxy.target = "127.0.0.1", port
+            self._portal.call(proxy.cut)
+
+    def mend(self):
+        """Let new connections through."""
+        for proxy, end in zip(self.proxies, self._ends, strict=True):
+            proxy.target = end
+
+
+@contextmanager
+def network(car):
+    with start_blocking_portal() as portal, ExitStack() as held:
+        proxies = [
+            held.enter_context(portal.wrap_async_context_manager(FaultProxy(port)))
+            for port in (car.port, car.telemetry_port)
+        ]
+        yield Network(car, portal, proxies)
+
+
+@contextmanager
+def served(*cars, keys=None):
+    """Opens pages of a server of far cars, each of which sits at some and has heard of them."""
+    with TestClient(make_remote(ServerSettings(), RemoteCars(cars, keys)), base_url=f"http://{HERE}") as client:
+
+        @contextmanager
+        def page(*sits):
+            with client.websocket_connect(f"ws://{HERE}/drive/ws") as socket:
+                page = RemotePage(socket)
+                for car in sits:
+                    page.say("sit", car=car)
+                for car in sits:
+                    page.car(car)
+                yield page
+
+        page.client = client
+        yield page
+
+
+@pytest.fixture
+def pages(ada, bo):
+    """Pages of a server of two cars."""
+    with served(at("ada", ada), at("bo", bo)) as page:
+        yield page
+
+
+@pytest.fixture
+def cuttable(ada, bo):
+    """The same, and the network between the server and ada."""
+    with network(ada) as between:
+        ports = [proxy.port for proxy in between.proxies]
+        with served(RemoteCar("ada", "127.0.0.1", *ports), at("bo", bo)) as page:
+            yield page, between
+
+
+def test_they_are_listed_by_the_names_that_their_owner_gave_them(ada, bo):
+    with served(at("ada", ada, camera="http://127.0.0.1/camera"), at("bo", bo)) as pages, pages() as page:
+        listed = page.until("hello")["cars"]
+    assert listed == [
+        {"car": "ada", "leads": None, "sees": True, "name": "ada"},
+        {"car": "bo", "leads": None, "sees": False, "name": "bo"},
+    ]
+
+
+def test_one_stick_drives_several_and_a_page_that_goes_stops_them(pages, ada, bo):
+    with pages("ada", "bo") as page:
+        page.push("ada", "bo")
+        told = page.car("ada", lambda car: car["age_ms"] is not None)
+        assert told["you"]["drives"]
+        assert told["driver"] == told["you"]["name"]
+        assert ada.board.was_told(FULL)
+        assert bo.board.was_told(FULL)
+    wait_until(lambda: not ada.board.moves and not bo.board.moves)
+    wait_until(lambda: ada.drive.telemetry().watchers == bo.drive.telemetry().watchers == 0)
+
+
+def test_a_stick_that_nobody_renews_stops_the_car_though_all_is_connected(pages, ada):
+    with pages("ada") as page:
+        page.push("ada")
+        # By its client: the car itself would wait for nine seconds.
+        page.car("ada", lambda car: car["state"] == "standing")
+        assert ada.board.setpoint == NEUTRAL
+        assert ada.drive.telemetry().failsafes == 0
+
+
+def test_a_car_that_is_not_there_is_a_sentence_and_holds_nobody_up(bo, nowhere):
+    with served(RemoteCar("ada", "127.0.0.1", nowhere), at("bo", bo)) as pages, pages("ada", "bo") as page:
+        why = page.car("ada", lambda car: car["why"])["why"]
+        assert why["en"].startswith(f"No car answers at 127.0.0.1:{nowhere} (")
+        assert why["zh"].startswith(f"127.0.0.1:{nowhere} 处没有小车回答（")
+        page.drive("ada", "bo")
+        page.push("bo")
+        page.say("request", car="ada")
+        assert page.until("error")["message"]["en"].startswith("No car answers")
+
+
+def test_a_car_is_found_as_soon_as_it_is_there(cuttable, nowhere):
+    pages, between = cuttable
+    between.cut(nowhere)
+    with pages("ada") as page:
+        page.car("ada", lambda car: car["why"])
+        between.mend()
+        page.car("ada", lambda car: car["state"] == "ready")
+        page.push("ada")
+
+
+def test_who_is_cut_off_stops_the_others_drive_on_and_a_hand_that_holds_must_let_go(
+    cuttable, ada, bo, nowhere, monkeypatch
+):
+    pages, between = cuttable
+    with pages("ada", "bo") as page:
+        page.push("ada", "bo")
+        between.cut(nowhere)
+        page.car("ada", lambda car: car["state"] == "away" and car["why"])
+        wait_until(lambda: not ada.board.moves)
+        page.drive("ada", "bo")
+        page.car("bo", lambda car: car["state"] == "moving")
+        with monkeypatch.context() as patch:
+            # To a hand that holds no wish lapses, however late a busy machine repeats it.
+            now_ms = drive_client._now_ms()
+            patch.setattr(drive_client, "_now_ms", lambda: now_ms)
+            page.drive("ada", "bo")
+            between.mend()
+            count = len(ada.board.notes)
+            seen = [page.car("ada", lambda car: car["state"] != "away")["state"]]
+            for _ in range(10):
+                page.drive("ada", "bo")
+                seen.append(page.car("ada")["state"])
+        assert set(seen) == {"failsafe"}
+        assert not ada.board.has_moved(since=count)
+        page.push("ada", "bo")
+
+
+def test_what_a_silent_network_hides_is_said_to_be_old_and_then_away(cuttable):
+    pages, between = cuttable
+    telling = between.proxies[1]
+    with pages("ada") as page:
+        page.car("ada", lambda car: car["state"] == "ready")
+        telling.set_both(held=True)
+        assert page.car("ada", lambda car: car["silent_ms"] > 500)["state"] in ("ready", "away")
+        page.car("ada", lambda car: car["state"] == "away")
+        telling.set_both(held=False)
+        page.car("ada", lambda car: car["state"] == "ready")
+
+
+def test_a_car_that_another_drives_holds_up_nobody(pages, bo):
+    with pages("bo") as other, pages("ada", "bo") as page:
+        other.push("bo", throttle=-1.0)
+        page.push("ada")
+        page.drive("ada", "bo")
+        told = page.car("bo", lambda car: car["you"]["watching"])
+        assert told["driver"] not in (None, told["you"]["name"])
+        assert not bo.board.was_told(FULL)
+        page.say("request", car="bo")
+        page.car("bo", lambda car: car["you"]["waits"] or car["you"]["drives"])
+        other.say("release", car="bo")
+        page.push("ada", "bo")
+
+
+def test_the_emergency_stop_reaches_all_and_those_that_are_away_when_they_are_back(cuttable, ada, bo, nowhere):
+    pages, between = cuttable
+    with pages("ada", "bo") as page:
+        page.push("ada", "bo")
+        between.cut(nowhere)
+        page.car("ada", lambda car: car["why"])
+        # One at which the page doesn't sit doesn't keep it from the others.
+        page.say("stop", cars=["cy", "ada", "bo"])
+        assert page.until("error")["code"] == "no-seat"
+        page.car("bo", lambda car: car["state"] == "stopped")
+        between.mend()
+        page.car("ada", lambda car: car["state"] == "stopped")
+        for car in ("ada", "bo"):
+            page.say("clear", car=car)
+            page.car(car, lambda car: car["state"] == "failsafe")
+        page.push("ada", "bo")
+
+
+def test_what_a_car_refuses_is_a_sentence_in_both_languages(pages):
+    with pages("ada") as page:
+        page.car("ada", lambda car: car["state"] == "ready")
+        page.say("resume", car="ada")
+        said = page.until("error")["message"]
+    assert [DRIVE_MESSAGES["no-program"][language] in said[language] for language in ("en", "zh")] == [True, True]
+
+
+def test_a_page_reaches_no_address_that_its_owner_did_not_name(ada, bo):
+    with served(at("ada", ada)) as pages, pages() as page:
+        for car in (f"127.0.0.1:{bo.port}", f"bo=127.0.0.1:{bo.port}", "bo", ""):
+            page.say("sit", car=car)
+            assert page.until("error")["code"] == "no-such-car"
+    assert not bo.server.commands
+
+
+def test_drivers_show_their_keys_and_a_car_its_name(tmp_path):
+    make_keys(tmp_path, [CarKeys("ada")], ["lin"], datetime.now(UTC))
+    with DrivenCar(profile=PATIENT, tls=server_context(tmp_path / "car-ada.pem")) as car:
+        keys = client_context(tmp_path / "driver-lin.pem")
+        with served(at("ada", car), at("bo", car), keys=keys) as pages, pages("ada", "bo") as page:
+            page.push("ada")
+            assert page.car("ada")["driver"].startswith("lin:")
+            why = page.car("bo", lambda told: told["why"])["why"]
+            assert "doesn't show the certificate that your keys expect" in why["en"]
+            assert "没有出示您的密钥所期望的证书" in why["zh"]
+
+
+def test_all_who_look_share_one_connection_to_a_camera(nowhere):
+    async def look(url):
+        camera = await RemoteCars([RemoteCar("ada", "127.0.0.1", nowhere, camera=url)]).camera("ada")
+        async with aclosing(camera.pictures(30)) as one, aclosing(camera.pictures(30)) as other:
+            return [[await anext(viewer) for _ in range(3)] for viewer in (one, other)]
+
+    with picture_server("stream") as server:
+        seen = asyncio.run(look(server.url))
+        assert all(picture.isdigit() for pictures in seen for picture in pictures)
+        assert len(server.asked) == 1
+
+
+def test_a_camera_that_fails_says_so_in_both_languages(nowhere):
+    url = f"http://127.0.0.1:{nowhere}/camera?token=secret"
+    with served(RemoteCar("ada", "127.0.0.1", nowhere, camera=url), RemoteCar("bo", "127.0.0.1", nowhere)) as pages:
+        answer = pages.client.get("/camera/snapshot.jpg?car=ada")
+        assert answer.status_code == 503
+        told = answer.json()["error"]["message"]
+        assert told["en"].startswith(f"The camera at http://127.0.0.1:{nowhere}/camera gives no picture")
+        assert told["zh"].startswith(f"http://127.0.0.1:{nowhere}/camera 处的摄像头没有图像")
+        for car, code in (("bo", "no-camera-here"), ("cy", "no-such-car"), (url, "no-such-car")):
+            answer = pages.client.get("/camera/snapshot.jpg", params={"car": car})
+            assert answer.json()["error"]["code"] == code
+
+
+def test_a_car_takes_no_more_pages_than_it_has_seats(nowhere):
+    async def come():
+        cars = RemoteCars([RemoteCar("ada", "127.0.0.1", nowhere)])
+        seats = [await cars.enter("ada", f"page {number}") for number in range(9)]
+        with pytest.raises(RemoteError) as full:
+            await cars.enter("ada", "one more")
+        seats.pop().leave()
+        seats.append(await cars.enter("ada", "one more"))
+        for seat in seats:
+            seat.leave()
+        await asyncio.sleep(0)
+        return full.value.message("zh")
+
+    assert asyncio.run(come()) == DRIVE_MESSAGES["full"]["zh"].format(seats=9)
+
+
+@pytest.mark.parametrize(
+    ("text", "good"), [("ada", True), ("红车-2", True), ("7", False), ("", False), ("a b", False), ("a" * 41, False)]
+)
+def test_names_are_words_and_no_numbers_as_simulated_cars_have(text, good):
+    assert is_name(text) == good
+
+
+def test_who_waits_for_nothing_is_told_why_there_is_no_car(nowhere):
+    async def look():
+        client = DriveClient("127.0.0.1", nowhere)
+        client.begin()
+        try:
+            assert client.problem is None
+            while client.problem is None:
+                await asyncio.sleep(0.01)
+            client.wish(1, 0)
+            return client.problem.code
+        finally:
+            await client.end()
+
+    assert asyncio.run(look()) == "no-car-there"

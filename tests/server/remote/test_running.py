@@ -1,0 +1,162 @@
+"""The remote at a real socket: what a viewer sees who was slow, HTTPS, and a server beside other work."""
+
+import asyncio
+import http.client
+import json
+import re
+import socket
+import ssl
+import threading
+from contextlib import closing, contextmanager, suppress
+from datetime import UTC, datetime
+
+from websockets.client import ClientProtocol
+from websockets.frames import Frame, Opcode
+from websockets.protocol import State
+from websockets.sync.client import connect
+from websockets.uri import parse_uri
+
+from motorcade.cameras.broadcast import Camera
+from motorcade.car.drive_board import DriveBoard
+from motorcade.config.profile import built_in_profile
+from motorcade.drive.session import CarControl
+from motorcade.drive.tls.certificates import CarKeys, make_keys
+from motorcade.drive.tls.keys import https_context
+from motorcade.server.remote.app import make_remote
+from motorcade.server.remote.fleet import SingleCar
+from motorcade.server.running import served
+from motorcade.server.settings import ServerSettings
+
+PICTURE_BYTES = 40_000
+STALLED = 60
+PATIENCE_S = 60
+
+
+class Numbered:
+    """A camera whose pictures are their numbers, and as large as pictures are."""
+
+    def __init__(self):
+        self.taken = 0
+        self.enough = threading.Event()
+
+    def jpeg(self):
+        self.taken += 1
+        if self.taken >= STALLED:
+            self.enough.set()
+        return b"<%d>" % self.taken + bytes(PICTURE_BYTES)
+
+    def close(self):
+        pass
+
+
+class Wheels(DriveBoard):
+    """Counts what it is told."""
+
+    def __init__(self):
+        self.applied = []
+
+    def apply(self, angle_deg, direction, speed):
+        self.applied.append(speed)
+
+    def neutral(self):
+        pass
+
+
+@contextmanager
+def running(source, tls=None, wheels=None):
+    """The address of a car's page, whose loop runs in a thread of its own."""
+    begun, ended = threading.Event(), asyncio.Event()
+    loop = asyncio.new_event_loop()
+    listener = socket.create_server(("127.0.0.1", 0))
+
+    async def serve():
+        drive = CarControl(wheels or Wheels(), lambda: 0, built_in_profile("classroom"))
+        app = make_remote(ServerSettings(), SingleCar(drive, Camera(source, rate_hz=30)))
+        async with served(app, ServerSettings(), listener, tls):
+            begun.set()
+            await ended.wait()
+
+    thread = threading.Thread(target=loop.run_until_complete, args=(serve(),))
+    thread.start()
+    try:
+        assert begun.wait(PATIENCE_S)
+        yield listener.getsockname()
+    finally:
+        loop.call_soon_threadsafe(ended.set)
+        thread.join(PATIENCE_S)
+        loop.close()
+
+
+def test_who_looked_away_is_shown_few_old_pictures_and_then_the_newest():
+    source = Numbered()
+    with running(source) as address, socket.create_connection(address) as viewer:
+        viewer.settimeout(PATIENCE_S)
+        viewer.sendall(b"GET /camera?rate=30 HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        data = viewer.recv(1000)
+        assert source.enough.wait(PATIENCE_S)
+        # All that a player does who was frozen for a while: read.
+        while not (numbers := [int(number) for number in re.findall(rb"<(\d+)>", data)]) or numbers[-1] < STALLED:
+            data += viewer.recv(1 << 20)
+    old = [number for number in numbers if number < STALLED]
+    assert old == sorted(set(old))
+    # What the two ends' kernels and the server hold back; without bounds it would be nearly all.
+    assert len(old) < STALLED / 3
+
+
+def test_of_a_burst_after_a_stall_few_sticks_are_executed_and_the_last_one_is():
+    wheels = Wheels()
+    with running(Numbered(), wheels=wheels) as (host, port), connect(f"ws://{host}:{port}/drive/ws") as line:
+        line.send(json.dumps({"do": "sit", "car": "1"}))
+        while "1" not in json.loads(line.recv(PATIENCE_S)).get("cars", ()):
+            pass
+        stick = {"do": "drive", "cars": ["1"], "steering": 0.0}
+        # As one write, as a network delivers what it held back.
+        burst = [
+            json.dumps(stick | {"throttle": 0.0 if number == 99 else 1.0, "number": number}) for number in range(100)
+        ]
+        frames = b"".join(Frame(Opcode.TEXT, text.encode()).serialize(mask=True) for text in burst)
+        line.socket.sendall(frames)
+        while json.loads(line.recv(PATIENCE_S)).get("number") != 99:
+            pass
+    assert wheels.applied[-1] == 0
+    assert len(wheels.applied) < 20
+
+
+def test_the_page_comes_by_https_and_its_socket_too(tmp_path):
+    make_keys(tmp_path, [CarKeys("ada")], ["lin"], datetime.now(UTC))
+    trust = ssl.create_default_context(cafile=str(tmp_path / "authority.crt"))
+    with running(Numbered(), https_context(tmp_path / "car-ada.pem")) as (host, port):
+        with closing(http.client.HTTPSConnection(host, port, timeout=PATIENCE_S, context=trust)) as page:
+            page.request("GET", "/camera/snapshot.jpg")
+            assert page.getresponse().status == 200
+        with connect(f"wss://127.0.0.1:{port}/drive/ws", ssl=trust, open_timeout=PATIENCE_S) as line:
+            assert json.loads(line.recv(PATIENCE_S))["is"] in ("hello", "telemetry")
+
+
+def hang_up_when_nobody_new_is_let_in(line, address):
+    with suppress(ConnectionError):
+        while True:
+            socket.create_connection(address, PATIENCE_S).close()
+    line.close()
+
+
+def test_a_server_ends_in_peace_while_somebody_is_leaving(tmp_path):
+    make_keys(tmp_path, [CarKeys("ada")], ["lin"], datetime.now(UTC))
+    trust = ssl.create_default_context(cafile=str(tmp_path / "authority.crt"))
+    with running(Numbered(), https_context(tmp_path / "car-ada.pem")) as (host, port):
+        plain = socket.create_connection((host, port), PATIENCE_S)
+        line = trust.wrap_socket(plain, server_hostname=host)
+        page = ClientProtocol(parse_uri(f"wss://{host}:{port}/drive/ws"))
+        page.send_request(page.connect())
+        line.sendall(b"".join(page.data_to_send()))
+        while page.state is not State.OPEN:
+            page.receive_data(line.recv(1000))
+        page.send_close()
+        line.sendall(b"".join(page.data_to_send()))
+        # The goodbye is answered, but the end of the encryption isn't: to the server somebody is still there.
+        while page.close_rcvd is None:
+            page.receive_data(line.recv(1000))
+        leaving = threading.Thread(target=hang_up_when_nobody_new_is_let_in, args=(line, (host, port)))
+        leaving.start()
+    leaving.join(PATIENCE_S)
+    assert not leaving.is_alive()

@@ -1,0 +1,167 @@
+"""`motorcade studio` as it is started, and its server as it is reached."""
+
+import http.client
+import http.cookiejar
+import json
+import signal
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+from collections import deque
+from contextlib import contextmanager
+from functools import partial
+from types import SimpleNamespace
+from unittest import mock
+
+import pytest
+from websockets.exceptions import ConnectionClosed, InvalidStatus
+from websockets.sync.client import connect
+
+from motorcade.server.studio import serving
+from support.command_line import refusal
+
+SESSION = "0" * 32
+
+
+@contextmanager
+def started(folder, *more):
+    """A studio in a process of its own; it is stopped by Ctrl-C."""
+    command = [sys.executable, "-m", "motorcade", "studio", "--port", "0", "--no-browser", "--json"]
+    # On Windows only a process group of its own can be sent a Ctrl-C.
+    apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP} if sys.platform == "win32" else {}
+    process = subprocess.Popen(
+        [*command, "--library", str(folder), *more],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **apart,
+    )
+    try:
+        told = json.loads(process.stdout.readline())
+        port = int(told["url"].partition("//")[2].partition("/")[0].rpartition(":")[2])
+        yield SimpleNamespace(process=process, url=told["url"], library=told["library"], port=port)
+    finally:
+        stop(process)
+
+
+def stop(process):
+    if process.poll() is None:
+        process.send_signal(signal.CTRL_BREAK_EVENT if sys.platform == "win32" else signal.SIGINT)
+    return process.communicate(timeout=60)
+
+
+@pytest.fixture(scope="module")
+def studio(tmp_path_factory):
+    with started(tmp_path_factory.mktemp("library")) as running:
+        yield running
+
+
+def answer(studio, method, path, body=None, **headers):
+    """The status and the JSON of an answer."""
+    connection = http.client.HTTPConnection("127.0.0.1", studio.port, timeout=60)
+    connection.request(method, path, body, headers, encode_chunked="Transfer-Encoding" in headers)
+    response = connection.getresponse()
+    data = response.read()
+    connection.close()
+    return response.status, json.loads(data)
+
+
+def test_it_says_where_it_is_and_answers_there(studio):
+    with urllib.request.urlopen(f"{studio.url}api/projects", timeout=60) as response:
+        assert json.load(response) == []
+    assert studio.url == f"http://127.0.0.1:{studio.port}/"
+
+
+def test_it_keeps_projects_in_the_library_and_ctrl_c_ends_it_quietly(tmp_path):
+    with started(tmp_path / "mine") as running:
+        assert answer(running, "PUT", "/api/projects/a", b'{"leader": {}}') == (200, {"version": 1})
+        with connect(f"ws://127.0.0.1:{running.port}/api/world?session={SESSION}") as page:
+            assert json.loads(page.recv())["is"] == "hello"
+            assert stop(running.process) == ("", "")
+        assert running.process.returncode == 0
+    assert running.library == str(tmp_path / "mine")
+    assert len(list((tmp_path / "mine").rglob("*.motorcade.json"))) == 1
+
+
+def test_a_port_that_is_taken_is_a_sentence(studio):
+    said = refusal(2, "studio", "--port", studio.port, "--no-browser")
+    assert said.startswith(f"port {studio.port} is taken. Perhaps the studio runs already: open {studio.url}")
+
+
+@pytest.mark.parametrize("host", ["no.such.host.invalid", "", "a b", "192.0.2.1", "\N{PILE OF POO}" * 64])
+def test_an_address_that_is_not_this_computers_is_a_sentence(host):
+    said = refusal(2, "studio", "--host", host, "--port", "0", "--no-browser")
+    assert said.startswith(("--host", "the studio can't listen"))
+
+
+def test_others_need_the_token_that_it_prints(tmp_path):
+    with started(tmp_path, "--host", "0.0.0.0") as running:
+        assert answer(running, "GET", "/api/projects")[0] == 401
+        shown = running.url.partition("/?")[2]
+        assert len(shown) > len("token=") + 20
+        browser = urllib.request.build_opener(
+            urllib.request.HTTPCookieProcessor(http.cookiejar.CookieJar()), _NotFollowed()
+        )
+        with pytest.raises(urllib.error.HTTPError, match="303"):
+            browser.open(f"http://127.0.0.1:{running.port}/?{shown}", timeout=60)
+        with browser.open(f"http://127.0.0.1:{running.port}/api/projects", timeout=60) as response:
+            assert json.load(response) == []
+
+
+class _NotFollowed(urllib.request.HTTPRedirectHandler):
+    def redirect_request(self, *arguments):
+        return None
+
+
+def test_a_foreign_page_does_not_get_past_the_real_server(studio):
+    status, body = answer(studio, "GET", "/api/projects", Host="evil.example")
+    assert (status, body["error"]["code"]) == (403, "foreign-host")
+    with pytest.raises(InvalidStatus) as refused:
+        connect(f"ws://127.0.0.1:{studio.port}/api/world?session={SESSION}", origin="http://evil.example")
+    assert refused.value.response.status_code == 403
+    assert json.loads(refused.value.response.body)["error"]["code"] == "foreign-origin"
+
+
+def test_an_endless_body_is_cut_off(studio):
+    pieces = (b" " * 65536 for _ in range(17))
+    status, body = answer(studio, "POST", "/api/compile", pieces, **{"Transfer-Encoding": "chunked"})
+    assert (status, body["error"]["code"]) == (413, "body-too-large")
+
+
+def test_an_endless_message_is_cut_off(studio):
+    with connect(f"ws://127.0.0.1:{studio.port}/api/world?session={'1' * 32}") as page:
+        page.send(" " * (1 << 20) + " ")
+        # What was on its way already comes first; then the connection's end.
+        with pytest.raises(ConnectionClosed) as closed:
+            deque(iter(partial(page.recv, timeout=60), None))
+    assert closed.value.rcvd.code == 1009
+
+
+@pytest.mark.parametrize("missing", ["uvicorn", "msgspec", "numba"])
+def test_a_missing_library_is_a_sentence_that_names_the_extra(missing):
+    code = f"import sys; sys.modules[{missing!r}] = None; from motorcade.cli import main; main()"
+    ran = subprocess.run([sys.executable, "-c", code, "studio", "--no-browser"], capture_output=True, text=True)
+    sentence = f"motorcade: the studio needs {missing}: pip install 'motorcade[studio]'\n"
+    assert (ran.returncode, ran.stdout, ran.stderr) == (2, "", sentence)
+
+
+def test_the_command_line_starts_without_what_the_studio_needs():
+    code = "import sys, motorcade.cli; print(*sys.modules)"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"starlette", "uvicorn", "msgspec", "websockets", "anyio", "asyncio"} & set(ran.stdout.split())
+
+
+@pytest.mark.parametrize(
+    ("system", "display", "opens"),
+    [("linux", "DISPLAY", True), ("linux", "WAYLAND_DISPLAY", True), ("linux", "OTHER", False), ("win32", "X", True)],
+)
+def test_a_browser_is_opened_where_it_has_a_window(monkeypatch, system, display, opens):
+    threads = []
+    monkeypatch.setattr(serving.threading, "Thread", lambda **how: threads.append(how) or mock.Mock())
+    monkeypatch.setattr(serving.sys, "platform", system)
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv(display, "0")
+    serving.open_browser("http://127.0.0.1:7700/")
+    assert [how["args"] for how in threads] == [("http://127.0.0.1:7700/",)] * opens

@@ -1,0 +1,276 @@
+"""A remote at the cars of a page's world: who is listed, who drives, and what the world goes on doing."""
+
+import io
+import struct
+from contextlib import contextmanager
+
+import pytest
+from PIL import Image
+from starlette.testclient import TestClient
+
+from motorcade.drive.drive_failures import MESSAGES as DRIVE_MESSAGES
+from motorcade.engine.state import DRIVEN
+from motorcade.server.remote.remote_cars import RemoteCar
+from motorcade.server.studio.app import make_app
+from motorcade.server.studio.settings import Settings
+from motorcade.service.pictures import Moment
+from support.driven_car import PATIENT, DrivenCar
+from support.remote_page import Line, RemotePage
+
+KEY, OTHER = "0" * 32, "1" * 32
+HERE = "127.0.0.1:7700"
+# A picture's number, time and cars, behind its kind and flags; the cars' columns are behind its whole head.
+HEAD, PICTURE_HEAD_BYTES = struct.Struct("<III"), 20
+MAT = {
+    "format": "motorcade-mat/1",
+    "name": "three",
+    "size_m": [4, 3],
+    "tick_ms": 20,
+    "car": [{"at_m": [1, 1]}, {"at_m": [1.5, 1.5], "role": "leader"}, {"at_m": [1, 2]}],
+}
+# The leader drives for three seconds, again and again, and tells its followers to turn right.
+TWO = {**MAT, "car": MAT["car"][:2]}
+IMAGE = "AQEBAGWAAAC1AAAA"
+
+
+class Page(Line):
+    """The studio's page, which has set a world.
+
+    Attributes:
+        wheels: what each car's wheels do in the newest picture.
+    """
+
+    def __init__(self, socket):
+        super().__init__(socket)
+        self.wheels = [0] * len(MAT["car"])
+        self.say("set", mat=MAT, image=IMAGE)
+        self.until("hello", lambda hello: hello["cars"])
+
+    def look(self, picture):
+        number, _, cars = HEAD.unpack_from(picture, 4)
+        self.wheels = Moment.unpack(0, picture[PICTURE_HEAD_BYTES:], cars).wheels.tolist()
+        self.say("shown", frame=number)
+
+    def car(self, number, holds):
+        """The details of a car when something holds of them."""
+        self.say("watch", car=number)
+        return self.until("car", lambda car: car["car"] == number and holds(car))
+
+
+@pytest.fixture
+def client(tmp_path):
+    with TestClient(make_app(Settings(library=tmp_path, page=tmp_path)), base_url=f"http://{HERE}") as served:
+        yield served
+
+
+@contextmanager
+def page(client, key=KEY):
+    with client.websocket_connect(f"ws://{HERE}/api/world?session={key}") as socket:
+        yield Page(socket)
+
+
+@contextmanager
+def remote(client, key=KEY):
+    with client.websocket_connect(f"ws://{HERE}/drive/ws?session={key}") as socket:
+        yield RemotePage(socket)
+
+
+def push_until_seen(driver, studio, *cars):
+    """Drives until a new picture shows that the wheels of these cars move as somebody steers."""
+    studio.wheels = [0] * len(studio.wheels)
+    while not all(studio.wheels[car] > DRIVEN for car in cars):
+        driver.push(*map(str, cars))
+        studio.until("picture")
+
+
+def test_leaders_are_listed_first_and_all_have_cameras(client):
+    with page(client), remote(client) as driver:
+        listed = driver.until("hello")["cars"]
+    assert [(each["car"], each["leads"], each["sees"]) for each in listed] == [
+        ("1", True, True),
+        ("0", False, True),
+        ("2", False, True),
+    ]
+
+
+def test_a_driven_leader_goes_on_sending_and_takes_up_its_program_when_told(client):
+    with page(client) as studio, remote(client) as driver:
+        studio.say("play")
+        driver.say("sit", car="1")
+        assert driver.car("1", lambda car: True)["state"] == "program"
+        driver.push("1", throttle=0.5)
+        frames = studio.car(1, lambda car: car["frames"] > 0)["frames"]
+        assert studio.car(1, lambda car: car["frames"] > frames)["frames"]
+        assert studio.car(0, lambda car: car["heard"] > 0)["heard"]
+        driver.say("resume", car="1")
+        driver.car("1", lambda car: car["state"] == "program")
+
+
+def test_several_cars_are_driven_by_one_stick(client):
+    with page(client) as studio, remote(client) as driver:
+        studio.say("play")
+        for car in ("0", "1", "2"):
+            driver.say("sit", car=car)
+        push_until_seen(driver, studio, 0, 1, 2)
+        assert len(driver.until("telemetry")["cars"]) == 3
+
+
+def driven_and_left(client, studio, car="1"):
+    """Somebody drives a car, and leaves."""
+    studio.say("play")
+    with remote(client) as driver:
+        driver.say("sit", car=car)
+        push_until_seen(driver, studio, int(car))
+    studio.until("state", lambda state: state["held"] == [int(car)])
+
+
+def test_a_car_that_its_driver_left_stands_until_somebody_tells_it_to_go_on(client):
+    with page(client) as studio, remote(client) as later:
+        driven_and_left(client, studio)
+        # Whoever sits there next finds it standing, and may tell it.
+        later.say("sit", car="1")
+        assert later.car("1", lambda car: True)["state"] in ("failsafe", "ready")
+        later.say("resume", car="1")
+        later.car("1", lambda car: car["state"] == "program")
+        studio.until("state", lambda state: not state["held"])
+
+
+def test_the_page_of_the_world_lets_a_car_go_on_that_everybody_has_left(client):
+    with page(client) as studio, remote(client) as later:
+        driven_and_left(client, studio)
+        studio.say("resume", car=1)
+        studio.until("state", lambda state: not state["held"])
+        with remote(client) as stopper:
+            stopper.say("sit", car="1")
+            stopper.say("stop", cars=["1"])
+            stopper.car("1", lambda car: car["state"] == "stopped")
+        studio.say("resume", car=1)
+        later.say("sit", car="1")
+        assert later.car("1", lambda car: True)["state"] == "program"
+        # One that nobody ever drove needs no telling.
+        studio.say("resume", car=2)
+        studio.until("state", lambda state: not state["held"])
+
+
+def test_the_page_of_the_world_takes_no_car_from_its_driver(client):
+    with page(client) as studio, remote(client) as driver:
+        studio.say("play")
+        driver.say("sit", car="1")
+        driver.push("1")
+        studio.say("resume", car=1)
+        assert DRIVE_MESSAGES["not-yours"]["zh"] == studio.until("error")["message"]["zh"]
+        driver.push("1")
+
+
+@pytest.mark.parametrize("change", [{"do": "reset", "seed": 3}, {"do": "set", "mat": TWO, "image": IMAGE}])
+def test_beginning_again_gives_back_the_cars_that_everybody_has_left(client, change):
+    with page(client) as studio, remote(client) as driver, remote(client) as stopper:
+        driven_and_left(client, studio)
+        driver.say("sit", car="0")
+        push_until_seen(driver, studio, 0)
+        studio.say(**change)
+        studio.until("state", lambda state: state["held"] == [0] and state["t_ms"] < 1000)
+        # But the emergency stop holds until somebody lifts it.
+        stopper.say("sit", car="1")
+        stopper.say("stop", cars=["1"])
+        stopper.car("1", lambda car: car["state"] == "stopped")
+        stopper.say("leave", car="1")
+        studio.say(**change)
+        studio.until("state", lambda state: state["held"] == [0, 1])
+
+
+def test_an_emergency_stop_outlives_who_pressed_it(client):
+    with page(client), remote(client) as later:
+        with remote(client) as driver:
+            driver.say("sit", car="1")
+            driver.say("stop", cars=["1"])
+            driver.car("1", lambda car: car["state"] == "stopped")
+        later.say("sit", car="1")
+        assert later.car("1", lambda car: True)["state"] == "stopped"
+
+
+def test_a_world_that_stands_still_is_set_going_by_the_remote(client):
+    with page(client) as studio, remote(client) as driver:
+        driver.say("sit", car="1")
+        assert driver.car("1", lambda car: True)["paused"]
+        driver.say("start")
+        driver.car("1", lambda car: not car["paused"])
+        studio.until("state", lambda state: state["playing"])
+
+
+def test_a_driver_stays_through_reset_and_through_another_world(client):
+    with page(client) as studio, remote(client) as driver:
+        studio.say("play")
+        driver.say("sit", car="1")
+        push_until_seen(driver, studio, 1)
+        for change in ({"do": "reset", "seed": 3}, {"do": "set", "mat": TWO, "image": IMAGE}):
+            studio.say(**change)
+            studio.say("play")
+            # What is under way of the world before.
+            studio.until("state", lambda state: state["playing"] and state["t_ms"] < 1000)
+            push_until_seen(driver, studio, 1)
+        driver.say("sit", car="2")
+        assert driver.until("error")["code"] == "no-such-car"
+
+
+def test_the_only_world_needs_no_name_and_one_of_several_does(client):
+    with page(client):
+        with remote(client, "") as driver:
+            assert driver.until("hello")["cars"]
+        with page(client, OTHER), remote(client, "") as driver:
+            assert driver.until("error")["code"] == "no-world"
+
+
+@pytest.mark.parametrize("car", ["3", "-1", "x", "", "²", "1e3"])
+def test_a_car_that_is_not_there_is_refused(client, car):
+    with page(client), remote(client) as driver:
+        driver.say("sit", car=car)
+        assert driver.until("error")["code"] == "no-such-car"
+        assert client.get(f"/camera/snapshot.jpg?session={KEY}&car={car}").status_code == 404
+
+
+def test_each_car_shows_what_it_sees_while_its_world_plays_or_stands(client):
+    with page(client) as studio:
+        first, leader = (picture(client, car) for car in (0, 1))
+        assert first != leader
+        studio.say("move", car=0, x_m=3, y_m=2, heading_deg=180)
+        studio.until("state")
+        assert picture(client, 0) != first
+        studio.say("play")
+        assert picture(client, 1)
+
+
+def picture(client, car):
+    answer = client.get(f"/camera/snapshot.jpg?session={KEY}&car={car}")
+    assert answer.status_code == 200, answer.text
+    assert Image.open(io.BytesIO(answer.content)).format == "JPEG"
+    return answer.content
+
+
+def test_real_cars_are_listed_behind_the_simulated_ones_and_driven_with_them(tmp_path):
+    with DrivenCar(profile=PATIENT) as car:
+        ada = RemoteCar("ada", "127.0.0.1", car.port, car.telemetry_port)
+        settings = Settings(library=tmp_path, page=tmp_path, cars=(ada,))
+        with TestClient(make_app(settings), base_url=f"http://{HERE}") as client:
+            # Also where there is no world, or several, but never in one that isn't there.
+            with remote(client, "") as driver:
+                assert [each["name"] for each in driver.until("hello")["cars"]] == ["ada"]
+            with remote(client) as driver:
+                assert driver.until("error")["code"] == "no-world"
+            with page(client) as studio, remote(client) as driver:
+                assert [each["car"] for each in driver.until("hello")["cars"]] == ["1", "0", "2", "ada"]
+                driver.say("sit", car="1")
+                driver.say("sit", car="ada")
+                assert driver.car("1")["paused"]
+                assert not driver.car("ada")["paused"]
+                driver.say("start")
+                driver.push("1", "ada")
+                driver.say("stop", cars=["1", "ada"])
+                for name in ("1", "ada"):
+                    driver.car(name, lambda car: car["state"] == "stopped")
+                assert picture(client, 1)
+                assert (
+                    client.get(f"/camera/snapshot.jpg?session={KEY}&car=ada").json()["error"]["code"]
+                    == "no-camera-here"
+                )
+                studio.until("state", lambda state: state["held"] == [1])

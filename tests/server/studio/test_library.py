@@ -1,0 +1,233 @@
+"""The library on a disk: nothing saved is ever lost, and no name leads out of its folder."""
+
+import os
+import unicodedata
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motorcade.server.studio import library as room
+from motorcade.server.studio.library import DELETED, LONGEST_NAME, Library
+from motorcade.service.errors import StudioError
+
+# What Windows, macOS and Linux between them can't take as a file's name, or take for something else.
+HARD_NAMES = [
+    "CON",
+    "con.motorcade",
+    "NUL",
+    "COM1.x",
+    "aux.",
+    "...",
+    ".hidden",
+    "ends with a dot.",
+    'a<b>c:d"e|f?g*h',
+    "50% faster",
+    "%41",
+    "-",
+    "名字",
+    "Ünïcödé",
+    "نام\u200cها",
+    "👩\u200d🚀 rocket",
+    "字" * LONGEST_NAME,
+    "🚗" * LONGEST_NAME,
+    "?" * LONGEST_NAME,
+    "deleted",
+]
+
+
+@pytest.fixture
+def library(tmp_path):
+    return Library(tmp_path / "library")
+
+
+def refusal(call, *arguments):
+    with pytest.raises(StudioError) as refused:
+        call(*arguments)
+    return refused.value.code
+
+
+def names(library):
+    return [entry.name for entry in library.entries()]
+
+
+def folder_of(library, name):
+    """The project's folder, as it stands on the disk."""
+    library.save(name, "x")
+    before = {entry.name for entry in library.entries()}
+    assert name in before
+    (folder,) = (each for each in library._folder.iterdir() if room._name_of(each.name) == name)
+    return folder
+
+
+def test_every_save_is_kept_and_can_be_brought_back(library):
+    assert [library.save("a", text) for text in ("one", "two", "three")] == [1, 2, 3]
+    assert [save.version for save in library.saves("a")] == [3, 2, 1]
+    assert [library.text("a", version) for version in (None, 3, 2, 1)] == [b"three", b"three", b"two", b"one"]
+    assert library.save("a", library.text("a", 1).decode()) == 4
+    assert library.text("a") == b"one"
+
+
+def test_the_same_again_is_no_new_save(library):
+    assert [library.save("a", text) for text in ("one", "one", "two", "one")] == [1, 1, 2, 3]
+
+
+def test_the_project_saved_last_is_listed_first(library):
+    for number, name in enumerate(("old", "new", "middle")):
+        library.save(name, "x")
+        file = folder_of(library, name) / "000001.motorcade.json"
+        os.utime(file, (100 + (0, 9, 5)[number],) * 2)
+    assert names(library) == ["new", "middle", "old"]
+    assert library.entries()[0].saved_at == "1970-01-01T00:01:49.000+00:00"
+    assert library.entries()[0].versions == 1
+
+
+def test_a_library_that_nobody_saved_to_is_empty(library):
+    assert library.entries() == []
+    assert refusal(library.text, "a") == "no-project"
+    assert refusal(library.saves, "a") == "no-project"
+    assert refusal(library.delete, "a") == "no-project"
+
+
+@pytest.mark.parametrize("name", HARD_NAMES)
+def test_a_name_in_any_language_is_kept_and_stands_on_any_disk(library, name):
+    folder = folder_of(library, name)
+    assert names(library) == [name]
+    assert library.text(name) == b"x"
+    assert len(folder.name.encode()) <= 255
+    assert not set('<>:"/\\|?*.') & set(folder.name)
+    assert folder.parent == library._folder
+    stem = folder.name.partition(".")[0].upper()
+    assert stem not in {"CON", "PRN", "AUX", "NUL", *(f"{device}{n}" for device in ("COM", "LPT") for n in range(10))}
+
+
+@given(st.text(min_size=1, max_size=LONGEST_NAME))
+def test_a_name_leads_to_a_folder_of_its_own_and_back(name):
+    try:
+        folder = room._folder_of(name)
+    except StudioError:
+        return
+    assert Path(folder).name == folder
+    assert room._name_of(folder) == unicodedata.normalize("NFC", name).strip()
+
+
+def test_names_that_differ_only_in_case_are_two_even_where_the_disk_knows_no_case(library):
+    folders = [folder_of(library, name).name.casefold() for name in ("Dance", "dance", "DANCE")]
+    assert len(set(folders)) == 3
+    assert sorted(names(library)) == ["DANCE", "Dance", "dance"]
+
+
+def test_one_name_written_in_two_ways_is_one(library):
+    library.save("Caf\u00e9", "one")
+    assert library.save("Cafe\u0301 ", "two") == 2
+    assert names(library) == ["Caf\u00e9"]
+    # As a file system may give it back.
+    folder = folder_of(library, "Caf\u00e9")
+    assert room._name_of(unicodedata.normalize("NFD", folder.name)) == "Caf\u00e9"
+
+
+@pytest.mark.parametrize(
+    "name", ["", " ", ".", "..", "../x", "a/b", "a\\b", "/etc", "C:\\x", "a\nb", "a\0b", "\ud800", "x" * 61]
+)
+def test_a_name_that_can_be_none_is_refused(library, tmp_path, name):
+    for call in (library.text, library.saves, library.delete):
+        assert refusal(call, name) == "bad-name"
+    assert refusal(library.save, name, "x") == "bad-name"
+    assert list(tmp_path.rglob("*")) == []
+
+
+def test_what_else_lies_in_the_folder_harms_nothing(library):
+    folder = folder_of(library, "a")
+    library.save("b", "x")
+    (library._folder / "notes.txt").write_text("x")
+    (library._folder / "a-00000000").mkdir()
+    (library._folder / "%FF-12345678").mkdir()
+    (library._folder / "empty").mkdir()
+    (folder / "000002.motorcade.json").mkdir()
+    (folder / "copy of 000001.motorcade.json").write_text("x")
+    (folder / "1.motorcade.json").write_text("x")
+    (folder / "000009.motorcade.json").symlink_to(folder / "nowhere")
+    assert sorted(names(library)) == ["a", "b"]
+    assert [save.version for save in library.saves("a")] == [1]
+    assert library.save("a", "y") == 3
+
+
+def test_a_file_that_is_only_about_to_be_written_is_no_save_yet(library):
+    folder = folder_of(library, "a")
+    (folder / "000002.motorcade.json").touch()
+    assert [save.version for save in library.saves("a")] == [1]
+    assert library.text("a") == b"x"
+    assert library.save("a", "y") == 3
+
+
+def test_a_save_that_fails_half_way_leaves_all_that_was(library, monkeypatch):
+    library.save("a", "one")
+
+    def full(path, data):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(room, "replace_file", full)
+    with pytest.raises(StudioError, match="No space left on device") as refused:
+        library.save("a", "two")
+    assert refused.value.code == "cant-save"
+    assert library.text("a") == b"one"
+    monkeypatch.undo()
+    assert library.text("a", library.save("a", "two")) == b"two"
+
+
+def test_two_who_save_at_once_lose_nothing(tmp_path):
+    texts = [f"save {number}" for number in range(60)]
+    libraries = [Library(tmp_path), Library(tmp_path)]
+    with ThreadPoolExecutor(8) as pool:
+        versions = list(pool.map(lambda each: libraries[each[0] % 2].save("a", each[1]), enumerate(texts)))
+    assert len(set(versions)) == 60
+    assert [libraries[0].text("a", version).decode() for version in versions] == texts
+
+
+def test_two_who_save_at_the_very_same_moment(tmp_path, monkeypatch):
+    """Both look for the newest save before either writes."""
+    one, other = Library(tmp_path), Library(tmp_path)
+    reserve = room._reserve
+
+    def late(folder, version):
+        monkeypatch.setattr(room, "_reserve", reserve)
+        assert other.save("a", "other") == 1
+        return reserve(folder, version)
+
+    monkeypatch.setattr(room, "_reserve", late)
+    assert one.save("a", "one") == 2
+    assert (one.text("a", 1), one.text("a", 2)) == (b"other", b"one")
+
+
+def test_what_is_deleted_lies_in_a_folder_of_its_own(library):
+    for text in ("one", "two"):
+        library.save("a", text)
+        library.delete("a")
+        assert library.entries() == []
+    kept = sorted((library._folder / DELETED).rglob("*.motorcade.json"))
+    assert [file.read_text() for file in kept] == ["one", "two"]
+    assert library.save("a", "three") == 1
+
+
+@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="needs a folder that can't be written to")
+def test_a_folder_that_cannot_be_written_to_is_a_sentence(library):
+    library.save("a", "one")
+    library._folder.chmod(0o500)
+    assert refusal(library.save, "b", "x") == "cant-save"
+    assert refusal(library.delete, "a") == "cant-delete"
+    library._folder.chmod(0o700)
+
+
+def test_a_library_that_is_a_file_is_a_sentence(tmp_path):
+    (tmp_path / "file").write_text("x")
+    library = Library(tmp_path / "file")
+    assert library.entries() == []
+    assert refusal(library.save, "a", "x") == "cant-save"
+
+
+def test_a_version_that_is_none(library):
+    library.save("a", "one")
+    for version in (0, 2, -1, 10**8):
+        assert refusal(library.text, "a", version) == "no-version"

@@ -1,0 +1,386 @@
+"""Worlds over real WebSockets, as a page uses them."""
+
+import asyncio
+import base64
+import csv
+import io
+import json
+import threading
+from contextlib import contextmanager
+
+import pytest
+from numba.core import event
+from starlette.applications import Starlette
+from starlette.responses import JSONResponse
+from starlette.testclient import TestClient
+from starlette.websockets import WebSocketDisconnect
+
+from motorcade import Followers, Program, compile_program, forward, led, left
+from motorcade.server.studio import sessions as stages
+from motorcade.server.studio.outbox import Outbox
+from motorcade.server.studio.settings import Settings
+from motorcade.service.errors import StudioError
+from motorcade.service.pictures import FIRST, PAST
+from motorcade.service.playback import Playback
+from support.pictures import Picture
+
+DEADLINE_S = 60
+KEY = "0123456789abcdef" * 2
+OTHER = "f" * 32
+IMAGE = base64.b64encode(
+    compile_program(Program([forward(3, speed=2), left(1)], Followers([led(1, 1)]))).image
+).decode()
+MAT = {
+    "format": "motorcade-mat/1",
+    "name": "a table",
+    "tick_ms": 5,
+    "car": [{"at_m": [0, 0], "role": "leader"}, {"at_m": [0.5, 0]}, {"at_m": [0.5, 0.5]}],
+}
+SET = {"do": "set", "image": IMAGE, "mat": MAT, "profile": "classroom", "seed": 1}
+
+
+class Page:
+    """A page: what comes is read in order, messages by kind."""
+
+    def __init__(self, socket):
+        self._socket = socket
+
+    def say(self, do: str, **values) -> None:
+        self._socket.send_text(json.dumps({"do": do, **values}))
+
+    def next(self):
+        message = self._socket.receive()
+        if message["type"] == "websocket.close":
+            raise WebSocketDisconnect(message["code"])
+        if message.get("bytes"):
+            return "picture", Picture(message["bytes"])
+        values = json.loads(message["text"])
+        return values.pop("is"), values
+
+    def until(self, kind: str, holds=lambda values: True):
+        """The next of a kind for which something holds; pictures before it are drawn."""
+        while True:
+            what, values = self.next()
+            if what == "picture":
+                self.say("shown", frame=values.number)
+            if what == kind and holds(values):
+                return values
+
+    def set(self, **changes):
+        self._socket.send_text(json.dumps(SET | changes))
+        return self.until("hello", lambda hello: not hello["resumed"] and hello["cars"])
+
+
+@contextmanager
+def server(tmp_path, **changes):
+    settings = Settings(library=tmp_path, **changes)
+    said = {StudioError: lambda request, problem: JSONResponse({"error": problem.as_dict()}, problem.status)}
+    with TestClient(
+        Starlette(routes=stages.routes(stages.PlaybackSessions(settings)), exception_handlers=said)
+    ) as client:
+        yield client
+
+
+@pytest.fixture
+def client(tmp_path):
+    with server(tmp_path) as served:
+        yield served
+
+
+@contextmanager
+def page(client, key=KEY):
+    with client.websocket_connect(f"/api/world?session={key}") as socket:
+        yield Page(socket)
+
+
+def test_a_page_sets_a_world_and_sees_it_drive(client) -> None:
+    with page(client) as mine:
+        assert mine.until("hello") == {"session": KEY, "cars": 0, "resumed": False}
+        assert mine.set() == {
+            "session": KEY,
+            "resumed": False,
+            "cars": 3,
+            "leads": [0],
+            "tick_ms": 5,
+            "radius_m": 0.075,
+            "range_m": 1.0,
+        }
+        first = mine.until("picture")
+        assert (first.t_ms, first.flags, first.cars) == (0, FIRST, 3)
+        mine.say("play", speed=16)
+        driven = mine.until("picture", lambda picture: picture.t_ms > 500)
+        assert driven.moment.x_m[0] > 0.05
+        assert mine.until("state", lambda state: state["counts"]["heard"] > 0)["playing"]
+        mine.say("pause")
+        assert not mine.until("state", lambda state: not state["playing"])["playing"]
+
+
+def test_a_page_is_told_that_its_world_waits_for_the_simulator(client, monkeypatch):
+    def compile_first(message, most_cars):
+        with event.trigger_event("numba:compile"):
+            return world_of(message, most_cars)
+
+    world_of = stages.world_of
+    monkeypatch.setattr(stages, "world_of", compile_first)
+    with page(client) as mine:
+        mine.say(**SET)
+        assert mine.until("compiling") == {}
+        assert mine.until("hello")["cars"] == 3
+
+
+def test_steps_and_the_past(client) -> None:
+    with page(client) as mine:
+        mine.set()
+        mine.say("step", ticks=100)
+        assert mine.until("state", lambda state: state["t_ms"])["t_ms"] == 500
+        mine.say("seek", t_ms=240)
+        assert mine.until("picture", lambda picture: picture.flags & PAST).t_ms == 200
+        mine.say("seek", t_ms=None)
+        assert mine.until("picture", lambda picture: not picture.flags & PAST).t_ms == 500
+        mine.say("reset", seed=7)
+        assert mine.until("state", lambda state: state["t_ms"] == 0)["seed"] == 7
+
+
+def test_cars_are_moved_the_mat_is_furnished_and_a_car_is_watched(client) -> None:
+    with page(client) as mine:
+        mine.set(image=None)
+        mine.say("move", car=2, x_m=-1, y_m=0.25, heading_deg=90)
+        moved = mine.until("picture", lambda picture: picture.moment.x_m[2] < 0)
+        assert (moved.moment.x_m[2], moved.moment.y_m[2]) == (-1, 0.25)
+        full = {"size_m": [1, 1], "crowd": [{"cars": 5000}]}
+        mine.say("furnish", mat=MAT | full | {"wall": [{"from_m": [0.2, -1], "to_m": [0.2, 1]}]}, range_mm=2000)
+        mine.say("watch", car=2)
+        while (heard := mine.next())[0] != "car":
+            assert heard[0] != "error", heard
+        told = heard[1]
+        assert (told["car"], told["word"], told["heard"]) == (2, None, 0)
+        mine.say("say", word="stop")
+        mine.say("step")
+        assert mine.until("state", lambda state: state["t_ms"] == 5)
+
+
+def test_a_page_that_draws_nothing_gets_two_pictures_and_then_the_newest(client) -> None:
+    with page(client) as mine:
+        mine.set()
+        mine.say("play", speed=16)
+        got = []
+        while len(got) < 2:
+            what, values = mine.next()
+            got += [values] if what == "picture" else []
+        states = []
+        while len(states) < 3:
+            what, values = mine.next()
+            assert what == "state"
+            states.append(values["t_ms"])
+        mine.say("shown", frame=got[-1].number)
+        following = mine.until("picture")
+        assert following.number == got[-1].number + 1
+        assert following.t_ms >= states[-1] > got[-1].t_ms
+        told_ms = following.events["t_ms"]
+        assert told_ms.min() < got[-1].t_ms + 200
+        assert told_ms.max() > following.t_ms - 200
+
+
+def test_a_page_that_is_loaded_again_finds_its_world(client) -> None:
+    with page(client) as mine:
+        mine.set()
+        mine.say("step", ticks=100)
+        told = mine.until("picture", lambda picture: picture.t_ms == 500).events.tolist()
+    with page(client) as mine:
+        assert mine.until("hello")["resumed"]
+        assert mine.until("state")["t_ms"] == 500
+        found = mine.until("picture")
+        assert (found.t_ms, found.flags) == (500, FIRST)
+        assert found.events.tolist() == told
+
+
+def test_a_page_that_stays_away_loses_its_world(client, monkeypatch) -> None:
+    monkeypatch.setattr(stages, "GRACE_S", 0)
+    with page(client) as mine:
+        mine.set()
+    client.portal.call(lambda: None)
+    with page(client) as mine:
+        assert not mine.until("hello")["resumed"]
+
+
+def test_a_second_page_with_the_session_takes_it_over(client, monkeypatch) -> None:
+    monkeypatch.setattr(stages, "GRACE_S", 0)
+    with page(client) as first:
+        first.set()
+        with page(client) as second:
+            assert second.until("hello")["cars"] == 3
+            assert first.until("error")["code"] == "taken-over"
+            with pytest.raises(WebSocketDisconnect):
+                first.next()
+            second.say("step")
+            assert second.until("state", lambda state: state["t_ms"])["t_ms"] == 5
+            # The first one's end takes nothing from the second.
+            with page(client) as third:
+                assert third.until("hello")["resumed"]
+                assert second.until("error")["code"] == "taken-over"
+
+
+def test_sessions_do_not_meet(client) -> None:
+    with page(client) as mine, page(client, OTHER) as its:
+        mine.set()
+        its.set(mat=MAT | {"car": MAT["car"][:1]})
+        mine.say("step", ticks=100)
+        mine.until("state", lambda state: state["t_ms"] == 500)
+        its.say("step")
+        assert its.until("state", lambda state: state["t_ms"])["t_ms"] == 5
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "says"),
+    [
+        ("{", "bad-message", "truncated"),
+        ("[" * 100_000, "bad-message", ""),
+        (json.dumps({"do": "fly"}), "bad-message", "fly"),
+        (json.dumps({"do": "play", "speed": 99}), "bad-message", "16"),
+        (json.dumps({"do": "move", "car": 1, "x_m": 1, "y_m": 1, "z_m": 1}), "bad-message", "z_m"),
+        (json.dumps({"do": "move", "car": 99, "x_m": 1, "y_m": 1}), "bad-world", "no car 99"),
+        (json.dumps({"do": "watch", "car": 3}), "bad-world", "no car 3"),
+        (json.dumps(SET | {"image": "AQ=="}), "image-cut-off", "cut off"),
+        (json.dumps(SET | {"image": "AAA"}), "bad-message", "base64"),
+        (json.dumps(SET | {"mat": {}}), "bad-mat", "is missing"),
+        (json.dumps(SET | {"mat": MAT | {"car": [{"at_m": [0, 0]}] * 2}}), "bad-mat", "m from car"),
+        (json.dumps(SET | {"mat": MAT | {"crowd": [{"cars": 1998}]}}), "too-many-cars", "2,000"),
+        (json.dumps(SET | {"profile": "lorry"}), "unknown-profile", "lorry"),
+        (
+            json.dumps(SET | {"mat": MAT | {"disc": [{"centre_m": [9, 9], "radius_m": 1}] * 401}}),
+            "too-much-furniture",
+            "400",
+        ),
+        (json.dumps({"do": "say", "word": "x" * (1 << 20)}), "message-too-long", "smaller"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_two_languages_and_the_world_goes_on(client, text, code, says) -> None:
+    with page(client) as mine:
+        mine.set()
+        mine._socket.send_text(text)
+        error = mine.until("error")
+        assert error["code"] == code
+        assert says in error["message"]["en"]
+        assert "。" in error["message"]["zh"]
+        mine.say("step")
+        assert mine.until("state", lambda state: state["t_ms"])["t_ms"] == 5
+
+
+def test_bytes_are_no_message(client) -> None:
+    with page(client) as mine:
+        mine._socket.send_bytes(b"\0")
+        assert mine.until("error")["code"] == "bad-message"
+
+
+def test_what_waits_for_a_page_that_takes_nothing_is_bounded_and_its_state_the_newest() -> None:
+    waiting, sent = Outbox(), []
+    for t_ms in range(1000):
+        waiting.put("state", {"t_ms": t_ms})
+        waiting.refuse(StudioError("no-world"))
+    waiting.refuse(StudioError("taken-over"), closing=True)
+
+    class Socket:
+        async def send_text(self, text: str) -> None:
+            sent.append(json.loads(text))
+
+        async def close(self, code: int) -> None:
+            sent.append(code)
+
+    asyncio.run(waiting.send_to(Socket()))
+    assert len(sent) < 100
+    assert [each["t_ms"] for each in sent[:-1] if each["is"] == "state"] == [999]
+    assert sent[-1] == 1008
+
+
+def test_a_page_without_a_world_is_told_so(client) -> None:
+    with page(client) as mine:
+        mine.say("play")
+        assert mine.until("error")["code"] == "no-world"
+
+
+@pytest.mark.parametrize("key", ["", "x" * 32, KEY + "0", KEY.upper()])
+def test_a_page_without_a_proper_session_is_sent_away(client, key) -> None:
+    with page(client, key) as mine:
+        assert mine.until("error")["code"] == "bad-session"
+        with pytest.raises(WebSocketDisconnect):
+            mine.next()
+
+
+def test_a_full_server_forgets_those_who_left_and_refuses_when_all_look(tmp_path) -> None:
+    with server(tmp_path, most_sessions=1) as client:
+        with page(client) as mine:
+            mine.set()
+            with page(client, OTHER) as its:
+                assert its.until("error")["code"] == "too-many-sessions"
+        with page(client, OTHER) as its:
+            assert its.until("hello")["cars"] == 0
+            its.set()
+
+
+def test_a_page_that_says_too_much_is_cut_off(tmp_path) -> None:
+    with server(tmp_path, messages_a_second=5, clock=lambda: 0.0) as client, page(client) as mine:
+        for _ in range(11):
+            mine.say("shown", frame=0)
+        assert mine.until("error")["code"] == "too-many-messages"
+        with pytest.raises(WebSocketDisconnect):
+            mine.next()
+
+
+def test_the_timeline_is_a_table(client) -> None:
+    with page(client) as mine:
+        mine.set()
+        mine.say("step", ticks=100)
+        mine.until("state", lambda state: state["t_ms"])
+        answer = client.get(f"/api/world/{KEY}/timeline.csv")
+    rows = list(csv.DictReader(io.StringIO(answer.text)))
+    assert answer.headers["content-type"].startswith("text/csv")
+    assert {row["event"] for row in rows} == {"state", "frame", "heard", "start"}
+    assert rows[0] == {"t_ms": "0", "car": "0", "event": "state", "why": "", "word": rows[0]["word"], "other": "0"}
+    assert rows[0]["word"].startswith("0x6")
+
+
+@pytest.mark.parametrize(("file", "begins"), [("run.gif", b"GIF89a"), ("run.mp4", b"\x00\x00\x00")])
+def test_a_run_becomes_a_film(client, file, begins) -> None:
+    with page(client) as mine:
+        mine.set()
+        assert client.get(f"/api/world/{KEY}/{file}").json()["error"]["code"] == "nothing-to-draw"
+        mine.say("step", ticks=100)
+        mine.until("state", lambda state: state["t_ms"])
+        answer = client.get(f"/api/world/{KEY}/{file}?seconds=0.3")
+    assert answer.content.startswith(begins)
+    assert file in answer.headers["content-disposition"]
+
+
+@pytest.mark.parametrize("file", ["timeline.csv", "run.gif"])
+def test_nothing_is_to_be_had_of_a_world_that_is_not_there(client, file) -> None:
+    answer = client.get(f"/api/world/{OTHER}/{file}")
+    assert (answer.status_code, answer.json()["error"]["code"]) == (404, "no-world")
+
+
+def test_a_heavy_world_does_not_hold_up_a_light_one(client, monkeypatch) -> None:
+    heavy = MAT | {"tick_ms": 1, "size_m": [12, 12], "crowd": [{"cars": 1900, "leaders": 60}]}
+    begun, ended, advance = threading.Event(), threading.Event(), Playback.advance
+    held_up = []
+
+    def take_long(stage: Playback, now_s: float) -> None:
+        # The server's loop itself draws what was quick the last time, as standing still is.
+        if stage.playing and threading.current_thread().name.startswith("AnyIO worker"):
+            begun.set()
+            held_up.append(not ended.wait(DEADLINE_S))
+        advance(stage, now_s)
+
+    monkeypatch.setattr(Playback, "advance", take_long)
+    with page(client) as its, page(client, OTHER) as mine:
+        its.set(mat=heavy)
+        its.say("play", speed=16)
+        assert begun.wait(DEADLINE_S)
+        try:
+            mine.set()
+            for ticks in range(1, 11):
+                mine.say("step")
+                mine.until("state", lambda state, ticks=ticks: state["t_ms"] == 5 * ticks)
+            assert not held_up
+        finally:
+            ended.set()
+        its.until("state", lambda state: state["t_ms"])
+    assert not any(held_up)

@@ -1,0 +1,278 @@
+"""Uploads as a page asks for them: to the virtual car, to played ones, and through a port of the page's own."""
+
+import base64
+import json
+import os
+import select
+import sys
+import threading
+from contextlib import contextmanager, suppress
+
+import pytest
+from starlette.applications import Starlette
+from starlette.testclient import TestClient
+from starlette.websockets import WebSocketDisconnect
+
+from motorcade.server.studio.settings import Settings
+from motorcade.service import uploads
+from motorcade.service.virtual import VirtualCar
+from motorcade.upload import check_request as asking
+from motorcade.upload import serial_port
+from motorcade.upload import transfer as talk
+from motorcade.upload.failures import MESSAGES, PortBusyError, PortError
+from motorcade.upload.ports import BARE, BOARD, PortInfo
+from motorcade.words import upload as protocol
+from motorcade.words.check import CHECK_BYTES, check_words, read_check, ready_line
+from motorcade.words.upload import CHECK, CarEnd
+from motorcade.words.upload import IMAGE as STORE
+from support.strategies import CLASSROOM
+
+IMAGE = bytes.fromhex("01000000 64800000")
+LONG = bytes.fromhex("FF000000" + "64800000" * 255)
+NO_PROGRAM = bytes(4)
+POSIX_ONLY = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+
+
+@pytest.fixture(autouse=True)
+def no_pauses(monkeypatch) -> None:
+    """Lines are quiet here, and cars answer at once or never."""
+    monkeypatch.setattr(talk, "SETTLE_MS", 0)
+    monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 300)
+    monkeypatch.setattr(asking, "ANSWER_WITHIN_MS", 300)
+
+
+@pytest.fixture
+def client(tmp_path):
+    with TestClient(Starlette(routes=uploads.routes(Settings(library=tmp_path)))) as served:
+        yield served
+
+
+def base64_of(data: bytes) -> str:
+    return base64.b64encode(data).decode()
+
+
+def ask(client, **wanted) -> list[dict]:
+    """All that the server says to one wish."""
+    if "image" in wanted:
+        wanted["image"] = base64_of(wanted["image"])
+    told = []
+    with client.websocket_connect("/api/upload") as socket:
+        socket.send_json(wanted)
+        with suppress(WebSocketDisconnect):
+            while True:
+                told.append(socket.receive_json())
+    return told
+
+
+def failure(told: list[dict]) -> tuple[str, str]:
+    """The code and the English sentence in which it ended."""
+    assert told[-1]["outcome"] == "failed"
+    error = told[-1]["error"]
+    assert set(error["message"]) == {"en", "zh"}
+    assert error["message"]["zh"].endswith(("。", "？"))
+    return error["code"], error["message"]["en"]
+
+
+@contextmanager
+def played(monkeypatch, answer: bytes):
+    """A listed port at which a car knows checks, takes images of IMAGE's length, and says something to each."""
+    import pty
+    import tty
+
+    end, other = pty.openpty()
+    tty.setraw(other)
+    name = os.ttyname(other)
+    monkeypatch.setattr(uploads, "ports", lambda: [PortInfo(name, "a board", "")])
+    over, ending = os.pipe()
+
+    def take(count: int) -> bytes:
+        data = b""
+        while len(data) < count and over not in select.select([end, over], [], [])[0]:
+            data += os.read(end, count - len(data))
+        return data
+
+    def act() -> None:
+        while len(request := take(CHECK_BYTES)) == CHECK_BYTES:
+            os.write(end, ready_line(check_words(*read_check(request)), NO_PROGRAM))
+            take(len(IMAGE))
+            os.write(end, answer)
+
+    car = threading.Thread(target=act)
+    car.start()
+    try:
+        yield name
+    finally:
+        os.close(ending)
+        car.join(60)
+        for each in (end, other, over):
+            os.close(each)
+
+
+def test_the_ports_are_those_of_the_computer_and_a_virtual_one(client, monkeypatch) -> None:
+    board = PortInfo("COM3", "USB Serial", "USB", "CH340", BOARD)
+    monkeypatch.setattr(uploads, "ports", lambda: [board, PortInfo("/dev/ttyS0", "", "", rank=BARE)])
+    # Nothing is mostly at a port of the mainboard, so it comes last.
+    assert client.get("/api/ports").json() == [
+        {"port": "COM3", "description": "CH340 (USB Serial)", "kind": "serial"},
+        {"port": "virtual", "description": "", "kind": "virtual"},
+        {"port": "/dev/ttyS0", "description": "", "kind": "serial"},
+    ]
+
+
+def progress(told: list[dict]) -> int:
+    """How much was sent at last, where it was ever more."""
+    sent = [each["sent"] for each in told]
+    assert sent == sorted(set(sent))
+    assert {each["of"] for each in told} == {len(LONG)}
+    return sent[-1]
+
+
+def test_the_virtual_car_takes_an_image_and_gives_it_back(client, tmp_path) -> None:
+    assert ask(client, port="virtual", readback=True) == [{"outcome": "image", "image": base64_of(NO_PROGRAM)}]
+    told = ask(client, port="virtual", image=LONG)
+    assert progress(told[:-1]) == len(LONG)
+    assert told[-1]["outcome"] == "verified"
+    assert told[-1]["answer"].startswith("OK words=256 crc32=")
+    assert ask(client, port="virtual", readback=True) == [{"outcome": "image", "image": base64_of(LONG)}]
+    assert (tmp_path / "virtual-car.image").read_bytes() == LONG
+
+
+def test_without_verification_nothing_is_promised(client) -> None:
+    assert ask(client, port="virtual", image=IMAGE, verify=False)[-1] == {"outcome": "not-verified"}
+
+
+def test_a_virtual_car_that_is_talked_to_is_busy(tmp_path) -> None:
+    car = VirtualCar(tmp_path / "car.image")
+    with car.at_a_port(CLASSROOM), pytest.raises(PortBusyError), car.at_a_port(CLASSROOM):
+        pass
+    with car.at_a_port(CLASSROOM) as port:
+        assert serial_port.readback(port, 115200) == NO_PROGRAM
+
+
+def test_a_virtual_car_whose_file_is_broken_says_which(client, tmp_path) -> None:
+    (tmp_path / "virtual-car.image").write_bytes(b"broken")
+    code, sentence = failure(ask(client, port="virtual", image=IMAGE))
+    assert code == "virtual-car"
+    assert str(tmp_path / "virtual-car.image") in sentence
+    (tmp_path / "virtual-car.image").unlink()
+    assert ask(client, port="virtual", image=IMAGE)[-1]["outcome"] == "verified"
+
+
+@POSIX_ONLY
+@pytest.mark.parametrize(
+    ("answer", "code", "says"),
+    [
+        (b"OK words=2 crc32=00000000\n", "mismatch", "Something else arrived"),
+        (b"ERR battery low\n", "refused", "refused: battery low"),
+        (b"hello\n", "no-answer", "upload without checking"),
+    ],
+)
+def test_what_a_car_does_wrong_is_said_in_two_languages(client, monkeypatch, answer, code, says) -> None:
+    with played(monkeypatch, answer) as port:
+        all_told = ask(client, port=port, image=IMAGE)
+    told = failure(all_told)
+    assert told[0] == code
+    assert says in told[1]
+    assert port in told[1]
+    assert "keeps the image that it had" in told[1]
+    retries = [each["retry"] for each in all_told if "retry" in each]
+    assert [(each["number"], each["of"]) for each in retries] == [(2, 3), (3, 3)]
+    assert retries[0]["message"]["zh"].endswith("。")
+    assert "again, 2 of 3" in retries[0]["message"]["en"]
+
+
+@pytest.mark.parametrize(
+    "port", ["/dev/there-is-none", "", "spy:///dev/null?file=/tmp/written", "socket://127.0.0.1:9"]
+)
+def test_only_listed_ports_are_opened(client, port) -> None:
+    code, sentence = failure(ask(client, port=port, image=IMAGE))
+    assert code == "no-such-port"
+    assert "motorcade ports" not in sentence
+
+
+@pytest.mark.parametrize(
+    ("wanted", "code"),
+    [
+        ({"port": "virtual"}, "bad-message"),
+        ({"port": "virtual", "image": IMAGE, "readback": True}, "bad-message"),
+        ({"port": "virtual", "image": b"x"}, "image-cut-off"),
+        ({"port": "virtual", "image": IMAGE, "profile": "lorry"}, "unknown-profile"),
+        ({"port": "virtual", "imag": ""}, "bad-message"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(client, wanted, code) -> None:
+    assert failure(ask(client, **wanted))[0] == code
+
+
+@pytest.mark.parametrize("code", MESSAGES)
+def test_every_failure_of_a_port_is_told_by_the_name_that_the_page_knows(client, monkeypatch, code) -> None:
+    def fail(*arguments, **options):
+        raise PortError(code, port="/dev/pts/9", detail="DETAIL", group="GROUP", list="LIST", holds="old")
+
+    monkeypatch.setattr(uploads, "upload", fail)
+    told = ask(client, port="virtual", image=IMAGE)[-1]["error"]
+    assert told["code"] == code
+    assert "/dev/pts/9" not in str(told)
+    assert "keeps the image that it had" in told["message"]["en"]
+
+
+def carry(client, wanted: dict, answers, chunks: list[bytes] | None = None) -> tuple[list[dict], bytes]:
+    """A page that carries bytes to a car and back: what the server said, and what reached the car."""
+    told, reached = [], b""
+    with client.websocket_connect("/api/serial") as socket:
+        socket.send_json(wanted)
+        while True:
+            message = socket.receive()
+            if message["type"] == "websocket.close":
+                return told, reached
+            if message.get("bytes"):
+                reached += message["bytes"]
+                for answer in answers(message["bytes"]):
+                    socket.send_bytes(answer)
+            else:
+                told.append(json.loads(message["text"]))
+
+
+class Car:
+    """What a car says to the bytes that reach it."""
+
+    def __init__(self, held: bytes = NO_PROGRAM):
+        self._end = CarEnd()
+        self.held = held
+        self.now_ms = 0
+
+    def __call__(self, data: bytes):
+        self._end.receive_data(data, self.now_ms)
+        while event := self._end.next_event():
+            if event.kind == STORE:
+                self.held = event.image
+            answer = ready_line(event.answer, self.held) if event.kind == CHECK else event.answer
+            yield from [answer[:5], answer[5:]] if answer else [self.held]
+
+
+def test_a_page_with_a_port_of_its_own_only_carries_the_bytes(client) -> None:
+    car = Car()
+    told, reached = carry(client, {"image": base64_of(LONG)}, car)
+    assert car.held == LONG
+    assert reached[CHECK_BYTES:] == LONG
+    assert progress(told[:-1]) == len(LONG)
+    assert told[-1]["outcome"] == "verified"
+    car.now_ms += protocol.SILENCE_MS
+    assert carry(client, {"readback": True}, car)[0] == [{"outcome": "image", "image": base64_of(LONG)}]
+
+
+def test_a_silent_car_at_the_pages_port_is_told_of(client) -> None:
+    assert failure(carry(client, {"image": base64_of(IMAGE)}, lambda data: [])[0])[0] == "no-answer"
+    assert failure(carry(client, {"readback": True}, lambda data: [])[0])[0] == "nothing-to-read"
+    assert carry(client, {"image": base64_of(IMAGE), "verify": False}, lambda data: [])[0][-1] == {
+        "outcome": "not-verified"
+    }
+
+
+def test_a_page_that_leaves_in_the_middle_takes_nothing_with_it(client) -> None:
+    with client.websocket_connect("/api/serial") as socket:
+        socket.send_json({"readback": True})
+    with client.websocket_connect("/api/upload") as socket:
+        socket.send_json({"port": "virtual", "image": base64_of(LONG)})
+    client.portal.call(lambda: None)
+    assert carry(client, {"image": base64_of(IMAGE)}, Car())[0][-1]["outcome"] == "verified"

@@ -1,0 +1,135 @@
+"""A car that is driven, served on free ports by a loop of its own, and what its board was told when."""
+
+import asyncio
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from typing import Any
+
+from motorcade.car.drive_board import DriveBoard
+from motorcade.config.profile import Profile, built_in_profile
+from motorcade.drive.addresses import bind
+from motorcade.drive.safety.clock import monotonic_ms
+from motorcade.drive.safety.watchdog import kept
+from motorcade.drive.server import DriveServer, served
+from motorcade.drive.session import CarControl
+
+NEUTRAL = (90, 1, 0)
+DEADLINE_S = 60.0
+CLASSROOM = built_in_profile("classroom")
+# Of cars that forgive a busy machine its lateness: that of their own loop, and that of their drivers too.
+STEADY = replace(CLASSROOM, drive=replace(CLASSROOM.drive, watchdog_ms=8000))
+PATIENT = replace(CLASSROOM, drive=replace(STEADY.drive, failsafe_ms=9000, hand_over_ms=60_000))
+
+
+class NotedBoard(DriveBoard):
+    """Notes what it is told: ``(seconds of time.perf_counter, (angle, direction, speed))``."""
+
+    def __init__(self) -> None:
+        self.notes: list[tuple[float, tuple[int, int, int]]] = []
+
+    def apply(self, angle_deg: int, direction: int, speed: int) -> None:
+        self.notes.append((time.perf_counter(), (angle_deg, direction, speed)))
+
+    def neutral(self) -> None:
+        self.notes.append((time.perf_counter(), NEUTRAL))
+
+    @property
+    def setpoint(self) -> tuple[int, int, int]:
+        """What holds now."""
+        return self.notes[-1][1]
+
+    @property
+    def moves(self) -> bool:
+        return self.setpoint[2] > 0
+
+    def was_told(self, setpoint: tuple[int, int, int], since: int = 0) -> bool:
+        """Whether it was told so, behind as many notes, even where that held for a moment only."""
+        return any(each == setpoint for _, each in self.notes[since:])
+
+    def has_moved(self, since: int = 0) -> bool:
+        """Whether the wheels have turned, behind as many notes, even if for a moment only."""
+        return any(setpoint[2] for _, setpoint in self.notes[since:])
+
+
+class DrivenCar:
+    """``with DrivenCar() as car``: its ``port`` and ``telemetry_port``, its ``board``, ``drive`` and ``server``.
+
+    It has a thread for itself, so that a test may block, freeze or flood its own.
+    """
+
+    def __init__(self, tls: Any = None, byte_order: str = "big", profile: Profile | None = None) -> None:
+        self.profile = profile or CLASSROOM
+        self.board = NotedBoard()
+        self.drive = CarControl(self.board, monotonic_ms, self.profile)
+        self.server = DriveServer(self.drive, self.profile, byte_order)
+        self.port = self.telemetry_port = 0
+        self._tls = tls
+        self._loop = asyncio.new_event_loop()
+        self._ended = asyncio.Event()
+        self._ready = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+
+    def __enter__(self) -> "DrivenCar":
+        self._thread.start()
+        assert self._ready.wait(DEADLINE_S), "the car didn't start"
+        return self
+
+    def __exit__(self, *problem: object) -> None:
+        self._loop.call_soon_threadsafe(self._ended.set)
+        self._thread.join(DEADLINE_S)
+        assert not self._thread.is_alive(), "the car didn't end"
+
+    @contextmanager
+    def stuck(self) -> Iterator[None]:
+        """Keep its loop stuck."""
+        begun, ended = threading.Event(), threading.Event()
+
+        def hang() -> None:
+            begun.set()
+            ended.wait()
+
+        self._loop.call_soon_threadsafe(hang)
+        assert begun.wait(DEADLINE_S), "the loop was stuck before"
+        try:
+            yield
+        finally:
+            ended.set()
+
+    def _run(self) -> None:
+        # A runner lets the loop close the sockets of those who were dropped last.
+        with asyncio.Runner(loop_factory=lambda: self._loop) as runner:
+            runner.run(self._serve())
+
+    async def _serve(self) -> None:
+        with ExitStack() as stack:
+            sockets = [stack.enter_context(bind("127.0.0.1", 0)) for _ in range(2)]
+            self.port, self.telemetry_port = (each.getsockname()[1] for each in sockets)
+            async with kept(self.drive), served(self.server, *sockets, self._tls):
+                self._ready.set()
+                await self._ended.wait()
+
+
+@contextmanager
+def deaf_port() -> Iterator[int]:
+    """A port that is taken, and at which nobody listens."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        yield taken.getsockname()[1]
+
+
+async def until(condition: Callable[[], Any], deadline_s: float = DEADLINE_S) -> Any:
+    """Wait for something to be true, or fail."""
+    end_s = time.monotonic() + deadline_s
+    while not (found := condition()):
+        assert time.monotonic() < end_s, "it never happened"
+        await asyncio.sleep(0.005)
+    return found
+
+
+def wait_until(condition: Callable[[], Any], deadline_s: float = DEADLINE_S) -> Any:
+    """As ``until``, where nothing else runs."""
+    return asyncio.run(until(condition, deadline_s))

@@ -1,0 +1,194 @@
+"""A serial line that loses, doubles, flips and delays bytes or dies, in virtual time, with a car at its other end."""
+
+from collections import deque
+from dataclasses import dataclass
+
+from motorcade.car.board import Board
+from motorcade.car.loop import Car
+from motorcade.config.levels import levels_of
+from motorcade.words.image import WORD_BYTES, announced_words, unpack
+from motorcade.words.ticks import TICKS_MASK
+from motorcade.words.upload import SILENCE_MS, error_line, ok_line
+from support.strategies import CLASSROOM
+
+
+@dataclass
+class Faults:
+    """What goes wrong in one direction: chances for each byte and for each piece, and for certain.
+
+    ``dead_from``, ``dead_until`` and ``flipped_at`` count bytes from 1; the bits in ``stuck`` arrive as zeros.
+    """
+
+    dropped: float = 0
+    doubled: float = 0
+    flipped: float = 0
+    late: float = 0
+    late_ms: int = 0
+    dead_from: int | None = None
+    dead_until: int | None = None
+    flipped_at: tuple[int, ...] = ()
+    stuck: int = 0
+
+
+class Way:
+    """One direction of a line, in which bytes keep their order."""
+
+    def __init__(self, faults, random):
+        self._faults = faults
+        self._random = random
+        self._pieces = deque()
+        self._count = 0
+
+    def put(self, data, now_ms):
+        """Send ``data`` at ``now_ms``, which never wraps here."""
+        faults, random = self._faults, self._random
+        came = bytearray()
+        for byte in data:
+            self._count += 1
+            if faults.dead_from is not None and faults.dead_from < self._count <= (faults.dead_until or 1 << 30):
+                continue
+            draw = random.random()
+            if draw < faults.dropped:
+                continue
+            if draw < faults.dropped + faults.flipped or self._count in faults.flipped_at:
+                byte ^= 1 << random.randrange(8)
+            byte &= ~faults.stuck
+            came.append(byte)
+            if draw > 1 - faults.doubled:
+                came.append(byte)
+        at_ms = now_ms + (random.randrange(faults.late_ms) if random.random() < faults.late else 0)
+        if self._pieces:
+            at_ms = max(at_ms, self._pieces[-1][0])
+        if came:
+            # The late part of a piece is behind any of its bytes.
+            cut = random.randrange(len(came)) if at_ms > now_ms and not self._pieces else 0
+            if cut:
+                self._pieces.append((now_ms, bytes(came[:cut])))
+            self._pieces.append((at_ms, bytes(came[cut:])))
+
+    def take(self, now_ms):
+        """What has arrived by ``now_ms``."""
+        data = b""
+        while self._pieces and self._pieces[0][0] <= now_ms:
+            data += self._pieces.popleft()[1]
+        return data
+
+    def next_ms(self):
+        """When the next bytes arrive; None where none are under way."""
+        return self._pieces[0][0] if self._pieces else None
+
+
+class LineBoard(Board):
+    """A leader's board that has a line, a clock and a store, and nothing else."""
+
+    is_leader = True
+    levels = levels_of(CLASSROOM)
+
+    def __init__(self, stored, there, back):
+        self.stored = stored
+        self.now = 0
+        self._there, self._back = there, back
+
+    def now_ms(self):
+        return self.now & TICKS_MASK
+
+    def load_image(self):
+        return self.stored
+
+    def store_image(self, data):
+        self.stored = data
+
+    def read_serial(self):
+        return self._there.take(self.now)
+
+    def write_serial(self, data):
+        self._back.put(data, self.now)
+
+
+class RealCar:
+    """The loop of every car, at the end of two ways."""
+
+    def __init__(self, stored, there, back):
+        self._board = LineBoard(stored, there, back)
+        self._car = Car(self._board)
+
+    @property
+    def holds(self):
+        return self._board.stored
+
+    def tick(self, now_ms):
+        self._board.now = now_ms
+        self._car.tick()
+
+
+class SimpleCar:
+    """A car of somebody else's: takes what its header announces, tells by ``judge`` whether to keep it, and answers.
+
+    ``judge`` gives the reason for which it refuses an image, or None.
+    """
+
+    def __init__(self, stored, there, back, judge):
+        self.holds = stored
+        self._there, self._back, self._judge = there, back, judge
+        self._buffer, self._last_ms, self._refuses = b"", 0, False
+
+    def tick(self, now_ms):
+        data = self._there.take(now_ms)
+        if now_ms - self._last_ms >= SILENCE_MS:
+            self._buffer, self._refuses = b"", False
+        if not data:
+            return
+        self._last_ms = now_ms
+        self._buffer += b"" if self._refuses else data
+        while len(self._buffer) >= WORD_BYTES:
+            length = WORD_BYTES * announced_words(unpack(self._buffer[:WORD_BYTES]))
+            if len(self._buffer) < length:
+                return
+            self._take(self._buffer[:length], now_ms)
+            self._buffer = b"" if self._refuses else self._buffer[length:]
+
+    def _take(self, image, now_ms):
+        reason = self._judge(image)
+        self._refuses = reason is not None
+        if reason is None:
+            self.holds = image
+        self._back.put(ok_line(image) if reason is None else error_line(reason), now_ms)
+
+
+def talk_through(talks, car, there, backs, start_ms=0, most_ms=120_000):
+    """Let uploaders talk with a car at one line until all are done and the last byte has arrived.
+
+    Each of ``talks`` hears one of ``backs``. Time leaps to the next moment at which anybody may act. Gives the talks
+    in the order in which they ended.
+    """
+    now, last_byte_ms, ended = start_ms, start_ms, []
+    while len(ended) < len(talks):
+        assert now < start_ms + most_ms, "the talk goes on for ever"
+        for talk, back in zip(talks, backs, strict=True):
+            if talk.outcome is None:
+                there.put(talk.step(back.take(now), now & TICKS_MASK), now)
+                if talk.outcome is not None:
+                    ended.append(talk)
+        if there.next_ms() == now:
+            last_byte_ms = now
+        car.tick(now)
+        moments = [way.next_ms() for way in (there, *backs)]
+        moments += [now + talk.rest_ms for talk in talks if talk.outcome is None]
+        moments += [last_byte_ms + SILENCE_MS] if last_byte_ms + SILENCE_MS > now else []
+        now = min((max(each, now + 1) for each in moments if each is not None), default=now)
+    while there.next_ms() is not None:
+        now = max(now, there.next_ms())
+        car.tick(now)
+    car.tick(now + SILENCE_MS)
+    return ended
+
+
+class Party:
+    """A way back that several hear."""
+
+    def __init__(self, *backs):
+        self._backs = backs
+
+    def put(self, data, now_ms):
+        for back in self._backs:
+            back.put(data, now_ms)

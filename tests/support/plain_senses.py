@@ -1,0 +1,67 @@
+"""What a car of the plain world senses: an obstacle, a person, a voice; everything in it is looked at each time."""
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from motorcade.car.board import NOTHING_IN_SIGHT_MM
+from motorcade.engine import layout
+from motorcade.engine.geometry import COSINES, FAR_UM, cosine, disc_in_cone, segment_in_cone, sine
+
+if TYPE_CHECKING:
+    from support.plain_world import PlainWorld
+
+
+def obstacle_mm(world: "PlainWorld", car: int) -> int:
+    ahead_x, ahead_y = cosine(world.heading[car], COSINES), sine(world.heading[car], COSINES)
+    radius, cone = world.rules.radius, (world.rules.cone_cos, world.rules.cone_sin)
+
+    def seen(x: float, y: float) -> tuple[float, float]:
+        return x * ahead_x + y * ahead_y, y * ahead_x - x * ahead_y
+
+    nearest = FAR_UM
+    for other, (x, y) in enumerate(zip(world.x, world.y, strict=True)):
+        if other != car:
+            ahead, aside = seen(x - world.x[car], y - world.y[car])
+            nearest = min(nearest, disc_in_cone(ahead - radius, aside, radius, *cone))
+    front_x, front_y = world.x[car] + radius * ahead_x, world.y[car] + radius * ahead_y
+    for x, y, disc_radius in world.place.discs:
+        nearest = min(nearest, disc_in_cone(*seen(x - front_x, y - front_y), disc_radius, *cone))
+    for x0, y0, x1, y1 in world.place.segments:
+        ends = *seen(x0 - front_x, y0 - front_y), *seen(x1 - front_x, y1 - front_y)
+        nearest = min(nearest, segment_in_cone(*ends, *cone))
+    whole = int(nearest) // 1000
+    return whole if nearest < FAR_UM and whole <= world.rules.ultrasonic_range_mm else NOTHING_IN_SIGHT_MM
+
+
+def sees_person(world: "PlainWorld", car: int) -> bool:
+    if not world.mat.people:
+        return False
+    ahead_x, ahead_y = cosine(world.heading[car], COSINES), sine(world.heading[car], COSINES)
+    for person in world.mat.people:
+        x, y = _person_at(world, person)
+        dx, dy = x - world.x[car], y - world.y[car]
+        distance = math.sqrt(dx * dx + dy * dy)
+        if distance <= world.rules.pir_range and dx * ahead_x + dy * ahead_y >= world.rules.pir_cos * distance:
+            return True
+    return False
+
+
+def _person_at(world: "PlainWorld", person: object) -> tuple[int, int]:
+    path = [(round(t_s * 1000), x * 1e6, y * 1e6) for t_s, x, y in person.path]
+    at_ms = world.now_ms % path[-1][0] if person.repeats and path[-1][0] else world.now_ms
+    for (t0, x0, y0), (t1, x1, y1) in pairwise(path):
+        if t0 <= at_ms < t1:
+            part = (at_ms - t0) / (t1 - t0)
+            return math.floor(x0 + part * (x1 - x0) + 0.5), math.floor(y0 + part * (y1 - y0) + 0.5)
+    return path[-1][1], path[-1][2]
+
+
+def voice_at(world: "PlainWorld", car: int) -> int:
+    heard = world.said
+    for voice in sorted(world.mat.voices, key=lambda each: each.at_s):
+        if world.now_ms - world.mat.tick_ms < round(voice.at_s * 1000) <= world.now_ms:
+            away = math.hypot(world.x[car] - voice.x_m * 1e6, world.y[car] - voice.y_m * 1e6)
+            if voice.radius_m is None or away <= voice.radius_m * 1e6:
+                heard = layout.VOICES[voice.word]
+    return heard

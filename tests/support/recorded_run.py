@@ -1,0 +1,73 @@
+"""A short run on a mat with something on it, for the tests of recordings."""
+
+import numpy as np
+
+from motorcade.engine.world import World
+from motorcade.mats import Mat, Person, Physics, Pose, Starts, formation
+from motorcade.program.compiler import compile_program
+from motorcade.program.model import Program
+from motorcade.program.steps import forward, led, left, together
+from motorcade.runs.description import Description
+from motorcade.runs.recorder import recorder
+from motorcade.runs.recording import Frame, InMemoryRecording
+
+IMAGE = compile_program(
+    Program([together(forward(2), led(0, 1)), left(2, speed=1)], [together(forward(2), led(1, 1)), left(2, speed=1)])
+).image
+POSES = [Pose(1 + pose.x, 1.5 + pose.y) for pose in formation(5)]
+MAT = Mat(
+    "a table with a wall",
+    Starts.of(POSES, [number == 0 for number in range(len(POSES))]),
+    tick_ms=20,
+    size_m=(4.0, 3.0),
+    walled=True,
+    walls=((3.0, 0.5, 3.0, 2.5),),
+    discs=((2.0, 0.4, 0.2),),
+    polygons=(((0.2, 2.4), (0.6, 2.4), (0.4, 2.8)),),
+    people=(Person(((0.0, 3.5, 0.5), (2.0, 3.5, 2.5)), repeats=True),),
+    physics=Physics(bit_error_rate=0.01),
+)
+
+
+def world(**more):
+    """The mat with its cars, which one thread steps."""
+    return World(MAT, [IMAGE], events=True, threads=1, **more)
+
+
+def record(targets, cars, duration_ms=3000, every_ms=100):
+    """Run ``cars`` and record them; the recording that was kept in memory."""
+    kept = InMemoryRecording(Description.of(cars, every_ms))
+    end_ms = cars.now_ms + duration_ms
+    with recorder([kept, *targets], cars, every_ms) as recording:
+        while cars.now_ms < end_ms:
+            cars.run(every_ms)
+            recording(cars)
+    return kept
+
+
+def crowd(cars, moments):
+    """A made-up recording of many cars in a square, among which a word spreads from the middle."""
+    side = int(cars**0.5)
+    places = np.arange(side) * 0.3
+    xs, ys = (each.ravel() for each in np.meshgrid(places, places))
+    leads = np.arange(len(xs)) == len(xs) // 2
+    mat = Mat("a crowd", Starts(xs, ys, np.zeros_like(xs), leads), tick_ms=20)
+    kept = InMemoryRecording(Description.of(World(mat, [IMAGE]), 100))
+    word = int.from_bytes(IMAGE[-8:-4], "big")
+    away_m = np.hypot(xs - xs[leads], ys - ys[leads])
+    for moment in range(moments):
+        held = away_m <= moment / moments * away_m.max()
+        frame = Frame(
+            moment * 100,
+            (xs + moment * 0.02).astype(np.float32),
+            ys.astype(np.float32),
+            np.zeros_like(xs, np.float32),
+            np.where(held, word, 0).astype(np.uint32),
+            held,
+            np.zeros(len(xs), np.uint8),
+            np.full(len(xs), 4, np.uint8),
+            leads,
+            {"frames": moment, "heard": int(held.sum()) * moment},
+        )
+        kept.write(frame)
+    return kept

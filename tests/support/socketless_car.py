@@ -1,0 +1,123 @@
+"""A car whose channels have no sockets, and clients that send and read as a test says."""
+
+import asyncio
+import json
+import struct
+
+from motorcade.car.drive_board import DriveBoard
+from motorcade.config.profile import built_in_profile
+from motorcade.drive.command_channel import CommandChannel
+from motorcade.drive.server import DriveServer
+from motorcade.drive.session import CarControl
+from motorcade.drive.telemetry_channel import TelemetryChannel
+from motorcade.words.formats import DRIVE
+
+PROFILE = built_in_profile("classroom")
+
+
+class Applied(DriveBoard):
+    """Notes the angles of commands that are executed."""
+
+    def __init__(self) -> None:
+        self.angles: list[int] = []
+
+    def apply(self, angle_deg: int, direction: int, speed: int) -> None:
+        self.angles.append(angle_deg)
+
+    def neutral(self) -> None:
+        pass
+
+
+class Line(asyncio.Transport):
+    """A connection whose client reads when the test says so."""
+
+    def __init__(self, port: int) -> None:
+        super().__init__({"peername": ("192.168.1.7", port)})
+        self.sent = bytearray()
+        self.waiting = 0
+        self.is_open = True
+        self.reads = True
+
+    def set_write_buffer_limits(self, high: int | None = None, low: int | None = None) -> None:
+        self.high = high
+
+    def write(self, data: bytes) -> None:
+        self.sent += data
+        if not self.reads:
+            self.waiting += len(data)
+            if self.waiting > self.high:
+                self.channel.pause_writing()
+
+    def get_write_buffer_size(self) -> int:
+        return self.waiting
+
+    def is_closing(self) -> bool:
+        return not self.is_open
+
+    def close(self) -> None:
+        self.abort()
+
+    def abort(self) -> None:
+        if self.is_open:
+            self.is_open = False
+            self.channel.connection_lost(None)
+
+    def frames(self) -> list[dict]:
+        """What was sent since the last call."""
+        data, found = bytes(self.sent), []
+        while data:
+            (size,) = struct.unpack_from(">I", data)
+            found.append(json.loads(data[4 : 4 + size]))
+            data = data[4 + size :]
+        self.sent.clear()
+        return found
+
+
+class Car:
+    """A server without sockets."""
+
+    def __init__(self, byte_order: str = "big") -> None:
+        self.board = Applied()
+        self.now_ms = 0
+        self.drive = CarControl(self.board, lambda: self.now_ms, PROFILE)
+        self.server = DriveServer(self.drive, PROFILE, byte_order)
+
+    def commands(self, port: int = 1000) -> tuple[CommandChannel, Line]:
+        return self._connect(self.server.command_channel(lambda guest: None), port)
+
+    def telemetry(self, port: int = 2000) -> tuple[TelemetryChannel, Line]:
+        return self._connect(self.server.telemetry_channel(lambda guest: None), port)
+
+    def _connect(self, channel, port):
+        line = Line(port)
+        line.channel = channel
+        channel.connection_made(line)
+        return channel, line
+
+    def tell(self, times: int = 1) -> None:
+        """Let periods of telemetry pass."""
+        for _ in range(times):
+            told = self.drive.telemetry()._asdict()
+            for channel in list(self.server.channels):
+                channel.tell(told)
+
+
+def receive(channel: CommandChannel, data: bytes) -> None:
+    """As a loop does: into the channel's own buffer, as much as it holds at a time."""
+    while data and channel.line:
+        buffer = channel.get_buffer(-1)
+        size = min(len(buffer), len(data))
+        buffer[:size] = data[:size]
+        channel.buffer_updated(size)
+        data = data[size:]
+
+
+def ask(channel: TelemetryChannel, line: Line, **request) -> dict:
+    """The answer to a request."""
+    text = json.dumps(request).encode()
+    channel.data_received(struct.pack(">I", len(text)) + text)
+    return line.frames()[-1]
+
+
+def command(angle: int, speed: int = 0) -> bytes:
+    return struct.pack(">I", DRIVE.encode(angle=angle, direction=1, speed=speed))

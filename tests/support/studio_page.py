@@ -1,0 +1,246 @@
+"""The studio's page as a user meets it: what it shows by role and name, and what can be done with it."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from playwright.sync_api import Browser, BrowserContext, FloatRect, Locator, Page, Request, expect
+from scripts.studio_process import project_link
+
+SENTENCES = Path(__file__).parents[2] / "web" / "src" / "i18n"
+DESKTOP, PHONE = (1400, 900), (390, 844)
+SHARED = "Shared"
+# Long enough for a machine that is busy with other tests.
+PATIENCE_MS = 60_000
+# The first world after an install waits for its engine to be compiled.
+FIRST_WORLD_MS = 300_000
+expect.set_options(timeout=PATIENCE_MS)
+
+
+class StudioPage:
+    """One page in one browser profile. ``faults`` holds what no test may meet."""
+
+    def __init__(self, context: BrowserContext, url: str, language: str) -> None:
+        self.context = context
+        self.url = url
+        self.faults: list[str] = []
+        self._forgiven: list[str] = []
+        self._taken = 0
+        self._sentences = json.loads((SENTENCES / f"{language}.json").read_text(encoding="utf-8"))
+        context.set_default_timeout(PATIENCE_MS)
+        context.on("console", lambda message: message.type == "error" and self._blame(message.text))
+        context.on("weberror", lambda problem: self._blame(problem.error.stack or problem.error.message))
+        context.on("request", self._check_host)
+        self.page = self._new_page()
+
+    @classmethod
+    def open(
+        cls,
+        browser: Browser,
+        url: str,
+        *,
+        project: dict[str, Any] | None = None,
+        language: str | None = "en",
+        theme: str = "light",
+        size: tuple[int, int] = DESKTOP,
+        tour: bool = False,
+        **options: Any,
+    ) -> "StudioPage":
+        """A visit, at first with a project that somebody shared; without the tour, as if it had been seen before.
+
+        Without a language the browser's own preference counts.
+        """
+        kept = {"motorcade.settings": json.dumps({"theme": theme, "toured": not tour})}
+        if language:
+            kept["motorcade.language"] = language
+        origin = {"origin": url.rstrip("/"), "localStorage": [{"name": k, "value": kept[k]} for k in kept]}
+        width, height = size
+        context = browser.new_context(
+            viewport={"width": width, "height": height}, storage_state={"cookies": [], "origins": [origin]}, **options
+        )
+        studio = cls(context, url, language or "en")
+        studio.page.goto(project_link(url, project, SHARED) if project else url)
+        studio.wait_until_ready()
+        if project:
+            studio._expect_shared(SHARED)
+        return studio
+
+    def reopen(self) -> None:
+        """Another page in the same browser, as after a crash."""
+        self.page = self._new_page()
+        self.page.goto(self.url)
+        self.wait_until_ready()
+
+    def _new_page(self) -> Page:
+        page = self.context.new_page()
+        page.on("websocket", lambda socket: self._check_url(socket.url))
+        return page
+
+    def wait_until_ready(self) -> None:
+        """Blocks, words and cars are there, even where a small screen doesn't show them at once."""
+        words = self.page.get_by_role("rowheader", include_hidden=True)
+        expect(words.or_(self.page.locator(".diagnostics li"))).not_to_have_count(0)
+        expect(self.page.locator("#mat-play")).to_be_enabled(timeout=FIRST_WORLD_MS)
+        expect(self.page.locator(".mat-canvas canvas")).to_be_attached()
+
+    def take(self, project: dict[str, Any]) -> None:
+        """Another project in place of what is there, as by a link that is opened in the same page."""
+        self._taken += 1
+        name = f"{SHARED} {self._taken}"
+        unsaved = self.page.get_by_text(self.say("project.unsaved"), exact=True).is_visible()
+        self.page.evaluate("link => { location.hash = new URL(link).hash }", project_link(self.url, project, name))
+        if unsaved:
+            self.page.get_by_role("alertdialog").get_by_role("button", name=self.say("project.replaceYes")).click()
+        self._expect_shared(name)
+
+    def _expect_shared(self, name: str) -> None:
+        expect(self.name).to_have_value(name)
+        expect(self.page.get_by_text(self.say("project.unsaved"), exact=True)).to_be_attached()
+
+    def say(self, key: str, **values: object) -> str:
+        """What the page says in its language for a key of its sentences; with a ``count``, in the form that fits it."""
+        *path, last = key.split(".")
+        sentences = self._sentences
+        for part in path:
+            sentences = sentences[part]
+        forms = (last, *([f"{last}_one"] if values.get("count") == 1 else []), f"{last}_other")
+        sentence = next(sentences[form] for form in forms if form in sentences)
+        return re.sub(r"\{\{(\w+)\}\}", lambda found: str(values[found[1]]), sentence)
+
+    def forgive(self, *parts: str) -> None:
+        """Errors on the console with one of these parts are what the test is about."""
+        self._forgiven += parts
+
+    def _blame(self, text: str) -> None:
+        if not any(part in text for part in self._forgiven):
+            self.faults.append(text)
+
+    def _check_host(self, request: Request) -> None:
+        self._check_url(request.url)
+
+    def _check_url(self, url: str) -> None:
+        if urlsplit(url).scheme not in ("data", "blob") and urlsplit(url).netloc != urlsplit(self.url).netloc:
+            self.faults.append(f"asks another host: {url}")
+
+    # The editors.
+
+    def editor(self, name: str) -> Locator:
+        """The leader's or the followers'."""
+        return self.page.get_by_role("region", name=self.say(f"editors.{name}"), exact=True)
+
+    def program_followers(self) -> None:
+        self.page.get_by_text(self.say("editors.programFollowers")).click()
+        expect(self.editor("followers")).to_be_visible()
+
+    def block(self, editor: str, text: str) -> Locator:
+        """The lowest block on which this stands."""
+        blocks = self.page.get_by_role("region", name=self.say(f"editors.{editor}Blocks"), exact=True)
+        return blocks.locator(".blocklyDraggable").filter(has_text=text).last
+
+    def hat(self, editor: str) -> Locator:
+        """The beginning of a program without blocks."""
+        return self.block(editor, self.say(f"blocks.{editor}").partition("\n")[0])
+
+    def field(self, block: Locator, value: str) -> Locator:
+        """A block's own field in which this stands."""
+        return block.locator(':scope > [role="button"]').filter(has_text=value)
+
+    def drag_out(self, editor: str, drawer: str, block: str, *, below: Locator) -> None:
+        """Takes a block out of a drawer with the mouse and hangs it below another."""
+        self.editor(editor).get_by_role("treeitem", name=self.say(f"drawers.{drawer}")).click()
+        taken, place = self.box(self.editor(editor).get_by_role("option", name=block)), self.box(below)
+        mouse = self.page.mouse
+        mouse.move(taken["x"] + 12, taken["y"] + taken["height"] / 2)
+        mouse.down()
+        x, y = place["x"] + 12, place["y"] + place["height"] + taken["height"] / 2
+        mouse.move(x + 30, y + 30, steps=4)
+        mouse.move(x, y, steps=4)
+        mouse.up()
+
+    def box(self, thing: Locator) -> FloatRect:
+        """Where something stands once it has come to rest there."""
+        thing.scroll_into_view_if_needed()
+        box = thing.bounding_box()
+        assert box
+        return box
+
+    def pick(self, field: Locator, option: str) -> None:
+        """Another option of a field with a list."""
+        field.click()
+        self.page.get_by_role("option", name=option).click()
+
+    def type_into(self, field: Locator, text: str) -> None:
+        """Another number or text in a field."""
+        field.click()
+        self.page.keyboard.type(text)
+        self.page.keyboard.press("Enter")
+
+    # The words.
+
+    @property
+    def words_table(self) -> Locator:
+        return self.page.get_by_role("grid", name=self.say("words.table"))
+
+    def expect_words(self, words: list[str]) -> None:
+        """Just these words, in hexadecimal, as `motorcade compile` prints them."""
+        expect(self.words_table.get_by_role("rowheader")).to_contain_text([word.upper() for word in words])
+
+    @property
+    def diagnostics(self) -> Locator:
+        return self.page.get_by_role("list", name=self.say("words.diagnostics")).get_by_role("listitem")
+
+    # The mat.
+
+    def mat_button(self, key: str) -> Locator:
+        return self.page.get_by_role("button", name=self.say(f"mat.{key}"), exact=True)
+
+    def play(self) -> None:
+        self.mat_button("play").click()
+
+    @property
+    def clock(self) -> Locator:
+        return self.page.get_by_role("status", name=self.say("mat.time"))
+
+    def expect_moving(self) -> None:
+        """The world's time passes."""
+        expect(self.clock).not_to_have_text(self.clock.inner_text())
+
+    def choose_car(self, number: int) -> None:
+        """Shows a car's details beside the mat."""
+        self.page.get_by_role("tab", name=self.say("mat.panels.things")).click()
+        field = self.page.get_by_role("textbox", name=self.say("mat.carNumber"), exact=True)
+        field.fill(str(number))
+        field.press("Enter")
+        expect(self.page.get_by_role("region", name=self.say("mat.car", number=number))).to_be_visible()
+
+    # Projects, menus and dialogs.
+
+    @property
+    def name(self) -> Locator:
+        return self.page.get_by_role("textbox", name=self.say("project.name"))
+
+    def wait_until_kept(self, text: str) -> None:
+        """The browser's storage holds the newest work: something that is told by this text."""
+        holds = (
+            "text => Object.keys(localStorage).some(key => /autosave/.test(key) && localStorage[key].includes(text))"
+        )
+        self.page.wait_for_function(holds, arg=text)
+
+    def choose(self, menu: str, *, item: str, exact: bool = True) -> None:
+        self.page.get_by_role("button", name=menu, exact=True).click()
+        self.page.get_by_role("menu").get_by_role("menuitem", name=item, exact=exact).or_(
+            self.page.get_by_role("menuitemradio", name=item, exact=exact)
+        ).click()
+
+    def project_menu(self, key: str) -> None:
+        self.choose(self.say("menu.project"), item=self.say(key))
+
+    def dialog(self, key: str) -> Locator:
+        """The dialog with this title."""
+        return self.page.get_by_role("dialog", name=self.say(key))
+
+    @property
+    def notices(self) -> Locator:
+        return self.page.get_by_role("log", name=self.say("app.notices"))

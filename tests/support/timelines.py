@@ -1,0 +1,66 @@
+"""What a program's blocks say, written down from their meaning alone: the oracle for compiler and cars."""
+
+from collections.abc import Iterator, Sequence
+
+from motorcade.program.steps import DIRECTIONS, DriveStep, LedStep, RepeatStep, Step, TogetherStep
+from support.plain_world import PlainWorld
+
+STILL = (0, 0)
+DARK = 4
+RANDOM = DIRECTIONS.index("random")
+
+# What a car shows at one moment: (direction, speed level) of its wheels, and the LED that is lit.
+Moment = tuple[tuple[int, int], int]
+
+
+def unrolled(steps: Sequence[Step], path: str) -> Iterator[tuple[str, Step]]:
+    """The steps in the order in which they are done, each with its place."""
+    for position, step in enumerate(steps):
+        place = f"{path}[{position}]"
+        if isinstance(step, RepeatStep):
+            for _ in range(step.times):
+                yield from unrolled(step.steps, f"{place}.repeat.steps")
+        else:
+            yield place, step
+
+
+def length_ms(step: Step, idle_ms: int) -> int:
+    """How long a step lasts: as long as its longest part."""
+    return max((_ms(part) for part in _parts(step)), default=0) or idle_ms
+
+
+def moments(steps: Sequence[Step], idle_ms: int) -> list[Moment]:
+    """What the blocks of one round say, millisecond by millisecond."""
+    shown: list[Moment] = []
+    for _, step in unrolled(steps, ""):
+        drive = next((part for part in _parts(step) if isinstance(part, DriveStep) and part.speed), None)
+        led = next((part for part in _parts(step) if isinstance(part, LedStep)), None)
+        for at_ms in range(length_ms(step, idle_ms)):
+            drives = drive is not None and at_ms < _ms(drive)
+            lit = led is not None and at_ms < _ms(led)
+            wheels = (DIRECTIONS.index(drive.direction), drive.speed) if drives else STILL
+            shown.append((wheels, led.which if lit else DARK))
+    return shown
+
+
+def watch(world: PlainWorld, car: int, ticks: int) -> list[Moment]:
+    """What a car of the plain world, which is the engine's equal, shows in each tick."""
+    shown = []
+    for _ in range(ticks):
+        world.step()
+        board = world.boards[car]
+        shown.append(((board.direction, board.speed_level), board.led))
+    return shown
+
+
+def agrees(shown: tuple[int, int], said: tuple[int, int]) -> bool:
+    """Whether wheels do what a block says, of which a random direction may be any."""
+    return shown == said or (said[0] == RANDOM and shown[1] == said[1] and shown[0] != RANDOM)
+
+
+def _parts(step: Step) -> Sequence[Step]:
+    return step.steps if isinstance(step, TogetherStep) else (step,)
+
+
+def _ms(step: Step) -> int:
+    return round((getattr(step, "seconds", None) or 0) * 1000)

@@ -1,0 +1,167 @@
+"""Random worlds, and all that a world holds, for the tests of the engine."""
+
+import hashlib
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from hypothesis import strategies as st
+
+from motorcade import Followers, Program, avoid, compile_program, forward, led, left, pir, together, voice, wander
+from motorcade.config.profile import Profile
+from motorcade.engine.world import World
+from motorcade.mats import Mat, Person, Physics, Pose, Starts, Voice
+from support.strategies import BRISK, images
+
+# Every body is larger than four ticks' way at these.
+TICKS_MS = (1, 4, 20)
+# So many ticks of the plain world, of some ten cars, take a tenth of a second.
+DURATIONS_MS = {1: 1_000, 4: 2_400, 20: 8_000}
+
+
+@dataclass(frozen=True)
+class Case:
+    """What a world is made of."""
+
+    mat: Mat
+    images: list[bytes]
+    profile: Profile
+    seed: int
+
+
+@st.composite
+def cases(draw: st.DrawFn, tick_ms: int | None = None) -> Case:
+    """Any small world, crammed or wide, with any physics."""
+    side_mm = draw(st.sampled_from([600, 1500, 4000]))
+    length = st.integers(0, side_mm).map(lambda length_mm: length_mm / 1000)
+    point = st.tuples(length, length)
+    angle = st.integers(-400, 400).map(math.radians)
+    poses = draw(st.lists(st.builds(Pose, length, length, angle), min_size=6, max_size=12))
+    leads = [not number or not draw(st.integers(0, 5)) for number in range(len(poses))]
+    mat = Mat(
+        "any",
+        Starts.of(poses, leads),
+        tick_ms or draw(st.sampled_from(TICKS_MS)),
+        (side_mm / 1000, side_mm / 1000),
+        draw(st.booleans()),
+        tuple(draw(st.lists(st.tuples(length, length, length, length), max_size=2))),
+        tuple(draw(st.lists(st.tuples(length, length, length.map(lambda radius: 0.01 + radius / 5)), max_size=2))),
+        tuple(draw(st.lists(st.lists(point, min_size=3, max_size=4).map(tuple), max_size=1))),
+        tuple(draw(st.lists(st.builds(Person, paths(point), st.booleans()), max_size=2))),
+        tuple(draw(st.lists(voices(length), max_size=3))),
+        draw(physics()),
+    )
+    programs = draw(st.lists(images(states=1, followers=1), min_size=1, max_size=2))
+    return Case(mat, programs, draw(profiles()), draw(st.integers(0, (1 << 32) - 1)))
+
+
+@st.composite
+def paths(draw: st.DrawFn, point: st.SearchStrategy[tuple[float, float]]) -> tuple[tuple[float, float, float], ...]:
+    """A walk, or one place."""
+    legs_ms = draw(st.lists(st.integers(1, 3000), max_size=3))
+    return tuple((sum(legs_ms[:leg]) / 1000, *draw(point)) for leg in range(len(legs_ms) + 1))
+
+
+def voices(length: st.SearchStrategy[float]) -> st.SearchStrategy[Voice]:
+    at_s = st.integers(0, 5000).map(lambda at_ms: at_ms / 1000)
+    return st.builds(Voice, at_s, st.sampled_from(["stop", "go"]), length, length, st.none() | length)
+
+
+def physics() -> st.SearchStrategy[Physics]:
+    return st.builds(
+        Physics,
+        st.booleans(),
+        st.booleans(),
+        st.sampled_from([None, 1.5, 4.0]),
+        st.sampled_from([180, 180, 90, 20]),
+        st.sampled_from([0.0, 0.0, 0.02]),
+        st.sampled_from([0.0, 0.0, 0.1]),
+    )
+
+
+@st.composite
+def profiles(draw: st.DrawFn) -> Profile:
+    """Brisk cars, small or large, near- or far-sighted."""
+    body = replace(
+        BRISK.body,
+        diameter_mm=draw(st.sampled_from([150, 80, 301])),
+        ultrasonic_cone_deg=draw(st.sampled_from([15, 1, 80])),
+        ultrasonic_range_mm=draw(st.sampled_from([2000, 250])),
+        pir_range_mm=draw(st.sampled_from([3000, 500])),
+        pir_half_angle_deg=draw(st.sampled_from([55, 120, 180])),
+    )
+    infrared = replace(BRISK.infrared, range_mm=draw(st.sampled_from([1000, 1000, 4000, 300])))
+    return replace(BRISK, body=body, infrared=infrared)
+
+
+def contents(world: World, which: int = 0) -> dict[str, np.ndarray]:
+    """All that one of the worlds holds, in the order of the cars' numbers."""
+    part = slice(which * world.cars, (which + 1) * world.cars)
+    state = world.state
+    order = np.argsort(state.number[part])
+    names = [name for name in state._fields if name not in ("rows", "push", "order")]
+    held = {name: getattr(state, name)[..., part][..., order] for name in names}
+    counted = {name: counts[which] for name, counts in world.counts().items()}
+    return held | counted
+
+
+def digest(world: World, which: int = 0) -> str:
+    """The same for two worlds that hold the same, to the last bit."""
+    summed = hashlib.sha256()
+    for name, values in contents(world, which).items():
+        summed.update(name.encode() + np.ascontiguousarray(values).tobytes())
+    return summed.hexdigest()
+
+
+ROAMING = compile_program(
+    Program(
+        [together(wander(3), avoid(1, 3)), together(left(2), led(1, 1)), together(forward(3), pir(), voice())],
+        Followers([together(wander(3), avoid(0, 3), led(2, 1), voice())], forward=True),
+    )
+).image
+
+
+def crowd(cars: int) -> Mat:
+    """A walled square full of cars, in which all that there is in a world happens."""
+    side = math.ceil(math.sqrt(cars))
+    dice = np.random.RandomState(1)
+    x_m, y_m = (0.1 + 0.2 * places for places in (np.arange(cars) % side, np.arange(cars) // side))
+    edge_m = 0.2 * side
+    return Mat(
+        "a crowd",
+        Starts(x_m, y_m, dice.random_sample(cars) * math.tau, np.arange(cars) % 40 == 0),
+        tick_ms=20,
+        size_m=(edge_m, edge_m),
+        walled=True,
+        walls=((0.4, 0.4, edge_m - 0.4, 0.4),),
+        discs=((edge_m / 2, edge_m / 2, 0.1),),
+        people=(Person(((0.0, edge_m, edge_m), (1.0, 0.0, 0.0)), repeats=True),),
+        voices=(Voice(0.5, "stop", 0.0, 0.0, edge_m / 2), Voice(0.8, "go")),
+        physics=Physics(capture_ratio=4.0, beam_half_angle_deg=120, bit_error_rate=0.01, wheel_noise=0.1),
+    )
+
+
+def go(world: World, duration_ms: int) -> None:
+    """Let a while pass, in whose second half a leader amid the crowd is driven, and for a moment a follower too."""
+    leader = 40 * (world.cars // 80)
+    world.run(duration_ms // 2)
+    for which in range(world.worlds):
+        world.drive(leader, 150, 1, 255, which)
+        world.drive(leader + 7, 30, 0, 200, which)
+    world.run(duration_ms // 4)
+    for which in range(world.worlds):
+        world.give_back(leader + 7, which)
+    world.run(duration_ms // 4)
+
+
+def ran(mat: Mat, duration_ms: int, seeds: int | list[int] = 5, **more: object) -> World:
+    """A world of roaming cars after a while."""
+    world = World(mat, [ROAMING], seeds=seeds, **more)
+    go(world, duration_ms)
+    return world
+
+
+def large_and_many(threads: int) -> list[str]:
+    """What one large world and some small ones hold after a while, with so many threads."""
+    many = ran(crowd(60), 1600, [5, 6, 7, 8, 9], threads=threads)
+    return [digest(ran(crowd(20_000), 1600, threads=threads)), *(digest(many, which) for which in range(many.worlds))]

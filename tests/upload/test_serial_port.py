@@ -1,0 +1,332 @@
+"""Upload and readback over real lines (a pseudo-terminal and TCP), to a virtual car and to cars that go wrong."""
+
+import contextlib
+import gc
+import os
+import sys
+import threading
+import time
+from functools import partial
+from types import SimpleNamespace
+
+import pytest
+import serial
+from serial.urlhandler import protocol_socket
+
+from motorcade.boards.simulated import ImageStore, PseudoTerminal, TcpPort, VirtualBoard, monotonic_clock, serve
+from motorcade.config.profile import built_in_profile
+from motorcade.upload import check_request as asking
+from motorcade.upload import serial_port
+from motorcade.upload import transfer as talk
+from motorcade.upload.failures import (
+    NoAnswerError,
+    PortBusyError,
+    PortForbiddenError,
+    PortNotFoundError,
+    RefusedError,
+    VerificationError,
+    WentAwayError,
+)
+from motorcade.words import upload as protocol
+from motorcade.words.check import CHECK_BYTES, read_check
+from motorcade.words.upload import READBACK_REQUEST
+from support.driven_car import deaf_port
+from support.played_car import DEADLINE_S, IMAGE, PlayedCar
+
+CLASSROOM = built_in_profile("classroom")
+OK = b"OK words=2 crc32=fcf9a423\n"
+LARGEST = bytes.fromhex("FFFF0100" + "64800000" * 255 + "C0280000" * 255)
+upload = partial(serial_port.upload, image=IMAGE, baud=115200)
+readback = partial(serial_port.readback, baud=115200)
+POSIX_ONLY = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+PTY = pytest.param("pty", marks=POSIX_ONLY)
+every_line = pytest.mark.parametrize("kind", [PTY, "tcp"])
+
+
+@pytest.fixture(autouse=True)
+def no_pauses(monkeypatch):
+    """Before it sends, the uploader lets the line settle; pyserial rests a while after each socket that it closes."""
+    monkeypatch.setattr(talk, "SETTLE_MS", 0)
+    monkeypatch.setattr(protocol_socket, "time", SimpleNamespace(sleep=lambda seconds: None))
+
+
+@pytest.fixture
+def car(kind):
+    with contextlib.closing(PlayedCar(kind)) as played:
+        yield played
+
+
+@contextlib.contextmanager
+def virtual_car(kind, store):
+    line = PseudoTerminal() if kind == "pty" else TcpPort("127.0.0.1", 0)
+    board = VirtualBoard(line, ImageStore(store), CLASSROOM, lambda *noted: None, monotonic_clock())
+    stop = threading.Event()
+    thread = threading.Thread(target=serve, args=(board, line, stop.is_set))
+    thread.start()
+    try:
+        yield line.address
+    finally:
+        stop.set()
+        thread.join(DEADLINE_S)
+        line.close()
+
+
+def refused(error, action, port, **options):
+    """What the ``error`` says that ``action`` ends in: one whole line, without a word of Python's."""
+    with pytest.raises(error) as raised:
+        action(port, **options)
+    sentence = str(raised.value)
+    assert sentence.endswith((".", "?"))
+    assert "\n" not in sentence
+    assert "Err" not in sentence
+    return sentence
+
+
+@every_line
+@pytest.mark.parametrize("image", [IMAGE, LARGEST], ids=["two words", "511 words"])
+def test_a_virtual_car_takes_an_image_and_gives_it_back(kind, image, tmp_path, monkeypatch):
+    # What follows an image at once the car skips.
+    monkeypatch.setattr(talk, "SETTLE_MS", protocol.SILENCE_MS + 50)
+    store = tmp_path / "store.image"
+    sent = []
+    with virtual_car(kind, store) as port:
+        answer = upload(port, image=image, progress=sent.append)
+        assert readback(port) == image
+    assert answer.startswith(f"OK words={len(image) // 4} crc32=")
+    assert sent == sorted(set(sent))
+    assert sent[-1] == len(image)
+    assert store.read_bytes() == image
+
+
+@every_line
+@pytest.mark.parametrize("before", [b"", b"\xff~\x00\x80", b"battery 97 %\nERROR\n", b"\n\n"])
+@pytest.mark.parametrize("behind", [b"\n", b"\r\n", b"\n\xff\x00ERR", b"\nrunning\nERR low battery\n"])
+def test_a_good_answer_is_found_in_what_else_the_line_brings(car, before, behind):
+    car.take(before + OK.strip() + behind)
+    assert upload(car.port) == OK.decode().strip()
+
+
+@every_line
+def test_an_answer_may_come_byte_by_byte(car, monkeypatch):
+    line_class = type(serial.serial_for_url(car.port, do_not_open=True))
+    monkeypatch.setattr(line_class, "in_waiting", 0)
+    car.take(b"boot\n" + OK)
+    assert upload(car.port) == OK.decode().strip()
+
+
+@pytest.mark.parametrize("kind", [PTY])
+def test_what_was_on_the_line_before_is_no_answer(car):
+    car.send(b"ERR cut off after 3 bytes\n")
+    car.take(OK)
+    assert upload(car.port) == OK.decode().strip()
+
+
+@every_line
+def test_without_verification_the_bytes_are_sent_and_nothing_is_promised(car):
+    assert upload(car.port, verify=False) == "sent, not verified"
+    assert car.receive(len(IMAGE)) == IMAGE
+
+
+BAD_ANSWERS = {
+    "checksum": (b"OK words=2 crc32=00000000\n", VerificationError, "Something else arrived"),
+    "count": (b"OK words=3 crc32=fcf9a423\n", VerificationError, "Something else arrived"),
+    "changed": (b"ERR the checksum is 0badcafe, fcf9a423 was announced\n", VerificationError, "0badcafe"),
+    "ERR": (b"ERR the image could not be stored\n", RefusedError, "refused: the image could not be stored"),
+    "noise in ERR": (b"ERR \x1b]0;owned\x07\xff\n", RefusedError, "refused: ?]0;owned??"),
+    "silent": (b"", NoAnswerError, "no answer within"),
+    "half a line": (b"OK words=2 crc32=fcf9", NoAnswerError, "no answer within"),
+    "chatter": (b"~~~~~~\n" * 100, NoAnswerError, "no answer within"),
+}
+BAD_IMAGES = {
+    "silent": (b"", NoAnswerError, "no answer within"),
+    "cut off": (IMAGE[:6], NoAnswerError, "stopped after 6 bytes"),
+    "ERR": (b"ERR nothing here\n", VerificationError, "nothing here"),
+    "busy": (b"ERR busy with another uploader\n", PortBusyError, "busy with another uploader"),
+    "chatter": (b"hello, this is no car\n", VerificationError, "no image"),
+    "bad word": (bytes.fromhex("01000000 64800001"), VerificationError, "parity is 1"),
+}
+
+
+@pytest.fixture
+def impatient(monkeypatch):
+    monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
+    monkeypatch.setattr(asking, "ANSWER_WITHIN_MS", 200)
+
+
+@every_line
+@pytest.mark.parametrize("name", BAD_ANSWERS)
+def test_a_bad_answer_to_an_upload(car, name, monkeypatch):
+    answer, error, says = BAD_ANSWERS[name]
+    if error is NoAnswerError:
+        monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
+    car.take(answer)
+    sentence = refused(error, upload, car.port)
+    assert says in sentence
+    # The car could still say what it holds, and was asked for that.
+    assert "keeps the image that it had" in sentence
+
+
+@every_line
+def test_a_car_that_is_busy_is_not_asked_again(car):
+    car.play(lambda: (car.receive(CHECK_BYTES), car.send(b"ERR busy with another uploader\n")))
+    sentence = refused(PortBusyError, upload, car.port)
+    assert "busy with another uploader" in sentence
+    assert "image that it had" not in sentence
+
+
+@every_line
+def test_a_car_that_never_answers_is_sent_nothing_that_it_could_hold(car, impatient):
+    sentence = refused(NoAnswerError, upload, car.port)
+    assert "no answer within" in sentence
+    assert "keeps the image that it had" in sentence
+    assert "--no-verify" in sentence
+    requests = [car.receive(CHECK_BYTES) for _ in range(3)]
+    assert {read_check(each)[0] for each in requests} == {0xFCF9A423}
+    assert len(set(requests)) == 3
+
+
+@every_line
+def test_what_arrives_changed_is_sent_again_and_each_try_is_told(car):
+    changed = b"ERR the checksum is 0badcafe, fcf9a423 was announced\n"
+    told = []
+    car.take(changed, changed, OK)
+    assert upload(car.port, retrying=told.append) == OK.decode().strip()
+    assert told == [("sends-again", 2, 3), ("sends-again", 3, 3)]
+
+
+@every_line
+@pytest.mark.parametrize("name", BAD_IMAGES)
+def test_a_bad_answer_to_a_readback(car, name, monkeypatch):
+    answer, error, says = BAD_IMAGES[name]
+    if error is NoAnswerError:
+        monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
+    car.answer(answer, to=READBACK_REQUEST)
+    sentence = refused(error, readback, car.port)
+    assert says in sentence
+    # Nobody asked the car to take another image.
+    assert "keeps the image that it had" not in sentence
+
+
+@pytest.fixture
+def left_sockets():
+    """pyserial leaves a socket to the garbage collector where the other end has reset it."""
+    yield
+    gc.collect()
+
+
+def hangs_up(test):
+    return pytest.mark.filterwarnings("ignore:unclosed <socket:ResourceWarning")(
+        pytest.mark.usefixtures("left_sockets")(every_line(test))
+    )
+
+
+@hangs_up
+@pytest.mark.parametrize("image", [IMAGE, LARGEST], ids=["two words", "511 words"])
+def test_a_car_that_goes_away_in_the_middle_keeps_what_it_had(car, image):
+    car.play(lambda: (car.get_ready(), car.receive(6), car.hang_up()))
+    # The line has slack: this much is under way when the other end is gone.
+    slow = 9600 if image is LARGEST else 115200
+    sentence = refused(WentAwayError, serial_port.upload, car.port, image=image, baud=slow)
+    assert "went away in the middle" in sentence
+    assert ("keeps the image that it had" in sentence) == (image is LARGEST)
+
+
+@hangs_up
+def test_a_car_that_goes_away_with_the_whole_image_may_hold_it(car):
+    car.play(lambda: (car.get_ready(), car.receive(len(IMAGE)), car.hang_up()))
+    sentence = refused(WentAwayError, upload, car.port)
+    assert "holds the image that it had or the new one" in sentence
+
+
+@hangs_up
+def test_a_car_that_goes_away_in_the_middle_of_a_readback(car):
+    car.play(lambda: (car.receive(4), car.send(IMAGE[:5]), car.hang_up()))
+    sentence = refused(WentAwayError, readback, car.port)
+    assert "went away" in sentence
+    assert "image that it had" not in sentence
+
+
+@pytest.mark.parametrize("kind", [PTY])
+@pytest.mark.parametrize("moment", ["_reset_input_buffer", "write", "flush", "read"])
+def test_a_car_that_goes_away_during_any_call_to_its_port(car, monkeypatch, moment):
+    call = getattr(serial.Serial, moment)
+    monkeypatch.setattr(serial.Serial, moment, lambda *arguments: (car.hang_up(), call(*arguments))[1])
+    assert "went away" in refused(WentAwayError, upload, car.port)
+
+
+@pytest.mark.parametrize("kind", [PTY])
+def test_a_line_that_takes_no_bytes(car, monkeypatch):
+    monkeypatch.setattr(serial_port, "_WRITE_TIMEOUT_S", 0.05)
+    os.set_blocking(car.client, False)
+    with contextlib.suppress(BlockingIOError):
+        while os.write(car.client, bytes(1024)):
+            pass
+    assert "takes no more bytes" in refused(NoAnswerError, upload, car.port)
+
+
+@pytest.mark.parametrize("kind", [PTY])
+def test_the_answer_is_awaited_as_long_as_a_slow_line_carries_bytes(car, monkeypatch):
+    """A pseudo-terminal takes all bytes at once, and the car behind it gets 960 a second."""
+    image = bytes.fromhex("FF000000" + "64800000" * 255)
+    monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 900)
+
+    def script():
+        car.get_ready()
+        due_s = time.monotonic()
+        for at in range(0, len(image), 4):
+            assert car.receive(4) == image[at : at + 4]
+            due_s += 4 / 960
+            time.sleep(max(due_s - time.monotonic(), 0))
+        car.send(protocol.ok_line(image))
+
+    car.play(script)
+    assert serial_port.upload(car.port, image, 9600).startswith("OK words=256")
+
+
+@pytest.mark.parametrize("port", ["/dev/there-is-none", "COM321", "socket://127.0.0.1:{free}", "pigeon://home", ""])
+def test_a_port_that_is_not_there(port):
+    with deaf_port() as free:
+        port = port.format(free=free)
+        for action in (upload, readback):
+            sentence = refused(PortNotFoundError, action, port)
+            assert port in sentence
+            assert " ." not in sentence
+
+
+@POSIX_ONLY
+def test_a_file_and_a_directory_are_no_ports(tmp_path):
+    notes = tmp_path / "notes.txt"
+    notes.write_text("mine")
+    for port in (notes, tmp_path):
+        assert "is no serial port" in refused(PortNotFoundError, upload, str(port))
+    assert notes.read_text() == "mine"
+
+
+@pytest.mark.parametrize("kind", [PTY])
+def test_a_port_that_somebody_else_has_open_is_busy(car):
+    with serial.Serial(car.port, exclusive=True):
+        assert "is busy" in refused(PortBusyError, upload, car.port)
+        assert "is busy" in refused(PortBusyError, readback, car.port)
+
+
+@pytest.mark.parametrize(
+    ("error", "says", "problem"),
+    [
+        (PortNotFoundError, "There is no port", ["could not open port 'P': FileNotFoundError(2, 'No.', None, 2)"]),
+        (PortBusyError, "close the other program", ["could not open port 'P': PermissionError(13, 'No.', None, 5)"]),
+        (
+            PortForbiddenError,
+            "On Linux join the group",
+            [13, "could not open port P: [Errno 13] Permission denied: 'P'"],
+        ),
+        (PortBusyError, "close the other program", [16, "could not open port P: [Errno 16] Device busy: 'P'"]),
+    ],
+    ids=["missing, Windows", "in use, Windows", "denied, Linux", "in use, Linux"],
+)
+def test_what_the_system_says_about_a_port_becomes_a_sentence(monkeypatch, error, says, problem):
+    def fail(*arguments, **options):
+        raise serial.SerialException(*problem)
+
+    monkeypatch.setattr(serial, "serial_for_url", fail)
+    assert says in refused(error, upload, "P")
+    assert says in refused(error, readback, "P")

@@ -1,0 +1,264 @@
+"""Talks with all kinds of cars, in virtual time: boards that know no checks, two uploaders at once, slow lines."""
+
+from random import Random
+from zlib import crc32
+
+import pytest
+
+from motorcade.upload.transfer import (
+    ASKS_AGAIN,
+    NEITHER,
+    NEW,
+    OLD,
+    READS_AGAIN,
+    SENDS_AGAIN,
+    SETTLE_MS,
+    UNKNOWN,
+    ReadbackTransfer,
+    UploadTransfer,
+)
+from motorcade.words.check import CHECK_BYTES, check_words, held_checksum, read_check, ready_line
+from motorcade.words.image import ImageError, parse_image_bytes
+from motorcade.words.upload import (
+    IMAGE,
+    MISMATCH,
+    NOT_VERIFIED,
+    REFUSED,
+    SILENT,
+    VERIFIED,
+    ok_line,
+)
+from support.faulty_line import Faults, Party, RealCar, SimpleCar, Way, talk_through
+
+BAUD = 115200
+FIRST = bytes.fromhex("01000000 64800000")
+SECOND = bytes.fromhex("02000000 65800000 6A800000")
+THIRD = bytes.fromhex("01000000 6D000000")
+LARGEST = bytes.fromhex("FFFF0100" + "64800000" * 255 + "C0280000" * 255)
+CLEAN = Faults()
+
+
+def ways(there=CLEAN, back=CLEAN, seed=0):
+    random = Random(seed)
+    return Way(there, random), Way(back, random)
+
+
+class Told(list):
+    """What a talk tells of its further tries: their reasons."""
+
+    def __call__(self, retry):
+        self.append(retry.reason)
+
+
+# Cars that know no checks
+
+
+def knows_the_rules(image):
+    """Why a car that keeps to the rules refuses ``image``."""
+    try:
+        parse_image_bytes(image)
+    except ImageError as error:
+        return str(error)
+    return None
+
+
+def is_curt(image):
+    return "no" if knows_the_rules(image) else None
+
+
+def takes_all(image):
+    return None
+
+
+@pytest.mark.parametrize("judge", [knows_the_rules, is_curt, takes_all])
+@pytest.mark.parametrize("image", [SECOND, LARGEST], ids=["three words", "511 words"])
+def test_a_car_that_knows_no_checks_is_sent_the_image_as_it_is(judge, image):
+    there, back = ways()
+    talk, car = UploadTransfer(image, BAUD), SimpleCar(FIRST, there, back, judge)
+    talk_through([talk], car, there, [back])
+    assert talk.outcome == (VERIFIED, ok_line(image).decode().strip())
+    assert talk.holds == NEW
+    assert car.holds == image
+
+
+# The bytes of each try that such a car takes the words of: the request, and then the image three times.
+IN_THE_TRIES = tuple(CHECK_BYTES + len(SECOND) * number + 6 for number in range(3))
+
+
+def test_to_a_car_that_knows_no_checks_changed_bytes_are_sent_again_until_it_holds_the_image():
+    told = Told()
+    there, back = ways(Faults(flipped_at=IN_THE_TRIES[:2]))
+    talk, car = UploadTransfer(SECOND, BAUD, retrying=told), SimpleCar(FIRST, there, back, takes_all)
+    talk_through([talk], car, there, [back])
+    assert (talk.holds, car.holds, told) == (NEW, SECOND, [SENDS_AGAIN, SENDS_AGAIN])
+
+
+@pytest.mark.parametrize(
+    ("there", "back", "holds", "kind"),
+    [
+        (Faults(flipped_at=IN_THE_TRIES), CLEAN, NEITHER, MISMATCH),
+        # All but the answer to the request gets lost.
+        (CLEAN, Faults(dead_from=len(ok_line(bytes(CHECK_BYTES)))), UNKNOWN, SILENT),
+    ],
+)
+def test_what_a_car_that_knows_no_checks_may_hold_is_told(there, back, holds, kind):
+    there, back = ways(there, back)
+    talk, car = UploadTransfer(SECOND, BAUD), SimpleCar(FIRST, there, back, takes_all)
+    talk_through([talk], car, there, [back])
+    assert (talk.outcome.kind, talk.holds) == (kind, holds)
+    assert (car.holds == SECOND) == (kind == SILENT)
+
+
+def test_a_refusal_of_a_car_that_knows_no_checks_is_final():
+    there, back = ways()
+    told = Told()
+    talk = UploadTransfer(SECOND, BAUD, retrying=told)
+    car = SimpleCar(FIRST, there, back, lambda image: "battery low")
+    talk_through([talk], car, there, [back])
+    assert talk.outcome == (REFUSED, "battery low")
+    assert (talk.holds, car.holds) == (OLD, FIRST)
+    assert told == [ASKS_AGAIN, ASKS_AGAIN]
+
+
+def test_without_verifying_nothing_but_the_image_is_sent():
+    talk = UploadTransfer(SECOND, BAUD, verify=False)
+    sent = b"".join(talk.step(b"", now_ms) for now_ms in range(0, 2000, 10))
+    assert sent == SECOND
+    assert talk.outcome == (NOT_VERIFIED, "sent, not verified")
+    assert talk.holds == UNKNOWN
+
+
+# Cars that know checks
+
+
+@pytest.mark.parametrize("bit", range(8))
+def test_a_line_with_a_stuck_bit_makes_no_car_look_as_if_it_knew_no_checks(bit):
+    there, back = ways(Faults(stuck=1 << bit))
+    talk, car = UploadTransfer(SECOND, BAUD), RealCar(FIRST, there, back)
+    talk_through([talk], car, there, [back])
+    assert (talk.outcome.kind, talk.holds, car.holds) == (REFUSED, OLD, FIRST)
+
+
+def test_a_car_that_holds_something_else_afterwards_is_told_of():
+    # It takes any image for THIRD.
+    talk, sent, now_ms = UploadTransfer(SECOND, BAUD), b"", 0
+    answer, held = b"", FIRST
+    while talk.outcome is None:
+        sent += talk.step(answer, now_ms)
+        answer = b""
+        if len(sent) == CHECK_BYTES:
+            answer, sent = ready_line(check_words(*read_check(sent)), held), b""
+        elif sent == SECOND:
+            answer, sent, held = ok_line(THIRD), b"", THIRD
+        now_ms += 10
+    assert (talk.outcome.kind, talk.holds) == (MISMATCH, NEITHER)
+
+
+def test_an_answer_to_an_earlier_request_is_no_answer():
+    talk, requests, now_ms = UploadTransfer(SECOND, BAUD, number=255), [], 0
+    while talk.outcome is None:
+        if sent := talk.step(b"", now_ms):
+            requests.append(sent)
+        now_ms += 10
+    numbers = [read_check(request)[1] for request in requests]
+    assert numbers == [255, 0, 1]
+    late = ready_line(check_words(crc32(SECOND), 255), FIRST)
+    assert held_checksum(late, check_words(crc32(SECOND), 0)) is None
+    assert (talk.outcome.kind, talk.holds) == (SILENT, OLD)
+
+
+class Late:
+    """An uploader that comes a while after the other one."""
+
+    def __init__(self, talk, begin_ms):
+        self.talk, self._begin_ms = talk, begin_ms
+        self.rest_ms = 0
+
+    def step(self, data, now_ms):
+        self.rest_ms = self._begin_ms - now_ms
+        if self.rest_ms > 0:
+            return b""
+        sent = self.talk.step(data, now_ms)
+        self.rest_ms = self.talk.rest_ms
+        return sent
+
+    @property
+    def outcome(self):
+        return self.talk.outcome
+
+
+@pytest.mark.parametrize("begin_ms", range(0, 1500, 25))
+def test_of_two_uploaders_at_once_the_last_that_is_verified_has_the_car(begin_ms):
+    (there, back), (_, other_back) = ways(), ways()
+    images = {UploadTransfer(SECOND, BAUD, number=1): SECOND, UploadTransfer(THIRD, 1200, number=1): THIRD}
+    late = [Late(talk, begin_ms * place) for place, talk in enumerate(images)]
+    car = RealCar(FIRST, there, Party(back, other_back))
+    ended = [each.talk for each in talk_through(late, car, there, [back, other_back])]
+    verified = [talk for talk in ended if talk.outcome.kind == VERIFIED]
+    assert all((talk.holds == NEW) == (talk in verified) for talk in ended)
+    assert car.holds == (images[verified[-1]] if verified else FIRST)
+
+
+# Readback
+
+
+def test_an_image_that_comes_back_damaged_is_read_again():
+    there, back = ways(back=Faults(dead_until=5, dead_from=3))
+    told = Told()
+    talk = ReadbackTransfer(BAUD, told)
+    talk_through([talk], RealCar(SECOND, there, back), there, [back])
+    assert talk.outcome == (IMAGE, SECOND)
+    assert told == [READS_AGAIN]
+
+
+# The line's pace
+
+
+@pytest.mark.parametrize("baud", [1200, 9600, 115200])
+def test_bytes_are_sent_as_fast_as_the_line_carries_them_and_progress_is_the_lines(baud):
+    progress, now_ms, sent = [], 0, b""
+    talk = UploadTransfer(LARGEST, baud, verify=False, sent=progress.append)
+    begun_ms = None
+    while talk.outcome is None:
+        piece = talk.step(b"", now_ms)
+        if piece and begun_ms is None:
+            begun_ms = now_ms
+        sent += piece
+        if begun_ms is not None:
+            assert len(sent) <= 64 + (now_ms - begun_ms) * baud // 10_000
+        now_ms += 10
+    assert sent == LARGEST
+    assert progress == sorted(set(progress))
+    assert progress[-1] == len(LARGEST)
+    assert begun_ms >= SETTLE_MS
+    needed_ms = len(LARGEST) * 10_000 / baud
+    assert needed_ms <= now_ms - begun_ms <= needed_ms + 50
+
+
+def test_the_answer_is_awaited_from_when_the_last_byte_has_left_a_slow_line():
+    # 2,044 bytes take 17 s.
+    there, back = ways()
+    talk, car = UploadTransfer(LARGEST, 1200), RealCar(FIRST, there, back)
+    talk_through([talk], car, there, [back])
+    assert (talk.holds, car.holds) == (NEW, LARGEST)
+
+
+class ChattyCar(RealCar):
+    """A car whose board has something to say every 100 ms."""
+
+    def __init__(self, stored, there, back):
+        super().__init__(stored, there, back)
+        self._back, self._said_ms = back, 0
+
+    def tick(self, now_ms):
+        if now_ms >= self._said_ms:
+            self._said_ms = now_ms + 100
+            self._back.put(b"battery 97 %\n", self._said_ms)
+        super().tick(now_ms)
+
+
+def test_a_board_that_never_stops_talking_is_talked_to_nevertheless():
+    there, back = ways()
+    talk, car = UploadTransfer(SECOND, BAUD), ChattyCar(FIRST, there, back)
+    talk_through([talk], car, there, [back])
+    assert (talk.holds, car.holds) == (NEW, SECOND)
