@@ -7,7 +7,7 @@ const HERE = new URL("./", import.meta.url);
 const SOURCE = new URL("../../src/motorcade/", import.meta.url);
 // Folders of the house, and those of their files that need NumPy or a computer.
 const ROOMS = { words: ["bulk.py"], car: [], "car/check": [], "boards/on_chip": [] };
-const FILES = ["boards/__init__.py", "boards/micropython.py", "boards/voice.py"];
+const FILES = ["errors.py", "boards/__init__.py", "boards/micropython.py", "boards/voice.py"];
 // MicroPython searches this folder of its in-memory filesystem.
 const LIBRARY = "/lib";
 const HEAP_BYTES = 16 * 1024 * 1024;

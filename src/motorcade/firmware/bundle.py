@@ -13,6 +13,8 @@ _PACKAGE = "motorcade"
 _SOURCE = Path(__file__).parents[1]
 # The checker of boards is for whoever changes one and tries it at the prompt.
 _ALSO = ("motorcade.car.check",)
+# Sentences and exit codes are for a computer: on a board an error is its code and details.
+_STAYS = ("motorcade.locales", "motorcade.outcomes")
 
 
 def templates() -> Path:
@@ -38,7 +40,7 @@ def _collect(name: str, modules: dict[str, bytes]) -> None:
     path = _SOURCE.joinpath(*name.split(".")[1:])
     source = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
     key = f"{_PACKAGE}/{source.relative_to(_SOURCE).as_posix()}"
-    if key in modules or not source.is_file():
+    if key in modules or not source.is_file() or name.startswith(_STAYS):
         return
     # The house's own __init__ finds the public names by CPython's importlib.
     modules[key] = b"" if name == _PACKAGE else source.read_bytes()

@@ -1,0 +1,36 @@
+"""What an error's code means to a shell and to HTTP: one table."""
+
+from functools import cache
+
+FINE = 0
+PROGRAM_ERROR = 1
+USAGE = 2
+PORT_NOT_FOUND = 3
+PORT_BUSY = 4
+NO_ANSWER = 5
+VERIFICATION = 6
+PORT_FORBIDDEN = 7
+REFUSED = 8
+WENT_AWAY = 9
+
+# Exit code, HTTP status, and the error codes that have them; an error that isn't here has the first line's.
+DEFAULT = (PROGRAM_ERROR, 400)
+OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
+    (*DEFAULT, ()),
+    (USAGE, 400, ("usage",)),
+)
+
+
+@cache
+def _by_code() -> dict[str, tuple[int, int]]:
+    return {code: (exit_code, status) for exit_code, status, codes in OUTCOMES for code in codes}
+
+
+def exit_code_of(code: str) -> int:
+    """The exit code of a command that ends with the error ``code``."""
+    return _by_code().get(code, DEFAULT)[0]
+
+
+def http_status_of(code: str) -> int:
+    """The HTTP status of a request that is answered by the error ``code``."""
+    return _by_code().get(code, DEFAULT)[1]
