@@ -21,7 +21,7 @@ def driving(file: Path) -> Iterator[subprocess.Popen[str]]:
     """A process whose wheels turn; it notes in ``file`` what they are told."""
     environment = {**os.environ, "PYTHONPATH": str(TESTS)}
     with subprocess.Popen(
-        [sys.executable, "-m", "link.guarded_car", str(file)],
+        [sys.executable, "-m", "support.guarded_car", str(file)],
         env=environment,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,

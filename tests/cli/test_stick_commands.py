@@ -38,7 +38,7 @@ class RemotePad:
         self.program = (sys.executable, virtual_pad.__file__, str(port))
 
     def happens(self, order):
-        """``plug`` and so on, as `link.virtual_pad` says."""
+        """``plug`` and so on, as `support.virtual_pad` says."""
         self._line = self._line or self._listener.accept()[0]
         self._line.sendall(order.encode() + b"\n")
 

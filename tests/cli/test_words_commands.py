@@ -197,7 +197,7 @@ def test_decompile_prints_a_project_that_compiles_to_the_same_bytes(tmp_path):
 
 def test_decompile_for_a_profile_of_ones_own_prints_a_project_that_compiles(image, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    shutil.copy(Path(profile.__file__).parent / "profiles" / "classroom.toml", "mine.toml")
+    shutil.copy(Path(profile.__file__).parents[1] / "profiles" / "classroom.toml", "mine.toml")
     project = data("decompile", image(0x01000000, 0x64800000), "--profile", "mine.toml")
     Path("again.motorcade.json").write_text(json.dumps(project), encoding="utf-8")
     assert data("compile", "again.motorcade.json")["words"] == [0x01000000, 0x64800000]

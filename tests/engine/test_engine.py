@@ -135,7 +135,7 @@ def test_driven_cars_do_what_the_plain_world_does(case: Case, data: st.DataObjec
 
 def elsewhere(expression: str, **environment: str) -> object:
     """What an expression of `worlds` gives in a Python of its own, as JSON."""
-    script = f"import json, worlds; print(json.dumps({expression}))"
+    script = f"import json; from support import worlds; print(json.dumps({expression}))"
     path = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
     command = [sys.executable, "-W", "ignore", "-c", script]
     ran = subprocess.run(

@@ -140,7 +140,7 @@ def test_the_brain_is_plain_functions_of_integers() -> None:
 
 def test_how_long_it_rests_is_told_by_plain_functions_that_ask_the_brain_alone() -> None:
     of_the_brain = {"motorcade.car"} | {f"brain.{name}" for name in vars(brain)}
-    assert set(faults_of((SOURCE / "car" / "rest.py").read_text(encoding="utf-8"))) <= of_the_brain
+    assert set(faults_of((SOURCE / "car" / "next_wakeup.py").read_text(encoding="utf-8"))) <= of_the_brain
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 """A car in a process of its own that drives until it is told to end, or until somebody ends it; run by test_guard.py.
 
-``python -m link.guarded_car FILE [FAILSAFE_MS]``: its board appends to FILE what it is told, and when by the clock of
+``python -m support.guarded_car FILE [FAILSAFE_MS]``: its board appends to FILE what it is told, and when by the clock of
 all processes. It says ``drives`` once it does.
 """
 
@@ -36,7 +36,7 @@ class FileBoard(DriveBoard):
         note(self._file, "neutral")
 
     def rescue(self) -> tuple[str, tuple[str, ...]]:
-        return "link.guarded_car:rescue", (self._file,)
+        return "support.guarded_car:rescue", (self._file,)
 
 
 def note(file: str, told: str) -> None:

@@ -1,9 +1,12 @@
 """The library of the imaginary motor board in docs/write-a-board.md; after a while somebody presses Ctrl-C."""
 
+import sys
 import time
 
 from motorcade.words.infrared import air_us
 
+# The code on the page imports it by its own name.
+sys.modules["roverhat"] = sys.modules[__name__]
 TICKS = 20
 done: list[tuple[int, ...]] = []
 _left = [0]

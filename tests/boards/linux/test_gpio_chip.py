@@ -150,7 +150,7 @@ def test_a_computer_without_pins_says_so():
 
 
 def test_the_library_leaves_no_pipe_where_a_car_is_started(tmp_path):
-    script = "from motorcade.boards import gpio_chip; gpio_chip._lgpio()"
+    script = "from motorcade.boards.linux import gpio_chip; gpio_chip._lgpio()"
     subprocess.run([sys.executable, "-c", script], cwd=tmp_path, check=True, timeout=60)
     assert list(tmp_path.iterdir()) == []
 

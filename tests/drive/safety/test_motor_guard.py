@@ -23,7 +23,7 @@ QUICK_MS, PATIENT_MS = 1000, 30_000
 @contextmanager
 def driving(file: Path, failsafe_ms: int = PATIENT_MS) -> Iterator[subprocess.Popen]:
     """A process whose car drives, and notes what its wheels are told in ``file``."""
-    command = [sys.executable, "-m", "link.guarded_car", str(file), str(failsafe_ms)]
+    command = [sys.executable, "-m", "support.guarded_car", str(file), str(failsafe_ms)]
     path = os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])
     environment = {**os.environ, "PYTHONPATH": path}
     with subprocess.Popen(
