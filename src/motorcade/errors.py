@@ -87,4 +87,7 @@ class ToldError(Exception):
         return self.reason(language)
 
 
-Sentences = dict[str, dict[str, str]]
+if MYPY:  # noqa: SIM108
+    Sentences = dict[str, dict[str, str]]
+else:
+    Sentences = dict

@@ -1,7 +1,7 @@
 """A car in a process of its own that drives until it is told to end, or until somebody ends it; run by test_guard.py.
 
-``python -m support.guarded_car FILE [FAILSAFE_MS]``: its board appends to FILE what it is told, and when by the clock of
-all processes. It says ``drives`` once it does.
+``python -m support.guarded_car FILE [FAILSAFE_MS]``: its board appends to FILE what it is told, and when by the clock
+of all processes. It says ``drives`` once it does.
 """
 
 import asyncio
