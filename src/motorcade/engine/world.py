@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numba
 import numpy as np
@@ -20,6 +20,7 @@ from motorcade.engine.events import KINDS as KINDS
 from motorcade.engine.events import LOSS_REASONS as LOSS_REASONS
 from motorcade.engine.geometry import FULL_TURN, to_heading
 from motorcade.engine.layout import VOICES
+from motorcade.engine.moment import Moment
 from motorcade.engine.state import DRIVEN, MOST_PARTS
 from motorcade.mats import Mat, Pose
 from motorcade.mats.schema import FARTHEST_M
@@ -39,31 +40,6 @@ _COUNTED = {
     "undetected": tally.UNDETECTED,
     "touching_ms": tally.TOUCHING_MS,
 }
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """What the cars of a world show at a moment, in the order of their numbers.
-
-    Attributes:
-        t_ms: the moment.
-        x_m, y_m, heading: float64, metres and radians from -pi to pi.
-        word: uint32, the word that each executes or holds.
-        runs: bool, whether that word's length is not yet over.
-        wheels: uint8, direction * 4 + speed level; direction 3 where somebody drives the car.
-        led: uint8, the LED that is on, 4 for none.
-        sends: bool, whether the car's frame is on the air.
-    """
-
-    t_ms: int
-    x_m: NDArray[np.float64]
-    y_m: NDArray[np.float64]
-    heading: NDArray[np.float64]
-    word: NDArray[np.uint32]
-    runs: NDArray[np.bool_]
-    wheels: NDArray[np.uint8]
-    led: NDArray[np.uint8]
-    sends: NDArray[np.bool_]
 
 
 class World:
@@ -228,8 +204,8 @@ class World:
             self._advance(now)
             ticks -= now
 
-    def snapshot(self, world: int = 0) -> Snapshot:
-        """What the cars of a world show now."""
+    def snapshot(self, world: int = 0) -> Moment:
+        """What the cars of a world show now, and what was counted in it since reset."""
         part = slice(world * self.cars, (world + 1) * self.cars)
         state = self.state
         order = np.argsort(state.number[part])
@@ -237,7 +213,7 @@ class World:
         # As the last tick set them; the next one may put some out.
         engine.read_leds(part.start, self.now_ms - self.tick_ms & TICKS_MASK, state, self._rules, led)
         heading = state.heading[part][order] / FULL_TURN * math.tau
-        return Snapshot(
+        return Moment(
             t_ms=self.now_ms,
             x_m=state.x[part][order] / 1e6,
             y_m=state.y[part][order] / 1e6,
@@ -247,6 +223,7 @@ class World:
             wheels=self._shown_wheels(world)[order],
             led=led[order],
             sends=((self.now_ms - state.sends_until[part][order].astype(np.int64)) & TICKS_MASK) >= 1 << 29,
+            counts={name: int(counted[world]) for name, counted in self.counts().items()},
         )
 
     def take_events(self) -> NDArray[np.void]:

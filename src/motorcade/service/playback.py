@@ -15,10 +15,10 @@ from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.config.profile import Profile
 from motorcade.engine.errors import WorldError
+from motorcade.engine.moment import Moment
 from motorcade.engine.world import World
 from motorcade.mats import Mat, Pose
 from motorcade.runs.description import Description
-from motorcade.runs.recording import Frame
 from motorcade.service.history import EVERY_MS, History
 from motorcade.service.pictures import (
     EVENT_ROW,
@@ -28,7 +28,7 @@ from motorcade.service.pictures import (
     PAST,
     RUNS,
     SENDS,
-    Moment,
+    PictureColumns,
     event_rows,
     pack_picture,
 )
@@ -211,11 +211,11 @@ class Playback:
         while self._due_ms <= self.now_ms:
             self._due_ms += EVERY_MS
 
-    def _moment(self, marks: NDArray[np.uint8]) -> Moment:
+    def _moment(self, marks: NDArray[np.uint8]) -> PictureColumns:
         now = self._world.snapshot()
         flags = now.runs * np.uint8(RUNS) | now.sends * np.uint8(SENDS) | marks
         x_m, y_m, heading = (each.astype(np.float32) for each in (now.x_m, now.y_m, now.heading))
-        return Moment(now.t_ms, x_m, y_m, heading, self._carried.indices(), now.wheels, now.led, flags)
+        return PictureColumns(now.t_ms, x_m, y_m, heading, self._carried.indices(), now.wheels, now.led, flags)
 
     # What a page is told
 
@@ -287,7 +287,7 @@ class Playback:
         """What a recording says about the run."""
         return Description.of(self._world, EVERY_MS)
 
-    def frames(self, seconds: float) -> Iterator[Frame]:
+    def frames(self, seconds: float) -> Iterator[Moment]:
         """The last so many simulated seconds, for a film."""
         words = self._carried.words
         for moment in self._history.moments(self._world.cars, self.now_ms - round(seconds * 1000)):
@@ -295,4 +295,4 @@ class Playback:
             word = np.where(known, words[np.where(known, moment.held, 0)], 0).astype(np.uint32)
             runs, sends = (moment.flags & flag > 0 for flag in (RUNS, SENDS))
             held = (word, runs, moment.wheels, moment.led, sends)
-            yield Frame(moment.t_ms, moment.x_m, moment.y_m, moment.heading, *held, {})
+            yield Moment(moment.t_ms, moment.x_m, moment.y_m, moment.heading, *held)
