@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.car.drive_board import DriveBoard
 from motorcade.engine.moment import Moment
-from motorcade.engine.rehearsal import warm_up
-from motorcade.engine.world import World
+from motorcade.engine.world import World, warm_up
 from motorcade.runs.description import Description
 
 Setpoint = tuple[int, int, int]

@@ -28,7 +28,8 @@ def exit_code(problem: Exception) -> int | None:
     from motorcade.drive.car_failures import CarAwayError, CarNotFoundError, CarNotTrustedError, CarRefusesError
     from motorcade.drive.input.stick_failures import StickError
     from motorcade.drive.tls.keys import KeysError
-    from motorcade.engine.errors import MatError, WorldError
+    from motorcade.engine.errors import MatError
+    from motorcade.errors import MotorcadeError
     from motorcade.export.targets import TargetError
     from motorcade.program.decompiler import DecompileError
     from motorcade.program.diagnostics import ProgramError
@@ -45,13 +46,14 @@ def exit_code(problem: Exception) -> int | None:
     from motorcade.words.field import WordError
     from motorcade.words.image import ImageError
 
+    if isinstance(problem, MotorcadeError):
+        return problem.exit_code
     codes = (
         (ProgramError, PROGRAM_ERROR),
         (ProfileError, PROGRAM_ERROR),
         (ImageError, PROGRAM_ERROR),
         (DecompileError, PROGRAM_ERROR),
         (MatError, PROGRAM_ERROR),
-        (WorldError, PROGRAM_ERROR),
         (PinsError, PROGRAM_ERROR),
         (VoiceError, PROGRAM_ERROR),
         (FormatFileError, PROGRAM_ERROR),
@@ -89,12 +91,14 @@ def sentence(problem: Exception, language: str) -> str:
     from motorcade.cameras.camera_failures import CameraError
     from motorcade.drive.car_failures import CarError
     from motorcade.drive.input.stick_failures import StickError
-    from motorcade.errors import ToldError
+    from motorcade.errors import MotorcadeError, ToldError
     from motorcade.program.decompiler import DecompileError
     from motorcade.upload.failures import PortError
     from motorcade.words.image import ImageError
     from motorcade.words.sentences import image_sentence
 
+    if isinstance(problem, MotorcadeError):
+        return problem.sentence(language)
     if isinstance(problem, ToldError | PortError | CarError | CameraError | StickError | DecompileError):
         return problem.message(language)
     return image_sentence(problem, language) if isinstance(problem, ImageError) else str(problem)

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.config.profile import Profile
-from motorcade.engine.errors import WorldError
 from motorcade.engine.moment import Moment
 from motorcade.engine.world import World
+from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, Pose
 from motorcade.runs.description import Description
 from motorcade.service.history import EVERY_MS, History
@@ -120,12 +120,12 @@ class Playback:
         self._world.say(word)
 
     def furnish(self, mat: Mat, range_mm: int | None) -> None:
-        """Other walls, obstacles, people, voices, physics and infrared range. Raises WorldError."""
+        """Other walls, obstacles, people, voices, physics and infrared range. Raises MotorcadeError."""
         self._world.furnish(mat, range_mm)
         self.changed = True
 
     def move(self, car: int, x_m: float, y_m: float, heading_deg: float) -> None:
-        """Put a car elsewhere, in the present. Raises WorldError."""
+        """Put a car elsewhere, in the present. Raises MotorcadeError."""
         self._world.move(car, Pose(x_m, y_m, math.radians(heading_deg)))
         self.seek(None)
 
@@ -137,7 +137,7 @@ class Playback:
             self.pause()
 
     def watch(self, car: int | None) -> None:
-        """Ask for the details of a car, or of none. Raises WorldError: there is no such car."""
+        """Ask for the details of a car, or of none. Raises MotorcadeError: there is no such car."""
         if car is not None:
             self._check_car(car)
         self._watched = car
@@ -203,7 +203,7 @@ class Playback:
 
     def _check_car(self, car: int) -> None:
         if not 0 <= car < self._world.cars:
-            raise WorldError("no-such-car", car=car, last=self._world.cars - 1)
+            raise MotorcadeError("no-such-car-in-world", car=car, last=self._world.cars - 1)
 
     def _keep_moment(self) -> None:
         self._history.keep_moment(self.now_ms, self._moment(self._since_moment).pack())
@@ -236,7 +236,7 @@ class Playback:
         return pack_picture(number, flags, self.now_ms, cars, moment, events)
 
     def view(self, car: int) -> bytes:
-        """What a car's camera sees in the present, as a JPEG file. Raises WorldError: there is no such car."""
+        """What a car's camera sees in the present, as a JPEG file. Raises MotorcadeError: there is no such car."""
         self._check_car(car)
         mat = self._world.mat
         if self._scene is None or self._scene[0] is not mat:
