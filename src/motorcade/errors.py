@@ -1,4 +1,4 @@
-"""The error that every part raises: a code and the details that fill its sentence.
+"""The error that every part raises, and the parts of sentences: a code or key, and the details that fill its sentence.
 
 Portable: a microcontroller carries this file without the sentences, which are in `motorcade.locales`, and without the
 exit codes and HTTP statuses, which are in `motorcade.outcomes`.
@@ -10,6 +10,40 @@ if MYPY:
     from typing import Any
 
 
+class Phrase:
+    """Part of a sentence that differs by language, as a detail of an error or a diagnostic.
+
+    Args:
+        key: its key below "phrases" in `locales/<language>.json`.
+        details: fill its braces.
+    """
+
+    def __init__(self, key: str, **details: "Any") -> None:
+        self.key = key
+        self.details = details
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Phrase) and (self.key, self.details) == (other.key, other.details)
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    def __str__(self) -> str:
+        return self.sentence()
+
+    def sentence(self, language: str = "en") -> str:
+        """The phrase in ``language``; key and details where no sentences are installed."""
+        try:
+            from motorcade.locales import text
+        except ImportError:
+            return self.brief()
+        return text("phrases", self.key, self.details, language)
+
+    def brief(self) -> str:
+        """The key and the plain details, the same on every target: ``values-from-to maximum=180 minimum=0``."""
+        return brief(self.key, self.details)
+
+
 class MotorcadeError(Exception):
     """Something is wrong that a user can act on.
 
@@ -18,7 +52,7 @@ class MotorcadeError(Exception):
     Attributes:
         code: names the sentence: the key below "errors" in `locales/<language>.json`; stable.
         details: fill the sentence's braces, by name. A detail that has a ``sentence`` of its own (another error, a
-            `motorcade.locales.Phrase`) is told in the same language.
+            Phrase) is told in the same language.
     """
 
     def __init__(self, code: str, **details: "Any") -> None:
@@ -39,8 +73,12 @@ class MotorcadeError(Exception):
         try:
             from motorcade.locales import error_sentence
         except ImportError:
-            return " ".join([self.code] + ["{}={}".format(name, self.details[name]) for name in self.details])
+            return self.brief()
         return error_sentence(self.code, self.details, language, audience)
+
+    def brief(self) -> str:
+        """The code and the plain details, the same on every target: ``image-word position=3 word=0x40000001``."""
+        return brief(self.code, self.details)
 
     def to_dict(self, audience: str = "") -> "dict[str, Any]":
         """``{"code", "details", "sentence": {language: text}}``, for JSON."""
@@ -65,6 +103,16 @@ class MotorcadeError(Exception):
         from motorcade.outcomes import http_status_of
 
         return http_status_of(self.code)
+
+
+def brief(code: str, details: "dict[str, Any]") -> str:
+    """``code`` and, sorted by name, those ``details`` that have no sentence of their own; ``word`` in hexadecimal."""
+    parts = [code]
+    for name in sorted(details):
+        value = details[name]
+        if not hasattr(value, "sentence"):
+            parts.append(("{}=0x{:08X}" if name == "word" else "{}={}").format(name, value))
+    return " ".join(parts)
 
 
 class ToldError(Exception):

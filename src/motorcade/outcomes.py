@@ -17,7 +17,26 @@ WENT_AWAY = 9
 DEFAULT = (PROGRAM_ERROR, 400)
 OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (*DEFAULT, ()),
-    (USAGE, 400, ("usage",)),
+    (
+        USAGE,
+        400,
+        (
+            "field-given-twice",
+            "file-not-writable",
+            "file-too-large",
+            "folder-not-writable",
+            "format-not-utf-8",
+            "no-such-field",
+            "not-32-bits",
+            "not-a-whole-number",
+            "not-name-and-value",
+            "output-is-input",
+            "unknown-language",
+            "unknown-target",
+            "usage",
+            "word-value",
+        ),
+    ),
 )
 
 

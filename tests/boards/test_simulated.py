@@ -197,7 +197,7 @@ def test_bytes_that_are_no_image_are_refused_and_skipped_until_silence(kind, sto
     with closing(Rig(kind, store)) as rig:
         assert rig.answer(bytes.fromhex("01010300") + OLD * 9, 4) == b"ERR "
         rig.tick(5)
-        assert b"dwell is 3" in rig.client.read(500)
+        assert b"image-header word=0x01010300" in rig.client.read(500)
         rig.client.write(NEW)
         rig.line.wait(DEADLINE_S)
         rig.tick(2)

@@ -41,7 +41,7 @@ def test_the_example_is_read_field_by_field():
         walker.encode(walks=1, gait=3, heading=270, legs=2, lift=4, pause=20)
         == 0b1_11_100001110_0010_00100_00010100_000
     )
-    assert walker.warnings(0b1 << 29) == ["gait is 1, yet walks is 0: it has no effect"]
+    assert [str(warning) for warning in walker.warnings(0b1 << 29)] == ["gait is 1, yet walks is 0: it has no effect"]
 
 
 def one(*lines):

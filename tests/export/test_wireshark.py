@@ -56,8 +56,8 @@ def sentences(word_format, word):
     try:
         word_format.decode(word)
     except WordError as error:
-        return [str(error), *word_format.warnings(word)]
-    return word_format.warnings(word)
+        return [str(error), *map(str, word_format.warnings(word))]
+    return [str(warning) for warning in word_format.warnings(word)]
 
 
 def raw_values(word_format, word):

@@ -18,6 +18,7 @@ from motorcade.car import brain
 from motorcade.car import next_wakeup as rest
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board, make_levels
 from motorcade.car.loop import Car
+from motorcade.errors import Phrase
 from motorcade.words.check import check_request, ready_line
 from motorcade.words.field import WordError
 from motorcade.words.fingerprint import fingerprint
@@ -56,12 +57,12 @@ def total_names():
     names += ["images taken", "images not stored", "images refused", "images read back", "images announced"]
     names += ["upload verified", "upload not verified", "upload mismatch", "upload refused", "upload silent"]
     names += ["readback image", "readback refused", "readback silent"]
-    names += ["parsed", "not parsed: cut-off", "not parsed: too-long", "not parsed: header", "not parsed: word"]
+    names += ["parsed"] + ["not parsed: image-" + each for each in ("cut-off", "too-long", "header", "word")]
     names += ["infrared right", "infrared wrong", "infrared lost"]
     names += wheel_names()
     for word_format in FORMATS:
         name = word_format.name
-        names += [f"{name} encoded", f"{name} decoded", f"{name} not decoded: {name} word"]
+        names += [f"{name} encoded", f"{name} decoded", f"{name} not decoded: {name}"]
         for field in word_format.fields:
             names.append(f"{name} not encoded: {field.name}")
             if field.restricted or field.reserved:
@@ -234,10 +235,10 @@ def step_formats(random, record):
     word = random.bits()
     try:
         word = word_format.encode(**{field.name: draw_raw(random, field) for field in word_format.fields})
-        record.add(word, *word_format.warnings(word))
+        record.add(word, *[warning.brief() for warning in word_format.warnings(word)])
         record.count(f"{name} encoded")
     except WordError as error:
-        record.add(error.value, error.allowed, error)
+        record.add(error.value, error.brief())
         record.count(f"{name} not encoded: {error.field}")
     if random.one_in(16):
         word = random.pick((-1, word | 1 << random.between(32, 70)))
@@ -247,7 +248,7 @@ def step_formats(random, record):
         record.add(*word_format.decode(word, random.one_in(2)))
         record.count(f"{name} decoded")
     except WordError as error:
-        record.add(error.value, error.allowed, error)
+        record.add(error.value, error.brief())
         record.count(f"{name} not decoded: {error.field}")
 
 
@@ -257,8 +258,13 @@ def step_parsing(random, record):
         record.add(image.dwell_level, *image_words(image))
         record.count("parsed")
     except ImageError as error:
-        record.add(error)
+        record.add(error.brief())
         record.count(f"not parsed: {error.code}")
+
+
+def told(detail):
+    """The detail of an Outcome; a Phrase by its key and details, since MicroPython has no sentences."""
+    return detail.brief() if isinstance(detail, Phrase) else detail
 
 
 def step_upload(random, record):
@@ -278,7 +284,7 @@ def step_upload(random, record):
         event = car_end.next_event()
     uploader.receive_data(b"", 3000)
     outcome = uploader.next_event()
-    record.add(outcome.detail)
+    record.add(told(outcome.detail))
     record.count(f"upload {outcome.kind}")
 
 
@@ -293,7 +299,7 @@ def step_readback(random, record):
     for data, now_ms in ((answer[:at], 1), (answer[at:], 2), (b"", 3000)):
         reader.receive_data(data, now_ms)
     outcome = reader.next_event()
-    record.add(outcome.detail)
+    record.add(told(outcome.detail))
     record.count(f"readback {outcome.kind}")
 
 

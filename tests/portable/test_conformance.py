@@ -89,8 +89,8 @@ def modules_of(room: str, files: list[Path]) -> set[str]:
     return {f"motorcade.{room}"} | {f"motorcade.{room}.{path.stem}" for path in files}
 
 
-OF_WORDS = modules_of("words", WORDS) | {"sys", "struct", "binascii", "collections"}
-OF_CARS = modules_of("words", WORDS) | modules_of("car", CAR)
+OF_WORDS = modules_of("words", WORDS) | {"motorcade.errors", "sys", "struct", "binascii", "collections"}
+OF_CARS = modules_of("words", WORDS) | {"motorcade.errors"} | modules_of("car", CAR)
 # MicroPython's modules come in as arguments, but for power_on's main.
 OF_BOARDS = {"array", "binascii", "collections", "gc", "json", "os", "select", "sys", "time"}
 MAY_IMPORT = {

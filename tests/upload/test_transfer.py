@@ -5,6 +5,7 @@ from zlib import crc32
 
 import pytest
 
+from motorcade.errors import Phrase
 from motorcade.upload.transfer import (
     ASKS_AGAIN,
     NEITHER,
@@ -124,7 +125,7 @@ def test_without_verifying_nothing_but_the_image_is_sent():
     talk = UploadTransfer(SECOND, BAUD, verify=False)
     sent = b"".join(talk.step(b"", now_ms) for now_ms in range(0, 2000, 10))
     assert sent == SECOND
-    assert talk.outcome == (NOT_VERIFIED, "sent, not verified")
+    assert talk.outcome == (NOT_VERIFIED, Phrase("sent-not-verified"))
     assert talk.holds == UNKNOWN
 
 

@@ -4,13 +4,15 @@ from binascii import crc32
 
 import pytest
 
-from motorcade.words.field import Field, WordFormat
+from motorcade.words.field import ANY, Field, Values, WordFormat
 from motorcade.words.fingerprint import canonical_text, fingerprint
 from motorcade.words.formats import CONTROL, DRIVE, FORMATS, HEADER
 
 
 def walker(name="walker", **changes):
-    gait = {"name": "gait", "high": 31, "low": 28, "meaning": "how it walks", **changes}
+    gait = {"name": "gait", "high": 31, "low": 28, "meaning": "how it walks"}
+    values = {name: value for name, value in changes.items() if name in vars(ANY)}
+    gait |= {name: value for name, value in changes.items() if name not in values} | {"values": Values(**values)}
     legs = Field("legs", gait["low"] - 1, 1, "how many")
     return WordFormat(name, [Field(**gait), legs, Field("on", 0, 0, "whether it walks")])
 

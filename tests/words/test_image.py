@@ -12,9 +12,9 @@ from motorcade.words.image import (
     image_words,
     parse_image,
     parse_image_bytes,
+    refused_image,
     words_to_bytes,
 )
-from motorcade.words.sentences import image_sentence
 
 MOST = 255
 LEVELS = st.integers(0, 7)
@@ -95,7 +95,7 @@ def test_follower_words_without_a_dwell_level_are_refused(level):
 def test_an_image_cut_off_anywhere_says_so(image, data):
     whole = image_bytes(image)
     part = whole[: data.draw(st.integers(0, len(whole) - 1))]
-    assert fault(part)[0] == "cut-off"
+    assert fault(part)[0] == "image-cut-off"
 
 
 def test_an_image_that_is_cut_off_says_how_much_is_there():
@@ -108,7 +108,7 @@ def test_an_image_that_is_cut_off_says_how_much_is_there():
 def test_an_image_that_is_too_long_says_so(image, more):
     code, sentence = fault(image_bytes(image) + words_to_bytes(more))
     words = 1 + len(image.leader) + len(image.followers)
-    assert code == "too-long"
+    assert code == "image-too-long"
     assert f"announces {words} words, {words + len(more)} are here" in sentence
 
 
@@ -132,7 +132,7 @@ def test_an_image_with_part_of_a_word_behind_it_is_refused(image, more):
 def test_a_header_that_is_none_says_why_and_shows_itself(data, reason):
     header = bytes.fromhex(data)[:4]
     code, sentence = fault(bytes.fromhex(data))
-    assert code == "header"
+    assert code == "image-header"
     assert reason in sentence
     assert f"0x{header.hex().upper()}" in sentence
 
@@ -143,7 +143,7 @@ def test_a_reserved_or_parity_bit_in_any_word_is_refused_with_its_place(image, b
     place = data.draw(st.integers(1, len(words) - 1))
     words[place] |= 1 << bit
     code, sentence = fault(words_to_bytes(tuple(words)))
-    assert code == "word"
+    assert code == "image-word"
     assert f"word {place} (0x{words[place]:08X})" in sentence
     assert ("parity is 1" if bit == 0 else f"reserved is {1 << bit - 1}") in sentence
 
@@ -155,15 +155,15 @@ def test_a_reserved_or_parity_bit_in_any_word_is_refused_with_its_place(image, b
         ("00 00", "2 个字节"),
         ("02 00 00 00  40 00 00 00", "说明有 3 个码字，这里只有 2 个"),
         ("00 00 00 00  40 00 00 00", "说明有 1 个码字，这里有 2 个"),
-        ("00 00 00 ff", "头位串 0x000000FF 无效：reserved 的值不能是 255"),
+        ("00 00 00 ff", "头位串 0x000000FF 无效：reserved 的值 255 无效；允许：0（保留）"),
         ("01 00 00 00  40 00 00 01", "第 1 个码字（0x40000001）无效：parity"),
         ("01 00 00 00  40 00 00 02", "第 1 个码字（0x40000002）无效：reserved"),
     ],
 )
-def test_what_is_wrong_is_said_in_chinese_too(data, says):
+def test_an_image_error_has_a_sentence_in_chinese(data, says):
     problem = parsed(bytes.fromhex(data))
-    assert says in image_sentence(problem, "zh")
-    assert image_sentence(problem, "en") == str(problem)
+    assert says in problem.sentence("zh")
+    assert problem.sentence("en") == str(problem)
 
 
 @pytest.mark.parametrize("word", [-1, 1 << 32])
@@ -194,7 +194,23 @@ def parsed(data):
 def test_any_bytes_are_an_image_or_an_image_error(data):
     result = parsed(data)
     if isinstance(result, ImageError):
-        assert result.code in {"cut-off", "too-long", "header", "word"}
+        assert result.code in {"image-cut-off", "image-too-long", "image-header", "image-word"}
         assert str(result).isprintable()
     else:
         assert image_bytes(result) == data
+
+
+@pytest.mark.parametrize(
+    "data", ["00 00 00 ff", "00 01 00 00  80 00 00 00", "01 00 00 00  40 00 00 01", "01 00 00 00  40 00 00 02"]
+)
+def test_an_image_error_is_found_again_from_its_brief_form(data):
+    problem = parsed(bytes.fromhex(data))
+    assert str(refused_image(problem.brief())) == str(problem)
+
+
+@pytest.mark.parametrize(
+    "reason",
+    ["", "busy", "image-word", "image-word word=x position=1", "image-header word", "image-word word=0 position=1"],
+)
+def test_another_reason_names_no_image_error(reason):
+    assert refused_image(reason) is None

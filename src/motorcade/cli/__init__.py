@@ -10,7 +10,7 @@ from motorcade import __version__
 from motorcade.cli import car, drive, experiments, exports, firmware, recordings, studio, uploads, words
 from motorcade.cli import simulate as cars
 from motorcade.cli.failures import exit_code, sentence
-from motorcade.cli.options import asked, spoken
+from motorcade.cli.options import current_language, requested_language
 
 app = typer.Typer(
     name="motorcade",
@@ -35,14 +35,14 @@ studio.add_to(app)
 def main() -> NoReturn:
     """Run the command line; every failure ends in one sentence and its exit code."""
     _speak_utf8()
-    asked.set("")
+    requested_language.set("")
     try:
         app()
     except Exception as problem:
         code = exit_code(problem)
         if code is None:
             raise
-        print(f"motorcade: {sentence(problem, spoken())}", file=sys.stderr)
+        print(f"motorcade: {sentence(problem, current_language())}", file=sys.stderr)
         sys.exit(code)
     sys.exit(0)
 

@@ -25,7 +25,7 @@ from motorcade.cli.car_options import (
     fit_out,
 )
 from motorcade.cli.failures import UsageError
-from motorcade.cli.options import Json, Language, ProfileOption, print_json, profile_named, tongue, wants_json
+from motorcade.cli.options import Json, Language, ProfileOption, print_json, profile_named, resolve_locale, wants_json
 from motorcade.cli.recordings import needs_extra
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def wiring_command(
     from motorcade.cli.options import print_table, write_file
     from motorcade.config.pins import load_pins
 
-    chosen, wiring = tongue(language), load_pins(pins)
+    chosen, wiring = resolve_locale(language), load_pins(pins)
     rows = wiring_rows(wiring, chosen)
     if output:
         write_file(output, wiring_svg(wiring, chosen).encode(), source=pins)

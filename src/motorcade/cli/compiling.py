@@ -4,7 +4,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from motorcade.cli.options import spoken
+from motorcade.cli.options import current_language
 
 TEXTS = {
     "en": "The simulator is being compiled for this computer, once; that takes up to a minute.",
@@ -19,7 +19,7 @@ def told_of_compiling() -> Iterator[None]:
 
     def tell() -> None:
         if sys.stderr.isatty():
-            print(TEXTS[spoken()], file=sys.stderr, flush=True)
+            print(TEXTS[current_language()], file=sys.stderr, flush=True)
 
     with telling(tell):
         yield

@@ -10,6 +10,8 @@ from rich.table import Table
 from rich.text import Text
 
 from motorcade.config.profile import Profile
+from motorcade.errors import Phrase
+from motorcade.locales import command_line_text
 from motorcade.program.diagnostics import Diagnostic
 from motorcade.words.field import WordFormat
 from motorcade.words.formats import CONTROL, HEADER
@@ -89,16 +91,17 @@ def _describe_infrared(word: int) -> str:
 
 def print_diagnostics(console: Console, diagnostics: Iterable[Diagnostic], language: str) -> None:
     """One line each: place, severity, sentence."""
-    names = {"en": {"error": "error", "warning": "warning"}, "zh": {"error": "错误", "warning": "警告"}}[language]
     for each in diagnostics:
         line = Text()
         line.append(f"{each.path}: " if each.path else "")
-        line.append(names[each.severity], style="bold red" if each.severity == "error" else "bold yellow")
+        line.append(
+            command_line_text(each.severity, language), style="bold red" if each.severity == "error" else "bold yellow"
+        )
         line.append(f" {each.code}: {each.message(language)}")
         console.print(line, soft_wrap=True)
 
 
-def fields_table(word: int, word_format: WordFormat, warnings: Iterable[str]) -> Table:
+def fields_table(word: int, word_format: WordFormat, warnings: Iterable[Phrase]) -> Table:
     """One word's fields: bits, raw value, meaning."""
     caption = "\n".join(f"warning: {sentence}" for sentence in warnings) or None
     title = f"{word_format.name} word {word} = 0x{word:08X}"

@@ -26,7 +26,7 @@ from motorcade.cli.car_options import (
 from motorcade.cli.compiling import told_of_compiling
 from motorcade.cli.driving_texts import SERVED
 from motorcade.cli.failures import UsageError
-from motorcade.cli.options import Json, Language, ProfileOption, image_of, print_text, profile_named, tongue
+from motorcade.cli.options import Json, Language, ProfileOption, image_of, print_text, profile_named, resolve_locale
 from motorcade.cli.recordings import needs_extra
 from motorcade.cli.remote import Looks
 from motorcade.cli.stick import StickName, stick_at_the_car
@@ -124,7 +124,7 @@ def serve_command(
     from motorcade.cli.serving import ServeOptions, serve
     from motorcade.drive.addresses import bind
 
-    spoken = tongue(language)
+    spoken = resolve_locale(language)
     texts = SERVED[spoken]
     if keys and insecure_lan:
         raise UsageError(texts["keys-and-lan"])

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from motorcade.cli.failures import UsageError
-from motorcade.cli.options import Json, Language, print_json, tongue, wants_json
+from motorcade.cli.options import Json, Language, print_json, resolve_locale, wants_json
 from motorcade.cli.recordings import needs_extra
 from motorcade.cli.stick import StickName, gamepad
 
@@ -67,7 +67,7 @@ def connect_command(
     from motorcade.drive.blocking_client import BlockingDriveClient
 
     check_terminal()
-    chosen = tongue(language)
+    chosen = resolve_locale(language)
     options = _options(telemetry_port, keys, car_name)
     with ExitStack() as held, suppress(KeyboardInterrupt):
         pad = held.enter_context(gamepad()) if stick == StickName.GAMEPAD else None
@@ -95,7 +95,7 @@ def send_command(
     """Drive for a time, then stand still."""
     from motorcade.drive.blocking_client import BlockingDriveClient
 
-    tongue(language)
+    resolve_locale(language)
     wishes = [_wish(command) for command in commands]
     with BlockingDriveClient(*address_of(car), **_options(telemetry_port, keys, car_name)) as client:
         for wish in wishes:

@@ -19,9 +19,10 @@ from motorcade.cli.options import (
     image_of,
     print_json,
     print_text,
-    tongue,
+    resolve_locale,
     wants_json,
 )
+from motorcade.errors import MotorcadeError
 
 if TYPE_CHECKING:
     from motorcade.config.profile import Profile
@@ -56,7 +57,7 @@ def sweep(
     if len({bool(each) for each in (picture, x, y)}) > 1 or (colour and not picture):
         raise UsageError("a picture needs --picture, --x and --y")
     with _in_sentences(output):
-        plan = _plan(spec, tongue(language))
+        plan = _plan(spec, resolve_locale(language))
         if picture:
             from motorcade.experiments.picture import check_picture
 
@@ -105,7 +106,6 @@ def _run(plan: "Plan", output: Path, jobs: int, scheduler: str) -> int:
 def _program(spec: Path, index: int, wanted: "Sweep", language: str) -> "tuple[bytes, Profile]":
     """The image and the profile of one of the programs that a sweep names."""
     from motorcade.words.image import ImageError
-    from motorcade.words.sentences import image_sentence
 
     name = wanted.programs[index]
     place = f"{spec.name}: programs[{index}], '{name}',"
@@ -117,8 +117,7 @@ def _program(spec: Path, index: int, wanted: "Sweep", language: str) -> "tuple[b
     except OSError as problem:
         raise UsageError(f"{place} can't be read: {problem.strerror}") from None
     except ImageError as problem:
-        reason = image_sentence(problem, language)
-        raise ImageError("program", f"{place} is no program: {problem}", place=place, reason=reason) from None
+        raise MotorcadeError("not-a-program", place=place, reason=problem) from None
     except typer.Exit:
         print(f"motorcade: {place} has errors: mend them first", file=sys.stderr)
         raise

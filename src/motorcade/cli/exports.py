@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli.failures import UsageError
 from motorcade.cli.options import Json, print_json, print_table, print_text, read_file, wants_json, write_file
+from motorcade.errors import MotorcadeError
 
 if TYPE_CHECKING:
     from motorcade.export.vocabulary import Vocabulary
@@ -56,7 +56,7 @@ def formats(format_file: FormatFile = None, as_json: Json = False) -> None:
                             "maximum": field.maximum,
                             "default": field.default,
                             "unit": field.unit,
-                            "allowed": field.allowed,
+                            "allowed": str(field.allowed),
                             "meaning": field.meaning,
                             "source": field.source,
                         }
@@ -90,7 +90,7 @@ def export(
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
-        raise UsageError(f"the folder {output} can't be made: {problem.strerror}") from None
+        raise MotorcadeError("folder-not-writable", folder=output, reason=problem.strerror) from None
     written = []
     for name, text in files.items():
         write_file(output / name, text.encode(), format_file)
@@ -111,5 +111,5 @@ def vocabulary_in(format_file: Path | None) -> "Vocabulary":
     try:
         text = read_file(format_file).decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise UsageError(f"{format_file} is no text in UTF-8; a format is declared in TOML") from None
+        raise MotorcadeError("format-not-utf-8", file=format_file) from None
     return read_format(text, str(format_file))

@@ -1,15 +1,17 @@
-"""Exit codes, and which failure has which."""
+"""The errors that have not moved to the catalogue yet, and their exit codes."""
 
-FINE = 0
-PROGRAM_ERROR = 1
-USAGE = 2
-PORT_NOT_FOUND = 3
-PORT_BUSY = 4
-NO_ANSWER = 5
-VERIFICATION = 6
-PORT_FORBIDDEN = 7
-REFUSED = 8
-WENT_AWAY = 9
+from motorcade.errors import MotorcadeError
+from motorcade.outcomes import (
+    NO_ANSWER,
+    PORT_BUSY,
+    PORT_FORBIDDEN,
+    PORT_NOT_FOUND,
+    PROGRAM_ERROR,
+    REFUSED,
+    USAGE,
+    VERIFICATION,
+    WENT_AWAY,
+)
 
 
 class UsageError(Exception):
@@ -18,6 +20,8 @@ class UsageError(Exception):
 
 def exit_code(problem: Exception) -> int | None:
     """The exit code for an exception whose text is meant for the user; None for a fault of ours."""
+    if isinstance(problem, MotorcadeError):
+        return problem.exit_code
     from motorcade.boards.linux.errors import GpioForbiddenError, InfraredError, NoGpioError, WatchdogError
     from motorcade.boards.simulated import LineError, StoreError
     from motorcade.cameras.camera_failures import CameraError
@@ -28,9 +32,7 @@ def exit_code(problem: Exception) -> int | None:
     from motorcade.drive.car_failures import CarAwayError, CarNotFoundError, CarNotTrustedError, CarRefusesError
     from motorcade.drive.input.stick_failures import StickError
     from motorcade.drive.tls.keys import KeysError
-    from motorcade.engine.errors import MatError
-    from motorcade.errors import MotorcadeError
-    from motorcade.export.targets import TargetError
+    from motorcade.engine.errors import MatError, WorldError
     from motorcade.program.decompiler import DecompileError
     from motorcade.program.diagnostics import ProgramError
     from motorcade.upload.failures import (
@@ -43,23 +45,17 @@ def exit_code(problem: Exception) -> int | None:
         VerificationError,
         WentAwayError,
     )
-    from motorcade.words.field import WordError
-    from motorcade.words.image import ImageError
 
-    if isinstance(problem, MotorcadeError):
-        return problem.exit_code
     codes = (
         (ProgramError, PROGRAM_ERROR),
         (ProfileError, PROGRAM_ERROR),
-        (ImageError, PROGRAM_ERROR),
         (DecompileError, PROGRAM_ERROR),
         (MatError, PROGRAM_ERROR),
+        (WorldError, PROGRAM_ERROR),
         (PinsError, PROGRAM_ERROR),
         (VoiceError, PROGRAM_ERROR),
         (FormatFileError, PROGRAM_ERROR),
         (UsageError, USAGE),
-        (TargetError, USAGE),
-        (WordError, USAGE),
         (StoreError, USAGE),
         (CameraError, PORT_NOT_FOUND),
         (StickError, PORT_NOT_FOUND),
@@ -87,18 +83,16 @@ def exit_code(problem: Exception) -> int | None:
 
 
 def sentence(problem: Exception, language: str) -> str:
-    """What is wrong, in ``language`` (en or zh) where it has a sentence for it."""
+    """What is wrong, in ``language`` where it has a sentence for it."""
     from motorcade.cameras.camera_failures import CameraError
     from motorcade.drive.car_failures import CarError
     from motorcade.drive.input.stick_failures import StickError
-    from motorcade.errors import MotorcadeError, ToldError
+    from motorcade.errors import ToldError
     from motorcade.program.decompiler import DecompileError
     from motorcade.upload.failures import PortError
-    from motorcade.words.image import ImageError
-    from motorcade.words.sentences import image_sentence
 
     if isinstance(problem, MotorcadeError):
         return problem.sentence(language)
     if isinstance(problem, ToldError | PortError | CarError | CameraError | StickError | DecompileError):
         return problem.message(language)
-    return image_sentence(problem, language) if isinstance(problem, ImageError) else str(problem)
+    return str(problem)

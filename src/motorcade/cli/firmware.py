@@ -11,7 +11,7 @@ import typer
 
 from motorcade.cli.car_options import Role
 from motorcade.cli.failures import UsageError
-from motorcade.cli.options import Json, Language, ProfileOption, print_json, profile_named, tongue, wants_json
+from motorcade.cli.options import Json, Language, ProfileOption, print_json, profile_named, resolve_locale, wants_json
 from motorcade.cli.recordings import needs_extra
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def install_firmware_command(
     as_json: Json = False,
 ) -> None:
     """Make a car of an ESP32 or a Raspberry Pi Pico that runs MicroPython."""
-    tongue(language)
+    resolve_locale(language)
     chosen = profile_named(profile)
 
     def settings_for(pin_map: "PinMap") -> dict[str, Any]:

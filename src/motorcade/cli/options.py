@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from motorcade.cli.failures import PROGRAM_ERROR, UsageError
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.locales import FIRST, catalogue, languages
+from motorcade.outcomes import PROGRAM_ERROR
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -21,17 +23,20 @@ if TYPE_CHECKING:
 _MOST_BYTES = 1 << 24
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, on a terminal too.")]
-# What a command was asked to speak, for what is said when it has failed.
-asked: ContextVar[str] = ContextVar("asked", default="")
+# The value of --language, for the sentence that is printed when the command fails.
+requested_language: ContextVar[str] = ContextVar("requested_language", default="")
 
 
 def _remember(language: str) -> str:
-    asked.set(language)
+    requested_language.set(language)
     return language
 
 
 Language = Annotated[
-    str, typer.Option(help="Language of diagnostics: en or zh. The system's, unless given.", callback=_remember)
+    str,
+    typer.Option(
+        help=f"Language of diagnostics: {' or '.join(languages())}. The system's, unless given.", callback=_remember
+    ),
 ]
 ExistingFile = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True)]
 Source = Annotated[Path, typer.Argument(metavar="PROJECT|IMAGE", exists=True, dir_okay=False, readable=True)]
@@ -69,20 +74,17 @@ def print_text(text: str) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def tongue(language: str) -> str:
-    """``en`` or ``zh``: as asked, or as the system speaks."""
-    from motorcade.program.diagnostics import LANGUAGES
-
-    if language and language not in LANGUAGES:
-        raise UsageError(f"'{language}' is not one of {', '.join(LANGUAGES)}")
+def resolve_locale(language: str) -> str:
+    """``language``, or the system's language where it is empty. Raises MotorcadeError: unknown-language."""
+    if language and language not in languages():
+        raise MotorcadeError("unknown-language", language=language, languages=", ".join(languages()))
     return language or _system_language()
 
 
-def spoken() -> str:
-    """The language that the command was asked to speak, or the system's where there is no such."""
-    from motorcade.program.diagnostics import LANGUAGES
-
-    return asked.get() if asked.get() in LANGUAGES else _system_language()
+def current_language() -> str:
+    """The language of --language, or the system's where none is given or it is unknown."""
+    language = requested_language.get()
+    return language if language in languages() else _system_language()
 
 
 def _system_language() -> str:
@@ -90,7 +92,11 @@ def _system_language() -> str:
     names = [os.environ.get(name, "") for name in ("LC_ALL", "LC_MESSAGES", "LANG")]
     names.append(locale.getlocale()[0] or "")
     system = next((name for name in names if name and not name.startswith(("C", "POSIX"))), "")
-    return "zh" if system.lower().startswith(("zh", "chinese")) else "en"
+    for language in languages():
+        # Windows writes 'Chinese (Simplified)_China' where others write 'zh_CN'.
+        if system.lower().startswith((language, catalogue(language)["english_name"].lower())):
+            return language
+    return FIRST
 
 
 def profile_named(name: str) -> "Profile":
@@ -142,12 +148,12 @@ def image_of(source: Path, profile_name: str, language: str) -> "tuple[bytes, Pr
 
 
 def words_in(source: Path) -> tuple[int, ...]:
-    """The words in an image file. Raises ImageError."""
-    from motorcade.words.image import ImageError, bytes_to_words
+    """The words in an image file. Raises ImageError, or MotorcadeError where it is a project."""
+    from motorcade.words.image import bytes_to_words
 
     data = read_file(source)
     if _is_project(source, data):
-        raise ImageError("project", f"{source} is no image. If it is a project, compile it first", file=source)
+        raise MotorcadeError("project-is-no-image", file=source)
     return bytes_to_words(data)
 
 
@@ -156,7 +162,7 @@ def read_file(path: Path) -> bytes:
     with path.open("rb") as file:
         data = file.read(_MOST_BYTES + 1)
     if len(data) > _MOST_BYTES:
-        raise UsageError(f"{path} has more than {_MOST_BYTES >> 20} MiB: it is no project and no image")
+        raise MotorcadeError("file-too-large", file=path, mebibytes=_MOST_BYTES >> 20)
     return data
 
 
@@ -165,21 +171,21 @@ def write_file(path: Path, data: bytes, source: Path | None = None) -> None:
     from motorcade.config.files import replace_file
 
     if source and path.exists() and path.samefile(source):
-        raise UsageError(f"{path} is what is being read: choose another name to write to")
+        raise MotorcadeError("output-is-input", file=path)
     try:
         replace_file(path, data)
     except OSError as problem:
-        raise UsageError(f"{path} can't be written: {problem.strerror}") from None
+        raise MotorcadeError("file-not-writable", file=path, reason=problem.strerror) from None
 
 
-def whole_number(text: str, name: str) -> int:
+def whole_number(text: str, name: str | Phrase) -> int:
     """``text`` as an integer: decimal, 0x hex or 0b binary."""
     for base in (0, 10):
         try:
             return int(text, base)
         except ValueError:
             continue
-    raise UsageError(f"{name} is '{text[:40]}'; allowed: a whole number, such as 42 or 0x2A")
+    raise MotorcadeError("not-a-whole-number", name=name, text=text[:40])
 
 
 def _is_project(source: Path, data: bytes) -> bool:

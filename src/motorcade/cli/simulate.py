@@ -23,7 +23,7 @@ from motorcade.cli.options import (
     print_json,
     print_table,
     profile_named,
-    tongue,
+    resolve_locale,
     wants_json,
 )
 from motorcade.cli.recordings import needs_extra
@@ -56,7 +56,7 @@ def simulate_command(
     as_json: Json = False,
 ) -> None:
     """Let a leader and its followers drive, by the very bytes that an upload sends."""
-    image, chosen = image_of(source, profile, tongue(language))
+    image, chosen = image_of(source, profile, resolve_locale(language))
     if math.isnan(seconds):
         raise UsageError("--seconds is nan; allowed: 0 to 86400")
     if mat and followers is not None:

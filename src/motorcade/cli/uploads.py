@@ -15,11 +15,11 @@ from motorcade.cli.options import (
     Language,
     ProfileOption,
     Source,
+    current_language,
     image_of,
     print_json,
     profile_named,
-    spoken,
-    tongue,
+    resolve_locale,
     wants_json,
     write_file,
 )
@@ -78,7 +78,7 @@ def upload_command(
     from motorcade.cli.console import progress_bar
     from motorcade.upload.serial_port import upload
 
-    image, chosen = image_of(source, profile, tongue(language))
+    image, chosen = image_of(source, profile, resolve_locale(language))
     baud = chosen.serial.baud
     port = port or _only_port()
     if dry_run:
@@ -146,7 +146,7 @@ def _chosen(ports: list[tuple[str, str]]) -> str:
 
     for number, (device, title) in enumerate(ports, start=1):
         print(f"{number:3}  {device}  {title}", file=sys.stderr)
-    choice: int = typer.prompt(_QUESTION[spoken()], default="1", value_proc=chosen, err=True)
+    choice: int = typer.prompt(_QUESTION[current_language()], default="1", value_proc=chosen, err=True)
     return ports[choice - 1][0]
 
 
@@ -155,4 +155,4 @@ def _tell_retry(retry: "Retry") -> None:
 
     # As the bar, for somebody who waits and looks.
     if sys.stderr.isatty():
-        print(retry_sentence(retry, spoken()), file=sys.stderr)
+        print(retry_sentence(retry, current_language()), file=sys.stderr)

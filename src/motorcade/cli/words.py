@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli.failures import PROGRAM_ERROR, UsageError
 from motorcade.cli.options import (
     ExistingFile,
     Json,
@@ -20,12 +19,14 @@ from motorcade.cli.options import (
     print_text,
     profile_named,
     read_file,
-    tongue,
+    resolve_locale,
     wants_json,
     whole_number,
     words_in,
     write_file,
 )
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.outcomes import PROGRAM_ERROR
 
 if TYPE_CHECKING:
     from motorcade.words.field import WordFormat
@@ -53,10 +54,10 @@ def encode(
     for text in values or ():
         name, equals, value = text.partition("=")
         if not equals:
-            raise UsageError(f"'{text}' is not NAME=VALUE, such as {chosen.fields[0].name}=1")
+            raise MotorcadeError("not-name-and-value", text=text, name=chosen.fields[0].name)
         chosen.field(name)
         if name in fields:
-            raise UsageError(f"{name} is given twice")
+            raise MotorcadeError("field-given-twice", field=name)
         fields[name] = whole_number(value, name)
     word = chosen.encode(**fields)
     made = {"word": word, "hex": f"0x{word:08X}", "bits": f"{word:032b}"}
@@ -81,12 +82,12 @@ def decode(
     chosen = _format_called(word_format)
     decoded = []
     for text in words:
-        number = whole_number(text, "a word")
+        number = whole_number(text, Phrase("a-word"))
         word = number + (1 << 32) if -(1 << 31) <= number < 0 else number
         values = chosen.decode(word)
         decoded.append({"word": word, "fields": values._asdict(), "warnings": chosen.warnings(word)})
     if wants_json(as_json):
-        print_json(decoded)
+        print_json([{**each, "warnings": [str(warning) for warning in each["warnings"]]} for each in decoded])
         return
     from motorcade.cli.console import fields_table
 
@@ -106,7 +107,7 @@ def compile_command(
     from motorcade.cli.console import print_diagnostics, words_table
     from motorcade.program.diagnostics import ProgramError, has_errors
 
-    spoken = tongue(language)
+    locale = resolve_locale(language)
     try:
         compiled, profile = compile_project(read_file(project), project.parent)
         words, diagnostics = compiled.words, compiled.diagnostics
@@ -123,12 +124,12 @@ def compile_command(
                 "leader_states": counts[0],
                 "follower_words": counts[1],
                 "dwell_ms": counts[2],
-                "diagnostics": [each.as_dict(spoken) for each in diagnostics],
+                "diagnostics": [each.as_dict(locale) for each in diagnostics],
             }
         )
     elif profile and not failed:
         print_table(words_table(words, profile))
-    print_diagnostics(Console(stderr=True), diagnostics, spoken)
+    print_diagnostics(Console(stderr=True), diagnostics, locale)
     if failed:
         raise typer.Exit(PROGRAM_ERROR)
 

@@ -22,7 +22,7 @@ from typing import Any, NoReturn
 from motorcade.config.toml_lines import Path, TomlLines
 from motorcade.export.names import name_fault
 from motorcade.export.vocabulary import Vocabulary
-from motorcade.words.field import WORD_BITS, Field, FormatError, WordError, WordFormat
+from motorcade.words.field import WORD_BITS, Field, FormatError, Values, WordError, WordFormat
 from motorcade.words.formats import FORMATS
 
 # A field a bit, each of its keys on a line of its own, and as many comments again.
@@ -123,13 +123,15 @@ class _Reader:
             low,
             self._text(table, "meaning", at),
             self._text(table, "source", at),
-            minimum,
-            maximum,
-            one_hot=self._flag(table, "one_hot", at),
-            only=self._only(table, at, most),
+            Values(
+                minimum,
+                maximum,
+                one_hot=self._flag(table, "one_hot", at),
+                only=self._only(table, at, most),
+                unit=self._text(table, "unit", at),
+                reserved=self._flag(table, "reserved", at),
+            ),
             needs=self._text(table, "needs", at),
-            reserved=self._flag(table, "reserved", at),
-            unit=self._text(table, "unit", at),
             goes_with=self._text(table, "goes_with", at),
         )
         field.default = self._default(table, at, field)

@@ -125,3 +125,57 @@ MAT: dict[str, dict[str, str]] = {
         "zh": "{place} 的时间是 {time:g} 秒，而前一个是 {before:g} 秒；时间应递增，每次至少 0.001 秒",
     },
 }
+
+WORLD: dict[str, dict[str, str]] = {
+    "seeds": {
+        "en": "{count} seeds for {worlds} worlds: give one for each",
+        "zh": "{worlds} 个场景却有 {count} 个随机种子：每个场景需要一个",
+    },
+    "no-such-car": {
+        "en": "there is no car {car}; allowed: 0 to {last}",
+        "zh": "没有小车 {car}；允许范围：0 到 {last}",
+    },
+    "no-such-place": {
+        "en": "a car can't be put at [{x:g}, {y:g}]; allowed: up to {most} m from 0",
+        "zh": "不能把小车放到 [{x:g}, {y:g}]；离 0 最远 {most} 米",
+    },
+    "no-events": {
+        "en": "this world keeps no events: make it with events=True",
+        "zh": "此场景不记录事件：请用 events=True 创建",
+    },
+    "no-cars": {
+        "en": "there is no car on the mat: put at least one there",
+        "zh": "场地上没有小车：请至少放一辆",
+    },
+    "no-program": {
+        "en": "the mat has leaders: give a program for them to run",
+        "zh": "场地上有主机：请给它们一个程序",
+    },
+    "too-many-programs": {
+        "en": "{count} programs; a world runs up to 255",
+        "zh": "有 {count} 个程序；一个场景最多运行 255 个",
+    },
+    "no-memory": {
+        "en": "{cars:,} cars need {needed:.1f} GB of memory and {free:.1f} GB are free: take fewer cars or worlds",
+        "zh": "{cars:,} 辆小车需要 {needed:.1f} GB 内存，而可用的只有 {free:.1f} GB：请减少小车或场景",
+    },
+    "too-fast": {
+        "en": "with tick_ms = {tick_ms} a car would drive up to {way:g} mm in a tick, which is more than "
+        "a quarter of its body's {diameter} mm: choose a smaller tick_ms or lower speeds",
+        "zh": "tick_ms = {tick_ms} 时，小车一步最多行驶 {way:g} 毫米，超过车身 {diameter} 毫米的四分之一："
+        "请减小 tick_ms 或速度",
+    },
+    "tick-too-long": {
+        "en": "tick_ms is {tick_ms} and the shortest frame takes {shortest:g} ms: choose a smaller tick_ms",
+        "zh": "tick_ms 是 {tick_ms}，而最短的一帧只有 {shortest:g} 毫秒：请减小 tick_ms",
+    },
+    "cone-too-wide": {
+        "en": "profile {profile}: body.ultrasonic_cone_deg is {cone}; "
+        "half of the cone that can be simulated is 1 to 89",
+        "zh": "车型 {profile}：body.ultrasonic_cone_deg 是 {cone}；可模拟的半角为 1 到 89",
+    },
+    "steers-too-far": {
+        "en": "profile {profile}: servo.steering_deg is {steering}; what can be simulated is 1 to 89",
+        "zh": "车型 {profile}：servo.steering_deg 是 {steering}；可模拟的范围是 1 到 89",
+    },
+}

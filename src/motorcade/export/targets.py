@@ -3,17 +3,14 @@
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
+from motorcade.errors import MotorcadeError
 from motorcade.export.c_header import c_header
 from motorcade.export.json_schema import json_schema
 from motorcade.export.kaitai import kaitai
-from motorcade.export.markdown import LANGUAGES, markdown
+from motorcade.export.markdown import markdown
 from motorcade.export.vectors import vectors
 from motorcade.export.vocabulary import Vocabulary
 from motorcade.export.wireshark import wireshark
-
-
-class TargetError(ValueError):
-    """A target that there isn't; the sentence lists those there are."""
 
 
 class Target(NamedTuple):
@@ -30,7 +27,7 @@ def _single(make: Callable[[Vocabulary], str], suffix: str) -> Callable[[Vocabul
 def _pages(vocabulary: Vocabulary) -> dict[str, str]:
     return {
         f"{vocabulary.file_stem}{'' if language == 'en' else f'.{language}'}.md": markdown(vocabulary, language)
-        for language in LANGUAGES
+        for language in ("en", "zh")
     }
 
 
@@ -45,7 +42,7 @@ TARGETS: Mapping[str, Target] = {
 
 
 def export(target: str, vocabulary: Vocabulary) -> dict[str, str]:
-    """The texts of a target's files, by name. Raises TargetError."""
+    """The texts of a target's files, by name. Raises MotorcadeError: unknown-target."""
     if target not in TARGETS:
-        raise TargetError(f"there is no target '{target[:40]}'; there are {', '.join(TARGETS)}")
+        raise MotorcadeError("unknown-target", target=target[:40], targets=", ".join(TARGETS))
     return TARGETS[target].files(vocabulary)

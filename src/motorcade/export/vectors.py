@@ -165,7 +165,11 @@ def _named(word_format: WordFormat, word: int) -> dict[str, Any]:
 def _word(word_format: WordFormat, word: int) -> dict[str, Any]:
     fields = word_format.decode(word)._asdict()
     strict = not _refusal(word_format.decode, word, True)
-    return _named(word_format, word) | {"fields": fields, "strict": strict, "warnings": word_format.warnings(word)}
+    return _named(word_format, word) | {
+        "fields": fields,
+        "strict": strict,
+        "warnings": list(map(str, word_format.warnings(word))),
+    }
 
 
 _IMAGES = (

@@ -83,7 +83,7 @@ def field_notes(of: Field) -> str:
     if of.reserved:
         notes.append("written 0")
     else:
-        notes.append(of.allowed)
+        notes.append(str(of.allowed))
     if of.goes_with:
         notes.append(f"0 exactly where {of.goes_with} is 0")
     if of.needs:

@@ -58,14 +58,14 @@ def _field(field: Field) -> str:
         "minimum": field.minimum,
         "maximum": field.maximum,
         "meaning": field.meaning,
-        "allowed": field.allowed,
+        "allowed": str(field.allowed),
     }
     entries |= {key: True for key in ("one_hot", "reserved") if getattr(field, key)}
     entries |= {key: getattr(field, key) for key in ("needs", "unit") if getattr(field, key)}
     if field.goes_with:
         entries["goes_with"] = field.goes_with
-        entries["allowed_beside_0"] = field.allowed_beside(0)
-        entries["allowed_beside_others"] = field.allowed_beside(1)
+        entries["allowed_beside_0"] = str(field.allowed_beside(0))
+        entries["allowed_beside_others"] = str(field.allowed_beside(1))
     parts = [f"{key} = {_lua(value)}" for key, value in entries.items()]
     if field.only:
         names = ", ".join(f"[{raw}] = {_lua(name)}" for raw, name in field.only)

@@ -18,35 +18,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+# Until everyone imports it from there.
+from motorcade.errors import Phrase as Phrase
+
 FOLDER = Path(__file__).parent
 # What a sentence falls back to, and what comes first in lists.
 FIRST = "en"
-
-
-class Phrase:
-    """Part of a sentence that differs by language, as a detail of an error or a diagnostic.
-
-    Args:
-        key: its key below "phrases".
-        details: fill its braces.
-    """
-
-    def __init__(self, key: str, **details: Any) -> None:
-        self.key = key
-        self.details = details
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Phrase) and (self.key, self.details) == (other.key, other.details)
-
-    def __hash__(self) -> int:
-        return hash((self.key, *self.details))
-
-    def __str__(self) -> str:
-        return self.sentence()
-
-    def sentence(self, language: str = FIRST) -> str:
-        """The phrase in ``language``."""
-        return text("phrases", self.key, self.details, language)
 
 
 @cache

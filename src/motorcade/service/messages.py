@@ -4,9 +4,8 @@ from typing import Annotated, Any
 
 from msgspec import Meta, Struct
 
-from motorcade.engine.errors import MatError
+from motorcade.engine.errors import MatError, WorldError
 from motorcade.engine.world import World
-from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, check_mat
 from motorcade.service.compiling import profile_named
 from motorcade.service.errors import StudioError, reason_of
@@ -122,7 +121,7 @@ def world_of(message: Set, most_cars: int) -> World:
             world.furnish(mat, message.range_mm)
     except MatError as problem:
         raise StudioError("bad-mat", reason=reason_of(problem)) from None
-    except MotorcadeError as problem:
+    except WorldError as problem:
         raise StudioError("bad-world", reason=reason_of(problem)) from None
     return world
 
@@ -132,7 +131,7 @@ def check_image(image: bytes) -> None:
     try:
         parse_image_bytes(image)
     except ImageError as problem:
-        raise StudioError(f"image-{problem.code}") from None
+        raise StudioError(problem.code) from None
 
 
 def furniture_of(document: dict[str, Any], most_cars: int) -> Mat:

@@ -100,6 +100,6 @@ def _decompiled(sent: Image) -> Project:
     try:
         return laid_out(decompile(bytes_to_words(sent.image)))
     except ImageError as problem:
-        raise StudioError(f"image-{problem.code}") from None
+        raise StudioError(problem.code) from None
     except DecompileError as problem:
         raise StudioError("not-decompiled", reason={each: problem.message(each) for each in LANGUAGES}) from None

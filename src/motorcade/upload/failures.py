@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from motorcade.upload.transfer import OLD, Retry
+from motorcade.words.image import refused_image
 from motorcade.words.upload import IMAGE, MISMATCH, OTHER_CHECKSUM, REFUSED, SILENT, Outcome
 
 # The words in braces are filled in per case; {detail} is what the car itself said.
@@ -182,14 +183,14 @@ def upload_failure(port: str, outcome: Outcome, holds: str) -> PortError | None:
     kind, detail = outcome
     if kind == SILENT:
         return NoAnswerError("no-answer", port=port, detail=detail, holds=holds)
-    if kind == MISMATCH or (kind == REFUSED and detail.startswith(OTHER_CHECKSUM)):
+    if kind == MISMATCH or (kind == REFUSED and str(detail).startswith(OTHER_CHECKSUM)):
         return VerificationError("mismatch", port=port, detail=detail, holds=holds)
     if kind != REFUSED:
         return None
-    if detail.startswith("busy"):
+    if str(detail).startswith("busy"):
         # What it had before the other upload isn't what it will have.
         return PortBusyError("car-busy", port=port, holds="" if holds == OLD else holds)
-    return RefusedError("refused", port=port, detail=detail, holds=holds)
+    return RefusedError("refused", port=port, detail=str(refused_image(str(detail)) or detail), holds=holds)
 
 
 def readback_failure(port: str, outcome: Outcome) -> PortError | None:
@@ -199,6 +200,6 @@ def readback_failure(port: str, outcome: Outcome) -> PortError | None:
         return None
     if kind == SILENT:
         return NoAnswerError("nothing-to-read", port=port, detail=detail)
-    if detail.startswith("busy"):
+    if str(detail).startswith("busy"):
         return PortBusyError("car-busy", port=port)
     return VerificationError("no-image", port=port, detail=detail)

@@ -9,6 +9,7 @@ from binascii import crc32
 from collections.abc import Callable, Generator, Iterator
 from typing import NamedTuple, Protocol, TypeVar
 
+from motorcade.errors import Phrase
 from motorcade.upload import check_request as asking
 from motorcade.upload.check_request import READY, TAKEN, Answer, CheckRequestEnd, knows_no_checks
 from motorcade.words import upload
@@ -192,7 +193,7 @@ class UploadTransfer(Transfer):
         if not self._verify:
             yield from self._settle()
             yield from self._send_image(UNKNOWN)
-            self.outcome = Outcome(NOT_VERIFIED, "sent, not verified")
+            self.outcome = Outcome(NOT_VERIFIED, Phrase("sent-not-verified"))
             return
         answer, reasons = yield from self._announce()
         if answer.kind == READY:
@@ -284,5 +285,5 @@ def is_busy(outcome: Outcome) -> bool:
 def outcome_of(answer: Answer) -> Outcome:
     """An unsuccessful answer to a check request as an outcome of the upload."""
     if answer.kind == SILENT:
-        return Outcome(SILENT, f"no answer within {asking.ANSWER_WITHIN_MS} ms")
+        return Outcome(SILENT, Phrase("no-answer-within", duration_ms=asking.ANSWER_WITHIN_MS))
     return Outcome(REFUSED, answer.said)

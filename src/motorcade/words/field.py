@@ -9,6 +9,8 @@ time than shifts written by hand.
 import sys
 from collections import namedtuple
 
+from motorcade.errors import MotorcadeError, Phrase
+
 # For the type checker alone: MicroPython has neither module.
 MYPY = False
 if MYPY:
@@ -21,24 +23,64 @@ TABLES = sys.implementation.name != "micropython"
 TABLE_BITS = 9
 
 
-class WordError(ValueError):
+class WordError(MotorcadeError):
     """A word, or a value meant for one, that its format doesn't allow.
 
-    Attributes:
+    Args:
         field: name of the field at fault, or the format's name where it is the whole word.
         value: what was given.
-        allowed: what would have been allowed, in words.
+        allowed: what would have been allowed: a Phrase, or names that no language changes.
+        code: the error's code.
     """
 
-    def __init__(self, field: str, value: object, allowed: str) -> None:
-        super().__init__(f"{field} is {value!r}; allowed: {allowed}")
+    def __init__(self, field: str, value: object, allowed: "Phrase | str", code: str = "word-value") -> None:
+        super().__init__(code, field=field, value=value, allowed=allowed)
         self.field = field
         self.value = value
-        self.allowed = allowed
+
+    @property
+    def allowed(self) -> str:
+        """What would have been allowed, in English."""
+        return str(self.details["allowed"])
 
 
-class FormatError(Exception):
-    """A format that can't be: fields that overlap, leave a hole or miss 32 bits."""
+class FormatError(MotorcadeError):
+    """Fields that make no word: they overlap, leave a hole, or miss 32 bits."""
+
+
+class Values:
+    """Which raw values a field may hold, and what they mean.
+
+    Args:
+        minimum, maximum: the allowed range; all that the bits hold unless given.
+        one_hot: at most one bit may be set.
+        only: allowed raw values by name, as ``((1, "speed and direction"),)``; others are refused.
+        default: the raw value where a caller gives none.
+        unit: of what the raw value counts, such as ``"deg"``; empty for levels, counts and flags.
+        reserved: carries nothing; strict decoding refuses a value other than 0.
+    """
+
+    def __init__(
+        self,
+        minimum: int = 0,
+        maximum: "int | None" = None,
+        one_hot: bool = False,
+        only: "tuple[tuple[int, str], ...]" = (),
+        default: int = 0,
+        unit: str = "",
+        reserved: bool = False,
+    ) -> None:
+        self.minimum = minimum
+        self.maximum = maximum
+        self.one_hot = one_hot
+        self.only = only
+        self.default = default
+        self.unit = unit
+        self.reserved = reserved
+
+
+ANY = Values()
+RESERVED = Values(reserved=True)
 
 
 class Field:
@@ -49,14 +91,12 @@ class Field:
         high, low: its first and last bit; 31 is the word's most significant.
         meaning: one phrase for tables and documentation.
         source: where it comes from, such as ``"seed 000, c3"``.
-        minimum, maximum: allowed raw values; all that the bits hold unless told.
-        one_hot: at most one bit may be set.
-        only: allowed raw values by name, as ``((1, "speed and direction"),)``; others are refused.
+        values: the raw values that it may hold; their attributes are the field's too.
         needs: name of the one-bit field without which this one should be 0.
-        reserved: carries nothing; strict decoding refuses a value other than 0.
-        default: the raw value where a caller gives none.
-        unit: of what the raw value counts, such as ``"deg"``; empty for levels, counts and flags.
         goes_with: name of the field that is 0 exactly where this one is 0.
+
+    Raises:
+        FormatError: the bits are not in a 32-bit word.
     """
 
     def __init__(
@@ -66,18 +106,12 @@ class Field:
         low: int,
         meaning: str,
         source: str = "",
-        minimum: int = 0,
-        maximum: int | None = None,
-        one_hot: bool = False,
-        only: tuple[tuple[int, str], ...] = (),
+        values: Values = ANY,
         needs: str = "",
-        reserved: bool = False,
-        default: int = 0,
-        unit: str = "",
         goes_with: str = "",
     ) -> None:
         if not 0 <= low <= high < WORD_BITS:
-            raise FormatError(f"field {name}: bits {high}-{low} are not in a 32-bit word")
+            raise FormatError("field-outside-word", field=name, high=high, low=low)
         self.name = name
         self.high = high
         self.low = low
@@ -86,14 +120,14 @@ class Field:
         self.word_mask = self.raw_mask << low
         self.meaning = meaning
         self.source = source
-        self.minimum = minimum
-        self.maximum = self.raw_mask if maximum is None else maximum
-        self.one_hot = one_hot
-        self.only = only
+        self.minimum = values.minimum
+        self.maximum = self.raw_mask if values.maximum is None else values.maximum
+        self.one_hot = values.one_hot
+        self.only = values.only
+        self.default = values.default
+        self.unit = values.unit
+        self.reserved = values.reserved
         self.needs = needs
-        self.reserved = reserved
-        self.default = default
-        self.unit = unit
         self.goes_with = goes_with
 
     def __repr__(self) -> str:
@@ -105,19 +139,25 @@ class Field:
         return self.minimum > 0 or self.maximum < self.raw_mask or self.one_hot or bool(self.only)
 
     @property
-    def allowed(self) -> str:
-        """What may stand in this field, in words."""
+    def allowed(self) -> Phrase:
+        """What this field may hold."""
         if self.only:
-            return " or ".join(f"{value} ({name})" for value, name in self.only)
+            choices = [Phrase("value-with-name", value=value, name=name) for value, name in self.only]
+            phrase = choices[0]
+            for choice in choices[1:]:
+                phrase = Phrase("either", first=phrase, second=choice)
+            return phrase
         if self.one_hot:
-            return "0, or one of " + ", ".join(str(1 << bit) for bit in range(self.width)) + " (exactly one bit)"
-        return f"{self.minimum} to {self.maximum}"
+            return Phrase("zero-or-one-bit", values=", ".join([str(1 << bit) for bit in range(self.width)]))
+        return Phrase("values-from-to", minimum=self.minimum, maximum=self.maximum)
 
-    def allowed_beside(self, other: int) -> str:
-        """What may stand in this field where the one that it goes with holds ``other``, in words."""
+    def allowed_beside(self, other: int) -> Phrase:
+        """What this field may hold where the one that it goes with holds ``other``."""
         if not other:
-            return "0, as there are no " + self.goes_with.replace("_", " ")
-        return "exactly one bit" if self.one_hot else f"{max(1, self.minimum)} to {self.maximum}"
+            return Phrase("zero-without-others", others=self.goes_with.replace("_", " "))
+        if self.one_hot:
+            return Phrase("exactly-one-bit")
+        return Phrase("values-from-to", minimum=max(1, self.minimum), maximum=self.maximum)
 
     def allows(self, raw: int) -> bool:
         """Whether the integer ``raw`` may stand in this field."""
@@ -157,10 +197,10 @@ class WordFormat:
         self.paired = tuple(field for field in self.fields if field.goes_with)
         # Underscores keep these names apart from those of fields, which are encode's parameters.
         space: dict[str, Any] = {
-            "WordError": WordError,
             "_values": self.values,
             # tuple.__new__ skips the named tuple's own constructor, half of the cost of a decode.
             "_new": getattr(tuple, "__new__", None) or (lambda cls, raw: cls(*raw)),
+            "_refuse_word": self._refuse_word,
             "_refuse": self._refuse,
             "_refuse_unpaired": self._refuse_unpaired,
         }
@@ -174,41 +214,41 @@ class WordFormat:
         for field in self.fields:
             if field.name == name:
                 return field
-        raise WordError("field of " + self.name, name, ", ".join(field.name for field in self.fields))
+        raise WordError(self.name, name, ", ".join([field.name for field in self.fields]), "no-such-field")
 
-    def warnings(self, word: int) -> list[str]:
-        """Sentences on bits of ``word`` that decode, yet that no well-made word has set."""
-        sentences = []
+    def warnings(self, word: int) -> "list[Phrase]":
+        """A Phrase for each field of ``word`` that decodes but that no well-made word has set."""
+        phrases = []
         for field in self.fields:
             raw = word >> field.low & field.raw_mask
             if raw and field.reserved:
-                sentences.append(f"{field.name} is {raw}, yet these bits are written 0")
+                phrases.append(Phrase("reserved-bits-set", field=field.name, value=raw))
             elif raw and field.needs and not word & self.field(field.needs).word_mask:
-                sentences.append(f"{field.name} is {raw}, yet {field.needs} is 0: it has no effect")
-        return sentences
+                phrases.append(Phrase("field-without-effect", field=field.name, value=raw, needs=field.needs))
+        return phrases
 
     def _check_layout(self) -> None:
         covered = 0
         last_low = WORD_BITS
         for field in self.fields:
             if covered & field.word_mask:
-                raise FormatError(f"{self.name}: field {field.name} overlaps another")
+                raise FormatError("fields-overlap", format=self.name, field=field.name)
             if field.low > last_low:
-                raise FormatError(f"{self.name}: field {field.name} stands behind a less significant one")
+                raise FormatError("fields-out-of-order", format=self.name, field=field.name)
             covered |= field.word_mask
             last_low = field.low
         if covered != WORD_MASK:
             missing = [bit for bit in range(WORD_BITS) if not covered >> bit & 1]
-            raise FormatError(f"{self.name}: not 32 bits, no field holds bits {missing}")
+            raise FormatError("bits-without-field", format=self.name, bits=missing)
         names = [field.name for field in self.fields]
         for field in self.fields:
             for other in (field.needs, field.goes_with):
                 if other and other not in names:
-                    raise FormatError(f"{self.name}: field {field.name} names {other}, which is no field")
+                    raise FormatError("no-such-linked-field", format=self.name, field=field.name, other=other)
 
     def _decode_source(self, space: "dict[str, Any]") -> str:
         lines = ["def decode(word, strict=False):"]
-        lines.append("    if word >> 32: raise WordError({!r}, word, '0 to 4294967295')".format(self.name + " word"))
+        lines.append("    if word >> 32: _refuse_word(word)")
         strict = f"    if strict and word & {self.reserved_mask}: _refuse(word, None)"
         made = "_new(_values, {})".format(" + ".join(self._decoded_runs(space)))
         restricted = [field for field in self.fields if field.restricted]
@@ -276,13 +316,16 @@ class WordFormat:
         lines.append("    return " + " | ".join(halves + lower))
         return "\n".join(lines)
 
+    def _refuse_word(self, word: int) -> None:
+        raise WordError(self.name, word, Phrase("values-from-to", minimum=0, maximum=WORD_MASK), "not-32-bits")
+
     def _refuse(self, word: int, raws: tuple[int, ...] | None) -> None:
         """Raise the WordError that a generated function found a reason for: in ``raws``, or strictly in ``word``."""
         if raws is None:
             raws = tuple(word >> field.low & field.raw_mask for field in self.fields)
             for field, raw in zip(self.fields, raws):
                 if field.reserved and raw:
-                    raise WordError(field.name, raw, "0 (reserved)")
+                    raise WordError(field.name, raw, Phrase("zero-reserved"))
         for field, raw in zip(self.fields, raws):
             if not isinstance(raw, int) or not field.allows(raw):
                 raise WordError(field.name, raw, field.allowed)

@@ -3,7 +3,7 @@
 Sources: seed 000 (h1-h3, c1-c9) for HEADER and CONTROL, seed 001 for DRIVE.
 """
 
-from motorcade.words.field import Field, WordError, WordFormat
+from motorcade.words.field import RESERVED, Field, Values, WordError, WordFormat
 
 HEADER = WordFormat(
     "header",
@@ -16,10 +16,10 @@ HEADER = WordFormat(
             8,
             "how long each follower word is sent: one bit, 8 levels",
             "seed 000, h2",
-            one_hot=True,
+            Values(one_hot=True),
             goes_with="follower_words",
         ),
-        Field("reserved", 7, 0, "for extensions", "seed 000, h3", reserved=True),
+        Field("reserved", 7, 0, "for extensions", "seed 000, h3", RESERVED),
     ),
 )
 
@@ -39,7 +39,7 @@ CONTROL = WordFormat(
         Field("avoid_duration", 15, 14, "level 0 (0 s) to 3 (longest)", "seed 000, c5", needs="avoid_enable"),
         Field("voice", 13, 13, "listens for 'stop' and 'go'", "seed 000, c6"),
         Field("pir", 12, 12, "stands still while a person is sensed", "seed 000, c7"),
-        Field("reserved", 11, 1, "for extensions", "seed 000, c8", reserved=True),
+        Field("reserved", 11, 1, "for extensions", "seed 000, c8", RESERVED),
         Field("parity", 0, 0, "set on the air for an even number of ones", "seed 000, c9"),
     ),
 )
@@ -47,20 +47,18 @@ CONTROL = WordFormat(
 DRIVE = WordFormat(
     "drive",
     (
-        Field("code", 31, 28, "what the command is", "seed 001", only=((1, "speed and direction"),), default=1),
+        Field("code", 31, 28, "what the command is", "seed 001", Values(only=((1, "speed and direction"),), default=1)),
         Field(
             "angle",
             27,
             20,
             "servo angle in degrees; 90 centre, below right",
             "seed 001",
-            maximum=180,
-            default=90,
-            unit="deg",
+            Values(maximum=180, default=90, unit="deg"),
         ),
         Field("direction", 19, 19, "1 forward, 0 backward", "seed 001"),
         Field("speed", 18, 11, "PWM duty, 0 to 255", "seed 001"),
-        Field("reserved", 10, 0, "for extensions", "seed 001", reserved=True),
+        Field("reserved", 10, 0, "for extensions", "seed 001", RESERVED),
     ),
 )
 
@@ -72,4 +70,4 @@ def format_named(name: str) -> WordFormat:
     for word_format in FORMATS:
         if word_format.name == name:
             return word_format
-    raise WordError("format", name, ", ".join(word_format.name for word_format in FORMATS))
+    raise WordError("format", name, ", ".join([word_format.name for word_format in FORMATS]))

@@ -7,6 +7,7 @@ significant byte first.
 import struct
 from collections import namedtuple
 
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.words.field import WordError
 from motorcade.words.formats import CONTROL, HEADER
 
@@ -21,18 +22,8 @@ or -1 where there are no follower words.
 """
 
 
-class ImageError(ValueError):
-    """Bytes or words that are no image.
-
-    Attributes:
-        code: short name of the fault, stable: cut-off, too-long, header or word.
-        figures: what its sentence tells, by name; `motorcade.words.sentences` says it in other languages.
-    """
-
-    def __init__(self, code: str, sentence: str, **figures: object) -> None:
-        super().__init__(sentence)
-        self.code = code
-        self.figures = figures
+class ImageError(MotorcadeError):
+    """Bytes or words that are no image; the code is image-cut-off, image-too-long, image-header or image-word."""
 
 
 def pack(word: int, byte_order: str = "big") -> bytes:
@@ -54,14 +45,14 @@ def words_to_bytes(words: tuple[int, ...]) -> bytes:
 def bytes_to_words(data: bytes) -> tuple[int, ...]:
     """The words in ``data``. Raises ImageError unless it is a whole number of words."""
     if len(data) % WORD_BYTES:
-        raise ImageError("cut-off", f"{len(data)} bytes are no whole number of 4-byte words", count=len(data))
-    return tuple(unpack(data[i : i + WORD_BYTES]) for i in range(0, len(data), WORD_BYTES))
+        raise ImageError("image-cut-off", reason=Phrase("part-of-a-word", count=len(data)))
+    return tuple([unpack(data[i : i + WORD_BYTES]) for i in range(0, len(data), WORD_BYTES)])
 
 
 def image_words(image: Image) -> tuple[int, ...]:
     """The words of an Image, header first. Raises WordError: too many words, or no dwell level for them."""
     if image.followers and not 0 <= image.dwell_level <= 7:
-        raise WordError("dwell level", image.dwell_level, "0 to 7")
+        raise WordError("dwell_level", image.dwell_level, Phrase("values-from-to", minimum=0, maximum=7))
     dwell = 1 << image.dwell_level if image.followers else 0
     header = HEADER.encode(leader_states=len(image.leader), follower_words=len(image.followers), dwell=dwell)
     return (header,) + tuple(image.leader) + tuple(image.followers)
@@ -77,8 +68,7 @@ def check_header(header: int) -> None:
     try:
         HEADER.decode(header, True)
     except WordError as error:
-        figures = {"word": header, "field": error.field, "value": error.value}
-        raise ImageError("header", f"the header word 0x{header:08X} is not valid: {error}", **figures)
+        raise ImageError("image-header", word=header, reason=error)
 
 
 def parse_image(words: tuple[int, ...]) -> Image:
@@ -89,18 +79,16 @@ def parse_image(words: tuple[int, ...]) -> Image:
             control word with bits set that an image writes 0 (reserved, parity).
     """
     if not words:
-        raise ImageError("cut-off", "the image is empty: not even a header word is here")
+        raise ImageError("image-cut-off", reason=Phrase("image-is-empty"))
     check_header(words[0])
     header = HEADER.decode(words[0])
     expected = announced_words(words[0])
     if len(words) < expected:
-        sentence = f"the image is cut off: its header announces {expected} words, {len(words)} are here"
-        raise ImageError("cut-off", sentence, expected=expected, here=len(words))
+        raise ImageError("image-cut-off", reason=Phrase("words-are-missing", expected=expected, here=len(words)))
     if len(words) > expected:
-        sentence = f"the image is too long: its header announces {expected} words, {len(words)} are here"
-        raise ImageError("too-long", sentence, expected=expected, here=len(words))
+        raise ImageError("image-too-long", expected=expected, here=len(words))
     for position in range(1, expected):
-        _check_control(words[position], position)
+        check_control(words[position], position)
     leader = tuple(words[1 : 1 + header.leader_states])
     level = -1
     while header.dwell >> level + 1:
@@ -113,15 +101,26 @@ def parse_image_bytes(data: bytes) -> Image:
     return parse_image(bytes_to_words(data))
 
 
-def _check_control(word: int, position: int) -> None:
+def check_control(word: int, position: int) -> None:
+    """Raises ImageError where an image can't have this control word ``position`` words behind its header."""
     try:
         values = CONTROL.decode(word, True)
     except WordError as error:
-        raise _bad_word(position, word, error.field, error.value, str(error))
+        raise ImageError("image-word", position=position, word=word, reason=error)
     if values.parity:
-        raise _bad_word(position, word, "parity", 1, "parity is 1, an image writes 0")
+        raise ImageError("image-word", position=position, word=word, reason=Phrase("parity-is-set"))
 
 
-def _bad_word(position: int, word: int, field: str, value: object, reason: str) -> ImageError:
-    sentence = f"word {position} (0x{word:08X}) is not valid: {reason}"
-    return ImageError("word", sentence, position=position, word=word, field=field, value=value)
+def refused_image(reason: str) -> "ImageError | None":
+    """The ImageError that a car names by its brief form (``image-word position=3 word=0x40000001``); None else."""
+    try:
+        numbers = dict([part.split("=") for part in reason.split()[1:]])
+        if reason.startswith("image-header "):
+            check_header(int(numbers["word"], 16))
+        elif reason.startswith("image-word "):
+            check_control(int(numbers["word"], 16), int(numbers["position"]))
+    except ImageError as error:
+        return error
+    except (KeyError, ValueError):
+        return None
+    return None

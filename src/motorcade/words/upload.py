@@ -10,6 +10,7 @@ an image lets the car compare it too, before it gives up the image that it has.
 from binascii import crc32
 from collections import namedtuple
 
+from motorcade.errors import Phrase
 from motorcade.words.check import CHECK_BYTES, CHECK_HEADER, CHECK_LASTS_MS, check_words, read_check
 from motorcade.words.image import (
     WORD_BYTES,
@@ -28,7 +29,7 @@ READBACK_HEADER = 0x000000FF
 READBACK_REQUEST = pack(READBACK_HEADER)
 # The image of a car that never got one.
 NO_PROGRAM = pack(0)
-# How the reasons begin that a car gives for refusing bytes, besides those of ImageError.
+# How the reasons begin that a car gives for refusing bytes, besides the brief form of an ImageError.
 CUT_OFF = "cut off after"
 NOT_EMPTY = "the empty image has"
 CHANGED_REQUEST = "the check request was changed"
@@ -57,7 +58,10 @@ stored it is NO_PROGRAM.
 """
 
 Outcome = namedtuple("Outcome", ("kind", "detail"))
-"""How an upload or a readback ended: one of the kinds above, and a sentence or the image's bytes."""
+"""How an upload or a readback ended.
+
+``kind`` is one of the kinds above; ``detail`` a Phrase, what the car answered (text), or the image's bytes.
+"""
 
 
 def ok_line(image: bytes) -> bytes:
@@ -120,7 +124,7 @@ class CarEnd:
                 else:
                     going_on = self._take_image(header)
             except ImageError as error:
-                going_on = self._turn_down(str(error))
+                going_on = self._turn_down(error.brief())
 
     def _take_check(self) -> bool:
         """True where the whole request was there."""
@@ -220,7 +224,7 @@ class UploaderEnd:
         """The last byte left at ``now_ms``: from here on the car's answer is due."""
         self._sent_ms = now_ms
         if not self._verify and self._outcome is None:
-            self._outcome = Outcome(NOT_VERIFIED, "sent, not verified")
+            self._outcome = Outcome(NOT_VERIFIED, Phrase("sent-not-verified"))
 
     def receive_data(self, data: bytes, now_ms: int) -> None:
         """Take bytes that came back by ``now_ms``; ``b""`` lets a missing answer be noticed."""
@@ -229,7 +233,7 @@ class UploaderEnd:
         if self._outcome is not None or self._sent_ms is None:
             return
         if elapsed_ms(now_ms, self._sent_ms) >= ANSWER_WITHIN_MS:
-            self._outcome = Outcome(SILENT, f"no answer within {ANSWER_WITHIN_MS} ms")
+            self._outcome = Outcome(SILENT, Phrase("no-answer-within", duration_ms=ANSWER_WITHIN_MS))
 
     def next_event(self) -> Outcome | None:
         """The Outcome, once, or None while it is open."""
@@ -253,7 +257,7 @@ class UploaderEnd:
             self._outcome = Outcome(VERIFIED, printable(answer))
         else:
             expected = printable(ok_line(self.image).strip())
-            self._outcome = Outcome(MISMATCH, f"the car answered '{printable(answer)}', expected '{expected}'")
+            self._outcome = Outcome(MISMATCH, Phrase("other-answer", answer=printable(answer), expected=expected))
 
 
 class ReadbackEnd:
@@ -275,10 +279,10 @@ class ReadbackEnd:
             self._advance()
         elif elapsed_ms(now_ms, self._last_ms) >= ANSWER_WITHIN_MS:
             if self._buffer:
-                sentence = f"the car stopped after {len(self._buffer)} bytes"
+                phrase = Phrase("car-stopped-after", count=len(self._buffer))
             else:
-                sentence = f"no answer within {ANSWER_WITHIN_MS} ms"
-            self._outcome = Outcome(SILENT, sentence)
+                phrase = Phrase("no-answer-within", duration_ms=ANSWER_WITHIN_MS)
+            self._outcome = Outcome(SILENT, phrase)
 
     def next_event(self) -> Outcome | None:
         """The Outcome, once, or None while it is open."""
@@ -302,7 +306,7 @@ class ReadbackEnd:
                 parse_image_bytes(self._buffer[:length])
                 self._outcome = Outcome(IMAGE, self._buffer[:length])
         except ImageError as error:
-            self._outcome = Outcome(REFUSED, f"what came back is no image: {error}")
+            self._outcome = Outcome(REFUSED, Phrase("readback-is-no-image", reason=error))
 
 
 def printable(line: bytes) -> str:
