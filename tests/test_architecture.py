@@ -27,7 +27,7 @@ ARROWS = {
     "cameras": ("engine", "errors", "runs"),
     "car": ("words",),
     "cli": ("",),
-    "config": ("boards", "car", "errors", "export", "words"),
+    "config": ("boards", "car", "errors", "export", "locales", "words"),
     "drive": ("car", "config", "errors", "words"),
     "engine": ("car", "config", "errors", "mats", "words"),
     "errors": (),
@@ -37,7 +37,7 @@ ARROWS = {
     "export": ("config", "words"),
     "firmware": ("boards", "config", "errors", "upload"),
     "mats": ("config", "engine", "errors"),
-    "program": ("config", "errors", "words"),
+    "program": ("config", "errors", "locales", "words"),
     "runs": ("cli", "config", "engine", "errors", "mats", "program", "words"),
     "server": ("boards", "cameras", "config", "drive", "engine", "errors", "mats", "program", "service", "words"),
     "service": (

@@ -8,8 +8,8 @@ from gpiozero.pins.mock import MockFactory, MockPWMPin
 
 from motorcade.boards.linux.board import Equipment
 from motorcade.boards.linux.raspberry_pi import RaspberryPi, RaspberryPiDrive
-from motorcade.config.levels import levels_of
 from motorcade.config.pins import parse_pins
+from motorcade.config.profile import levels_of
 from support.mock_pi import HEAD, STEERED, Clock, Line, Sender
 from support.strategies import CLASSROOM
 

@@ -9,9 +9,9 @@ import pytest
 from motorcade import Followers, Physics, Pose, forward, led, left, right, together, wait
 from motorcade.boards.simulated_drive import DrivenCars, LiveWorld
 from motorcade.engine import kernels as engine
-from motorcade.engine.errors import WorldError
 from motorcade.engine.state import DRIVEN
 from motorcade.engine.world import World
+from motorcade.errors import MotorcadeError
 from motorcade.mats.playground import playground
 from support.strategies import CLASSROOM
 from support.tables import FORWARD, hearers, leaders, table, wheels
@@ -134,12 +134,12 @@ def test_reset_sends_the_driver_away():
 
 
 def test_what_cannot_be_driven_is_refused_in_a_sentence():
-    with pytest.raises(WorldError, match="no car 1; allowed: 0 to 0"):
+    with pytest.raises(MotorcadeError, match="no car 1; allowed: 0 to 0"):
         alone().drive(1)
-    with pytest.raises(WorldError, match="no car -1"):
+    with pytest.raises(MotorcadeError, match="no car -1"):
         alone().give_back(-1)
     far = replace(CLASSROOM, servo=replace(CLASSROOM.servo, steering_deg=90))
-    with pytest.raises(WorldError, match=r"servo\.steering_deg is 90"):
+    with pytest.raises(MotorcadeError, match=r"servo\.steering_deg is 90"):
         leaders(STANDING, [Pose(0, 0)], far)
 
 

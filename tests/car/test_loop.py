@@ -8,7 +8,7 @@ import pytest
 from motorcade import Program, compile_program, forward, led, left, repeat, together, wait, wander
 from motorcade.car.board import Board
 from motorcade.car.loop import Car
-from motorcade.config.levels import levels_of
+from motorcade.config.profile import levels_of
 from support.strategies import CLASSROOM
 from support.timelines import Moment
 

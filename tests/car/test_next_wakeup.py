@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from motorcade.car import brain
 from motorcade.car import next_wakeup as rest
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, make_levels
-from motorcade.config.levels import levels_of
+from motorcade.config.profile import levels_of
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import to_frame

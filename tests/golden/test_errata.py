@@ -4,8 +4,7 @@ import pytest
 
 from motorcade import Program, compile_program, forward, led, left, pir, repeat, together, voice
 from motorcade.car import brain
-from motorcade.config.levels import levels_of
-from motorcade.config.profile import built_in_profile
+from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.program.diagnostics import MESSAGES
 from motorcade.words.field import WordError
 from motorcade.words.formats import CONTROL, DRIVE, HEADER

@@ -11,12 +11,12 @@ from motorcade.service.pictures import (
     PAST,
     RUNS,
     SENDS,
-    Moment,
+    PictureColumns,
     event_rows,
     pack_picture,
 )
 
-MOMENT = Moment(
+MOMENT = PictureColumns(
     1500,
     np.array([0.0, -1.5]),
     np.array([0.25, 2.0]),
@@ -48,7 +48,7 @@ def test_the_bytes_of_a_picture() -> None:
 
 
 def test_a_moment_comes_back_as_it_was() -> None:
-    back = Moment.unpack(1500, MOMENT.pack(), 2)
+    back = PictureColumns.unpack(1500, MOMENT.pack(), 2)
     assert [np.asarray(each).tolist() for each in back] == [np.asarray(each).tolist() for each in MOMENT]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motorcade import Followers, Mat, Pose, Program, World, compile_program, forward, led, left, open_table, right, wait
-from motorcade.engine.errors import WorldError
+from motorcade.errors import MotorcadeError
 from motorcade.mats import Starts
 from motorcade.service import playback as stage_module
 from motorcade.service.history import History
@@ -242,7 +242,7 @@ def test_a_watched_car_tells_what_it_holds_and_hears() -> None:
     assert on.car()["frames"] == on.state()["counts"]["frames"] > 0
     on.watch(None)
     assert on.car() is None
-    with pytest.raises(WorldError, match="0 to 1"):
+    with pytest.raises(MotorcadeError, match="0 to 1"):
         on.watch(2)
 
 

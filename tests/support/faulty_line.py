@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from motorcade.car.board import Board
 from motorcade.car.loop import Car
-from motorcade.config.levels import levels_of
+from motorcade.config.profile import levels_of
 from motorcade.words.image import WORD_BYTES, announced_words, unpack
 from motorcade.words.ticks import TICKS_MASK
 from motorcade.words.upload import SILENCE_MS, error_line, ok_line

@@ -5,7 +5,7 @@ import struct
 import numpy as np
 
 from motorcade.engine.events import KINDS
-from motorcade.service.pictures import EVENT_ROW, Moment
+from motorcade.service.pictures import EVENT_ROW, PictureColumns
 
 
 class Picture:
@@ -14,7 +14,7 @@ class Picture:
     def __init__(self, data: bytes):
         kind, self.flags, _, self.number, self.t_ms, self.cars, events = struct.unpack_from("<BBHIIII", data)
         assert kind == 1
-        self.moment = Moment.unpack(self.t_ms, data[20:], self.cars)
+        self.moment = PictureColumns.unpack(self.t_ms, data[20:], self.cars)
         self.events = np.frombuffer(data[len(data) - events * EVENT_ROW.itemsize :], EVENT_ROW)
         assert len(data) == 20 + len(self.moment.pack()) + self.events.nbytes
 

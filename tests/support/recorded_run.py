@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from motorcade.engine.moment import Moment
 from motorcade.engine.world import World
 from motorcade.mats import Mat, Person, Physics, Pose, Starts, formation
 from motorcade.program.compiler import compile_program
@@ -9,7 +10,7 @@ from motorcade.program.model import Program
 from motorcade.program.steps import forward, led, left, together
 from motorcade.runs.description import Description
 from motorcade.runs.recorder import recorder
-from motorcade.runs.recording import Frame, InMemoryRecording
+from motorcade.runs.recording import InMemoryRecording
 
 IMAGE = compile_program(
     Program([together(forward(2), led(0, 1)), left(2, speed=1)], [together(forward(2), led(1, 1)), left(2, speed=1)])
@@ -57,7 +58,7 @@ def crowd(cars, moments):
     away_m = np.hypot(xs - xs[leads], ys - ys[leads])
     for moment in range(moments):
         held = away_m <= moment / moments * away_m.max()
-        frame = Frame(
+        frame = Moment(
             moment * 100,
             (xs + moment * 0.02).astype(np.float32),
             ys.astype(np.float32),

@@ -17,8 +17,7 @@ from typing import Protocol
 from motorcade.car.board import Board
 from motorcade.car.loop import Car
 from motorcade.config.files import replace_file
-from motorcade.config.levels import levels_of
-from motorcade.config.profile import Profile
+from motorcade.config.profile import Profile, levels_of
 from motorcade.words.image import ImageError, parse_image_bytes
 from motorcade.words.ticks import TICKS_MASK
 from motorcade.words.upload import error_line

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.car.drive_board import DriveBoard
-from motorcade.engine.rehearsal import warm_up
-from motorcade.engine.world import Snapshot, World
+from motorcade.engine.moment import Moment
+from motorcade.engine.world import World, warm_up
 from motorcade.runs.description import Description
 
 Setpoint = tuple[int, int, int]
@@ -118,7 +118,7 @@ class LiveWorld:
                 self._driven.steer(self._world)
                 self._world.run(ticks * self._world.tick_ms)
 
-    def snapshot(self) -> Snapshot:
+    def snapshot(self) -> Moment:
         """What the cars show now."""
         with self._lock:
             return self._world.snapshot()

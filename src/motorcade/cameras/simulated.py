@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from motorcade.engine.world import Snapshot
+from motorcade.engine.moment import Moment
 from motorcade.runs.description import Description
 from motorcade.runs.palette import LEDS
 
@@ -96,7 +96,7 @@ class Scene:
         above = np.array(_SKY) * (1 - sky) + np.array(_HAZE) * sky
         self._background = np.repeat(above.astype(np.float32)[:, None, :], width, axis=1)
 
-    def draw(self, now: Snapshot, car: int) -> NDArray[np.uint8]:
+    def draw(self, now: Moment, car: int) -> NDArray[np.uint8]:
         """The picture of a car's camera at a moment: (height, width, 3), red, green and blue."""
         heading = float(now.heading[car])
         cos, sin = math.cos(heading), math.sin(heading)
@@ -168,7 +168,7 @@ class Scene:
             seen.append(_Seen(np.where(hits, far, np.inf), 1 - 0.45 * np.abs(off), _OBSTACLE))
         return seen
 
-    def _boards(self, now: Snapshot, car: int, x: float, y: float, cos: float, sin: float) -> list[_Board]:
+    def _boards(self, now: Moment, car: int, x: float, y: float, cos: float, sin: float) -> list[_Board]:
         """Cars and people in view, the farthest first."""
         dx, dy = now.x_m.astype(float) - x, now.y_m.astype(float) - y
         ahead, aside = dx * cos + dy * sin, dy * cos - dx * sin
@@ -184,7 +184,7 @@ class Scene:
             boards.append(_Board(to_x * cos + to_y * sin, to_y * cos - to_x * sin, half_m, 0.0, high_m, _PERSON))
         return sorted((board for board in boards if board.ahead > _NEAR_M), key=lambda board: -board.ahead)
 
-    def _car(self, now: Snapshot, k: int, ahead: float, aside: float, cos: float, sin: float) -> list[_Board]:
+    def _car(self, now: Moment, k: int, ahead: float, aside: float, cos: float, sin: float) -> list[_Board]:
         """A car's body, its LED on top, and those of its lamps that look this way: white ones in front, red behind."""
         radius = self._radius_m
         body = _Board(ahead, aside, radius, 0.01, _CAR_M, _LEADER if self._leads[k] else _FOLLOWER)

@@ -77,7 +77,7 @@ def fit_out(held: ExitStack, asked: CarOptions, profile: "Profile", observe: "Ob
     """What a car is given by ``asked``; ``held`` closes it. Raises UsageError, and what its ports and files do."""
     from motorcade.boards.linux.board import Equipment
     from motorcade.boards.simulated import ImageStore, StoreError
-    from motorcade.config.levels import levels_of
+    from motorcade.config.profile import levels_of
 
     if asked.voice not in ("", KEYBOARD) and asked.voice_map is None:
         raise UsageError("--voice-map is missing: a .toml file that says what the module at --voice sends")

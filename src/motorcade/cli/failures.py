@@ -32,7 +32,7 @@ def exit_code(problem: Exception) -> int | None:
     from motorcade.drive.car_failures import CarAwayError, CarNotFoundError, CarNotTrustedError, CarRefusesError
     from motorcade.drive.input.stick_failures import StickError
     from motorcade.drive.tls.keys import KeysError
-    from motorcade.engine.errors import MatError, WorldError
+    from motorcade.engine.errors import MatError
     from motorcade.program.decompiler import DecompileError
     from motorcade.program.diagnostics import ProgramError
     from motorcade.upload.failures import (
@@ -51,7 +51,6 @@ def exit_code(problem: Exception) -> int | None:
         (ProfileError, PROGRAM_ERROR),
         (DecompileError, PROGRAM_ERROR),
         (MatError, PROGRAM_ERROR),
-        (WorldError, PROGRAM_ERROR),
         (PinsError, PROGRAM_ERROR),
         (VoiceError, PROGRAM_ERROR),
         (FormatFileError, PROGRAM_ERROR),

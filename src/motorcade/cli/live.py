@@ -13,7 +13,8 @@ from motorcade.runs.box import whole_box
 from motorcade.runs.character_map import CharacterMap, CharacterMaps
 
 if TYPE_CHECKING:
-    from motorcade.runs.recording import Frame, Recording
+    from motorcade.engine.moment import Moment
+from motorcade.runs.recording import Recording
 
 _MOST_COLUMNS = 120
 _MOST_ROWS = 40
@@ -49,7 +50,7 @@ def show_live(recording: "Recording", speed: float) -> None:
         return
 
 
-def _picture(drawn: CharacterMap, frame: "Frame", title: str) -> Group:
+def _picture(drawn: CharacterMap, frame: "Moment", title: str) -> Group:
     text = Text(no_wrap=True, end="")
     for row, colours in zip(drawn.characters, (drawn.colours * 255).astype(int), strict=True):
         # One style for each stretch of one colour.

@@ -123,7 +123,7 @@ def _lines(recording: "Recording") -> Iterator[str]:
                 }
                 yield t_ms, {"type": "event", **event}
 
-    moments = ((frame.t_ms, {"type": "cars", **frame.as_dict()}) for frame in recording.frames())
+    moments = ((frame.t_ms, {"type": "cars", **frame.to_dict()}) for frame in recording.frames())
     yield json.dumps({"type": "run", **recording.about.as_dict()}, ensure_ascii=False)
     for _, line in heapq.merge(happened(), moments, key=itemgetter(0)):
         yield json.dumps(line)

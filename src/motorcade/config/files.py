@@ -1,10 +1,142 @@
-"""Files that are replaced whole or not at all."""
+"""Read the text of files that people write, and replace files whole."""
 
+import json
 import os
 import sys
 import tempfile
+import tomllib
 from contextlib import suppress
 from pathlib import Path
+from typing import Any, Literal
+
+from motorcade.errors import MotorcadeError
+from motorcade.locales import Phrase
+
+Kind = Literal["TOML", "JSON"]
+# Deeper than anyone nests tables, lists or blocks by hand, and short of what Python's stack takes.
+DEEPEST = 100
+_LONGEST_KEY = 40
+
+
+def read_text(path: Path, file: str | Phrase) -> str:
+    """The UTF-8 text at ``path``; ``file`` is what errors call it. Raises MotorcadeError unreadable-file."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        reason: object = Phrase("not-text")
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or Phrase("bad-file-name")
+    raise MotorcadeError("unreadable-file", file=file, reason=reason)
+
+
+def parse(data: bytes | str, kind: Kind, file: str | Phrase) -> Any:
+    """The document in a file's bytes or text; ``file`` is what errors call it.
+
+    Raises:
+        MotorcadeError: file-syntax, with the reason, where it is not TOML or JSON, not UTF-8 or nested deeper than
+            DEEPEST; duplicate-key where JSON has a key twice in one pair of braces.
+    """
+    try:
+        text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
+        document = _from_toml(text) if kind == "TOML" else _from_json(text, file)
+        if not _is_deeper(document):
+            return document
+        reason = Phrase("too-deep")
+    except UnicodeError:
+        reason = Phrase("not-text")
+    except RecursionError:
+        reason = Phrase("too-deep")
+    except _BadSyntaxError as problem:
+        reason = problem.reason
+    raise MotorcadeError("file-syntax", file=file, kind=kind, reason=reason)
+
+
+class _BadSyntaxError(Exception):
+    def __init__(self, key: str, **details: object) -> None:
+        self.reason = Phrase(key, **details)
+
+
+def _from_toml(text: str) -> Any:
+    try:
+        return tomllib.loads(text)
+    except ValueError as problem:
+        reason = str(problem).replace("end of document", f"its end, line {len(text.splitlines())}")
+        raise _BadSyntaxError("toml-syntax", reason=reason) from None
+
+
+def _from_json(text: str, file: str | Phrase) -> Any:
+    def without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        document = dict(pairs)
+        if len(document) < len(pairs):
+            names = [name for name, _ in pairs]
+            raise MotorcadeError("duplicate-key", file=file, key=next(name for name in names if names.count(name) > 1))
+        return document
+
+    def refuse_constant(name: str) -> None:
+        raise _BadSyntaxError("bad-number", number=name)
+
+    try:
+        document = json.loads(text, parse_constant=refuse_constant, object_pairs_hook=without_doubles)
+    except json.JSONDecodeError as problem:
+        where = {"line": problem.lineno, "column": problem.colno}
+        raise _BadSyntaxError("json-syntax", **where, reason=problem.msg) from None
+    except ValueError as problem:  # a number with thousands of digits
+        raise _BadSyntaxError("bad-number", number=str(problem)[:40]) from None
+    if "\\ud" in text.lower():
+        # Half a surrogate pair is legal in JSON, yet no file can hold it.
+        json.dumps(document, ensure_ascii=False).encode()
+    return document
+
+
+def _is_deeper(document: Any) -> bool:
+    """Whether ``document`` nests deeper than DEEPEST."""
+    level = [document]
+    for _ in range(DEEPEST):
+        level = [
+            child
+            for parent in level
+            if isinstance(parent, dict | list)
+            for child in (parent.values() if isinstance(parent, dict) else parent)
+        ]
+    return bool(level)
+
+
+def place_text(place: tuple[str | int, ...]) -> str | Phrase:
+    """``("wall", 2, "to_m")`` as ``wall[2].to_m``; the whole of a document has a name in each language."""
+    text = ""
+    for part in place:
+        if isinstance(part, int):
+            text += f"[{part}]"
+            continue
+        key = part if part.isprintable() and len(part) <= _LONGEST_KEY else ascii(part[:_LONGEST_KEY])
+        text += f".{key}" if text else key
+    return text or Phrase("whole-document")
+
+
+def line_of(text: str, place: tuple[str | int, ...]) -> int:
+    """The line, from 1, of TOML ``text`` on which the value at ``place`` is complete; the last line where none is.
+
+    Python's reader keeps no lines. The value stands on the line with which the text up to there, read by itself,
+    first holds it. This reads the text once for each line, so it is for texts of at most some 1000 lines.
+    """
+    lines = text.split("\n")
+    for count in range(1, len(lines)):
+        try:
+            here = tomllib.loads("\n".join(lines[:count]))
+        except tomllib.TOMLDecodeError:
+            continue
+        if _holds(here, place):
+            return count
+    return len(lines)
+
+
+def _holds(value: Any, place: tuple[str | int, ...]) -> bool:
+    for key in place:
+        try:
+            value = value[key]
+        except (KeyError, IndexError, TypeError):
+            return False
+    return True
 
 
 def replace_file(path: Path, data: bytes) -> None:

@@ -11,6 +11,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from motorcade.car.board import make_levels
 from motorcade.errors import Sentences, ToldError
 from motorcade.words.infrared import air_us
 
@@ -166,6 +167,21 @@ TABLES: dict[str, type[Any]] = {
     "drive": DriveLimits,
 }
 _START_AT_ZERO = ("durations_ms", "speeds_mm_s", "turn_rates_deg_s")
+
+
+def levels_of(profile: Profile) -> tuple[int, ...]:
+    """The profile's integers as `motorcade.car.brain` takes them in ``levels``."""
+    infrared = profile.infrared
+    return make_levels(
+        profile.durations_ms,
+        profile.dwell_ms,
+        profile.avoid_radii_mm,
+        profile.idle_state_ms,
+        infrared.unit_us,
+        infrared.gap_ms,
+        infrared.relay_period_ms,
+        infrared.sense_ms,
+    )
 
 
 @lru_cache(maxsize=32)

@@ -18,9 +18,3 @@ class MatError(ToldError, ValueError):
             return self.reason(language)
         before = {"en": f"mat {self.figures['mat']}: ", "zh": f"场地 {self.figures['mat']}："}
         return before[language] + self.reason(language)
-
-
-class WorldError(ToldError, ValueError):
-    """A world that can't be: its cars, images or profile don't fit it, or the memory."""
-
-    SENTENCES = sentences.WORLD

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorcade.car.brain import AVOID_RADII_MM, LEFT, RIGHT, SIZE, VOICE_GO, VOICE_STOP
-from motorcade.config.levels import levels_of
-from motorcade.config.profile import Profile
+from motorcade.config.profile import Profile, levels_of
 from motorcade.engine.bodies import LOOK_BEYOND_UM
-from motorcade.engine.errors import WorldError
 from motorcade.engine.geometry import COSINES, FAR_UM, FULL_TURN, MOST_NORMAL, NORMALS
 from motorcade.engine.state import MOST_PARTS, NOBODY, Cars, Cells, Floats, Ints, People, Place, Rules, Voices, Words
+from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
 from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import air_us
@@ -35,7 +34,7 @@ _FEW_PLACE_CELLS = 1 << 14
 
 
 def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
-    """The figures of a world. Raises WorldError where the profile's can't be simulated."""
+    """The figures of a world. Raises MotorcadeError where the profile's can't be simulated."""
     body, physics, tick_ms = profile.body, mat.physics, mat.tick_ms
     radius = body.diameter_mm * 500.0
     # mm/s times ms is µm.
@@ -219,14 +218,16 @@ def _distances(frame: Floats, cells: Ints, item: int, segments: Floats, discs: F
 def _check(profile: Profile, tick_ms: int, fastest_um: float, radius_um: float) -> None:
     body = profile.body
     if fastest_um > radius_um / 2:
-        raise WorldError("too-fast", tick_ms=tick_ms, way=fastest_um / 1000, diameter=body.diameter_mm)
+        raise MotorcadeError(
+            "cars-too-fast-for-tick", tick_ms=tick_ms, way=fastest_um / 1000, diameter=body.diameter_mm
+        )
     shortest_ms = air_us(0, profile.infrared.unit_us) / 1000
     if tick_ms >= shortest_ms:
-        raise WorldError("tick-too-long", tick_ms=tick_ms, shortest=shortest_ms)
+        raise MotorcadeError("tick-longer-than-frame", tick_ms=tick_ms, shortest=shortest_ms)
     if body.ultrasonic_cone_deg >= 90:
-        raise WorldError("cone-too-wide", profile=profile.name, cone=body.ultrasonic_cone_deg)
+        raise MotorcadeError("ultrasonic-cone-too-wide", profile=profile.name, cone=body.ultrasonic_cone_deg)
     if profile.servo.steering_deg >= 90:
-        raise WorldError("steers-too-far", profile=profile.name, steering=profile.servo.steering_deg)
+        raise MotorcadeError("servo-steers-too-far", profile=profile.name, steering=profile.servo.steering_deg)
 
 
 def _images(images: Sequence[bytes]) -> Words:

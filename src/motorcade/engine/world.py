@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numba
 import numpy as np
@@ -14,13 +14,14 @@ from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine import bicycle, layout
 from motorcade.engine import counters as tally
 from motorcade.engine import kernels as engine
-from motorcade.engine.errors import WorldError
 from motorcade.engine.events import EVENT as EVENT
 from motorcade.engine.events import KINDS as KINDS
 from motorcade.engine.events import LOSS_REASONS as LOSS_REASONS
 from motorcade.engine.geometry import FULL_TURN, to_heading
 from motorcade.engine.layout import VOICES
+from motorcade.engine.moment import Moment
 from motorcade.engine.state import DRIVEN, MOST_PARTS
+from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, Pose
 from motorcade.mats.schema import FARTHEST_M
 from motorcade.words.image import parse_image_bytes
@@ -39,31 +40,6 @@ _COUNTED = {
     "undetected": tally.UNDETECTED,
     "touching_ms": tally.TOUCHING_MS,
 }
-
-
-@dataclass(frozen=True)
-class Snapshot:
-    """What the cars of a world show at a moment, in the order of their numbers.
-
-    Attributes:
-        t_ms: the moment.
-        x_m, y_m, heading: float64, metres and radians from -pi to pi.
-        word: uint32, the word that each executes or holds.
-        runs: bool, whether that word's length is not yet over.
-        wheels: uint8, direction * 4 + speed level; direction 3 where somebody drives the car.
-        led: uint8, the LED that is on, 4 for none.
-        sends: bool, whether the car's frame is on the air.
-    """
-
-    t_ms: int
-    x_m: NDArray[np.float64]
-    y_m: NDArray[np.float64]
-    heading: NDArray[np.float64]
-    word: NDArray[np.uint32]
-    runs: NDArray[np.bool_]
-    wheels: NDArray[np.uint8]
-    led: NDArray[np.uint8]
-    sends: NDArray[np.bool_]
 
 
 class World:
@@ -87,7 +63,7 @@ class World:
 
     Raises:
         ImageError: an image that is none.
-        WorldError: what can't be simulated, or doesn't fit into the memory.
+        MotorcadeError: what can't be simulated, or doesn't fit into the memory.
     """
 
     def __init__(
@@ -125,7 +101,7 @@ class World:
         """Everything as at the beginning, with other seeds where they are given (as many as there are worlds)."""
         if seeds is not None:
             if len(_seed_list(seeds)) != self.worlds:
-                raise WorldError("seeds", count=len(_seed_list(seeds)), worlds=self.worlds)
+                raise MotorcadeError("seeds-differ-from-worlds", count=len(_seed_list(seeds)), worlds=self.worlds)
             self.seeds = _seed_list(seeds)
         layout.put_in_place(self.state, self.mat, self.worlds, len(self.images))
         self._driven = bicycle.nobody()
@@ -162,7 +138,7 @@ class World:
             range_mm: how far infrared reaches; as far as before unless given.
 
         Raises:
-            WorldError: what can't be simulated; everything is as before then.
+            MotorcadeError: what can't be simulated; everything is as before then.
         """
         mat = replace(mat, starts=self.mat.starts, tick_ms=self.tick_ms)
         infrared = self.profile.infrared
@@ -178,11 +154,11 @@ class World:
         """Lift a car and put it down elsewhere, where it goes on with what it does.
 
         Raises:
-            WorldError: there is no such car or place.
+            MotorcadeError: there is no such car or place.
         """
         self._check_car(car)
         if not (abs(pose.x) <= FARTHEST_M and abs(pose.y) <= FARTHEST_M and math.isfinite(pose.heading)):
-            raise WorldError("no-such-place", x=pose.x, y=pose.y, most=FARTHEST_M)
+            raise MotorcadeError("car-place-too-far", x=pose.x, y=pose.y, most=FARTHEST_M)
         index = self._index(car, world)
         self.state.x[index], self.state.y[index] = round(pose.x * 1e6), round(pose.y * 1e6)
         self.state.heading[index] = to_heading(pose.heading)
@@ -199,7 +175,7 @@ class World:
             world: which world's car.
 
         Raises:
-            WorldError: there is no such car.
+            MotorcadeError: there is no such car.
         """
         self._check_car(car)
         motion = bicycle.motion_of(angle_deg, direction, speed, self.profile, self.tick_ms)
@@ -208,7 +184,7 @@ class World:
         self.state.wheels[index] = DRIVEN
 
     def give_back(self, car: int, world: int = 0) -> None:
-        """Let a car's own program have the wheels again, where it has come to by now. Raises WorldError."""
+        """Let a car's own program have the wheels again, where it has come to by now. Raises MotorcadeError."""
         self._check_car(car)
         index = self._index(car, world)
         if self.state.wheels[index] == DRIVEN:
@@ -228,8 +204,8 @@ class World:
             self._advance(now)
             ticks -= now
 
-    def snapshot(self, world: int = 0) -> Snapshot:
-        """What the cars of a world show now."""
+    def snapshot(self, world: int = 0) -> Moment:
+        """What the cars of a world show now, and what was counted in it since reset."""
         part = slice(world * self.cars, (world + 1) * self.cars)
         state = self.state
         order = np.argsort(state.number[part])
@@ -237,7 +213,7 @@ class World:
         # As the last tick set them; the next one may put some out.
         engine.read_leds(part.start, self.now_ms - self.tick_ms & TICKS_MASK, state, self._rules, led)
         heading = state.heading[part][order] / FULL_TURN * math.tau
-        return Snapshot(
+        return Moment(
             t_ms=self.now_ms,
             x_m=state.x[part][order] / 1e6,
             y_m=state.y[part][order] / 1e6,
@@ -247,6 +223,7 @@ class World:
             wheels=self._shown_wheels(world)[order],
             led=led[order],
             sends=((self.now_ms - state.sends_until[part][order].astype(np.int64)) & TICKS_MASK) >= 1 << 29,
+            counts={name: int(counted[world]) for name, counted in self.counts().items()},
         )
 
     def take_events(self) -> NDArray[np.void]:
@@ -259,7 +236,7 @@ class World:
         An event's time may lie before the tick that noticed it.
         """
         if not self._keeps_events:
-            raise WorldError("no-events")
+            raise MotorcadeError("world-keeps-no-events")
         events = np.concatenate([np.zeros(0, EVENT), *self._taken])
         self._taken = []
         return events[np.argsort(events, order=("t_ms", "world", "car"), kind="stable")]
@@ -283,7 +260,7 @@ class World:
 
     def _check_car(self, car: int) -> None:
         if not 0 <= car < self.cars:
-            raise WorldError("no-such-car", car=car, last=self.cars - 1)
+            raise MotorcadeError("no-such-car-in-world", car=car, last=self.cars - 1)
 
     def _index(self, car: int, world: int) -> int:
         begin = world * self.cars
@@ -375,15 +352,30 @@ class World:
 
     def _check(self) -> None:
         if self.cars == 0:
-            raise WorldError("no-cars")
+            raise MotorcadeError("mat-without-cars")
         if self.mat.starts.leads.any() and not self.images:
-            raise WorldError("no-program")
+            raise MotorcadeError("leaders-without-program")
         if len(self.images) > 255:
-            raise WorldError("too-many-programs", count=len(self.images))
+            raise MotorcadeError("too-many-programs", count=len(self.images))
         needed, free = self.cars * self.worlds * layout.BYTES_A_CAR, psutil.virtual_memory().available
         if needed > free:
-            raise WorldError("no-memory", cars=self.cars * self.worlds, needed=needed / 1e9, free=free / 1e9)
+            raise MotorcadeError(
+                "world-exceeds-memory", cars=self.cars * self.worlds, needed=needed / 1e9, free=free / 1e9
+            )
 
 
 def _seed_list(seeds: int | Sequence[int]) -> NDArray[np.int64]:
     return np.atleast_1d(np.asarray(seeds, np.int64))
+
+
+def warm_up(world: World) -> None:
+    """Compile everything that runs while a world like this one is played, driven cars included; ``world`` itself stays.
+
+    This takes some 20 s the first time on a computer, then half a second. Other threads can be held up meanwhile, for
+    up to 0.2 s at a time.
+    """
+    other = World(world.mat, world.images, world.profile, threads=world.threads)
+    other.drive(0)
+    other.step()
+    other.move(0, Pose(0, 0))
+    other.snapshot()

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorcade.car.brain import NEXT_FRAME_MS, QUIET_MS, SIZE, frame_ms, leader_sends, leader_start, sent_word
-from motorcade.config.levels import levels_of
-from motorcade.config.profile import Profile
+from motorcade.config.profile import Profile, levels_of
 from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import to_frame
 

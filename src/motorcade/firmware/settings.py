@@ -6,9 +6,8 @@
 from typing import Any
 
 from motorcade.boards.on_chip.power_on import SETTINGS_FORMAT
-from motorcade.config.levels import levels_of
 from motorcade.config.pins import PinMap, PinsError
-from motorcade.config.profile import Profile
+from motorcade.config.profile import Profile, levels_of
 from motorcade.config.voice_map import VoiceMap
 
 # What sys.platform says on a chip of a pin file.

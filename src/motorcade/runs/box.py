@@ -2,13 +2,14 @@
 
 from collections.abc import Iterable
 
+from motorcade.engine.moment import Moment
 from motorcade.runs.description import Description
-from motorcade.runs.recording import Frame, Recording
+from motorcade.runs.recording import Recording
 
 Box = tuple[float, float, float, float]
 
 
-def box_of(about: Description, frames: Iterable[Frame]) -> Box:
+def box_of(about: Description, frames: Iterable[Moment]) -> Box:
     """The smallest box, in metres, that holds the mat and the cars of all ``frames``: left, bottom, right, top."""
     points = [(0.0, 0.0), about.size_m] if about.size_m else []
     for x, y, radius_m in about.discs:

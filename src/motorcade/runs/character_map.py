@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from motorcade.engine.moment import Moment
 from motorcade.runs.box import Box
 from motorcade.runs.description import Description
 from motorcade.runs.palette import LEADER, WordColours, rgb
-from motorcade.runs.recording import Frame
 
 ARROWS = "→↗↑↖←↙↓↘"
 PLAIN_ARROWS = ">/^\\</v\\"
@@ -55,7 +55,7 @@ class CharacterMaps:
             steps = 2 + int(2 * math.hypot(x1 - x0, y1 - y0) / self._wide_m)
             self._mark(np.linspace(x0, x1, steps), np.linspace(y0, y1, steps), PLAIN_WALL if plain else WALL)
 
-    def draw(self, frame: Frame) -> CharacterMap:
+    def draw(self, frame: Moment) -> CharacterMap:
         """The map of a moment."""
         characters = self._still.copy()
         colours = np.full((*characters.shape, 3), _GREY, np.float32)

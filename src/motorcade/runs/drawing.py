@@ -8,10 +8,10 @@ from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.patches import Circle, Polygon, Rectangle
 from numpy.typing import ArrayLike, NDArray
 
+from motorcade.engine.moment import Moment
 from motorcade.runs.box import Box
 from motorcade.runs.description import Description
 from motorcade.runs.palette import LEDS, rgb
-from motorcade.runs.recording import Frame
 
 _PERSON_M = 0.3
 _WALL = "#3a3a3a"
@@ -81,7 +81,7 @@ class Cars:
         self._about = about
         self.artists = (self._people, self.bodies, self._noses, self._lamps)
 
-    def show(self, frame: Frame, colours: NDArray[np.float32]) -> None:
+    def show(self, frame: Moment, colours: NDArray[np.float32]) -> None:
         """Put the cars where they are at a moment; ``colours`` has a row for each."""
         places = np.column_stack([frame.x_m, frame.y_m]).astype(float)
         order = self._order

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from motorcade.engine.moment import Moment
 from motorcade.runs.description import Description
 from motorcade.runs.palette import LEADER, LEDS, WordColours, rgb
-from motorcade.runs.recording import Frame
 
 FRAME_ID = "mat"
 # Beyond this many cars each is a flat dart, all of a colour in one list: a fifth of a cylinder's and an arrow's JSON.
@@ -122,13 +122,13 @@ class Scene:
         self._leads = np.zeros(about.cars, bool)
         self._leads[list(about.leaders)] = True
 
-    def message(self, frame: Frame) -> bytes:
+    def message(self, frame: Moment) -> bytes:
         """The cars and people at a moment."""
         people = [_cylinder(x, y, 0.3, 1.0, _colour("#5b8fd6", 0.6), 0.5) for x, y in self._about.people_at(frame.t_ms)]
         parts = self._bodies(frame) if len(frame.x_m) <= MOST_BODIES else self._darts(frame)
         return _message(frame.t_ms, cars=parts, people={"cylinders": people})
 
-    def _bodies(self, frame: Frame) -> dict[str, list[Any]]:
+    def _bodies(self, frame: Moment) -> dict[str, list[Any]]:
         """A cylinder and an arrow a car, and the number of each where there are few."""
         wide_m = self._about.diameter_m
         colours = self._colours.of(frame.word, frame.runs)
@@ -146,7 +146,7 @@ class Scene:
                 parts["texts"].append(_text(x, y, str(number), wide_m / 2))
         return parts
 
-    def _darts(self, frame: Frame) -> dict[str, list[Any]]:
+    def _darts(self, frame: Moment) -> dict[str, list[Any]]:
         """A triangle a car, in one list for each colour."""
         radius_m = self._about.diameter_m / 2
         angles = frame.heading[:, None] + np.array([0, math.radians(140), -math.radians(140)], np.float32)

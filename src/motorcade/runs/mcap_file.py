@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from zstandard import ZstdError
 
 from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
+from motorcade.engine.moment import Moment
 from motorcade.runs.description import Description
 from motorcade.runs.foxglove import SCENE_UPDATE, SCENE_UPDATE_NAME, Scene, mat_message
-from motorcade.runs.recording import Frame, RecordingError
+from motorcade.runs.recording import RecordingError
 
 _CHUNK_BYTES = 1 << 18
 _MOST_EVENTS = 10_000
@@ -71,12 +72,12 @@ class McapSink:
         }
         self._add("/mat", 0, mat_message(about))
 
-    def write(self, frame: Frame) -> None:
+    def write(self, frame: Moment) -> None:
         if "/counts" not in self._channels:
             whole = {"type": "integer"}
             schema = {**COUNTS, "properties": {"t_ms": whole, **dict.fromkeys(frame.counts, whole)}}
             self._channels["/counts"] = self._channel("/counts", "motorcade.Counts", schema)
-        columns = frame.as_dict()
+        columns = frame.to_dict()
         self._add("/counts", frame.t_ms, _json({"t_ms": frame.t_ms, **columns.pop("counts")}))
         self._add("/cars", frame.t_ms, _json(columns))
         self._add("/scene", frame.t_ms, self._scene.message(frame))
@@ -137,14 +138,14 @@ class McapRecording:
             pass
         return max((frame.t_ms for frame in self.frames()), default=0)
 
-    def frames(self) -> Iterator[Frame]:
+    def frames(self) -> Iterator[Moment]:
         counts: dict[str, int] = {}
         for topic, message in self._messages("/counts", "/cars"):
             t_ms = message.pop("t_ms")
             if topic == "/counts":
                 counts = message
                 continue
-            yield Frame(
+            yield Moment(
                 t_ms,
                 np.array(message["x_m"], np.float32),
                 np.array(message["y_m"], np.float32),

@@ -15,8 +15,9 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
+from motorcade.engine.moment import Moment
 from motorcade.runs.description import Description
-from motorcade.runs.recording import Frame, RecordingError
+from motorcade.runs.recording import RecordingError
 
 _TRACK = pa.schema(
     [
@@ -62,14 +63,14 @@ class ParquetSink:
         self._path = path
         self._texts = {_PREFIX + key: text for key, text in about.as_texts().items()}
         self._number = np.arange(about.cars, dtype=np.uint32)
-        self._frames: list[Frame] = []
+        self._frames: list[Moment] = []
         self._batches: list[NDArray[np.void]] = []
         self._track = _Part(path, _TRACK.with_metadata(self._texts))
         self._events = _Part(beside(path, "events"), _EVENTS.with_metadata(self._texts))
         # Its columns are known with the first moment.
         self._counts: _Part | None = None
 
-    def write(self, frame: Frame) -> None:
+    def write(self, frame: Moment) -> None:
         self._frames.append(frame)
         if len(self._frames) >= _MOST_FRAMES or len(self._frames) * len(self._number) >= _BATCH_ROWS:
             self._flush()
@@ -195,7 +196,7 @@ class ParquetRecording:
     def last_ms(self) -> int:
         return max(self._counts(), default=0)
 
-    def frames(self) -> Iterator[Frame]:
+    def frames(self) -> Iterator[Moment]:
         cars = self.about.cars
         counts = self._counts()
         t_ms = 0
@@ -204,7 +205,7 @@ class ParquetRecording:
             for first in range(0, table.num_rows - cars + 1, cars):
                 t_ms = int(columns[0][first])
                 here = (column[first : first + cars] for column in columns[2:])
-                yield Frame._make((t_ms, *here, counts.get(t_ms, {})))
+                yield Moment._make((t_ms, *here, counts.get(t_ms, {})))
         if self._is_part or self._is_damaged:
             reason = "was never finished" if self._is_part else "is damaged"
             self.complaint = f"{self.name} {reason}: what came after {t_ms / 1000:g} s is missing"

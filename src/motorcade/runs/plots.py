@@ -9,11 +9,11 @@ from matplotlib.collections import LineCollection
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from motorcade.engine.moment import Moment
 from motorcade.runs.box import box_of
 from motorcade.runs.description import Description
 from motorcade.runs.drawing import Cars, draw_mat, show_box
 from motorcade.runs.palette import FOLLOWERS, LEADER, WordColours, rgb
-from motorcade.runs.recording import Frame
 
 _MOST_TRACKS = 1000
 _MOST_POINTS = 1_000_000
@@ -47,7 +47,7 @@ T = TypeVar("T")
 class Panel(Protocol):
     """One plot."""
 
-    def take(self, frame: Frame) -> None:
+    def take(self, frame: Moment) -> None:
         """Take the next moment."""
 
     def draw(self, axes: Axes, name_of_word: Callable[[int], str]) -> None:
@@ -89,9 +89,9 @@ class Tracks:
         self._drawn = np.concatenate([followers[::step], np.array(about.leaders, int)[:_MOST_TRACKS]]).astype(int)
         self._leads = np.isin(self._drawn, about.leaders)
         self._points: Thinned[NDArray[np.float32]] = Thinned(max(50, _MOST_POINTS // max(1, len(self._drawn))))
-        self._last: Frame | None = None
+        self._last: Moment | None = None
 
-    def take(self, frame: Frame) -> None:
+    def take(self, frame: Moment) -> None:
         self._points.add(np.column_stack([frame.x_m[self._drawn], frame.y_m[self._drawn]]))
         self._last = frame
 
@@ -154,7 +154,7 @@ class Words:
         self._rows: NDArray[np.intp] | None = None
         self._distance_m: NDArray[np.float64] = np.zeros(0)
 
-    def take(self, frame: Frame) -> None:
+    def take(self, frame: Moment) -> None:
         if self._rows is None:
             self._rows = self._sort(frame)
         codes = self._colours.places(frame.word) * 2 + frame.runs
@@ -173,7 +173,7 @@ class Words:
         self._label(axes, len(codes))
         self._name(axes, codes, name_of_word)
 
-    def _sort(self, frame: Frame) -> NDArray[np.intp]:
+    def _sort(self, frame: Moment) -> NDArray[np.intp]:
         """The row of each car."""
         first = self._about.leaders[0] if self._about.leaders else 0
         away_m = np.hypot(frame.x_m - frame.x_m[first], frame.y_m - frame.y_m[first]).astype(float)
@@ -220,7 +220,7 @@ class Air:
     def __init__(self, about: Description):
         self._counts: Thinned[tuple[int, Mapping[str, int]]] = Thinned(_MOST_COLUMNS)
 
-    def take(self, frame: Frame) -> None:
+    def take(self, frame: Moment) -> None:
         self._counts.add((frame.t_ms, frame.counts))
 
     def draw(self, axes: Axes, name_of_word: Callable[[int], str]) -> None:

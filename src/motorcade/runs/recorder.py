@@ -12,7 +12,6 @@ from motorcade.runs.recording import (
     FILMS,
     KINDS_OF_FILE,
     PICTURES,
-    Frame,
     InMemoryRecording,
     Progress,
     Recording,
@@ -116,8 +115,7 @@ class Recorder:
                 sink.write_events(world.now_ms, events)
 
     def _take(self, world: "World") -> None:
-        counts = {name: int(values[self._index]) for name, values in world.counts().items()}
-        frame = Frame.of(world.snapshot(self._index), counts)
+        frame = world.snapshot(self._index).in_single_precision()
         for sink in self._sinks:
             sink.write(frame)
         self._last_ms = world.now_ms

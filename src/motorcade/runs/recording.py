@@ -6,17 +6,15 @@ Foxglove, ``.parquet`` in pandas and DuckDB.
 """
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motorcade.engine.moment import Moment
 from motorcade.runs.description import Description
-
-if TYPE_CHECKING:
-    from motorcade.engine.world import Snapshot
 
 KINDS_OF_FILE = (".mcap", ".parquet")
 FILMS = (".mp4", ".gif")
@@ -27,50 +25,6 @@ Progress = Callable[[int], None]
 
 class RecordingError(OSError):
     """A recording, film or picture that can't be written or read; its text is a sentence for the user."""
-
-
-class Frame(NamedTuple):
-    """One moment; arrays are in the order of the cars' numbers.
-
-    ``wheels`` is direction * 4 + speed level (directions forward, left, right),
-    ``led`` the one that is lit or 4, ``runs`` whether the held word runs now,
-    ``sends`` whether the car's frame is on the air. ``counts`` are sums since the run began.
-    """
-
-    t_ms: int
-    x_m: NDArray[np.float32]
-    y_m: NDArray[np.float32]
-    heading: NDArray[np.float32]
-    word: NDArray[np.uint32]
-    runs: NDArray[np.bool_]
-    wheels: NDArray[np.uint8]
-    led: NDArray[np.uint8]
-    sends: NDArray[np.bool_]
-    counts: Mapping[str, int]
-
-    @classmethod
-    def of(cls, snapshot: "Snapshot", counts: Mapping[str, int]) -> "Frame":
-        """A snapshot as it is recorded: positions and headings in single precision."""
-        x_m, y_m, heading = (np.asarray(each, np.float32) for each in (snapshot.x_m, snapshot.y_m, snapshot.heading))
-        held = (snapshot.word, snapshot.runs, snapshot.wheels, snapshot.led, snapshot.sends)
-        return cls(snapshot.t_ms, x_m, y_m, heading, *held, counts)
-
-    def as_dict(self) -> dict[str, Any]:
-        """The moment for JSON: lists in the order of car numbers, lengths and angles to a millionth."""
-        x_m, y_m, heading = (np.round(each.astype(float), 6).tolist() for each in (self.x_m, self.y_m, self.heading))
-        return {
-            "t_ms": self.t_ms,
-            "number": list(range(len(self.x_m))),
-            "x_m": x_m,
-            "y_m": y_m,
-            "heading_rad": heading,
-            "word": self.word.tolist(),
-            "runs": self.runs.tolist(),
-            "wheels": self.wheels.tolist(),
-            "led": self.led.tolist(),
-            "sends": self.sends.tolist(),
-            "counts": dict(self.counts),
-        }
 
 
 class Recording(Protocol):
@@ -90,7 +44,7 @@ class Recording(Protocol):
     def last_ms(self) -> int:
         """When its last moment is."""
 
-    def frames(self) -> Iterator[Frame]:
+    def frames(self) -> Iterator[Moment]:
         """The moments in order."""
 
     def events(self) -> Iterator[NDArray[np.void]]:
@@ -100,7 +54,7 @@ class Recording(Protocol):
 class Sink(Protocol):
     """What takes moments and events while a run goes on."""
 
-    def write(self, frame: Frame) -> None:
+    def write(self, frame: Moment) -> None:
         """Take a moment."""
 
     def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
@@ -117,10 +71,10 @@ class InMemoryRecording:
         self.name = name
         self.about = about
         self.complaint = ""
-        self._frames: list[Frame] = []
+        self._frames: list[Moment] = []
         self._events: list[NDArray[np.void]] = []
 
-    def write(self, frame: Frame) -> None:
+    def write(self, frame: Moment) -> None:
         self._frames.append(frame)
 
     def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
@@ -133,7 +87,7 @@ class InMemoryRecording:
     def last_ms(self) -> int:
         return self._frames[-1].t_ms if self._frames else 0
 
-    def frames(self) -> Iterator[Frame]:
+    def frames(self) -> Iterator[Moment]:
         return iter(self._frames)
 
     def events(self) -> Iterator[NDArray[np.void]]:

@@ -75,7 +75,7 @@ def simulate(
         drawn: called with the time that has been drawn, for each film and picture from 0.
 
     Raises:
-        MatError, WorldError: what can't be simulated.
+        MatError, MotorcadeError: what can't be simulated.
         RecordingError: a file can't be written.
     """
     chosen = profile or built_in_profile("classroom")

@@ -9,11 +9,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from motorcade.engine.moment import Moment
 from motorcade.runs.box import Box, whole_box
 from motorcade.runs.description import Description
 from motorcade.runs.drawing import PLAIN, Cars, draw_mat, show_box
 from motorcade.runs.palette import WordColours
-from motorcade.runs.recording import FILMS, Frame, Progress, Recording, RecordingError, check_writable
+from motorcade.runs.recording import FILMS, Progress, Recording, RecordingError, check_writable
 
 # Wide, square or tall, as what they show; ffmpeg wants multiples of 16.
 SIZES = {
@@ -113,7 +114,7 @@ class _Pictures:
         greys = np.linspace(0, 1, 12)[:, None].repeat(3, axis=1)
         return (np.concatenate([strong, *edges, greys]) * 255).round().astype(np.uint8)
 
-    def draw(self, frame: Frame) -> Image:
+    def draw(self, frame: Moment) -> Image:
         self._cars.show(frame, self._colours.of(frame.word, frame.runs))
         self._title.set_text(f"{self._name}, {frame.t_ms / 1000:.1f} s")
         self._canvas.restore_region(self._still)

@@ -1,6 +1,7 @@
 """What can go wrong in the studio: stable codes, and their sentences in English and Chinese."""
 
-from motorcade.engine.errors import MatError, WorldError
+from motorcade.engine.errors import MatError
+from motorcade.errors import MotorcadeError
 from motorcade.program.diagnostics import LANGUAGES
 from motorcade.server.errors import MESSAGES as SERVER_MESSAGES
 from motorcade.server.errors import ServerError
@@ -137,9 +138,11 @@ MESSAGES: dict[str, dict[str, str]] = {
 }
 
 
-def reason_of(problem: MatError | WorldError) -> dict[str, str]:
+def reason_of(problem: MatError | MotorcadeError) -> dict[str, str]:
     """What is wrong in each language, as the end of a sentence of the studio's."""
-    return {language: problem.reason(language) for language in LANGUAGES}
+    if isinstance(problem, MatError):
+        return {language: problem.reason(language) for language in LANGUAGES}
+    return {language: problem.sentence(language) for language in LANGUAGES}
 
 
 class StudioError(ServerError):

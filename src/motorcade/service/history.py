@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from motorcade.service.pictures import EVENT_ROW, Moment
+from motorcade.service.pictures import EVENT_ROW, PictureColumns
 
 EVERY_MS = 100
 MOMENT_BYTES = 24 << 20
@@ -81,7 +81,7 @@ class History:
         """All events, in batches."""
         return list(self._events)
 
-    def moments(self, cars: int, after_ms: int) -> Iterator[Moment]:
+    def moments(self, cars: int, after_ms: int) -> Iterator[PictureColumns]:
         """The moments from ``after_ms`` on, as they are now."""
         held = [each for each in zip(self._times, self._moments, strict=True) if each[0] >= after_ms]
-        return (Moment.unpack(t_ms, data, cars) for t_ms, data in held)
+        return (PictureColumns.unpack(t_ms, data, cars) for t_ms, data in held)

@@ -4,8 +4,9 @@ from typing import Annotated, Any
 
 from msgspec import Meta, Struct
 
-from motorcade.engine.errors import MatError, WorldError
+from motorcade.engine.errors import MatError
 from motorcade.engine.world import World
+from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, check_mat
 from motorcade.service.compiling import profile_named
 from motorcade.service.errors import StudioError, reason_of
@@ -121,7 +122,7 @@ def world_of(message: Set, most_cars: int) -> World:
             world.furnish(mat, message.range_mm)
     except MatError as problem:
         raise StudioError("bad-mat", reason=reason_of(problem)) from None
-    except WorldError as problem:
+    except MotorcadeError as problem:
         raise StudioError("bad-world", reason=reason_of(problem)) from None
     return world
 

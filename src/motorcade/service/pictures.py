@@ -1,6 +1,6 @@
 """The binary pictures of a world that a page draws, little-endian.
 
-A picture is a header, what the cars show (`Moment`), and what happened since the picture before (rows of
+A picture is a header, what the cars show (`PictureColumns`), and what happened since the picture before (rows of
 EVENT_ROW). Headings are radians counter-clockwise from the x axis, ``wheels`` is direction * 4 + speed level.
 """
 
@@ -46,8 +46,8 @@ _COLUMNS = (
 )
 
 
-class Moment(NamedTuple):
-    """What the cars show at a moment, in the order of their numbers.
+class PictureColumns(NamedTuple):
+    """A `motorcade.engine.moment.Moment` as the columns of a picture, in the order of the cars' numbers.
 
     ``held`` is the index of the word that each executes or holds, among the image's words; NO_INDEX for none.
     """
@@ -67,7 +67,7 @@ class Moment(NamedTuple):
         return packed + bytes(-len(packed) % 4)
 
     @classmethod
-    def unpack(cls, t_ms: int, data: bytes, cars: int) -> "Moment":
+    def unpack(cls, t_ms: int, data: bytes, cars: int) -> "PictureColumns":
         """What ``pack`` made of so many cars."""
         columns, at = [], 0
         for _, kind in _COLUMNS:

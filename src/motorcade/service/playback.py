@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.config.profile import Profile
-from motorcade.engine.errors import WorldError
+from motorcade.engine.moment import Moment
 from motorcade.engine.world import World
+from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, Pose
 from motorcade.runs.description import Description
-from motorcade.runs.recording import Frame
 from motorcade.service.history import EVERY_MS, History
 from motorcade.service.pictures import (
     EVENT_ROW,
@@ -28,7 +28,7 @@ from motorcade.service.pictures import (
     PAST,
     RUNS,
     SENDS,
-    Moment,
+    PictureColumns,
     event_rows,
     pack_picture,
 )
@@ -120,12 +120,12 @@ class Playback:
         self._world.say(word)
 
     def furnish(self, mat: Mat, range_mm: int | None) -> None:
-        """Other walls, obstacles, people, voices, physics and infrared range. Raises WorldError."""
+        """Other walls, obstacles, people, voices, physics and infrared range. Raises MotorcadeError."""
         self._world.furnish(mat, range_mm)
         self.changed = True
 
     def move(self, car: int, x_m: float, y_m: float, heading_deg: float) -> None:
-        """Put a car elsewhere, in the present. Raises WorldError."""
+        """Put a car elsewhere, in the present. Raises MotorcadeError."""
         self._world.move(car, Pose(x_m, y_m, math.radians(heading_deg)))
         self.seek(None)
 
@@ -137,7 +137,7 @@ class Playback:
             self.pause()
 
     def watch(self, car: int | None) -> None:
-        """Ask for the details of a car, or of none. Raises WorldError: there is no such car."""
+        """Ask for the details of a car, or of none. Raises MotorcadeError: there is no such car."""
         if car is not None:
             self._check_car(car)
         self._watched = car
@@ -203,7 +203,7 @@ class Playback:
 
     def _check_car(self, car: int) -> None:
         if not 0 <= car < self._world.cars:
-            raise WorldError("no-such-car", car=car, last=self._world.cars - 1)
+            raise MotorcadeError("no-such-car-in-world", car=car, last=self._world.cars - 1)
 
     def _keep_moment(self) -> None:
         self._history.keep_moment(self.now_ms, self._moment(self._since_moment).pack())
@@ -211,11 +211,11 @@ class Playback:
         while self._due_ms <= self.now_ms:
             self._due_ms += EVERY_MS
 
-    def _moment(self, marks: NDArray[np.uint8]) -> Moment:
+    def _moment(self, marks: NDArray[np.uint8]) -> PictureColumns:
         now = self._world.snapshot()
         flags = now.runs * np.uint8(RUNS) | now.sends * np.uint8(SENDS) | marks
         x_m, y_m, heading = (each.astype(np.float32) for each in (now.x_m, now.y_m, now.heading))
-        return Moment(now.t_ms, x_m, y_m, heading, self._carried.indices(), now.wheels, now.led, flags)
+        return PictureColumns(now.t_ms, x_m, y_m, heading, self._carried.indices(), now.wheels, now.led, flags)
 
     # What a page is told
 
@@ -236,7 +236,7 @@ class Playback:
         return pack_picture(number, flags, self.now_ms, cars, moment, events)
 
     def view(self, car: int) -> bytes:
-        """What a car's camera sees in the present, as a JPEG file. Raises WorldError: there is no such car."""
+        """What a car's camera sees in the present, as a JPEG file. Raises MotorcadeError: there is no such car."""
         self._check_car(car)
         mat = self._world.mat
         if self._scene is None or self._scene[0] is not mat:
@@ -287,7 +287,7 @@ class Playback:
         """What a recording says about the run."""
         return Description.of(self._world, EVERY_MS)
 
-    def frames(self, seconds: float) -> Iterator[Frame]:
+    def frames(self, seconds: float) -> Iterator[Moment]:
         """The last so many simulated seconds, for a film."""
         words = self._carried.words
         for moment in self._history.moments(self._world.cars, self.now_ms - round(seconds * 1000)):
@@ -295,4 +295,4 @@ class Playback:
             word = np.where(known, words[np.where(known, moment.held, 0)], 0).astype(np.uint32)
             runs, sends = (moment.flags & flag > 0 for flag in (RUNS, SENDS))
             held = (word, runs, moment.wheels, moment.led, sends)
-            yield Frame(moment.t_ms, moment.x_m, moment.y_m, moment.heading, *held, {})
+            yield Moment(moment.t_ms, moment.x_m, moment.y_m, moment.heading, *held)

@@ -12,7 +12,7 @@ from motorcade.boards.linux.hardware_watchdog import HardwareWatchdog
 from motorcade.boards.linux.serial_line import SerialLine
 from motorcade.boards.voice import VoiceSource
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
-from motorcade.config.levels import levels_of
+from motorcade.config.profile import levels_of
 from support.strategies import CLASSROOM
 
 

@@ -16,8 +16,8 @@ if sys.platform == "linux":
     from motorcade.boards.linux.chips import CHIPS
     from motorcade.boards.linux.errors import GpioForbiddenError, NoGpioError
     from motorcade.boards.linux.opening import open_car, open_drive
-    from motorcade.config.levels import levels_of
     from motorcade.config.pins import PinsError, parse_pins
+    from motorcade.config.profile import levels_of
     from support.strategies import CLASSROOM
 
     LGPIO = gpio_chip._lgpio()

@@ -12,8 +12,8 @@ from motorcade import Program, compile_program, forward, led, left, right, toget
 from motorcade.boards.linux.board import Equipment
 from motorcade.boards.linux.hardware_watchdog import HardwareWatchdog
 from motorcade.boards.linux.programmed_drive import ProgrammedDrive
-from motorcade.config.levels import levels_of
 from motorcade.config.pins import PinsError, parse_pins
+from motorcade.config.profile import levels_of
 from motorcade.drive.drive_failures import DriveError
 from motorcade.drive.session import CarControl
 from motorcade.words.formats import DRIVE

@@ -13,7 +13,7 @@ from motorcade.engine.state import DRIVEN
 from motorcade.server.remote.remote_cars import RemoteCar
 from motorcade.server.studio.app import make_app
 from motorcade.server.studio.settings import Settings
-from motorcade.service.pictures import Moment
+from motorcade.service.pictures import PictureColumns
 from support.driven_car import PATIENT, DrivenCar
 from support.remote_page import Line, RemotePage
 
@@ -48,7 +48,7 @@ class Page(Line):
 
     def look(self, picture):
         number, _, cars = HEAD.unpack_from(picture, 4)
-        self.wheels = Moment.unpack(0, picture[PICTURE_HEAD_BYTES:], cars).wheels.tolist()
+        self.wheels = PictureColumns.unpack(0, picture[PICTURE_HEAD_BYTES:], cars).wheels.tolist()
         self.say("shown", frame=number)
 
     def car(self, number, holds):

@@ -8,7 +8,7 @@ from starlette.requests import HTTPConnection
 from starlette.routing import BaseRoute
 
 from motorcade.cameras.broadcast import Camera
-from motorcade.engine.errors import WorldError
+from motorcade.errors import MotorcadeError
 from motorcade.server.remote.app import routes as remote_routes
 from motorcade.server.remote.control import PageControl
 from motorcade.server.remote.errors import RemoteError
@@ -86,7 +86,7 @@ class _Eye:
         seeing = self._stages.work(self._session, partial(Playback.view, car=self._car))
         try:
             return asyncio.run_coroutine_threadsafe(seeing, self._loop).result()
-        except WorldError as problem:
+        except MotorcadeError as problem:
             raise OSError(reason_of(problem)["en"]) from None
         except StudioError as problem:
             raise OSError(str(problem)) from None

@@ -9,8 +9,7 @@ import webbrowser
 from collections.abc import Callable
 
 from motorcade.drive import addresses
-from motorcade.engine.rehearsal import warm_up
-from motorcade.engine.world import World
+from motorcade.engine.world import World, warm_up
 from motorcade.errors import Sentences
 from motorcade.mats import formation, open_table
 from motorcade.server.addresses import url_of

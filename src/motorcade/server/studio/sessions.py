@@ -15,8 +15,8 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from motorcade.engine.errors import WorldError
 from motorcade.engine.native import telling
+from motorcade.errors import MotorcadeError
 from motorcade.server.allowance import Allowance
 from motorcade.server.errors import ServerError
 from motorcade.server.sockets import heard, until_one_ends
@@ -282,7 +282,7 @@ def _done(stage: Playback, message: Message, most_cars: int) -> list[tuple[str, 
                 stage.watch(message.car)
             case Seek():
                 stage.seek(message.t_ms)
-    except WorldError as problem:
+    except MotorcadeError as problem:
         raise StudioError("bad-world", reason=reason_of(problem)) from None
     car = stage.car()
     return [("state", stage.state()), *([("car", car)] if car else [])]

@@ -1,0 +1,287 @@
+"""Check a document against its JSON Schema, fill in defaults, and say what is wrong in every language.
+
+A document is what JSON or TOML holds: tables, lists, texts, numbers, true, false and null. The schema that Motorcade
+publishes is the one that is read here. It may use the keywords in KEYWORDS and no others; `x-` keywords are
+Motorcade's own, and `published` leaves them out. Pure Python, so that it also runs in a browser.
+"""
+
+import json
+import re
+from collections.abc import Mapping
+from copy import deepcopy
+from math import inf
+from typing import Any, NamedTuple
+
+from motorcade.config.files import line_of, place_text
+from motorcade.errors import MotorcadeError
+from motorcade.locales import Phrase
+
+Schema = dict[str, Any]
+Place = tuple[str | int, ...]
+Text = str | Phrase
+
+KEYWORDS = frozenset(
+    (
+        *("$schema", "$defs", "$ref", "title", "description", "default", "type", "enum"),
+        *("minimum", "maximum", "exclusiveMinimum", "minLength", "maxLength", "pattern", "format"),
+        *("items", "prefixItems", "minItems", "maxItems", "uniqueItems"),
+        *("properties", "required", "additionalProperties", "oneOf", "dependentRequired"),
+        *("x-allowed", "x-unit"),
+    )
+)
+_LONGEST_SHOWN = 40
+_TYPES: dict[str, tuple[type, ...]] = {
+    "boolean": (bool,),
+    "integer": (int,),
+    "number": (int, float),
+    "string": (str,),
+    "array": (list, tuple),
+    "object": (dict,),
+    "null": (type(None),),
+}
+
+
+class Fault(NamedTuple):
+    """One thing that is wrong with a document.
+
+    Attributes:
+        code: the key of its sentence: unknown-key, missing-key, no-key (none of several, one of which is needed),
+            several-keys, not-allowed or repeated-value.
+        place: where it is; it ends with the key that is unknown or missing.
+        value: what stands there, shortened; the keys of several-keys.
+        allowed: what may stand there; the keys of unknown-key, no-key and several-keys.
+    """
+
+    code: str
+    place: Place
+    value: Text = ""
+    allowed: Text = ""
+
+    def error(self, file: Text, text: str = "") -> MotorcadeError:
+        """The error that tells this fault.
+
+        Args:
+            file: what the sentence calls the document.
+            text: the TOML that the document comes from, to name the line; without it the sentence names no line.
+        """
+        if text:
+            # What is missing belongs into the table around it.
+            place = self.place[:-1] if self.code == "missing-key" else self.place
+            file = Phrase("file-line", file=file, line=line_of(text, place))
+        return MotorcadeError(
+            self.code, file=file, place=place_text(self.place), value=self.value, allowed=self.allowed
+        )
+
+
+def load(document: Any, schema: Schema, file: Text, text: str = "") -> Any:
+    """Return ``document`` with defaults filled in.
+
+    Raises:
+        MotorcadeError: the first fault, as `Fault.error` tells it. A key that isn't known comes before all others,
+            since a misspelt key is missing too.
+    """
+    value, faults = check(document, schema)
+    if faults:
+        raise min(faults, key=lambda fault: fault.code != "unknown-key").error(file, text)
+    return value
+
+
+def check(document: Any, schema: Schema) -> tuple[Any, list[Fault]]:
+    """Return ``document`` with the default of each key that is absent, and all its faults in document order.
+
+    A whole number that is written with a point, such as 2.0, becomes an integer where the schema wants one. The value
+    is of use only where there are no faults.
+    """
+    checker = _Checker(schema.get("$defs", {}))
+    return checker.value(document, schema, ()), checker.faults
+
+
+class _Checker:
+    def __init__(self, definitions: Mapping[str, Schema]) -> None:
+        self._definitions = definitions
+        self.faults: list[Fault] = []
+
+    def value(self, value: Any, schema: Schema, place: Place) -> Any:
+        while "$ref" in schema:
+            schema = self._definitions[schema["$ref"].rpartition("/")[2]]
+        if not fits(value, schema):
+            self.faults.append(Fault("not-allowed", place, shown(value), allowed(schema)))
+        elif isinstance(value, dict):
+            return self._table(value, schema, place)
+        elif isinstance(value, list | tuple):
+            return self._list(value, schema, place)
+        elif isinstance(value, float) and schema.get("type") == "integer":
+            return int(value)
+        return value
+
+    def _table(self, table: dict[str, Any], schema: Schema, place: Place) -> dict[str, Any]:
+        properties, others = schema.get("properties", {}), schema.get("additionalProperties", True)
+        known = ", ".join(properties) or Phrase("nothing")
+        if others is False:
+            self.faults += [Fault("unknown-key", (*place, key), "", known) for key in table if key not in properties]
+        needed = [*schema.get("required", ())]
+        needed += [key for given, keys in schema.get("dependentRequired", {}).items() if given in table for key in keys]
+        for key in needed:
+            if key not in table:
+                self.faults.append(Fault("missing-key", (*place, key), "", allowed(properties[key])))
+        if kinds := [each["required"][0] for each in schema.get("oneOf", ())]:
+            present = [key for key in kinds if key in table]
+            if len(present) > 1:
+                self.faults.append(Fault("several-keys", place, ", ".join(present), ", ".join(kinds)))
+            elif not present and all(key in properties for key in table):
+                self.faults.append(Fault("no-key", place, "", ", ".join(kinds)))
+        checked = {}
+        for key, value in table.items():
+            part = properties.get(key, others)
+            checked[key] = self.value(value, part, (*place, key)) if isinstance(part, dict) else value
+        for key, part in properties.items():
+            if key not in table and "default" in part:
+                checked[key] = self.value(deepcopy(part["default"]), part, (*place, key))
+        return checked
+
+    def _list(self, values: list[Any] | tuple[Any, ...], schema: Schema, place: Place) -> list[Any]:
+        first, rest = schema.get("prefixItems", ()), schema.get("items", {})
+        if schema.get("uniqueItems"):
+            seen: set[str] = set()
+            for index, value in enumerate(values):
+                if (text := json.dumps(value, default=str)) in seen:
+                    self.faults.append(Fault("repeated-value", (*place, index), shown(value)))
+                seen.add(text)
+        return [
+            self.value(value, first[index] if index < len(first) else rest, (*place, index))
+            for index, value in enumerate(values)
+        ]
+
+
+def fits(value: Any, schema: Schema) -> bool:
+    """Whether ``value`` fits the schema, without what stands inside a table or a list."""
+    if "enum" in schema:
+        return any(type(value) is type(each) and value == each for each in schema["enum"])
+    kinds = schema.get("type", ())
+    if kinds and not any(_is(value, kind) for kind in ((kinds,) if isinstance(kinds, str) else kinds)):
+        return False
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        above = schema.get("exclusiveMinimum", -inf) < value
+        return bool(above and schema.get("minimum", -inf) <= value <= schema.get("maximum", inf) and value < inf)
+    if isinstance(value, str):
+        return _text_fits(value, schema)
+    if isinstance(value, list | tuple):
+        return bool(schema.get("minItems", 0) <= len(value) <= schema.get("maxItems", inf))
+    return True
+
+
+def _is(value: Any, kind: str) -> bool:
+    if isinstance(value, bool):
+        return kind == "boolean"
+    return isinstance(value, _TYPES[kind]) or (kind == "integer" and isinstance(value, float) and value.is_integer())
+
+
+def _text_fits(text: str, schema: Schema) -> bool:
+    if not schema.get("minLength", 0) <= len(text) <= schema.get("maxLength", inf):
+        return False
+    if schema.get("format") == "line" and not (text.isprintable() and text.strip()):
+        return False
+    try:
+        text.encode()
+    except UnicodeEncodeError:  # half a surrogate pair, which no file can hold
+        return False
+    return "pattern" not in schema or re.search(schema["pattern"], text) is not None
+
+
+def allowed(schema: Schema) -> Text:
+    """What may stand where ``schema`` holds. Its ``x-allowed``, a phrase's key and details, comes before all else."""
+    if "x-allowed" in schema:
+        key, details = schema["x-allowed"]
+        return Phrase(key, **details)
+    if "enum" in schema:
+        return ", ".join(json.dumps(each, ensure_ascii=False) for each in schema["enum"])
+    kinds = schema.get("type", "object")
+    if isinstance(kinds, list):
+        first, *others = (allowed({**schema, "type": kind}) for kind in kinds)
+        for other in others:
+            first = Phrase("either", first=first, second=other)
+        return first
+    phrase = _number(schema, kinds) if kinds in ("integer", "number") else _other(schema, kinds)
+    return Phrase("with-unit", allowed=phrase, unit=Phrase(schema["x-unit"])) if "x-unit" in schema else phrase
+
+
+def _number(schema: Schema, kind: str) -> Phrase:
+    bounds = {"minimum": schema.get("minimum", schema.get("exclusiveMinimum")), "maximum": schema.get("maximum")}
+    given = {name: bound for name, bound in bounds.items() if bound is not None}
+    ending = "-above" if "exclusiveMinimum" in schema else {2: "-range", 1: "-from", 0: ""}[len(given)]
+    return Phrase(("whole" if kind == "integer" else "number") + ending, **given)
+
+
+def _other(schema: Schema, kind: str) -> Phrase:
+    if kind == "string" and schema.get("format") == "line":
+        return Phrase("line-of-text", minimum=schema.get("minLength", 1), maximum=schema["maxLength"])
+    if kind == "object" and schema.get("properties"):
+        return Phrase("table-of", names=", ".join(schema["properties"]))
+    if kind == "array" and "maxItems" in schema and "$ref" not in schema.get("items", {}):
+        least, most, items = schema.get("minItems", 0), schema["maxItems"], allowed(schema["items"])
+        return (
+            Phrase("list-of", count=most, items=items)
+            if least == most
+            else Phrase("list-from-to", minimum=least, maximum=most, items=items)
+        )
+    return Phrase(kind)
+
+
+def shown(value: Any) -> Text:
+    """``value`` as it might stand in the file, shortened."""
+    if isinstance(value, dict):
+        return "{...}"
+    try:
+        text = json.dumps(value, ensure_ascii=False, default=str)
+    except ValueError:  # thousands of digits
+        return Phrase("very-long-number")
+    text = {"NaN": "nan", "Infinity": "inf", "-Infinity": "-inf"}.get(text, text)
+    text = text if text.isprintable() else json.dumps(value, default=str)
+    return text if len(text) <= _LONGEST_SHOWN else text[: _LONGEST_SHOWN - 3] + "..."
+
+
+def published(schema: Any) -> Any:
+    """The schema without Motorcade's own keywords."""
+    if isinstance(schema, dict):
+        return {key: published(value) for key, value in schema.items() if not key.startswith("x-")}
+    return [published(each) for each in schema] if isinstance(schema, list) else schema
+
+
+def table(optional: tuple[str, ...] = (), /, **properties: Schema) -> Schema:
+    """The schema of a table that holds these keys and no others.
+
+    Each key is required that has no default and isn't among ``optional``.
+    """
+    required = [key for key, part in properties.items() if "default" not in part and key not in optional]
+    return {"type": "object", "properties": properties, "required": required, "additionalProperties": False}
+
+
+def whole(minimum: int, maximum: int, **more: Any) -> Schema:
+    """The schema of an integer."""
+    return {"type": "integer", "minimum": minimum, "maximum": maximum, **more}
+
+
+def number(minimum: float, maximum: float, **more: Any) -> Schema:
+    """The schema of a number."""
+    return {"type": "number", "minimum": minimum, "maximum": maximum, **more}
+
+
+def line(longest: int, **more: Any) -> Schema:
+    """The schema of a text of one line that is not blank, of at most ``longest`` characters."""
+    return {"type": "string", "format": "line", "minLength": 1, "maxLength": longest, **more}
+
+
+def choice(*values: str, **more: Any) -> Schema:
+    """The schema of one of these texts."""
+    return {"enum": list(values), **more}
+
+
+def flag(**more: Any) -> Schema:
+    """The schema of true or false."""
+    return {"type": "boolean", **more}
+
+
+def list_of(items: Schema, least: int = 0, most: int | None = None, **more: Any) -> Schema:
+    """The schema of a list; of any length where ``most`` is None."""
+    bounds = {"minItems": least} | ({} if most is None else {"maxItems": most})
+    return {"type": "array", "items": items, **bounds, **more}
