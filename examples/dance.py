@@ -2,7 +2,7 @@
 
 import math
 
-from motorcade import Pose, Program, forward, led, left, right, show, together
+from motorcade import Pose, Program, forward, led, left, open_table, right, show, together
 
 DANCERS = 8
 RADIUS_M = 0.4
@@ -28,4 +28,4 @@ def star() -> list[Pose]:
 
 
 if __name__ == "__main__":
-    show(program, seconds=30, poses=star(), picture="dance.png")
+    show(program, seconds=30, mat=open_table(star()), picture="dance.png")

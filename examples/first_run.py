@@ -15,7 +15,7 @@ from rich.console import Console
 from motorcade import compile_program, load_profile, read_program, simulate
 from motorcade.boards.simulated import ImageStore, PseudoTerminal, TcpPort, VirtualBoard, monotonic_clock, serve
 from motorcade.cli.console import print_diagnostics, words_table
-from motorcade.runs.show import cars_table
+from motorcade.cli.run_tables import cars_table
 from motorcade.upload.serial_port import upload
 
 PROJECT = Path(__file__).with_name("parade.motorcade.json")

@@ -4,7 +4,7 @@ The leader reaches only the first follower. When the word arrives, a car blinks
 once and goes on passing it; the table at the end shows the ripple.
 """
 
-from motorcade import Followers, Pose, Program, led, show, wait
+from motorcade import Followers, Pose, Program, led, open_table, show, wait
 from motorcade.engine.events import KINDS
 
 CARS = 9
@@ -13,7 +13,7 @@ APART_M = 0.8  # infrared reaches 1 m: the next car, not the one behind it
 program = Program(leader=[wait(3)], followers=Followers([led(0, 3)], forward=True))
 
 if __name__ == "__main__":
-    run = show(program, seconds=15, poses=[Pose(number * APART_M, 0) for number in range(CARS)])
+    run = show(program, seconds=15, mat=open_table([Pose(number * APART_M, 0) for number in range(CARS)]))
     for car in range(1, CARS):
         lit_ms = run.events["t_ms"][(run.events["car"] == car) & (run.events["kind"] == KINDS.index("start"))]
         print(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from motorcade.car.check import check_board as check_board
+    from motorcade.cli.run_tables import show as show
     from motorcade.config.profile import Profile as Profile
     from motorcade.config.profile import load_profile as load_profile
     from motorcade.drive.blocking_client import BlockingDriveClient as BlockingDriveClient
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
     from motorcade.program.steps import wait as wait
     from motorcade.program.steps import wander as wander
     from motorcade.runs.running import simulate as simulate
-    from motorcade.runs.show import show as show
     from motorcade.words.field import WordError as WordError
     from motorcade.words.formats import CONTROL as CONTROL
     from motorcade.words.formats import DRIVE as DRIVE
@@ -71,7 +71,7 @@ _HOMES = {
         "wait",
         "wander",
     ),
-    "motorcade.runs.show": ("show",),
+    "motorcade.cli.run_tables": ("show",),
     "motorcade.mats": ("Mat", "Physics", "Pose", "formation", "open_table", "read_mat"),
     "motorcade.runs.running": ("simulate",),
     "motorcade.engine.world": ("World",),

@@ -12,8 +12,8 @@ from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera
 from motorcade.cameras import simulated as view
 from motorcade.mats import Person, check_mat
 from motorcade.mats.playground import playground
-from motorcade.runs.description import Description
 from motorcade.runs.palette import LEDS
+from motorcade.runs.recording import Description
 from support.strategies import CLASSROOM
 from support.tables import table, world
 

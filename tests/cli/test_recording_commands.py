@@ -61,17 +61,8 @@ def test_both_kinds_of_file_tell_the_same(folder):
         } == right
 
 
-def test_replay_shows_a_terminal_the_mat_the_clock_and_the_counts(folder):
-    ran = run("replay", folder / "run.parquet", "--speed", "100000", stdout=Terminal())
-    assert ran.code == 0
-    assert "a table with a wall, 6 cars" in ran.out
-    assert "→" in ran.out
-    assert "2.0 s   frames: " in ran.out
-    assert "heard" in ran.out
-
-
-def test_replay_gives_a_terminal_json_where_it_asks(folder):
-    ran = run("replay", folder / "run.parquet", "--json", stdout=Terminal())
+def test_replay_prints_the_same_lines_on_a_terminal(folder):
+    ran = run("replay", folder / "run.parquet", stdout=Terminal())
     assert json.loads(ran.out.splitlines()[0])["type"] == "run"
 
 
@@ -145,9 +136,9 @@ def test_what_cannot_be_done_is_said_in_a_sentence(arguments, sentence, folder):
     ],
 )
 def test_a_missing_library_is_named_with_the_command_that_brings_it(arguments, missing, folder, monkeypatch):
-    ours = ("motorcade.runs.mcap_file", "motorcade.runs.parquet_file", "motorcade.runs.video", "motorcade.runs.picture")
+    ours = ("motorcade.runs.mcap_file", "motorcade.runs.parquet_file", "motorcade.runs.video", "motorcade.runs.plots")
     for module in list(sys.modules):
-        if module.partition(".")[0] == missing or module in (*ours, "motorcade.runs.plots", "motorcade.runs.drawing"):
+        if module.partition(".")[0] == missing or module in (*ours, "motorcade.runs.drawing"):
             monkeypatch.delitem(sys.modules, module)
     monkeypatch.setitem(sys.modules, missing, None)
     sentence = refusal(2, *(argument.format(folder=folder) for argument in arguments))

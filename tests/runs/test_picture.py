@@ -1,4 +1,4 @@
-"""Plots, films and character maps of recordings."""
+"""Plots and films of recordings."""
 
 from unittest import mock
 
@@ -7,23 +7,20 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from motorcade.errors import MotorcadeError
 from motorcade.runs import video
-from motorcade.runs.character_map import CharacterMaps
-from motorcade.runs.description import Description
 from motorcade.runs.palette import LEADER, rgb
-from motorcade.runs.picture import draw_plots, draw_tracks
-from motorcade.runs.plots import Thinned
-from motorcade.runs.recording import InMemoryRecording, RecordingError
+from motorcade.runs.plots import Thinned, draw_plots, draw_tracks
+from motorcade.runs.recording import Description, InMemoryRecording
 from motorcade.runs.video import SIZES, draw_film
 from support.recorded_run import crowd, record, world
 
-WIDE = (4.0, 3.0)
-# imageio-ffmpeg's reader, which only these tests use, leaves its pipes to the garbage collector.
+# Only these tests use imageio-ffmpeg's reader, which leaves closing its pipes to the garbage collector.
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 
 
 @pytest.fixture(scope="module")
-def kept():
+def recording():
     """Three seconds of six cars."""
     return record([], world(seeds=7))
 
@@ -49,26 +46,26 @@ def share_of(colour, path, tolerance=12):
 
 
 @pytest.mark.parametrize("kind", ["tracks", "words", "air"])
-@pytest.mark.parametrize("cars", ["kept", "many"])
-def test_a_plot_of_each_kind_is_a_picture_with_something_on_it(kind, cars, request, tmp_path):
+@pytest.mark.parametrize("run", ["recording", "many"])
+def test_a_plot_of_each_kind_is_a_picture_with_something_on_it(kind, run, request, tmp_path):
     path = tmp_path / "plot.png"
     done = []
-    recording = request.getfixturevalue(cars)
-    draw_plots(recording, path, [kind], progress=done.append)
+    drawn = request.getfixturevalue(run)
+    draw_plots(drawn, path, [kind], progress=done.append)
     with Image.open(path) as picture:
         assert (picture.format, picture.size) == ("PNG", (960, 720))
     assert len(np.unique(pixels(path), axis=0)) > 20
-    assert done[-1] == recording.last_ms
+    assert done[-1] == drawn.last_ms
 
 
-def test_the_three_plots_share_a_picture(kept, tmp_path):
-    draw_plots(kept, tmp_path / "plot.png")
+def test_the_three_plots_share_a_picture(recording, tmp_path):
+    draw_plots(recording, tmp_path / "plot.png")
     with Image.open(tmp_path / "plot.png") as picture:
         assert picture.size == (1800, 900)
 
 
-def test_tracks_show_the_leader_in_red_and_the_wall_in_dark_grey(kept, tmp_path):
-    draw_tracks(kept, tmp_path / "tracks.png")
+def test_tracks_show_the_leader_in_red_and_the_wall_in_dark_grey(recording, tmp_path):
+    draw_tracks(recording, tmp_path / "tracks.png")
     assert share_of(LEADER, tmp_path / "tracks.png") > 0.0005
     assert share_of("#3a3a3a", tmp_path / "tracks.png") > 0.005
 
@@ -81,22 +78,22 @@ def test_words_spread_in_their_colour(many, tmp_path):
     assert none > 0.2
 
 
-def test_words_are_called_as_the_caller_says(kept, tmp_path):
+def test_words_are_called_as_the_caller_says(recording, tmp_path):
     named = []
-    draw_plots(kept, tmp_path / "words.svg", ["words"], lambda word: named.append(word) or f"word {word & 1}")
+    draw_plots(recording, tmp_path / "words.svg", ["words"], lambda word: named.append(word) or f"word {word & 1}")
     assert len(named) == len(set(named)) >= 3
 
 
 @pytest.mark.parametrize("name", ["plot.svg", "plot.pdf"])
-def test_pictures_come_as_svg_and_pdf_too(name, kept, tmp_path):
-    draw_tracks(kept, tmp_path / name)
+def test_pictures_come_as_svg_and_pdf_too(name, recording, tmp_path):
+    draw_tracks(recording, tmp_path / name)
     assert (tmp_path / name).read_bytes()[:5] in (b"<?xml", b"%PDF-")
 
 
-def test_a_recording_without_a_moment_is_not_drawn(kept, tmp_path):
-    empty = InMemoryRecording(kept.about, "empty.mcap")
+def test_a_recording_without_a_moment_is_not_drawn(recording, tmp_path):
+    empty = InMemoryRecording(recording.about, "empty.mcap")
     for draw, name in ((draw_plots, "a.png"), (draw_film, "a.gif")):
-        with pytest.raises(RecordingError, match=r"empty.mcap holds no moment of the run: there is nothing to draw"):
+        with pytest.raises(MotorcadeError, match=r"empty.mcap holds no moment of the run: there is nothing to draw"):
             draw(empty, tmp_path / name)
     assert not list(tmp_path.iterdir())
 
@@ -120,9 +117,9 @@ def frames_of(path):
     return size, [np.frombuffer(image, np.uint8).reshape(size[1], size[0], 3) for image in film]
 
 
-def test_an_mp4_has_an_image_for_each_moment(kept, tmp_path):
+def test_an_mp4_has_an_image_for_each_moment(recording, tmp_path):
     path, done = tmp_path / "run.mp4", []
-    draw_film(kept, path, progress=done.append)
+    draw_film(recording, path, progress=done.append)
     size, images = frames_of(path)
     assert size == SIZES[".mp4"][0]
     assert len(images) == len(done) == 31
@@ -134,8 +131,8 @@ def test_an_mp4_has_an_image_for_each_moment(kept, tmp_path):
     assert seconds == pytest.approx(3.1, abs=0.05)
 
 
-def test_a_gif_has_an_image_for_each_moment(kept, tmp_path):
-    draw_film(kept, tmp_path / "run.gif")
+def test_a_gif_has_an_image_for_each_moment(recording, tmp_path):
+    draw_film(recording, tmp_path / "run.gif")
     with Image.open(tmp_path / "run.gif") as film:
         assert (film.n_frames, film.size, film.info["duration"]) == (31, SIZES[".gif"][0], 100)
         film.seek(5)
@@ -144,8 +141,8 @@ def test_a_gif_has_an_image_for_each_moment(kept, tmp_path):
 
 
 @pytest.mark.parametrize(("speed", "images", "seconds"), [(2, 31, 1.55), (6, 16, 0.53), (0.5, 31, 6.2)])
-def test_a_faster_film_shows_at_most_thirty_images_a_second(speed, images, seconds, kept, tmp_path):
-    draw_film(kept, tmp_path / "run.mp4", speed)
+def test_a_faster_film_shows_at_most_thirty_images_a_second(speed, images, seconds, recording, tmp_path):
+    draw_film(recording, tmp_path / "run.mp4", speed)
     assert imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "run.mp4")) == (images, pytest.approx(seconds, abs=0.1))
 
 
@@ -158,55 +155,21 @@ def test_a_film_of_many_cars_shows_their_words(many, tmp_path):
     assert share_of("#1f77b4", tmp_path / "last.png", 40) > 10 * share_of("#1f77b4", tmp_path / "first.png", 40)
 
 
-def test_a_gif_that_is_too_long_is_refused_in_a_sentence(kept, tmp_path, monkeypatch):
-    monkeypatch.setattr(video, "MOST_GIF_FRAMES", 10)
-    with pytest.raises(RecordingError, match=r"10 frames are the most for a GIF, .* write an .mp4"):
-        draw_film(kept, tmp_path / "run.gif")
+def test_a_gif_that_is_too_long_is_refused_in_a_sentence(recording, tmp_path, monkeypatch):
+    monkeypatch.setattr(video, "MOST_GIF_IMAGES", 10)
+    with pytest.raises(MotorcadeError, match=r"a GIF has at most 10 images, .* write an .mp4"):
+        draw_film(recording, tmp_path / "run.gif")
     assert not list(tmp_path.iterdir())
 
 
-def test_a_film_that_fails_leaves_the_old_one(kept, tmp_path, monkeypatch):
+def test_a_film_that_fails_leaves_the_old_one(recording, tmp_path, monkeypatch):
     (tmp_path / "run.mp4").write_bytes(b"old")
     monkeypatch.setattr(imageio_ffmpeg, "write_frames", mock.Mock(side_effect=OSError("the disk is full\nand more")))
-    with pytest.raises(RecordingError, match=r"run.mp4 can't be drawn: the disk is full$"):
-        draw_film(kept, tmp_path / "run.mp4")
+    with pytest.raises(MotorcadeError, match=r"run.mp4 can't be drawn: the disk is full$"):
+        draw_film(recording, tmp_path / "run.mp4")
     assert [file.name for file in tmp_path.iterdir()] == ["run.mp4"]
     assert (tmp_path / "run.mp4").read_bytes() == b"old"
 
 
-# maps of characters
-
-
-@pytest.mark.parametrize(
-    ("degrees", "arrow", "plain"), [(0, "→", ">"), (90, "↑", "^"), (-135, "↙", "/"), (359, "→", ">")]
-)
-def test_a_car_points_where_it_faces(degrees, arrow, plain, kept):
-    frame = next(kept.frames())
-    frame = frame._replace(heading=np.full(6, np.radians(degrees), np.float32))
-    for shown, is_plain in ((arrow, False), (plain, True)):
-        drawn = CharacterMaps(kept.about, (0.0, 0.0, *WIDE), 80, 30, is_plain).draw(frame)
-        assert np.count_nonzero(drawn.characters == shown) >= 6 - 2 * is_plain
-        # Six cars of 0.25 m apart, where a character is 5 cm wide and 10 cm high.
-        assert abs(np.argwhere(drawn.characters == shown)[0, 1] * 0.05 - 1) < 0.6
-
-
-def test_cars_in_one_place_are_counted_and_leaders_stay_red_arrows(kept):
-    frame = next(kept.frames())
-    crowded = frame._replace(x_m=np.array([1, 1, 2, 2, 2, 3], np.float32), y_m=np.ones(6, np.float32))
-    drawn = CharacterMaps(kept.about, (0.0, 0.0, *WIDE), 80, 30).draw(crowded)
-    row = "".join(next(row for row in drawn.characters if "→" in row))
-    assert row.replace(" ", "").replace("█", "") == "→3→"
-    place = np.argwhere(drawn.characters == "→")[0]
-    np.testing.assert_allclose(drawn.colours[tuple(place)], rgb(LEADER), atol=1e-6)
-
-
-def test_walls_and_people_are_on_the_map(kept):
-    frame = next(kept.frames())
-    drawn = CharacterMaps(kept.about, (0.0, 0.0, *WIDE), 80, 30).draw(frame)
-    columns = {int(column) for _, column in np.argwhere(drawn.characters == "█")}
-    assert {0, 79, 60} <= columns
-    assert np.argwhere(drawn.characters == "P").tolist() == [[24, 69]]
-
-
-def test_the_description_of_a_run_survives_its_texts(kept):
-    assert Description.from_texts(kept.about.as_texts()) == kept.about
+def test_the_description_of_a_run_survives_its_texts(recording):
+    assert Description.from_texts(recording.about.to_texts()) == recording.about

@@ -11,9 +11,9 @@ from mcap.reader import make_reader
 from PIL import Image
 
 from motorcade.engine.events import KINDS, LOSS_REASONS
-from motorcade.runs.description import Description
-from motorcade.runs.recorder import recorder
-from motorcade.runs.recording import InMemoryRecording, RecordingError, open_recording
+from motorcade.errors import MotorcadeError
+from motorcade.runs.recorder import Recorder, open_recording
+from motorcade.runs.recording import Description, InMemoryRecording
 from support.recorded_run import MAT, crowd, record, world
 
 ENDINGS = ("mcap", "parquet")
@@ -36,7 +36,7 @@ def all_events(recording):
 
 
 def assert_same_moments(found, expected):
-    assert [frame.t_ms for frame in found] == [frame.t_ms for frame in expected]
+    assert [moment.t_ms for moment in found] == [moment.t_ms for moment in expected]
     for one, other in zip(found, expected, strict=True):
         for name in ("x_m", "y_m", "heading"):
             np.testing.assert_allclose(getattr(one, name), getattr(other, name), atol=1e-6)
@@ -48,14 +48,14 @@ def assert_same_moments(found, expected):
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_what_was_recorded_is_read_back(ending, folder, kept):
     recording = open_recording(folder / f"run.{ending}")
-    assert_same_moments(list(recording.frames()), list(kept.frames()))
-    assert [frame.t_ms for frame in recording.frames()] == list(range(0, 3001, 100))
+    assert_same_moments(list(recording.moments()), list(kept.moments()))
+    assert [moment.t_ms for moment in recording.moments()] == list(range(0, 3001, 100))
     assert recording.last_ms == 3000
     events, expected = all_events(recording), all_events(kept)
     assert len(events) > 100
     np.testing.assert_array_equal(events, expected)
     assert {"state", "frame", "heard", "lost"} <= {KINDS[kind] for kind in events["kind"]}
-    assert recording.complaint == ""
+    assert recording.damage is None
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
@@ -76,34 +76,34 @@ def test_people_are_where_their_path_says():
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_the_last_moment_is_recorded_however_the_slices_fall(ending, tmp_path):
     cars = world()
-    with recorder(tmp_path / f"run.{ending}", cars, every_ms=500) as recording:
+    with Recorder(tmp_path / f"run.{ending}", cars, every_ms=500) as recorder:
         for _ in range(7):
             cars.run(180)
-            recording(cars)
-    assert [frame.t_ms for frame in open_recording(tmp_path / f"run.{ending}").frames()] == [0, 540, 1080, 1260]
+            recorder(cars)
+    assert [moment.t_ms for moment in open_recording(tmp_path / f"run.{ending}").moments()] == [0, 540, 1080, 1260]
 
 
 def test_one_of_several_worlds_is_recorded(tmp_path):
     both, alone = world(seeds=[3, 4]), world(seeds=4)
     for cars, index in ((both, 1), (alone, 0)):
-        with recorder(tmp_path / f"{index}.parquet", cars, index=index) as recording:
+        with Recorder(tmp_path / f"{index}.parquet", cars, index=index) as recorder:
             cars.run(2000)
-            recording(cars)
+            recorder(cars)
     one, other = (open_recording(tmp_path / f"{index}.parquet") for index in (1, 0))
     assert one.about.seed == other.about.seed == 4
-    assert_same_moments(list(one.frames()), list(other.frames()))
+    assert_same_moments(list(one.moments()), list(other.moments()))
     np.testing.assert_array_equal(all_events(one), all_events(other))
 
 
 def test_a_world_without_events_is_recorded_without_them(tmp_path):
     cars = world()
-    with recorder([tmp_path / "run.mcap", tmp_path / "run.parquet"], cars, events=False) as recording:
+    with Recorder([tmp_path / "run.mcap", tmp_path / "run.parquet"], cars, events=False) as recorder:
         cars.run(500)
-        recording(cars)
+        recorder(cars)
     for ending in ENDINGS:
         recording = open_recording(tmp_path / f"run.{ending}")
         assert sum(map(len, recording.events())) == 0
-        assert list(recording.frames())[-1].counts["frames"] > 0
+        assert list(recording.moments())[-1].counts["frames"] > 0
 
 
 # while a run goes on
@@ -113,11 +113,11 @@ def test_a_world_without_events_is_recorded_without_them(tmp_path):
 def test_moments_go_to_the_disk_while_the_run_goes_on(ending, growing, tmp_path):
     cars = world()
     sizes = []
-    with recorder(tmp_path / f"run.{ending}", cars) as recording:
+    with Recorder(tmp_path / f"run.{ending}", cars) as recorder:
         for _ in range(4):
             for _ in range(100):
                 cars.run(100)
-                recording(cars)
+                recorder(cars)
             sizes.append((tmp_path / growing).stat().st_size)
     assert sizes == sorted(set(sizes))
 
@@ -126,19 +126,19 @@ def test_moments_go_to_the_disk_while_the_run_goes_on(ending, growing, tmp_path)
 def test_a_killed_process_leaves_what_it_had_written(ending, tmp_path):
     cars = world()
     (tmp_path / "killed").mkdir()
-    with recorder(tmp_path / f"run.{ending}", cars) as recording:
+    with Recorder(tmp_path / f"run.{ending}", cars) as recorder:
         for _ in range(130):
             cars.run(100)
-            recording(cars)
+            recorder(cars)
         for file in tmp_path.glob("run.*"):
             shutil.copy(file, tmp_path / "killed")
-    whole = list(open_recording(tmp_path / f"run.{ending}").frames())
+    whole = list(open_recording(tmp_path / f"run.{ending}").moments())
     left = open_recording(tmp_path / "killed" / f"run.{ending}")
-    moments = list(left.frames())
+    moments = list(left.moments())
     assert 40 < len(moments) < len(whole)
     assert_same_moments(moments, whole[: len(moments)])
     assert left.last_ms == moments[-1].t_ms
-    assert f"what came after {moments[-1].t_ms / 1000:g} s is missing" in left.complaint
+    assert f"what came after {moments[-1].t_ms / 1000:g} s is missing" in str(left.damage)
     assert len(all_events(left)) > 100
 
 
@@ -148,10 +148,10 @@ def test_a_cut_off_file_is_read_as_far_as_it_goes(share, tmp_path):
     data = (tmp_path / "run.mcap").read_bytes()
     (tmp_path / "cut.mcap").write_bytes(data[: int(len(data) * share)])
     cut = open_recording(tmp_path / "cut.mcap")
-    moments = list(cut.frames())
-    assert_same_moments(moments, list(whole.frames())[: len(moments)])
+    moments = list(cut.moments())
+    assert_same_moments(moments, list(whole.moments())[: len(moments)])
     assert len(moments) >= int(share * 151) - 70
-    assert cut.complaint.startswith(f"{tmp_path / 'cut.mcap'} is cut off or damaged")
+    assert str(cut.damage).startswith(f"{tmp_path / 'cut.mcap'} is cut off or damaged")
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
@@ -160,9 +160,9 @@ def test_a_damaged_file_is_never_read_as_if_it_were_whole(ending, folder, kept, 
     data[3000 if ending == "mcap" else 500] ^= 0xFF
     (tmp_path / f"run.{ending}").write_bytes(data)
     damaged = open_recording(tmp_path / f"run.{ending}")
-    moments = list(damaged.frames())
-    assert_same_moments(moments, list(kept.frames())[: len(moments)])
-    assert "damaged" in damaged.complaint
+    moments = list(damaged.moments())
+    assert_same_moments(moments, list(kept.moments())[: len(moments)])
+    assert "damaged" in str(damaged.damage)
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
@@ -170,23 +170,23 @@ def test_a_run_that_is_interrupted_leaves_a_whole_recording(ending, tmp_path):
     cars = world()
 
     def interrupted():
-        with recorder(tmp_path / f"run.{ending}", cars) as recording:
+        with Recorder(tmp_path / f"run.{ending}", cars) as recorder:
             cars.run(400)
-            recording(cars)
+            recorder(cars)
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         interrupted()
     recording = open_recording(tmp_path / f"run.{ending}")
-    assert [frame.t_ms for frame in recording.frames()] == [0, 400]
-    assert recording.complaint == ""
+    assert [moment.t_ms for moment in recording.moments()] == [0, 400]
+    assert recording.damage is None
     assert not list(tmp_path.glob("*.part"))
 
 
 def test_an_older_recording_stays_until_the_new_one_is_whole(tmp_path):
     path = tmp_path / "run.parquet"
     record([path], world(seeds=1), duration_ms=200)
-    with recorder(path, world(seeds=2)):
+    with Recorder(path, world(seeds=2)):
         assert open_recording(path).about.seed == 1
     assert open_recording(path).about.seed == 2
 
@@ -201,7 +201,7 @@ def test_an_older_recording_stays_until_the_new_one_is_whole(tmp_path):
         ("a.mcap", b"", "is cut off before the run begins"),
         ("a.parquet", b"GIF89a is another kind of file altogether", "is no Parquet file, or its end is cut off"),
         ("a.parquet", b"", "is no Parquet file"),
-        ("a.png", b"\x89PNG", "is no recording: its name would end in .mcap or .parquet"),
+        ("a.png", b"\x89PNG", "is no recording: the name of a recording ends in .mcap or .parquet"),
         ("gone/a.mcap", None, "can't be read: No such file or directory"),
         ("gone/a.parquet", None, "can't be read: No such file or directory"),
     ],
@@ -209,21 +209,21 @@ def test_an_older_recording_stays_until_the_new_one_is_whole(tmp_path):
 def test_a_file_of_another_kind_is_refused_in_a_sentence(name, content, sentence, tmp_path):
     if content is not None:
         (tmp_path / name).write_bytes(content)
-    with pytest.raises(RecordingError) as refused:
+    with pytest.raises(MotorcadeError) as refused:
         open_recording(tmp_path / name)
     assert str(refused.value).startswith(str(tmp_path / name))
     assert sentence in str(refused.value)
 
 
 def test_the_events_alone_are_no_run(folder, kept):
-    with pytest.raises(RecordingError, match="holds only a part of a run"):
+    with pytest.raises(MotorcadeError, match="holds only a part of a run"):
         open_recording(folder / "run.events.parquet")
 
 
 def test_a_table_of_something_else_is_no_run(tmp_path, folder, kept):
     table = pq.read_table(folder / "run.parquet").replace_schema_metadata({"pandas": "{}"})
     pq.write_table(table, tmp_path / "other.parquet")
-    with pytest.raises(RecordingError, match="holds no run of Motorcade"):
+    with pytest.raises(MotorcadeError, match="holds no run of Motorcade"):
         open_recording(tmp_path / "other.parquet")
 
 
@@ -241,8 +241,8 @@ def test_where_nothing_can_be_written_the_run_does_not_begin(name, sentence, tmp
     (tmp_path / "folder.mcap").mkdir()
     old = tmp_path / "run.parquet"
     old.write_bytes(b"old")
-    with pytest.raises(RecordingError, match="can't be written") as refused:
-        recorder([old, tmp_path / name], world())
+    with pytest.raises(MotorcadeError, match="can't be written") as refused:
+        Recorder([old, tmp_path / name], world())
     assert sentence in str(refused.value)
     assert old.read_bytes() == b"old"
     assert sorted(file.name for file in tmp_path.iterdir()) == ["folder.mcap", "run.parquet"]
@@ -294,7 +294,7 @@ def test_the_scene_shows_each_car_where_it_is(folder, kept):
     with (folder / "run.mcap").open("rb") as file:
         messages = list(make_reader(file).iter_messages(topics=["/scene", "/mat"]))
     mat, scene = (json.loads(messages[place][2].data)["entities"] for place in (0, -1))
-    *_, last = kept.frames()
+    *_, last = kept.moments()
     (cars,) = (entity for entity in scene if entity["id"] == "cars")
     bodies = [each for each in cars["cylinders"] if each["size"]["x"] == 0.15]
     places = [(each["pose"]["position"]["x"], each["pose"]["position"]["y"]) for each in bodies]
@@ -310,7 +310,7 @@ def test_many_cars_are_darts_of_few_colours(tmp_path):
     from motorcade.runs.foxglove import Scene
 
     many = crowd(2500, 4)
-    *_, last = many.frames()
+    *_, last = many.moments()
     cars, _ = json.loads(Scene(many.about).message(last))["entities"]
     assert not cars["cylinders"]
     assert sum(len(each["points"]) for each in cars["triangles"]) == 3 * 2500
@@ -321,10 +321,10 @@ def test_many_cars_are_darts_of_few_colours(tmp_path):
 def test_films_and_pictures_are_drawn_once_the_run_is_over(keeps, tmp_path):
     cars = world()
     kept = InMemoryRecording(Description.of(cars, 100)) if keeps else None
-    with recorder([kept, tmp_path / "run.gif", tmp_path / "run.png"], cars) as recording:
+    with Recorder([kept, tmp_path / "run.gif", tmp_path / "run.png"], cars) as recorder:
         for _ in range(3):
             cars.run(100)
-            recording(cars)
+            recorder(cars)
     assert sorted(file.name for file in tmp_path.iterdir()) == ["run.gif", "run.png"]
     with Image.open(tmp_path / "run.gif") as film:
         assert film.n_frames == 4

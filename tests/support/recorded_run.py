@@ -1,4 +1,4 @@
-"""A short run on a mat with something on it, for the tests of recordings."""
+"""A short run on a mat with obstacles and people, for the tests of recordings."""
 
 import numpy as np
 
@@ -8,9 +8,8 @@ from motorcade.mats import Mat, Person, Physics, Pose, Starts, formation
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
 from motorcade.program.steps import forward, led, left, together
-from motorcade.runs.description import Description
-from motorcade.runs.recorder import recorder
-from motorcade.runs.recording import InMemoryRecording
+from motorcade.runs.recorder import Recorder
+from motorcade.runs.recording import Description, InMemoryRecording
 
 IMAGE = compile_program(
     Program([together(forward(2), led(0, 1)), left(2, speed=1)], [together(forward(2), led(1, 1)), left(2, speed=1)])
@@ -31,34 +30,34 @@ MAT = Mat(
 
 
 def world(**more):
-    """The mat with its cars, which one thread steps."""
+    """A world on the mat, which one thread steps."""
     return World(MAT, [IMAGE], events=True, threads=1, **more)
 
 
 def record(targets, cars, duration_ms=3000, every_ms=100):
-    """Run ``cars`` and record them; the recording that was kept in memory."""
-    kept = InMemoryRecording(Description.of(cars, every_ms))
+    """Run ``cars``, record them into ``targets`` and in memory, and return the recording in memory."""
+    recording = InMemoryRecording(Description.of(cars, every_ms))
     end_ms = cars.now_ms + duration_ms
-    with recorder([kept, *targets], cars, every_ms) as recording:
+    with Recorder([recording, *targets], cars, every_ms) as recorder:
         while cars.now_ms < end_ms:
             cars.run(every_ms)
-            recording(cars)
-    return kept
+            recorder(cars)
+    return recording
 
 
 def crowd(cars, moments):
-    """A made-up recording of many cars in a square, among which a word spreads from the middle."""
+    """A made-up recording of many cars in a square, in which a word spreads from the middle."""
     side = int(cars**0.5)
     places = np.arange(side) * 0.3
     xs, ys = (each.ravel() for each in np.meshgrid(places, places))
     leads = np.arange(len(xs)) == len(xs) // 2
     mat = Mat("a crowd", Starts(xs, ys, np.zeros_like(xs), leads), tick_ms=20)
-    kept = InMemoryRecording(Description.of(World(mat, [IMAGE]), 100))
+    recording = InMemoryRecording(Description.of(World(mat, [IMAGE]), 100))
     word = int.from_bytes(IMAGE[-8:-4], "big")
     away_m = np.hypot(xs - xs[leads], ys - ys[leads])
     for moment in range(moments):
         held = away_m <= moment / moments * away_m.max()
-        frame = Moment(
+        shown = Moment(
             moment * 100,
             (xs + moment * 0.02).astype(np.float32),
             ys.astype(np.float32),
@@ -70,5 +69,5 @@ def crowd(cars, moments):
             leads,
             {"frames": moment, "heard": int(held.sum()) * moment},
         )
-        kept.write(frame)
-    return kept
+        recording.write(shown)
+    return recording

@@ -16,7 +16,7 @@ from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.car.drive_board import DriveBoard
 from motorcade.engine.moment import Moment
 from motorcade.engine.world import World, warm_up
-from motorcade.runs.description import Description
+from motorcade.runs.recording import Description
 
 Setpoint = tuple[int, int, int]
 NEUTRAL: Setpoint = (90, 1, 0)

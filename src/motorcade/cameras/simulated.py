@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from motorcade.engine.moment import Moment
-from motorcade.runs.description import Description
 from motorcade.runs.palette import LEDS
+from motorcade.runs.recording import Description
 
 Colours = NDArray[np.float32]
 RGB = tuple[int, int, int]

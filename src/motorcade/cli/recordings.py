@@ -18,7 +18,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from motorcade.cli.failures import UsageError
-from motorcade.cli.options import Json, print_json, print_text, wants_json
+from motorcade.cli.options import Json, current_language, print_json, print_text
+from motorcade.errors import MotorcadeError
+from motorcade.locales import command_line_text
 
 if TYPE_CHECKING:
     from motorcade.runs.recording import Recording
@@ -53,28 +55,27 @@ def needs_extra(what: str, extra: str = "sim") -> Iterator[None]:
 
 def replay_command(
     run: RunFile,
-    speed: Annotated[float, typer.Option(help="Simulated seconds in a second.")] = 1,
-    video: Annotated[Path | None, typer.Option(help="Draw it into this MP4 or GIF file instead.")] = None,
+    video: Annotated[Path | None, typer.Option(help="Draw the run into this MP4 or GIF file instead.")] = None,
+    speed: Annotated[float, typer.Option(help="Simulated seconds in a second of the film.")] = 1,
     as_json: Json = False,
 ) -> None:
-    """Show a recorded run: live on a terminal, as a line of JSON a moment and event into files and pipes."""
+    """Print a recorded run as JSON, one line for each moment and each event; or draw it as a film."""
     if not math.isfinite(speed) or not 0.001 <= speed <= 100_000:
-        raise UsageError(f"--speed is {speed:g}; allowed: 0.001 to 100000")
+        raise MotorcadeError("option-not-allowed", option="--speed", value=f"{speed:g}", allowed="0.001 to 100000")
     with needs_extra("replaying"):
-        from motorcade.runs.recording import open_recording
+        from motorcade.runs.recorder import open_recording
 
         recording = open_recording(run)
         if video:
-            _film(recording, video, speed)
-            told = f"{video} shows {recording.last_ms / 1000:g} s of {run}."
-            _tell({"video": str(video), "t_ms": recording.last_ms}, told, as_json)
-        elif wants_json(as_json):
-            _print_lines(_lines(recording))
+            _draw_film(recording, video, speed)
+            result = {"video": str(video), "t_ms": recording.last_ms}
+            sentence = command_line_text(
+                "film-is-drawn", current_language(), video=video, seconds=recording.last_ms / 1000, run=run
+            )
+            _print_result(result, sentence, as_json)
         else:
-            from motorcade.cli.live import show_live
-
-            show_live(recording, speed)
-    _complain(recording)
+            _print_lines(_lines(recording))
+    _print_damage(recording)
 
 
 def plot_command(
@@ -83,22 +84,23 @@ def plot_command(
     kind: Annotated[Kind | None, typer.Option(help="Only this plot; all three in one picture unless given.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Draw a recorded run: tracks on the mat, who held which word when, what became of the frames."""
+    """Draw a recorded run: tracks on the mat, which car held which word when, what happened to the frames."""
     with needs_extra("drawing"):
         from motorcade.cli.console import describe_control, progress_bar
-        from motorcade.runs.picture import draw_plots
-        from motorcade.runs.recording import open_recording
+        from motorcade.runs.plots import draw_plots
+        from motorcade.runs.recorder import open_recording
 
         recording = open_recording(run)
         profile = recording.about.profile
         kinds = [kind] if kind else list(Kind)
         with progress_bar("read", recording.last_ms) as advance:
             draw_plots(recording, output, kinds, lambda word: describe_control(word, profile), advance)
-    _tell({"picture": str(output), "kinds": kinds}, f"{output} shows the {', '.join(kinds)} of {run}.", as_json)
-    _complain(recording)
+    sentence = command_line_text("plots-are-drawn", current_language(), picture=output, kinds=", ".join(kinds), run=run)
+    _print_result({"picture": str(output), "kinds": kinds}, sentence, as_json)
+    _print_damage(recording)
 
 
-def _film(recording: "Recording", video: Path, speed: float) -> None:
+def _draw_film(recording: "Recording", video: Path, speed: float) -> None:
     from motorcade.cli.console import progress_bar
     from motorcade.runs.video import draw_film
 
@@ -107,10 +109,10 @@ def _film(recording: "Recording", video: Path, speed: float) -> None:
 
 
 def _lines(recording: "Recording") -> Iterator[str]:
-    """The run, then its moments and events in order of time, each as JSON."""
+    """Yield the run's description, then its moments and events in order of time, each as JSON."""
     from motorcade.engine.events import KINDS, LOSS_REASONS
 
-    def happened() -> Iterator[tuple[int, dict[str, object]]]:
+    def events() -> Iterator[tuple[int, dict[str, object]]]:
         for batch in recording.events():
             for t_ms, _, car, kind, why, word, other in batch.tolist():
                 event = {
@@ -123,30 +125,30 @@ def _lines(recording: "Recording") -> Iterator[str]:
                 }
                 yield t_ms, {"type": "event", **event}
 
-    moments = ((frame.t_ms, {"type": "cars", **frame.to_dict()}) for frame in recording.frames())
-    yield json.dumps({"type": "run", **recording.about.as_dict()}, ensure_ascii=False)
-    for _, line in heapq.merge(happened(), moments, key=itemgetter(0)):
+    moments = ((moment.t_ms, {"type": "cars", **moment.to_dict()}) for moment in recording.moments())
+    yield json.dumps({"type": "run", **recording.about.to_dict()}, ensure_ascii=False)
+    for _, line in heapq.merge(events(), moments, key=itemgetter(0)):
         yield json.dumps(line)
 
 
 def _print_lines(lines: Iterator[str]) -> None:
-    """Print until the end, or until the reader has left."""
+    """Print all lines; stop without an error when nobody reads them any more."""
     try:
         for line in lines:
             print(line)
         sys.stdout.flush()
     except BrokenPipeError:
-        # Python flushes once more when it ends, and would complain then.
+        # Python flushes again when it ends, which would fail with a traceback.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def _tell(data: dict[str, object], sentence: str, as_json: bool) -> None:
+def _print_result(data: dict[str, object], sentence: str, as_json: bool) -> None:
     if as_json:
         print_json(data)
     else:
         print_text(sentence + "\n")
 
 
-def _complain(recording: "Recording") -> None:
-    if recording.complaint:
-        print(f"motorcade: {recording.complaint}", file=sys.stderr)
+def _print_damage(recording: "Recording") -> None:
+    if recording.damage:
+        print(f"motorcade: {recording.damage.sentence(current_language())}", file=sys.stderr)

@@ -7,18 +7,18 @@ import math
 import os
 import signal
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from motorcade.cli.addresses import host_and_port
-from motorcade.cli.compiling import told_of_compiling
 from motorcade.cli.failures import UsageError
 from motorcade.cli.options import (
     Json,
     Language,
     ProfileOption,
     Source,
+    current_language,
     image_of,
     print_json,
     print_table,
@@ -27,10 +27,7 @@ from motorcade.cli.options import (
     wants_json,
 )
 from motorcade.cli.recordings import needs_extra
-
-if TYPE_CHECKING:
-    from motorcade.config.profile import Profile
-    from motorcade.runs.running import Run
+from motorcade.errors import MotorcadeError
 
 
 def add_to(app: typer.Typer) -> None:
@@ -55,57 +52,34 @@ def simulate_command(
     language: Language = "",
     as_json: Json = False,
 ) -> None:
-    """Let a leader and its followers drive, by the very bytes that an upload sends."""
+    """Simulate a leader and its followers, which run the same bytes that an upload sends."""
     image, chosen = image_of(source, profile, resolve_locale(language))
     if math.isnan(seconds):
-        raise UsageError("--seconds is nan; allowed: 0 to 86400")
+        raise MotorcadeError("option-not-allowed", option="--seconds", value="nan", allowed="0 to 86400")
     if mat and followers is not None:
-        raise UsageError("--followers and --mat exclude each other: the mat says which cars there are")
+        raise MotorcadeError("followers-with-mat")
     files = [*(record or ()), *([video] if video else ()), *([picture] if picture else ())]
     with needs_extra("simulating"):
-        from motorcade.runs.show import cars_table, print_unheard, run_as_dict
+        from motorcade.cli.compiling import told_of_compiling
+        from motorcade.cli.console import progress_bar
+        from motorcade.cli.run_tables import cars_table, print_unheard, run_as_dict
+        from motorcade.mats import read_mat
+        from motorcade.runs.recording import FILM_ENDINGS, PICTURE_ENDINGS
+        from motorcade.runs.running import simulate
+        from motorcade.words.image import parse_image_bytes
 
-        run = _simulate(image, followers, seconds, seed, chosen, mat, files)
-    print_unheard(run)
+        if followers is None:
+            followers = 5 if parse_image_bytes(image).followers else 0
+        place = read_mat(mat) if mat else None
+        drawings = [path for path in files if path.suffix.lower() in (*FILM_ENDINGS, *PICTURE_ENDINGS)]
+        total_ms = round(seconds * 1000) * (1 + len(drawings))
+        with told_of_compiling(), progress_bar("done", total_ms) as advance:
+            run = simulate(image, followers, seconds, seed, chosen, place, files, advance)
+    print_unheard(run, current_language())
     if wants_json(as_json):
         print_json(run_as_dict(run))
     else:
         print_table(cars_table(run))
-
-
-def _simulate(
-    image: bytes,
-    followers: int | None,
-    seconds: float,
-    seed: int,
-    profile: "Profile",
-    mat: Path | None,
-    files: list[Path],
-) -> "Run":
-    from motorcade.cli.console import progress_bar
-    from motorcade.mats import read_mat
-    from motorcade.runs.recording import FILMS, PICTURES
-    from motorcade.runs.running import simulate
-    from motorcade.words.image import parse_image_bytes
-
-    if followers is None:
-        followers = 5 if parse_image_bytes(image).followers else 0
-    place = read_mat(mat) if mat else None
-    duration_ms = round(seconds * 1000)
-    drawings = [path for path in files if path.suffix.lower() in (*FILMS, *PICTURES)]
-    behind_ms, last_ms = duration_ms, 0
-
-    def draw_on(now_ms: int) -> None:
-        nonlocal behind_ms, last_ms
-        if now_ms < last_ms:
-            behind_ms += duration_ms
-        last_ms = now_ms
-        advance(behind_ms + now_ms)
-
-    with told_of_compiling(), progress_bar("done", duration_ms * (1 + len(drawings))) as advance:
-        return simulate(
-            image, followers, seconds, seed, profile, mat=place, record=files, progress=advance, drawn=draw_on
-        )
 
 
 def virtual_car_command(

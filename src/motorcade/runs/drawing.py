@@ -1,5 +1,6 @@
-"""A mat and its cars on Matplotlib's axes: what pictures and films share."""
+"""Draw a mat and its cars on Matplotlib's axes, for pictures and films."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,8 @@ from matplotlib.patches import Circle, Polygon, Rectangle
 from numpy.typing import ArrayLike, NDArray
 
 from motorcade.engine.moment import Moment
-from motorcade.runs.box import Box
-from motorcade.runs.description import Description
 from motorcade.runs.palette import LEDS, rgb
+from motorcade.runs.recording import Description, Recording
 
 _PERSON_M = 0.3
 _WALL = "#3a3a3a"
@@ -21,8 +21,33 @@ _LEAST_POINTS = 1.6
 _LEAST_LEADER_POINTS = 5.0
 _DETAIL_POINTS = 7
 
-# What is drawn in one colour, whatever the words.
+# The colours that do not depend on words.
 PLAIN = np.array([rgb(colour) for colour in (_WALL, _SOLID, _PERSON, "#202020", *LEDS)], np.float32)
+
+Box = tuple[float, float, float, float]
+
+
+def bounding_box(about: Description, moments: Iterable[Moment]) -> Box:
+    """Find the smallest box that holds the mat and the cars of all ``moments``: left, bottom, right, top in metres."""
+    points = [(0.0, 0.0), about.size_m] if about.size_m else []
+    for x, y, radius_m in about.discs:
+        points += [(x - radius_m, y - radius_m), (x + radius_m, y + radius_m)]
+    points += [corner for corners in about.polygons for corner in corners]
+    points += [(x, y) for x0, y0, x1, y1 in about.walls for x, y in ((x0, y0), (x1, y1))]
+    points += [(x, y) for path, _ in about.people for _, x, y in path]
+    radius_m = about.diameter_m / 2
+    for moment in moments:
+        points.append((float(moment.x_m.min()) - radius_m, float(moment.y_m.min()) - radius_m))
+        points.append((float(moment.x_m.max()) + radius_m, float(moment.y_m.max()) + radius_m))
+    xs, ys = zip(*(points or [(0.0, 0.0), (1.0, 1.0)]), strict=True)
+    return min(xs), min(ys), max(xs), max(ys)
+
+
+def recording_box(recording: Recording) -> Box:
+    """Find the box that holds a whole run: the mat and, unless its edge is a wall, every position of every car."""
+    about = recording.about
+    is_enclosed = about.size_m is not None and about.walled
+    return bounding_box(about, [] if is_enclosed else recording.moments())
 
 
 def draw_mat(axes: Axes, about: Description) -> None:
@@ -44,7 +69,7 @@ def draw_mat(axes: Axes, about: Description) -> None:
 
 
 def show_box(axes: Axes, box: Box) -> None:
-    """Let the axes show at least ``box`` and a margin around it."""
+    """Make the axes show at least ``box`` and a margin around it."""
     left, bottom, right, top = box
     axes.update_datalim([(left, bottom), (right, top)])
     axes.margins(0.05)
@@ -52,9 +77,9 @@ def show_box(axes: Axes, box: Box) -> None:
 
 
 class Cars:
-    """All cars as a few collections, so that thousands are drawn at once.
+    """Draw all cars as a few collections, so that thousands are drawn at once.
 
-    Call it once the axes have their limits: very small cars are drawn larger than they are.
+    The axes must have their limits before: cars that would be very small are drawn larger than they are.
     """
 
     def __init__(self, axes: Axes, about: Description):
@@ -65,8 +90,7 @@ class Cars:
         points_per_m = float(metre[1, 0] - metre[0, 0]) * 72 / figure.dpi
         self._is_detailed = about.diameter_m * points_per_m >= _DETAIL_POINTS
         self._radius_m = about.diameter_m / 2
-        self._leads = np.zeros(about.cars, bool)
-        self._leads[list(about.leaders)] = True
+        self._leads = about.is_leader()
         # Leaders are drawn last, so that no crowd hides them.
         self._order = np.argsort(self._leads, kind="stable")
         widths = np.where(self._leads[self._order], 1.6, 0.8) if self._is_detailed else 0.0
@@ -81,23 +105,23 @@ class Cars:
         self._about = about
         self.artists = (self._people, self.bodies, self._noses, self._lamps)
 
-    def show(self, frame: Moment, colours: NDArray[np.float32]) -> None:
-        """Put the cars where they are at a moment; ``colours`` has a row for each."""
-        places = np.column_stack([frame.x_m, frame.y_m]).astype(float)
+    def show(self, moment: Moment, colours: NDArray[np.float32]) -> None:
+        """Move the cars to their positions at a moment; ``colours`` has a row for each."""
+        places = np.column_stack([moment.x_m, moment.y_m]).astype(float)
         order = self._order
         self.bodies.set_offsets(places[order])
         self.bodies.set_facecolor(colours[order])  # type: ignore[arg-type]
         if self._is_detailed:
-            ahead = np.column_stack([np.cos(frame.heading), np.sin(frame.heading)]) * self._radius_m
+            ahead = np.column_stack([np.cos(moment.heading), np.sin(moment.heading)]) * self._radius_m
             self._noses.set_segments(np.stack([places, places + ahead], axis=1))  # type: ignore[arg-type]
-            lit = frame.led < len(LEDS)
+            lit = moment.led < len(LEDS)
             self._lamps.set_offsets(places[lit])
-            self._lamps.set_facecolor(self._led_colours[frame.led[lit]])  # type: ignore[arg-type]
-        self._people.set_offsets(self._about.people_at(frame.t_ms) or np.empty((0, 2)))
+            self._lamps.set_facecolor(self._led_colours[moment.led[lit]])  # type: ignore[arg-type]
+        self._people.set_offsets(self._about.people_at(moment.t_ms) or np.empty((0, 2)))
 
 
 def _circles(axes: Axes, wide_m: ArrayLike, zorder: float, **style: Any) -> EllipseCollection:
-    """Circles without places yet."""
+    """Circles whose positions are set later."""
     nowhere = np.empty((0, 2))
     circles = EllipseCollection(
         wide_m, wide_m, 0, units="xy", offsets=nowhere, offset_transform=axes.transData, zorder=zorder, **style

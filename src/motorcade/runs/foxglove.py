@@ -1,6 +1,6 @@
-"""A run as Foxglove's 3D panel draws it: messages of foxglove.SceneUpdate, in JSON.
+"""Make foxglove.SceneUpdate messages in JSON, which Foxglove's 3D panel draws.
 
-Only what is used here is described and sent; field names and meanings are Foxglove's
+The schema describes only the fields that are sent here; their names and meanings are Foxglove's
 (https://docs.foxglove.dev/docs/sdk/schemas/scene-update). Lengths are in metres.
 """
 
@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from motorcade.engine.moment import Moment
-from motorcade.runs.description import Description
 from motorcade.runs.palette import LEADER, LEDS, WordColours, rgb
+from motorcade.runs.recording import Description
 
 FRAME_ID = "mat"
-# Beyond this many cars each is a flat dart, all of a colour in one list: a fifth of a cylinder's and an arrow's JSON.
+# More cars than this are drawn as flat triangles, one list a colour: a fifth of the JSON of cylinders and arrows.
 MOST_BODIES = 1000
 _MOST_NUMBERS = 50
 _HEIGHT_M = 0.06
@@ -97,7 +97,7 @@ SCENE_UPDATE = {
 
 
 def mat_message(about: Description) -> bytes:
-    """What stands still: the mat's edge, walls and obstacles."""
+    """Make the message of what doesn't move: the mat's edge, walls and obstacles."""
     dark, grey = _colour("#3a3a3a"), _colour("#8c8c8c")
     cubes = [_wall(*wall, dark) for wall in about.walls]
     lines = []
@@ -114,26 +114,27 @@ def mat_message(about: Description) -> bytes:
 
 
 class Scene:
-    """Makes a run's messages of what moves."""
+    """Make the messages of what moves in a run: cars and people."""
 
     def __init__(self, about: Description):
         self._about = about
         self._colours = WordColours(about.images)
-        self._leads = np.zeros(about.cars, bool)
-        self._leads[list(about.leaders)] = True
+        self._leads = about.is_leader()
 
-    def message(self, frame: Moment) -> bytes:
-        """The cars and people at a moment."""
-        people = [_cylinder(x, y, 0.3, 1.0, _colour("#5b8fd6", 0.6), 0.5) for x, y in self._about.people_at(frame.t_ms)]
-        parts = self._bodies(frame) if len(frame.x_m) <= MOST_BODIES else self._darts(frame)
-        return _message(frame.t_ms, cars=parts, people={"cylinders": people})
+    def message(self, moment: Moment) -> bytes:
+        """Make the message of a moment."""
+        people = [
+            _cylinder(x, y, 0.3, 1.0, _colour("#5b8fd6", 0.6), 0.5) for x, y in self._about.people_at(moment.t_ms)
+        ]
+        parts = self._bodies(moment) if len(moment.x_m) <= MOST_BODIES else self._darts(moment)
+        return _message(moment.t_ms, cars=parts, people={"cylinders": people})
 
-    def _bodies(self, frame: Moment) -> dict[str, list[Any]]:
-        """A cylinder and an arrow a car, and the number of each where there are few."""
+    def _bodies(self, moment: Moment) -> dict[str, list[Any]]:
+        """A cylinder and an arrow for each car, and its number where there are few cars."""
         wide_m = self._about.diameter_m
-        colours = self._colours.of(frame.word, frame.runs)
+        colours = self._colours.of(moment.word, moment.runs)
         parts: dict[str, list[Any]] = {"cylinders": [], "arrows": [], "texts": []}
-        rows = zip(frame.x_m.tolist(), frame.y_m.tolist(), frame.heading.tolist(), frame.led.tolist(), strict=True)
+        rows = zip(moment.x_m.tolist(), moment.y_m.tolist(), moment.heading.tolist(), moment.led.tolist(), strict=True)
         for number, (x, y, heading, led) in enumerate(rows):
             red, green, blue = colours[number].tolist()
             body = {"r": round(red, 3), "g": round(green, 3), "b": round(blue, 3), "a": 1.0}
@@ -142,17 +143,17 @@ class Scene:
                 parts["cylinders"].append(_cylinder(x, y, wide_m / 3, 0.03, _colour(LEDS[led]), _HEIGHT_M + 0.015))
             arrow = _colour(LEADER if self._leads[number] else "#202020")
             parts["arrows"].append(_arrow(x, y, heading, wide_m * 0.75, arrow))
-            if len(frame.x_m) <= _MOST_NUMBERS:
+            if len(moment.x_m) <= _MOST_NUMBERS:
                 parts["texts"].append(_text(x, y, str(number), wide_m / 2))
         return parts
 
-    def _darts(self, frame: Moment) -> dict[str, list[Any]]:
-        """A triangle a car, in one list for each colour."""
+    def _darts(self, moment: Moment) -> dict[str, list[Any]]:
+        """A triangle for each car, in one list for each colour."""
         radius_m = self._about.diameter_m / 2
-        angles = frame.heading[:, None] + np.array([0, math.radians(140), -math.radians(140)], np.float32)
-        xs = frame.x_m[:, None] + radius_m * np.cos(angles)
-        ys = frame.y_m[:, None] + radius_m * np.sin(angles)
-        colours = (self._colours.of(frame.word, frame.runs) * 255).astype(np.uint32)
+        angles = moment.heading[:, None] + np.array([0, math.radians(140), -math.radians(140)], np.float32)
+        xs = moment.x_m[:, None] + radius_m * np.cos(angles)
+        ys = moment.y_m[:, None] + radius_m * np.sin(angles)
+        colours = (self._colours.of(moment.word, moment.runs) * 255).astype(np.uint32)
         keys = colours[:, 0] << 16 | colours[:, 1] << 8 | colours[:, 2]
         triangles = []
         for key in np.unique(keys).tolist():

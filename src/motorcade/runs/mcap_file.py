@@ -1,4 +1,4 @@
-"""Recordings as MCAP: JSON messages with schemas, in compressed chunks; opens in Foxglove."""
+"""Write and read recordings as MCAP: JSON messages with schemas, in compressed chunks, which Foxglove opens."""
 
 import json
 import struct
@@ -17,9 +17,9 @@ from zstandard import ZstdError
 
 from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
 from motorcade.engine.moment import Moment
-from motorcade.runs.description import Description
+from motorcade.errors import MotorcadeError
 from motorcade.runs.foxglove import SCENE_UPDATE, SCENE_UPDATE_NAME, Scene, mat_message
-from motorcade.runs.recording import RecordingError
+from motorcade.runs.recording import Description
 
 _CHUNK_BYTES = 1 << 18
 _MOST_EVENTS = 10_000
@@ -55,15 +55,15 @@ _DAMAGE = (McapError, ZstdError, struct.error, ValueError, KeyError, RuntimeErro
 
 
 class McapSink:
-    """Streams a run into an MCAP file. Raises OSError where it can't be written."""
+    """Stream a run into an MCAP file. Raises OSError where it can't be written."""
 
     def __init__(self, path: Path, about: Description):
         self._file = path.open("wb")
         self._scene = Scene(about)
         self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES)
         self._writer.start(library="motorcade")
-        self._writer.add_metadata(_METADATA, about.as_texts())
-        # The mat has a channel of its own: a player that jumps in time shows each channel's last message.
+        self._writer.add_metadata(_METADATA, about.to_texts())
+        # The mat has its own channel, since a player that jumps in time shows the last message of each channel.
         self._channels = {
             "/mat": self._channel("/mat", SCENE_UPDATE_NAME, SCENE_UPDATE),
             "/scene": self._channel("/scene", SCENE_UPDATE_NAME, SCENE_UPDATE),
@@ -72,15 +72,15 @@ class McapSink:
         }
         self._add("/mat", 0, mat_message(about))
 
-    def write(self, frame: Moment) -> None:
+    def write(self, moment: Moment) -> None:
         if "/counts" not in self._channels:
-            whole = {"type": "integer"}
-            schema = {**COUNTS, "properties": {"t_ms": whole, **dict.fromkeys(frame.counts, whole)}}
+            integer = {"type": "integer"}
+            schema = {**COUNTS, "properties": {"t_ms": integer, **dict.fromkeys(moment.counts, integer)}}
             self._channels["/counts"] = self._channel("/counts", "motorcade.Counts", schema)
-        columns = frame.to_dict()
-        self._add("/counts", frame.t_ms, _json({"t_ms": frame.t_ms, **columns.pop("counts")}))
-        self._add("/cars", frame.t_ms, _json(columns))
-        self._add("/scene", frame.t_ms, self._scene.message(frame))
+        columns = moment.to_dict()
+        self._add("/counts", moment.t_ms, _json({"t_ms": moment.t_ms, **columns.pop("counts")}))
+        self._add("/cars", moment.t_ms, _json(columns))
+        self._add("/scene", moment.t_ms, self._scene.message(moment))
 
     def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
         rows = events[list(_EVENT_FIELDS)].tolist()
@@ -105,11 +105,11 @@ class McapSink:
 
 
 class McapRecording:
-    """A recording in an MCAP file, read as far as it is whole. Raises RecordingError."""
+    """A recording in an MCAP file, which is read as far as it is undamaged. Raises MotorcadeError."""
 
     def __init__(self, path: Path):
         self.name = str(path)
-        self.complaint = ""
+        self.damage: MotorcadeError | None = None
         self._path = path
         try:
             with path.open("rb") as file:
@@ -120,12 +120,12 @@ class McapRecording:
                     if isinstance(record, Message):
                         break
         except InvalidMagic:
-            raise RecordingError(f"{path} is no MCAP file") from None
+            raise MotorcadeError("not-mcap", file=path) from None
         except OSError as problem:
-            raise RecordingError(f"{path} can't be read: {problem.strerror or problem}") from None
+            raise MotorcadeError("recording-unreadable", file=path, reason=problem.strerror or problem) from None
         except _DAMAGE:
-            raise RecordingError(f"{path} is cut off before the run begins, or damaged: record it again") from None
-        raise RecordingError(f"{path} is an MCAP file, but holds no run of Motorcade")
+            raise MotorcadeError("mcap-cut-off", file=path) from None
+        raise MotorcadeError("mcap-without-run", file=path)
 
     @property
     def last_ms(self) -> int:
@@ -136,9 +136,9 @@ class McapRecording:
                     return summary.statistics.message_end_time // 1_000_000
         except _DAMAGE:
             pass
-        return max((frame.t_ms for frame in self.frames()), default=0)
+        return max((moment.t_ms for moment in self.moments()), default=0)
 
-    def frames(self) -> Iterator[Moment]:
+    def moments(self) -> Iterator[Moment]:
         counts: dict[str, int] = {}
         for topic, message in self._messages("/counts", "/cars"):
             t_ms = message.pop("t_ms")
@@ -180,7 +180,7 @@ class McapRecording:
                         last_ms = record.log_time // 1_000_000
                         yield chosen[record.channel_id], json.loads(record.data)
             except _DAMAGE:
-                self.complaint = f"{self.name} is cut off or damaged: what came after {last_ms / 1000:g} s is missing"
+                self.damage = MotorcadeError("recording-cut-off", file=self.name, seconds=last_ms / 1000)
 
     def _records(self, file: Any) -> Iterator[McapRecord]:
         return iter(StreamReader(file, validate_crcs=True).records)

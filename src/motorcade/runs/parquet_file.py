@@ -1,8 +1,8 @@
-"""Recordings as Parquet: FILE.parquet holds the moments, FILE.events.parquet the events, FILE.counts.parquet the sums.
+"""Write and read recordings as Parquet files: FILE.parquet, FILE.events.parquet and FILE.counts.parquet.
 
-A Parquet file can't be read before its end is written. So a run is streamed as
-Arrow batches into FILE.parquet.part and its like, of which a killed process
-leaves all but the last moments; closing turns them into Parquet, whole or not at all.
+FILE.parquet holds the moments. A Parquet file can't be read before its end is written. So a run is streamed as Arrow
+batches into FILE.parquet.part and its like. A process that is killed leaves these, with all but the last moments.
+Closing converts them to Parquet files.
 """
 
 from collections.abc import Iterator
@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
 from motorcade.engine.moment import Moment
-from motorcade.runs.description import Description
-from motorcade.runs.recording import RecordingError
+from motorcade.errors import MotorcadeError
+from motorcade.runs.recording import Description
 
 _TRACK = pa.schema(
     [
@@ -46,33 +46,33 @@ _EVENTS = pa.schema(
 )
 _PREFIX = "motorcade."
 _PART = ".part"
-_MOST_FRAMES = 50
+_MOST_MOMENTS = 50
 _BATCH_ROWS = 1 << 14
 _GROUP_ROWS = 1 << 18
 
 
-def beside(path: Path, what: str) -> Path:
-    """FILE.events.parquet beside FILE.parquet, and the like."""
+def companion(path: Path, what: str) -> Path:
+    """The path of FILE.events.parquet for FILE.parquet, and the like."""
     return path.with_name(f"{path.stem}.{what}.parquet")
 
 
 class ParquetSink:
-    """Streams a run into Parquet files. Raises OSError where they can't be written."""
+    """Stream a run into Parquet files. Raises OSError where they can't be written."""
 
     def __init__(self, path: Path, about: Description):
         self._path = path
-        self._texts = {_PREFIX + key: text for key, text in about.as_texts().items()}
+        self._texts = {_PREFIX + key: text for key, text in about.to_texts().items()}
         self._number = np.arange(about.cars, dtype=np.uint32)
-        self._frames: list[Moment] = []
+        self._moments: list[Moment] = []
         self._batches: list[NDArray[np.void]] = []
         self._track = _Part(path, _TRACK.with_metadata(self._texts))
-        self._events = _Part(beside(path, "events"), _EVENTS.with_metadata(self._texts))
+        self._events = _Part(companion(path, "events"), _EVENTS.with_metadata(self._texts))
         # Its columns are known with the first moment.
         self._counts: _Part | None = None
 
-    def write(self, frame: Moment) -> None:
-        self._frames.append(frame)
-        if len(self._frames) >= _MOST_FRAMES or len(self._frames) * len(self._number) >= _BATCH_ROWS:
+    def write(self, moment: Moment) -> None:
+        self._moments.append(moment)
+        if len(self._moments) >= _MOST_MOMENTS or len(self._moments) * len(self._number) >= _BATCH_ROWS:
             self._flush()
 
     def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
@@ -92,17 +92,18 @@ class ParquetSink:
 
     def _flush(self) -> None:
         self._flush_events()
-        frames, self._frames = self._frames, []
-        if not frames:
+        moments, self._moments = self._moments, []
+        if not moments:
             return
-        times = np.array([frame.t_ms for frame in frames], np.uint32)
-        columns: list[Any] = [times.repeat(len(self._number)), np.tile(self._number, len(frames))]
-        columns += [np.concatenate(column) for column in list(zip(*frames, strict=True))[1:9]]
+        times = np.array([moment.t_ms for moment in moments], np.uint32)
+        columns: list[Any] = [times.repeat(len(self._number)), np.tile(self._number, len(moments))]
+        columns += [np.concatenate(column) for column in list(zip(*moments, strict=True))[1:9]]
         self._track.write(columns)
         if self._counts is None:
-            sums = [("t_ms", pa.uint32()), *((name, pa.int64()) for name in frames[0].counts)]
-            self._counts = _Part(beside(self._path, "counts"), pa.schema(sums, metadata=self._texts))
-        self._counts.write([times, *([frame.counts[name] for frame in frames] for name in frames[0].counts)])
+            sums = [("t_ms", pa.uint32()), *((name, pa.int64()) for name in moments[0].counts)]
+            self._counts = _Part(companion(self._path, "counts"), pa.schema(sums, metadata=self._texts))
+        names = list(moments[0].counts)
+        self._counts.write([times, *([moment.counts[name] for moment in moments] for name in names)])
 
     def _flush_events(self) -> None:
         batches, self._batches = self._batches, []
@@ -116,7 +117,7 @@ class ParquetSink:
 
 
 class _Part:
-    """One table on its way into a Parquet file."""
+    """A table that is streamed into a .part file, and converted to Parquet at its end."""
 
     def __init__(self, path: Path, schema: Any):
         self._path = path
@@ -131,7 +132,7 @@ class _Part:
         self._file.flush()
 
     def finish(self) -> None:
-        """Turn what was streamed into the Parquet file."""
+        """Convert the .part file to the Parquet file."""
         self._stream.close()
         self._file.close()
         whole = self._path.with_name(self._path.name + ".new")
@@ -158,7 +159,7 @@ class _Part:
         self._part.unlink()
 
     def discard(self) -> None:
-        """Leave no trace of it."""
+        """Remove the .part file."""
         self._file.close()
         self._part.unlink()
 
@@ -171,11 +172,11 @@ def _write_group(parquet: Any, batches: list[Any]) -> None:
 
 
 class ParquetRecording:
-    """A recording in Parquet files, or in what a killed process left of them. Raises RecordingError."""
+    """A recording in Parquet files, or in the .part files of a killed process. Raises MotorcadeError."""
 
     def __init__(self, path: Path):
         self.name = str(path)
-        self.complaint = ""
+        self.damage: MotorcadeError | None = None
         self._is_damaged = False
         if path.suffix == _PART:
             path = path.with_suffix("")
@@ -188,15 +189,15 @@ class ParquetRecording:
             texts = {key.removeprefix(_PREFIX): text for key, text in texts.items() if key.startswith(_PREFIX)}
             self.about = Description.from_texts(texts)
         except (KeyError, TypeError, ValueError):
-            raise RecordingError(f"{self.name} is a Parquet file, but holds no run of Motorcade") from None
+            raise MotorcadeError("parquet-without-run", file=self.name) from None
         if self._schema(path).names != _TRACK.names:
-            raise RecordingError(f"{self.name} holds only a part of a run: name the .parquet file without it")
+            raise MotorcadeError("parquet-of-part", file=self.name)
 
     @property
     def last_ms(self) -> int:
         return max(self._counts(), default=0)
 
-    def frames(self) -> Iterator[Moment]:
+    def moments(self) -> Iterator[Moment]:
         cars = self.about.cars
         counts = self._counts()
         t_ms = 0
@@ -207,11 +208,11 @@ class ParquetRecording:
                 here = (column[first : first + cars] for column in columns[2:])
                 yield Moment._make((t_ms, *here, counts.get(t_ms, {})))
         if self._is_part or self._is_damaged:
-            reason = "was never finished" if self._is_part else "is damaged"
-            self.complaint = f"{self.name} {reason}: what came after {t_ms / 1000:g} s is missing"
+            code = "recording-unfinished" if self._is_part else "recording-damaged"
+            self.damage = MotorcadeError(code, file=self.name, seconds=t_ms / 1000)
 
     def events(self) -> Iterator[NDArray[np.void]]:
-        path = beside(self._path, "events")
+        path = companion(self._path, "events")
         for table in self._tables(path) if self._there(path).exists() else ():
             events = np.zeros(table.num_rows, EVENT)
             for name in ("t_ms", "car", "word", "other"):
@@ -222,7 +223,7 @@ class ParquetRecording:
             yield events
 
     def _counts(self) -> dict[int, dict[str, int]]:
-        path = beside(self._path, "counts")
+        path = companion(self._path, "counts")
         rows: list[dict[str, int]] = []
         for table in self._tables(path) if self._there(path).exists() else ():
             rows += table.to_pylist()
@@ -236,14 +237,14 @@ class ParquetRecording:
             with self._there(path).open("rb") as file:
                 return pa.ipc.open_stream(file).schema if self._is_part else pq.read_schema(file)
         except pa.ArrowInvalid:
-            reason = "is no Parquet file, or its end is cut off, without which it can't be read"
-            raise RecordingError(f"{self.name} {reason}: record the run again") from None
+            raise MotorcadeError("not-parquet", file=self.name) from None
         except OSError as problem:
-            reason = f"can't be read: {problem.strerror}" if problem.strerror else "is damaged: record the run again"
-            raise RecordingError(f"{self.name} {reason}") from None
+            if problem.strerror:
+                raise MotorcadeError("recording-unreadable", file=self.name, reason=problem.strerror) from None
+            raise MotorcadeError("parquet-damaged", file=self.name) from None
 
     def _tables(self, path: Path) -> Iterator[Any]:
-        """Row groups of whole moments, one at a time."""
+        """Read the row groups, each of complete moments, one at a time."""
         with self._there(path).open("rb") as file:
             try:
                 if self._is_part:

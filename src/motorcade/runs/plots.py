@@ -1,20 +1,23 @@
-"""The plots of a run, one class a kind: each takes the run's moments one by one, and is drawn at the end."""
+"""Draw plots of a run: one class for each kind, which takes the moments one by one and is drawn at the end."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from motorcade.engine.moment import Moment
-from motorcade.runs.box import box_of
-from motorcade.runs.description import Description
-from motorcade.runs.drawing import Cars, draw_mat, show_box
+from motorcade.errors import MotorcadeError
+from motorcade.runs.drawing import Cars, bounding_box, draw_mat, show_box
 from motorcade.runs.palette import FOLLOWERS, LEADER, WordColours, rgb
+from motorcade.runs.recording import PICTURE_ENDINGS, Description, Progress, Recording, check_writable
 
+_DPI = 120
 _MOST_TRACKS = 1000
 _MOST_POINTS = 1_000_000
 _FEW_TRACKS = 30
@@ -23,7 +26,7 @@ _MOST_COLUMNS = 1200
 _MOST_NAMED = 8
 _LONGEST_NAME = 48
 _MOST_BINS = 120
-# Below the axes: the pad, in letters, leaves room for the time.
+# The legend is below the axes; its pad, in font sizes, leaves room for the label of the time axis.
 _LEGEND: dict[str, Any] = {
     "loc": "upper left",
     "bbox_to_anchor": (0, 0),
@@ -47,15 +50,15 @@ T = TypeVar("T")
 class Panel(Protocol):
     """One plot."""
 
-    def take(self, frame: Moment) -> None:
-        """Take the next moment."""
+    def take(self, moment: Moment) -> None:
+        """Take the next moment of the run."""
 
     def draw(self, axes: Axes, name_of_word: Callable[[int], str]) -> None:
-        """Draw what was taken."""
+        """Draw the moments that were taken."""
 
 
 class Thinned(Generic[T]):
-    """A series of any length in bounded memory: every n-th is kept, n doubling whenever ``most`` are; and the last."""
+    """Keep every n-th item of a series, and the last; n doubles whenever there are more than ``most`` items."""
 
     def __init__(self, most: int):
         self._most = most
@@ -80,7 +83,7 @@ class Thinned(Generic[T]):
 
 
 class Tracks:
-    """Where cars drove, on the mat, and where they stand at the end."""
+    """The cars' tracks on the mat, and their last positions."""
 
     def __init__(self, about: Description):
         self._about = about
@@ -91,9 +94,9 @@ class Tracks:
         self._points: Thinned[NDArray[np.float32]] = Thinned(max(50, _MOST_POINTS // max(1, len(self._drawn))))
         self._last: Moment | None = None
 
-    def take(self, frame: Moment) -> None:
-        self._points.add(np.column_stack([frame.x_m[self._drawn], frame.y_m[self._drawn]]))
-        self._last = frame
+    def take(self, moment: Moment) -> None:
+        self._points.add(np.column_stack([moment.x_m[self._drawn], moment.y_m[self._drawn]]))
+        self._last = moment
 
     def draw(self, axes: Axes, name_of_word: Callable[[int], str]) -> None:
         about, last = self._about, self._last
@@ -101,7 +104,7 @@ class Tracks:
             return
         draw_mat(axes, about)
         tracks = np.stack(self._points.items(), axis=1)
-        left, bottom, right, top = box_of(about, [last])
+        left, bottom, right, top = bounding_box(about, [last])
         if tracks.size:
             low, high = tracks.min(axis=(0, 1)), tracks.max(axis=(0, 1))
             left, bottom = min(left, float(low[0])), min(bottom, float(low[1]))
@@ -125,7 +128,7 @@ class Tracks:
         axes.set_title(self._title(few))
 
     def _colours(self) -> NDArray[np.float32]:
-        """A colour of its own for each follower, where they are few; red for leaders."""
+        """A different colour for each follower where there are few; red for leaders."""
         own = FOLLOWERS if len(self._drawn) <= _FEW_TRACKS else FOLLOWERS[:1]
         cycle = np.array([rgb(colour) for colour in own], np.float32)
         leads = np.zeros(self._about.cars, bool)
@@ -145,7 +148,7 @@ class Tracks:
 
 
 class Words:
-    """Who held which word when: a row for each car, or for several alike, the nearest to the first leader below."""
+    """Which car held which word when: a row for each car or group of cars, the nearest to the first leader lowest."""
 
     def __init__(self, about: Description):
         self._about = about
@@ -154,14 +157,14 @@ class Words:
         self._rows: NDArray[np.intp] | None = None
         self._distance_m: NDArray[np.float64] = np.zeros(0)
 
-    def take(self, frame: Moment) -> None:
+    def take(self, moment: Moment) -> None:
         if self._rows is None:
-            self._rows = self._sort(frame)
-        codes = self._colours.places(frame.word) * 2 + frame.runs
+            self._rows = self._sort(moment)
+        codes = self._colours.places(moment.word) * 2 + moment.runs
         kinds = len(self._colours.shades) * 2
         rows = int(self._rows.max()) + 1 if len(self._rows) else 0
         votes = np.bincount(self._rows * kinds + codes, minlength=rows * kinds).reshape(rows, kinds)
-        self._cells.add((frame.t_ms, votes.argmax(axis=1).astype(np.uint16)))
+        self._cells.add((moment.t_ms, votes.argmax(axis=1).astype(np.uint16)))
 
     def draw(self, axes: Axes, name_of_word: Callable[[int], str]) -> None:
         times, columns = zip(*self._cells.items(), strict=True)
@@ -173,10 +176,10 @@ class Words:
         self._label(axes, len(codes))
         self._name(axes, codes, name_of_word)
 
-    def _sort(self, frame: Moment) -> NDArray[np.intp]:
+    def _sort(self, moment: Moment) -> NDArray[np.intp]:
         """The row of each car."""
         first = self._about.leaders[0] if self._about.leaders else 0
-        away_m = np.hypot(frame.x_m - frame.x_m[first], frame.y_m - frame.y_m[first]).astype(float)
+        away_m = np.hypot(moment.x_m - moment.x_m[first], moment.y_m - moment.y_m[first]).astype(float)
         order = np.lexsort((np.arange(len(away_m)), away_m))
         rank = np.empty(len(order), np.intp)
         rank[order] = np.arange(len(order))
@@ -215,13 +218,13 @@ class Words:
 
 
 class Air:
-    """What became of the frames that reached somebody, and how many were sent."""
+    """What happened to the frames that reached a car, and how many were sent."""
 
     def __init__(self, about: Description):
         self._counts: Thinned[tuple[int, Mapping[str, int]]] = Thinned(_MOST_COLUMNS)
 
-    def take(self, frame: Moment) -> None:
-        self._counts.add((frame.t_ms, frame.counts))
+    def take(self, moment: Moment) -> None:
+        self._counts.add((moment.t_ms, moment.counts))
 
     def draw(self, axes: Axes, name_of_word: Callable[[int], str]) -> None:
         times, counts = zip(*self._counts.items(), strict=True)
@@ -262,3 +265,60 @@ KINDS_OF_PLOT: dict[str, Callable[[Description], Panel]] = {"tracks": Tracks, "w
 
 def _count(number: int, noun: str) -> str:
     return f"{'One' if number == 1 else f'{number:,}'} {noun}{'' if number == 1 else 's'}"
+
+
+def draw_tracks(recording: Recording, path: str | Path, progress: Progress = lambda done_ms: None) -> None:
+    """Write a picture of the cars' tracks and last positions; see `draw_plots`."""
+    draw_plots(recording, path, ["tracks"], progress=progress)
+
+
+def draw_plots(
+    recording: Recording,
+    path: str | Path,
+    kinds: Sequence[str] = tuple(KINDS_OF_PLOT),
+    name_of_word: Callable[[int], str] = lambda word: f"0x{word:08X}",
+    progress: Progress = lambda done_ms: None,
+) -> None:
+    """Write plots of a run to ``path``, in the format of its ending.
+
+    Args:
+        recording: the run.
+        path: a PNG, SVG or PDF file.
+        kinds: tracks (on the mat), words (which car held which word when), air (what happened to frames).
+        name_of_word: gives a word's name in the legend.
+        progress: called with the simulated time in ms that has been read.
+
+    Raises:
+        MotorcadeError: the recording holds no moment, or the picture can't be written.
+    """
+    path = Path(path)
+    check_writable(path, PICTURE_ENDINGS)
+    panels = [KINDS_OF_PLOT[kind](recording.about) for kind in kinds]
+    moments = 0
+    for moment in recording.moments():
+        for panel in panels:
+            panel.take(moment)
+        progress(moment.t_ms)
+        moments += 1
+    if not moments:
+        raise MotorcadeError("nothing-recorded", file=recording.name)
+    figure = _figure(panels, name_of_word)
+    try:
+        figure.savefig(path, dpi=_DPI)
+    except OSError as problem:
+        raise MotorcadeError("run-file-unwritable", file=path, reason=problem.strerror or problem) from None
+
+
+def _figure(panels: Sequence[Panel], name_of_word: Callable[[int], str]) -> Figure:
+    """Put the panels on one figure: the first large at the left, the others beside it."""
+    figure = Figure(figsize=(8, 6) if len(panels) == 1 else (15, 7.5), layout="constrained")
+    places: list[Axes]
+    if len(panels) == 1:
+        places = [figure.add_subplot()]
+    else:
+        grid = figure.add_gridspec(len(panels) - 1, 2, width_ratios=(1.1, 1))
+        places = [figure.add_subplot(grid[:, 0])]
+        places += [figure.add_subplot(grid[row, 1]) for row in range(len(panels) - 1)]
+    for panel, axes in zip(panels, places, strict=True):
+        panel.draw(axes, name_of_word)
+    return figure

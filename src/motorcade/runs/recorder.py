@@ -1,4 +1,7 @@
-"""Recording a run while it goes on, and drawing it once it is over."""
+"""Record a run into files while it goes on, draw films and pictures of it at its end, and open recordings.
+
+A file's ending chooses its kind: `.mcap` for Foxglove, `.parquet` for tables, films and pictures as they are drawn.
+"""
 
 import tempfile
 from collections.abc import Iterable
@@ -7,18 +10,18 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
-from motorcade.runs.description import Description
+from motorcade.errors import MotorcadeError
+from motorcade.locales import Phrase
 from motorcade.runs.recording import (
-    FILMS,
-    KINDS_OF_FILE,
-    PICTURES,
+    DATA_ENDINGS,
+    FILM_ENDINGS,
+    PICTURE_ENDINGS,
+    Description,
     InMemoryRecording,
     Progress,
     Recording,
-    RecordingError,
     Sink,
     check_writable,
-    open_recording,
 )
 
 if TYPE_CHECKING:
@@ -26,74 +29,138 @@ if TYPE_CHECKING:
 
 EVERY_MS = 100
 
+Target = str | Path | InMemoryRecording
+
+
+def open_recording(path: str | Path) -> Recording:
+    """Open the recording in a file, .mcap or .parquet.
+
+    Raises:
+        MotorcadeError: it can't be read, or is not the recording of a run.
+        ModuleNotFoundError: a library of the extra ``sim`` isn't installed.
+    """
+    path = Path(path)
+    ending = path.suffix.lower()
+    if ending == ".mcap":
+        from motorcade.runs.mcap_file import McapRecording
+
+        return McapRecording(path)
+    if ending in (".parquet", ".part"):
+        from motorcade.runs.parquet_file import ParquetRecording
+
+        return ParquetRecording(path)
+    allowed = Phrase("list-or", first=", ".join(DATA_ENDINGS[:-1]), last=DATA_ENDINGS[-1])
+    raise MotorcadeError("not-a-recording", file=path, allowed=allowed)
+
+
+def draw(recording: Recording, path: Path, progress: Progress = lambda done_ms: None) -> None:
+    """Draw a film, or a picture of the tracks, as the file's ending says. Raises MotorcadeError."""
+    if path.suffix.lower() in FILM_ENDINGS:
+        from motorcade.runs.video import draw_film
+
+        draw_film(recording, path, progress=progress)
+    else:
+        from motorcade.runs.plots import draw_tracks
+
+        draw_tracks(recording, path, progress=progress)
+
 
 class Recorder:
-    """Call it with the world after each slice of a run; see `recorder`."""
+    """Records a run: call it with the world after each slice of the run, as a context manager.
+
+    ::
+
+        with Recorder("run.mcap", world) as record:
+            while world.now_ms < 30_000:
+                world.run(100)
+                record(world)
+
+    The moment at which it is made and the last one are recorded in any case. Memory is bounded: moments and events go
+    to the disk while the run goes on.
+
+    Args:
+        targets: files; .mcap and .parquet record, .mp4 and .gif are films, .png, .svg and .pdf are pictures of the
+            tracks. An `InMemoryRecording` keeps the run in memory. None is ignored.
+        world: the world, before the first slice.
+        every_ms: the interval between recorded moments; choose slices that divide it.
+        events: whether to record events too, for which the world was made with ``events=True``.
+        index: which of the worlds to record, where there are several.
+
+    Raises:
+        MotorcadeError: a file can't be written, or has another ending.
+        ModuleNotFoundError: a library of the extra ``sim`` isn't installed.
+    """
 
     def __init__(
-        self, targets: Iterable[str | Path | InMemoryRecording], world: "World", every_ms: int, events: bool, index: int
+        self,
+        targets: Target | Iterable[Target | None],
+        world: "World",
+        every_ms: int = EVERY_MS,
+        events: bool = True,
+        index: int = 0,
     ):
+        targets = [targets] if isinstance(targets, Target) else list(targets)
         self._world = world
         self._events = events
         self._every_ms = every_ms
         self._index = index
         self._due_ms = world.now_ms
         self._last_ms = -1
-        kept = [target for target in targets if isinstance(target, InMemoryRecording)]
-        self._kept = kept[0] if kept else None
-        self._sinks: list[Sink] = [*kept]
-        paths = [Path(target) for target in targets if not isinstance(target, InMemoryRecording)]
+        in_memory = [target for target in targets if isinstance(target, InMemoryRecording)]
+        paths = [Path(target) for target in targets if isinstance(target, str | Path)]
         for path in paths:
-            check_writable(path, (*KINDS_OF_FILE, *FILMS, *PICTURES))
-        files = [path for path in paths if path.suffix.lower() in KINDS_OF_FILE]
-        self._drawings = [path for path in paths if path not in files]
+            check_writable(path, (*DATA_ENDINGS, *FILM_ENDINGS, *PICTURE_ENDINGS))
+        self._files = [path for path in paths if path.suffix.lower() in DATA_ENDINGS]
+        self._drawings = [path for path in paths if path not in self._files]
         self._folder: tempfile.TemporaryDirectory[str] | None = None
-        if self._drawings and not files and not kept:
+        if self._drawings and not self._files and not in_memory:
+            # Drawings are made from a recording.
             self._folder = tempfile.TemporaryDirectory(prefix="motorcade-", ignore_cleanup_errors=True)
-            files = [Path(self._folder.name) / "run.parquet"]
-        self._files = files
+            self._files = [Path(self._folder.name) / "run.parquet"]
+        self._in_memory = in_memory[0] if in_memory else None
+        self._sinks: list[Sink] = [*in_memory]
         about = Description.of(world, every_ms, index)
         try:
-            for path in files:
+            for path in self._files:
                 self._sinks.append(_new_file(path, about))
             self(world)
         except BaseException:
-            self._finish()
-            self._clean_up()
+            self._close()
+            self._remove_folder()
             raise
 
     def __enter__(self) -> Self:
         return self
 
     def __call__(self, world: "World") -> None:
-        """Take the events since the last call and, where a moment is due, what the cars do now.
+        """Record the events since the last call and, where a moment is due, what the cars show now.
 
         Raises:
-            RecordingError: a file can't be written any more.
+            MotorcadeError: a file can no longer be written.
         """
         try:
             if self._events:
-                self._take_events(world)
+                self._record_events(world)
             if world.now_ms >= self._due_ms:
-                self._take(world)
+                self._record_moment(world)
         except OSError as problem:
             raise _unwritable(self._files, problem) from None
 
     def draw(self, progress: Progress = lambda done_ms: None) -> None:
-        """End the recording and draw the films and pictures, if any; without this, leaving the context does so.
+        """End the recording and draw the films and pictures; leaving the context does the same.
 
         Args:
             progress: called with the simulated time in ms that has been drawn, for each drawing from 0.
 
         Raises:
-            RecordingError: one can't be drawn.
+            MotorcadeError: one can't be drawn.
         """
         if self._sinks and self._last_ms < self._world.now_ms:
-            self._take(self._world)
-        self._finish()
+            self._record_moment(self._world)
+        self._close()
         drawings, self._drawings = self._drawings, []
         for path in drawings:
-            draw(self._kept or open_recording(self._files[0]), path, progress)
+            draw(self._in_memory or open_recording(self._files[0]), path, progress)
 
     def __exit__(
         self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
@@ -102,11 +169,11 @@ class Recorder:
             if kind is None:
                 self.draw()
             else:
-                self._finish()
+                self._close()
         finally:
-            self._clean_up()
+            self._remove_folder()
 
-    def _take_events(self, world: "World") -> None:
+    def _record_events(self, world: "World") -> None:
         events = world.take_events()
         if world.worlds > 1:
             events = events[events["world"] == self._index]
@@ -114,15 +181,15 @@ class Recorder:
             for sink in self._sinks:
                 sink.write_events(world.now_ms, events)
 
-    def _take(self, world: "World") -> None:
-        frame = world.snapshot(self._index).in_single_precision()
+    def _record_moment(self, world: "World") -> None:
+        moment = world.snapshot(self._index).in_single_precision()
         for sink in self._sinks:
-            sink.write(frame)
+            sink.write(moment)
         self._last_ms = world.now_ms
         while self._due_ms <= world.now_ms:
             self._due_ms += self._every_ms
 
-    def _finish(self) -> None:
+    def _close(self) -> None:
         sinks, self._sinks = self._sinks, []
         try:
             with ExitStack() as closing:
@@ -131,55 +198,9 @@ class Recorder:
         except OSError as problem:
             raise _unwritable(self._files, problem) from None
 
-    def _clean_up(self) -> None:
+    def _remove_folder(self) -> None:
         if self._folder:
             self._folder.cleanup()
-
-
-def recorder(
-    targets: str | Path | InMemoryRecording | Iterable[str | Path | InMemoryRecording | None],
-    world: "World",
-    every_ms: int = EVERY_MS,
-    events: bool = True,
-    index: int = 0,
-) -> Recorder:
-    """A context that records a run, or several files of one run::
-
-        with recorder("run.mcap", world) as record:
-            while world.now_ms < 30_000:
-                world.run(100)
-                record(world)
-
-    The present moment is recorded too, and the last one in any case. Memory
-    stays bounded: what was recorded goes to the disk while the run goes on.
-
-    Args:
-        targets: files, whose endings say their kinds: .mcap and .parquet record, .mp4 and .gif
-            are films, .png, .svg and .pdf pictures of the tracks. None is passed over. A
-            `InMemoryRecording` keeps the run in memory.
-        every_ms: how far apart recorded moments are; run slices that divide it.
-        events: whether to record events too; the world was made with ``events=True`` then.
-        index: which of the worlds, where there are several.
-
-    Raises:
-        RecordingError: a file can't be written, or has another ending.
-        ModuleNotFoundError: a library of the extra ``sim`` isn't installed.
-    """
-    if isinstance(targets, str | Path | InMemoryRecording):
-        targets = [targets]
-    return Recorder([target for target in targets if target is not None], world, every_ms, events, index)
-
-
-def draw(recording: Recording, path: Path, progress: Progress = lambda done_ms: None) -> None:
-    """Draw a film, or a picture of the tracks, as the file's ending says. Raises RecordingError."""
-    if path.suffix.lower() in FILMS:
-        from motorcade.runs.video import draw_film
-
-        draw_film(recording, path, progress=progress)
-    else:
-        from motorcade.runs.picture import draw_tracks
-
-        draw_tracks(recording, path, progress=progress)
 
 
 def _new_file(path: Path, about: Description) -> Sink:
@@ -195,7 +216,6 @@ def _new_file(path: Path, about: Description) -> Sink:
         raise _unwritable([path], problem) from None
 
 
-def _unwritable(files: list[Path], problem: OSError) -> RecordingError:
-    if isinstance(problem, RecordingError):
-        return problem
-    return RecordingError(f"{' or '.join(map(str, files))} can't be written: {problem.strerror or problem}")
+def _unwritable(files: list[Path], problem: OSError) -> MotorcadeError:
+    names = Phrase("list-or", first=", ".join(map(str, files[:-1])), last=files[-1]) if len(files) > 1 else files[0]
+    return MotorcadeError("run-file-unwritable", file=names, reason=problem.strerror or problem)

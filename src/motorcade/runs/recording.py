@@ -1,60 +1,171 @@
-"""Recorded runs: what they hold, and how they are read back.
+"""What a recording is: the description of a run, its moments and its events; and the form that is kept in memory.
 
-A recording holds moments (where each car was and what it did, and what was
-counted by then) and events. The file's ending says its kind: ``.mcap`` opens in
-Foxglove, ``.parquet`` in pandas and DuckDB.
+`motorcade.runs.recorder` writes and opens the files.
 """
 
+import json
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from motorcade.config.profile import TABLES, Profile
 from motorcade.engine.moment import Moment
-from motorcade.runs.description import Description
+from motorcade.errors import MotorcadeError
+from motorcade.locales import Phrase
 
-KINDS_OF_FILE = (".mcap", ".parquet")
-FILMS = (".mp4", ".gif")
-PICTURES = (".png", ".svg", ".pdf")
+if TYPE_CHECKING:
+    from motorcade.engine.world import World
+
+FORMAT = "motorcade-recording/1"
+DATA_ENDINGS = (".mcap", ".parquet")
+FILM_ENDINGS = (".mp4", ".gif")
+PICTURE_ENDINGS = (".png", ".svg", ".pdf")
 
 Progress = Callable[[int], None]
 
 
-class RecordingError(OSError):
-    """A recording, film or picture that can't be written or read; its text is a sentence for the user."""
+@dataclass(frozen=True, slots=True)
+class Description:
+    """What a recording says about its run: the mat, the cars and their programs. Lengths are metres.
+
+    Attributes:
+        mat: the mat's name.
+        size_m: its width and height; None for an unbounded plane.
+        walled: whether its edge is a wall.
+        walls: x0, y0, x1, y1 of each.
+        discs: x, y and radius of each round obstacle.
+        polygons: the corners of each other obstacle.
+        people: the path of each person as (t_s, x_m, y_m), and whether the path repeats.
+        physics: the physics settings, under the names of a mat's file.
+        profile: the cars' profile, which gives the levels in words their meaning.
+        images: the leaders' images in hexadecimal; leader k runs image k modulo their number.
+        leaders: the numbers of the cars that lead.
+        cars: the number of cars.
+        seed: the seed of the run's random numbers.
+        tick_ms: the simulator's step.
+        every_ms: the interval between recorded moments.
+    """
+
+    mat: str
+    size_m: tuple[float, float] | None
+    walled: bool
+    walls: tuple[tuple[float, float, float, float], ...]
+    discs: tuple[tuple[float, float, float], ...]
+    polygons: tuple[tuple[tuple[float, float], ...], ...]
+    people: tuple[tuple[tuple[tuple[float, float, float], ...], bool], ...]
+    physics: Mapping[str, bool | float | None]
+    profile: Profile
+    images: tuple[str, ...]
+    leaders: tuple[int, ...]
+    cars: int
+    seed: int
+    tick_ms: int
+    every_ms: int
+
+    @classmethod
+    def of(cls, world: "World", every_ms: int, index: int = 0) -> "Description":
+        """Describe world number ``index`` of ``world``."""
+        mat = world.mat
+        return cls(
+            mat=mat.name,
+            size_m=mat.size_m,
+            walled=mat.walled,
+            walls=mat.walls,
+            discs=mat.discs,
+            polygons=mat.polygons,
+            people=tuple((person.path, person.repeats) for person in mat.people),
+            physics=asdict(mat.physics),
+            profile=world.profile,
+            images=tuple(image.hex() for image in world.images),
+            leaders=tuple(np.flatnonzero(mat.starts.leads).tolist()),
+            cars=world.cars,
+            seed=int(world.seeds[index]),
+            tick_ms=world.tick_ms,
+            every_ms=every_ms,
+        )
+
+    @classmethod
+    def from_texts(cls, texts: Mapping[str, str]) -> "Description":
+        """Read what `to_texts` made. Raises ValueError, KeyError or TypeError where it is something else."""
+        if texts.get("format") != FORMAT:
+            raise ValueError(f"the format is not {FORMAT}")
+        values = {field.name: _to_tuples(json.loads(texts[field.name])) for field in fields(cls) if field.name != "mat"}
+        profile = json.loads(texts["profile"])
+        values["profile"] = Profile(
+            **{key: TABLES[key](**value) if key in TABLES else _to_tuples(value) for key, value in profile.items()}
+        )
+        return cls(mat=texts["mat"], **values)
+
+    def to_texts(self) -> dict[str, str]:
+        """The description as one text a name: ``mat`` and ``format`` as they are, all others as JSON."""
+        values = asdict(self)
+        mat = values.pop("mat")
+        return {"format": FORMAT, "mat": mat, **{key: json.dumps(value) for key, value in values.items()}}
+
+    def to_dict(self) -> dict[str, Any]:
+        """The description for JSON."""
+        return {"format": FORMAT, **asdict(self)}
+
+    @property
+    def diameter_m(self) -> float:
+        """The diameter of a car's body."""
+        return self.profile.body.diameter_mm / 1000
+
+    def is_leader(self) -> NDArray[np.bool_]:
+        """For each car, whether it leads."""
+        leads = np.zeros(self.cars, bool)
+        leads[list(self.leaders)] = True
+        return leads
+
+    def people_at(self, t_ms: int) -> list[tuple[float, float]]:
+        """The position of each person at a moment, (x, y) in metres."""
+        places = []
+        for path, repeats in self.people:
+            times, xs, ys = zip(*path, strict=True)
+            t_s = t_ms / 1000
+            if repeats and times[-1] > 0:
+                t_s %= times[-1]
+            places.append((float(np.interp(t_s, times, xs)), float(np.interp(t_s, times, ys))))
+        return places
+
+
+def _to_tuples(value: Any) -> Any:
+    return tuple(_to_tuples(each) for each in value) if isinstance(value, list) else value
 
 
 class Recording(Protocol):
-    """A run that can be read as often as one likes; a moment and a batch of events at a time.
+    """A recorded run, which can be read any number of times, one moment and one batch of events at a time.
 
     Attributes:
-        name: what to call it.
+        name: the file's name, or another name for error sentences.
         about: the run's description.
-        complaint: a sentence once reading came to an end before the file's own; else empty.
+        damage: what is missing, once reading has stopped before the end of a cut-off or damaged file; else None.
     """
 
     name: str
     about: Description
-    complaint: str
+    damage: MotorcadeError | None
 
     @property
     def last_ms(self) -> int:
-        """When its last moment is."""
+        """The time of the last moment."""
 
-    def frames(self) -> Iterator[Moment]:
-        """The moments in order."""
+    def moments(self) -> Iterator[Moment]:
+        """The moments in order of time."""
 
     def events(self) -> Iterator[NDArray[np.void]]:
-        """Arrays of EVENT in order of time."""
+        """Arrays of `motorcade.engine.events.EVENT` in order of time."""
 
 
 class Sink(Protocol):
-    """What takes moments and events while a run goes on."""
+    """Takes moments and events while a run goes on."""
 
-    def write(self, frame: Moment) -> None:
+    def write(self, moment: Moment) -> None:
         """Take a moment."""
 
     def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
@@ -65,65 +176,44 @@ class Sink(Protocol):
 
 
 class InMemoryRecording:
-    """A recording that is kept in memory: for short runs of few cars."""
+    """A recording in memory, for short runs of few cars; it is a `Recording` and a `Sink`."""
 
     def __init__(self, about: Description, name: str = "the run"):
         self.name = name
         self.about = about
-        self.complaint = ""
-        self._frames: list[Moment] = []
+        self.damage: MotorcadeError | None = None
+        self._moments: list[Moment] = []
         self._events: list[NDArray[np.void]] = []
 
-    def write(self, frame: Moment) -> None:
-        self._frames.append(frame)
+    def write(self, moment: Moment) -> None:
+        self._moments.append(moment)
 
     def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
         self._events.append(events)
 
     def close(self) -> None:
-        """Nothing is left to do."""
+        """Nothing has to be finished."""
 
     @property
     def last_ms(self) -> int:
-        return self._frames[-1].t_ms if self._frames else 0
+        return self._moments[-1].t_ms if self._moments else 0
 
-    def frames(self) -> Iterator[Moment]:
-        return iter(self._frames)
+    def moments(self) -> Iterator[Moment]:
+        return iter(self._moments)
 
     def events(self) -> Iterator[NDArray[np.void]]:
         return iter(self._events)
 
 
-def open_recording(path: str | Path) -> Recording:
-    """The recording in a file, of either kind.
-
-    Raises:
-        RecordingError: it can't be read, or is no recording of a run.
-        ModuleNotFoundError: a library of the extra ``sim`` isn't installed.
-    """
-    path = Path(path)
-    ending = path.suffix.lower()
-    if ending == ".mcap":
-        from motorcade.runs.mcap_file import McapRecording
-
-        return McapRecording(path)
-    if ending in (".parquet", ".part"):
-        from motorcade.runs.parquet_file import ParquetRecording
-
-        return ParquetRecording(path)
-    raise RecordingError(f"{path} is no recording: its name would end in {' or '.join(KINDS_OF_FILE)}")
-
-
 def check_writable(path: Path, endings: Iterable[str]) -> None:
-    """Raise RecordingError unless ``path`` has one of the endings and a file can be written there."""
+    """Raise MotorcadeError unless ``path`` has one of the endings and a file can be written there."""
     endings = tuple(endings)
     if path.suffix.lower() not in endings:
-        raise RecordingError(
-            f"{path} can't be written: its name must end in {', '.join(endings[:-1])} or {endings[-1]}"
-        )
+        allowed = Phrase("list-or", first=", ".join(endings[:-1]), last=endings[-1])
+        raise MotorcadeError("run-file-ending", file=path, allowed=allowed)
     if path.is_dir():
-        raise RecordingError(f"{path} can't be written: it is a folder")
+        raise MotorcadeError("run-file-is-folder", file=path)
     if not path.parent.is_dir():
-        raise RecordingError(f"{path} can't be written: there is no folder {path.parent}")
+        raise MotorcadeError("run-file-without-folder", file=path, folder=path.parent)
     if not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise RecordingError(f"{path} can't be written: you may not write there")
+        raise MotorcadeError("run-file-forbidden", file=path)

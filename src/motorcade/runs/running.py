@@ -1,6 +1,6 @@
-"""A run from an image to what the cars did, with recordings, films and pictures on the way."""
+"""Simulate a run from an image to what the cars did, with recordings, films and pictures on the way."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,43 +9,45 @@ from numpy.typing import NDArray
 
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine.world import EVENT, World
-from motorcade.mats import Mat, Pose, check_mat, formation, open_table
-from motorcade.runs.description import Description
-from motorcade.runs.recorder import EVERY_MS, draw, recorder
-from motorcade.runs.recording import KINDS_OF_FILE, InMemoryRecording
+from motorcade.mats import Mat, check_mat, formation, open_table
+from motorcade.runs.recorder import EVERY_MS, Recorder, draw
+from motorcade.runs.recording import DATA_ENDINGS, Description, InMemoryRecording, Progress
 
-# Of more cars, moments and events are recorded where that is asked for, and not kept.
-MOST_KEPT = 1000
+# Runs of more cars are recorded into files where that is asked for, and not in memory.
+MOST_CARS_IN_MEMORY = 1000
 
 
 @dataclass(frozen=True)
 class Run:
-    """What a simulation left.
+    """The result of a simulation.
 
     Attributes:
         world: the world at its end.
-        driven_m: how far each car drove, by its places every 100 ms; shape (cars,).
-        kept: the moments, every 100 ms, and the events; None where there are more than MOST_KEPT cars.
+        driven_m: how far each car drove, measured between its positions every 100 ms; shape (cars,).
+        recording: the moments, every 100 ms, and the events; None for more than MOST_CARS_IN_MEMORY cars.
     """
 
     world: World
     driven_m: NDArray[np.float64]
-    kept: InMemoryRecording | None
+    recording: InMemoryRecording | None
 
     @property
     def events(self) -> NDArray[np.void]:
-        """What happened, as `World.take_events` gives it; empty where it wasn't kept."""
-        return np.concatenate([np.zeros(0, EVENT), *(self.kept.events() if self.kept else ())])
+        """What happened, as from `World.take_events`; empty where there is no recording."""
+        return np.concatenate([np.zeros(0, EVENT), *(self.recording.events() if self.recording else ())])
 
     def save_picture(self, path: str | Path) -> None:
         """Draw the tracks into a PNG, SVG or PDF file, or the run into an MP4 or GIF file.
 
         Raises:
-            RecordingError: the file can't be written, or the run was not kept.
+            MotorcadeError: the file can't be written.
+            ValueError: the run was not recorded in memory.
         """
-        if self.kept is None:
-            raise ValueError(f"a run of more than {MOST_KEPT} cars is not kept: give the picture to simulate's record")
-        draw(self.kept, Path(path))
+        if self.recording is None:
+            raise ValueError(
+                f"a run of more than {MOST_CARS_IN_MEMORY} cars is not in memory: name the picture in simulate's record"
+            )
+        draw(self.recording, Path(path))
 
 
 def simulate(
@@ -54,48 +56,58 @@ def simulate(
     seconds: float = 30,
     seed: int = 0,
     profile: Profile | None = None,
-    poses: Sequence[Pose] | None = None,
     mat: Mat | None = None,
     record: Iterable[str | Path] = (),
-    progress: Callable[[int], None] = lambda now_ms: None,
-    drawn: Callable[[int], None] = lambda now_ms: None,
+    progress: Progress = lambda done_ms: None,
 ) -> Run:
-    """Let leaders with ``image`` and their followers drive.
+    """Simulate leaders that run ``image``, and their followers.
 
     Args:
         image: the image's bytes, as they would be uploaded.
-        followers: how many; they stand around the leader on an empty table, behind it first.
+        followers: the number of followers, which stand around one leader on an empty table, behind it first.
         seconds: simulated time.
         seed: the same seed gives the same run.
-        profile: what the levels mean; the built-in ``classroom`` unless given.
-        poses: where the cars stand at first, the leader first, in place of ``followers``.
-        mat: the whole place, in place of both.
+        profile: the meaning of the levels in words; the built-in ``classroom`` unless given.
+        mat: the place with all cars, in place of ``followers``; `open_table` makes one from poses.
         record: files to record the run in: .mcap, .parquet; .mp4, .gif; .png, .svg, .pdf.
-        progress: called with the simulated time in ms, ten times a simulated second.
-        drawn: called with the time that has been drawn, for each film and picture from 0.
+        progress: called with the simulated time in ms that is done: of the run, then also of each film and picture.
 
     Raises:
-        MatError, MotorcadeError: what can't be simulated.
-        RecordingError: a file can't be written.
+        MotorcadeError: the run can't be simulated, or a file can't be written.
     """
     chosen = profile or built_in_profile("classroom")
-    place = mat or open_table(poses or formation(followers, chosen.infrared.range_mm / 1000))
+    place = mat or open_table(formation(followers, chosen.infrared.range_mm / 1000))
     check_mat(place, chosen)
     files = [Path(path) for path in record]
-    keeps = len(place.starts) <= MOST_KEPT
-    events = keeps or any(path.suffix.lower() in KINDS_OF_FILE for path in files)
+    is_small = len(place.starts) <= MOST_CARS_IN_MEMORY
+    events = is_small or any(path.suffix.lower() in DATA_ENDINGS for path in files)
     world = World(place, [image], chosen, seeds=seed, events=events)
-    kept = InMemoryRecording(Description.of(world, EVERY_MS)) if keeps else None
+    recording = InMemoryRecording(Description.of(world, EVERY_MS)) if is_small else None
     driven_m = np.zeros(world.cars)
     slice_ms = max(EVERY_MS // world.tick_ms, 1) * world.tick_ms
-    with recorder([kept, *files], world, EVERY_MS, events) as take:
+    duration_ms = round(seconds * 1000)
+    with Recorder([recording, *files], world, EVERY_MS, events) as recorder:
         before = world.snapshot()
-        while world.now_ms < round(seconds * 1000):
-            world.run(min(slice_ms, -(-round(seconds * 1000) // world.tick_ms) * world.tick_ms - world.now_ms))
-            take(world)
+        while world.now_ms < duration_ms:
+            world.run(min(slice_ms, -(-duration_ms // world.tick_ms) * world.tick_ms - world.now_ms))
+            recorder(world)
             now = world.snapshot()
             driven_m += np.hypot(now.x_m - before.x_m, now.y_m - before.y_m)
             before = now
             progress(world.now_ms)
-        take.draw(drawn)
-    return Run(world, driven_m, kept)
+        recorder.draw(_after(duration_ms, progress))
+    return Run(world, driven_m, recording)
+
+
+def _after(run_ms: int, progress: Progress) -> Progress:
+    """Add up the progress of drawings that follow a run; each drawing begins again from 0."""
+    done_ms, last_ms = run_ms, 0
+
+    def add(now_ms: int) -> None:
+        nonlocal done_ms, last_ms
+        if now_ms < last_ms:
+            done_ms += run_ms
+        last_ms = now_ms
+        progress(done_ms + now_ms)
+
+    return add

@@ -1,4 +1,4 @@
-"""Films of a run: MP4 by the ffmpeg that imageio-ffmpeg brings, GIF by Pillow."""
+"""Draw films of a run: MP4 by the ffmpeg of imageio-ffmpeg, GIF by Pillow."""
 
 from collections.abc import Iterator
 from itertools import chain
@@ -10,20 +10,19 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from motorcade.engine.moment import Moment
-from motorcade.runs.box import Box, whole_box
-from motorcade.runs.description import Description
-from motorcade.runs.drawing import PLAIN, Cars, draw_mat, show_box
+from motorcade.errors import MotorcadeError
+from motorcade.runs.drawing import PLAIN, Box, Cars, draw_mat, recording_box, show_box
 from motorcade.runs.palette import WordColours
-from motorcade.runs.recording import FILMS, Progress, Recording, RecordingError, check_writable
+from motorcade.runs.recording import FILM_ENDINGS, Description, Progress, Recording, check_writable
 
-# Wide, square or tall, as what they show; ffmpeg wants multiples of 16.
+# Wide, square and tall; ffmpeg needs multiples of 16.
 SIZES = {
     ".mp4": ((1280, 720), (960, 960), (720, 1280)),
     ".gif": ((640, 400), (512, 512), (400, 640)),
 }
-MOST_FRAMES_S = {".mp4": 30, ".gif": 10}
-# Pillow holds all frames of a GIF until the last.
-MOST_GIF_FRAMES = 2000
+MOST_IMAGES_S = {".mp4": 30, ".gif": 10}
+# Pillow keeps all images of a GIF in memory until the last.
+MOST_GIF_IMAGES = 2000
 _DPI = 100
 
 Image = NDArray[np.uint8]
@@ -34,27 +33,29 @@ def draw_film(
 ) -> None:
     """Draw a run as a film, .mp4 or .gif.
 
-    Every recorded moment is a frame, unless they would come faster than 30 a
-    second (10 in a GIF): then every second is, or every third, and so on.
+    Every recorded moment becomes an image. Where that would be more than 30 images a second (10 in a GIF), only every
+    second moment does, or every third, and so on.
 
     Args:
+        recording: the run.
+        path: the file; an old one stays until the new one is complete.
         speed: simulated seconds in a second of the film, above 0.
         progress: called with the simulated time in ms that has been drawn.
 
     Raises:
-        RecordingError: the recording holds no moment, a GIF would be too long, or the film can't be written.
+        MotorcadeError: the recording holds no moment, a GIF would be too long, or the film can't be written.
     """
     path = Path(path)
-    check_writable(path, FILMS)
+    check_writable(path, FILM_ENDINGS)
     ending = path.suffix.lower()
     moments_s = speed * 1000 / recording.about.every_ms
-    step = max(1, int(np.ceil(moments_s / MOST_FRAMES_S[ending] - 1e-9)))
-    box = whole_box(recording)
+    step = max(1, int(np.ceil(moments_s / MOST_IMAGES_S[ending] - 1e-9)))
+    box = recording_box(recording)
     pictures = _Pictures(recording.about, box, *_size(ending, box))
     images = _images(recording, pictures, step, progress)
     first = next(images, None)
     if first is None:
-        raise RecordingError(f"{recording.name} holds no moment of the run: there is nothing to draw")
+        raise MotorcadeError("nothing-recorded", file=recording.name)
     unfinished = path.with_name(f".{path.stem}.unfinished{ending}")
     try:
         if ending == ".mp4":
@@ -63,19 +64,17 @@ def draw_film(
             _write_gif(chain([first], images), unfinished, moments_s / step, pictures.palette())
         unfinished.replace(path)
     except (OSError, ValueError) as problem:
-        if isinstance(problem, RecordingError):
-            raise
-        reason = str(problem).splitlines()[0] if str(problem) else "no reason was given"
-        raise RecordingError(f"{path} can't be drawn: {reason}") from None
+        reason = str(problem).splitlines()[0] if str(problem) else type(problem).__name__
+        raise MotorcadeError("film-not-drawn", file=path, reason=reason) from None
     finally:
         unfinished.unlink(missing_ok=True)
 
 
 def _images(recording: Recording, pictures: "_Pictures", step: int, progress: Progress) -> Iterator[Image]:
-    for number, frame in enumerate(recording.frames()):
+    for number, moment in enumerate(recording.moments()):
         if number % step == 0:
-            yield pictures.draw(frame)
-            progress(frame.t_ms)
+            yield pictures.draw(moment)
+            progress(moment.t_ms)
 
 
 def _size(ending: str, box: Box) -> tuple[int, int]:
@@ -87,7 +86,7 @@ def _size(ending: str, box: Box) -> tuple[int, int]:
 
 
 class _Pictures:
-    """Draws moments as RGB images: what stands still is drawn once."""
+    """Draw moments as RGB images; the mat is drawn only once."""
 
     def __init__(self, about: Description, box: Box, width: int, height: int):
         figure = Figure(figsize=(width / _DPI, height / _DPI), dpi=_DPI, layout="constrained")
@@ -97,7 +96,7 @@ class _Pictures:
         show_box(self._axes, box)
         self._axes.set_title(" ")
         self._canvas.draw()
-        # From here on the layout holds still.
+        # The layout must not change any more.
         figure.set_layout_engine("none")
         self._still = self._canvas.copy_from_bbox(figure.bbox)
         self._title = self._axes.annotate(
@@ -108,29 +107,29 @@ class _Pictures:
         self._name = f"{about.mat}, {about.cars:,} car{'' if about.cars == 1 else 's'}"
 
     def palette(self) -> Image:
-        """At most 256 colours, a row each: all that is drawn, and mixed with its surroundings at its edges."""
+        """At most 256 colours, a row each: those that are drawn, and their mixtures with their surroundings."""
         strong = np.unique(np.concatenate([self._colours.shades.reshape(-1, 3), PLAIN]), axis=0)[:48]
         edges = [strong + (onto - strong) * share for onto in (0.12, 1.0) for share in (0.4, 0.75)]
         greys = np.linspace(0, 1, 12)[:, None].repeat(3, axis=1)
         return (np.concatenate([strong, *edges, greys]) * 255).round().astype(np.uint8)
 
-    def draw(self, frame: Moment) -> Image:
-        self._cars.show(frame, self._colours.of(frame.word, frame.runs))
-        self._title.set_text(f"{self._name}, {frame.t_ms / 1000:.1f} s")
+    def draw(self, moment: Moment) -> Image:
+        self._cars.show(moment, self._colours.of(moment.word, moment.runs))
+        self._title.set_text(f"{self._name}, {moment.t_ms / 1000:.1f} s")
         self._canvas.restore_region(self._still)
         for artist in (*self._cars.artists, self._title):
             self._axes.draw_artist(artist)
         return np.ascontiguousarray(np.asarray(self._canvas.buffer_rgba())[:, :, :3])
 
 
-def _write_mp4(images: Iterator[Image], path: Path, frames_s: float) -> None:
+def _write_mp4(images: Iterator[Image], path: Path, images_s: float) -> None:
     import imageio_ffmpeg
 
     first = next(images)
     height, width, _ = first.shape
     # An absolute path: ffmpeg would take a leading dash for an option.
     film = imageio_ffmpeg.write_frames(
-        str(path.absolute()), (width, height), fps=frames_s, quality=7, ffmpeg_log_level="error"
+        str(path.absolute()), (width, height), fps=images_s, quality=7, ffmpeg_log_level="error"
     )
     film.send(None)
     try:
@@ -140,7 +139,7 @@ def _write_mp4(images: Iterator[Image], path: Path, frames_s: float) -> None:
         film.close()
 
 
-def _write_gif(images: Iterator[Image], path: Path, frames_s: float, palette: Image) -> None:
+def _write_gif(images: Iterator[Image], path: Path, images_s: float, palette: Image) -> None:
     from PIL import Image as Pillow
 
     coloured = Pillow.new("P", (1, 1))
@@ -148,13 +147,10 @@ def _write_gif(images: Iterator[Image], path: Path, frames_s: float, palette: Im
 
     def reduced() -> Iterator[Pillow.Image]:
         for number, image in enumerate(images):
-            if number == MOST_GIF_FRAMES:
-                raise RecordingError(
-                    f"{MOST_GIF_FRAMES:,} frames are the most for a GIF, and this run has more: "
-                    "write an .mp4, or draw it at a higher speed"
-                )
+            if number == MOST_GIF_IMAGES:
+                raise MotorcadeError("gif-too-long", most=MOST_GIF_IMAGES)
             yield Pillow.fromarray(image).quantize(palette=coloured, dither=Pillow.Dither.NONE)
 
-    frames = reduced()
-    duration_ms = max(20, round(1000 / frames_s))
-    next(frames).save(path, save_all=True, append_images=frames, duration=duration_ms, loop=0)
+    rest = reduced()
+    duration_ms = max(20, round(1000 / images_s))
+    next(rest).save(path, save_all=True, append_images=rest, duration=duration_ms, loop=0)

@@ -16,7 +16,8 @@ from starlette.requests import Request
 from starlette.responses import Response, StreamingResponse
 
 from motorcade.engine.events import KINDS, LOSS_REASONS
-from motorcade.runs.recording import InMemoryRecording, RecordingError
+from motorcade.errors import MotorcadeError
+from motorcade.runs.recording import InMemoryRecording
 from motorcade.service.errors import StudioError
 from motorcade.service.playback import Playback
 
@@ -59,7 +60,7 @@ class Exports:
             elsewhere = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
             try:
                 return await loop.run_in_executor(elsewhere, film_of, run, file)
-            except (RecordingError, BrokenProcessPool) as problem:
+            except (MotorcadeError, BrokenProcessPool) as problem:
                 raise StudioError("film-failed", 500, reason=str(problem).rstrip(".")) from None
             finally:
                 elsewhere.shutdown(wait=False)
@@ -90,7 +91,7 @@ def recording(stage: Playback, seconds: float) -> InMemoryRecording:
 
 
 def film_of(run: InMemoryRecording, file: str) -> bytes:
-    """The bytes of a film. Raises RecordingError."""
+    """The bytes of a film. Raises MotorcadeError."""
     # The server does without Matplotlib, which takes longer to load than all the rest of it.
     from motorcade.runs.video import draw_film
 

@@ -18,7 +18,7 @@ from motorcade.engine.moment import Moment
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, Pose
-from motorcade.runs.description import Description
+from motorcade.runs.recording import Description
 from motorcade.service.history import EVERY_MS, History
 from motorcade.service.pictures import (
     EVENT_ROW,

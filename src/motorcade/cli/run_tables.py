@@ -1,4 +1,4 @@
-"""What a run looks like on a terminal: who drove where and heard what."""
+"""Tables of simulated runs: what each car did. `show` is for scripts and notebooks."""
 
 import math
 from pathlib import Path
@@ -10,15 +10,16 @@ from rich.table import Table
 from motorcade.cli.console import print_diagnostics, words_table
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.world import KINDS, LOSS_REASONS
-from motorcade.mats import Pose
+from motorcade.locales import command_line_text
+from motorcade.mats import Mat
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
 from motorcade.runs.running import Run, simulate
 
 
 def cars_table(run: Run) -> Table:
-    """What each car of a run did and where it ended, or all of them together where they are many."""
-    if run.kept is None:
+    """Make a table of what each car of a run did, or all cars together where the run was not recorded in memory."""
+    if run.recording is None:
         return _crowd_table(run)
     world, events = run.world, run.events
     counts = {
@@ -45,12 +46,12 @@ def cars_table(run: Run) -> Table:
 
 
 def run_as_dict(run: Run) -> dict[str, object]:
-    """What the cars did, for JSON; ``events`` is null where they were not kept."""
+    """Describe what the cars did, for JSON; ``events`` is null where the run was not recorded in memory."""
     end = run.world.snapshot()
     columns = zip(end.x_m.tolist(), end.y_m.tolist(), end.heading.tolist(), strict=True)
     cars = [{"id": car, "x": x, "y": y, "heading": heading} for car, (x, y, heading) in enumerate(columns)]
     counts = {name: int(values[0]) for name, values in run.world.counts().items()}
-    events = [_event_as_dict(event) for event in run.events] if run.kept else None
+    events = [_event_as_dict(event) for event in run.events] if run.recording else None
     return {"cars": cars, "counts": counts, "events": events}
 
 
@@ -76,21 +77,21 @@ def _crowd_table(run: Run) -> Table:
     return table
 
 
-def print_unheard(run: Run) -> None:
-    """Say on standard error which followers never heard a frame, though some were sent."""
-    if run.kept is None or not int(run.world.counts()["frames"][0]):
+def print_unheard(run: Run, language: str) -> None:
+    """Print on standard error which followers never heard a frame, where some were sent."""
+    if run.recording is None or not int(run.world.counts()["frames"][0]):
         return
     events = run.events
     heard = set(events["car"][events["kind"] >= KINDS.index("heard")].tolist())
     silent = [car for car, leads in enumerate(run.world.mat.starts.leads) if not leads and car not in heard]
     if silent:
-        who = f"Car {silent[0]} was" if len(silent) == 1 else f"{len(silent)} of the cars were"
-        line = f"{who} out of infrared range all the time; followers that pass words on reach further."
+        key = "car-out-of-range" if len(silent) == 1 else "cars-out-of-range"
+        line = command_line_text(key, language, car=silent[0], count=len(silent))
         Console(stderr=True).print(line, soft_wrap=True)
 
 
 def _rounded(value: float, digits: int) -> str:
-    """``value`` as text, never as minus zero."""
+    """Format a number; minus zero becomes zero."""
     return f"{round(value, digits) + 0.0:.{digits}f}"
 
 
@@ -99,20 +100,22 @@ def show(
     followers: int = 5,
     seconds: float = 30,
     seed: int = 0,
-    poses: list[Pose] | None = None,
+    mat: Mat | None = None,
     picture: str | Path | None = None,
 ) -> Run:
-    """Compile a program, let it drive in the simulator, and print its words and what the cars did.
+    """Compile a program, simulate it, and print its words and what the cars did.
 
     Args:
-        followers: how many; 5 unless given.
-        seconds: simulated time; 30 unless given.
-        seed: of all random draws.
-        poses: where the cars stand at first, the leader first, in place of ``followers``.
-        picture: where to draw the tracks, if anywhere.
+        program: the program.
+        followers: the number of followers.
+        seconds: simulated time.
+        seed: the same seed gives the same run.
+        mat: the place with all cars, in place of ``followers``; `open_table` makes one from poses.
+        picture: the file for a picture of the tracks, if one is wanted.
 
     Raises:
         ProgramError: the program has errors; its text says which and where.
+        MotorcadeError: the run can't be simulated, or the picture can't be written.
     """
     console = Console()
     compiled = compile_program(program)
@@ -120,7 +123,7 @@ def show(
     profile = built_in_profile(program.profile)
     console.print(words_table(compiled.words, profile) if compiled.words else "")
     record = [picture] if picture else []
-    run = simulate(compiled.image, followers, seconds, seed, profile, poses, record=record)
+    run = simulate(compiled.image, followers, seconds, seed, profile, mat, record)
     console.print(cars_table(run))
     if picture:
         console.print(f"The tracks are in {picture}.")
