@@ -33,7 +33,6 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
             "output-is-input",
             "unknown-language",
             "unknown-target",
-            "usage",
             "word-value",
         ),
     ),

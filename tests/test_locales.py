@@ -1,0 +1,237 @@
+"""The catalogue of sentences: every code has one in every language, and each has a code."""
+
+import ast
+import json
+import re
+from pathlib import Path
+from string import Formatter
+
+import pytest
+
+from motorcade import locales
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.outcomes import OUTCOMES, exit_code_of, http_status_of
+from support.command_line import PARADE, run
+
+SOURCE = Path(locales.FOLDER).parent
+FILES = sorted(SOURCE.rglob("*.py"))
+LANGUAGES = sorted(file.stem for file in locales.FOLDER.glob("*.json"))
+# What makes a diagnostic of a program: to be looked at as soon as their sentences are in the catalogue.
+DIAGNOSTICS: set[str] = set()
+
+
+def parsed_files():
+    return {file: ast.parse(file.read_text(encoding="utf-8")) for file in FILES if file.name != "outcomes.py"}
+
+
+TREES = parsed_files()
+
+
+def error_classes():
+    """MotorcadeError and the names of all its subclasses; the second value: those with a constructor of their own."""
+    bases = {
+        node.name: (
+            {base.id for base in node.bases if isinstance(base, ast.Name)},
+            any(isinstance(each, ast.FunctionDef) and each.name == "__init__" for each in node.body),
+        )
+        for tree in TREES.values()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ClassDef)
+    }
+    names, growing = {"MotorcadeError"}, True
+    while growing:
+        found = {name for name, (parents, _) in bases.items() if parents & names} - names
+        names, growing = names | found, bool(found)
+    return names, {name for name in names - {"MotorcadeError"} if bases[name][1]}
+
+
+ERRORS, WITH_CONSTRUCTOR = error_classes()
+# Which part of the catalogue the first argument of a call names.
+PARTS = dict.fromkeys((ERRORS | DIAGNOSTICS) - WITH_CONSTRUCTOR, "errors")
+PARTS |= {"Phrase": "phrases", "command_line_text": "command_line"}
+
+
+def pattern_of(node):
+    """A regular expression of what a key may be: several where it is put together, such as ``f"{kind}-range"``."""
+    match node:
+        case ast.Constant(value=str(value)):
+            return re.escape(value)
+        case ast.JoinedStr(values=parts):
+            return "".join(pattern_of(part) for part in parts)
+        case ast.BinOp(left=left, op=ast.Add(), right=right):
+            return pattern_of(left) + pattern_of(right)
+        case ast.IfExp(body=body, orelse=orelse):
+            return f"({pattern_of(body)}|{pattern_of(orelse)})"
+    return ".+"
+
+
+def constants_in(node):
+    """The strings that an expression may be: one, or both of ``"a" if x else "b"``."""
+    if isinstance(node, ast.IfExp):
+        return constants_in(node.body) + constants_in(node.orelse)
+    return [node.value] if isinstance(node, ast.Constant) and isinstance(node.value, str) else []
+
+
+def calls_in(tree):
+    """The calls that name a text, each with its part of the catalogue."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ClassDef) and node.name in ERRORS:
+            for each in ast.walk(node):
+                if isinstance(each, ast.Call) and ast.unparse(each.func) == "super().__init__" and each.args:
+                    yield "errors", each
+        elif isinstance(node, ast.Call) and node.args and (part := PARTS.get(getattr(node.func, "id", ""))):
+            yield part, node
+
+
+def calls():
+    """Of each key that a call writes out: file and line, part of the catalogue, key, and the names of the details.
+
+    The names are None where the call passes more than it writes out.
+    """
+    for file, tree in TREES.items():
+        for part, call in calls_in(tree):
+            names = {keyword.arg for keyword in call.keywords}
+            for key in constants_in(call.args[0]):
+                place = f"{file.relative_to(SOURCE)}:{call.lineno}"
+                yield place, part, key, None if None in names else frozenset(names)
+
+
+CALLS = sorted(set(calls()), key=lambda call: call[:3])
+
+
+def placeholders(sentence):
+    return {name for _, name, _, _ in Formatter().parse(sentence) if name}
+
+
+@pytest.mark.parametrize("part", ["errors", "phrases", "command_line"])
+def test_every_key_in_the_code_has_a_text_in_every_language(part):
+    missing = [
+        (place, key, language)
+        for place, its_part, key, _ in CALLS
+        for language in LANGUAGES
+        if its_part == part and key not in locales.catalogue(language)[part]
+    ]
+    assert missing == []
+
+
+@pytest.mark.parametrize("part", ["errors", "phrases", "command_line"])
+def test_the_details_of_a_call_fill_every_placeholder(part):
+    wrong = [
+        (place, key, sorted(needed - given))
+        for place, its_part, key, given in CALLS
+        if its_part == part and given is not None and key in locales.catalogue("en")[part]
+        for needed in [placeholders(locales.catalogue("en")[part][key])]
+        if needed - given
+    ]
+    assert wrong == []
+
+
+def test_every_text_is_used():
+    constants = {
+        node.value
+        for tree in TREES.values()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    }
+    patterns = [
+        pattern_of(call.args[0])
+        for tree in TREES.values()
+        for _, call in calls_in(tree)
+        if isinstance(call.args[0], (ast.JoinedStr, ast.BinOp))
+    ]
+    unused = {
+        f"{part}.{key}"
+        for part in ("errors", "phrases", "command_line")
+        for key in locales.catalogue("en")[part]
+        if key not in constants and not any(re.fullmatch(pattern, key) for pattern in patterns)
+    }
+    assert unused == set()
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_every_language_has_the_same_keys_and_placeholders(language):
+    english, other = locales.catalogue("en"), locales.catalogue(language)
+    assert set(other) == set(english)
+    pages = (english["page"].get("errors", {}), other["page"].get("errors", {}))
+    for ours, theirs in [(english[part], other[part]) for part in ("errors", "phrases", "command_line")] + [pages]:
+        assert set(theirs) == set(ours)
+        assert {key: placeholders(text) for key, text in theirs.items()} == {
+            key: placeholders(text) for key, text in ours.items()
+        }
+    assert set(pages[0]) <= set(english["errors"])
+
+
+def test_a_file_of_the_catalogue_is_written_in_one_way():
+    for file in locales.FOLDER.glob("*.json"):
+        text = file.read_text(encoding="utf-8")
+        assert text == json.dumps(json.loads(text), indent=2, ensure_ascii=False) + "\n"
+
+
+def test_the_table_of_outcomes_names_each_code_once_and_only_codes_that_there_are():
+    codes = [code for _, _, codes in OUTCOMES for code in codes]
+    assert sorted(codes) == sorted(set(codes))
+    assert set(codes) <= set(locales.catalogue("en")["errors"])
+    for exit_code, status, named in OUTCOMES:
+        assert {(exit_code_of(code), http_status_of(code)) for code in named} <= {(exit_code, status)}
+
+
+@pytest.fixture
+def third_language(tmp_path, monkeypatch):
+    """A language that is one file more: each sentence is the English one between brackets."""
+
+    def bracketed(value):
+        return {key: bracketed(each) for key, each in value.items()} if isinstance(value, dict) else f"⟦{value}⟧"
+
+    for language in LANGUAGES:
+        source = locales.FOLDER / f"{language}.json"
+        (tmp_path / source.name).write_bytes(source.read_bytes())
+    document = bracketed(locales.catalogue("en")) | {"language": "Latina", "english_name": "Latin"}
+    (tmp_path / "la.json").write_text(json.dumps(document), encoding="utf-8")
+    monkeypatch.setenv("MOTORCADE_LOCALES", str(tmp_path))
+    forget()
+    yield "la"
+    monkeypatch.undo()
+    forget()
+
+
+def forget():
+    locales.languages.cache_clear()
+    locales.catalogue.cache_clear()
+
+
+def test_one_file_more_adds_a_language(third_language):
+    assert locales.languages() == ("en", "la", "zh")
+    error = MotorcadeError("not-a-program", place="here", reason=Phrase("image-is-empty"))
+    assert error.sentence("la") == "⟦here is no program: ⟦the image is empty: not even a header word is here⟧⟧"
+    assert set(error.to_dict()["sentence"]) == {"en", "la", "zh"}
+
+
+def test_a_text_that_a_language_has_not_got_is_given_in_english(third_language, tmp_path):
+    (tmp_path / "la.json").write_text('{"language": "Latina", "english_name": "Latin"}', encoding="utf-8")
+    forget()
+    assert Phrase("image-is-empty").sentence("la") == Phrase("image-is-empty").sentence("en")
+
+
+@pytest.mark.parametrize("name", ["la", "la_VA.UTF-8", "Latin_Vatican City"])
+def test_the_command_line_speaks_the_language_of_the_system(third_language, monkeypatch, name):
+    monkeypatch.setenv("LC_ALL", name)
+    ran = run("decode", "drive", "0x1FFFFFFFF")
+    assert (ran.code, ran.out) == (2, "")
+    assert ran.err == "motorcade: ⟦drive word is 8589934591; allowed: ⟦0 to 4294967295⟧⟧\n"
+
+
+@pytest.mark.skip(reason="diagnostics move to the catalogue next")
+def test_diagnostics_of_a_program_speak_the_new_language(third_language, tmp_path):
+    project = json.loads(PARADE.read_text(encoding="utf-8"))
+    project["leader"] = []
+    path = tmp_path / "project.json"
+    path.write_text(json.dumps(project), encoding="utf-8")
+    ran = run("compile", path, "--language", third_language)
+    assert ran.code == 0
+    assert "⟦warning⟧ empty-program: ⟦" in ran.err
+
+
+def test_a_language_that_is_not_there_is_refused_with_those_that_are(third_language):
+    ran = run("compile", PARADE, "--language", "tlh")
+    assert (ran.code, ran.out) == (2, "")
+    assert "'tlh' is not one of en, la, zh" in ran.err
