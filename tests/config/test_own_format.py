@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.config.own_format import MOST_LINES, FormatFileError, read_format
+from motorcade.config.own_format import MOST_LINES, read_format
+from motorcade.errors import MotorcadeError
 from support.vocabularies import WALKER_FILE
 
 WALKER = WALKER_FILE.read_text(encoding="utf-8")
@@ -12,7 +13,7 @@ WALKER = WALKER_FILE.read_text(encoding="utf-8")
 
 def refusal(text):
     """Line and reason; the file's name stands before them."""
-    with pytest.raises(FormatFileError) as caught:
+    with pytest.raises(MotorcadeError) as caught:
         read_format(text, "own.toml")
     place, _, reason = str(caught.value).partition(": ")
     return int(place.removeprefix("own.toml, line ")), reason
@@ -55,14 +56,14 @@ def one(*lines):
     [
         (['name = "rest"', "width = 23"], 6, "the widths make 31 of 32 bits; add a field of 1"),
         (['name = "rest"', "width = 25"], 9, "rest has 25 bits, but only 24 of 32 are left"),
-        (['name = "rest"', "width = 0"], 9, "width is 0; allowed: whole numbers from 1 to 32"),
-        (['name = "rest"', "width = 24.0"], 9, "width is 24.0; allowed"),
-        (['name = "rest"', "width = true"], 9, "width is True; allowed"),
+        (['name = "rest"', "width = 0"], 9, "field[1].width is 0; allowed: a whole number from 1 to 32"),
+        (['name = "rest"', "width = 24.5"], 9, "width is 24.5; allowed"),
+        (['name = "rest"', "width = true"], 9, "width is true; allowed"),
         (['name = "rest"', "width = 24", "high = 24"], 10, "rest's bits 24-1 overlap first's, 31-24"),
         (['name = "rest"', "width = 4", "high = 31"], 10, "rest's bits 31-28 overlap first's, 31-24"),
         (['name = "rest"', "width = 23", "high = 22"], 10, "no field holds bit 23, above rest"),
-        (['name = "rest"'], 6, "'width' is missing in this field"),
-        (["width = 24"], 6, "'name' is missing in this field"),
+        (['name = "rest"'], 6, "field[1].width is missing; give a whole number from 1 to 32"),
+        (["width = 24"], 6, "field[1].name is missing; give text in quotation marks"),
         (['name = "first"', "width = 24"], 8, "there are two fields named 'first'"),
         (['name = "the rest"', "width = 24"], 8, "the name 'the rest' is no identifier"),
         (['name = "Rest"', "width = 24"], 8, "the name 'Rest' is no identifier"),
@@ -72,35 +73,47 @@ def one(*lines):
         (['name = "速度"', "width = 24"], 8, "the name '速度' is no identifier"),
         (['name = ""', "width = 24"], 8, "the name '' is no identifier"),
         ([f'name = "{"a" * 41}"', "width = 24"], 8, "is no identifier"),
-        (["name = 5", "width = 24"], 8, "name is 5; allowed: text in quotes"),
+        (["name = 5", "width = 24"], 8, "name is 5; allowed: text in quotation marks"),
         (['name = "int"', "width = 24"], 8, "the name 'int' is a word of C"),
         (['name = "class"', "width = 24"], 8, "is a word of C"),
-        (['name = "errno"', "width = 24"], 8, "is a word of C, where headers define it"),
+        (['name = "errno"', "width = 24"], 8, "is a word of C (headers define it)"),
         (['name = "elseif"', "width = 24"], 8, "is a word of Lua"),
         (['name = "lambda"', "width = 24"], 8, "is a word of Python"),
         (['name = "debugger"', "width = 24"], 8, "is a word of JavaScript"),
         (['name = "close"', "width = 24"], 8, "is a word of Kaitai"),
         (['name = "word"', "width = 24"], 8, "is a word of the Wireshark dissector"),
-        (['name = "rest"', "width = 24", "wdith = 3"], 10, "'wdith' is not known; known are name, width"),
-        (['name = "rest"', "width = 24", "range = [0]"], 10, "range is [0]; allowed: two numbers"),
+        (['name = "rest"', "width = 24", "wdith = 3"], 10, "field[1].wdith is not known; known are name, width"),
+        (['name = "rest"', "width = 24", "range = [0]"], 10, "range is [0]; allowed: a list of 2, each a whole number"),
         (['name = "rest"', "width = 24", "range = [5, 2]"], 10, "range is [5, 2]; the smaller number"),
         (['name = "rest"', "width = 24", "range = [0, 16777216]"], 10, "range is 16777216; allowed"),
-        (['name = "rest"', "width = 24", "range = [-1, 5]"], 10, "range is -1; allowed"),
-        (['name = "rest"', "width = 24", "range = [", "0,", '"a"]'], 12, "range is 'a'; allowed"),
+        (['name = "rest"', "width = 24", "range = [-1, 5]"], 10, "range[0] is -1; allowed"),
+        (['name = "rest"', "width = 24", "range = [", "0,", '"a"]'], 12, 'range[1] is "a"; allowed'),
         (['name = "rest"', "width = 24", "default = -1"], 10, "default is -1; allowed"),
         (['name = "rest"', "width = 24", "range = [1, 5]", "default = 6"], 11, "default is 6; allowed: 1 to 5"),
         (['name = "rest"', "width = 24", "values = {}"], 10, "values is {}; allowed: numbers with names"),
-        (['name = "rest"', "width = 24", 'values = {x = "a"}'], 10, "values has 'x'; allowed: 0 to 16777215"),
-        (['name = "rest"', "width = 24", "[field.values]", '0 = "a"', "99999999 = 'b'"], 12, "values has '99999999'"),
-        (['name = "rest"', "width = 24", "values = {1 = 2}"], 10, "1 is no text of one line"),
+        (
+            ['name = "rest"', "width = 24", 'values = {x = "a"}'],
+            10,
+            'values is "x"; allowed: a whole number from 0 to 16777215',
+        ),
+        (
+            ['name = "rest"', "width = 24", "[field.values]", '0 = "a"', "99999999 = 'b'"],
+            12,
+            'values is "99999999"; allowed',
+        ),
+        (
+            ['name = "rest"', "width = 24", "values = {1 = 2}"],
+            10,
+            "values.1 is 2; allowed: a line of 1 to 200 characters",
+        ),
         (['name = "rest"', "width = 24", "range = [0, 1]", 'values = {1 = "a"}'], 11, "leave out range and one_hot"),
         (['name = "rest"', "width = 24", "one_hot = 1"], 10, "one_hot is 1; allowed: true or false"),
         (['name = "rest"', "width = 24", 'needs = "legs"'], 10, "needs is 'legs', which is no other field"),
         (['name = "rest"', "width = 24", 'needs = "first"'], 10, "needs is 'first', which has more than one bit"),
         (['name = "rest"', "width = 24", 'goes_with = "rest"'], 10, "goes_with is 'rest', which is no other field"),
-        (['name = "rest"', "width = 24", "unit = 3"], 10, "unit is no text of one line"),
-        (['name = "rest"', "width = 24", 'source = "a\\nb"'], 10, "source is no text of one line"),
-        (['name = "rest"', "width = 24", 'unit = "\\u202E"'], 10, "unit is no text of one line"),
+        (['name = "rest"', "width = 24", "unit = 3"], 10, "unit is "),
+        (['name = "rest"', "width = 24", 'source = "a\\nb"'], 10, "source is "),
+        (['name = "rest"', "width = 24", 'unit = "\\u202E"'], 10, "unit is "),
         (
             ['name = "rest"', "width = 24", "range = [1, 9]", 'goes_with = "first"'],
             6,
@@ -115,25 +128,38 @@ def test_what_can_not_be_is_refused_with_its_line(lines, line, reason):
 
 
 def test_a_field_without_a_meaning_is_refused():
-    assert refusal('name = "own"\n\n[[field]]\nname = "all_bits"\nwidth = 32\n') == (
-        3,
-        "'meaning' is missing in this field",
-    )
+    line, reason = refusal('name = "own"\n\n[[field]]\nname = "all_bits"\nwidth = 32\n')
+    assert (line, reason[:27]) == (3, "field[0].meaning is missing")
     assert refusal('name = "own"\n[[field]]\nname = "all_bits"\nmeaning = " "\nwidth = 32\n')[0] == 4
+
+
+FIELD = '\n[[field]]\nname = "all_bits"\nmeaning = "all"\nwidth = 32'
 
 
 @pytest.mark.parametrize(
     ("text", "line", "reason"),
     [
-        ("", 1, "'name' is missing"),
-        ('name = "own"', 1, "'field' is missing"),
-        ('name = "own"\nfield = 3', 2, "field is no list of tables; begin each field with a line [[field]]"),
-        ('name = "own"\nfield = []', 2, "field is no list of tables"),
-        ('name = "own"\nfield = [1]', 2, "field is no list of tables"),
-        ('# mine\nname = "own"\nfeild = 1', 3, "'feild' is not known; known are name, field"),
-        ('# mine\nname = "drive"\nfield = []', 2, "name is 'drive', which Motorcade has already"),
-        ('name = "own car"\nfield = []', 1, "the name 'own car' is no identifier"),
-        ('# mine\nname = "while"\nfield = []', 2, "the name 'while' is a word of"),
+        ("", 1, "name is missing"),
+        ('name = "own"', 1, "field is missing; give 1 to 32 tables; begin each field with a line [[field]]"),
+        ('name = "own"\nfield = 3', 2, "field is 3; allowed: 1 to 32 tables; begin each field with a line [[field]]"),
+        ('name = "own"\nfield = []', 2, "field is []; allowed: 1 to 32 tables"),
+        ('name = "own"\nfield = [1]', 2, "field[0] is 1; allowed: a table"),
+        ('# mine\nname = "own"\nfeild = 1', 3, "feild is not known; known are name, field"),
+        (
+            '# mine\nname = "drive"' + FIELD,
+            2,
+            "name is 'drive', which Motorcade has already",
+        ),
+        (
+            'name = "own car"' + FIELD,
+            1,
+            "the name 'own car' is no identifier",
+        ),
+        (
+            '# mine\nname = "while"' + FIELD,
+            2,
+            "the name 'while' is a word of",
+        ),
     ],
 )
 def test_what_is_no_format_at_all_is_refused(text, line, reason):
@@ -148,17 +174,17 @@ def test_what_is_no_format_at_all_is_refused(text, line, reason):
         ("name = own", "line 1"),
         ('name = "a"\nname = "b"', "line 2"),
         ('name = "a"\n[[field]\n', "line 2"),
-        ("a = " + "[" * 5000, "too deep"),
+        ("a = " + "[" * 5000, "too deeply"),
     ],
 )
 def test_what_is_not_toml_is_refused_with_its_line(text, place):
-    with pytest.raises(FormatFileError, match=r"own\.toml is not (TOML|a format)") as caught:
+    with pytest.raises(MotorcadeError, match=r"own\.toml is not TOML") as caught:
         read_format(text, "own.toml")
     assert place in str(caught.value)
 
 
 def test_a_text_that_is_far_too_long_is_refused():
-    with pytest.raises(FormatFileError, match="more than 1000 lines"):
+    with pytest.raises(MotorcadeError, match="more than 1000 lines"):
         read_format(WALKER + "\n" * MOST_LINES, "own.toml")
 
 
@@ -172,7 +198,7 @@ def test_a_line_is_found_behind_what_only_looks_like_fields():
 
 @given(st.text())
 def test_any_text_gets_a_sentence(text):
-    with pytest.raises(FormatFileError, match=r"^own\.toml"):
+    with pytest.raises(MotorcadeError, match=r"^own\.toml"):
         read_format(text, "own.toml")
 
 
@@ -186,6 +212,6 @@ def test_any_damage_is_read_or_gets_a_sentence(data):
     text = "\n".join(lines)
     try:
         (word_format,) = read_format(text, "own.toml").formats
-    except FormatFileError:
+    except MotorcadeError:
         return
     assert word_format.decode(word_format.encode())

@@ -8,7 +8,8 @@ import pytest
 
 from motorcade.boards.linux.opening import motor_pins
 from motorcade.boards.wiring import wiring_rows, wiring_svg, wiring_table
-from motorcade.config.pins import PinsError, load_pins, parse_pins
+from motorcade.config.pins import load_pins, parse_pins
+from motorcade.errors import MotorcadeError
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"
 SHIPPED = sorted([*FIRMWARE.glob("linux/*pins.toml"), *FIRMWARE.glob("micropython/*.toml")])
@@ -43,43 +44,49 @@ def test_a_pin_file_says_what_is_where():
     ("text", "says"),
     [
         ("format =", "car.toml is not TOML"),
-        ('name = "Car"\n', "format is None; it has to be 'motorcade-pins/1'"),
-        (PI.replace("pins/1", "pins/9") + PIR.format(4), "format is 'motorcade-pins/9'"),
-        (HEAD.format("z80") + PIR.format(4), "chip is 'z80'; allowed: raspberry-pi, rp2040, esp32, linux"),
-        (PI.replace('"Car"', '""') + PIR.format(4), "name is ''; allowed: a line of 1 to 60"),
+        ('name = "Car"\n', 'format is missing; give "motorcade-pins/1"'),
+        (PI.replace("pins/1", "pins/9") + PIR.format(4), 'format is "motorcade-pins/9"; allowed: "motorcade-pins/1"'),
+        (HEAD.format("z80") + PIR.format(4), 'chip is "z80"; allowed: "raspberry-pi", "rp2040", "esp32", "linux"'),
+        (PI.replace('"Car"', '""') + PIR.format(4), 'name is ""; allowed: a line of 1 to 60'),
         (PI, "no device is connected; devices are left_motor"),
-        (PI + "[pri]\noutput = 4\n", "'pri' is not known; known are format, name, chip, left_motor"),
-        (PI + "pir = 4\n", r"pir is a table of its own: \[pir\]"),
-        (PI + "[pir]\n", r"car.toml, \[pir\]: 'output' is missing"),
-        (PI + "[leds]\n", r"\[leds\]: no pin is named; known are led_0, led_1, led_2, led_3"),
-        (PI + "[leds]\nled_4 = 4\n", r"\[leds\]: 'led_4' is not known; known are led_0"),
-        (PI + "[left_motor]\nforward = 5\n", r"\[left_motor\]: 'backward' is missing"),
-        (PI + PIR.format(28), "pir.output is 28, but Raspberry Pi has no such pin; it has 2 to 27"),
+        (PI + "[pri]\noutput = 4\n", "pri is not known; known are format, name, chip, left_motor"),
+        (PI + "pir = 4\n", r"pir is 4; allowed: a table {...} of output"),
+        (PI + "[pir]\n", "car.toml: pir.output is missing; give a whole number"),
+        (PI + "[leds]\n", r"\[leds\] names no pin; known are led_0, led_1, led_2, led_3"),
+        (PI + "[leds]\nled_4 = 4\n", "leds.led_4 is not known; known are led_0"),
+        (PI + "[left_motor]\nforward = 5\n", "left_motor.backward is missing"),
+        (PI + PIR.format(28), "pir.output is 28, but Raspberry Pi has no such pin; it has 2-27"),
         (PI + PIR.format(0), "GPIO0 of Raspberry Pi is for the memory of add-on boards; choose another pin"),
-        (PI + PIR.format('"4"'), "pir.output is '4'; a pin is a whole number, such as 17"),
-        (PI + PIR.format("true"), "pir.output is True; a pin is a whole number"),
+        (PI + PIR.format('"4"'), 'pir.output is "4"; allowed: a whole number'),
+        (PI + PIR.format("true"), "pir.output is true; allowed: a whole number"),
         (PI + PIR.format(-1), "pir.output is -1, but Raspberry Pi has no such pin"),
         (ESP32 + PIR.format(6), "GPIO6 of ESP32 leads to the flash memory"),
-        (ESP32 + PIR.format(20), "ESP32 has no such pin; it has 0, 2, 4 to 5, 12 to 19, 21 to 23, 25 to 27, 32 to 39"),
+        (ESP32 + PIR.format(20), "ESP32 has no such pin; it has 0, 2, 4-5, 12-19, 21-23, 25-27, 32-39"),
         (ESP32 + "[servo]\nsignal = 34\n", "GPIO34 of ESP32 only reads, and this wire has to be driven"),
         (RP2040 + PIR.format(25), "GPIO25 of .* is the board's own LED"),
         (
             PI + PIR.format(17) + "[leds]\nled_0 = 4\nled_3 = 17\n",
             r"leds.led_3 and pir.output are both on GPIO17 \(11\); give one of them another pin",
         ),
-        (PI + PIR.format(4) + "duties = 3\n", "'duties' is not known"),
-        (PI + "duties = 3\n" + PIR.format(4), r"duties is a table of its own: \[duties\]"),
-        (PI + PIR.format(4) + "[duties]\nfast = [0, 1, 2, 3]\n", "'fast' is not known; known are drive, turn"),
-        (PI + PIR.format(4) + "[duties]\ndrive = [0, 1, 2]\n", "duties.drive is .*; allowed: 4 whole numbers"),
-        (PI + PIR.format(4) + "[duties]\ndrive = [1, 2, 3, 4]\n", "rise from 0"),
-        (PI + PIR.format(4) + "[duties]\ndrive = [0, 9, 9, 255]\n", "rise from 0"),
-        (PI + PIR.format(4) + "[duties]\nturn = [0, 1, 2, 256]\n", "at most 255"),
+        (PI + PIR.format(4) + "duties = 3\n", "pir.duties is not known"),
+        (PI + "duties = 3\n" + PIR.format(4), r"duties is 3; allowed: a table {...} of drive, turn"),
+        (PI + PIR.format(4) + "[duties]\nfast = [0, 1, 2, 3]\n", "duties.fast is not known; known are drive, turn"),
+        (
+            PI + PIR.format(4) + "[duties]\ndrive = [0, 1, 2]\n",
+            "duties.drive is .*; allowed: a list of 4, each a whole number from 0 to 255",
+        ),
+        (PI + PIR.format(4) + "[duties]\ndrive = [1, 2, 3, 4]\n", "must begin at 0 and rise"),
+        (PI + PIR.format(4) + "[duties]\ndrive = [0, 9, 9, 255]\n", "must begin at 0 and rise"),
+        (
+            PI + PIR.format(4) + "[duties]\nturn = [0, 1, 2, 256]\n",
+            r"duties.turn\[3\] is 256; allowed: a whole number from 0 to 255",
+        ),
     ],
 )
 def test_a_pin_file_that_cannot_be_is_refused_in_a_sentence(text, says):
-    with pytest.raises(PinsError, match=says) as refused:
+    with pytest.raises(MotorcadeError, match=says) as refused:
         parse_pins(text, "car.toml")
-    assert re.search(r"[\u4e00-\u9fff]", refused.value.message("zh"))
+    assert re.search(r"[\u4e00-\u9fff]", refused.value.sentence("zh"))
 
 
 def test_a_pin_that_only_reads_may_be_read():
@@ -87,10 +94,10 @@ def test_a_pin_that_only_reads_may_be_read():
 
 
 def test_a_pin_file_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(PinsError, match=r"missing\.toml can't be read"):
+    with pytest.raises(MotorcadeError, match=r"missing\.toml can't be read"):
         load_pins(tmp_path / "missing.toml")
     (tmp_path / "noise.toml").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(PinsError, match="it is no text"):
+    with pytest.raises(MotorcadeError, match="it is not UTF-8 text"):
         load_pins(tmp_path / "noise.toml")
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from motorcade import Program, compile_program, led, load_profile, wait
-from motorcade.config.profile import ProfileError, built_in_profile, built_in_profiles, parse_profile
+from motorcade.config.profile import built_in_profile, built_in_profiles, parse_profile
+from motorcade.errors import MotorcadeError
 
 TEXT = (resources.files("motorcade") / "profiles" / "classroom.toml").read_text(encoding="utf-8")
 
@@ -72,21 +73,21 @@ def test_the_classrooms_cars_are_the_protocols() -> None:
 )
 def test_what_is_wrong_in_a_profile_is_named(old: str, new: str, said: str) -> None:
     assert old in TEXT
-    with pytest.raises(ProfileError, match=f"(?s)mine.*{said}") as refused:
+    with pytest.raises(MotorcadeError, match=f"(?s)mine.*{said}") as refused:
         parse_profile(TEXT.replace(old, new), "mine")
-    assert refused.value.message("zh").startswith("车型文件 mine")
+    assert refused.value.sentence("zh").startswith("车型文件 mine")
 
 
 def test_a_table_that_is_a_value_is_named() -> None:
     text = "serial = 1\n" + TEXT.replace("[serial]\nbaud = 115200", "")
-    with pytest.raises(ProfileError, match="serial is a table"):
+    with pytest.raises(MotorcadeError, match="serial is 1; allowed: a table"):
         parse_profile(text, "mine")
 
 
 def test_an_unknown_profile_is_answered_with_those_there_are() -> None:
     assert built_in_profiles() == ["classroom"]
     for name in ("porsche", "", "../classroom", "..\\classroom", "classroom.toml/"):
-        with pytest.raises(ProfileError, match="classroom"):
+        with pytest.raises(MotorcadeError, match="classroom"):
             built_in_profile(name)
 
 
@@ -106,13 +107,13 @@ def test_a_built_in_profile_is_found_from_any_folder(tmp_path: Path) -> None:
 
 
 def test_a_profile_that_cannot_be_read_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ProfileError, match=r"mine\.toml"):
+    with pytest.raises(MotorcadeError, match=r"mine\.toml"):
         load_profile("mine.toml", tmp_path)
     (tmp_path / "mine.toml").write_bytes(TEXT.encode("utf-16"))
-    with pytest.raises(ProfileError, match=r"mine\.toml"):
+    with pytest.raises(MotorcadeError, match=r"mine\.toml"):
         load_profile("mine.toml", tmp_path)
 
 
 def test_a_program_whose_profile_is_not_at_hand_is_not_compiled() -> None:
-    with pytest.raises(ProfileError, match=r"mine\.toml"):
+    with pytest.raises(MotorcadeError, match=r"mine\.toml"):
         compile_program(Program([wait(1)], profile="mine.toml"))

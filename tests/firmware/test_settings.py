@@ -3,8 +3,9 @@
 import pytest
 
 from motorcade.car.brain import VOICE_GO
-from motorcade.config.pins import PinsError, parse_pins
+from motorcade.config.pins import parse_pins
 from motorcade.config.voice_map import VoiceMap
+from motorcade.errors import MotorcadeError
 from motorcade.firmware.settings import settings_of
 from support.chip_benches import ESP32, RP2040
 from support.strategies import CLASSROOM
@@ -13,7 +14,7 @@ VOICE_MAP = VoiceMap(9600, ((b"go", VOICE_GO),))
 
 
 def refused(text: str, voice=VOICE_MAP) -> str:
-    with pytest.raises(PinsError) as problem:
+    with pytest.raises(MotorcadeError) as problem:
         settings_of(parse_pins(text, "mine.toml"), CLASSROOM, True, voice=voice)
     return str(problem.value)
 

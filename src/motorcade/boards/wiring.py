@@ -3,7 +3,7 @@
 from typing import NamedTuple
 from xml.sax.saxutils import escape
 
-from motorcade.config.pins import Device, PinMap
+from motorcade.config.pins import PinMap
 
 _WIDTH = 760
 _COMPUTER_LEFT, _COMPUTER_RIGHT = 20, 230
@@ -30,7 +30,11 @@ def wiring_rows(pins: PinMap, language: str) -> list[WiringRow]:
     """A row for each wire; ``language`` is en or zh."""
     return [
         WiringRow(
-            _title(wire.device, language), wire.role.terminal, wire.pin, pins.chip.label(wire.pin), wire.device.supply
+            wire.device.title.sentence(language),
+            wire.role.terminal,
+            wire.pin,
+            pins.chip.label(wire.pin),
+            wire.device.supply,
         )
         for wire in pins.wires
     ]
@@ -58,7 +62,7 @@ def wiring_svg(pins: PinMap, language: str) -> str:
         colour = _COLOURS[number % len(_COLOURS)]
         height = _ROW * (len(rows) + 1) + 6
         drawn.append(_box(_DEVICE_LEFT, top, _DEVICE_RIGHT, height, colour))
-        drawn.append(_text(_DEVICE_LEFT + 12, top + 18, _title(device, language), "bold"))
+        drawn.append(_text(_DEVICE_LEFT + 12, top + 18, device.title.sentence(language), "bold"))
         drawn.append(_text(_DEVICE_RIGHT - 12, top + 18, device.supply, "end"))
         for place, wire in enumerate(rows, start=1):
             y = top + _ROW * place + 12
@@ -77,10 +81,6 @@ def wiring_svg(pins: PinMap, language: str) -> str:
         + "".join(drawn)
         + "</svg>\n"
     )
-
-
-def _title(device: Device, language: str) -> str:
-    return device.title_zh if language == "zh" else device.title
 
 
 def _box(left: int, top: int, right: int, height: int, colour: str) -> str:

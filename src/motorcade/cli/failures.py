@@ -25,10 +25,6 @@ def exit_code(problem: Exception) -> int | None:
     from motorcade.boards.linux.errors import GpioForbiddenError, InfraredError, NoGpioError, WatchdogError
     from motorcade.boards.simulated import LineError, StoreError
     from motorcade.cameras.camera_failures import CameraError
-    from motorcade.config.own_format import FormatFileError
-    from motorcade.config.pins import PinsError
-    from motorcade.config.profile import ProfileError
-    from motorcade.config.voice_map import VoiceError
     from motorcade.drive.car_failures import CarAwayError, CarNotFoundError, CarNotTrustedError, CarRefusesError
     from motorcade.drive.input.stick_failures import StickError
     from motorcade.drive.tls.keys import KeysError
@@ -48,12 +44,8 @@ def exit_code(problem: Exception) -> int | None:
 
     codes = (
         (ProgramError, PROGRAM_ERROR),
-        (ProfileError, PROGRAM_ERROR),
         (DecompileError, PROGRAM_ERROR),
         (MatError, PROGRAM_ERROR),
-        (PinsError, PROGRAM_ERROR),
-        (VoiceError, PROGRAM_ERROR),
-        (FormatFileError, PROGRAM_ERROR),
         (UsageError, USAGE),
         (StoreError, USAGE),
         (CameraError, PORT_NOT_FOUND),

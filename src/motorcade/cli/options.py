@@ -108,7 +108,8 @@ def profile_named(name: str) -> "Profile":
 
 def compile_project(data: bytes, folder: Path) -> "tuple[Compiled, Profile]":
     """The compiled project of a file in ``folder``, and its cars' profile. Raises ProgramError."""
-    from motorcade.config.profile import ProfileError, load_profile
+    from motorcade.config.profile import load_profile
+    from motorcade.errors import MotorcadeError
     from motorcade.program.compiler import compile_program
     from motorcade.program.diagnostics import ProgramError, error
     from motorcade.program.model import read_program
@@ -116,7 +117,7 @@ def compile_project(data: bytes, folder: Path) -> "tuple[Compiled, Profile]":
     program = read_program(data)
     try:
         profile = load_profile(program.profile, folder)
-    except ProfileError as problem:
+    except MotorcadeError as problem:
         raise ProgramError([error("bad-profile", "profile", reason=problem)]) from None
     return compile_program(program, profile), profile
 

@@ -57,14 +57,14 @@ class Fault(NamedTuple):
     value: Text = ""
     allowed: Text = ""
 
-    def error(self, file: Text, text: str = "") -> MotorcadeError:
+    def error(self, file: Text, text: str | None = None) -> MotorcadeError:
         """The error that tells this fault.
 
         Args:
             file: what the sentence calls the document.
             text: the TOML that the document comes from, to name the line; without it the sentence names no line.
         """
-        if text:
+        if text is not None:
             # What is missing belongs into the table around it.
             place = self.place[:-1] if self.code == "missing-key" else self.place
             file = Phrase("file-line", file=file, line=line_of(text, place))
@@ -73,16 +73,17 @@ class Fault(NamedTuple):
         )
 
 
-def load(document: Any, schema: Schema, file: Text, text: str = "") -> Any:
+def load(document: Any, schema: Schema, file: Text, text: str | None = None) -> Any:
     """Return ``document`` with defaults filled in.
 
     Raises:
-        MotorcadeError: the first fault, as `Fault.error` tells it. A key that isn't known comes before all others,
-            since a misspelt key is missing too.
+        MotorcadeError: the first fault, as `Fault.error` tells it. A wrong ``format`` comes before all others, since
+            files of another format have other keys; then a key that isn't known, since a misspelt key is missing too.
     """
     value, faults = check(document, schema)
     if faults:
-        raise min(faults, key=lambda fault: fault.code != "unknown-key").error(file, text)
+        first = min(faults, key=lambda fault: (fault.place != ("format",), fault.code != "unknown-key"))
+        raise first.error(file, text)
     return value
 
 

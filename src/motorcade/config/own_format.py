@@ -1,4 +1,4 @@
-"""A word format of a user's own, declared in TOML in the terms of `motorcade.words.field`.
+"""A user's own word format, declared in TOML in the terms of `motorcade.words.field`.
 
 ::
 
@@ -7,235 +7,204 @@
     [[field]]                # most significant first, 32 bits in all
     name = "gait"
     width = 4                # bits
-    range = [0, 9]           # raw values; all that the bits hold unless told
+    range = [0, 9]           # raw values; all that the bits hold where it is absent
     unit = "deg"
     meaning = "how it walks"
 
-A field may also have ``high`` (its first bit, to make sure of its place), ``meaning_zh``,
-``source``, ``default``, ``values`` (allowed raw values and their names), ``one_hot``,
-``reserved``, ``needs`` and ``goes_with`` (names of other fields).
+A field may also have ``high`` (its first bit, as a check of its place), ``meaning_zh``, ``source``, ``default``,
+``values`` (allowed raw values and their names), ``one_hot``, ``reserved``, ``needs`` and ``goes_with`` (names of other
+fields).
 """
 
-import tomllib
+from functools import cache
 from typing import Any, NoReturn
 
-from motorcade.config.toml_lines import Path, TomlLines
-from motorcade.export.names import name_fault
+from motorcade.config.check import Place, Schema, flag, line, list_of, load, shown, table, whole
+from motorcade.config.files import line_of, parse
+from motorcade.errors import MotorcadeError
+from motorcade.export.names import check_name
 from motorcade.export.vocabulary import Vocabulary
-from motorcade.words.field import WORD_BITS, Field, FormatError, Values, WordError, WordFormat
+from motorcade.locales import Phrase
+from motorcade.words.field import WORD_BITS, Field, Values, WordError, WordFormat
 from motorcade.words.formats import FORMATS
 
 # A field a bit, each of its keys on a line of its own, and as many comments again.
 MOST_LINES = 1000
 _LONGEST_TEXT = 200
-_TOP_KEYS = ("name", "field")
-_FIELD_KEYS = (
-    "name",
-    "width",
-    "high",
-    "range",
-    "unit",
-    "meaning",
-    "meaning_zh",
-    "source",
-    "default",
-    "values",
-    "one_hot",
-    "reserved",
-    "needs",
-    "goes_with",
-)
+_MOST_RAW = (1 << WORD_BITS) - 1
 # Exported files and names in C would be those of Motorcade's own.
 _NAMES_TAKEN = (*(word_format.name for word_format in FORMATS), "word", "words", "image")
+_OPTIONAL = ("high", "range", "unit", "meaning_zh", "source", "default", "values", "needs", "goes_with")
 
 
-class FormatFileError(ValueError):
-    """A file that declares no format; the sentence names file and line."""
+@cache
+def own_format_schema() -> Schema:
+    """The JSON Schema of a format file, parsed; how fields depend on each other is not in it."""
+    text = line(_LONGEST_TEXT)
+    raw = whole(0, _MOST_RAW)
+    field = table(
+        _OPTIONAL,
+        name={"type": "string"},
+        width=whole(1, WORD_BITS),
+        high=whole(0, WORD_BITS - 1),
+        range=list_of(raw, 2, 2),
+        unit=text,
+        meaning=text,
+        meaning_zh=text,
+        source=text,
+        default=raw,
+        values={"type": "object", "additionalProperties": text, "x-allowed": ["named-numbers", {}]},
+        one_hot=flag(default=False),
+        reserved=flag(default=False),
+        needs=text,
+        goes_with=text,
+    )
+    fields = {"x-allowed": ["field-tables", {}]}
+    return table(name={"type": "string"}, field=list_of(field, 1, WORD_BITS, **fields))
 
 
-def read_format(text: str, called: str) -> Vocabulary:
-    """The format that TOML ``text`` declares; ``called`` is the file's name for sentences.
+def read_format(text: str, file: str) -> Vocabulary:
+    """Return the format that TOML ``text`` declares; ``file`` is what errors call it.
 
     Raises:
-        FormatFileError: it isn't TOML, or no 32-bit word, or holds a name or value that can't be.
+        MotorcadeError: it isn't TOML, or no 32-bit word, or holds a name or value that can't be.
     """
-    return _Reader(text, called).read()
+    if text.count("\n") >= MOST_LINES:
+        raise MotorcadeError("too-many-lines", file=file, most=MOST_LINES)
+    return _Reader(load(parse(text, "TOML", file), own_format_schema(), file, text), text, file).read()
 
 
 class _Reader:
-    def __init__(self, text: str, called: str) -> None:
-        self._called = called
-        self._lines = TomlLines(text)
-        if text.count("\n") >= MOST_LINES:
-            raise FormatFileError(f"{called} has more than {MOST_LINES} lines; a format has at most 32 fields")
-        try:
-            self._table = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            reason = str(error).replace("end of document", f"its end, line {len(text.splitlines())}")
-            raise FormatFileError(f"{called} is not TOML: {reason}") from None
-        except RecursionError:
-            raise FormatFileError(f"{called} is not a format: its lists stand too deep in each other") from None
+    """Makes the fields of a document that fits the schema, and checks what depends on several of them."""
+
+    def __init__(self, document: dict[str, Any], text: str, file: str) -> None:
+        self._document = document
+        self._text = text
+        self._file = file
+        self._fields: list[Field] = []
 
     def read(self) -> Vocabulary:
-        self._check_keys(self._table, _TOP_KEYS, ())
-        name = self._name(("name",), self._needed(self._table, "name", ()))
+        name, tables = self._document["name"], self._document["field"]
+        self._check_name(("name",), name)
         if name in _NAMES_TAKEN:
-            self._refuse(("name",), f"name is '{name}', which Motorcade has already; choose another one")
-        tables = self._needed(self._table, "field", ())
-        if not isinstance(tables, list) or not tables or not all(isinstance(table, dict) for table in tables):
-            self._refuse(("field",), "field is no list of tables; begin each field with a line [[field]]")
-        fields: list[Field] = []
-        for number, table in enumerate(tables):
-            fields.append(self._field(number, table, fields))
-        left = fields[-1].low
-        if left:
-            made = f"the widths make {WORD_BITS - left} of {WORD_BITS} bits"
-            self._refuse(("field", len(fields) - 1), f"{made}; add a field of {left}, reserved = true where it is free")
-        self._check_links(fields)
-        chinese = {(name, table["name"]): table["meaning_zh"] for table in tables if "meaning_zh" in table}
-        return Vocabulary(name, (self._format(name, fields),), chinese)
+            self._refuse(("name",), "format-name-taken", name=name)
+        for number, given in enumerate(tables):
+            self._fields.append(self._field(("field", number), given))
+        if left := self._fields[-1].low:
+            self._refuse(("field", len(tables) - 1), "bits-left", made=WORD_BITS - left, bits=WORD_BITS, left=left)
+        self._check_links()
+        chinese = {(name, given["name"]): given["meaning_zh"] for given in tables if "meaning_zh" in given}
+        return Vocabulary(name, (self._format(name),), chinese)
 
-    def _format(self, name: str, fields: list[Field]) -> WordFormat:
+    def _format(self, name: str) -> WordFormat:
+        word_format = WordFormat(name, self._fields)
         try:
-            word_format = WordFormat(name, fields)
             word_format.encode()
-        except FormatError as error:
-            self._refuse(("field",), str(error))
         except WordError as error:
-            number = next(number for number, field in enumerate(fields) if field.name == error.field)
-            self._refuse(("field", number), f"the defaults make no word: {error}")
+            number = next(number for number, field in enumerate(self._fields) if field.name == error.field)
+            self._refuse(("field", number), "defaults-make-no-word", reason=error)
         return word_format
 
-    def _field(self, number: int, table: dict[str, Any], before: list[Field]) -> Field:
-        at: Path = ("field", number)
-        self._check_keys(table, _FIELD_KEYS, at)
-        name = self._name((*at, "name"), self._needed(table, "name", at))
-        if name in [field.name for field in before]:
-            self._refuse((*at, "name"), f"there are two fields named '{name}'")
-        self._needed(table, "meaning", at)
-        self._text(table, "meaning_zh", at)
-        high, low = self._bits(table, at, name, before)
+    def _field(self, place: Place, given: dict[str, Any]) -> Field:
+        name = given["name"]
+        self._check_name((*place, "name"), name)
+        if name in [field.name for field in self._fields]:
+            self._refuse((*place, "name"), "field-twice", name=name)
+        high, low = self._bits(place, given)
         most = (1 << high - low + 1) - 1
-        minimum, maximum = self._range(table, at, most)
+        minimum, maximum = self._range(place, given, most)
         field = Field(
             name,
             high,
             low,
-            self._text(table, "meaning", at),
-            self._text(table, "source", at),
+            given["meaning"],
+            given.get("source", ""),
             Values(
                 minimum,
                 maximum,
-                one_hot=self._flag(table, "one_hot", at),
-                only=self._only(table, at, most),
-                unit=self._text(table, "unit", at),
-                reserved=self._flag(table, "reserved", at),
+                one_hot=given["one_hot"],
+                only=self._only(place, given, most),
+                unit=given.get("unit", ""),
+                reserved=given["reserved"],
             ),
-            needs=self._text(table, "needs", at),
-            goes_with=self._text(table, "goes_with", at),
+            needs=given.get("needs", ""),
+            goes_with=given.get("goes_with", ""),
         )
-        field.default = self._default(table, at, field)
+        field.default = self._default(place, given, field)
         return field
 
-    def _bits(self, table: dict[str, Any], at: Path, name: str, before: list[Field]) -> tuple[int, int]:
-        width = self._whole(self._needed(table, "width", at), (*at, "width"), 1, WORD_BITS)
-        free = before[-1].low - 1 if before else WORD_BITS - 1
-        high = free
-        if "high" in table:
-            high = self._whole(table["high"], (*at, "high"), 0, WORD_BITS - 1)
-            for field in before:
-                if high - width < field.high and high >= field.low:
-                    bits = f"{name}'s bits {high}-{high - width + 1}"
-                    self._refuse((*at, "high"), f"{bits} overlap {field.name}'s, {field.high}-{field.low}")
+    def _bits(self, place: Place, given: dict[str, Any]) -> tuple[int, int]:
+        name, width = given["name"], given["width"]
+        free = self._fields[-1].low - 1 if self._fields else WORD_BITS - 1
+        high = given.get("high", free)
+        low = high - width + 1
+        if "high" in given:
+            for other in self._fields:
+                if low <= other.high and high >= other.low:
+                    bits = {"bits": f"{high}-{low}", "other": other.name, "other_bits": f"{other.high}-{other.low}"}
+                    self._refuse((*place, "high"), "field-bits-overlap", name=name, **bits)
             if high > free:
-                self._refuse((*at, "high"), f"{name} stands behind less significant fields; fields go from bit 31 down")
+                self._refuse((*place, "high"), "field-too-high", name=name)
             if high < free:
-                self._refuse((*at, "high"), f"no field holds bit {free}, above {name}; add a reserved one")
-        if high - width < -1:
-            self._refuse((*at, "width"), f"{name} has {width} bits, but only {high + 1} of {WORD_BITS} are left for it")
-        return high, high - width + 1
+                self._refuse((*place, "high"), "bit-without-field", name=name, bit=free)
+        if low < 0:
+            self._refuse((*place, "width"), "field-too-wide", name=name, width=width, left=high + 1, bits=WORD_BITS)
+        return high, low
 
-    def _range(self, table: dict[str, Any], at: Path, most: int) -> tuple[int, int]:
-        given = table.get("range", [0, most])
-        if not isinstance(given, list) or len(given) != 2:
-            self._refuse((*at, "range"), f"range is {given!r}; allowed: two numbers, such as [0, {most}]")
-        minimum, maximum = (self._whole(value, (*at, "range"), 0, most) for value in given)
+    def _range(self, place: Place, given: dict[str, Any], most: int) -> tuple[int, int]:
+        minimum, maximum = given.get("range", (0, most))
+        for value in (minimum, maximum):
+            if value > most:
+                self._refuse_value((*place, "range"), value, most)
         if minimum > maximum:
-            self._refuse((*at, "range"), f"range is {given!r}; the smaller number stands first")
+            self._refuse((*place, "range"), "range-backwards", value=shown([minimum, maximum]))
         return minimum, maximum
 
-    def _only(self, table: dict[str, Any], at: Path, most: int) -> tuple[tuple[int, str], ...]:
-        if "values" not in table:
+    def _only(self, place: Place, given: dict[str, Any], most: int) -> tuple[tuple[int, str], ...]:
+        if "values" not in given:
             return ()
-        path: Path = (*at, "values")
-        values = table["values"]
-        if not isinstance(values, dict) or not values:
-            self._refuse(
-                path, f'values is {values!r}; allowed: numbers with names, such as {{ 0 = "walk", 1 = "run" }}'
-            )
-        if "range" in table or table.get("one_hot"):
-            self._refuse(path, "values says all that is allowed; leave out range and one_hot")
-        only = []
-        for key in values:
+        place = (*place, "values")
+        if not given["values"]:
+            self._refuse(place, "not-allowed", place="values", value="{}", allowed=Phrase("named-numbers"))
+        if "range" in given or given["one_hot"]:
+            self._refuse(place, "values-and-range")
+        for key in given["values"]:
             if not (key.isascii() and key.isdigit() and len(key) <= 10 and int(key) <= most):
-                self._refuse((*path, key), f"values has '{key}'; allowed: 0 to {most}")
-            only.append((int(key), self._text(values, key, path)))
-        return tuple(sorted(only))
+                self._refuse_value((*place, key), key, most)
+        return tuple(sorted((int(key), name) for key, name in given["values"].items()))
 
-    def _default(self, table: dict[str, Any], at: Path, field: Field) -> int:
-        if "default" not in table:
+    def _default(self, place: Place, given: dict[str, Any], field: Field) -> int:
+        if "default" not in given:
             least = min((raw for raw, _ in field.only), default=field.minimum)
             return least if field.allows(least) else 1 << least.bit_length()
-        default = self._whole(table["default"], (*at, "default"), 0, field.raw_mask)
+        default: int = given["default"]
         if not field.allows(default):
-            self._refuse((*at, "default"), f"default is {default}; allowed: {field.allowed}")
+            place = (*place, "default")
+            self._refuse(place, "not-allowed", place="default", value=default, allowed=field.allowed)
         return default
 
-    def _check_links(self, fields: list[Field]) -> None:
-        others = {field.name: field for field in fields}
-        for number, field in enumerate(fields):
+    def _check_links(self) -> None:
+        others = {field.name: field for field in self._fields}
+        for number, field in enumerate(self._fields):
             for key, name in (("needs", field.needs), ("goes_with", field.goes_with)):
                 if not name:
                     continue
                 if name not in others or name == field.name:
-                    self._refuse(("field", number, key), f"{key} is '{name}', which is no other field")
+                    self._refuse(("field", number, key), "no-other-field", key=key, name=name)
                 if key == "needs" and others[name].width > 1:
-                    self._refuse(("field", number, key), f"needs is '{name}', which has more than one bit")
+                    self._refuse(("field", number, key), "needs-several-bits", name=name)
 
-    def _check_keys(self, table: dict[str, Any], known: tuple[str, ...], at: Path) -> None:
-        for key in table:
-            if key not in known:
-                self._refuse((*at, key), f"'{key}' is not known; known are {', '.join(known)}")
+    def _check_name(self, place: Place, name: str) -> None:
+        try:
+            check_name(name)
+        except MotorcadeError as error:
+            self._refuse(place, "bad-name", reason=error)
 
-    def _needed(self, table: dict[str, Any], key: str, at: Path) -> Any:
-        if key not in table:
-            self._refuse(at, f"'{key}' is missing" + (" in this field" if at else ""))
-        return table[key]
+    def _refuse_value(self, place: Place, value: object, most: int) -> NoReturn:
+        key = next(part for part in reversed(place) if part in ("range", "values"))
+        allowed = Phrase("whole-range", minimum=0, maximum=most)
+        self._refuse(place, "not-allowed", place=key, value=shown(value), allowed=allowed)
 
-    def _name(self, path: Path, name: Any) -> str:
-        if not isinstance(name, str):
-            self._refuse(path, f"name is {name!r}; allowed: text in quotes")
-        if fault := name_fault(name):
-            self._refuse(path, f"the name '{name[:60]}' {fault}")
-        return str(name)
-
-    def _text(self, table: dict[str, Any], key: str, at: Path) -> str:
-        text = table.get(key, "")
-        is_line = isinstance(text, str) and text.isprintable() and len(text) <= _LONGEST_TEXT
-        if not is_line or (key in table and not text.strip()):
-            self._refuse((*at, key), f"{key} is no text of one line and 1 to {_LONGEST_TEXT} characters")
-        return str(text)
-
-    def _flag(self, table: dict[str, Any], key: str, at: Path) -> bool:
-        flag = table.get(key, False)
-        if not isinstance(flag, bool):
-            self._refuse((*at, key), f"{key} is {flag!r}; allowed: true or false")
-        return bool(flag)
-
-    def _whole(self, value: Any, path: Path, least: int, most: int) -> int:
-        if type(value) is not int or not least <= value <= most:
-            self._refuse(path, f"{path[-1]} is {value!r}; allowed: whole numbers from {least} to {most}")
-        return int(value)
-
-    def _refuse(self, path: Path, reason: str) -> NoReturn:
-        raise FormatFileError(f"{self._called}, line {self._lines.line_of(path)}: {reason}")
+    def _refuse(self, at: Place, code: str, **details: object) -> NoReturn:
+        file = Phrase("file-line", file=self._file, line=line_of(self._text, at))
+        raise MotorcadeError(code, file=file, **details)

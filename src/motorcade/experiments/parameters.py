@@ -126,7 +126,7 @@ def mat_with(mat: Mat, values: Mapping[str, Value]) -> Mat:
 
 
 def profile_with(profile: Profile, values: Mapping[str, Value]) -> Profile:
-    """``profile`` with the parameters ``profile.…`` of ``values``. Raises ProfileError where they can't be together."""
+    """``profile`` with the parameters ``profile.…`` of ``values``. Raises MotorcadeError where they don't fit."""
     changed = tuple((name, value) for name, value in values.items() if name.startswith(_PROFILE))
     return _profile_with(profile, changed) if changed else profile
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from motorcade.config.profile import Profile, ProfileError
+from motorcade.config.profile import Profile
 from motorcade.engine.layout import rules_of
 from motorcade.errors import MotorcadeError
 from motorcade.experiments.parameters import Parameter, SweepError, Value, mat_with, profile_with
@@ -176,7 +176,7 @@ class Plan:
         try:
             profile = profile_with(self._programs[program][1], values)
             self._check(program, mat, values, profile, checked)
-        except (MatError, ProfileError, MotorcadeError) as problem:
+        except (MatError, MotorcadeError) as problem:
             raise SweepError(f"{self.place(cell)}: {problem}") from None
         steps = cars * (ticks + int(self.sweep.duration_ms * TICKS_PER_MS) + START_TICKS)
         return steps + RUN_CAR_STEPS + WORLD_CAR_STEPS // len(self.sweep.seeds)

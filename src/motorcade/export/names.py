@@ -1,11 +1,12 @@
-"""Names that a format of one's own can't have: words of the languages that it is exported to."""
+"""Names that a user's own format can't have: words of the languages that it is exported to."""
 
 import re
+
+from motorcade.errors import MotorcadeError
 
 LONGEST = 40
 # Each part begins with a letter, so that a_1 and a1 don't both become a1 where Kaitai writes them in one.
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z][a-z0-9]*)*")
-NAME_RULE = "lower-case words of a-z and 0-9, each beginning with a letter, joined by _, such as led_which"
 
 _C = """
 alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl complex concept const
@@ -34,7 +35,7 @@ _KAITAI = "close from_bytes from_file from_io"
 _WIRESHARK = "refused warning word"
 _TAKEN = {
     "C": _C,
-    "C, where headers define it": _C_MACROS,
+    "C (headers define it)": _C_MACROS,
     "Lua": _LUA,
     "Python": _PYTHON,
     "JavaScript": _JAVASCRIPT,
@@ -44,10 +45,9 @@ _TAKEN = {
 _LANGUAGES_OF = {word: language for language, words in reversed(_TAKEN.items()) for word in words.split()}
 
 
-def name_fault(name: str) -> str:
-    """Why ``name`` can't stand for a field or a format in every exported language; empty where it can."""
+def check_name(name: str) -> None:
+    """Raise MotorcadeError where ``name`` can't be a field's or a format's name in every exported language."""
     if not _NAME.fullmatch(name) or len(name) > LONGEST:
-        return f"is no identifier; allowed: up to {LONGEST} characters, {NAME_RULE}"
+        raise MotorcadeError("no-identifier", name=name[:60], longest=LONGEST)
     if name in _LANGUAGES_OF:
-        return f"is a word of {_LANGUAGES_OF[name]}; choose another one, such as {name}_level"
-    return ""
+        raise MotorcadeError("reserved-name", name=name, owner=_LANGUAGES_OF[name])

@@ -42,7 +42,7 @@ def install(
         progress: called with the bytes copied and those to copy.
 
     Raises:
-        PinsError: the pin file, or what settings_for says of it.
+        MotorcadeError: the pin file, or what settings_for says of it.
         PortError: a sentence for whatever went wrong at the board (`motorcade.firmware.failures`).
     """
     chosen = load_pins(pins) if pins else None

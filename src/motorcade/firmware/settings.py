@@ -6,9 +6,10 @@
 from typing import Any
 
 from motorcade.boards.on_chip.power_on import SETTINGS_FORMAT
-from motorcade.config.pins import PinMap, PinsError
+from motorcade.config.pins import PinMap
 from motorcade.config.profile import Profile, levels_of
 from motorcade.config.voice_map import VoiceMap
+from motorcade.errors import MotorcadeError
 
 # What sys.platform says on a chip of a pin file.
 PLATFORMS = {"esp32": "esp32", "rp2040": "rp2"}
@@ -27,10 +28,12 @@ def settings_of(
         voice: what the voice module sends; needed where the pin file has one.
 
     Raises:
-        PinsError: no MicroPython car can be wired like this.
+        MotorcadeError: no MicroPython car can be wired like this.
     """
     if pins.chip.name not in PLATFORMS:
-        raise PinsError("no-micropython", car=pins.name, known=" / ".join(PLATFORMS), chip=pins.chip.title)
+        raise MotorcadeError(
+            "no-micropython-for-chip", car=pins.name, known=" / ".join(PLATFORMS), chip=pins.chip.title
+        )
     settings: dict[str, Any] = {
         "format": SETTINGS_FORMAT,
         "name": pins.name,
@@ -46,7 +49,7 @@ def settings_of(
     }
     if pins.has("voice"):
         if voice is None:
-            raise PinsError("no-voice-map", car=pins.name)
+            raise MotorcadeError("no-voice-map", car=pins.name)
         settings["voice"] = {
             "baud": voice.baud,
             "patterns": [[pattern.hex(), says] for pattern, says in voice.patterns],
@@ -62,22 +65,22 @@ def _pins(pins: PinMap) -> dict[str, dict[str, int]]:
 
 
 def _uart(pins: PinMap, device: str) -> int:
-    """Which UART the device's pins lead to. Raises PinsError where they lead to none, or one is in use already."""
+    """Which UART the device's pins lead to. Raises MotorcadeError where they lead to none, or one is in use already."""
     wires = {wire.role.key: wire.pin for wire in pins.wires if wire.device.key == device}
     if pins.chip.name == "esp32":
         others = [wire.pin for wire in pins.wires if wire.device.key != "voice"]
         if device == "voice" and _ESP32_VOICE_SENDS_AT in others:
-            raise PinsError("voice-uart-sends", car=pins.name, pin=_ESP32_VOICE_SENDS_AT)
+            raise MotorcadeError("pin-of-voice-uart", car=pins.name, pin=_ESP32_VOICE_SENDS_AT)
         return _ESP32_UARTS[device]
     uarts = set()
     for role, pin in wires.items():
         # GP0 sends and GP1 receives for UART 0, GP4 and GP5 for UART 1, and so on in this order: 0 1 1 0 0 1 1.
         if pin % 4 != ("transmit", "receive").index(role):
-            raise PinsError("no-uart", car=pins.name, wire=f"{device}.{role}", value=pin)
+            raise MotorcadeError("pin-without-uart", car=pins.name, wire=f"{device}.{role}", value=pin)
         uarts.add((pin + 4) // 8 % 2)
     if len(uarts) != 1:
-        raise PinsError("two-uarts", car=pins.name, device=device)
+        raise MotorcadeError("pins-of-two-uarts", car=pins.name, device=device)
     uart = uarts.pop()
     if device == "voice" and pins.has("serial") and _uart(pins, "serial") == uart:
-        raise PinsError("uart-in-use", car=pins.name)
+        raise MotorcadeError("uart-takes-uploads", car=pins.name)
     return uart

@@ -50,7 +50,7 @@ def compile_program(program: Program, profile: Profile | None = None) -> Compile
     """The Compiled form of ``program`` for cars of ``profile`` (by default the built-in one that it names).
 
     Raises:
-        ProfileError: the program names a profile that isn't built in, and none was given.
+        MotorcadeError: the program names a profile that isn't built in, and none was given.
     """
     profile = profile or built_in_profile(program.profile)
     leader = _Leader(program.leader, profile)

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from motorcade.errors import ToldError
+from motorcade.errors import MotorcadeError
 
 Severity = Literal["error", "warning"]
 LANGUAGES = ("en", "zh")
@@ -203,7 +203,7 @@ class Diagnostic:
 def _said(value: Any, language: str) -> Any:
     if isinstance(value, Phrase):
         return value.text(language)
-    return value.message(language) if isinstance(value, ToldError) else value
+    return value.sentence(language) if isinstance(value, MotorcadeError) else value
 
 
 def error(code: str, path: str, step_id: str | None = None, **arguments: Any) -> Diagnostic:

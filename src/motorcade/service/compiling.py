@@ -6,7 +6,8 @@ from typing import Any
 
 from msgspec import Struct, field
 
-from motorcade.config.profile import Profile, ProfileError, built_in_profile, built_in_profiles
+from motorcade.config.profile import Profile, built_in_profile, built_in_profiles
+from motorcade.errors import MotorcadeError
 from motorcade.program.blocks import program_of
 from motorcade.program.compiler import Compiled, compile_program, length_ms
 from motorcade.program.diagnostics import LANGUAGES, Diagnostic, ProgramError
@@ -100,7 +101,7 @@ def profile_named(name: str) -> Profile:
     """The built-in profile called ``name``. Raises StudioError."""
     try:
         return built_in_profile(name)
-    except ProfileError:
+    except MotorcadeError:
         known = ", ".join(built_in_profiles())
         raise StudioError("unknown-profile", 404, name=name[:40], known=known) from None
 

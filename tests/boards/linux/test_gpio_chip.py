@@ -16,8 +16,9 @@ if sys.platform == "linux":
     from motorcade.boards.linux.chips import CHIPS
     from motorcade.boards.linux.errors import GpioForbiddenError, NoGpioError
     from motorcade.boards.linux.opening import open_car, open_drive
-    from motorcade.config.pins import PinsError, parse_pins
+    from motorcade.config.pins import parse_pins
     from motorcade.config.profile import levels_of
+    from motorcade.errors import MotorcadeError
     from support.strategies import CLASSROOM
 
     LGPIO = gpio_chip._lgpio()
@@ -167,12 +168,12 @@ def test_a_chip_that_one_may_not_use_names_the_group(kernel, monkeypatch):
 
 
 def test_a_pin_file_of_another_kind_of_car_is_refused(kernel):
-    with pytest.raises(PinsError, match=r"no wheels: they are either \[left_motor\]"):
+    with pytest.raises(MotorcadeError, match=r"no wheels: they are either \[left_motor\]"):
         opened(STEERED.replace("drive_motor", "left_motor"))
-    with pytest.raises(PinsError, match="two kinds of wheels"):
+    with pytest.raises(MotorcadeError, match="two kinds of wheels"):
         opened(STEERED + TWO_MOTORS)
-    with pytest.raises(PinsError, match="motorcade install-firmware"):
+    with pytest.raises(MotorcadeError, match="motorcade install-firmware"):
         opened(STEERED.replace("raspberry-pi", "rp2040"))
-    with pytest.raises(PinsError, match=r"no receiver in \[infrared\]"):
+    with pytest.raises(MotorcadeError, match=r"no receiver in \[infrared\]"):
         opened(is_leader=False)
     assert kernel.opened == []

@@ -12,10 +12,11 @@ from motorcade import Program, compile_program, forward, led, left, right, toget
 from motorcade.boards.linux.board import Equipment
 from motorcade.boards.linux.hardware_watchdog import HardwareWatchdog
 from motorcade.boards.linux.programmed_drive import ProgrammedDrive
-from motorcade.config.pins import PinsError, parse_pins
+from motorcade.config.pins import parse_pins
 from motorcade.config.profile import levels_of
 from motorcade.drive.drive_failures import DriveError
 from motorcade.drive.session import CarControl
+from motorcade.errors import MotorcadeError
 from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import TICKS_MASK
 from motorcade.words.upload import ok_line
@@ -393,5 +394,5 @@ def test_a_car_is_closed_in_neutral_and_gives_all_that_it_held_back(made, pins, 
 
 
 def test_a_pin_file_without_wheels_makes_no_driven_car(made):
-    with pytest.raises(PinsError, match="no wheels"):
+    with pytest.raises(MotorcadeError, match="no wheels"):
         made(LEDS)

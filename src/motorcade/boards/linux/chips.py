@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from motorcade.locales import Phrase
+
 
 class Chip(NamedTuple):
     """A computer that a car may have.
@@ -11,14 +13,14 @@ class Chip(NamedTuple):
         title: as people call it.
         header: for each pin that a car may use, its number on the connector, or 0 where boards differ in that.
         input_only: pins that read and can't drive.
-        taken: pins that are there but serve the computer itself, each with the reason by language.
+        taken: pins that are there but serve the computer itself, each with what it does.
     """
 
     name: str
     title: str
     header: dict[int, int]
     input_only: frozenset[int]
-    taken: dict[int, dict[str, str]]
+    taken: dict[int, Phrase]
 
     def label(self, pin: int) -> str:
         """What to look for on the board: ``GPIO17 (11)`` is GPIO 17, the connector's pin 11."""
@@ -40,9 +42,9 @@ _PICO_ORDER = (
 _MOST_LINES = 512
 _ESP32_USABLE = (0, 2, 4, 5, *range(12, 20), *range(21, 24), *range(25, 28), *range(32, 40))
 
-_MEMORY = {"en": "is for the memory of add-on boards", "zh": "用于扩展板的存储器"}
-_FLASH = {"en": "leads to the flash memory", "zh": "连接闪存"}
-_USB = {"en": "is the USB line's", "zh": "用于 USB 串口"}
+_MEMORY = Phrase("pin-of-memory")
+_FLASH = Phrase("pin-of-flash")
+_USB = Phrase("pin-of-usb")
 
 CHIPS = (
     Chip(
@@ -58,10 +60,10 @@ CHIPS = (
         dict(_PICO_ORDER),
         frozenset(),
         {
-            23: {"en": "switches the supply", "zh": "用于切换供电"},
-            24: {"en": "senses USB", "zh": "用于检测 USB"},
-            25: {"en": "is the board's own LED", "zh": "是板载 LED"},
-            29: {"en": "measures the supply", "zh": "用于测量供电电压"},
+            23: Phrase("pin-of-supply-switch"),
+            24: Phrase("pin-of-usb-sensing"),
+            25: Phrase("pin-of-board-led"),
+            29: Phrase("pin-of-supply-measure"),
         },
     ),
     Chip(

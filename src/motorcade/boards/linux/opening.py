@@ -10,8 +10,9 @@ from motorcade.boards.linux.lirc import LircSender, open_sender
 from motorcade.boards.linux.programmed_drive import ProgrammedDrive
 from motorcade.boards.linux.raspberry_pi import RaspberryPi
 from motorcade.boards.linux.rescue import pull_low
-from motorcade.config.pins import PinMap, PinsError
+from motorcade.config.pins import PinMap
 from motorcade.config.profile import Profile
+from motorcade.errors import MotorcadeError
 
 _MOTORS = ("left_motor", "right_motor", "drive_motor")
 _KINDS_OF_WHEELS = (("left_motor", "right_motor"), ("drive_motor", "servo"))
@@ -25,7 +26,7 @@ def open_car(equipment: Equipment, pins: PinMap, profile: Profile, gpio_chip: in
         gpio_chip: the number of the gpiochip, None for the computer's own.
 
     Raises:
-        PinsError: the pin file is another car's.
+        MotorcadeError: the pin file is another car's.
         NoGpioError, GpioForbiddenError, InfraredError: the hardware isn't there, or not for this user.
     """
     _check_computer(pins)
@@ -48,7 +49,7 @@ def open_drive(
         watchdog: the device of a hardware watchdog, None to use none.
 
     Raises:
-        PinsError: the pin file is another car's.
+        MotorcadeError: the pin file is another car's.
         NoGpioError, GpioForbiddenError, InfraredError, WatchdogError: the hardware isn't there, or not for this user.
     """
     _check_computer(pins)
@@ -64,7 +65,7 @@ def stop_wheels(pins: PinMap, gpio_chip: int | None = None) -> list[int]:
     """Make all pins that turn wheels low, and say which they are; for a car whose program has died.
 
     Raises:
-        PinsError: the pin file is another car's.
+        MotorcadeError: the pin file is another car's.
         NoGpioError, GpioForbiddenError: the hardware isn't there, or not for this user.
     """
     _check_computer(pins)
@@ -91,13 +92,13 @@ def _sender(pins: PinMap, profile: Profile, factory: Any) -> LircSender | None:
 
 def _check_computer(pins: PinMap) -> None:
     if pins.chip.name not in _ON_LINUX:
-        raise PinsError("microcontroller", car=pins.name, chip=pins.chip.name)
+        raise MotorcadeError("pin-file-of-microcontroller", car=pins.name, chip=pins.chip.name)
 
 
 def _check_parts(equipment: Equipment, pins: PinMap) -> None:
     """A car has wheels of one kind, and a follower has ears."""
     kinds = sum(all(map(pins.has, kind)) for kind in _KINDS_OF_WHEELS)
     if kinds != 1:
-        raise PinsError("two-kinds-of-wheels" if kinds else "no-wheels", car=pins.name)
+        raise MotorcadeError("two-kinds-of-wheels" if kinds else "no-wheels", car=pins.name)
     if not equipment.is_leader and pins.pin("infrared", "receiver") is None:
-        raise PinsError("no-receiver", car=pins.name)
+        raise MotorcadeError("no-receiver", car=pins.name)

@@ -33,7 +33,7 @@ class ProgrammedDrive(RaspberryPiDrive):
         pins, profile, factory, watchdog, rescue: as for RaspberryPiDrive.
 
     Raises:
-        PinsError: the pin file names no wheels.
+        MotorcadeError: the pin file names no wheels.
     """
 
     def __init__(

@@ -14,8 +14,9 @@ from motorcade.boards.linux.hardware_watchdog import HardwareWatchdog
 from motorcade.boards.linux.infrared_receiver import InfraredReceiver
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.drive_board import DriveBoard
-from motorcade.config.pins import PinMap, PinsError
+from motorcade.config.pins import PinMap
 from motorcade.config.profile import Profile
+from motorcade.errors import MotorcadeError
 
 _LEDS = 4
 # The median of three is done with one false echo and is no older than 180 ms.
@@ -159,7 +160,7 @@ class RaspberryPiDrive(DriveBoard):
         rescue: see `motorcade.car.drive_board.DriveBoard.rescue`.
 
     Raises:
-        PinsError: the pin file names no wheels.
+        MotorcadeError: the pin file names no wheels.
     """
 
     def __init__(
@@ -178,7 +179,7 @@ class RaspberryPiDrive(DriveBoard):
         self._held.callback(factory.close)
         chassis = open_chassis(pins, profile, factory, self._held)
         if chassis is None:
-            raise PinsError("no-wheels", car=pins.name)
+            raise MotorcadeError("no-wheels", car=pins.name)
         self._chassis = chassis
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
