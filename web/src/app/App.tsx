@@ -1,7 +1,7 @@
 import { useEffect, useState, type CSSProperties, type MouseEvent } from "react";
 import { I18nProvider, ToggleButton, ToggleButtonGroup } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { speakBlockly } from "../blocks/messages";
+import { setBlocklyLanguage } from "../blocks/messages";
 import { Editors } from "../blocks/Editors";
 import { hatOf } from "../blocks/toolbox";
 import { showBlock, workspaceOf } from "../blocks/workspaces";
@@ -95,7 +95,7 @@ function useEditorsLanguage(): string {
   const [language, setLanguage] = useState(i18n.language);
   useEffect(() => {
     if (language === i18n.language) return;
-    void speakBlockly(currentLanguage()).then(() => {
+    void setBlocklyLanguage(currentLanguage()).then(() => {
       flush();
       setLanguage(i18n.language);
     });

@@ -4,7 +4,7 @@ import i18next from "i18next";
 import { loadFigures, watchPresence } from "../api/presence";
 import { registerClipboard } from "../blocks/clipboard";
 import { defineBlocks } from "../blocks/definitions";
-import { speakBlockly } from "../blocks/messages";
+import { setBlocklyLanguage } from "../blocks/messages";
 import { printWholeBlocks } from "../blocks/printing";
 import { openSharedLink } from "../projects/actions";
 import { findKept, keepEveryChange } from "../projects/autosave";
@@ -29,7 +29,7 @@ async function openFirstProject(): Promise<void> {
 
 /** The profile's figures and Blockly's words are there: the editors can be drawn. */
 export async function prepare(): Promise<void> {
-  await Promise.all([loadFigures(), speakBlockly(i18next.language)]);
+  await Promise.all([loadFigures(), setBlocklyLanguage(i18next.language)]);
   defineBlocks(useStudio.getState().profileFigures!);
   registerClipboard();
   registerHelp();

@@ -1,7 +1,7 @@
 import * as Blockly from "blockly/core";
 import { beforeAll, describe, expect, it } from "vitest";
 import type { Profile } from "../api/types";
-import "../i18n";
+import { startLanguages } from "../i18n";
 import { FIRST_STEPS } from "../projects/blank";
 import { refusal, typesIn } from "./clipboard";
 import { BLOCK_TYPES, defineBlocks } from "./definitions";
@@ -16,7 +16,10 @@ const profile = {
   seconds: { least: 1, step: 1, most: 765 },
 } as Profile;
 
-beforeAll(() => defineBlocks(profile));
+beforeAll(() => {
+  startLanguages();
+  defineBlocks(profile);
+});
 
 /** The fields that a new block of the type is saved with. */
 function saved(type: string): unknown {

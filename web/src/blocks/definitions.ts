@@ -3,7 +3,7 @@
 import * as Blockly from "blockly/core";
 import i18next from "i18next";
 import type { Profile } from "../api/types";
-import type en from "../i18n/en.json";
+import type { Texts } from "virtual:texts/studio";
 import { radiusMeaning } from "./figures";
 import { SecondsField } from "./seconds";
 import { SpeedField, speedsOf } from "./speed";
@@ -17,7 +17,7 @@ const LEVELS = [0, 1, 2, 3];
 
 interface Definition {
   /** The key of the block's text, and of its tooltip. */
-  message: keyof typeof en.tooltips;
+  message: keyof Texts["tooltips"];
   style: string;
   fields?: (profile: Profile) => Field[];
   /** Fields that stand at the end and are not always shown. */

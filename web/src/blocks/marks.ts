@@ -2,7 +2,7 @@
 
 import type { BlockSvg } from "blockly/core";
 import type { Diagnostic, EditorName } from "../api/types";
-import { spoken } from "../i18n";
+import { inLanguage } from "../i18n";
 import { liveWorkspaces } from "./workspaces";
 
 const WARNING = "motorcade";
@@ -15,7 +15,7 @@ export function markDiagnostics(diagnostics: readonly Diagnostic[]): void {
     const texts = new Map<string, string>();
     for (const { block, editor: where, message } of diagnostics) {
       if (block === null || where !== editor) continue;
-      texts.set(block, [...(texts.has(block) ? [texts.get(block)!] : []), spoken(message)].join("\n"));
+      texts.set(block, [...(texts.has(block) ? [texts.get(block)!] : []), inLanguage(message)].join("\n"));
     }
     const before = marked.get(editor) ?? new Map<string, string>();
     for (const id of before.keys()) if (!texts.has(id)) workspace.getBlockById(id)?.setWarningText(null, WARNING);

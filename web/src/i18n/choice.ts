@@ -1,16 +1,17 @@
-/** The language that was chosen for this browser; the studio and the remote speak the same. */
+/** The language that was chosen in this browser; the studio and the remote share it. */
 
-const KEPT = "motorcade.language";
+const KEY = "motorcade.language";
 
-/** Of those that there are: the one that was chosen, else the browser's first. Pages say it to screen readers. */
-export function firstLanguage(languages: readonly string[]): string {
-  const wished = [localStorage.getItem(KEPT), ...navigator.languages].map((tag) => tag?.split("-")[0] ?? "");
-  const first = wished.find((tag) => languages.includes(tag)) ?? "en";
+/** The language that was chosen before, else the first of the browser's that exists, else English. */
+export function preferredLanguage(languages: readonly string[]): string {
+  const wanted = [localStorage.getItem(KEY), ...navigator.languages].map((tag) => tag?.split("-")[0] ?? "");
+  const first = wanted.find((tag) => languages.includes(tag)) ?? "en";
+  // Screen readers choose their voice by this attribute.
   document.documentElement.lang = first;
   return first;
 }
 
 export function keepLanguage(language: string): void {
-  localStorage.setItem(KEPT, language);
+  localStorage.setItem(KEY, language);
   document.documentElement.lang = language;
 }

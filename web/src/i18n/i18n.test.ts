@@ -1,8 +1,8 @@
-import { describe, expect, it } from "vitest";
+import { beforeAll, describe, expect, it } from "vitest";
+import remote from "virtual:texts/remote";
+import studio from "virtual:texts/studio";
 import { blocklyMessages } from "../blocks/messages";
-import en from "./en.json";
-import zh from "./zh.json";
-import "./index";
+import { startLanguages } from ".";
 
 interface Tree {
   [key: string]: Tree | string;
@@ -16,65 +16,76 @@ function flat(tree: Tree, path = ""): [key: string, text: string][] {
 
 /** Languages differ in how many forms of the plural they have. */
 const whole = (key: string) => key.replace(/_(zero|one|two|few|many|other)$/, "");
-const files = import.meta.glob<Tree>("./*.json", { eager: true, import: "default" });
-const texts = new Map(Object.entries(files).map(([path, file]) => [path.slice(2, -5), flat(file)]));
-const english = flat(en);
+const texts = new Map(
+  Object.keys(studio).map((language) => [language, flat({ ...studio[language]!.texts, remote: remote[language]!.texts })]),
+);
+const english = texts.get("en")!;
 const others = [...texts].filter(([language]) => language !== "en");
 /** Of Blockly's messages each language has those that Blockly's own file lacks. */
-const ours = (key: string) => !key.startsWith("blockly.");
-const keys = (said: typeof english) => [...new Set(said.map(([key]) => whole(key)).filter(ours))].sort();
-// What blocks of Blockly's own say: none of them is on this page.
+const isOurs = (key: string) => !key.startsWith("blockly.");
+const keysOf = (entries: typeof english) => [...new Set(entries.map(([key]) => whole(key)).filter(isOurs))].sort();
+// The texts of Blockly's own blocks: none of them is on this page.
 const elsewhere = /^(CONTROLS|LISTS|TEXT|LOGIC|MATH|PROCEDURES|VARIABLES)_|BACKPACK|MUTATOR/;
 const shown = (messages: Record<string, string>) => Object.entries(messages).filter(([key]) => !elsewhere.test(key));
 
-const sources = Object.entries(
-  import.meta.glob<string>(["../**/*.{ts,tsx}", "!../**/*.test.{ts,tsx}"], { query: "?raw", import: "default", eager: true }),
-).map(([, source]) => source);
-const literals = new Set(sources.flatMap((source) => [...source.matchAll(/["'`]([\w.-]+)["'`]/g)].map((match) => match[1]!)));
-const templates = sources
+const files = import.meta.glob<string>(["../**/*.{ts,tsx}", "!../**/*.test.{ts,tsx}"], { query: "?raw", import: "default", eager: true });
+const isRemote = (path: string) => path.startsWith("../remote/");
+const sourcesWhere = (holds: (path: string) => boolean) => Object.entries(files).flatMap(([path, source]) => (holds(path) ? [source] : []));
+const studioSources = sourcesWhere((path) => !isRemote(path));
+const literals = new Set(studioSources.flatMap((source) => [...source.matchAll(/["'`]([\w.-]+)["'`]/g)].map((match) => match[1]!)));
+const templates = studioSources
   .flatMap((source) => [...source.matchAll(/`([\w.]*\.(?:\$\{[^`]*?\}[\w.]*)+)`/g)].map((match) => match[1]!))
   .map((template) => new RegExp(`^${template.replaceAll(".", "\\.").replace(/\$\{.*?\}/g, "[\\w-]+")}$`));
+
+beforeAll(startLanguages);
 
 describe("the languages", () => {
   it("are these", () => expect([...texts.keys()]).toEqual(expect.arrayContaining(["en", "zh"])));
 
-  it.each(others)("say the same things in %s, in the studio and the remote", (_, said) => {
-    expect(keys(said)).toEqual(keys(english));
+  it.each(others)("%s has the same keys as English, for the studio and the remote", (_, entries) => {
+    expect(keysOf(entries)).toEqual(keysOf(english));
   });
 
-  it.each(others)("say all that Blockly does in %s", async (language) => {
-    const said = await blocklyMessages(language);
+  it.each(others)("%s has all of Blockly's messages", async (language) => {
+    const messages = await blocklyMessages(language);
     const names = shown(await blocklyMessages("en")).map(([key]) => key);
     expect(names.length).toBeGreaterThan(200);
-    expect(names.filter((name) => !(name in said))).toEqual([]);
+    expect(names.filter((name) => !(name in messages))).toEqual([]);
   });
 
-  it("say nothing that nobody asks for", () => {
-    // The remote's own test looks at its section.
-    const unused = keys(english).filter(
+  it("have no text that the studio does not use", () => {
+    const unused = keysOf(english).filter(
       (key) => !key.startsWith("remote.") && !literals.has(key) && !templates.some((template) => template.test(key)),
     );
-    expect(unused.filter((key) => key !== "language")).toEqual([]);
+    expect(unused).toEqual([]);
   });
 
-  it.each(others)("fill in the same places in %s", (_, said) => {
+  it("have no text that the remote does not use", () => {
+    // States and themes are keys by their own names.
+    const named = ["ready", "standing", "moving", "failsafe", "stopped", "program", "away", "light", "dark", "contrast"];
+    const sources = sourcesWhere(isRemote).join("\n");
+    const unused = Object.keys(remote.en!.texts).filter((key) => !named.includes(key) && !sources.includes(`"${key}"`));
+    expect(unused).toEqual([]);
+  });
+
+  it.each(others)("%s has the same placeholders as English", (_, entries) => {
     const places = (text: string) => (text.match(/\{\{\w+\}\}|%\d/g) ?? []).sort().join(" ");
-    const there = new Map(said);
+    const there = new Map(entries);
     const different = english.filter(([key, text]) => {
       const other = there.get(key) ?? there.get(`${whole(key)}_other`);
-      return ours(key) && !key.endsWith("_one") && places(other!) !== places(text);
+      return isOurs(key) && !key.endsWith("_one") && places(other!) !== places(text);
     });
     expect(different).toEqual([]);
   });
 
-  it("call a block by one word in Chinese, in Blockly's own messages too", async () => {
+  it("use one word for a block in Chinese, in Blockly's own messages too", async () => {
     const messages = shown(await blocklyMessages("zh"));
     expect(messages.length).toBeGreaterThan(200);
     expect(messages.filter(([, text]) => text.replaceAll("块积木", "").includes("块"))).toEqual([]);
   });
 
-  it("call leader, follower and word by their own names in Chinese", () => {
-    const wrong = flat(zh).filter(([, text]) => /领队|跟随者|追随|单词/.test(text));
+  it("use the chosen words for leader, follower and word in Chinese", () => {
+    const wrong = texts.get("zh")!.filter(([, text]) => /领队|跟随者|追随|单词/.test(text));
     expect(wrong).toEqual([]);
   });
 });

@@ -1,28 +1,29 @@
-/** The studio's languages: one JSON file each, which has the remote's sentences too, and nothing else to add a third. */
+/** The studio's languages: one file each in src/motorcade/locales, and nothing else to add a third. */
 
 import i18next from "i18next";
 import { initReactI18next } from "react-i18next";
+import languages, { type Texts } from "virtual:texts/studio";
 import type { Language, Sentence } from "../api/types";
-import { firstLanguage, keepLanguage } from "./choice";
-import type en from "./en.json";
+import { keepLanguage, preferredLanguage } from "./choice";
 
-/** Every JSON file beside this one is a language. */
-const files = Object.entries(import.meta.glob<typeof en>("./*.json", { eager: true, import: "default" }));
-const resources = Object.fromEntries(files.map(([path, translation]) => [path.slice(2, -5), { translation }]));
-export const LANGUAGES: readonly Language[] = Object.keys(resources);
+export const LANGUAGES: readonly Language[] = Object.keys(languages);
 
 declare module "i18next" {
   interface CustomTypeOptions {
-    resources: { translation: typeof en };
+    resources: { translation: Texts };
   }
 }
 
-void i18next.use(initReactI18next).init({
-  resources,
-  lng: firstLanguage(LANGUAGES),
-  fallbackLng: "en",
-  interpolation: { escapeValue: false },
-});
+/** Read the texts and choose the page's language. To be called once, before anything is drawn. */
+export function startLanguages(): void {
+  const resources = Object.fromEntries(LANGUAGES.map((each) => [each, { translation: languages[each]!.texts }]));
+  void i18next.use(initReactI18next).init({
+    resources,
+    lng: preferredLanguage(LANGUAGES),
+    fallbackLng: "en",
+    interpolation: { escapeValue: false },
+  });
+}
 
 export function currentLanguage(): Language {
   return i18next.language;
@@ -35,10 +36,10 @@ export function changeLanguage(language: Language): void {
 
 /** What the language calls itself. */
 export function nameOf(language: Language): string {
-  return resources[language]?.translation.language ?? language;
+  return languages[language]?.name ?? language;
 }
 
-/** The sentence in the page's language, or in English where the server doesn't speak it. */
-export function spoken(sentence: Sentence): string {
+/** The sentence in the page's language, or in English where the server doesn't have it in that language. */
+export function inLanguage(sentence: Sentence): string {
   return sentence[currentLanguage()] ?? sentence.en;
 }

@@ -5,7 +5,7 @@ import { useEffect, useRef, useState } from "react";
 import { Tab, TabList, TabPanel, Tabs } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord, EditorName, MatDocument } from "../api/types";
-import { spoken } from "../i18n";
+import { inLanguage } from "../i18n";
 import { Timeline } from "../timeline/Timeline";
 import { Account } from "./Account";
 import { asMat } from "./document";
@@ -123,7 +123,7 @@ function Notice({ session }: { session: Session }) {
   const compiling = useMat((now) => now.compiling);
   const isLost = link === "lost" || link === "elsewhere";
   const waits = compiling ? t("mat.compiling") : null;
-  const text = isLost ? t(`mat.link.${link}`) : problem ? spoken(problem.message) : waits;
+  const text = isLost ? t(`mat.link.${link}`) : problem ? inLanguage(problem.message) : waits;
   return (
     <div role="status">
       {text && (

@@ -1,8 +1,9 @@
 import { expect, it } from "vitest";
-import { changeLanguage } from "../i18n";
+import { changeLanguage, startLanguages } from "../i18n";
 import { look, Losses, Pace, tell } from "./account";
 import { pictureOf } from "./pictures";
 
+startLanguages();
 const [FORWARD, LEFT] = [2, 5];
 const SIGHT = look(
   pictureOf([{ wheels: FORWARD }, { wheels: FORWARD, led: 1 }, { wheels: FORWARD }, { wheels: FORWARD }, { wheels: LEFT }, {}]),

@@ -4,7 +4,7 @@ import { useTranslation } from "react-i18next";
 import * as api from "../api/http";
 import type { Example } from "../api/types";
 import { Sheet } from "../app/controls";
-import { spoken } from "../i18n";
+import { inLanguage } from "../i18n";
 import { attempt } from "./actions";
 import { replaceBy } from "./opening";
 
@@ -17,7 +17,7 @@ export function ExamplesDialog({ onClose }: { onClose: () => void }) {
     attempt(async () => {
       const project = await api.example(example.id);
       onClose();
-      await replaceBy({ ...project, name: spoken(example.title) });
+      await replaceBy({ ...project, name: inLanguage(example.title) });
     });
   return (
     <Sheet title={t("examples.title")} onClose={onClose} wide>
@@ -26,8 +26,8 @@ export function ExamplesDialog({ onClose }: { onClose: () => void }) {
         {examples.map((example) => (
           <li key={example.id}>
             <Button className="example" onPress={() => void take(example)}>
-              <b>{spoken(example.title)}</b>
-              <span>{spoken(example.about)}</span>
+              <b>{inLanguage(example.title)}</b>
+              <span>{inLanguage(example.about)}</span>
             </Button>
           </li>
         ))}

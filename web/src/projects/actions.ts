@@ -5,7 +5,7 @@ import * as api from "../api/http";
 import { tell } from "../app/telling";
 import { useStudio } from "../app/store";
 import { liveWorkspaces } from "../blocks/workspaces";
-import { spoken } from "../i18n";
+import { inLanguage } from "../i18n";
 import { wordsCsv } from "../words/csv";
 import { chooseFile, download, fileName } from "./downloads";
 import { markSaved, markUnsaved, openProject, replaceBy } from "./opening";
@@ -18,7 +18,7 @@ export async function attempt(task: () => Promise<void>): Promise<void> {
   try {
     await task();
   } catch (error) {
-    if (error instanceof api.RefusedError) tell(spoken(error.sentence), "error");
+    if (error instanceof api.RefusedError) tell(inLanguage(error.sentence), "error");
     else if (error instanceof api.GoneError) tell(i18next.t("server.needed"), "warning");
     else throw error;
   }

@@ -2,7 +2,7 @@ import { useEffect, useId, useState } from "react";
 import { THEMES, useSettings, type ThemeName } from "../app/settings";
 import { Icon } from "../app/icons";
 import { type Told, useRemote } from "./link";
-import { changeLanguage, LANGUAGES, nameOf, useLanguage, useSay } from "./sentences";
+import { changeLanguage, LANGUAGES, nameOf, useLanguage, useTexts } from "./texts";
 
 /** A car hears nothing for longer: it has stopped by itself. */
 const WEAK_MS = 300;
@@ -26,21 +26,21 @@ function carsSilenceMs(told: Record<string, Told>): number {
 }
 
 function LinkState() {
-  const say = useSay();
+  const t = useTexts();
   const open = useRemote(({ open }) => open);
   const roundTripMs = useRemote(({ roundTripMs }) => roundTripMs);
   const silenceMs = Math.max(useSilenceMs(), useRemote(({ told }) => carsSilenceMs(told)));
   const worst = Math.round(Math.max(roundTripMs ?? 0, silenceMs > WEAK_MS ? silenceMs : 0));
   const kind = !open ? "lost" : worst > WEAK_MS ? "weak" : "good";
   const text = !open
-    ? say("linkLost")
+    ? t("linkLost")
     : kind === "weak"
-      ? say("linkWeak", { ms: worst })
+      ? t("linkWeak", { ms: worst })
       : roundTripMs === null
-        ? say("linkIdle")
-        : say("linkGood", { ms: Math.round(roundTripMs) });
+        ? t("linkIdle")
+        : t("linkGood", { ms: Math.round(roundTripMs) });
   return (
-    <p className="link-state" data-kind={kind} aria-label={`${say("link")}: ${text}`} role="img">
+    <p className="link-state" data-kind={kind} aria-label={`${t("link")}: ${text}`} role="img">
       <span className="dot" />
       {text}
     </p>
@@ -48,17 +48,17 @@ function LinkState() {
 }
 
 function Settings() {
-  const say = useSay();
+  const t = useTexts();
   const language = useLanguage(({ language }) => language);
   const theme = useSettings(({ theme }) => theme);
   const ids = [useId(), useId()];
   return (
     <details className="settings">
-      <summary aria-label={say("settings")}>
+      <summary aria-label={t("settings")}>
         <Icon name="settings" />
       </summary>
       <div className="settings-sheet">
-        <label htmlFor={ids[0]}>{say("languages")}</label>
+        <label htmlFor={ids[0]}>{t("languages")}</label>
         <select id={ids[0]} value={language} onChange={(event) => changeLanguage(event.target.value)}>
           {LANGUAGES.map((each) => (
             <option key={each} value={each} lang={each}>
@@ -66,7 +66,7 @@ function Settings() {
             </option>
           ))}
         </select>
-        <label htmlFor={ids[1]}>{say("themes")}</label>
+        <label htmlFor={ids[1]}>{t("themes")}</label>
         <select
           id={ids[1]}
           value={theme}
@@ -74,7 +74,7 @@ function Settings() {
         >
           {THEMES.map((each) => (
             <option key={each} value={each}>
-              {say(each)}
+              {t(each)}
             </option>
           ))}
         </select>
@@ -85,10 +85,10 @@ function Settings() {
 
 /** The page's name, the state of the connection, and how the page looks and speaks. */
 export function Bar() {
-  const say = useSay();
+  const t = useTexts();
   return (
     <header className="bar">
-      <h1>{say("title")}</h1>
+      <h1>{t("title")}</h1>
       <LinkState />
       <Settings />
     </header>

@@ -1,17 +1,17 @@
 import { Icon } from "../app/icons";
 import { link } from "./driving";
 import { type Told, useRemote } from "./link";
-import { type Key, useSay } from "./sentences";
+import { type Key, useTexts } from "./texts";
 
 /** What a car is called on the page. */
 export function useCarName(): (car: string) => string {
-  const say = useSay();
+  const t = useTexts();
   const listed = useRemote(({ listed }) => listed);
   return (car) => {
     const found = listed.find((each) => each.car === car);
     const leads = found?.leads ?? null;
     if (found?.name) return found.name;
-    return leads === null ? say("car") : say(leads ? "leader" : "follower", { car });
+    return leads === null ? t("car") : t(leads ? "leader" : "follower", { car });
   };
 }
 
@@ -29,7 +29,7 @@ interface CarListProps {
 
 /** The cars that are driven, all by one stick; one of them shows what it sees. */
 export function CarList({ shown, onChoose }: CarListProps) {
-  const say = useSay();
+  const t = useTexts();
   const nameOf = useCarName();
   const listed = useRemote(({ listed }) => listed);
   const seats = useRemote(({ seats }) => seats);
@@ -37,24 +37,24 @@ export function CarList({ shown, onChoose }: CarListProps) {
   const others = listed.filter(({ car }) => !seats.includes(car));
   if (listed.length < 2) return null;
   return (
-    <section className="cars" aria-label={say("cars")}>
+    <section className="cars" aria-label={t("cars")}>
       <ul>
         {seats.map((car) => (
           <li key={car} className="chip">
             <button
               type="button"
               aria-pressed={car === shown}
-              aria-label={say("look", { name: nameOf(car) })}
+              aria-label={t("look", { name: nameOf(car) })}
               onClick={() => onChoose(car)}
             >
               {nameOf(car)}
             </button>
             {told[car] && (
               <span className="brief" data-state={told[car].state}>
-                {say(inShort(told[car]))}
+                {t(inShort(told[car]))}
               </span>
             )}
-            <button type="button" aria-label={say("leave", { name: nameOf(car) })} onClick={() => link.leave(car)}>
+            <button type="button" aria-label={t("leave", { name: nameOf(car) })} onClick={() => link.leave(car)}>
               <Icon name="close" />
             </button>
           </li>
@@ -62,14 +62,14 @@ export function CarList({ shown, onChoose }: CarListProps) {
       </ul>
       <select
         value=""
-        aria-label={say("addCar")}
+        aria-label={t("addCar")}
         onChange={(event) => {
           link.sit(event.target.value);
           // The next arrow key is meant for the cars.
           event.target.blur();
         }}
       >
-        <option value="">{say("addCar")}</option>
+        <option value="">{t("addCar")}</option>
         {others.map(({ car }) => (
           <option key={car} value={car}>
             {nameOf(car)}

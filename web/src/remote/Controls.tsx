@@ -2,7 +2,7 @@ import { useState } from "react";
 import { Icon } from "../app/icons";
 import { link, pilot } from "./driving";
 import { useRemote } from "./link";
-import { useSay } from "./sentences";
+import { useTexts } from "./texts";
 
 const LEAST_PERCENT = 20;
 const FIRST_PERCENT = 60;
@@ -10,11 +10,11 @@ const STEP_PERCENT = 10;
 pilot.limit = FIRST_PERCENT / 100;
 
 function Limit() {
-  const say = useSay();
+  const t = useTexts();
   const [percent, setPercent] = useState(FIRST_PERCENT);
   return (
     <label className="limit">
-      {say("limit", { percent })}
+      {t("limit", { percent })}
       <input
         type="range"
         min={LEAST_PERCENT}
@@ -32,18 +32,18 @@ function Limit() {
 
 /** The emergency stop of all cars, in reach however far the page is scrolled. */
 export function Stop() {
-  const say = useSay();
+  const t = useTexts();
   return (
     <button type="button" className="stop" onClick={() => link.stopAll()}>
-      {say("stop")}
-      <kbd>{say("stopAbout")}</kbd>
+      {t("stop")}
+      <kbd>{t("stopAbout")}</kbd>
     </button>
   );
 }
 
 /** What else can be asked of a car. */
 export function Controls({ car }: { car: string | null }) {
-  const say = useSay();
+  const t = useTexts();
   const told = useRemote(({ told }) => (car === null ? undefined : told[car]));
   const stopped = told?.state === "stopped";
   return (
@@ -52,23 +52,23 @@ export function Controls({ car }: { car: string | null }) {
         <div className="asks">
           {stopped && (
             <button type="button" className="button primary" onClick={() => link.ask("clear", car)}>
-              {say("clear")}
+              {t("clear")}
             </button>
           )}
           {told && !told.you.drives && told.driver !== null && !told.you.waits && (
             <button type="button" className="button" onClick={() => link.ask("request", car)}>
-              {say("request")}
+              {t("request")}
             </button>
           )}
           {(told?.you.drives ?? told?.you.waits) && (
             <button type="button" className="button" onClick={() => link.ask("release", car)}>
-              {say("release")}
+              {t("release")}
             </button>
           )}
           {told && !stopped && told.state !== "program" && told.state !== "away" && (
             <button type="button" className="button" onClick={() => link.ask("resume", car)}>
               <Icon name="blocks" />
-              {say("resume")}
+              {t("resume")}
             </button>
           )}
         </div>

@@ -1,12 +1,12 @@
 import { link } from "./driving";
 import { useRemote } from "./link";
-import { useLanguage, useSay } from "./sentences";
+import { useLanguage, useTexts } from "./texts";
 
 const FULL_DUTY = 255;
 
 /** What the car does and who drives it, in a line, and what is wrong, if something is. */
 export function Notices({ car }: { car: string | null }) {
-  const say = useSay();
+  const t = useTexts();
   const language = useLanguage(({ language }) => language);
   const { open, problem } = useRemote();
   const told = useRemote(({ told }) => (car === null ? undefined : told[car]));
@@ -15,35 +15,35 @@ export function Notices({ car }: { car: string | null }) {
   return (
     <div className="notices">
       <p className="state" role="status" data-state={told?.state}>
-        {told ? say(told.state) : " "}
+        {told ? t(told.state) : " "}
         {told?.state === "moving" && (
-          <meter aria-label={say("speed")} min={0} max={100} value={speed}>
+          <meter aria-label={t("speed")} min={0} max={100} value={speed}>
             {speed}
           </meter>
         )}
         {told?.battery_mv != null && (
-          <span className="battery">{say("battery", { volts: (told.battery_mv / 1000).toFixed(1) })}</span>
+          <span className="battery">{t("battery", { volts: (told.battery_mv / 1000).toFixed(1) })}</span>
         )}
       </p>
       <div role="log">
-        {!open && <p className="notice wrong">{say("lostAbout")}</p>}
+        {!open && <p className="notice wrong">{t("lostAbout")}</p>}
         {told?.why && <p className="notice wrong">{told.why[language] ?? told.why.en}</p>}
         {told?.paused && (
           <p className="notice">
-            {say("paused")}
+            {t("paused")}
             <button type="button" className="button" onClick={() => link.start()}>
-              {say("start")}
+              {t("start")}
             </button>
           </p>
         )}
-        {others && <p className="notice">{told.you.waits ? say("waits") : say("othersDrive")}</p>}
-        {told?.you.drives && told.wanted_by !== null && <p className="notice">{say("wanted")}</p>}
-        {told?.last_fault && <p className="notice wrong">{say("fault", { fault: told.last_fault })}</p>}
+        {others && <p className="notice">{told.you.waits ? t("waits") : t("othersDrive")}</p>}
+        {told?.you.drives && told.wanted_by !== null && <p className="notice">{t("wanted")}</p>}
+        {told?.last_fault && <p className="notice wrong">{t("fault", { fault: told.last_fault })}</p>}
         {problem && (
           <p className="notice wrong">
             {problem[language] ?? problem.en}
             <button type="button" className="button" onClick={() => useRemote.setState({ problem: null })}>
-              {say("dismiss")}
+              {t("dismiss")}
             </button>
           </p>
         )}

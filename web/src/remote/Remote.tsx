@@ -4,7 +4,7 @@ import { CarList, useCarName } from "./CarList";
 import { Controls, Stop } from "./Controls";
 import { begin } from "./driving";
 import { Notices } from "./Notices";
-import { useLanguage, useSay } from "./sentences";
+import { useLanguage, useTexts } from "./texts";
 import { Stick } from "./Stick";
 import { useRemote } from "./link";
 import { View } from "./View";
@@ -13,7 +13,7 @@ let begun = false;
 
 /** The whole page: what the cars see, who drives them, and the stick. */
 export function Remote() {
-  const say = useSay();
+  const t = useTexts();
   const language = useLanguage(({ language }) => language);
   const seats = useRemote(({ seats }) => seats);
   const [chosen, choose] = useState<string | null>(null);
@@ -23,8 +23,8 @@ export function Remote() {
     begun = true;
   }, []);
   useEffect(() => {
-    document.title = `${say("title")} · Motorcade`;
-  }, [language, say]);
+    document.title = `${t("title")} · Motorcade`;
+  }, [language, t]);
   const shown = chosen !== null && seats.includes(chosen) ? chosen : (seats[0] ?? null);
   return (
     <div className="remote">
@@ -32,7 +32,7 @@ export function Remote() {
       <main>
         <div className="seeing">
           <CarList shown={shown} onChoose={choose} />
-          {shown === null ? <p className="empty">{say("noCars")}</p> : <View car={shown} name={nameOf(shown)} />}
+          {shown === null ? <p className="empty">{t("noCars")}</p> : <View car={shown} name={nameOf(shown)} />}
         </div>
         <div className="driving">
           <Notices car={shown} />

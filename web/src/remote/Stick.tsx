@@ -2,14 +2,14 @@ import { useRef, useState, type PointerEvent } from "react";
 import { pilot } from "./driving";
 import { fingerAxes } from "./handles";
 import { STILL, type Axes } from "./pilot";
-import { useSay } from "./sentences";
+import { useTexts } from "./texts";
 
 /** The share of the pad's half that the knob can go. */
 const REACH = 0.72;
 
 /** A pad to push in the direction to go; it springs back when it is let go. */
 export function Stick() {
-  const say = useSay();
+  const t = useTexts();
   const pad = useRef<HTMLDivElement>(null);
   const [axes, setAxes] = useState<Axes | null>(null);
 
@@ -37,7 +37,7 @@ export function Stick() {
         className="pad"
         data-held={axes !== null || undefined}
         role="application"
-        aria-label={say("stick")}
+        aria-label={t("stick")}
         aria-describedby="stick-about"
         tabIndex={0}
         onPointerDown={(event) => {
@@ -57,7 +57,7 @@ export function Stick() {
         />
       </div>
       <p id="stick-about" className="about">
-        {say("stickAbout")}
+        {t("stickAbout")}
       </p>
     </div>
   );

@@ -1,7 +1,7 @@
 import { useEffect, useState } from "react";
 import { address } from "./driving";
 import { useRemote } from "./link";
-import { useSay } from "./sentences";
+import { useTexts } from "./texts";
 
 const AGAIN_MS = 2000;
 
@@ -18,20 +18,20 @@ function useVisible(): boolean {
 
 /** What a car's camera sees, as long as somebody looks. */
 export function View({ car, name }: { car: string; name: string }) {
-  const say = useSay();
+  const t = useTexts();
   const open = useRemote(({ open }) => open);
   const sees = useRemote(({ listed }) => listed.find((each) => each.car === car)?.sees ?? false);
   const visible = useVisible();
   const [tries, setTries] = useState(0);
   const source = `${address("/camera", car)}#${tries}`;
-  if (!sees) return <p className="empty">{say("noCamera", { name })}</p>;
+  if (!sees) return <p className="empty">{t("noCamera", { name })}</p>;
   return (
     <div className="view">
       {open && visible && (
         <img
           key={source}
           src={source}
-          alt={say("camera", { name })}
+          alt={t("camera", { name })}
           onError={() => setTimeout(() => setTries((count) => count + 1), AGAIN_MS)}
         />
       )}

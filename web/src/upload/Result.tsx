@@ -1,7 +1,7 @@
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { Icon } from "../app/icons";
-import { spoken } from "../i18n";
+import { inLanguage } from "../i18n";
 import type { Outcome } from "./transfer";
 
 interface ResultProps {
@@ -21,7 +21,7 @@ export function Result({ outcome, onOpen }: ResultProps) {
     case "not-verified":
       return <Told tone="warning" title={t("upload.notVerified")} text={t("upload.notVerifiedAbout")} />;
     case "failed":
-      return <Told tone="error" title={t("upload.failed")} text={spoken(outcome.error.message)} />;
+      return <Told tone="error" title={t("upload.failed")} text={inLanguage(outcome.error.message)} />;
     case "image":
       return (
         <div className="result success" role="status">

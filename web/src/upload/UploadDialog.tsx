@@ -6,7 +6,7 @@ import type { Port } from "../api/types";
 import { Check, Sheet } from "../app/controls";
 import { useSettings } from "../app/settings";
 import { useStudio } from "../app/store";
-import { spoken } from "../i18n";
+import { inLanguage } from "../i18n";
 import { attempt } from "../projects/actions";
 import { markUnsaved, replaceBy } from "../projects/opening";
 import { Result } from "./Result";
@@ -119,7 +119,7 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
               <span className="progress-bar">
                 <span style={{ width: `${percentage ?? 30}%` }} />
               </span>
-              {progress.retry && <p className="quiet">{spoken(progress.retry.message)}</p>}
+              {progress.retry && <p className="quiet">{inLanguage(progress.retry.message)}</p>}
             </>
           )}
         </ProgressBar>

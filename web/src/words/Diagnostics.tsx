@@ -3,7 +3,7 @@ import { useTranslation } from "react-i18next";
 import type { Diagnostic } from "../api/types";
 import { Icon } from "../app/icons";
 import { showBlock } from "../blocks/workspaces";
-import { spoken } from "../i18n";
+import { inLanguage } from "../i18n";
 
 /** What the compiler has to say; each sentence leads to its block. */
 export function Diagnostics({ diagnostics }: { diagnostics: readonly Diagnostic[] }) {
@@ -15,11 +15,11 @@ export function Diagnostics({ diagnostics }: { diagnostics: readonly Diagnostic[
           <Icon name={severity} />
           {block && editor ? (
             <Button className="diagnostic" onPress={() => showBlock(editor, block)}>
-              <b>{t(`editors.${editor}`)}</b> {spoken(message)}
+              <b>{t(`editors.${editor}`)}</b> {inLanguage(message)}
             </Button>
           ) : (
             <span className="diagnostic">
-              {editor && <b>{t(`editors.${editor}`)}</b>} {spoken(message)}
+              {editor && <b>{t(`editors.${editor}`)}</b>} {inLanguage(message)}
             </span>
           )}
         </li>

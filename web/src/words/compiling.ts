@@ -6,7 +6,7 @@ import { tell } from "../app/telling";
 import { useStudio } from "../app/store";
 import { markDiagnostics } from "../blocks/marks";
 import { read, workspaceOf } from "../blocks/workspaces";
-import { spoken } from "../i18n";
+import { inLanguage } from "../i18n";
 import { sharedWords } from "./bits";
 
 /** After an edit, for how long others are taken together with the next one. */
@@ -69,7 +69,7 @@ async function compileNewest(): Promise<void> {
       useStudio.setState({ compiled });
       markDiagnostics(compiled.diagnostics);
     } catch (error) {
-      if (error instanceof api.RefusedError) tell(spoken(error.sentence), "error");
+      if (error instanceof api.RefusedError) tell(inLanguage(error.sentence), "error");
     }
   }
   underWay = false;

@@ -3,7 +3,7 @@
 import i18next from "i18next";
 import type { CompiledWord, Field, Profile } from "../api/types";
 import { durationMeaning, dwellMeaning, radiusMeaning, speedMeaning, turnMeaning } from "../blocks/figures";
-import { spoken } from "../i18n";
+import { inLanguage } from "../i18n";
 
 const DIRECTIONS = ["forward", "left", "right", "random"] as const;
 
@@ -44,7 +44,7 @@ export function fieldMeaning(word: CompiledWord, field: Field, profile: Profile)
   const meaning = valueMeaning(word, field.name, value, profile);
   return i18next.t(meaning === String(value) ? "words.count" : "words.field", {
     bits,
-    title: spoken(field.title),
+    title: inLanguage(field.title),
     value,
     meaning,
   });

@@ -1,0 +1,14 @@
+/** What the plugin `texts` of vite.config.ts makes of the languages' files. */
+
+declare module "virtual:texts/studio" {
+  type Page = (typeof import("../../src/motorcade/locales/en.json"))["page"];
+  export type Texts = Omit<Page, "remote" | "errors">;
+  const languages: Record<string, { name: string; texts: Texts }>;
+  export default languages;
+}
+
+declare module "virtual:texts/remote" {
+  export type Texts = (typeof import("../../src/motorcade/locales/en.json"))["page"]["remote"];
+  const languages: Record<string, { name: string; texts: Texts }>;
+  export default languages;
+}
