@@ -16,6 +16,9 @@ from support.studio_page import StudioPage
 # A host of whatever name, but for the studio's own: as on a computer without a network.
 OFFLINE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 
+# Chromium takes a file that a test answers with for one of the internet, whose pages may not open a WebSocket here.
+LOCAL = "--disable-features=LocalNetworkAccessChecks"
+
 # Draws the mat without WebGL, as old computers do.
 PLAIN = ["--disable-gpu", "--disable-software-rasterizer"]
 
@@ -34,7 +37,7 @@ def chromium_path(alone: FileLock) -> Path:
 # The synchronous Playwright holds an event loop while it lives, so it may not outlive a module and meet other tests.
 @pytest.fixture(scope="module")
 def browser(request: pytest.FixtureRequest, chromium_path: Path) -> Iterator[Browser]:
-    options = [OFFLINE, *getattr(request.module, "CHROMIUM_OPTIONS", PLAIN)]
+    options = [OFFLINE, LOCAL, *getattr(request.module, "CHROMIUM_OPTIONS", PLAIN)]
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium_path, args=options)
         yield browser
