@@ -188,6 +188,7 @@ def _without_doing(words: list[str]) -> list[str]:
         return ["make", "--dry-run", "--directory", str(ROOT), *words[1:]]
     assert words[:2] in (["pipx", "install"], ["pip", "install"]), f"how is {words} tried?"
     (what,) = words[2:]
+    assert what.partition("[")[0] in (".", "motorcade")
     extras = set(re.findall(r"[a-z]+", what.partition("[")[2]))
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert extras <= set(project["optional-dependencies"]), f"{what} asks for extras that are not there"
