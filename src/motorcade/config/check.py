@@ -13,8 +13,7 @@ from math import inf
 from typing import Any, NamedTuple
 
 from motorcade.config.files import line_of, place_text
-from motorcade.errors import MotorcadeError
-from motorcade.locales import Phrase
+from motorcade.errors import MotorcadeError, Phrase
 
 Schema = dict[str, Any]
 Place = tuple[str | int, ...]

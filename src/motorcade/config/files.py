@@ -9,8 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
 
-from motorcade.errors import MotorcadeError
-from motorcade.locales import Phrase
+from motorcade.errors import MotorcadeError, Phrase
 
 Kind = Literal["TOML", "JSON"]
 # Deeper than anyone nests tables, lists or blocks by hand, and short of what Python's stack takes.

@@ -21,10 +21,9 @@ from typing import Any, NoReturn
 
 from motorcade.config.check import Place, Schema, flag, line, list_of, load, shown, table, whole
 from motorcade.config.files import line_of, parse
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.export.names import check_name
 from motorcade.export.vocabulary import Vocabulary
-from motorcade.locales import Phrase
 from motorcade.words.field import WORD_BITS, Field, Values, WordError, WordFormat
 from motorcade.words.formats import FORMATS
 

@@ -20,8 +20,7 @@ from typing import Any, NamedTuple
 from motorcade.boards.linux.chips import CHIPS, Chip
 from motorcade.config.check import Schema, choice, line, list_of, load, shown, table, whole
 from motorcade.config.files import parse, read_text
-from motorcade.errors import MotorcadeError
-from motorcade.locales import Phrase
+from motorcade.errors import MotorcadeError, Phrase
 
 FORMAT = "motorcade-pins/1"
 DUTY_MAX = 255

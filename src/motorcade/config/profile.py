@@ -13,8 +13,7 @@ from typing import Any
 from motorcade.car.board import make_levels
 from motorcade.config.check import Schema, list_of, load, table, whole
 from motorcade.config.files import parse, read_text
-from motorcade.errors import MotorcadeError
-from motorcade.locales import Phrase
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.words.infrared import air_us
 
 _MOST = (1 << 20) - 1

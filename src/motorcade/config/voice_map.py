@@ -18,8 +18,7 @@ from typing import Any, NamedTuple
 from motorcade.boards.voice import WORDS
 from motorcade.config.check import Schema, choice, list_of, load, shown, table, whole
 from motorcade.config.files import parse, read_text
-from motorcade.errors import MotorcadeError
-from motorcade.locales import Phrase
+from motorcade.errors import MotorcadeError, Phrase
 
 FORMAT = "motorcade-voice/1"
 _LONGEST_PATTERN = 64

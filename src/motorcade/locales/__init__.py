@@ -18,9 +18,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-# Until everyone imports it from there.
-from motorcade.errors import Phrase as Phrase
-
 FOLDER = Path(__file__).parent
 # What a sentence falls back to, and what comes first in lists.
 FIRST = "en"

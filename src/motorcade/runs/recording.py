@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from motorcade.config.profile import TABLES, Profile
 from motorcade.engine.moment import Moment
-from motorcade.errors import MotorcadeError
-from motorcade.locales import Phrase
+from motorcade.errors import MotorcadeError, Phrase
 
 if TYPE_CHECKING:
     from motorcade.engine.world import World

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from motorcade.locales import Phrase
+from motorcade.errors import Phrase
 
 
 class Chip(NamedTuple):
