@@ -79,7 +79,7 @@ def hall(cars: int) -> Mat:
         ],
         "physics": PHYSICS,
     }
-    return parse_mat(json.dumps(document), "hall", "json")
+    return parse_mat(json.dumps(document), "hall", "JSON")
 
 
 def _person(side: float, dice: np.random.RandomState) -> dict[str, object]:

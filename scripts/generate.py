@@ -11,6 +11,7 @@ from arbiter_diagram import arbiter_svg
 from commands_page import commands_page
 from wiring_pages import wiring_files
 
+from motorcade.config.check import published
 from motorcade.export.targets import TARGETS, export
 from motorcade.export.vocabulary import MOTORCADE
 from motorcade.mats.schema import mat_schema
@@ -35,7 +36,7 @@ GENERATED = {
     "docs/commands.zh.md": lambda: commands_page("zh"),
     "docs/drive-states.svg": lambda: arbiter_svg("en"),
     "docs/drive-states.zh.svg": lambda: arbiter_svg("zh"),
-    "docs/motorcade-mat-1.schema.json": lambda: _json(mat_schema()),
+    "docs/motorcade-mat-1.schema.json": lambda: _json(published(mat_schema())),
     "docs/motorcade-program-1.schema.json": lambda: _json(program_schema()),
     **wiring_files(),
     **_exports(),

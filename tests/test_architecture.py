@@ -37,7 +37,7 @@ ARROWS = {
     "experiments": ("car", "config", "engine", "errors", "mats", "words"),
     "export": ("config", "words"),
     "firmware": ("boards", "config", "errors", "upload"),
-    "mats": ("config", "engine", "errors"),
+    "mats": ("config", "errors"),
     "program": ("config", "errors", "locales", "words"),
     "runs": ("config", "engine", "errors", "mats", "words"),
     "server": ("boards", "cameras", "config", "drive", "engine", "errors", "mats", "program", "service", "words"),

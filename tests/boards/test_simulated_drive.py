@@ -12,7 +12,7 @@ from motorcade.engine import kernels as engine
 from motorcade.engine.state import DRIVEN
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
-from motorcade.mats.playground import playground
+from motorcade.mats import playground
 from support.strategies import CLASSROOM
 from support.tables import FORWARD, hearers, leaders, table, wheels
 

@@ -10,8 +10,7 @@ from PIL import Image
 from motorcade import Pose, World, forward, led, open_table, wait
 from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera
 from motorcade.cameras import simulated as view
-from motorcade.mats import Person, check_mat
-from motorcade.mats.playground import playground
+from motorcade.mats import Person, check_mat, playground
 from motorcade.runs.palette import LEDS
 from motorcade.runs.recording import Description
 from support.strategies import CLASSROOM

@@ -2,13 +2,11 @@
 
 import math
 from dataclasses import replace
-from string import Formatter
 
 import numpy as np
 import pytest
 
 from motorcade import Mat, Physics, Pose, Program, World, compile_program, forward, led, left, open_table, wait
-from motorcade.engine import sentences as told_in
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Starts
 from support.strategies import CLASSROOM
@@ -134,11 +132,3 @@ def test_what_cannot_be_furnished_leaves_all_as_it_was() -> None:
     with pytest.raises(MotorcadeError, match="smaller tick_ms"):
         cars.furnish(replace(cars.mat, physics=Physics(wheel_noise=0.5)), range_mm=500)
     assert (cars.mat, cars.profile) == before
-
-
-@pytest.mark.parametrize("sentences", [told_in.MAT], ids=["mats"])
-def test_both_languages_tell_the_same_figures(sentences: dict[str, dict[str, str]]) -> None:
-    """Titles of keys are English only; what is allowed there tells them."""
-    for code, told in sentences.items():
-        figures = [{name for _, name, _, _ in Formatter().parse(told[each]) if name} for each in ("en", "zh")]
-        assert figures[0] - {"title"} == figures[1], code

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from motorcade.errors import MotorcadeError
 from motorcade.mats import (
     Mat,
-    MatError,
     Person,
     Physics,
     Pose,
@@ -88,7 +88,7 @@ wheel_noise = 0.1
 
 
 def test_every_key_arrives_where_it_belongs() -> None:
-    read = parse_mat(EVERYTHING, "everything", "toml")
+    read = parse_mat(EVERYTHING, "everything", "TOML")
     x_m, y_m = [2, 2.5, 4.25, 4.75, 4.25, 4.75], [1, 1, 3.25, 3.25, 3.75, 3.75]
     heading = np.radians([90, 0, -90, -90, -90, -90])
     leads = read.starts.leads
@@ -119,7 +119,7 @@ def test_toml_and_json_hold_the_same_keys() -> None:
     texts = [EVERYTHING, *(each.read_text(encoding="utf-8") for each in EXAMPLES if each.suffix == ".toml")]
     for text in texts:
         as_json = json.dumps(tomllib.loads(text))
-        assert parse_mat(as_json, "m", "json") == parse_mat(text, "m", "toml")
+        assert parse_mat(as_json, "m", "JSON") == parse_mat(text, "m", "TOML")
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.name)
@@ -179,5 +179,5 @@ def test_starts_are_not_to_be_changed_and_of_one_length() -> None:
     starts = open_table([Pose(0, 0)]).starts
     with pytest.raises(ValueError, match="read-only"):
         starts.x_m[0] = 1
-    with pytest.raises(MatError, match="one value per car"):
+    with pytest.raises(MotorcadeError, match="one value per car"):
         Starts.of([Pose(0, 0)], [True, False])

@@ -1,4 +1,4 @@
-"""Mats that can't be: each is refused in a sentence that says where and what to do."""
+"""Mats that are not valid: each is refused in a sentence that names the place and what to do."""
 
 import math
 import re
@@ -8,14 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motorcade.mats import MatError, Person, Physics, Pose, Starts, check_mat, open_table, parse_mat, read_mat
+from motorcade.errors import MotorcadeError
+from motorcade.mats import Person, Physics, Pose, Starts, check_mat, open_table, parse_mat, read_mat
 from support.mats import AREA, CAR, CLASSROOM, mat
 
 POINT = "[x, y] in metres, each from -2000 to 2000"
 SIZE = "[width, height] in metres, each from 0.001 to 2000"
-PATH = "a list of 1 to 10000 [t_s, x, y], t_s from 0 to 1000000 s, x and y from -2000 to 2000 m"
+STEP = "[t_s, x, y], t_s from 0 to 1000000 s, x and y from -2000 to 2000 m"
+PATH = f"a list of 1 to 10000 {STEP}"
 CORNERS = f"a list of 3 to 1000 {POINT}"
-USUAL = "give a number of usual size"
+METRES = "allowed: a number from -2000 to 2000 metres"
+TABLE = "format, name, tick_ms, size_m, edge, wall, disc, polygon, person, voice, car, crowd, physics"
 
 
 @pytest.mark.parametrize(
@@ -26,19 +29,19 @@ USUAL = "give a number of usual size"
         ("tick_ms = 1.5", "tick_ms is 1.5; allowed: a whole number from 1 to 40 milliseconds"),
         ("tick_ms = true", "tick_ms is true; allowed: a whole number from 1 to 40 milliseconds"),
         ("size_m = [5]", f"size_m is [5]; allowed: {SIZE}"),
-        ("size_m = [5, -1]", f"size_m[1] is -1; allowed: {SIZE}"),
-        ('edge = "moat"', 'edge is "moat"; allowed: "open" or "wall"'),
+        ("size_m = [5, -1]", "size_m[1] is -1; allowed: a number from 0.001 to 2000 metres"),
+        ('edge = "moat"', 'edge is "moat"; allowed: "open", "wall"'),
         ('edge = "wall"', "edge is a wall but there is no size_m; give the mat's width and height"),
-        ("date = 1979-05-27", "date is 1979-05-27; allowed: numbers, text, lists, tables, true and false"),
+        ("tick_ms = 1979-05-27", 'tick_ms is "1979-05-27"; allowed: a whole number from 1 to 40 milliseconds'),
         ("wall = 3", "wall is 3; allowed: a list of tables, each under [[wall]]"),
-        ("[wall]\nfrom_m = [0, 0]", "wall is a table; allowed: a list of tables, each under [[wall]]"),
-        ("wall = [3]", "wall[0] is 3; allowed: a table of from_m, to_m"),
-        ("[[wall]]\nfrom_m = [0, 0]", f"wall[0].to_m is missing, where the wall ends; give {POINT}"),
-        ('[[wall]]\nfrom_m = [0, 0]\nto_m = [0, "1"]', f'wall[0].to_m[1] is "1"; allowed: {POINT}'),
-        ("[[wall]]\nfrom_m = [0, 0]\nto_m = [0, -2000.5]", f"wall[0].to_m[1] is -2000.5; allowed: {POINT}"),
-        ("[[wall]]\nfrom_m = [0, nan]\nto_m = [0, 1]", f"wall[0].from_m[1] is nan; {USUAL}"),
-        ("[[wall]]\nfrom_m = [0, 0]\nto_m = [-inf, 1]", f"wall[0].to_m[0] is -inf; {USUAL}"),
-        (f"[[car]]\nat_m = [1{'0' * 400}, 1]", f"car[0].at_m[0] is a very long number; {USUAL}"),
+        ("[wall]\nfrom_m = [0, 0]", "wall is {...}; allowed: a list of tables, each under [[wall]]"),
+        ("wall = [3]", "wall[0] is 3; allowed: a table {...} of from_m, to_m"),
+        ("[[wall]]\nfrom_m = [0, 0]", f"wall[0].to_m is missing; give {POINT}"),
+        ('[[wall]]\nfrom_m = [0, 0]\nto_m = [0, "1"]', f'wall[0].to_m[1] is "1"; {METRES}'),
+        ("[[wall]]\nfrom_m = [0, 0]\nto_m = [0, -2000.5]", f"wall[0].to_m[1] is -2000.5; {METRES}"),
+        ("[[wall]]\nfrom_m = [0, nan]\nto_m = [0, 1]", f"wall[0].from_m[1] is nan; {METRES}"),
+        ("[[wall]]\nfrom_m = [0, 0]\nto_m = [-inf, 1]", f"wall[0].to_m[0] is -inf; {METRES}"),
+        (f"[[car]]\nat_m = [1{'0' * 400}, 1]", f"car[0].at_m[0] is 1{'0' * 36}...; {METRES}"),
         (
             "[[wall]]\nfrom_m = [0, 1]\nto_m = [0, 2]\n[[wall]]\nfrom_m = [0, 1]\nto_m = [0, 1.0001]",
             "wall[1] has no length; give two different points, 1 mm apart or more",
@@ -70,60 +73,63 @@ USUAL = "give a number of usual size"
         (
             "[[polygon]]\ncorners_m = [[0, 0], [1, 1], [1, 0], [0, 1]]",
             "polygon[0].corners_m meets itself where its sides 0 and 2 touch or cross; "
-            "list its corners in order round it",
+            "list its corners in order around it",
         ),
         (
             "[[polygon]]\ncorners_m = [[0, 0], [2, 0], [2, 2], [1, 0], [0, 2]]",
             "polygon[0].corners_m meets itself where its sides 0 and 2 touch or cross; "
-            "list its corners in order round it",
+            "list its corners in order around it",
         ),
         (
             "[[polygon]]\ncorners_m = [[0, 0], [2, 0], [1, 0], [1, 1]]",
             "polygon[0].corners_m meets itself where its sides 0 and 1 touch or cross; "
-            "list its corners in order round it",
+            "list its corners in order around it",
         ),
         ("[[person]]\npath = []", f"person[0].path is []; allowed: {PATH}"),
-        ("[[person]]\npath = [[0, 0]]", f"person[0].path[0] is [0, 0]; allowed: {PATH}"),
-        ("[[person]]\npath = [[0, 0, 0], [-1, 1, 1]]", f"person[0].path[1][0] is -1; allowed: {PATH}"),
+        ("[[person]]\npath = [[0, 0]]", f"person[0].path[0] is [0, 0]; allowed: {STEP}"),
+        (
+            "[[person]]\npath = [[0, 0, 0], [-1, 1, 1]]",
+            "person[0].path[1][0] is -1; allowed: a number from 0 to 1000000 seconds",
+        ),
         ("[[person]]\npath = [[1, 0, 0]]", "person[0].path[0] is at 1 s; begin the path at 0 s"),
         (
             "[[person]]\npath = [[0, 0, 0], [2, 1, 1], [2, 2, 2]]",
             "person[0].path[2] is at 2 s, after 2 s; let times rise, by 0.001 s or more",
         ),
         ("[[person]]\npath = [[0, 0, 0]]\nrepeats = 1", "person[0].repeats is 1; allowed: true or false"),
-        ('[[voice]]\nat_s = 1\nword = "jump"', 'voice[0].word is "jump"; allowed: "stop" or "go"'),
+        ('[[voice]]\nat_s = 1\nword = "jump"', 'voice[0].word is "jump"; allowed: "stop", "go"'),
         (
             '[[voice]]\nat_s = -1\nword = "go"',
             "voice[0].at_s is -1; allowed: a number from 0 to 1000000 seconds",
         ),
         (
             '[[voice]]\nat_s = 1\nword = "go"\nradius_m = 1',
-            f"voice[0].centre_m is missing, the middle of where it is heard; give {POINT}",
+            f"voice[0].centre_m is missing; give {POINT}",
         ),
         (
             '[[voice]]\nat_s = 1\nword = "go"\ncentre_m = [0, 0]',
-            "voice[0].radius_m is missing, how far from centre_m it is heard; give a number from 0.001 to 2000 metres",
+            "voice[0].radius_m is missing; give a number from 0.001 to 2000 metres",
         ),
         ("[[car]]\nat = [0, 0]", "car[0].at is not known; known are at_m, heading_deg, role"),
-        ('[[car]]\nat_m = [0, 0]\nrole = "boss"', 'car[0].role is "boss"; allowed: "leader" or "follower"'),
+        ('[[car]]\nat_m = [0, 0]\nrole = "boss"', 'car[0].role is "boss"; allowed: "leader", "follower"'),
         (
             "[[car]]\nat_m = [0, 0]\nheading_deg = 361",
             "car[0].heading_deg is 361; allowed: a number from -360 to 360 degrees",
         ),
         (
             f"[[car]]\nat_m = {'[' * 30}{']' * 30}",
-            "car[0].at_m[0][0][0][0][0] is nested too deep; take the inner brackets away",
+            f"car[0].at_m is {'[' * 30}{']' * 7}...; allowed: {POINT}",
         ),
         (
             f"[[crowd]]\n{AREA}",
-            "crowd[0].cars is missing, how many cars stand there; give a whole number from 1 to 2000000",
+            "crowd[0].cars is missing; give a whole number from 1 to 2000000",
         ),
         (f"[[crowd]]\ncars = 0\n{AREA}", "crowd[0].cars is 0; allowed: a whole number from 1 to 2000000"),
         (f"[[crowd]]\ncars = 3\nleaders = 4\n{AREA}", "crowd[0].leaders is 4; allowed: up to 3, as many as its cars"),
         ("[[crowd]]\ncars = 3", "crowd[0] has no area and the mat no size_m; give the crowd its corner_m and size_m"),
         (
             "[[crowd]]\ncars = 3\ncorner_m = [0, 0]",
-            f"crowd[0].size_m is missing, the width and height of their area; give {SIZE}",
+            f"crowd[0].size_m is missing; give {SIZE}",
         ),
         (
             f'[[crowd]]\ncars = 3\n{AREA}heading_deg = "up"',
@@ -170,8 +176,8 @@ USUAL = "give a number of usual size"
         ),
         ("[physics]\nbit_error_rate = 0.6", "physics.bit_error_rate is 0.6; allowed: a number from 0 to 0.5"),
         ("[physics]\nwheel_noise = -0.1", "physics.wheel_noise is -0.1; allowed: a number from 0 to 0.5"),
-        ('"a\\tb" = 1', "'a\\tb' holds characters that can't be shown; leave them out"),
-        # From here on it is the cars that have no room.
+        ('"a\\tb" = 1', f"'a\\tb' is not known; known are {TABLE}"),
+        # From here on the fault is that cars have no room.
         ("", "there are no cars; add a [[car]] or a [[crowd]]"),
         (
             f'size_m = [1.05, 9]\nedge = "wall"\n{CAR}',
@@ -206,55 +212,58 @@ USUAL = "give a number of usual size"
         ),
     ],
 )
-def test_what_cannot_be_is_refused_in_a_sentence_that_says_where_and_what_to_do(body: str, said: str) -> None:
-    with pytest.raises(MatError) as caught:
+def test_a_fault_is_refused_in_a_sentence_that_names_the_place_and_what_to_do(body: str, said: str) -> None:
+    with pytest.raises(MotorcadeError) as caught:
         check_mat(mat(body), CLASSROOM)
-    # What is read is called by its file, what is checked by its name.
+    # Reading names the file, checking names the mat.
     assert str(caught.value) in (f"mat m: {said}", f"mat n: {said}")
     assert_in_chinese(caught.value)
 
 
-def assert_in_chinese(problem: MatError) -> None:
-    """The same figures in a sentence without English words, but for names of keys and what stands in the file."""
-    told = problem.reason("zh")
-    assert problem.message("zh") == f"场地 {problem.figures['mat']}：{told}"
-    assert re.search(r"[\u4e00-\u9fff]", told)
-    assert not re.search(r"[a-z]{2,} [a-z]{2,}", told)
+def assert_in_chinese(problem: MotorcadeError) -> None:
+    """The Chinese sentence has the same numbers, and no English words but keys and what is in the file."""
+    chinese = problem.sentence("zh").partition("：")[2]
+    assert re.search(r"[\u4e00-\u9fff]", chinese)
+    assert not re.search(r"[a-z]{2,} [a-z]{2,}", chinese)
     numbers = re.compile(r"-?\d+(?:\.\d+)?")
-    assert set(numbers.findall(told)) <= set(numbers.findall(str(problem)))
+    assert set(numbers.findall(chinese)) <= set(numbers.findall(str(problem)))
 
 
 @pytest.mark.parametrize(
     ("text", "kind", "said"),
     [
-        ("x", "toml", "mat m: this is not TOML: Expected"),
-        ("{", "json", "mat m: this is not JSON: Expecting"),
-        ('{"name": "a", "name": "b"}', "json", "mat m: this is not JSON: the key 'name' stands twice in one object"),
-        ("[1]", "json", "mat m: this is no object; begin it with { and its keys"),
-        ("[" * 100_000, "json", "mat m: brackets are nested too deep; take some away"),
-        ("a = " + "[" * 100_000, "toml", "mat m: brackets are nested too deep; take some away"),
-        ('name = "n"', "toml", 'mat m: format is missing, the format of this file; give "motorcade-mat/1"'),
+        ("x", "TOML", "mat m is not TOML: Expected"),
+        ("{", "JSON", "mat m is not JSON: line 1, column 2: Expecting"),
+        (
+            '{"name": "a", "name": "b"}',
+            "JSON",
+            "mat m: the key 'name' is twice in one pair of braces; keep one of them",
+        ),
+        ("[1]", "JSON", f"mat m: the whole of it is [1]; allowed: a table {{...}} of {TABLE}"),
+        ("[" * 100_000, "JSON", "mat m is not JSON: its brackets are nested too deeply"),
+        ("a = " + "[" * 100_000, "TOML", "mat m is not TOML: its brackets are nested too deeply"),
+        ('name = "n"', "TOML", 'mat m: format is missing; give "motorcade-mat/1"'),
         (
             'format = "motorcade-mat/1"',
-            "toml",
-            "mat m: name is missing, what the mat is called; give a line of 1 to 100 characters",
+            "TOML",
+            "mat m: name is missing; give a line of 1 to 100 characters in quotation marks",
         ),
         (
             'format = "motorcade-mat/2"\nname = "n"',
-            "toml",
+            "TOML",
             'mat m: format is "motorcade-mat/2"; allowed: "motorcade-mat/1"',
         ),
-        ('{"name": "\\ud800"}', "json", "mat m: name holds characters that can't be shown; leave them out"),
-        ('{"tick_ms": NaN}', "json", "mat m: tick_ms is nan; give a number of usual size"),
+        ('{"name": "\\ud800"}', "JSON", "mat m is not JSON: it is not UTF-8 text"),
+        ('{"tick_ms": NaN}', "JSON", "mat m is not JSON: NaN is not a number of JSON's"),
         (
             '{"format": "motorcade-mat/1", "name": "n", "physics": {"capture_ratio": null}}',
-            "json",
+            "JSON",
             "mat m: physics.capture_ratio is null; allowed: a number above 1, up to 1000000",
         ),
     ],
 )
-def test_text_that_is_no_mat_is_refused_in_a_sentence(text: str, kind: str, said: str) -> None:
-    with pytest.raises(MatError) as caught:
+def test_text_that_is_not_a_mat_is_refused_in_a_sentence(text: str, kind: str, said: str) -> None:
+    with pytest.raises(MotorcadeError) as caught:
         parse_mat(text, "m", kind)
     assert str(caught.value).startswith(said)
 
@@ -263,11 +272,11 @@ def test_a_file_that_cannot_be_read_is_refused_in_a_sentence(tmp_path: Path) -> 
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe\xfa")
     (tmp_path / "mat.yaml").write_text("", encoding="utf-8")
     for name, said in (
-        ("none.toml", "mat none.toml: the file can't be read: No such file or directory"),
-        ("bytes.toml", "mat bytes.toml: the file can't be read: its text isn't UTF-8, or its name can't be"),
+        ("none.toml", "mat none.toml can't be read: No such file or directory"),
+        ("bytes.toml", "mat bytes.toml can't be read: it is not UTF-8 text"),
         ("mat.yaml", "mat mat.yaml: a mat's file ends in .toml or .json; rename it, or name another file"),
     ):
-        with pytest.raises(MatError) as caught:
+        with pytest.raises(MotorcadeError) as caught:
             read_mat(tmp_path / name)
         assert str(caught.value) == said
 
@@ -277,7 +286,10 @@ def test_a_file_that_cannot_be_read_is_refused_in_a_sentence(tmp_path: Path) -> 
     [
         ({"tick_ms": 50}, "tick_ms is 50; allowed: a whole number from 1 to 40 milliseconds"),
         ({"physics": Physics(wheel_noise=2)}, "physics.wheel_noise is 2; allowed: a number from 0 to 0.5"),
-        ({"physics": Physics(capture_ratio=math.nan)}, "physics.capture_ratio is nan; give a number of usual size"),
+        (
+            {"physics": Physics(capture_ratio=math.nan)},
+            "physics.capture_ratio is nan; allowed: a number above 1, up to 1000000",
+        ),
         ({"discs": ((5, 5, np.float64(-1)),)}, "disc[0].radius_m is -1.0; allowed: a number from 0.001 to 2000 metres"),
         ({"walls": ((1, 1, 1, 1),)}, "wall[0] has no length; give two different points, 1 mm apart or more"),
         ({"walled": True}, "edge is a wall but there is no size_m; give the mat's width and height"),
@@ -293,10 +305,10 @@ def test_a_file_that_cannot_be_read_is_refused_in_a_sentence(tmp_path: Path) -> 
         ),
     ],
 )
-def test_a_mat_that_was_built_in_python_is_checked_alike(changes: dict, said: str) -> None:
+def test_a_mat_built_in_python_has_the_same_checks(changes: dict, said: str) -> None:
     table = open_table([Pose(0, 0)])
     check_mat(table, CLASSROOM)
-    with pytest.raises(MatError) as caught:
+    with pytest.raises(MotorcadeError) as caught:
         check_mat(replace(table, **changes), CLASSROOM)
     assert str(caught.value) == f"mat open table: {said}"
     assert_in_chinese(caught.value)

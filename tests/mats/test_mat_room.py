@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motorcade.mats import MatError, Pose, check_mat, open_table
+from motorcade.errors import MotorcadeError
+from motorcade.mats import Pose, check_mat, open_table
 from support.mats import AREA, CLASSROOM, mat
 
 BODY_M = CLASSROOM.body.diameter_mm / 1000
@@ -33,7 +34,7 @@ def test_cars_that_start_in_each_other_are_found(points: list[tuple[int, int]]) 
     if apart_m(x_m, y_m) > BODY_M - 1e-6:
         check_mat(open_table(poses), CLASSROOM)
     else:
-        with pytest.raises(MatError, match="so move them apart"):
+        with pytest.raises(MotorcadeError, match="so move them apart"):
             check_mat(open_table(poses), CLASSROOM)
 
 
@@ -47,7 +48,7 @@ def test_two_cars_are_near_in_whatever_direction_and_place() -> None:
             if distance_m > BODY_M:
                 check_mat(open_table(poses), CLASSROOM)
             else:
-                with pytest.raises(MatError, match=r"car 2 starts at .* m from car 1"):
+                with pytest.raises(MotorcadeError, match=r"car 2 starts at .* m from car 1"):
                     check_mat(open_table(poses), CLASSROOM)
 
 
@@ -56,10 +57,10 @@ def test_the_one_car_among_many_that_has_no_room_is_named() -> None:
     x_m, y_m = crowd.starts.x_m.copy(), crowd.starts.y_m.copy()
     x_m[70_000] += 0.12
     starts = replace(crowd.starts, x_m=x_m)
-    with pytest.raises(MatError, match=r"car 70001 of crowd\[0\] starts .* from car 70000 of crowd\[0\]"):
+    with pytest.raises(MotorcadeError, match=r"car 70001 of crowd\[0\] starts .* from car 70000 of crowd\[0\]"):
         check_mat(replace(crowd, starts=starts), CLASSROOM)
     wall = (float(x_m[123]), float(y_m[123]) + 0.07, float(x_m[123]) + 1e-2, float(y_m[123]) + 0.07)
-    with pytest.raises(MatError, match=r"car 123 of crowd\[0\] starts .*, on wall\[0\]"):
+    with pytest.raises(MotorcadeError, match=r"car 123 of crowd\[0\] starts .*, on wall\[0\]"):
         check_mat(replace(crowd, walls=(wall,)), CLASSROOM)
 
 
@@ -90,7 +91,7 @@ def test_a_car_has_room_in_the_bay_of_an_obstacle_but_not_in_its_arms(
     if has_room:
         check_mat(there, CLASSROOM)
     else:
-        with pytest.raises(MatError, match=r"on polygon\[0\]"):
+        with pytest.raises(MotorcadeError, match=r"on polygon\[0\]"):
             check_mat(there, CLASSROOM)
 
 
@@ -121,7 +122,7 @@ def test_a_crowd_stands_apart_inside_its_area_with_its_leaders_or_has_no_room(
         f'spacing_m = {spacing_m}\nplacement = "{placement}"\nheading_deg = "random"\nseed = {seed}\n'
     )
     if cars > math.floor(width_m / spacing_m + 1e-9) * math.floor(height_m / spacing_m + 1e-9):
-        with pytest.raises(MatError, match="finds room for"):
+        with pytest.raises(MotorcadeError, match="finds room for"):
             mat(body)
         return
     starts = mat(body).starts

@@ -10,4 +10,4 @@ AREA = "corner_m = [0, 0]\nsize_m = [5, 5]\n"
 
 
 def mat(body: str) -> Mat:
-    return parse_mat(HEAD + body, "m", "toml")
+    return parse_mat(HEAD + body, "m", "TOML")

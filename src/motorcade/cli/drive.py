@@ -226,8 +226,7 @@ def _simulated(held: ExitStack, profile: "Profile", mat: Path | None, image: byt
     with needs_extra("a simulated car"):
         from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera
         from motorcade.engine.world import World
-        from motorcade.mats import check_mat, read_mat
-        from motorcade.mats.playground import playground
+        from motorcade.mats import check_mat, playground, read_mat
 
     place = read_mat(mat) if mat else playground()
     check_mat(place, profile)

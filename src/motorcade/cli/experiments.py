@@ -127,14 +127,14 @@ def _program(spec: Path, index: int, wanted: "Sweep", language: str) -> "tuple[b
 def _mat(spec: Path, index: int, wanted: "Sweep") -> "Mat | None":
     """One of the mats that a sweep names; None for the empty table."""
     from motorcade.experiments.spec import EMPTY_TABLE
-    from motorcade.mats import MatError, read_mat
+    from motorcade.mats import read_mat
 
     name = wanted.mats[index]
     if name == EMPTY_TABLE:
         return None
     try:
         return read_mat(spec.parent / name)
-    except MatError as problem:
+    except MotorcadeError as problem:
         raise UsageError(f"{spec.name}: mats[{index}], '{name}': {problem}") from None
 
 

@@ -28,7 +28,6 @@ def exit_code(problem: Exception) -> int | None:
     from motorcade.drive.car_failures import CarAwayError, CarNotFoundError, CarNotTrustedError, CarRefusesError
     from motorcade.drive.input.stick_failures import StickError
     from motorcade.drive.tls.keys import KeysError
-    from motorcade.engine.errors import MatError
     from motorcade.program.decompiler import DecompileError
     from motorcade.program.diagnostics import ProgramError
     from motorcade.upload.failures import (
@@ -45,7 +44,6 @@ def exit_code(problem: Exception) -> int | None:
     codes = (
         (ProgramError, PROGRAM_ERROR),
         (DecompileError, PROGRAM_ERROR),
-        (MatError, PROGRAM_ERROR),
         (UsageError, USAGE),
         (StoreError, USAGE),
         (CameraError, PORT_NOT_FOUND),

@@ -4,14 +4,13 @@ This module needs NumPy and no Numba.
 """
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 Lengths = NDArray[np.float64] | NDArray[np.float32]
-_NO_COUNTS: Mapping[str, int] = MappingProxyType({})
+_NO_COUNTS: Mapping[str, int] = {}  # not a mappingproxy: moments are sent to other processes
 
 
 class Moment(NamedTuple):

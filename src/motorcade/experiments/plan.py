@@ -23,7 +23,7 @@ from motorcade.engine.layout import rules_of
 from motorcade.errors import MotorcadeError
 from motorcade.experiments.parameters import Parameter, SweepError, Value, mat_with, profile_with
 from motorcade.experiments.spec import EMPTY_TABLE, Sweep
-from motorcade.mats import Mat, MatError, check_mat, formation, open_table
+from motorcade.mats import Mat, check_mat, formation, open_table
 
 TASK_CAR_STEPS = 150_000_000
 # What frames cost, however long a tick is, and what it costs to set up and to measure a car (both in ticks),
@@ -176,7 +176,7 @@ class Plan:
         try:
             profile = profile_with(self._programs[program][1], values)
             self._check(program, mat, values, profile, checked)
-        except (MatError, MotorcadeError) as problem:
+        except MotorcadeError as problem:
             raise SweepError(f"{self.place(cell)}: {problem}") from None
         steps = cars * (ticks + int(self.sweep.duration_ms * TICKS_PER_MS) + START_TICKS)
         return steps + RUN_CAR_STEPS + WORLD_CAR_STEPS // len(self.sweep.seeds)
@@ -184,7 +184,7 @@ class Plan:
     def _check(
         self, program: int, mat: int, values: Mapping[str, Value], profile: Profile, checked: set[tuple[object, ...]]
     ) -> None:
-        """Check that the world can be. Raises MatError, MotorcadeError.
+        """Check that the world can be. Raises MotorcadeError.
 
         What a check looks at is a key of ``checked`` then, so that a grid of what it doesn't look at costs one check.
         """

@@ -1,4 +1,4 @@
-"""Places for many cars at once: in rows or anyhow, clear of what stands there, some of them leaders."""
+"""Place many cars at once: in rows or at random, clear of obstacles, some of them leaders."""
 
 import math
 from collections.abc import Callable
@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from motorcade.engine.errors import MatError
+from motorcade.config.check import Text
+from motorcade.errors import MotorcadeError
 
 Points = NDArray[np.float64]
 IsFree = Callable[[Points, Points], NDArray[np.bool_]]
@@ -17,42 +18,49 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Crowd:
-    """``cars`` cars in the area from ``corner_m``, of ``size_m``, their centres ``spacing_m`` apart or more.
+    """Cars in an area.
 
-    ``anyhow`` has them stand at random instead of in rows; ``heading`` is in radians, None for a
-    random one each; ``seed`` is what that randomness begins with. ``mat`` and ``place`` are for
-    errors: what the mat is called, and where in it the crowd stands.
+    Attributes:
+        file: the mat's name in errors.
+        place: the crowd's place in the file, for errors.
+        cars, leaders: how many cars there are, and how many of them lead.
+        corner_m, size_m: the area's lower left corner, and its width and height.
+        spacing_m: the least distance between two cars' centres.
+        is_random: whether they stand at random instead of in rows.
+        heading: in radians; None for a random one for each car.
+        seed: of the random numbers.
     """
 
-    mat: str
+    file: Text
     place: str
     cars: int
     leaders: int
     corner_m: tuple[float, float]
     size_m: tuple[float, float]
     spacing_m: float
-    anyhow: bool
+    is_random: bool
     heading: float | None
     seed: int
 
 
 def place_crowd(crowd: Crowd, is_free: IsFree) -> tuple[Points, Points, Points, NDArray[np.bool_]]:
-    """x, y, heading (radians) and whether it leads, for each car of ``crowd``.
+    """Find x, y, heading (radians) and whether it leads, for each car of ``crowd``.
 
     Args:
-        crowd: who stands where.
-        is_free: says of points (x, y) whether a car of the crowd may stand there.
+        crowd: the cars and their area.
+        is_free: tells for points (x, y) whether a car of the crowd may stand there.
 
     Raises:
-        MatError: they don't find room, or lead more than there are.
+        MotorcadeError: there isn't room for all cars, or there are more leaders than cars.
     """
     if crowd.leaders > crowd.cars:
-        raise MatError("too-many-leaders", mat=crowd.mat, place=crowd.place, leaders=crowd.leaders, cars=crowd.cars)
-    # The legacy generator: NumPy keeps its stream the same for ever.
-    dice = np.random.RandomState(crowd.seed)
-    x_m, y_m = _anyhow(crowd, is_free, dice) if crowd.anyhow else _in_rows(crowd, is_free)
+        details = {"place": crowd.place, "leaders": crowd.leaders, "cars": crowd.cars}
+        raise MotorcadeError("crowd-has-too-many-leaders", file=crowd.file, **details)
+    # NumPy promises that the numbers of its legacy generator never change.
+    random = np.random.RandomState(crowd.seed)
+    x_m, y_m = _at_random(crowd, is_free, random) if crowd.is_random else _in_rows(crowd, is_free)
     heading = (
-        np.full(crowd.cars, crowd.heading) if crowd.heading is not None else dice.random_sample(crowd.cars) * math.tau
+        np.full(crowd.cars, crowd.heading) if crowd.heading is not None else random.random_sample(crowd.cars) * math.tau
     )
     leads = np.zeros(crowd.cars, np.bool_)
     leads[_spread(x_m, y_m, crowd.leaders)] = True
@@ -60,7 +68,7 @@ def place_crowd(crowd: Crowd, is_free: IsFree) -> tuple[Points, Points, Points, 
 
 
 def _in_rows(crowd: Crowd, is_free: IsFree) -> tuple[Points, Points]:
-    """The lowest free places of a grid, row by row from the left."""
+    """Take the lowest free places of a grid, row by row from the left."""
     columns, most_rows = _fitting(crowd, crowd.spacing_m)
     most_rows = min(most_rows, _MOST_PLACES // max(columns, 1))
     rows = -(-crowd.cars // max(columns, 1))
@@ -81,8 +89,8 @@ def _in_rows(crowd: Crowd, is_free: IsFree) -> tuple[Points, Points]:
     raise _no_room(crowd, free)
 
 
-def _anyhow(crowd: Crowd, is_free: IsFree, dice: np.random.RandomState) -> tuple[Points, Points]:
-    """Random places in cells that are as large as can be, in each of them one car or none."""
+def _at_random(crowd: Crowd, is_free: IsFree, random: np.random.RandomState) -> tuple[Points, Points]:
+    """Take random places in the cells of a grid that is as coarse as possible, at most one in each cell."""
     width, height = crowd.size_m
     side = max(crowd.spacing_m, min(math.sqrt(width * height / crowd.cars), width, height))
     free = 0
@@ -91,12 +99,12 @@ def _anyhow(crowd: Crowd, is_free: IsFree, dice: np.random.RandomState) -> tuple
         if not columns or not rows or columns * rows > _MOST_PLACES:
             break
         row, column = np.divmod(np.arange(rows * columns), columns)
-        x_m = crowd.corner_m[0] + _jittered(column, width / columns, crowd.spacing_m, dice)
-        y_m = crowd.corner_m[1] + _jittered(row, height / rows, crowd.spacing_m, dice)
+        x_m = crowd.corner_m[0] + _jittered(column, width / columns, crowd.spacing_m, random)
+        y_m = crowd.corner_m[1] + _jittered(row, height / rows, crowd.spacing_m, random)
         places = np.flatnonzero(is_free(x_m, y_m))
         free = max(free, len(places))
         if len(places) >= crowd.cars:
-            places = np.sort(dice.permutation(places)[: crowd.cars])
+            places = np.sort(random.permutation(places)[: crowd.cars])
             return x_m[places], y_m[places]
         if side == crowd.spacing_m:
             break
@@ -110,19 +118,19 @@ def _fitting(crowd: Crowd, side_m: float) -> tuple[int, int]:
     return int(width / side_m + _ROUNDING), int(height / side_m + _ROUNDING)
 
 
-def _jittered(cell: NDArray[np.int64], side_m: float, spacing_m: float, dice: np.random.RandomState) -> Points:
-    """A random place in each cell, half of ``spacing_m`` or more from its edges."""
-    return cell * side_m + spacing_m / 2 + dice.random_sample(len(cell)) * max(side_m - spacing_m, 0.0)
+def _jittered(cell: NDArray[np.int64], side_m: float, spacing_m: float, random: np.random.RandomState) -> Points:
+    """A random place in each cell, at least half of ``spacing_m`` from its edges."""
+    return cell * side_m + spacing_m / 2 + random.random_sample(len(cell)) * max(side_m - spacing_m, 0.0)
 
 
-def _no_room(crowd: Crowd, free: int) -> MatError:
+def _no_room(crowd: Crowd, free: int) -> MotorcadeError:
     width, height = crowd.size_m
-    figures = {"free": free, "cars": crowd.cars, "width": width, "height": height, "spacing": crowd.spacing_m}
-    return MatError("no-room", mat=crowd.mat, place=crowd.place, **figures)
+    details = {"free": free, "cars": crowd.cars, "width": width, "height": height, "spacing": crowd.spacing_m}
+    return MotorcadeError("crowd-has-no-room", file=crowd.file, place=crowd.place, **details)
 
 
 def _spread(x_m: Points, y_m: Points, count: int) -> NDArray[np.intp]:
-    """``count`` points spread evenly: the middle one of each of ``count`` blocks that hold equally many points."""
+    """Choose ``count`` points evenly: the middle one of each of ``count`` blocks of equally many points."""
     if count == 0:
         return np.zeros(0, np.intp)
     width, height = np.ptp(x_m) + _ROUNDING, np.ptp(y_m) + _ROUNDING
@@ -130,7 +138,7 @@ def _spread(x_m: Points, y_m: Points, count: int) -> NDArray[np.intp]:
     points = len(x_m)
     band = np.empty(points, np.int64)
     band[np.argsort(y_m, kind="stable")] = np.arange(points) * bands // points
-    # Every other band backwards, so that a block which ends one band and begins the next stays in one place.
+    # Every other band runs backwards, so that a block over the end of a band is in one place.
     order = np.lexsort((np.where(band % 2, -x_m, x_m), band))
     block = np.arange(points) * count // points
     size = np.bincount(block)

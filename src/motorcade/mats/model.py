@@ -1,4 +1,4 @@
-"""What a mat is, as data: where cars start, what stands in their way, who walks and speaks, which physics hold."""
+"""A mat as data: where cars start, walls and obstacles, people, voices, and which physics hold."""
 
 import heapq
 import math
@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from motorcade.engine.errors import MatError
+from motorcade.errors import MotorcadeError
 
 Wall = tuple[float, float, float, float]
 Disc = tuple[float, float, float]
@@ -21,7 +21,7 @@ _SIDE = 20
 
 @dataclass(slots=True)
 class Pose:
-    """Where a car is: metres, and radians counter-clockwise from the x axis."""
+    """The position of a car in metres, and its heading in radians counter-clockwise from the x axis."""
 
     x: float
     y: float
@@ -30,16 +30,16 @@ class Pose:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Starts:
-    """Where the cars stand at first, and which of them lead; a car's index is its number.
+    """Where the cars start, and which of them lead; a car's index is its number.
 
     Attributes:
         x_m, y_m: float64, one per car.
         heading: float64, radians counter-clockwise from the x axis.
         leads: bool.
-        groups: whom the cars belong to in the mat's file, in order: ``("crowd[0]", 500)`` stands
-            for the next 500 cars. Errors name them; empty where the cars come from no file.
+        groups: the tables of the mat's file that the cars come from, in order: ``("crowd[0]", 500)`` stands for the
+            next 500 cars. Errors name them; empty where the cars come from no file.
 
-    The arrays are copied and read-only. Raises MatError where their lengths differ.
+    The arrays are copied and read-only. Raises MotorcadeError where their lengths differ.
     """
 
     x_m: NDArray[np.float64]
@@ -55,7 +55,7 @@ class Starts:
             object.__setattr__(self, name, column)
         shapes = {each.shape for each in self._columns()}
         if len(shapes) > 1 or self.x_m.ndim != 1:
-            raise MatError("lengths-differ")
+            raise MotorcadeError("starts-differ-in-length")
 
     def __len__(self) -> int:
         return len(self.x_m)
@@ -68,7 +68,7 @@ class Starts:
 
     @classmethod
     def of(cls, poses: Sequence[Pose], leads: Sequence[bool]) -> Self:
-        """One car per pose; ``leads`` says of each whether it leads."""
+        """Make one car per pose; ``leads`` tells for each whether it leads."""
         x_m, y_m, heading = (np.array([getattr(pose, name) for pose in poses], float) for name in ("x", "y", "heading"))
         return cls(x_m, y_m, heading, np.array(leads, bool))
 
@@ -78,10 +78,11 @@ class Starts:
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """Somebody who walks a path, straight from point to point, and is seen by the cars' PIR sensors.
+    """A person who walks straight from point to point; the cars' PIR sensors detect people.
 
-    ``path`` holds (t_s, x_m, y_m), t_s rising from 0; with one point they stand there.
-    With ``repeats`` the path begins anew when it is over, else they stay at its end.
+    Attributes:
+        path: (t_s, x_m, y_m), with t_s rising from 0; a person with one point stands there.
+        repeats: whether the path begins again at its end; else the person stays there.
     """
 
     path: tuple[tuple[float, float, float], ...]
@@ -90,9 +91,12 @@ class Person:
 
 @dataclass(frozen=True, slots=True)
 class Voice:
-    """A word, ``stop`` or ``go``, that is said once, ``at_s`` seconds after the start.
+    """A word that is said once.
 
-    Cars within ``radius_m`` of (x_m, y_m) hear it; where that is None, all do.
+    Attributes:
+        at_s: the time after the start, in seconds.
+        word: ``stop`` or ``go``.
+        x_m, y_m, radius_m: cars within the radius of the point hear it; where the radius is None, all cars do.
     """
 
     at_s: float
@@ -104,14 +108,15 @@ class Voice:
 
 @dataclass(frozen=True, slots=True)
 class Physics:
-    """Which physics hold, each a part of its own.
+    """Which physics hold; each can be changed alone.
 
     Attributes:
-        collisions: bodies push each other apart; walls and obstacles hold them.
+        collisions: bodies push each other apart, and walls and obstacles stop them.
         line_of_sight: walls, obstacles and cars shade infrared.
-        capture_ratio: a frame survives another that is so many times weaker (power, above 1); None: never.
-        beam_half_angle_deg: the sender's cone about its heading, 1 to 180; 180 is all round.
-        bit_error_rate: chance of each bit of a frame to flip on its way to one receiver, 0 to 0.5.
+        capture_ratio: how many times stronger (power, above 1) than another a frame must be to survive it; None: no
+            frame does.
+        beam_half_angle_deg: half of the angle of the sender's cone about its heading, 1 to 180; 180 is all round.
+        bit_error_rate: probability that a bit of a frame flips on its way to a receiver, 0 to 0.5.
         wheel_noise: standard deviation of each wheel's speed as a share of it, 0 to 0.5.
     """
 
@@ -128,16 +133,16 @@ class Mat:
     """A place that cars drive on. Lengths are metres; x goes right, y up.
 
     Attributes:
-        name: what it is called, in a line.
-        starts: where the cars stand at first.
-        tick_ms: the clock's step, 1 to 40.
-        size_m: width and height, its lower left corner is the origin; None: a plane without end.
+        name: its name, one line.
+        starts: where the cars start.
+        tick_ms: the simulator's step, 1 to 40.
+        size_m: width and height, its lower left corner is the origin; None for an unbounded plane.
         walled: whether the mat's edge is a wall; needs ``size_m``.
         walls: straight and thin, x0, y0, x1, y1.
         discs: round obstacles, x, y, radius.
         polygons: solid obstacles, three corners (x, y) or more each.
-        people: who walks there.
-        voices: what is said there.
+        people: the people who walk there.
+        voices: the words that are said there.
         physics: which physics hold.
     """
 
@@ -155,10 +160,10 @@ class Mat:
 
 
 def formation(followers: int, reach_m: float = 1.0) -> list[Pose]:
-    """The leader at the origin, looking along x, and its followers on a grid of 250 mm.
+    """Place the leader at the origin, facing along x, and its followers on a grid of 250 mm.
 
-    They stand as near to it as they can: first behind it, within ``reach_m``
-    (where its infrared is heard), then beside and before it, then further away.
+    The followers stand as near to it as possible: first behind it within ``reach_m``, the range of its infrared, then
+    beside and in front of it, then farther away.
     """
     poses = [Pose(0.0, 0.0)]
     side = _SIDE + math.isqrt(followers)
@@ -174,9 +179,22 @@ def formation(followers: int, reach_m: float = 1.0) -> list[Pose]:
 
 
 def open_table(poses: Sequence[Pose], tick_ms: int = 1) -> Mat:
-    """A plane without end, with nothing on it but cars; the first of them leads.
-
-    They carry their infrared above their bodies, so that none shades another.
-    """
+    """Make an unbounded plane with nothing but cars, of which the first leads; no car shades another's infrared."""
     leads = [number == 0 for number in range(len(poses))]
     return Mat("open table", Starts.of(poses, leads), tick_ms, physics=Physics(line_of_sight=False))
+
+
+def playground() -> Mat:
+    """Make a walled mat to drive on: obstacles, a person who walks, and a leader in front of four followers."""
+    poses = [Pose(0.9, 1.5), *(Pose(0.4, 0.9 + 0.4 * k) for k in range(4))]
+    return Mat(
+        "playground",
+        Starts.of(poses, [True] + [False] * 4),
+        20,
+        (4.0, 3.0),
+        True,
+        walls=((2.6, 0.0, 2.6, 0.7),),
+        discs=((1.9, 2.1, 0.12), (3.2, 1.2, 0.18)),
+        polygons=(((2.4, 2.4), (2.9, 2.4), (2.9, 2.6), (2.4, 2.6)),),
+        people=(Person(((0.0, 3.6, 0.4), (8.0, 3.6, 2.6), (16.0, 3.6, 0.4)), repeats=True),),
+    )

@@ -1,6 +1,9 @@
-"""The JSON Schema of a mat: every key, what it is (its ``title``) and what is allowed there (its ``description``)."""
+"""The schema of a mat's file: every key, what it is (its ``title``), what is allowed, and its default."""
 
+from functools import cache
 from typing import Any
+
+from motorcade.config.check import Schema, choice, flag, line, list_of, number, table, whole
 
 FORMAT = "motorcade-mat/1"
 FARTHEST_M = 2000
@@ -8,172 +11,142 @@ SHORTEST_M = 0.001
 LAST_S = 1_000_000
 MOST_CARS = 2_000_000
 
-Schema = dict[str, Any]
 
-
+@cache
 def mat_schema() -> Schema:
-    """The JSON Schema (draft 2020-12) of a mat in JSON, or in TOML once it is parsed."""
-    root = _table(
-        ("format", "name"),
-        format=_choice("the format of this file", FORMAT),
-        name=_part(
-            "what the mat is called", "a line of 1 to 100 characters", type="string", minLength=1, maxLength=100
+    """The JSON Schema (draft 2020-12) of a mat in JSON, or in TOML after parsing."""
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Motorcade mat",
+        "description": "A place that cars drive on. Lengths are metres, x goes right and y up, angles are degrees "
+        "counter-clockwise from the x axis, times are seconds from the start.",
+        **table(
+            ("size_m",),
+            format=choice(FORMAT, title="the format of this file"),
+            name=line(100, title="the name of the mat"),
+            tick_ms=_unit("milliseconds", whole(1, 40, title="the simulator's step", default=1)),
+            size_m=_size("the mat's width and height; its lower left corner is the origin"),
+            edge=choice("open", "wall", title="what the mat's edge is", default="open"),
+            wall=_tables("wall", _wall()),
+            disc=_tables("disc", _disc()),
+            polygon=_tables("polygon", _polygon()),
+            person=_tables("person", _person()),
+            voice=_tables("voice", _voice()),
+            car=_tables("car", _car()),
+            crowd=_tables("crowd", _crowd()),
+            physics=_physics(),
         ),
-        tick_ms=_whole("the clock's step", 1, 40, "milliseconds", default=1),
-        size_m=_size("the mat's width and height; its lower left corner is the origin"),
-        edge=_choice("what the mat's edge is", "open", "wall", default="open"),
-        wall=_tables("wall", _wall()),
-        disc=_tables("disc", _disc()),
-        polygon=_tables("polygon", _polygon()),
-        person=_tables("person", _person()),
-        voice=_tables("voice", _voice()),
-        car=_tables("car", _car()),
-        crowd=_tables("crowd", _crowd()),
-        physics=_physics(),
-    )
-    about = (
-        "A place that cars drive on. Lengths are metres, x goes right and y up, angles are degrees "
-        "counter-clockwise from the x axis, times are seconds from the start."
-    )
-    return (
-        {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "Motorcade mat"}
-        | root
-        | {"description": about}
-    )
+    }
 
 
 def _wall() -> Schema:
-    return _table(("from_m", "to_m"), from_m=_point("where the wall begins"), to_m=_point("where the wall ends"))
+    return table(from_m=_point("where the wall begins"), to_m=_point("where the wall ends"))
 
 
 def _disc() -> Schema:
-    return _table(
-        ("centre_m", "radius_m"),
-        centre_m=_point("the middle of a round obstacle"),
-        radius_m=_number("the radius of a round obstacle", SHORTEST_M, FARTHEST_M, "metres"),
-    )
+    return table(centre_m=_point("the centre of a round obstacle"), radius_m=_radius("the radius of a round obstacle"))
 
 
 def _polygon() -> Schema:
-    allowed = f"a list of 3 to 1000 [x, y] in metres, each from -{FARTHEST_M} to {FARTHEST_M}"
-    corner = {"type": "array", "items": _coordinate(), "minItems": 2, "maxItems": 2}
-    corners = _part("the corners of a solid obstacle, in order", allowed, type="array", items=corner)
-    return _table(("corners_m",), corners_m=corners | {"minItems": 3, "maxItems": 1000})
+    corners = list_of(_point("a corner"), 3, 1000, title="the corners of a solid obstacle, in order")
+    return table(corners_m=_allowed("mat-corners", corners, minimum=3, maximum=1000, most=FARTHEST_M))
 
 
 def _person() -> Schema:
-    allowed = (
-        f"a list of 1 to 10000 [t_s, x, y], t_s from 0 to {LAST_S} s, x and y from -{FARTHEST_M} to {FARTHEST_M} m"
-    )
-    step = {"type": "array", "items": _coordinate(), "minItems": 3, "maxItems": 3}
-    step["prefixItems"] = [{"type": "number", "minimum": 0, "maximum": LAST_S}]
-    path = _part("when somebody is where; they walk straight from point to point", allowed, type="array", items=step)
-    return _table(
-        ("path",),
-        path=path | {"minItems": 1, "maxItems": 10000},
-        repeats=_flag("whether the path begins anew when it is over", default=False),
+    step = list_of(_coordinate(), 3, 3, title="a time and a point", prefixItems=[_unit("seconds", number(0, LAST_S))])
+    step = _allowed("mat-step", step, last=LAST_S, most=FARTHEST_M)
+    path = list_of(step, 1, 10000, title="when the person is where; they walk straight from point to point")
+    return table(
+        path=_allowed("mat-path", path, minimum=1, maximum=10000, last=LAST_S, most=FARTHEST_M),
+        repeats=flag(title="whether the path begins again at its end", default=False),
     )
 
 
 def _voice() -> Schema:
-    table = _table(
-        ("at_s", "word"),
-        at_s=_number("when it is said", 0, LAST_S, "seconds"),
-        word=_choice("what is said", "stop", "go"),
-        centre_m=_point("the middle of where it is heard"),
-        radius_m=_number("how far from centre_m it is heard", SHORTEST_M, FARTHEST_M, "metres"),
-    )
-    return table | {"dependentRequired": {"centre_m": ["radius_m"], "radius_m": ["centre_m"]}}
+    return table(
+        ("centre_m", "radius_m"),
+        at_s=_unit("seconds", number(0, LAST_S, title="when it is said")),
+        word=choice("stop", "go", title="what is said"),
+        centre_m=_point("the centre of the area in which it is heard"),
+        radius_m=_radius("how far from centre_m it is heard"),
+    ) | {"dependentRequired": {"centre_m": ["radius_m"], "radius_m": ["centre_m"]}}
 
 
 def _car() -> Schema:
-    return _table(
-        ("at_m",),
+    return table(
         at_m=_point("where the car starts"),
-        heading_deg=_number("where the car looks", -360, 360, "degrees", default=0),
-        role=_choice("whether the car leads", "leader", "follower", default="follower"),
+        heading_deg=_heading("where the car faces"),
+        role=choice("leader", "follower", title="whether the car leads", default="follower"),
     )
 
 
 def _crowd() -> Schema:
-    heading = _number("where the cars look", -360, 360, "degrees", default=0)
-    heading |= {"type": ["number", "string"], "pattern": "^random$"}
-    heading["description"] += ', or "random"'
-    table = _table(
-        ("cars",),
-        cars=_whole("how many cars stand there", 1, MOST_CARS),
-        leaders=_whole("how many of them lead, evenly spread", 0, MOST_CARS, default=0),
+    heading = _heading("where the cars face") | {"type": ["number", "string"], "pattern": "^random$"}
+    heading = _allowed("mat-crowd-heading", heading)
+    return table(
+        ("corner_m", "size_m"),
+        cars=whole(1, MOST_CARS, title="the number of cars"),
+        leaders=whole(0, MOST_CARS, title="how many of them lead, evenly spread", default=0),
         corner_m=_point("the lower left corner of their area"),
         size_m=_size("the width and height of their area"),
-        spacing_m=_number("the least distance of two cars' centres", 0.01, 100, "metres", default=0.25),
-        placement=_choice("whether they stand in rows or anyhow", "grid", "random", default="grid"),
+        spacing_m=_unit(
+            "metres", number(0.01, 100, title="the least distance between two cars' centres", default=0.25)
+        ),
+        placement=choice("grid", "random", title="whether they stand in rows or at random", default="grid"),
         heading_deg=heading,
-        seed=_whole("what the dice of the crowd begin with", 0, (1 << 32) - 1, default=0),
-    )
-    return table | {"dependentRequired": {"corner_m": ["size_m"], "size_m": ["corner_m"]}}
+        seed=whole(0, (1 << 32) - 1, title="the seed of the crowd's random numbers", default=0),
+    ) | {"dependentRequired": {"corner_m": ["size_m"], "size_m": ["corner_m"]}}
 
 
 def _physics() -> Schema:
-    capture = {"type": "number", "exclusiveMinimum": 1, "maximum": 1_000_000}
-    survives = "how many times stronger than another a frame must be to survive it"
-    table = _table(
-        (),
-        collisions=_flag("whether bodies push each other apart, and walls and obstacles hold them", default=True),
-        line_of_sight=_flag("whether walls, obstacles and cars shade infrared", default=True),
-        capture_ratio=_part(survives, "a number above 1, up to 1000000", **capture),
-        beam_half_angle_deg=_number("half of the infrared sender's cone", 1, 180, "degrees", default=180),
-        bit_error_rate=_number("the chance of each bit of a frame to flip on its way", 0, 0.5, default=0),
-        wheel_noise=_number("the spread of each wheel's speed, as a share of it", 0, 0.5, default=0),
-    )
-    return table | {"default": {}}
+    return table(
+        ("capture_ratio",),
+        collisions=flag(title="whether bodies push each other apart, and walls and obstacles hold them", default=True),
+        line_of_sight=flag(title="whether walls, obstacles and cars shade infrared", default=True),
+        capture_ratio={
+            "title": "how many times stronger than another a frame must be to survive it",
+            "type": "number",
+            "exclusiveMinimum": 1,
+            "maximum": 1_000_000,
+        },
+        beam_half_angle_deg=_unit(
+            "degrees", number(1, 180, title="half of the angle of the infrared sender's cone", default=180)
+        ),
+        bit_error_rate=number(0, 0.5, title="the probability that a bit of a frame flips on its way", default=0),
+        wheel_noise=number(0, 0.5, title="the standard deviation of each wheel's speed, as a share of it", default=0),
+    ) | {"default": {}}
 
 
-def _part(title: str, allowed: str, **more: Any) -> Schema:
-    return {"title": title, "description": allowed, **more}
+def _heading(title: str) -> Schema:
+    return _unit("degrees", number(-360, 360, title=title, default=0))
 
 
-def _number(title: str, minimum: float, maximum: float, unit: str = "", **more: Any) -> Schema:
-    allowed = f"a number from {minimum} to {maximum} {unit}".rstrip()
-    return _part(title, allowed, type="number", minimum=minimum, maximum=maximum, **more)
-
-
-def _whole(title: str, minimum: int, maximum: int, unit: str = "", **more: Any) -> Schema:
-    allowed = f"a whole number from {minimum} to {maximum} {unit}".rstrip()
-    return _part(title, allowed, type="integer", minimum=minimum, maximum=maximum, **more)
-
-
-def _choice(title: str, *values: str, **more: Any) -> Schema:
-    return _part(title, " or ".join(f'"{value}"' for value in values), enum=list(values), **more)
-
-
-def _flag(title: str, *, default: bool) -> Schema:
-    return _part(title, "true or false", type="boolean", default=default)
+def _radius(title: str) -> Schema:
+    return _unit("metres", number(SHORTEST_M, FARTHEST_M, title=title))
 
 
 def _coordinate() -> Schema:
-    return {"type": "number", "minimum": -FARTHEST_M, "maximum": FARTHEST_M}
+    return _unit("metres", number(-FARTHEST_M, FARTHEST_M))
 
 
 def _point(title: str) -> Schema:
-    allowed = f"[x, y] in metres, each from -{FARTHEST_M} to {FARTHEST_M}"
-    return _part(title, allowed, type="array", items=_coordinate(), minItems=2, maxItems=2)
+    return _allowed("mat-point", list_of(_coordinate(), 2, 2, title=title), most=FARTHEST_M)
 
 
 def _size(title: str) -> Schema:
-    allowed = f"[width, height] in metres, each from {SHORTEST_M} to {FARTHEST_M}"
-    length = {"type": "number", "minimum": SHORTEST_M, "maximum": FARTHEST_M}
-    return _part(title, allowed, type="array", items=length, minItems=2, maxItems=2)
+    length = _unit("metres", number(SHORTEST_M, FARTHEST_M))
+    return _allowed("mat-size", list_of(length, 2, 2, title=title), least=SHORTEST_M, most=FARTHEST_M)
 
 
-def _table(required: tuple[str, ...], **properties: Schema) -> Schema:
-    return {
-        "description": f"a table of {', '.join(properties)}",
-        "type": "object",
-        "properties": properties,
-        "required": list(required),
-        "additionalProperties": False,
-    }
+def _tables(name: str, items: Schema) -> Schema:
+    return _allowed("list-of-tables", list_of(items, default=[]), name=name)
 
 
-def _tables(name: str, table: Schema) -> Schema:
-    return {"description": f"a list of tables, each under [[{name}]]", "type": "array", "items": table, "default": []}
+def _unit(unit: str, schema: Schema) -> Schema:
+    """Add the unit that sentences name."""
+    return schema | {"x-unit": unit}
+
+
+def _allowed(key: str, schema: Schema, **details: Any) -> Schema:
+    """Add the phrase that tells what is allowed, where the bounds alone would tell it badly."""
+    return schema | {"x-allowed": [key, details]}

@@ -1,6 +1,5 @@
 """What can go wrong in the studio: stable codes, and their sentences in English and Chinese."""
 
-from motorcade.engine.errors import MatError
 from motorcade.errors import MotorcadeError
 from motorcade.program.diagnostics import LANGUAGES
 from motorcade.server.errors import MESSAGES as SERVER_MESSAGES
@@ -138,10 +137,8 @@ MESSAGES: dict[str, dict[str, str]] = {
 }
 
 
-def reason_of(problem: MatError | MotorcadeError) -> dict[str, str]:
+def reason_of(problem: MotorcadeError) -> dict[str, str]:
     """What is wrong in each language, as the end of a sentence of the studio's."""
-    if isinstance(problem, MatError):
-        return {language: problem.reason(language) for language in LANGUAGES}
     return {language: problem.sentence(language) for language in LANGUAGES}
 
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from motorcade.engine.errors import MatError
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats.document import mat_of
 from motorcade.mats.model import Mat
 from motorcade.service.errors import StudioError, reason_of
@@ -15,8 +15,8 @@ def mat_from(document: Any, most_cars: int) -> Mat:
     if count > most_cars:
         raise StudioError("too-many-cars", count=count, most=most_cars)
     try:
-        return mat_of(document, "mat")
-    except MatError as problem:
+        return mat_of(document, Phrase("mat-of-page"))
+    except MotorcadeError as problem:
         raise StudioError("bad-mat", reason=reason_of(problem)) from None
 
 

@@ -4,7 +4,6 @@ from typing import Annotated, Any
 
 from msgspec import Meta, Struct
 
-from motorcade.engine.errors import MatError
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, check_mat
@@ -117,11 +116,12 @@ def world_of(message: Set, most_cars: int) -> World:
     check_image(image)
     try:
         check_mat(mat, profile)
+    except MotorcadeError as problem:
+        raise StudioError("bad-mat", reason=reason_of(problem)) from None
+    try:
         world = World(mat, [image], profile, seeds=message.seed, events=True, threads=1)
         if message.range_mm is not None:
             world.furnish(mat, message.range_mm)
-    except MatError as problem:
-        raise StudioError("bad-mat", reason=reason_of(problem)) from None
     except MotorcadeError as problem:
         raise StudioError("bad-world", reason=reason_of(problem)) from None
     return world
