@@ -1,19 +1,19 @@
-"""The whole way of a program, from blocks to tracks: what `make demo` shows.
+"""Take a program from blocks to tracks, as `make demo` shows.
 
-A project is compiled to an image; its bytes go over a real serial port to a
-virtual leader, which answers; and by the bytes that the leader then holds, one
-leader and five followers drive for 30 simulated seconds.
+Compile a project to an image, send it over a real serial port to a simulated leader, which answers, and let one leader
+and five followers drive for 30 simulated seconds by the image that the leader then holds.
 """
 
 import os
 import tempfile
-import threading
+from contextlib import closing
 from pathlib import Path
 
 from rich.console import Console
 
 from motorcade import compile_program, load_profile, read_program, simulate
-from motorcade.boards.simulated import ImageStore, PseudoTerminal, TcpPort, VirtualBoard, monotonic_clock, serve
+from motorcade.boards.computer import ImageStore, simulated_car
+from motorcade.boards.lines import PseudoTerminal, TcpPort
 from motorcade.cli.console import print_diagnostics, words_table
 from motorcade.cli.run_tables import cars_table
 from motorcade.upload.serial_port import upload
@@ -34,20 +34,12 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         store = ImageStore(Path(folder) / "leader.image")
         line = TcpPort("127.0.0.1", 0) if os.name == "nt" else PseudoTerminal()
-        board = VirtualBoard(line, store, profile, lambda *noted: None, monotonic_clock())
-        done = threading.Event()
-        leader = threading.Thread(target=serve, args=(board, line, done.is_set))
-        leader.start()
-        try:
+        with closing(line), simulated_car(line, store, profile):
             answer = upload(line.address, compiled.image, profile.serial.baud)
-        finally:
-            done.set()
-            leader.join()
-            line.close()
         console.print(f"Uploaded {len(compiled.image)} bytes to {line.address}. Verified, the car answered: {answer}")
-        held = store.load()
+        image = store.load()
 
-    run = simulate(held or b"", followers=5, seconds=30, profile=profile)
+    run = simulate(image or b"", followers=5, seconds=30, profile=profile)
     console.print(cars_table(run))
     PICTURE.parent.mkdir(exist_ok=True)
     run.save_picture(PICTURE)

@@ -128,6 +128,9 @@ class ToldError(Exception):
     def reason(self, language: str) -> str:
         """The sentence in ``language`` (en or zh), without what it is about."""
         figures = {name: value[language] if isinstance(value, dict) else value for name, value in self.figures.items()}
+        figures = {
+            name: value.sentence(language) if hasattr(value, "sentence") else value for name, value in figures.items()
+        }
         return self.SENTENCES[self.code][language].format(**figures)
 
     def message(self, language: str) -> str:

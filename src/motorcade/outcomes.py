@@ -41,6 +41,18 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (USAGE, 400, ("run-file-unwritable", "film-not-drawn", "gif-too-long", "nothing-recorded")),
     (USAGE, 400, ("not-a-recording", "recording-unreadable", "not-mcap", "mcap-cut-off", "mcap-without-run")),
     (USAGE, 400, ("not-parquet", "parquet-damaged", "parquet-without-run", "parquet-of-part")),
+    # Real cars, and boards with MicroPython.
+    (USAGE, 400, ("pins-missing", "options-exclude-each-other", "voice-map-missing", "chip-missing")),
+    (USAGE, 400, ("store-unreadable", "store-holds-no-image")),
+    (PORT_NOT_FOUND, 400, ("gpio-needs-linux", "no-gpio-chip", "another-computer", "watchdog-unusable")),
+    (PORT_NOT_FOUND, 400, ("infrared-needs-linux", "infrared-forbidden", "no-infrared-sender")),
+    (PORT_NOT_FOUND, 400, ("infrared-sender-fails",)),
+    (PORT_BUSY, 400, ("cannot-listen", "no-pseudo-terminals")),
+    (NO_ANSWER, 400, ("no-micropython-answers",)),
+    (VERIFICATION, 400, ("installed-file-differs",)),
+    (PORT_FORBIDDEN, 400, ("gpio-forbidden",)),
+    (REFUSED, 400, ("another-chip", "old-micropython", "board-has-no-room", "install-failed")),
+    (WENT_AWAY, 400, ("install-cut-off",)),
 )
 
 

@@ -6,11 +6,11 @@ import gpiozero.pins.mock as mock
 import pytest
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
-from motorcade.boards.linux.board import Equipment
-from motorcade.boards.linux.raspberry_pi import RaspberryPi, RaspberryPiDrive
+from motorcade.boards.computer import Equipment
+from motorcade.boards.linux.raspberry_pi import RaspberryPi
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import levels_of
-from support.mock_pi import HEAD, STEERED, Clock, Line, Sender
+from support.mock_pi import HEAD, Clock, Line, Sender
 from support.strategies import CLASSROOM
 
 
@@ -45,13 +45,3 @@ def car(clock, pins):
     yield make
     for board in boards:
         board.close()
-
-
-@pytest.fixture
-def drive(pins):
-    """Makes a steered car from its profile."""
-
-    def make(profile=CLASSROOM, **more) -> RaspberryPiDrive:
-        return RaspberryPiDrive(parse_pins(HEAD + STEERED, "test.toml"), profile, pins, **more)
-
-    return make

@@ -9,12 +9,12 @@ import pytest
 from driven_car import Bench
 
 from motorcade import check_board
-from motorcade.boards.simulated import ImageStore, VirtualBoard, monotonic_clock
+from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore
+from motorcade.boards.lines import NoLine
 from motorcade.car.check.parts import METHODS
 from motorcade.config.pins import parse_pins
-from motorcade.config.profile import built_in_profile
-from motorcade.firmware.bundle import templates
-from motorcade.firmware.settings import settings_of
+from motorcade.config.profile import built_in_profile, levels_of
+from motorcade.firmware.car_files import settings_of, templates
 from support import roverhat
 from support.broken_boards import (
     BROKEN,
@@ -70,19 +70,13 @@ def test_a_board_in_real_time_passes_too(tmp_path):
     assert check_board(RealClock(Tin(), tmp_path)) == []
 
 
-def test_the_virtual_car_passes(tmp_path):
-    class Nobody:
-        address = ""
-
-        def read(self):
-            return b""
-
-        def write(self, data):
-            pass
-
+def test_a_simulated_car_passes(tmp_path):
     store = ImageStore(tmp_path / "car.image")
-    board = partial(VirtualBoard, Nobody(), store, CLASSROOM, lambda *noted: None, monotonic_clock())
-    assert check_board(board(), reopen=board) == []
+
+    def open_board():
+        return ComputerBoard(Equipment(True, 0, levels_of(CLASSROOM), NoLine(), store.load(), store.save))
+
+    assert check_board(open_board(), reopen=open_board) == []
 
 
 @pytest.mark.parametrize(("chip", "platform"), [("esp32", "esp32"), ("rp2040", "rp2")])

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from motorcade.boards.keyboard import KeyboardVoice
+from motorcade.boards.computer import KeyboardVoice
 from motorcade.boards.voice import SerialVoice, VoiceSource
 from motorcade.car.brain import NO_VOICE, VOICE_GO, VOICE_STOP
 from motorcade.config.voice_map import VoiceMap, load_voice_map, parse_voice_map
@@ -22,7 +22,7 @@ def heard(*chunks: bytes) -> list[int]:
     """What a module's bytes say, asked after each chunk."""
     waiting = list(chunks)
     source = SerialVoice(lambda: waiting.pop(0), PATTERNS)
-    return [source.heard() for _ in chunks]
+    return [source.heard_voice() for _ in chunks]
 
 
 @pytest.mark.parametrize(
@@ -47,7 +47,7 @@ def test_a_modules_bytes_become_words_however_they_come(chunks, says):
 
 def test_a_source_without_a_microphone_hears_nothing():
     source = VoiceSource()
-    assert source.heard() == NO_VOICE
+    assert source.heard_voice() == NO_VOICE
     source.close()
 
 
@@ -89,8 +89,8 @@ def test_who_types_a_word_says_it_once(typed, says):
     source = KeyboardVoice(typist)
     for line in typed:
         typist.type(line)
-    assert source.heard() == says
-    assert source.heard() == NO_VOICE
+    assert source.heard_voice() == says
+    assert source.heard_voice() == NO_VOICE
 
 
 def test_the_map_that_comes_with_motorcade_is_valid():

@@ -2,13 +2,10 @@
 
 import threading
 from collections import deque
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
 
 from playwright.sync_api import expect
 
-from motorcade.boards.simulated import ImageStore, VirtualBoard, monotonic_clock, serve
+from motorcade.boards.computer import ImageStore, simulated_car
 from motorcade.config.profile import built_in_profile
 from support.studio_page import StudioPage
 from support.studio_programs import FOLLOWED
@@ -98,22 +95,11 @@ FAKE_SERIAL = """() => Object.defineProperty(navigator, "serial", { value: { req
 } } })"""
 
 
-@contextmanager
-def car_at(line: BrowserLine, store: Path) -> Iterator[None]:
-    board = VirtualBoard(line, ImageStore(store), built_in_profile("classroom"), lambda *noted: None, monotonic_clock())
-    over = threading.Event()
-    car = threading.Thread(target=serve, args=(board, line, over.is_set))
-    car.start()
-    yield
-    over.set()
-    car.join()
-
-
 def test_a_port_of_the_browsers_leads_to_a_car_and_back(open_page, tmp_path) -> None:
     studio = open_page(project=FOLLOWED)
     line = BrowserLine()
     line.plug_into(studio)
-    with car_at(line, tmp_path / "image"):
+    with simulated_car(line, ImageStore(tmp_path / "image"), built_in_profile("classroom")):
         studio.page.get_by_role("button", name="Upload", exact=True).click()
         dialog = studio.dialog("upload.title")
         dialog.get_by_text("A port of this browser").click()

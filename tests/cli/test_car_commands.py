@@ -1,8 +1,7 @@
-"""Commands that are cars: simulate and virtual-car, with their exit codes."""
+"""The command simulate, with its exit codes."""
 
 import json
 import os
-import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -113,23 +112,3 @@ def test_simulating_needs_no_drawing_library_without_a_picture():
     imported = {line.rpartition("|")[2].strip() for line in ran.stderr.splitlines() if line.startswith("import time:")}
     assert "motorcade.engine.world" in imported
     assert not imported & {"matplotlib", "pyarrow", "mcap", "imageio_ffmpeg", "serial"}
-
-
-# virtual-car
-
-
-@pytest.mark.parametrize("address", ["7000", ":7000", "127.0.0.1:", "127.0.0.1:x", "127.0.0.1:-1", "127.0.0.1:65536"])
-def test_a_virtual_car_waits_only_at_a_host_and_port(address, tmp_path):
-    assert refusal(2, "virtual-car", "--tcp", address, "--store", tmp_path / "car.image")
-
-
-def test_a_virtual_car_that_cannot_start_says_why(tmp_path):
-    store = tmp_path / "notes.txt"
-    store.write_text("my notes")
-    assert "notes.txt holds no image" in refusal(2, "virtual-car", "--store", store)
-    assert store.read_text() == "my notes"
-    assert "can't be read" in refusal(2, "virtual-car", "--store", tmp_path)
-    assert "exclude each other" in refusal(2, "virtual-car", "--pty", "--tcp", "127.0.0.1:0")
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        where = f"127.0.0.1:{taken.getsockname()[1]}"
-        assert f"an't wait at {where}" in refusal(4, "virtual-car", "--tcp", where, "--store", tmp_path / "car.image")

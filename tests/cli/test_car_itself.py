@@ -24,6 +24,15 @@ VOICES = PINS.parent / "voice.toml"
 # A leader that waits for a second at a time and listens; and a follower's word.
 IMAGE = bytes.fromhex("02000000 60802000 24802000")
 OK = b"OK words=3 crc32="
+WRONG_HOST = "not HOST:PORT"
+ADDRESS_SENTENCES = {
+    "7000": WRONG_HOST,
+    ":7000": WRONG_HOST,
+    "127.0.0.1:": "the port is ''",
+    "127.0.0.1:x": "the port is 'x'",
+    "127.0.0.1:-1": WRONG_HOST,
+    "127.0.0.1:65536": WRONG_HOST,
+}
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="signals and pseudo-terminals are POSIX's")
 
 
@@ -87,9 +96,11 @@ def test_a_simulated_leader_takes_a_program_keeps_it_and_begins_it_anew(tmp_path
 
 
 @posix_only
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_a_car_that_is_told_to_stop_ends_well(tmp_path, number):
-    with car(tmp_path, "--voice", "keyboard") as leader:
+@pytest.mark.parametrize(
+    ("number", "line"), [(signal.SIGTERM, ["--pty"]), (signal.SIGINT, ["--tcp", "127.0.0.1:0"])], ids=["TERM", "INT"]
+)
+def test_a_signal_ends_a_car_with_exit_code_0(tmp_path, number, line):
+    with car(tmp_path, "--voice", "keyboard", *line) as leader:
         leader.process.stdin.write("stop\n")
         leader.process.stdin.flush()
         leader.process.send_signal(number)
@@ -142,18 +153,26 @@ def test_a_car_takes_uploads_at_a_serial_port(tmp_path):
     [
         (2, (), "--pins is missing"),
         (2, ("--board", "simulated", "--port", "P", "--tcp", "127.0.0.1:0"), "exclude each other"),
-        (2, ("--board", "simulated", "--tcp", "7000"), "not HOST:PORT"),
+        (2, ("--board", "simulated", "--pty", "--tcp", "127.0.0.1:0"), "--tcp and --pty exclude each other"),
+        *((2, ("--board", "simulated", "--tcp", address), ADDRESS_SENTENCES[address]) for address in ADDRESS_SENTENCES),
         (2, ("--board", "simulated", "--voice", "/dev/ttyS9"), "--voice-map is missing"),
         (3, ("--board", "simulated", "--port", "/dev/there-is-none"), "There is no port /dev/there-is-none"),
         (3, ("--board", "simulated", "--voice", "/dev/there-is-none", "--voice-map", VOICES), "There is no port"),
         (3, ("--board", "simulated", "--watchdog", "/dev/there-is-none"), "can't be used"),
         (1, ("--board", "simulated", "--profile", "none"), "there is no profile 'none'"),
-        (1, ("--board", "simulated", "--voice", "p", "--voice-map", PINS), "'name' is not known"),
-        (1, ("--pins", VOICES), "'baud' is not known"),
+        (1, ("--board", "simulated", "--voice", "p", "--voice-map", PINS), 'format is "motorcade-pins/1"'),
+        (1, ("--pins", VOICES), 'format is "motorcade-voice/1"'),
     ],
 )
 def test_a_car_that_cannot_begin_says_why(tmp_path, code, options, says):
     assert says in refusal(code, "car", "run", "--store", tmp_path / "car.image", *options)
+
+
+def test_a_tcp_port_in_use_is_exit_code_4(tmp_path):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        address = f"127.0.0.1:{taken.getsockname()[1]}"
+        options = ("--board", "simulated", "--store", tmp_path / "car.image", "--tcp", address)
+        assert f"Can't wait at {address}" in refusal(4, "car", "run", *options)
 
 
 @pytest.mark.skipif(Path("/dev/gpiochip0").exists(), reason="this computer has pins")

@@ -81,7 +81,7 @@ def test_ports_lists_those_first_at_which_a_car_is_likely(plugged_in):
 def test_where_no_car_is_plugged_in_ports_gives_a_hint(plugged_in, found):
     plugged_in(*found)
     assert len(data("ports")) == len(found)
-    assert "`motorcade virtual-car`" in run("ports", stdout=Terminal()).out
+    assert "`motorcade car run --board simulated --tcp 127.0.0.1:7000`" in run("ports", stdout=Terminal()).out
 
 
 @pytest.mark.parametrize(
@@ -132,13 +132,13 @@ def test_a_dry_run_says_what_would_go_where_and_opens_nothing(monkeypatch, image
     assert "would go to COM9 at 115200 baud; nothing was opened or sent" in said
 
 
-# Upload and readback with a virtual car
+# Upload and readback with a simulated car
 
 
 @contextlib.contextmanager
-def virtual_car(*where):
-    """A virtual car in a process of its own; gives what it printed first."""
-    command = [INSTALLED, "virtual-car", *map(str, where), "--json"]
+def simulated_car(*options):
+    """Run a simulated car in a process of its own; give the first line that it prints."""
+    command = [INSTALLED, "car", "run", "--board", "simulated", *map(str, options), "--json"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         late = threading.Timer(DEADLINE_S, process.kill)
         late.start()
@@ -153,12 +153,12 @@ def virtual_car(*where):
 @pytest.mark.parametrize(
     "where", [pytest.param(["--pty"], marks=posix_only), ["--tcp", "127.0.0.1:0"]], ids=["pty", "tcp"]
 )
-def test_upload_and_readback_with_a_virtual_car(tmp_path, image, where, monkeypatch):
+def test_upload_and_readback_with_a_simulated_car(tmp_path, image, where, monkeypatch):
     # What follows an image at once the car skips.
     monkeypatch.setattr(talk, "SETTLE_MS", protocol.SILENCE_MS + 50)
     store, fetched = tmp_path / "car.image", tmp_path / "fetched.image"
-    with virtual_car(*where, "--store", store) as car:
-        assert set(car) == {"port", "store"}
+    with simulated_car(*where, "--store", store) as car:
+        assert set(car) == {"role", "port", "store"}
         port = car["port"]
         assert (
             run("upload", image, "--port", port).out == f"12 bytes to {port}: verified, the car answered {OK.decode()}"
@@ -176,7 +176,7 @@ def test_upload_and_readback_with_a_virtual_car(tmp_path, image, where, monkeypa
 
 
 def test_a_project_is_compiled_and_then_uploaded(tmp_path):
-    with virtual_car("--tcp", "127.0.0.1:0", "--store", tmp_path / "car.image") as car:
+    with simulated_car("--tcp", "127.0.0.1:0", "--store", tmp_path / "car.image") as car:
         assert "28 bytes" in run("upload", PARADE, "--port", car["port"]).out
     compiled = tmp_path / "parade.image"
     assert run("compile", PARADE, "-o", compiled).code == 0

@@ -64,7 +64,7 @@ def test_compiling_imports_neither_arrays_nor_ports_nor_pictures():
     assert under(imported_by("compile", str(PARADE)), ("numpy", "numba", "matplotlib", "serial")) == []
 
 
-@pytest.mark.parametrize("command", [*COMMANDS, "virtual-car"])
+@pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_has_help(command):
     ran = run(command, "--help")
     assert (ran.code, ran.err) == (0, "")

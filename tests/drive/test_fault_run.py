@@ -2,7 +2,6 @@
 
 import contextlib
 import sys
-import threading
 from collections import Counter
 from random import Random
 from types import SimpleNamespace
@@ -11,7 +10,8 @@ import pytest
 from hypothesis import settings
 from serial.urlhandler import protocol_socket
 
-from motorcade.boards.simulated import ImageStore, PseudoTerminal, TcpPort, VirtualBoard, monotonic_clock, serve
+from motorcade.boards.computer import ImageStore, simulated_car
+from motorcade.boards.lines import PseudoTerminal, TcpPort
 from motorcade.upload import check_request as asking
 from motorcade.upload import serial_port
 from motorcade.upload import transfer as talk
@@ -28,7 +28,6 @@ UPLOADS = 100 * settings().max_examples
 PARTS = 10
 UPLOADS_OF_A_LINE = 8
 PTY = pytest.param("pty", marks=pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals"))
-DEADLINE_S = 60
 # Chances for each byte: of a good line, of one that is bad now and then, of a bad one.
 CHANCES = (0, 0, 0.002, 0.02)
 
@@ -99,19 +98,11 @@ class FaultyLine:
 
 @contextlib.contextmanager
 def a_car(kind, store, random):
-    """The address of a virtual car at a faulty line."""
+    """The address of a simulated car at a faulty line."""
     line = PseudoTerminal() if kind == "pty" else TcpPort("127.0.0.1", 0)
     faults = [Faults(*(random.choice((0, 0.005, 0.02)) for _ in range(3))) for _ in range(2)]
-    board = VirtualBoard(FaultyLine(line, random, *faults), store, CLASSROOM, lambda *noted: None, monotonic_clock())
-    over = threading.Event()
-    driving = threading.Thread(target=serve, args=(board, line, over.is_set))
-    driving.start()
-    try:
+    with contextlib.closing(line), simulated_car(FaultyLine(line, random, *faults), store, CLASSROOM):
         yield line.address
-    finally:
-        over.set()
-        driving.join(DEADLINE_S)
-        line.close()
 
 
 @pytest.mark.parametrize("kind", [PTY, "tcp"])

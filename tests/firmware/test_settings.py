@@ -6,7 +6,7 @@ from motorcade.car.brain import VOICE_GO
 from motorcade.config.pins import parse_pins
 from motorcade.config.voice_map import VoiceMap
 from motorcade.errors import MotorcadeError
-from motorcade.firmware.settings import settings_of
+from motorcade.firmware.car_files import settings_of
 from support.chip_benches import ESP32, RP2040
 from support.strategies import CLASSROOM
 

@@ -101,7 +101,8 @@ MAY_IMPORT = {
     "on_chip": OF_CARS
     | modules_of("boards", BOARDS)
     | {f"motorcade.boards.on_chip.{path.stem}" for path in ON_CHIP}
-    | OF_BOARDS,
+    | OF_BOARDS
+    | {"motorcade.errors"},
 }
 
 

@@ -35,8 +35,7 @@ from motorcade.car.loop import Car
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import built_in_profile
 from motorcade.config.voice_map import VoiceMap
-from motorcade.firmware.bundle import templates
-from motorcade.firmware.settings import settings_of
+from motorcade.firmware.car_files import settings_of, templates
 from motorcade.words.infrared import FrameReceiver, air_us, frame_durations_us, to_frame
 from motorcade.words.ticks import TICKS_MASK
 from motorcade.words.upload import READBACK_REQUEST

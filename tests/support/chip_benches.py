@@ -4,8 +4,7 @@ from driven_car import Bench
 from simulated.flash import Flash
 
 from motorcade.config.pins import parse_pins
-from motorcade.firmware.bundle import templates
-from motorcade.firmware.settings import settings_of
+from motorcade.firmware.car_files import settings_of, templates
 from motorcade.words.infrared import to_frame
 from support.strategies import CLASSROOM
 

@@ -1,10 +1,9 @@
-"""Upload and readback over real lines (a pseudo-terminal and TCP), to a virtual car and to cars that go wrong."""
+"""Upload and readback over real lines (a pseudo-terminal and TCP), to a simulated car and to cars that go wrong."""
 
 import contextlib
 import gc
 import os
 import sys
-import threading
 import time
 from functools import partial
 from types import SimpleNamespace
@@ -13,7 +12,8 @@ import pytest
 import serial
 from serial.urlhandler import protocol_socket
 
-from motorcade.boards.simulated import ImageStore, PseudoTerminal, TcpPort, VirtualBoard, monotonic_clock, serve
+from motorcade.boards.computer import ImageStore, simulated_car
+from motorcade.boards.lines import PseudoTerminal, TcpPort
 from motorcade.config.profile import built_in_profile
 from motorcade.upload import check_request as asking
 from motorcade.upload import serial_port
@@ -31,7 +31,7 @@ from motorcade.words import upload as protocol
 from motorcade.words.check import CHECK_BYTES, read_check
 from motorcade.words.upload import READBACK_REQUEST
 from support.driven_car import deaf_port
-from support.played_car import DEADLINE_S, IMAGE, PlayedCar
+from support.played_car import IMAGE, PlayedCar
 
 CLASSROOM = built_in_profile("classroom")
 OK = b"OK words=2 crc32=fcf9a423\n"
@@ -57,18 +57,10 @@ def car(kind):
 
 
 @contextlib.contextmanager
-def virtual_car(kind, store):
+def car_at(kind, store):
     line = PseudoTerminal() if kind == "pty" else TcpPort("127.0.0.1", 0)
-    board = VirtualBoard(line, ImageStore(store), CLASSROOM, lambda *noted: None, monotonic_clock())
-    stop = threading.Event()
-    thread = threading.Thread(target=serve, args=(board, line, stop.is_set))
-    thread.start()
-    try:
+    with contextlib.closing(line), simulated_car(line, ImageStore(store), CLASSROOM):
         yield line.address
-    finally:
-        stop.set()
-        thread.join(DEADLINE_S)
-        line.close()
 
 
 def refused(error, action, port, **options):
@@ -84,12 +76,12 @@ def refused(error, action, port, **options):
 
 @every_line
 @pytest.mark.parametrize("image", [IMAGE, LARGEST], ids=["two words", "511 words"])
-def test_a_virtual_car_takes_an_image_and_gives_it_back(kind, image, tmp_path, monkeypatch):
+def test_a_simulated_car_takes_an_image_and_gives_it_back(kind, image, tmp_path, monkeypatch):
     # What follows an image at once the car skips.
     monkeypatch.setattr(talk, "SETTLE_MS", protocol.SILENCE_MS + 50)
     store = tmp_path / "store.image"
     sent = []
-    with virtual_car(kind, store) as port:
+    with car_at(kind, store) as port:
         answer = upload(port, image=image, progress=sent.append)
         assert readback(port) == image
     assert answer.startswith(f"OK words={len(image) // 4} crc32=")

@@ -9,7 +9,7 @@ if MYPY:
     from collections.abc import Callable
     from typing import Any
 
-from motorcade.boards.on_chip.infrared_receiver import InfraredReceiver, has_come
+from motorcade.boards.on_chip.infrared import InfraredReceiver, has_come
 from motorcade.boards.on_chip.motors import Motor, Wheels
 from motorcade.boards.on_chip.ultrasonic import Ultrasonic
 from motorcade.boards.voice import VoiceSource
@@ -117,7 +117,7 @@ class MicroPythonBoard(Board):
         return self._pir is not None and bool(self._pir.value())
 
     def heard_voice(self) -> int:
-        return self._voice.heard()
+        return self._voice.heard_voice()
 
     def set_wheels(self, direction: int, speed_level: int) -> None:
         if self._wheels is not None:

@@ -4,7 +4,11 @@ Portable. A board for new hardware derives from Board and overrides what it has;
 what it doesn't override is a sensor that finds nothing or an actuator that isn't there.
 """
 
+from motorcade.car.brain import VOICE_GO, VOICE_STOP
+
 NOTHING_IN_SIGHT_MM = 1 << 20
+# The spoken words that a car knows, by the names that files and people use.
+VOICE_WORDS = (("stop", VOICE_STOP), ("go", VOICE_GO))
 
 
 def make_levels(

@@ -22,19 +22,28 @@ from motorcade.cli.car_options import (
     StoreOption,
     VoiceMapOption,
     VoiceOption,
-    fit_out,
+    open_parts,
 )
-from motorcade.cli.failures import UsageError
-from motorcade.cli.options import Json, Language, ProfileOption, print_json, profile_named, resolve_locale, wants_json
+from motorcade.cli.options import (
+    Json,
+    Language,
+    ProfileOption,
+    current_language,
+    print_json,
+    profile_named,
+    resolve_locale,
+    wants_json,
+)
 from motorcade.cli.recordings import needs_extra
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.locales import command_line_text
 
 if TYPE_CHECKING:
-    from motorcade.boards.linux.board import Equipment, LinuxBoard
+    from motorcade.boards.computer import ComputerBoard, Equipment, Observer
     from motorcade.config.profile import Profile
 
-# Dozens a second; who wants them has the words behind them.
-_TOO_MANY = ("frame", "heard")
-_BEGINS = {"state": "state {}", "start": "a word from the air"}
+# Dozens a second; the log shows what follows from them.
+_UNLOGGED = ("frame", "heard")
 
 Pins = Annotated[
     Path, typer.Option("--pins", help="Which part is at which pin: a .toml file.", exists=True, dir_okay=False)
@@ -45,7 +54,7 @@ GpioChip = Annotated[
 
 
 class BoardKind(StrEnum):
-    """What a car has under it."""
+    """The hardware of a car."""
 
     RASPBERRY_PI = "raspberry-pi"
     SIMULATED = "simulated"
@@ -69,6 +78,7 @@ def run_command(
     board: Annotated[BoardKind, typer.Option(help="simulated needs no pins and no hardware.")] = BoardKind.RASPBERRY_PI,
     port: Annotated[str, typer.Option("--port", "-p", help="The serial port that uploads come by.")] = "",
     tcp: Annotated[str, typer.Option(help="Take uploads at HOST:PORT instead; port 0 takes a free one.")] = "",
+    use_pty: Annotated[bool, typer.Option("--pty", help="Take uploads at a new pseudo-terminal instead.")] = False,
     store: StoreOption = None,
     voice: VoiceOption = "",
     voice_map: VoiceMapOption = None,
@@ -78,22 +88,22 @@ def run_command(
     as_json: Json = False,
 ) -> None:
     """Drive this car by the words that it holds, until Ctrl-C; it then stands still."""
-    from motorcade.boards.linux.board import run
+    from motorcade.boards.computer import run
 
     if board == BoardKind.RASPBERRY_PI and pins is None:
-        raise UsageError(
-            "--pins is missing: a .toml file that says which part is at which pin, such as firmware/linux/pins.toml; "
-            "or try the car without hardware: --board simulated"
-        )
-    if port and tcp:
-        raise UsageError("--port and --tcp exclude each other")
-    chosen, asked = profile_named(profile), CarOptions(role, number, port, tcp, store, voice, voice_map)
-    with ExitStack() as held:
-        fitted = fit_out(held, asked, chosen, _observer(chosen, as_json))
-        stops = _stops(_watchdog(held, watchdog))
-        made = _board(fitted.equipment, pins if board == BoardKind.RASPBERRY_PI else None, chosen, gpio_chip)
-        _tell_begin(role, fitted, as_json)
-        run(made, fitted.equipment.line.wait, stops)
+        raise MotorcadeError("pins-missing")
+    lines = {"--port": port, "--tcp": tcp, "--pty": use_pty}
+    given = [name for name, value in lines.items() if value]
+    if len(given) > 1:
+        raise MotorcadeError("options-exclude-each-other", first=given[0], second=given[1])
+    chosen = profile_named(profile)
+    options = CarOptions(role, number, port, tcp, store, voice, voice_map, use_pty)
+    with ExitStack() as resources:
+        parts = open_parts(resources, options, chosen, _observer(chosen, as_json))
+        stops = _stops(_watchdog(resources, watchdog))
+        made = _board(parts.equipment, pins if board == BoardKind.RASPBERRY_PI else None, chosen, gpio_chip)
+        _print_start(role, parts, as_json)
+        run(made, parts.equipment.line.wait, stops)
 
 
 def neutral_command(pins: Pins, gpio_chip: GpioChip = None, as_json: Json = False) -> None:
@@ -107,7 +117,7 @@ def neutral_command(pins: Pins, gpio_chip: GpioChip = None, as_json: Json = Fals
     if as_json:
         print_json({"low": low})
     else:
-        print(f"The wheels of {wiring.name} stand still: pins {', '.join(map(str, low))} are low.")
+        print(command_line_text("wheels-stopped", current_language(), car=wiring.name, pins=", ".join(map(str, low))))
 
 
 def wiring_command(
@@ -116,7 +126,7 @@ def wiring_command(
     language: Language = "",
     as_json: Json = False,
 ) -> None:
-    """Show which wire of a car goes where: a table, or a drawing. A pin file that can't be is refused."""
+    """Show which wire of a car goes where: a table, or a drawing. A pin file with a mistake is refused."""
     from motorcade.boards.wiring import wiring_rows, wiring_svg
     from motorcade.cli.options import print_table, write_file
     from motorcade.config.pins import load_pins
@@ -128,31 +138,32 @@ def wiring_command(
     if wants_json(as_json):
         print_json([row._asdict() for row in rows])
     elif output:
-        print(f"{len(rows)} wires are drawn in {output}")
+        print(command_line_text("wires-drawn", chosen, count=len(rows), file=output))
     else:
         from rich.table import Table
 
-        table = Table("part", "terminal", "pin", title=wiring.name, title_justify="left")
+        headings = [command_line_text(f"wiring-{key}", chosen) for key in ("part", "terminal", "pin")]
+        table = Table(*headings, title=wiring.name, title_justify="left")
         for row in rows:
             table.add_row(row.part, row.terminal, row.label)
         print_table(table)
 
 
-def _watchdog(held: ExitStack, path: Path | None) -> Callable[[], None] | None:
+def _watchdog(resources: ExitStack, path: Path | None) -> Callable[[], None] | None:
     if path is None:
         return None
-    from motorcade.boards.linux.hardware_watchdog import HardwareWatchdog
+    from motorcade.boards.computer import HardwareWatchdog
 
     watchdog = HardwareWatchdog(path)
-    held.callback(watchdog.close)
-    return watchdog.feed
+    resources.callback(watchdog.close)
+    return watchdog.keep_alive
 
 
-def _board(equipment: "Equipment", pins: Path | None, profile: "Profile", gpio_chip: int | None) -> "LinuxBoard":
-    from motorcade.boards.linux.board import LinuxBoard
+def _board(equipment: "Equipment", pins: Path | None, profile: "Profile", gpio_chip: int | None) -> "ComputerBoard":
+    from motorcade.boards.computer import ComputerBoard
 
     if pins is None:
-        return LinuxBoard(equipment)
+        return ComputerBoard(equipment)
     with needs_extra("a car's pins", "pi"):
         from motorcade.boards.linux.opening import open_car
     from motorcade.config.pins import load_pins
@@ -160,47 +171,45 @@ def _board(equipment: "Equipment", pins: Path | None, profile: "Profile", gpio_c
     return open_car(equipment, load_pins(pins), profile, gpio_chip)
 
 
-def _stops(feed: Callable[[], None] | None) -> Callable[[], bool]:
-    """Says whether the car shall stop, by Ctrl-C or a service manager; asked in each tick, it feeds the watchdog."""
-    stopped: list[int] = []
+def _stops(keep_alive: Callable[[], None] | None) -> Callable[[], bool]:
+    """Return what says whether a signal asked the car to stop; each call in a tick keeps the watchdog alive."""
+    signals: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda which, frame: stopped.append(which))
+        signal.signal(number, lambda which, frame: signals.append(which))
 
     def stops() -> bool:
-        if feed:
-            feed()
-        return bool(stopped)
+        if keep_alive:
+            keep_alive()
+        return bool(signals)
 
     return stops
 
 
-def _tell_begin(role: Role, fitted: CarParts, as_json: bool) -> None:
-    address, store = fitted.address, fitted.store
+def _print_start(role: Role, parts: CarParts, as_json: bool) -> None:
     if as_json:
-        print_json({"role": str(role), "port": address, "store": str(store)})
+        print_json({"role": str(role), "port": parts.address, "store": str(parts.store)})
         return
-    where = f"takes uploads at {address}" if address else "takes no uploads (--port or --tcp names where it would)"
-    print(f"This {role} {where} and keeps its image in {store}. Ctrl-C stops it.", flush=True)
+    key = "car-takes-uploads" if parts.address else "car-takes-no-uploads"
+    details = {"role": Phrase(f"role-{role}"), "address": parts.address, "store": parts.store}
+    print(command_line_text(key, current_language(), **details), flush=True)
 
 
-def _observer(profile: "Profile", as_json: bool) -> Callable[[str, int, int, int | str], None]:
-    """Prints what the car does: a line, or a JSON object a line."""
+def _observer(profile: "Profile", as_json: bool) -> "Observer":
+    """Print what the car does: a line, or a line of JSON."""
     from motorcade.cli.console import describe_control
 
+    language = current_language()
+
     def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
-        if kind in _TOO_MANY:
+        if kind in _UNLOGGED:
             return
         if as_json:
             line = json.dumps({"t_ms": at_ms, "kind": kind, "word": word, "detail": detail})
-        elif kind == "image":
-            line = f"{at_ms / 1000:9.3f} s  took an image of {word} bytes"
-        elif kind == "lost":
-            line = f"{at_ms / 1000:9.3f} s  lost a frame: {detail}"
-        elif kind == "over":
-            line = f"{at_ms / 1000:9.3f} s  over"
         else:
-            line = f"{at_ms / 1000:9.3f} s  {_BEGINS[kind].format(detail)}: {describe_control(word, profile)}"
-        # A car drives on when nobody reads its log any more.
+            does = describe_control(word, profile) if kind in ("state", "start") else ""
+            event = command_line_text(f"car-{kind}", language, count=word, detail=detail, does=does)
+            line = f"{at_ms / 1000:9.3f} s  {event}"
+        # The car drives on when nobody reads its log any more.
         with suppress(OSError):
             print(line, flush=True)
 

@@ -1,10 +1,9 @@
-"""What a car that runs its image is given by options: its role, its line for uploads, its store and its voice.
+"""The options of a car that runs its image, for its role, line for uploads, store and voice; and what they open.
 
 It imports what it needs when it is called, so that the commands start at once.
 """
 
 import sys
-from collections.abc import Callable
 from contextlib import ExitStack
 from enum import StrEnum
 from pathlib import Path
@@ -13,15 +12,15 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import typer
 
 from motorcade.cli.addresses import host_and_port
-from motorcade.cli.failures import UsageError
+from motorcade.cli.options import current_language
+from motorcade.errors import MotorcadeError
+from motorcade.locales import command_line_text
 
 if TYPE_CHECKING:
-    from motorcade.boards.linux.board import Equipment, Line
-    from motorcade.boards.linux.serial_line import SerialLine
+    from motorcade.boards.computer import Equipment, Observer
+    from motorcade.boards.lines import Line, SerialLine
     from motorcade.boards.voice import VoiceSource
     from motorcade.config.profile import Profile
-
-    Observe = Callable[[str, int, int, int | str], None]
 
 KEYBOARD = "keyboard"
 _WRITE_TIMEOUT_S = 0.2
@@ -47,11 +46,11 @@ VoiceMapOption = Annotated[
 
 
 class CarOptions(NamedTuple):
-    """What was asked for.
+    """The options that a user gave.
 
     Attributes:
         role, number: of the car.
-        serial: the port that uploads come by, or ``tcp``, HOST:PORT; both empty for none.
+        serial: the port that uploads come by; ``tcp``, HOST:PORT, and ``pty``, a new pseudo-terminal, stand for it.
         store: the file that keeps the image, None for the user's own.
         voice, voice_map: KEYBOARD, or a module's port and what it sends; empty for none.
     """
@@ -63,57 +62,58 @@ class CarOptions(NamedTuple):
     store: Path | None = None
     voice: str = ""
     voice_map: Path | None = None
+    pty: bool = False
 
 
 class CarParts(NamedTuple):
-    """A car's equipment, what its line for uploads is called (empty for none), and the file that keeps its image."""
+    """A car's equipment, the address of its line for uploads (empty for none), and the file that keeps its image."""
 
     equipment: "Equipment"
     address: str
     store: Path
 
 
-def fit_out(held: ExitStack, asked: CarOptions, profile: "Profile", observe: "Observe") -> CarParts:
-    """What a car is given by ``asked``; ``held`` closes it. Raises UsageError, and what its ports and files do."""
-    from motorcade.boards.linux.board import Equipment
-    from motorcade.boards.simulated import ImageStore, StoreError
+def open_parts(resources: ExitStack, options: CarOptions, profile: "Profile", observe: "Observer") -> CarParts:
+    """Open a car's line, store and voice; ``resources`` closes them. Raises MotorcadeError."""
+    from motorcade.boards.computer import Equipment, ImageStore, StoreError
     from motorcade.config.profile import levels_of
 
-    if asked.voice not in ("", KEYBOARD) and asked.voice_map is None:
-        raise UsageError("--voice-map is missing: a .toml file that says what the module at --voice sends")
-    line, address = _line(held, asked.serial, asked.tcp, profile)
-    store = ImageStore(asked.store or Path(typer.get_app_dir("motorcade")) / "car.image")
+    if options.voice not in ("", KEYBOARD) and options.voice_map is None:
+        raise MotorcadeError("voice-map-missing")
+    line, address = _open_line(resources, options, profile)
+    store = ImageStore(options.store or Path(typer.get_app_dir("motorcade")) / "car.image")
     image = None
     try:
         image = store.load()
     except StoreError as problem:
         # A car that waits for an upload is of more use than one that doesn't start.
-        print(f"motorcade: {problem}. The car begins without a program and waits for an upload.", file=sys.stderr)
-    is_leader, voice = asked.role == Role.LEADER, _voice(held, asked.voice, asked.voice_map)
-    equipment = Equipment(is_leader, asked.number, levels_of(profile), line, image, store.save, voice, observe)
+        print(
+            f"motorcade: {command_line_text('begins-without-program', current_language(), problem=problem)}",
+            file=sys.stderr,
+        )
+    is_leader, voice = options.role == Role.LEADER, _open_voice(resources, options.voice, options.voice_map)
+    equipment = Equipment(is_leader, options.number, levels_of(profile), line, image, store.save, voice, observe)
     return CarParts(equipment, address, store.path)
 
 
-def _line(held: ExitStack, port: str, tcp: str, profile: "Profile") -> "tuple[Line, str]":
-    if tcp:
-        from motorcade.boards.simulated import TcpPort
+def _open_line(resources: ExitStack, options: CarOptions, profile: "Profile") -> "tuple[Line, str]":
+    from motorcade.boards.lines import NoLine, PseudoTerminal, TcpPort
 
-        listening = TcpPort(*host_and_port(tcp))
-        held.callback(listening.close)
-        return listening, listening.address
-    if port:
-        return _serial_line(held, port, profile.serial.baud), port
-    from motorcade.boards.linux.board import NoLine
-
-    return NoLine(), ""
+    if options.serial:
+        return _open_serial(resources, options.serial, profile.serial.baud), options.serial
+    if not (options.tcp or options.pty):
+        return NoLine(), ""
+    line = TcpPort(*host_and_port(options.tcp)) if options.tcp else PseudoTerminal()
+    resources.callback(line.close)
+    return line, line.address
 
 
-def _serial_line(held: ExitStack, port: str, baud: int) -> "SerialLine":
+def _open_serial(resources: ExitStack, port: str, baud: int) -> "SerialLine":
     from time import monotonic
 
     import serial
 
-    from motorcade.boards.linux.serial_line import SerialLine
+    from motorcade.boards.lines import SerialLine
     from motorcade.upload.serial_port import not_opened
 
     def open_port() -> serial.Serial:
@@ -123,20 +123,20 @@ def _serial_line(held: ExitStack, port: str, baud: int) -> "SerialLine":
         line = SerialLine(open_port, monotonic)
     except (serial.SerialException, OSError, ValueError) as problem:
         raise not_opened(port, problem) from None
-    held.callback(line.close)
+    resources.callback(line.close)
     return line
 
 
-def _voice(held: ExitStack, voice: str, voice_map: Path | None) -> "VoiceSource":
+def _open_voice(resources: ExitStack, voice: str, voice_map: Path | None) -> "VoiceSource":
     from motorcade.boards.voice import SerialVoice, VoiceSource
 
     if voice == KEYBOARD:
-        from motorcade.boards.keyboard import KeyboardVoice
+        from motorcade.boards.computer import KeyboardVoice
 
         return KeyboardVoice(sys.stdin)
     if voice and voice_map:
         from motorcade.config.voice_map import load_voice_map
 
-        known = load_voice_map(voice_map)
-        return SerialVoice(_serial_line(held, voice, known.baud).read, known.patterns)
+        module = load_voice_map(voice_map)
+        return SerialVoice(_open_serial(resources, voice, module.baud).read, module.patterns)
     return VoiceSource()

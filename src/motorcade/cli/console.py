@@ -1,8 +1,7 @@
 """What the command line shows on a terminal: words and diagnostics, as tables and sentences."""
 
-import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
@@ -139,22 +138,3 @@ def progress_bar(verb: str, total: int) -> Iterator[Callable[[int], None]]:
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task(verb, total=total)
         yield lambda done: progress.update(task, completed=done)
-
-
-def virtual_car_observer(profile: Profile, as_json: bool) -> Callable[[str, int, int, int | str], None]:
-    """Prints what a virtual car's loop notes: a line, or a JSON object a line."""
-
-    def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
-        if kind == "frame":
-            return
-        if as_json:
-            line = json.dumps({"t_ms": at_ms, "kind": kind, "word": word, "detail": detail})
-        elif kind == "image":
-            line = f"{at_ms / 1000:9.3f} s  took an image of {word} bytes"
-        else:
-            line = f"{at_ms / 1000:9.3f} s  state {detail}: {describe_control(word, profile)}"
-        # A car drives on when nobody reads its log any more.
-        with suppress(OSError):
-            print(line, flush=True)
-
-    return observe

@@ -195,7 +195,7 @@ def _fitted(
     import ipaddress
 
     from motorcade.cli.addresses import host_and_port
-    from motorcade.cli.car_options import fit_out
+    from motorcade.cli.car_options import open_parts
 
     def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
         if kind == "image":
@@ -203,7 +203,7 @@ def _fitted(
         elif kind == "fault":
             notes.append(str(detail))
 
-    fitted = fit_out(held, asked, profile, observe)
+    fitted = open_parts(held, asked, profile, observe)
     if asked.tcp and not insecure_lan:
         host, _ = host_and_port(fitted.address.removeprefix("socket://"))
         if not ipaddress.ip_address(host.partition("%")[0]).is_loopback:

@@ -22,8 +22,6 @@ def exit_code(problem: Exception) -> int | None:
     """The exit code for an exception whose text is meant for the user; None for a fault of ours."""
     if isinstance(problem, MotorcadeError):
         return problem.exit_code
-    from motorcade.boards.linux.errors import GpioForbiddenError, InfraredError, NoGpioError, WatchdogError
-    from motorcade.boards.simulated import LineError, StoreError
     from motorcade.cameras.camera_failures import CameraError
     from motorcade.drive.car_failures import CarAwayError, CarNotFoundError, CarNotTrustedError, CarRefusesError
     from motorcade.drive.input.stick_failures import StickError
@@ -45,20 +43,14 @@ def exit_code(problem: Exception) -> int | None:
         (ProgramError, PROGRAM_ERROR),
         (DecompileError, PROGRAM_ERROR),
         (UsageError, USAGE),
-        (StoreError, USAGE),
         (CameraError, PORT_NOT_FOUND),
         (StickError, PORT_NOT_FOUND),
         (OSError, USAGE),
-        (LineError, PORT_BUSY),
         (PortNotFoundError, PORT_NOT_FOUND),
         (PortBusyError, PORT_BUSY),
         (NoAnswerError, NO_ANSWER),
         (VerificationError, VERIFICATION),
         (PortForbiddenError, PORT_FORBIDDEN),
-        (NoGpioError, PORT_NOT_FOUND),
-        (InfraredError, PORT_NOT_FOUND),
-        (WatchdogError, PORT_NOT_FOUND),
-        (GpioForbiddenError, PORT_FORBIDDEN),
         (RefusedError, REFUSED),
         (WentAwayError, WENT_AWAY),
         (CarNotFoundError, PORT_NOT_FOUND),

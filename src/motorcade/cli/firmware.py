@@ -1,4 +1,4 @@
-"""The command that makes a car of a board: install-firmware.
+"""The command install-firmware, which makes a car of a board with MicroPython.
 
 It imports what it needs when it runs, so that the other commands start at once.
 """
@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from motorcade.cli.car_options import Role
-from motorcade.cli.failures import UsageError
 from motorcade.cli.options import Json, Language, ProfileOption, print_json, profile_named, resolve_locale, wants_json
 from motorcade.cli.recordings import needs_extra
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.locales import command_line_text
 
 if TYPE_CHECKING:
     from motorcade.config.pins import PinMap
@@ -56,25 +57,24 @@ def install_firmware_command(
     as_json: Json = False,
 ) -> None:
     """Make a car of an ESP32 or a Raspberry Pi Pico that runs MicroPython."""
-    resolve_locale(language)
+    spoken = resolve_locale(language)
     chosen = profile_named(profile)
 
     def settings_for(pin_map: "PinMap") -> dict[str, Any]:
         from motorcade.config.voice_map import load_voice_map
-        from motorcade.firmware.settings import settings_of
+        from motorcade.firmware.car_files import settings_of
 
         voice = load_voice_map(voice_map) if voice_map else None
         return settings_of(pin_map, chosen, role == Role.LEADER, number, voice)
 
     with needs_extra("installing firmware", "firmware"):
         from motorcade.cli.console import progress_bar
+        from motorcade.config.pins import load_pins
         from motorcade.firmware.install import default_pins, install
     if dry_run:
         if not pins and not chip:
-            raise UsageError(
-                "--dry-run opens nothing, so say which chip: --chip esp32 or --chip rp2040, or name --pins"
-            )
-        _tell_plan(settings_for(_pins(pins) if pins else default_pins(str(chip))), as_json)
+            raise MotorcadeError("chip-missing")
+        _print_plan(settings_for(load_pins(pins) if pins else default_pins(str(chip))), as_json, spoken)
         return
     port = port or _likely_port()
     with progress_bar("copied", 100) as advance:
@@ -82,16 +82,9 @@ def install_firmware_command(
     if wants_json(as_json):
         print_json({"port": port, "role": role.value, **done._asdict()})
         return
-    copied = f"{done.copied} of {done.files} files ({done.bytes} bytes) were copied"
-    if not done.copied:
-        copied = f"All {done.files} files were there already"
-    print(f"{copied}; the {_TITLES[done.chip]} at {port} is a {role.value} now.")
-
-
-def _pins(path: Path) -> "PinMap":
-    from motorcade.config.pins import load_pins
-
-    return load_pins(path)
+    key = "files-copied" if done.copied else "files-there-already"
+    details = {**done._asdict(), "chip": _TITLES[done.chip], "port": port, "role": Phrase(f"role-{role}")}
+    print(command_line_text(key, spoken, **details))
 
 
 def _likely_port() -> str:
@@ -100,8 +93,8 @@ def _likely_port() -> str:
     return likely_port(ports()).device
 
 
-def _tell_plan(settings: dict[str, Any], as_json: bool) -> None:
-    from motorcade.firmware.bundle import board_files
+def _print_plan(settings: dict[str, Any], as_json: bool, language: str) -> None:
+    from motorcade.firmware.car_files import board_files
 
     files = board_files(settings)
     if wants_json(as_json):
@@ -111,4 +104,5 @@ def _tell_plan(settings: dict[str, Any], as_json: bool) -> None:
         return
     for path, data in files.items():
         print(f"{len(data):7} {path}")
-    print(f"{sum(map(len, files.values())):7} bytes in {len(files)} files; nothing was opened or copied")
+    total = sum(map(len, files.values()))
+    print(command_line_text("nothing-copied", language, bytes=total, files=len(files)))

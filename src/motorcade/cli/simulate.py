@@ -1,18 +1,14 @@
-"""Commands that are cars: simulate, virtual-car.
+"""The command simulate.
 
-Each command imports what it needs when it runs, so that the others start at once.
+It imports what it needs when it runs, so that the other commands start at once.
 """
 
 import math
-import os
-import signal
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from motorcade.cli.addresses import host_and_port
-from motorcade.cli.failures import UsageError
 from motorcade.cli.options import (
     Json,
     Language,
@@ -22,7 +18,6 @@ from motorcade.cli.options import (
     image_of,
     print_json,
     print_table,
-    profile_named,
     resolve_locale,
     wants_json,
 )
@@ -31,9 +26,8 @@ from motorcade.errors import MotorcadeError
 
 
 def add_to(app: typer.Typer) -> None:
-    """Register the commands."""
+    """Register the command."""
     app.command("simulate")(simulate_command)
-    app.command("virtual-car")(virtual_car_command)
 
 
 def simulate_command(
@@ -80,34 +74,3 @@ def simulate_command(
         print_json(run_as_dict(run))
     else:
         print_table(cars_table(run))
-
-
-def virtual_car_command(
-    use_pty: Annotated[bool, typer.Option("--pty", help="At a pseudo-terminal (the default but on Windows).")] = False,
-    tcp: Annotated[str, typer.Option(help="At HOST:PORT instead; port 0 takes a free one.")] = "",
-    store: Annotated[Path | None, typer.Option(help="The file that the car keeps its image in.")] = None,
-    profile: ProfileOption = "classroom",
-    as_json: Json = False,
-) -> None:
-    """Be a leader car: take uploads, answer them, and run the program."""
-    from motorcade.boards.simulated import ImageStore, PseudoTerminal, TcpPort, VirtualBoard, monotonic_clock, serve
-    from motorcade.cli.console import virtual_car_observer
-
-    if use_pty and tcp:
-        raise UsageError("--pty and --tcp exclude each other")
-    chosen = profile_named(profile)
-    kept = ImageStore(store or Path(typer.get_app_dir("motorcade")) / "virtual-car.image")
-    kept.load()
-    line = TcpPort(*host_and_port(tcp)) if tcp or (os.name == "nt" and not use_pty) else PseudoTerminal()
-    board = VirtualBoard(line, kept, chosen, virtual_car_observer(chosen, as_json), monotonic_clock())
-    stopped: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda which, frame: stopped.append(which))
-    if as_json:
-        print_json({"port": line.address, "store": str(kept.path)})
-    else:
-        print(f"A virtual car waits at {line.address} and keeps its image in {kept.path}. Ctrl-C stops it.", flush=True)
-    try:
-        serve(board, line, lambda: bool(stopped))
-    finally:
-        line.close()

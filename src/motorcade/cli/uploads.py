@@ -51,7 +51,7 @@ def ports_command(as_json: Json = False) -> None:
         print_json([_as_dict(port) for port in found])
         return
     if all(port.rank == BARE for port in found):
-        print("No car is plugged in. Plug one in, or start `motorcade virtual-car`.")
+        print("No car is plugged in. Plug one in, or start `motorcade car run --board simulated --tcp 127.0.0.1:7000`.")
     for port in found:
         print(f"{port.device}  {port.title or '(nothing is known to be there)'}")
 

@@ -17,8 +17,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from motorcade.boards.linux.chips import CHIPS, Chip
 from motorcade.config.check import Schema, choice, line, list_of, load, shown, table, whole
+from motorcade.config.chips import CHIPS, Chip
 from motorcade.config.files import parse, read_text
 from motorcade.errors import MotorcadeError, Phrase
 

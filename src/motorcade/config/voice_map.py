@@ -15,7 +15,7 @@ from itertools import permutations
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from motorcade.boards.voice import WORDS
+from motorcade.car.board import VOICE_WORDS
 from motorcade.config.check import Schema, choice, list_of, load, shown, table, whole
 from motorcade.config.files import parse, read_text
 from motorcade.errors import MotorcadeError, Phrase
@@ -38,7 +38,7 @@ def voice_map_schema() -> Schema:
     """The JSON Schema of a voice map, parsed."""
     word = table(
         ("bytes", "text"),
-        says=choice(*(name for name, _ in WORDS)),
+        says=choice(*(name for name, _ in VOICE_WORDS)),
         bytes={"type": "string", "x-allowed": ["hexadecimal", {}]},
         text={"type": "string"},
     )
@@ -54,7 +54,7 @@ def load_voice_map(path: Path) -> VoiceMap:
 def parse_voice_map(text: str, file: str) -> VoiceMap:
     """Return the VoiceMap in TOML ``text``; ``file`` is what errors call it. Raises MotorcadeError."""
     values = load(parse(text, "TOML", file), voice_map_schema(), file)
-    voices = dict(WORDS)
+    voices = dict(VOICE_WORDS)
     patterns = tuple(
         (_pattern(word, f"word[{number}]", file), voices[word["says"]]) for number, word in enumerate(values["word"])
     )

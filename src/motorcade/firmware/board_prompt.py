@@ -1,4 +1,4 @@
-"""MicroPython's prompt on a board, by mpremote: questions, files, and each failure as a PortError of ours."""
+"""MicroPython's prompt on a board, by mpremote: facts, files, and each failure as a MotorcadeError."""
 
 import contextlib
 import hashlib
@@ -12,13 +12,13 @@ import serial
 from mpremote.transport import TransportError, TransportExecError
 from mpremote.transport_serial import SerialTransport
 
-from motorcade.firmware.failures import InstallCutOffError, NoMicroPythonError, UnfitBoardError
+from motorcade.errors import MotorcadeError
 from motorcade.upload.failures import PortError, PortNotFoundError
 from motorcade.upload.serial_port import not_opened
 
 _BAUD = 115200
 _TRIES = 2
-# Few enough for the memory of a small board, where they stand as a literal of up to four times the length.
+# Few enough for the memory of a small board, which gets them as a literal of up to four times the length.
 _CHUNK_BYTES = 1024
 _ANSWER_WITHIN_S = 5
 _FACTS = """import os, sys
@@ -28,7 +28,7 @@ print([sys.platform, list(sys.implementation[1]), space[0], space[0] * space[3]]
 
 
 class Facts(NamedTuple):
-    """What a board says of itself: sys.platform, MicroPython's version, a block of its flash and what is free of it."""
+    """What a board is: sys.platform, MicroPython's version, the size of a flash block, and how much flash is free."""
 
     platform: str
     version: tuple[int, ...]
@@ -40,7 +40,7 @@ class BoardPrompt:
     """The prompt of the board at ``port``; close it at the end.
 
     Raises:
-        PortNotFoundError, PortBusyError, PortForbiddenError, NoMicroPythonError
+        MotorcadeError: the port can't be opened, or no MicroPython answers there.
     """
 
     def __init__(self, port: str):
@@ -54,26 +54,26 @@ class BoardPrompt:
             raise
 
     def facts(self) -> Facts:
-        """What the board says of itself. Raises InstallCutOffError, UnfitBoardError."""
-        with self._speaking("/"):
+        """Ask the board what it is. Raises MotorcadeError, as all methods below do."""
+        with self._converting_errors("/"):
             platform, version, block_bytes, free_bytes = literal_eval(self._transport.exec(_FACTS).decode())
         return Facts(platform, tuple(version[:3]), block_bytes, free_bytes)
 
     def checksum(self, path: str) -> bytes | None:
-        """SHA-256 of the file at ``path``; None where there is none."""
-        with self._speaking(path), contextlib.suppress(FileNotFoundError):
+        """Return SHA-256 of the file at ``path``; None where there is none."""
+        with self._converting_errors(path), contextlib.suppress(FileNotFoundError):
             return bytes(self._transport.fs_hashfile(path, "sha256"))
         return None
 
     def read(self, path: str) -> bytes | None:
-        """The file's bytes; None where there is none."""
-        with self._speaking(path), contextlib.suppress(FileNotFoundError):
+        """Return the file's bytes; None where there is none."""
+        with self._converting_errors(path), contextlib.suppress(FileNotFoundError):
             return bytes(self._transport.fs_readfile(path))
         return None
 
     def write(self, path: str, data: bytes, progress: Callable[[int], None]) -> None:
-        """Put ``data`` at ``path``; ``progress`` is called with the number of its bytes that were written."""
-        with self._speaking(path):
+        """Write ``data`` to ``path``; call ``progress`` with the number of bytes written so far."""
+        with self._converting_errors(path):
             for folder in _folders(path):
                 if folder not in self._folders and not self._transport.fs_exists(folder):
                     self._transport.fs_mkdir(folder)
@@ -81,24 +81,24 @@ class BoardPrompt:
             self._transport.fs_writefile(path, data, _CHUNK_BYTES, lambda written, total: progress(written))
 
     def rename(self, old: str, new: str) -> None:
-        """Give a file another name."""
-        with self._speaking(old):
+        """Rename a file."""
+        with self._converting_errors(old):
             self._transport.exec(f"import os\nos.rename({old!r}, {new!r})")
 
     def remove(self, path: str) -> None:
-        """Remove a file; none is fine too."""
-        with self._speaking(path):
+        """Remove a file, if it is there."""
+        with self._converting_errors(path):
             if self._transport.fs_exists(path):
                 self._transport.fs_rmfile(path)
 
     def restart(self) -> None:
-        """Reset the board: it runs its main.py."""
-        with self._speaking("main.py"):
+        """Reset the board, which then runs its main.py."""
+        with self._converting_errors("main.py"):
             self._transport.exec_raw_no_follow("import machine\nmachine.reset()")
 
     def close(self) -> None:
-        """Give the port up."""
-        # mpremote sets two lines of the port first, which one that has gone no longer takes.
+        """Close the port."""
+        # mpremote sets two lines of the port first, which fails where the port has gone.
         for close in (self._transport.close, self._transport.serial.close):
             with contextlib.suppress(OSError, serial.SerialException):
                 close()
@@ -106,41 +106,41 @@ class BoardPrompt:
     def _enter(self) -> None:
         for last in range(_TRIES):
             try:
-                # What mpremote prints of a failure is for its own users.
+                # Hide what mpremote prints about a failure.
                 with contextlib.redirect_stdout(io.StringIO()):
                     self._transport.enter_raw_repl(timeout_overall=_ANSWER_WITHIN_S)
             except TransportError:
-                # A board that was reset by opening the port may have been deaf meanwhile.
+                # Opening the port may have reset the board, which then didn't listen yet.
                 if last == _TRIES - 1:
-                    raise NoMicroPythonError("no-micropython", port=self.port) from None
+                    raise MotorcadeError("no-micropython-answers", port=self.port) from None
             except (serial.SerialException, OSError):
-                raise NoMicroPythonError("no-micropython", port=self.port) from None
+                raise MotorcadeError("no-micropython-answers", port=self.port) from None
             else:
                 return
 
     @contextlib.contextmanager
-    def _speaking(self, path: str) -> Iterator[None]:
+    def _converting_errors(self, path: str) -> Iterator[None]:
         try:
             yield
         except FileNotFoundError:
             raise
         except TransportExecError as problem:
             reason = problem.error_output.strip().splitlines()[-1:]
-            raise UnfitBoardError(
+            raise MotorcadeError(
                 "install-failed", port=self.port, path=path, reason=reason[0] if reason else "?"
             ) from None
         except (TransportError, serial.SerialException, struct.error, SyntaxError, ValueError):
-            raise InstallCutOffError("install-cut-off", port=self.port) from None
+            raise MotorcadeError("install-cut-off", port=self.port) from None
         except OSError as problem:
             if isinstance(problem, ConnectionError) or not problem.errno or problem.errno == 5:
-                raise InstallCutOffError("install-cut-off", port=self.port) from None
-            raise UnfitBoardError(
+                raise MotorcadeError("install-cut-off", port=self.port) from None
+            raise MotorcadeError(
                 "install-failed", port=self.port, path=path, reason=str(problem.strerror or problem)
             ) from None
 
 
 def checksum_of(data: bytes) -> bytes:
-    """What `BoardPrompt.checksum` gives for ``data``."""
+    """Return what `BoardPrompt.checksum` gives for ``data``."""
     return hashlib.sha256(data).digest()
 
 
@@ -155,13 +155,13 @@ def _opened(port: str) -> SerialTransport:
     return transport
 
 
-def _why_closed(port: str) -> PortError:
-    """mpremote doesn't say why a port can't be opened; trying once more does."""
+def _why_closed(port: str) -> PortError | MotorcadeError:
+    """Find out why a port can't be opened: mpremote doesn't say, but opening it once more does."""
     try:
         serial.serial_for_url(port, exclusive=True).close()
     except (serial.SerialException, OSError) as problem:
         return not_opened(port, problem)
-    return NoMicroPythonError("no-micropython", port=port)
+    return MotorcadeError("no-micropython-answers", port=port)
 
 
 def _folders(path: str) -> list[str]:

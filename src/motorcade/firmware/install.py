@@ -1,21 +1,20 @@
-"""Puts a car's files on a board that runs MicroPython, so that it is a car or nothing, never half of one."""
+"""Put a car's files on a board that runs MicroPython. The board starts as a car only when all of them are there."""
 
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from motorcade.config.pins import PinMap, load_pins
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.firmware.board_prompt import BoardPrompt, Facts, checksum_of
-from motorcade.firmware.bundle import MAIN, board_files, templates
-from motorcade.firmware.failures import FileDiffersError, UnfitBoardError
-from motorcade.firmware.settings import PLATFORMS
+from motorcade.firmware.car_files import MAIN, PLATFORMS, board_files, templates
 
 NEEDED_VERSION = (1, 20, 0)
 _FOREIGN_MAIN = "main_before_motorcade.py"
 
 
 class Installed(NamedTuple):
-    """What was done: the chip, all files of the car, those that had to be copied, and their bytes."""
+    """What was done: the chip, the number of the car's files, of those that were copied, and of their bytes."""
 
     chip: str
     files: int
@@ -24,7 +23,7 @@ class Installed(NamedTuple):
 
 
 def default_pins(chip: str) -> PinMap:
-    """The pin file that comes with Motorcade for a chip of PLATFORMS."""
+    """Read the pin file that comes with Motorcade for a chip of PLATFORMS."""
     return load_pins(templates() / f"{chip}.toml")
 
 
@@ -37,13 +36,13 @@ def install(
     """Make a car of the board at ``port``.
 
     Args:
+        port: a serial port, such as /dev/ttyUSB0.
         pins: the car's pin file; None for the one that comes for the board's chip.
-        settings_for: the settings of a car with such pins (`motorcade.firmware.settings`).
-        progress: called with the bytes copied and those to copy.
+        settings_for: gives the settings of a car with such pins (`motorcade.firmware.car_files.settings_of`).
+        progress: called with the number of bytes copied and of all that have to be copied.
 
     Raises:
-        MotorcadeError: the pin file, or what settings_for says of it.
-        PortError: a sentence for whatever went wrong at the board (`motorcade.firmware.failures`).
+        MotorcadeError: the pin file can't be used, settings_for refuses it, or something went wrong at the board.
     """
     chosen = load_pins(pins) if pins else None
     if chosen:
@@ -67,31 +66,26 @@ def _chip(port: str, facts: Facts, chosen: PinMap | None) -> str:
     found = next((chip for chip, platform in PLATFORMS.items() if platform == facts.platform), None)
     wanted = chosen.chip.name if chosen else None
     if found is None or (wanted and wanted != found):
-        kinds = " or ".join(PLATFORMS.values())
-        raise UnfitBoardError(
-            "another-chip",
-            port=port,
-            found=facts.platform,
-            wanted=f"the pin file is for {wanted}" if wanted else f"cars run on {kinds}",
-            wanted_zh=f"引脚文件是给 {wanted} 的" if wanted else f"小车运行在 {kinds} 上",
-        )
+        first, second = PLATFORMS.values()
+        reason = Phrase("pin-file-is-for", chip=wanted) if wanted else Phrase("cars-run-on", first=first, second=second)
+        raise MotorcadeError("another-chip", port=port, found=facts.platform, wanted=reason)
     if facts.version < NEEDED_VERSION:
         version, needed = (".".join(map(str, each)) for each in (facts.version, NEEDED_VERSION))
-        raise UnfitBoardError("old-micropython", port=port, found=version, needed=needed)
+        raise MotorcadeError("old-micropython", port=port, found=version, needed=needed)
     return found
 
 
 def _check_room(port: str, facts: Facts, differing: dict[str, bytes]) -> None:
-    # Each file begins a block of its own.
+    # Each file begins at a new block.
     needed = sum(-(-len(data) // facts.block_bytes) * facts.block_bytes for data in differing.values())
     if needed > facts.free_bytes:
-        raise UnfitBoardError("no-room", port=port, free=str(facts.free_bytes >> 10), needed=str(-(-needed >> 10)))
+        raise MotorcadeError("board-has-no-room", port=port, free_kb=facts.free_bytes >> 10, needed_kb=-(-needed >> 10))
 
 
 def _copy(
     prompt: BoardPrompt, files: dict[str, bytes], differing: dict[str, bytes], progress: Callable[[int, int], None]
 ) -> None:
-    """Copy what differs; main.py goes first and comes last, so that half a car never starts."""
+    """Copy what differs. Remove main.py first and write it last, so that an incomplete car never starts."""
     old_main = prompt.read(f"/{MAIN}")
     if old_main is not None and b"motorcade" not in old_main:
         prompt.remove(f"/{_FOREIGN_MAIN}")
@@ -102,5 +96,5 @@ def _copy(
     for path, data in wanted.items():
         prompt.write(f"/{path}", data, lambda written, before=done: progress(before + written, total))  # type: ignore[misc]
         if prompt.checksum(f"/{path}") != checksum_of(data):
-            raise FileDiffersError("file-differs", port=prompt.port, path=path)
+            raise MotorcadeError("installed-file-differs", port=prompt.port, path=path)
         done += len(data)

@@ -6,16 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from motorcade.boards.simulated import (
-    ImageStore,
-    LineError,
-    PseudoTerminal,
-    StoreError,
-    TcpPort,
-    VirtualBoard,
-    monotonic_clock,
-    serve,
-)
+from motorcade.boards.computer import ImageStore, StoreError, simulated_car
+from motorcade.boards.lines import LineError, PseudoTerminal, TcpPort
 from motorcade.config.profile import Profile
 from motorcade.service.errors import StudioError
 from motorcade.upload.failures import PortBusyError
@@ -39,7 +31,7 @@ class VirtualCar:
             # A pseudo-terminal is nobody's but ours, while every user of this computer may come to a TCP port.
             line = TcpPort("127.0.0.1", 0) if sys.platform == "win32" else PseudoTerminal()
             try:
-                with self._driving(line, profile):
+                with simulated_car(line, ImageStore(self._store), profile):
                     yield line.address
             finally:
                 line.close()
@@ -47,15 +39,3 @@ class VirtualCar:
             raise StudioError("virtual-car", 500, path=self._store) from None
         finally:
             self._taken.release()
-
-    @contextmanager
-    def _driving(self, line: PseudoTerminal | TcpPort, profile: Profile) -> Iterator[None]:
-        board = VirtualBoard(line, ImageStore(self._store), profile, lambda *noted: None, monotonic_clock())
-        over = threading.Event()
-        car = threading.Thread(target=serve, args=(board, line, over.is_set), daemon=True)
-        car.start()
-        try:
-            yield
-        finally:
-            over.set()
-            car.join()

@@ -1,4 +1,4 @@
-"""Both kinds of wheels obey both kinds of words: two motors take a driver's commands, a servo takes a program."""
+"""Both kinds of wheels obey both kinds of words: DRIVE words and control words."""
 
 from contextlib import ExitStack
 from dataclasses import replace
@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.boards.linux.chassis import open_chassis
-from motorcade.boards.steering import motor_duties
+from motorcade.boards.linux.chassis import motor_duties, open_chassis
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import Motor
 from support.mock_pi import ENABLED, HEAD, LEFT_MOTOR, RIGHT_MOTOR, STEERED, pulse_us, shown
@@ -20,9 +19,9 @@ WEAK = replace(CLASSROOM, motor=Motor(pwm_max=60))
 
 @pytest.fixture
 def chassis(pins):
-    """Makes the wheels of a pin file."""
-    with ExitStack() as held:
-        yield lambda text, profile=CLASSROOM: open_chassis(parse_pins(HEAD + text, "test.toml"), profile, pins, held)
+    """Open the wheels of a pin file."""
+    with ExitStack() as devices:
+        yield lambda text, profile=CLASSROOM: open_chassis(parse_pins(HEAD + text, "test.toml"), profile, pins, devices)
 
 
 # Two motors that a driver steers
@@ -68,6 +67,47 @@ def test_a_words_turn_is_full_lock_on_a_car_with_a_servo(chassis, pins, directio
     wheels.set(direction, level)
     assert pulse_us(pins) == pytest.approx(wanted_us, abs=1e-5)
     assert shown(pins, LEFT_MOTOR) == (255 if duty else 0, 0, duty)
+
+
+# A servo and a motor that DRIVE words drive
+
+
+@pytest.mark.parametrize(
+    ("angle_deg", "pulse"), [(0, 500), (45, 1000), (90, 1500), (91, 1511.111111), (135, 2000), (180, 2500)]
+)
+def test_the_servo_gets_the_pulse_of_its_angle(chassis, pins, angle_deg, pulse):
+    wheels = chassis(STEERED)
+    assert (pins.pin(19).frequency, pulse_us(pins)) == (50, 1500)
+    wheels.apply(angle_deg, 1, 0)
+    assert pulse_us(pins) == pytest.approx(pulse, abs=1e-5)
+
+
+def test_a_servo_with_uneven_or_reversed_pulses_follows_its_profile(chassis, pins):
+    uneven = replace(CLASSROOM.servo, period_ms=10, pulse_0_deg_us=2400, pulse_90_deg_us=1400, pulse_180_deg_us=600)
+    wheels = chassis(STEERED, replace(CLASSROOM, servo=uneven))
+    assert pins.pin(19).frequency == 100
+    pulses_us = []
+    for angle_deg in (0, 45, 90, 135, 180):
+        wheels.apply(angle_deg, 1, 0)
+        pulses_us.append(pulse_us(pins))
+    assert pulses_us == pytest.approx([2400, 1900, 1400, 1000, 600], abs=1e-5)
+
+
+@pytest.mark.parametrize("speed", [0, 1, 40, 150, 254, 255])
+def test_the_motor_gets_its_duty_in_both_directions(chassis, pins, speed):
+    wheels = chassis(STEERED)
+    on = 255 if speed else 0
+    wheels.apply(42, 1, speed)
+    assert shown(pins, LEFT_MOTOR) == (on, 0, speed)
+    wheels.apply(42, 0, speed)
+    assert shown(pins, LEFT_MOTOR) == (0, on, speed)
+
+
+def test_neutral_stops_the_wheels_and_centres_the_steering(chassis, pins):
+    wheels = chassis(STEERED)
+    wheels.apply(10, 0, 255)
+    wheels.neutral()
+    assert (shown(pins, LEFT_MOTOR), pulse_us(pins)) == ((0, 0, 0), 1500)
 
 
 @pytest.mark.parametrize("text", [ENABLED, STEERED + DUTIES], ids=["two motors", "a servo"])

@@ -1,4 +1,4 @@
-"""The pins of a computer with Linux: what gpiozero asks of the library below it, which is played here."""
+"""The pins of a computer with Linux: what gpiozero asks of lgpio, which is mocked here."""
 
 import subprocess
 import sys
@@ -11,17 +11,17 @@ if sys.platform == "linux":
     from gpiozero import Servo
     from gpiozero.pins import local
 
+    from motorcade.boards.computer import Equipment
+    from motorcade.boards.lines import NoLine
     from motorcade.boards.linux import gpio_chip
-    from motorcade.boards.linux.board import Equipment, NoLine
-    from motorcade.boards.linux.chips import CHIPS
-    from motorcade.boards.linux.errors import GpioForbiddenError, NoGpioError
     from motorcade.boards.linux.opening import open_car, open_drive
+    from motorcade.config.chips import CHIPS
     from motorcade.config.pins import parse_pins
     from motorcade.config.profile import levels_of
     from motorcade.errors import MotorcadeError
     from support.strategies import CLASSROOM
 
-    LGPIO = gpio_chip._lgpio()
+    LGPIO = gpio_chip.lgpio
     PI, LINUX = (next(chip for chip in CHIPS if chip.name == name) for name in ("raspberry-pi", "linux"))
 RASPBERRY_PI_3B = 0xA02082
 STEERED = """
@@ -40,7 +40,7 @@ TWO_MOTORS = "[left_motor]\nforward = 7\nbackward = 8\n[right_motor]\nforward = 
 
 @pytest.fixture
 def kernel(monkeypatch):
-    """Remembers what is asked of lgpio; pins are inputs until they are claimed as outputs."""
+    """Mock lgpio and note its calls; pins are inputs until they are claimed as outputs."""
     asked = SimpleNamespace(opened=[], pwm=[], written=[], outputs=set(), fails=False)
 
     def tx_pwm(handle, pin, frequency, duty):
@@ -144,14 +144,15 @@ def test_another_computers_lines_go_by_their_numbers(kernel):
 
 
 def test_a_computer_without_pins_says_so():
-    with pytest.raises(NoGpioError, match="--board simulated"):
+    with pytest.raises(MotorcadeError, match="--board simulated") as raised:
         gpio_chip.open_gpio(PI)
-    with pytest.raises(NoGpioError, match=r"no pins at /dev/gpiochip77"):
+    assert raised.value.exit_code == 3
+    with pytest.raises(MotorcadeError, match=r"no pins at /dev/gpiochip77"):
         gpio_chip.open_gpio(LINUX, 77)
 
 
-def test_the_library_leaves_no_pipe_where_a_car_is_started(tmp_path):
-    script = "from motorcade.boards.linux import gpio_chip; gpio_chip._lgpio()"
+def test_importing_lgpio_leaves_no_pipe_in_the_working_directory(tmp_path):
+    script = "import motorcade.boards.linux.gpio_chip"
     subprocess.run([sys.executable, "-c", script], cwd=tmp_path, check=True, timeout=60)
     assert list(tmp_path.iterdir()) == []
 
@@ -163,8 +164,9 @@ def test_a_chip_that_one_may_not_use_names_the_group(kernel, monkeypatch):
     monkeypatch.setattr(LGPIO, "gpiochip_open", refuse)
     monkeypatch.setattr(gpio_chip.Path, "exists", lambda path: True)
     monkeypatch.setattr(gpio_chip.os, "access", lambda path, mode: False)
-    with pytest.raises(GpioForbiddenError, match=r"usermod -aG gpio"):
+    with pytest.raises(MotorcadeError, match=r"usermod -aG gpio") as raised:
         gpio_chip.open_gpio(PI)
+    assert raised.value.exit_code == 7
 
 
 def test_a_pin_file_of_another_kind_of_car_is_refused(kernel):

@@ -9,8 +9,7 @@ from collections import deque
 import pytest
 
 from motorcade import Program, compile_program, forward, led, left, right, together
-from motorcade.boards.linux.board import Equipment
-from motorcade.boards.linux.hardware_watchdog import HardwareWatchdog
+from motorcade.boards.computer import Equipment, HardwareWatchdog
 from motorcade.boards.linux.programmed_drive import ProgrammedDrive
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import levels_of

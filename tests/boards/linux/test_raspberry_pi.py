@@ -6,7 +6,7 @@ import pytest
 from gpiozero.pins.mock import MockPWMPin
 
 from motorcade import Program, compile_program, forward, led, left, right, together
-from motorcade.boards.linux.board import run
+from motorcade.boards.computer import run
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.check import check_board
 from motorcade.car.loop import Car

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from motorcade.boards.linux.shared_wheels import SharedWheels
+from motorcade.boards.linux.programmed_drive import SharedWheels
 
 DEADLINE_S = 60
 STILL, AHEAD, TURN, DRIVEN = (0, 0), (0, 3), (1, 2), (90, 1, 255)
@@ -44,7 +44,7 @@ def hardware():
 
 @pytest.fixture
 def shared(hardware):
-    return SharedWheels(hardware, lambda: 0, patience_ms=150)
+    return SharedWheels(hardware, lambda: 0, max_silence_ms=150)
 
 
 def programmed(shared):
@@ -129,17 +129,17 @@ def test_a_write_of_the_programs_that_fails_stops_the_wheels_and_is_told(shared,
 
 def test_a_fault_of_the_program_is_none_of_the_drivers(shared, hardware):
     shared.apply(*DRIVEN)
-    shared.fail("the LEDs are out")
+    shared.fail(OSError("the LEDs are out"))
     assert hardware.done == [DRIVEN]
 
 
 def test_a_program_at_rest_stands_still_and_goes_on_as_it_then_wants_to(shared, hardware):
     programmed(shared)
-    with shared.at_rest():
+    with shared.paused():
         shared.set(*TURN)
     assert hardware.done == ["neutral", AHEAD, STILL, STILL, TURN]
     shared.end_program()
     shared.apply(*DRIVEN)
-    with shared.at_rest():
+    with shared.paused():
         pass
     assert hardware.done[-1] == DRIVEN

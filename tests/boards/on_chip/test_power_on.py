@@ -9,7 +9,7 @@ from simulated.microcontroller import Reset
 from motorcade.boards.on_chip import power_on
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.pins import parse_pins
-from motorcade.firmware.settings import settings_of
+from motorcade.firmware.car_files import settings_of
 from support.chip_benches import FRAME, SMALL, bench
 from support.strategies import CLASSROOM
 

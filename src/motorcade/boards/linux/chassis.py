@@ -1,4 +1,8 @@
-"""The wheels of a Linux car, on gpiozero: two motors, or one motor and a servo. Both obey words and drivers."""
+"""The wheels of a Linux car, on gpiozero: two motors, or one motor and a servo.
+
+Both kinds obey DRIVE words and control words. A DRIVE word has a servo's angle and one motor's duty, so two motors
+steer by their difference; a control word turns on the spot, which takes two motors, so a steered car makes a bend.
+"""
 
 from contextlib import ExitStack
 from typing import Any, Protocol
@@ -6,37 +10,39 @@ from typing import Any, Protocol
 from gpiozero import OutputDevice, PWMOutputDevice, Servo
 
 from motorcade.boards.on_chip.motors import Wheels
-from motorcade.boards.steering import CENTRE_DEG, motor_duties, servo_angle_deg
-from motorcade.car.brain import FORWARD
+from motorcade.car.brain import FORWARD, LEFT, RIGHT
 from motorcade.config.pins import DUTY_MAX, PinMap
 from motorcade.config.profile import Profile
 
-# The pulses are timed by a program, whose lateness matters less the longer they are.
+# Software times the pulses: the longer they are, the less its delays matter.
 PWM_HZ = 100
+FULL_LEFT_DEG = 180
+CENTRE_DEG = 90
+FULL_RIGHT_DEG = 0
 
 
 class Chassis(Protocol):
-    """Wheels of any kind. No motor gets more than the profile's ``motor.pwm_max``. Methods raise OSError."""
+    """Wheels of any kind. No motor gets a higher duty than the profile's ``motor.pwm_max``. Methods raise OSError."""
 
     def set(self, direction: int, speed_level: int) -> None:
-        """As `motorcade.car.board.Board.set_wheels`."""
+        """Turn as a control word asks; arguments as of `motorcade.car.board.Board.set_wheels`."""
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
-        """As `motorcade.car.drive_board.DriveBoard.apply`."""
+        """Turn as a DRIVE word asks; arguments as of `motorcade.car.drive_board.DriveBoard.apply`."""
 
     def neutral(self) -> None:
-        """Stand still with straight wheels."""
+        """Stop, with straight wheels."""
 
 
 class Motor:
     """One motor behind an L298-style driver, at the pins of ``part`` in a pin file.
 
-    Without ``enable`` the PWM is on the direction pins. ``held`` closes what is opened here.
+    Without ``enable`` the PWM is on the direction pins. ``devices`` closes what is opened here.
     """
 
-    def __init__(self, pins: PinMap, part: str, factory: Any, held: ExitStack) -> None:
+    def __init__(self, pins: PinMap, part: str, factory: Any, devices: ExitStack) -> None:
         def pulsed(pin: int | None) -> Any:
-            return held.enter_context(PWMOutputDevice(pin, frequency=PWM_HZ, pin_factory=factory))
+            return devices.enter_context(PWMOutputDevice(pin, frequency=PWM_HZ, pin_factory=factory))
 
         directions = [pins.pin(part, key) for key in ("forward", "backward")]
         enable = pins.pin(part, "enable")
@@ -44,10 +50,10 @@ class Motor:
         if enable is None:
             self._directions = [pulsed(pin) for pin in directions]
         else:
-            self._directions = [held.enter_context(OutputDevice(pin, pin_factory=factory)) for pin in directions]
+            self._directions = [devices.enter_context(OutputDevice(pin, pin_factory=factory)) for pin in directions]
 
     def drive(self, duty: int) -> None:
-        """Turn forward with ``duty`` 1 to 255 of full power, backward with -1 to -255; 0 lets the motor run out."""
+        """Turn forward with ``duty`` 1 to 255 of full power, backward with -1 to -255; with 0 the motor coasts."""
         share = abs(duty) / DUTY_MAX
         forward, backward = self._directions
         # Never both at once, and no power while they change.
@@ -63,13 +69,13 @@ class Motor:
 
 
 class TwoMotors:
-    """A left and a right motor, whose difference steers."""
+    """A left and a right motor; their difference steers."""
 
-    def __init__(self, pins: PinMap, profile: Profile, factory: Any, held: ExitStack) -> None:
-        self._left = Motor(pins, "left_motor", factory, held)
-        self._right = Motor(pins, "right_motor", factory, held)
-        self._most = profile.motor.pwm_max
-        self._wheels = Wheels(self._left, self._right, *_duties(pins, self._most))
+    def __init__(self, pins: PinMap, profile: Profile, factory: Any, devices: ExitStack) -> None:
+        self._left = Motor(pins, "left_motor", factory, devices)
+        self._right = Motor(pins, "right_motor", factory, devices)
+        self._max_duty = profile.motor.pwm_max
+        self._wheels = Wheels(self._left, self._right, *_duties(pins, self._max_duty))
 
     def set(self, direction: int, speed_level: int) -> None:
         """See Chassis."""
@@ -77,7 +83,7 @@ class TwoMotors:
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
         """See Chassis."""
-        left, right = motor_duties(angle_deg, direction, min(speed, self._most))
+        left, right = motor_duties(angle_deg, direction, min(speed, self._max_duty))
         self._left.drive(left)
         self._right.drive(right)
 
@@ -88,15 +94,15 @@ class TwoMotors:
 
 
 class SteeredMotor:
-    """A motor, and a servo that steers; a turn on the spot becomes a tight bend."""
+    """A motor and a steering servo; a turn on the spot becomes a tight bend."""
 
-    def __init__(self, pins: PinMap, profile: Profile, factory: Any, held: ExitStack) -> None:
-        self._motor = Motor(pins, "drive_motor", factory, held)
-        self._most = profile.motor.pwm_max
-        self._drive_duties, self._turn_duties = _duties(pins, self._most)
+    def __init__(self, pins: PinMap, profile: Profile, factory: Any, devices: ExitStack) -> None:
+        self._motor = Motor(pins, "drive_motor", factory, devices)
+        self._max_duty = profile.motor.pwm_max
+        self._drive_duties, self._turn_duties = _duties(pins, self._max_duty)
         servo = profile.servo
         self._pulses_us = (servo.pulse_0_deg_us, servo.pulse_90_deg_us, servo.pulse_180_deg_us)
-        self._servo = held.enter_context(
+        self._servo = devices.enter_context(
             Servo(
                 pins.pin("servo", "signal"),
                 initial_value=self._servo_value(CENTRE_DEG),
@@ -115,7 +121,7 @@ class SteeredMotor:
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
         """See Chassis."""
         self._servo.value = self._servo_value(angle_deg)
-        duty = min(speed, self._most)
+        duty = min(speed, self._max_duty)
         self._motor.drive(duty if direction else -duty)
 
     def neutral(self) -> None:
@@ -124,7 +130,7 @@ class SteeredMotor:
         self._servo.value = self._servo_value(CENTRE_DEG)
 
     def _servo_value(self, angle_deg: int) -> float:
-        """The angle as gpiozero takes it, -1 for the shortest pulse to 1 for the longest."""
+        """Return the angle as gpiozero takes it: -1 for the shortest pulse to 1 for the longest."""
         right_us, centre_us, left_us = self._pulses_us
         if angle_deg < CENTRE_DEG:
             pulse_us = right_us + (centre_us - right_us) * angle_deg / CENTRE_DEG
@@ -134,16 +140,38 @@ class SteeredMotor:
         return 2 * (pulse_us - shortest_us) / (longest_us - shortest_us) - 1
 
 
-def open_chassis(pins: PinMap, profile: Profile, factory: Any, held: ExitStack) -> Chassis | None:
-    """The wheels that a pin file names, None where it names none; ``held`` closes them."""
+def motor_duties(angle_deg: int, direction: int, speed: int) -> tuple[int, int]:
+    """Return the duties of a left and a right motor for a DRIVE word; negative duties turn backward.
+
+    The outer wheel has the word's duty. The inner wheel has a share of it: all at 90 degrees, half at 45 and 135,
+    none at 0 and 180, where the car turns about its inner wheel.
+
+    Args:
+        angle_deg: 0 to 180; below 90 is right.
+        direction: 1 forward, 0 backward.
+        speed: duty, 0 to 255.
+    """
+    off_deg = abs(angle_deg - CENTRE_DEG)
+    inner = (speed * (CENTRE_DEG - off_deg) + CENTRE_DEG // 2) // CENTRE_DEG
+    left, right = (speed, inner) if angle_deg < CENTRE_DEG else (inner, speed)
+    return (left, right) if direction else (-left, -right)
+
+
+def servo_angle_deg(direction: int) -> int:
+    """Return the servo's angle for a control word's direction; a turn on the spot becomes full lock to that side."""
+    return {LEFT: FULL_LEFT_DEG, RIGHT: FULL_RIGHT_DEG}.get(direction, CENTRE_DEG)
+
+
+def open_chassis(pins: PinMap, profile: Profile, factory: Any, devices: ExitStack) -> Chassis | None:
+    """Open the wheels that a pin file names, None where it names none; ``devices`` closes them."""
     if pins.has("left_motor") and pins.has("right_motor"):
-        return TwoMotors(pins, profile, factory, held)
+        return TwoMotors(pins, profile, factory, devices)
     if pins.has("drive_motor") and pins.has("servo"):
-        return SteeredMotor(pins, profile, factory, held)
+        return SteeredMotor(pins, profile, factory, devices)
     return None
 
 
-def _duties(pins: PinMap, most: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Of the speed levels, straight on and turning."""
-    drive, turn = (tuple(min(duty, most) for duty in duties) for duties in (pins.drive_duties, pins.turn_duties))
+def _duties(pins: PinMap, max_duty: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return the duties of the speed levels, straight on and turning."""
+    drive, turn = (tuple(min(duty, max_duty) for duty in duties) for duties in (pins.drive_duties, pins.turn_duties))
     return drive, turn

@@ -1,4 +1,8 @@
-"""The pins of a computer with Linux, by the kernel's gpiochip; gpiozero drives them."""
+"""The pins of a computer with Linux: gpiozero drives them by the kernel's gpiochip.
+
+`motorcade.drive.safety.motor_guard` imports this file while all is well, for `pull_low`: when the car's process has
+died there is no time for imports. So what the pins need is imported here at once.
+"""
 
 import contextlib
 import os
@@ -11,61 +15,29 @@ from typing import Any
 from gpiozero import GPIOZeroError
 from gpiozero.pins import BoardInfo, HeaderInfo, PinInfo
 
-from motorcade.boards.linux.chips import Chip
-from motorcade.boards.linux.errors import GpioForbiddenError, NoGpioError
+from motorcade.config.chips import CHIPS, Chip
+from motorcade.errors import MotorcadeError
 
 _RASPBERRY_PI = "raspberry-pi"
 
 
-def open_gpio(chip: Chip, number: int | None = None) -> Any:
-    """A gpiozero pin factory for this computer's pins.
-
-    Args:
-        chip: which computer it is; ``linux`` for any whose kernel has a gpiochip.
-        number: of ``/dev/gpiochip<number>``. A Raspberry Pi finds its own; others have their pins at 0, as a rule.
-
-    Raises:
-        NoGpioError, GpioForbiddenError: in a sentence.
-    """
-    if not sys.platform.startswith("linux"):
-        raise NoGpioError("The pins of a car are driven by Linux, which isn't here; `--board simulated` needs no pins")
-    lgpio = _lgpio()
-    try:
-        return _factory_class(lgpio, chip.name != _RASPBERRY_PI, len(chip.header))(number)
-    except lgpio.error as problem:
-        path = Path(f"/dev/gpiochip{number or 0}")
-        if path.exists() and not os.access(path, os.R_OK | os.W_OK):
-            raise GpioForbiddenError(
-                f"You may not use {path}: sudo usermod -aG gpio $USER, then log in again"
-            ) from None
-        raise NoGpioError(f"There are no pins at {path} ({problem}); `--board simulated` needs none") from None
-    except GPIOZeroError as problem:
-        raise NoGpioError(f"This is no {chip.title} ({problem}); `--board simulated` needs no pins") from None
+class HardwareError(MotorcadeError, OSError):
+    """Hardware that fails while the car drives; the contracts of boards ask for an OSError."""
 
 
-def prepare() -> None:
-    """Import what `open_gpio` needs, so that it takes no time when it is called. Raises ImportError, OSError."""
-    _factory_class(_lgpio(), is_foreign=False, lines=0)
-
-
-def _lgpio() -> Any:
-    """The module lgpio, which leaves a pipe in the working directory of whoever imports it: in one that goes away."""
+if sys.platform == "linux":
+    # lgpio leaves a pipe in the working directory of whoever imports it.
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         import lgpio
+        from gpiozero.pins.lgpio import LGPIOFactory, LGPIOPin
 
-        return lgpio
-
-
-def _factory_class(lgpio: Any, is_foreign: bool, lines: int) -> Any:
-    from gpiozero.pins.lgpio import LGPIOFactory, LGPIOPin
-
-    class FinePin(LGPIOPin):  # type: ignore[misc]
+    class _FinePin(LGPIOPin):  # type: ignore[misc]
         """A pin whose PWM isn't rounded to whole percents, which are 200 µs of a servo's 20 ms."""
 
         _pwm: tuple[float, float] | None
 
         def _set_state(self, value: float) -> None:
-            with self._told():
+            with self._as_hardware_error():
                 if self._pwm:
                     frequency, _ = self._pwm
                     self._pwm = (frequency, value * 100)
@@ -74,31 +46,66 @@ def _factory_class(lgpio: Any, is_foreign: bool, lines: int) -> Any:
                     super()._set_state(value)
 
         def _set_frequency(self, value: float | None) -> None:
-            with self._told():
+            with self._as_hardware_error():
                 super()._set_frequency(value)
 
         @contextlib.contextmanager
-        def _told(self) -> Iterator[None]:
+        def _as_hardware_error(self) -> Iterator[None]:
             try:
                 yield
             except lgpio.error as problem:
-                raise OSError(f"{self!r} can't be driven: {problem}") from None
+                raise HardwareError("pin-fails", pin=repr(self), reason=problem) from None
 
-    class Factory(LGPIOFactory):  # type: ignore[misc]
-        """Its own Raspberry Pi's pins, or on a foreign computer the lines of a gpiochip."""
+    class _Factory(LGPIOFactory):  # type: ignore[misc]
+        """The pins of a Raspberry Pi, which finds its own gpiochip, or the lines of another computer's gpiochip."""
 
-        def __init__(self, number: int | None) -> None:
-            super().__init__(0 if is_foreign and number is None else number)
-            self.pin_class = FinePin
+        def __init__(self, chip: Chip, number: int | None) -> None:
+            self._foreign_lines = 0 if chip.name == _RASPBERRY_PI else len(chip.header)
+            super().__init__(0 if self._foreign_lines and number is None else number)
+            self.pin_class = _FinePin
 
         def _get_board_info(self) -> Any:
-            return _foreign_board(lines) if is_foreign else super()._get_board_info()
+            return _foreign_board(self._foreign_lines) if self._foreign_lines else super()._get_board_info()
 
-    return Factory
+
+def open_gpio(chip: Chip, number: int | None = None) -> Any:
+    """Open this computer's pins as a gpiozero pin factory.
+
+    Args:
+        chip: which computer it is; ``linux`` for any whose kernel has a gpiochip.
+        number: of ``/dev/gpiochip<number>``. A Raspberry Pi finds its own; others mostly have their pins at 0.
+
+    Raises:
+        MotorcadeError: there are no pins, or not those, or this user may not use them.
+    """
+    if sys.platform != "linux":
+        raise MotorcadeError("gpio-needs-linux")
+    try:
+        return _Factory(chip, number)
+    except lgpio.error as problem:
+        path = Path(f"/dev/gpiochip{number or 0}")
+        if path.exists() and not os.access(path, os.R_OK | os.W_OK):
+            raise MotorcadeError("gpio-forbidden", path=path) from None
+        raise MotorcadeError("no-gpio-chip", path=path, reason=problem) from None
+    except GPIOZeroError as problem:
+        raise MotorcadeError("another-computer", title=chip.title, reason=problem) from None
+
+
+def pull_low(chip: str, number: str, *pins: str) -> None:
+    """Make ``pins`` drive low. They stay so when the process ends, since the kernel keeps a pin as it was.
+
+    Args:
+        chip: the name of one of CHIPS.
+        number: as in open_gpio; ``""`` for None.
+        pins: GPIO numbers. All are texts, since another process gives them on a command line.
+    """
+    factory = open_gpio(next(each for each in CHIPS if each.name == chip), int(number) if number else None)
+    for pin in pins:
+        factory.pin(int(pin)).output_with_state(False)
 
 
 def _foreign_board(lines: int) -> Any:
-    """What gpiozero knows of a computer of which it knows nothing but the numbers of its lines."""
+    """Return what gpiozero knows of a computer of which only the numbers of its lines are known."""
     pins = {
         line + 1: PinInfo(
             line + 1, f"GPIO{line}", frozenset({line, f"GPIO{line}"}), "", line + 1, 1, frozenset({"gpio"})

@@ -1,6 +1,6 @@
-"""From power-on to a car that drives: opens the board that ``car.json`` describes, and runs the loop.
+"""Start a car on a microcontroller: open the board that ``car.json`` describes, and run the loop.
 
-Portable. MicroPython's modules come in as Modules; ``main`` takes the real ones.
+Portable. MicroPython's modules come in as Modules; ``main`` passes the real ones.
 """
 
 # For the type checker alone: MicroPython has no typing.
@@ -15,26 +15,27 @@ from binascii import crc32, unhexlify
 from collections import namedtuple
 
 from motorcade.boards.micropython import MicroPythonBoard
-from motorcade.boards.on_chip.frame_senders import PioSender, RmtSender
 from motorcade.boards.on_chip.image_file import ImageFile
+from motorcade.boards.on_chip.infrared import PioSender, RmtSender
 from motorcade.boards.on_chip.lines import UartLine, UsbLine
 from motorcade.boards.voice import SerialVoice, VoiceSource
 from motorcade.car.loop import Car
+from motorcade.errors import MotorcadeError
 from motorcade.words.ticks import elapsed_ms
 
 SETTINGS_FORMAT = "motorcade-car/1"
 SETTINGS_FILE = "car.json"
 IMAGE_FILE = "car.image"
 TICK_MS = 1
-# Garbage is collected this often, and not while a frame is on the air: it would lose it.
-TIDY_MS = 500
+# Garbage is collected this often, but not while a frame is on the air: the frame would be lost.
+COLLECT_EVERY_MS = 500
 RESTART_AFTER_MS = 2000
 
 Modules = namedtuple(
     "Modules",
     ("platform", "machine", "clock", "micropython", "chip", "files", "open_file", "stdin", "stdout", "poll"),
 )
-"""What MicroPython offers.
+"""MicroPython's modules and streams.
 
 ``platform`` is sys.platform; ``machine``, ``clock`` (time), ``micropython`` and ``files`` (os) are its modules, and
 ``chip`` is esp32 or rp2; ``open_file`` is open; ``stdin`` and ``stdout`` are the prompt's byte streams, and ``poll``
@@ -42,12 +43,12 @@ a select.poll that ``stdin`` is registered with.
 """
 
 
-class SettingsError(Exception):
-    """A car.json that isn't there or isn't of this version."""
-
-
 def load_settings(open_file: "Callable[..., Any]") -> "dict[str, Any]":
-    """What `motorcade install-firmware` wrote into car.json. Raises SettingsError."""
+    """Return what `motorcade install-firmware` wrote into car.json.
+
+    Raises:
+        MotorcadeError: car.json isn't there or isn't of this version.
+    """
     try:
         with open_file(SETTINGS_FILE, "r") as file:
             settings: dict[str, Any] = json.loads(file.read())
@@ -55,15 +56,15 @@ def load_settings(open_file: "Callable[..., Any]") -> "dict[str, Any]":
             return settings
     except (OSError, ValueError, KeyError, TypeError):
         pass
-    raise SettingsError(SETTINGS_FILE + " is missing or broken: run `motorcade install-firmware` again")
+    raise MotorcadeError("car-settings-missing", file=SETTINGS_FILE, command="motorcade install-firmware")
 
 
 def open_board(settings: "dict[str, Any]", modules: Modules) -> MicroPythonBoard:
-    """The board that ``settings`` describe, standing still in the dark."""
+    """Open the board that ``settings`` describe, with its wheels and LEDs off."""
     machine, clock = modules.machine, modules.clock
     if settings["number"] is None:
         settings["number"] = crc32(machine.unique_id()) & 0xFFFFFFFF
-    # UARTs first: some claim a pin that they aren't told of, and the parts then take it back.
+    # UARTs first: some claim a pin that isn't theirs, and the part at that pin then takes it back.
     line = _line(settings, modules)
     voice = _voice(settings, machine)
     store = ImageFile(IMAGE_FILE, modules.files, modules.open_file)
@@ -76,36 +77,36 @@ def open_board(settings: "dict[str, Any]", modules: Modules) -> MicroPythonBoard
 
 
 def run(board: MicroPythonBoard, clock: "Any", stops: "Callable[[], bool]") -> None:
-    """Run the car until ``stops()``; however that ends, it then stands still."""
+    """Run the car until ``stops()`` is true; its wheels stop however that ends."""
     car = Car(board)
-    tidied_ms = clock.ticks_ms()
+    collected_ms = clock.ticks_ms()
     try:
         while not stops():
             car.tick()
-            if elapsed_ms(clock.ticks_ms(), tidied_ms) >= TIDY_MS and not board.senses_carrier():
+            if elapsed_ms(clock.ticks_ms(), collected_ms) >= COLLECT_EVERY_MS and not board.senses_carrier():
                 gc.collect()
-                tidied_ms = clock.ticks_ms()
+                collected_ms = clock.ticks_ms()
             clock.sleep_ms(TICK_MS)
     finally:
         board.close()
 
 
 def start(modules: Modules, stops: "Callable[[], bool]") -> None:
-    """Be a car until ``stops()`` or until somebody wants the prompt; start again after a failure."""
+    """Run a car until ``stops()`` is true or somebody asks for the prompt; start again after a failure."""
     try:
         run(open_board(load_settings(modules.open_file), modules), modules.clock, stops)
     except KeyboardInterrupt:
         print("The car stands still. Ctrl-D starts it again.")
-    except SettingsError as problem:
+    except MotorcadeError as problem:
         print("motorcade:", problem)
-    except Exception as problem:  # noqa: BLE001 - a car that nobody sees has to help itself
+    except Exception as problem:  # noqa: BLE001 - nobody watches the car, so it restarts itself
         print("motorcade: the car failed and starts again:", repr(problem))
         modules.clock.sleep_ms(RESTART_AFTER_MS)
         modules.machine.reset()
 
 
 def main() -> None:
-    """Be a car for ever; what the board's main.py calls."""
+    """Run a car for ever. The board's main.py calls this."""
     import os
     import select
     import sys

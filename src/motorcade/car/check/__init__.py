@@ -1,4 +1,4 @@
-"""Whether a board keeps the contract of `motorcade.car.board`: for whoever writes one for other hardware.
+"""Check that a board keeps the contract of `motorcade.car.board`; for authors of boards for other hardware.
 
 Portable: it runs on the board itself too. Lift the wheels off the ground first.
 """
@@ -10,8 +10,15 @@ if MYPY:
     from typing import Any
 
 from motorcade.car.check.clock import check_clock
-from motorcade.car.check.infrared import check_hearing, check_sending
-from motorcade.car.check.parts import check_actuators, check_attributes, check_line, check_methods, check_sensors
+from motorcade.car.check.parts import (
+    check_actuators,
+    check_attributes,
+    check_hearing,
+    check_line,
+    check_methods,
+    check_sending,
+    check_sensors,
+)
 from motorcade.car.check.probe import Probe
 from motorcade.car.check.store import check_store
 
@@ -23,16 +30,16 @@ def check_board(
     hear: "Callable[[int], Any] | None" = None,
     say: "Callable[[bytes], Any] | None" = None,
 ) -> list[str]:
-    """What breaks the contract of a board, a sentence each; an empty list where nothing does.
+    """Return what breaks the contract of a board, one sentence each; an empty list where nothing does.
 
-    The wheels turn for moments, LEDs flash, a frame is sent, and images are stored; at the end the image
-    that was there is stored again (the empty one where there was none).
+    The wheels turn for moments, LEDs flash, a frame is sent, and images are stored. At the end the image that was
+    there is stored again (the empty one where there was none).
 
     Args:
         board: as it would be given to `motorcade.car.loop.Car`.
-        reopen: makes the board anew on the same store, as switching it off and on does. With it the image is
-            looked for in what outlives a cut of power, else in ``board``.
-        wait_ms: lets so many milliseconds pass; needed where the board's clock is simulated. Else its clock is watched.
+        reopen: makes the board anew on the same store, as switching it off and on does. Images are then read from
+            the new board, so that only what survives a cut of power counts; else from ``board``.
+        wait_ms: makes that many milliseconds pass; needed where the board's clock is simulated.
         hear: makes an infrared frame (32 bits) reach the board, where you can, such as by a second car.
         say: sends bytes to the board's serial line, where you can.
     """

@@ -1,21 +1,33 @@
-"""A board's clock: milliseconds that go on, never back, and wrap at 2^30.
+"""Check a board's clock: milliseconds that only grow and wrap at 2^30.
 
-Portable.
+Portable. Under CPython it also reads the clock as it will be after days; MicroPython's modules can't be changed.
 """
 
+# For the type checker alone: MicroPython has no typing.
+MYPY = False
+if MYPY:
+    from collections.abc import Callable
+    from typing import Any
+
+import sys
+import time
+
 from motorcade.car.check.probe import BoardFailedError, Probe
-from motorcade.car.check.surroundings import HAS_CLOCK, host_ms, read_later
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms
 
+# A clock beside the board's, to compare with.
+HAS_CLOCK = hasattr(time, "monotonic")
+_CLOCKS = (("monotonic", 0.001), ("time", 0.001), ("perf_counter", 0.001))
+_NS_CLOCKS = (("monotonic_ns", 1000000), ("time_ns", 1000000), ("perf_counter_ns", 1000000))
 _READS = 100
 _WATCHED_MS = 50
-# Half or double the pace is no badly set clock, it counts something else.
+# A clock at less than half or more than double the pace counts no milliseconds.
 _PACE = 2
 _NEAR_MS = 1000
 
 
 def check_clock(probe: Probe) -> bool:
-    """Note what is wrong with the clock; False where nothing else can be timed by it."""
+    """Note what is wrong with the clock; return False where nothing can be timed by it."""
     try:
         return _readings_fit(probe) and _goes_on(probe) and _wraps(probe)
     except BoardFailedError:
@@ -40,10 +52,10 @@ def _readings_fit(probe: Probe) -> bool:
 
 
 def _wraps(probe: Probe) -> bool:
-    """Read the clock as it will be when the computer has been on for days, where that can be had."""
+    """Read the clock as it will be when the computer has been on for days, where that is possible."""
     for ahead_ms in (TICKS_MASK // 3, TICKS_MASK + 1):
         before_ms = probe.call("now_ms")
-        now_ms = read_later(lambda: probe.call("now_ms"), ahead_ms)
+        now_ms = _read_later(lambda: probe.call("now_ms"), ahead_ms)
         if now_ms is None or (ahead_ms < TICKS_MASK and elapsed_ms(now_ms, before_ms) < _NEAR_MS):
             # The board has a clock of its own.
             return True
@@ -57,18 +69,45 @@ def _wraps(probe: Probe) -> bool:
 
 
 def _goes_on(probe: Probe) -> bool:
-    # Read around the board's clock, so that a computer that is busy meanwhile does it no injustice.
-    outer_begin_ms, begin_ms, inner_begin_ms = host_ms(), probe.call("now_ms"), host_ms()
+    # Read the other clock before and after the board's, so that a busy computer doesn't make it seem wrong.
+    outer_begin_ms, begin_ms, inner_begin_ms = _host_ms(), probe.call("now_ms"), _host_ms()
     if not probe.wait(_WATCHED_MS):
         probe.breach("now_ms() stands still, or counts something longer than milliseconds")
         return False
-    inner_end_ms, end_ms, outer_end_ms = host_ms(), probe.call("now_ms"), host_ms()
+    inner_end_ms, end_ms, outer_end_ms = _host_ms(), probe.call("now_ms"), _host_ms()
     if probe.clock_is_simulated or not HAS_CLOCK:
         return True
     passed_ms = elapsed_ms(end_ms, begin_ms)
     least_ms, most_ms = inner_end_ms - inner_begin_ms, outer_end_ms - outer_begin_ms
-    # One more on either side: whole milliseconds were begun before, and are begun now.
+    # One more on either side, since readings are whole milliseconds.
     if least_ms / _PACE - 1 <= passed_ms <= most_ms * _PACE + 1:
         return True
     probe.breach(f"now_ms() went on by {passed_ms} in {most_ms:.3f} ms; it has to count milliseconds")
     return False
+
+
+def _read_later(read: "Callable[[], Any]", later_ms: int) -> "Any":
+    """Return what ``read`` gives while this computer's clocks are ``later_ms`` ahead; None where they can't be set.
+
+    They aren't set where there are other threads, which would see those clocks too.
+    """
+    threading = sys.modules.get("threading")
+    if sys.implementation.name == "micropython" or (threading and threading.active_count() > 1):
+        return None
+    originals = [(name, getattr(time, name)) for name, _ in _CLOCKS + _NS_CLOCKS]
+    try:
+        for name, unit in _CLOCKS + _NS_CLOCKS:
+            setattr(time, name, _ahead_by(getattr(time, name), later_ms * unit))
+        return read()
+    finally:
+        for name, clock in originals:
+            setattr(time, name, clock)
+
+
+def _ahead_by(clock: "Callable[[], Any]", by: "Any") -> "Callable[[], Any]":
+    return lambda: clock() + by
+
+
+def _host_ms() -> float:
+    """Return a clock beside the board's in ms; always 0 where there is none (HAS_CLOCK)."""
+    return time.monotonic() * 1000 if HAS_CLOCK else 0.0

@@ -1,4 +1,4 @@
-"""What a board is, senses and does: attributes, methods, and the types of their answers.
+"""Check a board's attributes, methods, sensors, serial line, actuators and infrared.
 
 Portable.
 """
@@ -9,6 +9,7 @@ if MYPY:
     from collections.abc import Callable
     from typing import Any
 
+from motorcade.car.board import Board
 from motorcade.car.brain import (
     AVOID_RADII_MM,
     DURATIONS_MS,
@@ -18,9 +19,12 @@ from motorcade.car.brain import (
     RIGHT,
     SENSE_MS,
     VOICE_GO,
+    frame_ms,
 )
-from motorcade.car.check.probe import BoardFailedError, Probe, brief, is_count
+from motorcade.car.check.probe import LONGEST_CALL_MS, BoardFailedError, Probe, brief, is_count
 from motorcade.words.image import ImageError, parse_image_bytes
+from motorcade.words.infrared import to_frame
+from motorcade.words.ticks import elapsed_ms
 
 METHODS: tuple[str, ...] = (
     "now_ms",
@@ -36,13 +40,18 @@ _MAY_BE_0 = (DURATIONS_MS, GAP_MS, SENSE_MS)
 _NOTES = (("image", 8), ("state", 3), ("start", 0), ("over", 0), ("frame", 0), ("heard", 0), ("lost", "parity"))
 _WORD = 0xE4800000
 # No image begins like this, and no answer to an upload.
-_SAID = b"check\n"
+_SENT = b"check\n"
+FRAME = to_frame(0xA4A80000)
+_FRAMES = "a list or tuple of frames, ints of 32 bits"
 _WITHIN_MS = 500
 _PAUSE_MS = 5
+_TRIES = 3
+_STEP_MS = 2
+_SLACK_MS = 10
 
 
 def check_attributes(probe: Probe) -> bool:
-    """Note what is wrong with number, is_leader and levels; False where the levels can't be used."""
+    """Note what is wrong with number, is_leader and levels; return False where the levels can't be used."""
     number, is_leader, levels = [getattr(probe.board, name, None) for name in ("number", "is_leader", "levels")]
     if not is_count(number, 0xFFFFFFFF):
         probe.breach(f"number is {brief(number)}; it has to be a whole number from 0 to 4294967295")
@@ -60,7 +69,7 @@ def check_attributes(probe: Probe) -> bool:
 
 
 def check_methods(probe: Probe) -> bool:
-    """Note which methods of the contract are missing; False where some are."""
+    """Note which methods of the contract are missing; return False where some are."""
     missing = [name for name in METHODS if not callable(getattr(probe.board, name, None))]
     for name in missing:
         probe.breach(f"it has no method {name}; derive it from motorcade.car.board.Board, which has them all")
@@ -68,7 +77,7 @@ def check_methods(probe: Probe) -> bool:
 
 
 def check_sensors(probe: Probe) -> None:
-    """Note sensors whose answers are of the wrong kind or told twice."""
+    """Note sensors that give a wrong type, or give the same event twice."""
     for name in ("senses_carrier", "is_sending", "sees_person"):
         probe.answer(name, lambda value: type(value) in (bool, int) and 0 <= value <= 1, "True or False")
     where_free = "NOTHING_IN_SIGHT_MM of motorcade.car.board where nothing is there"
@@ -90,18 +99,18 @@ def check_line(probe: Probe, say: "Callable[[bytes], Any] | None") -> None:
     try:
         while probe.call("read_serial"):
             probe.wait(_PAUSE_MS)
-        say(_SAID)
+        say(_SENT)
         for _ in range(_WITHIN_MS // _PAUSE_MS):
             came += probe.answer("read_serial", lambda value: type(value) is bytes, bytes_or_none) or b""
             probe.wait(_PAUSE_MS)
     except BoardFailedError:
         return
-    if came != _SAID:
-        probe.breach(f"read_serial() gave {brief(came)} in all where {_SAID!r} was sent; each byte is told once")
+    if came != _SENT:
+        probe.breach(f"read_serial() gave {brief(came)} in all where {_SENT!r} was sent; each byte is told once")
 
 
 def check_actuators(probe: Probe) -> None:
-    """Note wheels, LEDs and notes that don't take every value."""
+    """Note wheels, LEDs and ``note`` where they don't take every value."""
     for direction in range(RIGHT + 1):
         for speed_level in range(4):
             probe.act("set_wheels", direction, speed_level)
@@ -112,8 +121,43 @@ def check_actuators(probe: Probe) -> None:
         probe.act("note", kind, 0, _WORD, detail)
 
 
+def check_sending(probe: Probe) -> None:
+    """Note what is wrong with send_frame and is_sending, and with received_frames while nothing comes.
+
+    A board that has no infrared doesn't override send_frame; there is nothing to check then.
+    """
+    try:
+        _take_frames(probe)
+        if _has_sender(probe.board):
+            for _ in range(_TRIES):
+                if _sends_right(probe):
+                    break
+            _check_echo(probe)
+    except BoardFailedError:
+        pass
+
+
+def check_hearing(probe: Probe, hear: "Callable[[int], Any]") -> None:
+    """Note frames that are lost, given twice, or dropped for their parity, which the board must not check."""
+    for frame, what in ((FRAME, "the frame"), (FRAME ^ 1, "the frame of odd parity, which the brain counts,")):
+        heard: list[int] = []
+        if probe.blames("received_frames"):
+            return
+        try:
+            _take_frames(probe)
+            hear(frame)
+            for _ in range(_WITHIN_MS // _STEP_MS):
+                heard += _take_frames(probe)
+                probe.wait(_STEP_MS)
+        except BoardFailedError:
+            return
+        if heard != [frame]:
+            told = ", ".join([f"0x{each:08X}" for each in heard[:_TRIES]]) or "none"
+            probe.breach(f"received_frames() gave {told} in all where {what} 0x{frame:08X} was sent once")
+
+
 def is_image_or_none(value: object) -> bool:
-    """Whether ``value`` is None or an image's bytes."""
+    """Return whether ``value`` is None or an image's bytes."""
     if value is None:
         return True
     try:
@@ -124,3 +168,58 @@ def is_image_or_none(value: object) -> bool:
 
 def _is_voice(value: object) -> bool:
     return is_count(value, VOICE_GO)
+
+
+def _take_frames(probe: Probe) -> "list[int]":
+    frames = probe.answer("received_frames", _are_frames, _FRAMES) or ()
+    again = (probe.answer("received_frames", _are_frames, _FRAMES) or ()) if frames else ()
+    if frames and list(frames) == list(again):
+        probe.breach("received_frames() gave the same frames twice; each frame is told once: empty the list")
+    return list(frames)
+
+
+def _are_frames(value: object) -> bool:
+    if not isinstance(value, (list, tuple)):
+        return False
+    return all(is_count(frame, 0xFFFFFFFF) for frame in value)
+
+
+def _has_sender(board: object) -> bool:
+    return getattr(type(board), "send_frame", None) is not Board.send_frame
+
+
+def _sends_right(probe: Probe) -> bool:
+    """Send a frame and watch it; return False where this computer was too busy to judge that."""
+    air_ms = frame_ms(FRAME, probe.board.levels)
+    for _ in range(_WITHIN_MS // _STEP_MS):
+        if not probe.call("is_sending"):
+            break
+        probe.wait(_STEP_MS)
+    begin_ms = probe.call("now_ms")
+    probe.call("send_frame", FRAME)
+    returned_ms = elapsed_ms(probe.call("now_ms"), begin_ms)
+    sends = probe.call("is_sending")
+    looked_ms = elapsed_ms(probe.call("now_ms"), begin_ms)
+    if not sends:
+        if returned_ms > LONGEST_CALL_MS:
+            probe.breach(f"send_frame took {returned_ms} ms; it begins a frame and comes back at once")
+            return True
+        if looked_ms < air_ms:
+            probe.breach("is_sending() is False right after send_frame; it is True while the frame is on the air")
+            return True
+        return False
+    last_ms = looked_ms
+    while probe.call("is_sending") and last_ms < air_ms + _WITHIN_MS:
+        probe.wait(_STEP_MS)
+        last_ms = elapsed_ms(probe.call("now_ms"), begin_ms)
+    if last_ms < air_ms - _SLACK_MS:
+        probe.breach(f"is_sending() is False after {last_ms} ms of a frame that is on the air for {air_ms} ms")
+    if last_ms >= air_ms + _WITHIN_MS:
+        probe.breach(f"is_sending() is still True {last_ms} ms after send_frame; a frame takes {air_ms} ms")
+    return True
+
+
+def _check_echo(probe: Probe) -> None:
+    probe.wait(_SLACK_MS)
+    if FRAME in _take_frames(probe):
+        probe.breach("received_frames() gave the frame that the board sent itself; a car can't hear while it sends")

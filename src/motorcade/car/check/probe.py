@@ -1,4 +1,4 @@
-"""Calls a board's methods and notes what is wrong with their answers.
+"""Call a board's methods and note what is wrong with their answers.
 
 Portable.
 """
@@ -14,7 +14,7 @@ from motorcade.words.ticks import TICKS_MASK, elapsed_ms
 # A car ticks every few milliseconds: no call of its board may take much longer.
 LONGEST_CALL_MS = 20
 _TRIES = 3
-# So often a clock is read before it counts as one that stands still: some seconds on a microcontroller.
+# A clock that doesn't change in so many readings stands still; they take some seconds on a microcontroller.
 _READS = 200000
 _LONGEST_SHOWN = 60
 
@@ -28,7 +28,7 @@ class Probe:
 
     Args:
         board: the board.
-        wait_ms: lets so many milliseconds pass, None where the board's own clock tells.
+        wait_ms: makes that many milliseconds pass; None to watch the board's own clock.
 
     Attributes:
         breaches: what is wrong with it, a sentence each.
@@ -47,24 +47,24 @@ class Probe:
             self.breaches.append(sentence)
 
     def blames(self, name: str) -> bool:
-        """Whether a breach of that method is noted: more of the same would tell its author nothing."""
+        """Return whether a breach of that method is noted already; more of the same wouldn't help its author."""
         return any(sentence.startswith(name) for sentence in self.breaches)
 
     def call(self, name: str, *arguments: object) -> "Any":
-        """What the board's method gives. Raises BoardFailedError."""
+        """Call the board's method and return its result. Raises BoardFailedError."""
         return self.call_of(self.board, name, *arguments)
 
     def call_of(self, board: "Any", name: str, *arguments: object) -> "Any":
-        """The same for another board of its kind."""
+        """Call a method of another board of its kind. Raises BoardFailedError."""
         try:
             return getattr(board, name)(*arguments)
-        except Exception as problem:  # noqa: BLE001 - whatever it is, the board's author has to know
+        except Exception as problem:  # noqa: BLE001 - the board's author has to see any error
             shown = ", ".join([brief(argument) for argument in arguments])
             self.breach(f"{name}({shown}) raised {type(problem).__name__}: {problem}")
         raise BoardFailedError
 
     def timed(self, name: str, *arguments: object) -> "Any":
-        """The same; a method that takes long each time it is tried is a breach."""
+        """Call the method and return its first result; it is a breach if each of some calls takes long."""
         shortest_ms, value = TICKS_MASK, None
         for tries in range(_TRIES):
             begin_ms = self.call("now_ms")
@@ -77,7 +77,7 @@ class Probe:
         return value
 
     def answer(self, name: str, fits: "Callable[[Any], bool]", expected: str) -> "Any":
-        """What the method gives; None where it raises, or gives what doesn't fit, which is noted."""
+        """Return what the method gives; note a breach and return None where it raises or gives what doesn't fit."""
         try:
             value = self.timed(name)
         except BoardFailedError:
@@ -88,14 +88,14 @@ class Probe:
         return None
 
     def act(self, name: str, *arguments: object) -> None:
-        """Let the board do something; where it raises or takes long, that is noted."""
+        """Call a method that acts; note a breach where it raises or takes long."""
         try:
             self.timed(name, *arguments)
         except BoardFailedError:
             pass
 
     def wait(self, duration_ms: int) -> bool:
-        """Let time pass; False where the board's clock stands still meanwhile. Raises BoardFailedError."""
+        """Let time pass; return False where the board's clock stands still. Raises BoardFailedError."""
         begin_ms = self.call("now_ms")
         if self._wait_ms is not None:
             self._wait_ms(duration_ms)
@@ -104,7 +104,7 @@ class Probe:
 
 
 def brief(value: object) -> str:
-    """``value`` in a few characters."""
+    """Return ``value`` in a few characters."""
     if isinstance(value, (bytes, bytearray)) and len(value) > 8:
         return f"{len(value)} {type(value).__name__}"
     shown = repr(value)
@@ -112,5 +112,5 @@ def brief(value: object) -> str:
 
 
 def is_count(value: "Any", most: int = 1 << 31) -> bool:
-    """Whether ``value`` is a whole number from 0 to ``most``, and no bool."""
+    """Return whether ``value`` is a whole number from 0 to ``most``, and no bool."""
     return type(value) is int and 0 <= value <= most

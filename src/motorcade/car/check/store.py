@@ -1,22 +1,24 @@
-"""A board's store: what was stored is found again, and a cut of power leaves the old image or the new one.
+"""Check a board's store: what was stored is found again, and a cut of power leaves the old image or the new one.
 
-Portable.
+Portable. Power is cut only under CPython: MicroPython can't trace lines.
 """
 
 # For the type checker alone: MicroPython has no typing.
 MYPY = False
 if MYPY:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from typing import Any
+
+import sys
 
 from motorcade.car.check.parts import is_image_or_none
 from motorcade.car.check.probe import BoardFailedError, Probe, brief
-from motorcade.car.check.surroundings import cuts_of
 
 EMPTY = b"\x00\x00\x00\x00"
-# One state: LED 0 for a second. And the largest image that there is.
+# One state: LED 0 for a second. And the largest image.
 SMALL = b"\x01\x00\x00\x00\x00\x08\x00\x00"
 LARGE = b"\xff\xff\x01\x00" + b"\x00\x08\x00\x00" * 510
+_MAX_CUTS = 500
 
 
 def check_store(probe: Probe, reopen: "Callable[[], Any] | None") -> None:
@@ -32,7 +34,7 @@ def check_store(probe: Probe, reopen: "Callable[[], Any] | None") -> None:
 
 
 def _round_trips(probe: Probe, reopen: "Callable[[], Any] | None") -> bool:
-    # The smaller ones behind the largest: what is left of that must not show.
+    # Smaller images after the largest: nothing of it must be left.
     for data in (SMALL, LARGE, SMALL, EMPTY):
         probe.call("store_image", data)
         found = probe.call("load_image")
@@ -54,7 +56,7 @@ def _check_cuts(probe: Probe, reopen: "Callable[[], Any] | None") -> None:
     def store() -> None:
         probe.call("store_image", new)
 
-    for place in cuts_of(store):
+    for place in _cuts_of(store):
         board = reopen() if reopen is not None else probe.board
         found = probe.call_of(board, "load_image")
         if found not in (old, new):
@@ -63,5 +65,74 @@ def _check_cuts(probe: Probe, reopen: "Callable[[], Any] | None") -> None:
                 "the new one: write a second file, flush it, and rename it to the first one's name"
             )
             return
-        # The board may have taken harm from the cut, as an open file: its successor goes on.
+        # The cut may have left this board damaged, as with an open file: use the one that was opened after it.
         probe.call_of(board, "store_image", old)
+
+
+class PowerCut(BaseException):
+    """A cut of power. A BaseException, so that no ``except Exception`` or ``except OSError`` continues after it."""
+
+
+def _cuts_of(action: "Callable[[], Any]") -> "Iterator[str]":
+    """Run ``action`` repeatedly, cut off a moment later each time, until it runs to its end.
+
+    The moments are before each line, and, in Python's own library, before each call that may reach the system.
+    Yields the place of each cut: ``line 7 of board.py``.
+    """
+    if not hasattr(sys, "settrace"):
+        return
+    for moments in range(_MAX_CUTS):
+        place = _Cut(moments).run(action)
+        if not place:
+            return
+        yield place
+
+
+class _Cut:
+    """One cut of power, after so many moments."""
+
+    def __init__(self, moments: int) -> None:
+        self._left = moments
+        self._place = ""
+        self._library = sys.modules["os"].__file__.rpartition("os.")[0]  # type: ignore[union-attr]
+
+    def run(self, action: "Callable[[], Any]") -> str:
+        """Run ``action`` until the cut; return its place, ``""`` where the action ended before it."""
+        traced, profiled = sys.gettrace(), sys.getprofile()
+        sys.settrace(self._trace)
+        sys.setprofile(self._profile)
+        try:
+            action()
+        except PowerCut:
+            pass
+        finally:
+            sys.setprofile(profiled)
+            sys.settrace(traced)
+        return self._place
+
+    def _trace(self, frame: "Any", event: str, argument: "Any") -> "Any":
+        if self._is_of_library(frame):
+            return None
+        if event == "line":
+            self._pass(frame)
+        return self._trace
+
+    def _profile(self, frame: "Any", event: str, argument: "Any") -> None:
+        if event == "c_call" and self._is_of_library(frame):
+            home = argument.__module__ or type(argument.__self__).__module__
+            if home != "builtins":
+                self._pass(frame)
+
+    def _is_of_library(self, frame: "Any") -> bool:
+        file = frame.f_code.co_filename
+        return bool(file.startswith((self._library, "<frozen")))
+
+    def _pass(self, frame: "Any") -> None:
+        if self._left or self._place:
+            self._left -= 1
+            return
+        while self._is_of_library(frame) and frame.f_back is not None:
+            frame = frame.f_back
+        file = frame.f_code.co_filename.replace("\\", "/").split("/")[-1]
+        self._place = f"line {frame.f_lineno} of {file}"
+        raise PowerCut

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from motorcade.boards.linux.lirc import InfraredError, LircSender, open_sender
+from motorcade.boards.linux.infrared import LircSender, open_sender
+from motorcade.errors import MotorcadeError
 from motorcade.words.infrared import frame_durations_us
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="LIRC is Linux's")
@@ -69,7 +70,7 @@ def test_a_device_that_fails_is_told_of_at_the_next_frame(pipe):
     sender = LircSender(os.open(os.devnull, os.O_RDONLY), 560, lambda: 0.0)
     sender.send(0)
     assert sender.wait(DEADLINE_S)
-    with pytest.raises(InfraredError, match="infrared sender fails"):
+    with pytest.raises(MotorcadeError, match="infrared sender fails"):
         sender.send(0)
     sender.close()
 
@@ -106,6 +107,6 @@ def test_the_device_that_sends_is_found_among_others_and_set_to_38_khz(tmp_path)
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_where_no_device_sends_the_sentence_says_how_to_get_one(tmp_path):
     control, told = devices(tmp_path, lirc0=ONLY_RECEIVES)
-    with pytest.raises(InfraredError, match="dtoverlay=pwm-ir-tx"):
+    with pytest.raises(MotorcadeError, match="dtoverlay=pwm-ir-tx"):
         open_sender(tmp_path, control)
     assert told == []

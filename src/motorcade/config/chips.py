@@ -1,4 +1,4 @@
-"""Which pins the supported computers have: their numbers, what is printed beside them, and what they can't do."""
+"""The pins of the supported computers: their numbers, their places on the connector, and what they can't do."""
 
 from typing import NamedTuple
 
@@ -9,11 +9,11 @@ class Chip(NamedTuple):
     """A computer that a car may have.
 
     Attributes:
-        name: as a pin file calls it.
-        title: as people call it.
-        header: for each pin that a car may use, its number on the connector, or 0 where boards differ in that.
-        input_only: pins that read and can't drive.
-        taken: pins that are there but serve the computer itself, each with what it does.
+        name: its name in a pin file.
+        title: its name for people.
+        header: for each pin that a car may use, its number on the connector, or 0 where boards differ.
+        input_only: pins that can be read but not driven.
+        taken: pins that the computer needs for itself, each with the reason.
     """
 
     name: str
@@ -23,7 +23,7 @@ class Chip(NamedTuple):
     taken: dict[int, Phrase]
 
     def label(self, pin: int) -> str:
-        """What to look for on the board: ``GPIO17 (11)`` is GPIO 17, the connector's pin 11."""
+        """Return what to look for on the board: ``GPIO17 (11)`` is GPIO 17, the connector's pin 11."""
         place = self.header[pin]
         return f"GPIO{pin} ({place})" if place else f"GPIO{pin}"
 
@@ -38,8 +38,8 @@ _PICO_ORDER = (
     *((13, 17), (14, 19), (15, 20), (16, 21), (17, 22), (18, 24), (19, 25), (20, 26), (21, 27), (22, 29), (26, 31)),
     *((27, 32), (28, 34)),
 )
-# As many lines as one gpiochip of a small computer may have.
-_MOST_LINES = 512
+# The most lines that one gpiochip of a small computer has.
+_MAX_LINES = 512
 _ESP32_USABLE = (0, 2, 4, 5, *range(12, 20), *range(21, 24), *range(25, 28), *range(32, 40))
 
 _MEMORY = Phrase("pin-of-memory")
@@ -77,5 +77,5 @@ CHIPS = (
             3: _USB,
         },
     ),
-    Chip("linux", "another computer with Linux", dict.fromkeys(range(_MOST_LINES), 0), frozenset(), {}),
+    Chip("linux", "another computer with Linux", dict.fromkeys(range(_MAX_LINES), 0), frozenset(), {}),
 )

@@ -1,11 +1,6 @@
-"""The virtual car: what it stores, whom it answers, and how it ends."""
+"""A simulated car at a pseudo-terminal and at a TCP port; and a serial port that may go away."""
 
-import select
-import shutil
-import signal
-import subprocess
 import sys
-import threading
 import time
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -15,15 +10,15 @@ import pytest
 import serial
 from serial.urlhandler import protocol_socket
 
-from motorcade.boards import simulated as virtual_car
-from motorcade.boards.simulated import ImageStore, PseudoTerminal, StoreError, TcpPort, VirtualBoard
+from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, simulated_car
+from motorcade.boards.lines import PseudoTerminal, SerialLine, TcpPort
 from motorcade.car.loop import Car
-from motorcade.config.profile import built_in_profile
+from motorcade.config.profile import levels_of
 from motorcade.upload import serial_port
 from motorcade.upload.failures import PortBusyError
+from support.mock_pi import Clock
+from support.strategies import CLASSROOM
 
-INSTALLED = shutil.which("motorcade", path=str(Path(sys.executable).parent))
-CLASSROOM = built_in_profile("classroom")
 DEADLINE_S = 60
 # A state of 1 s and one of 2 s; another program of one state.
 OLD = bytes.fromhex("02000000 64800000 6D000000")
@@ -35,13 +30,9 @@ PTY = pytest.param("pty", marks=pytest.mark.skipif(sys.platform == "win32", reas
 every_line = pytest.mark.parametrize("kind", [PTY, "tcp"])
 
 
-class Crash(BaseException):
-    """The power goes."""
-
-
 @pytest.fixture(autouse=True)
 def no_pauses(monkeypatch):
-    """pyserial rests a while after each socket that it closes."""
+    """Keep pyserial from sleeping after each socket that it closes."""
     monkeypatch.setattr(protocol_socket, "time", SimpleNamespace(sleep=lambda seconds: None))
 
 
@@ -51,14 +42,23 @@ def store(tmp_path):
 
 
 class Rig:
-    """A virtual car whose loop and clock a test moves by hand, and a client at the other end of its line."""
+    """A simulated car whose loop and clock a test moves, and a client at the other end of its line."""
 
     def __init__(self, kind, store):
         self.line = PseudoTerminal() if kind == "pty" else TcpPort("127.0.0.1", 0)
         self.now_s = 0.0
-        self.noted = []
-        board = VirtualBoard(self.line, store, CLASSROOM, lambda *noted: self.noted.append(noted), lambda: self.now_s)
-        self.car = Car(board)
+        self.events = []
+        equipment = Equipment(
+            True,
+            0,
+            levels_of(CLASSROOM),
+            self.line,
+            store.load(),
+            store.save,
+            observe=lambda *event: self.events.append(event),
+            clock_s=lambda: self.now_s,
+        )
+        self.car = Car(ComputerBoard(equipment))
         self.client = serial.serial_for_url(self.line.address, timeout=0)
 
     def tick(self, times=1):
@@ -67,7 +67,7 @@ class Rig:
             self.car.tick()
 
     def answer(self, data, count):
-        """What the car has answered to ``data`` by the time that ``count`` bytes are there."""
+        """Return the first ``count`` bytes of the car's answer to ``data``."""
         self.client.write(data)
         got = b""
         end_s = time.monotonic() + DEADLINE_S
@@ -88,18 +88,11 @@ class Rig:
 
 
 @contextmanager
-def driven(kind, store):
-    """The address of a virtual car that drives by itself, in a thread."""
-    stop = threading.Event()
-    with closing(PseudoTerminal() if kind == "pty" else TcpPort("127.0.0.1", 0)) as line:
-        board = VirtualBoard(line, store, CLASSROOM, lambda *noted: None, virtual_car.monotonic_clock())
-        driving = threading.Thread(target=virtual_car.serve, args=(board, line, stop.is_set))
-        driving.start()
-        try:
-            yield line.address
-        finally:
-            stop.set()
-            driving.join(DEADLINE_S)
+def running_car(kind, store):
+    """Run a simulated car in a thread and give the address of its line."""
+    line = PseudoTerminal() if kind == "pty" else TcpPort("127.0.0.1", 0)
+    with closing(line), simulated_car(line, store, CLASSROOM):
+        yield line.address
 
 
 @pytest.fixture
@@ -108,45 +101,7 @@ def rig(kind, store):
         yield made
 
 
-# The store
-
-
-def test_a_store_keeps_the_last_image(store):
-    assert store.load() is None
-    store.save(OLD)
-    store.save(NEW)
-    assert ImageStore(store.path).load() == NEW
-    assert list(store.path.parent.iterdir()) == [store.path]
-
-
-@pytest.mark.parametrize("problem", [Crash, OSError])
-def test_a_crash_between_writing_and_replacing_leaves_the_old_image(store, monkeypatch, problem):
-    def crash(path, target):
-        raise problem("just now")
-
-    store.save(OLD)
-    monkeypatch.setattr(Path, "replace", crash)
-    with pytest.raises(problem):
-        store.save(NEW)
-    assert ImageStore(store.path).load() == OLD
-    assert problem is Crash or list(store.path.parent.iterdir()) == [store.path]
-
-
-@pytest.mark.parametrize(
-    ("content", "says"),
-    [(b"", "the image is empty"), (OLD[:-4], "cut off"), (b"notes\n", "no whole number"), (NEW + NEW, "too long")],
-)
-def test_a_file_that_is_no_image_is_refused_and_kept(store, content, says):
-    store.path.parent.mkdir()
-    store.path.write_bytes(content)
-    with pytest.raises(StoreError, match=says) as raised:
-        store.load()
-    assert str(store.path) in str(raised.value)
-    assert "--store" in str(raised.value)
-    assert store.path.read_bytes() == content
-
-
-# The car, its clock moved by hand
+# A car whose clock the test moves
 
 
 @every_line
@@ -159,7 +114,7 @@ def test_a_new_image_is_stored_answered_and_run_at_once(rig, store):
     assert rig.answer(NEW, len(OK_NEW)) == OK_NEW
     assert store.load() == NEW
     assert rig.readback(len(NEW)) == NEW
-    assert [kind for kind, *_ in rig.noted if kind != "frame"] == ["image", "state"]
+    assert [kind for kind, *_ in rig.events if kind != "frame"] == ["image", "state"]
 
 
 @every_line
@@ -169,7 +124,7 @@ def test_a_restart_keeps_the_image_and_runs_it(kind, store):
         assert restarted.readback(len(OLD)) == OLD
         restarted.now_s = 3.5
         restarted.tick()
-    states = [(at_ms, word, index) for kind, at_ms, word, index in restarted.noted if kind == "state"]
+    states = [(at_ms, word, index) for kind, at_ms, word, index in restarted.events if kind == "state"]
     assert states == [(0, 0x64800000, 0), (1000, 0x6D000000, 1), (3000, 0x64800000, 0)]
 
 
@@ -238,8 +193,8 @@ def test_a_pseudo_terminal_carries_every_byte_as_it_is(kind):
 
 
 @every_line
-def test_who_tries_again_at_once_after_an_upload_that_broke_off_succeeds(kind, store):
-    with driven(kind, store) as address:
+def test_an_upload_right_after_one_that_broke_off_succeeds(kind, store):
+    with running_car(kind, store) as address:
         with serial.serial_for_url(address) as client:
             client.write(NEW[:6])
             client.flush()
@@ -247,8 +202,8 @@ def test_who_tries_again_at_once_after_an_upload_that_broke_off_succeeds(kind, s
     assert store.load() == NEW
 
 
-def test_a_second_client_is_told_busy_and_the_first_goes_on(store):
-    with driven("tcp", store) as address, serial.serial_for_url(address, timeout=DEADLINE_S) as first:
+def test_a_second_client_gets_the_answer_busy_and_the_first_goes_on(store):
+    with running_car("tcp", store) as address, serial.serial_for_url(address, timeout=DEADLINE_S) as first:
         first.write(READBACK_REQUEST)
         assert first.read(4) == NO_PROGRAM
         with pytest.raises(PortBusyError, match="busy with another uploader"):
@@ -260,7 +215,7 @@ def test_a_second_client_is_told_busy_and_the_first_goes_on(store):
     assert store.load() == NEW
 
 
-def test_who_comes_as_the_first_client_leaves_is_served(store):
+def test_a_client_that_connects_as_the_first_leaves_gets_its_answer(store):
     with closing(Rig("tcp", store)) as rig:
         assert rig.readback(4) == NO_PROGRAM
         rig.client.close()
@@ -279,22 +234,93 @@ def test_a_client_that_leaves_in_the_middle_does_not_stop_the_car(store):
         assert rig.answer(NEW, len(OK_NEW)) == OK_NEW
 
 
-# The process
+# A serial port
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to send")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["SIGINT", "SIGTERM"])
-@pytest.mark.parametrize("where", [["--pty"], ["--tcp", "127.0.0.1:0"]], ids=["pty", "tcp"])
-def test_a_signal_ends_the_car_in_peace(store, where, number):
-    store.save(OLD)
-    command = [INSTALLED, "virtual-car", *where, "--store", str(store.path)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as car:
-        try:
-            assert select.select([car.stdout], [], [], DEADLINE_S)[0]
-            assert b"A virtual car waits at " in car.stdout.readline()
-            car.send_signal(number)
-            _, complaints = car.communicate(timeout=DEADLINE_S)
-        finally:
-            car.kill()
-    assert (car.returncode, complaints) == (0, b"")
-    assert store.load() == OLD
+class Port:
+    """A serial port that can be pulled out."""
+
+    def __init__(self) -> None:
+        self.waiting = b""
+        self.written = b""
+        self.is_there = True
+        self.is_full = False
+        self.opened = 0
+
+    def open(self) -> "Port":
+        if not self.is_there:
+            raise serial.SerialException("no such port")
+        self.opened += 1
+        return self
+
+    @property
+    def in_waiting(self) -> int:
+        return len(self.waiting)
+
+    def read(self, most: int) -> bytes:
+        if not self.is_there:
+            raise OSError("gone")
+        data, self.waiting = self.waiting[:most], self.waiting[most:]
+        return data
+
+    def write(self, data: bytes) -> None:
+        if not self.is_there:
+            raise serial.SerialException("gone")
+        if self.is_full:
+            raise serial.SerialTimeoutException
+        self.written += data
+
+    def close(self) -> None:
+        pass
+
+
+def test_a_port_that_goes_away_is_silent_and_comes_back():
+    clock, port = Clock(), Port()
+    clock.now_s = 0.0
+    line = SerialLine(port.open, clock)
+    port.waiting = b"abc"
+    assert line.read() == b"abc"
+    assert line.read() == b""
+    port.is_there = False
+    assert line.read() == b""
+    line.write(b"lost")
+    port.is_there, port.waiting = True, b"def"
+    clock.now_s = 0.9
+    assert line.read() == b""
+    clock.now_s = 1.0
+    assert line.read() == b"def"
+    line.write(b"kept")
+    assert (port.written, port.opened) == (b"kept", 2)
+
+
+def test_a_port_is_looked_for_once_a_second_until_it_is_there_again():
+    clock, port, tries = Clock(), Port(), []
+    clock.now_s = 0.0
+
+    def open_port() -> Port:
+        tries.append(clock.now_s)
+        return port.open()
+
+    line = SerialLine(open_port, clock)
+    port.is_there = False
+    for tenth in range(41):
+        clock.now_s = tenth / 10
+        line.read()
+        line.write(b"x")
+    assert tries == [0.0, 1.0, 2.0, 3.0, 4.0]
+
+
+def test_an_answer_that_nobody_takes_doesnt_hold_the_car_up():
+    port = Port()
+    line = SerialLine(port.open, Clock())
+    port.is_full = True
+    line.write(b"lost")
+    port.is_full, port.waiting = False, b"a"
+    assert (line.read(), port.opened) == (b"a", 1)
+
+
+def test_a_port_that_is_not_there_at_the_start_is_an_error():
+    port = Port()
+    port.is_there = False
+    with pytest.raises(serial.SerialException):
+        SerialLine(port.open, Clock())

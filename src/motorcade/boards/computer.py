@@ -1,0 +1,222 @@
+"""A car that runs on a computer: its clock, its line for uploads, its image in a file, its voice, its watchdog.
+
+Alone it is a simulated car, without wheels, lights and sensors. `motorcade.boards.linux` adds them.
+"""
+
+import os
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from motorcade.boards.lines import Line
+from motorcade.boards.voice import VoiceSource
+from motorcade.car.board import VOICE_WORDS, Board
+from motorcade.car.brain import NO_LED, NO_VOICE, VOICE_STOP
+from motorcade.car.loop import Car
+from motorcade.config.files import replace_file
+from motorcade.config.profile import Profile, levels_of
+from motorcade.errors import MotorcadeError
+from motorcade.words.image import ImageError, parse_image_bytes
+from motorcade.words.ticks import TICKS_MASK
+
+# Shorter than the shortest time for which a car listens before it relays a word.
+TICK_S = 0.004
+# What a watchdog takes as a sign of life, and as the end of its work. Source: the kernel's watchdog-api.
+_ALIVE = b"\0"
+_DISARM = b"V"
+# Called with what a car's loop reports: kind, time in ms, word, detail (`motorcade.car.board.Board.note`).
+Observer = Callable[[str, int, int, int | str], None]
+
+
+class StoreError(MotorcadeError):
+    """A file that can't serve as a car's store; the car can start without it."""
+
+
+class ImageStore:
+    """An image in a file. A crash at any moment leaves the old image or the new one, whole."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def load(self) -> bytes | None:
+        """Return the image's bytes, None where there is no file yet. Raises StoreError."""
+        try:
+            data = self.path.read_bytes()
+            parse_image_bytes(data)
+        except FileNotFoundError:
+            return None
+        except OSError as problem:
+            raise StoreError("store-unreadable", path=self.path, reason=problem.strerror) from None
+        except ImageError as problem:
+            raise StoreError("store-holds-no-image", path=self.path, reason=problem) from None
+        return data
+
+    def save(self, data: bytes) -> None:
+        """Replace the image. Raises OSError; the old image is kept then."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        replace_file(self.path, data)
+
+
+class KeyboardVoice(VoiceSource):
+    """Take the words 'stop' and 'go', or their first letters, from lines that somebody types.
+
+    Args:
+        lines: such as ``sys.stdin``. A thread of its own reads them, since reading a line blocks.
+    """
+
+    def __init__(self, lines: Iterable[str]) -> None:
+        self._typed: deque[int] = deque()
+        threading.Thread(target=self._read, args=(lines,), daemon=True).start()
+
+    def heard_voice(self) -> int:
+        """See VoiceSource; any other word is ignored."""
+        latest = NO_VOICE
+        while self._typed:
+            voice = self._typed.popleft()
+            if latest != VOICE_STOP:
+                latest = voice
+        return latest
+
+    def _read(self, lines: Iterable[str]) -> None:
+        for line in lines:
+            typed = line.strip().lower()
+            self._typed.extend(voice for word, voice in VOICE_WORDS if typed in (word, word[0]))
+
+
+def _ignore(kind: str, at_ms: int, word: int, detail: int | str) -> None:
+    """Observe nothing."""
+
+
+@dataclass(frozen=True)
+class Equipment:
+    """What a car is given when it is switched on.
+
+    Attributes:
+        is_leader, number, levels: as in `motorcade.car.board.Board`.
+        line: where uploads come from.
+        image: the stored image, None for none.
+        save: stores an image, whole or not at all. Raises OSError.
+        voice: where 'stop' and 'go' come from.
+        observe: called with what the car's loop reports.
+        clock_s: a clock in seconds that never goes back.
+    """
+
+    is_leader: bool
+    number: int
+    levels: tuple[int, ...]
+    line: Line
+    image: bytes | None
+    save: Callable[[bytes], None]
+    voice: VoiceSource = field(default_factory=VoiceSource)
+    observe: Observer = _ignore
+    clock_s: Callable[[], float] = time.monotonic
+
+    def now_ms(self) -> int:
+        """Return the clock as a board gives it: milliseconds that wrap at 2^30."""
+        return int(self.clock_s() * 1000) & TICKS_MASK
+
+
+class ComputerBoard(Board):
+    """The board of a car without wheels, lights and sensors."""
+
+    def __init__(self, equipment: Equipment) -> None:
+        self.is_leader = equipment.is_leader
+        self.number = equipment.number
+        self.levels = equipment.levels
+        self._equipment = equipment
+        self._image = equipment.image
+
+    def now_ms(self) -> int:
+        return self._equipment.now_ms()
+
+    def load_image(self) -> bytes | None:
+        return self._image
+
+    def store_image(self, data: bytes) -> None:
+        self._equipment.save(data)
+        self._image = data
+
+    def read_serial(self) -> bytes:
+        return self._equipment.line.read()
+
+    def write_serial(self, data: bytes) -> None:
+        self._equipment.line.write(data)
+
+    def heard_voice(self) -> int:
+        return self._equipment.voice.heard_voice()
+
+    def note(self, kind: str, at_ms: int, word: int, detail: int | str) -> None:
+        self._equipment.observe(kind, at_ms, word, detail)
+
+    def neutral(self) -> None:
+        """Stop the wheels and switch the LEDs off."""
+        self.set_wheels(0, 0)
+        self.set_led(NO_LED)
+
+    def close(self) -> None:
+        """Release what the board holds; its outputs are then as at power-on."""
+        self._equipment.voice.close()
+
+
+class HardwareWatchdog:
+    """The computer's watchdog: without a sign of life it restarts the computer, and pins are then as at power-on.
+
+    Args:
+        path: the watchdog's device; it is armed from now on.
+
+    Raises:
+        MotorcadeError: it isn't there, another program has it, or this user may not use it.
+    """
+
+    def __init__(self, path: Path = Path("/dev/watchdog")) -> None:
+        try:
+            self._device = os.open(path, os.O_WRONLY)
+        except OSError as problem:
+            raise MotorcadeError("watchdog-unusable", path=path, reason=problem.strerror) from None
+
+    def keep_alive(self) -> None:
+        """Give a sign of life; due again within about 15 s, the kernel's usual limit."""
+        os.write(self._device, _ALIVE)
+
+    def close(self) -> None:
+        """Disarm it."""
+        os.write(self._device, _DISARM)
+        os.close(self._device)
+
+
+def run(board: ComputerBoard, wait: Callable[[float], None], stops: Callable[[], bool]) -> None:
+    """Run the car until ``stops()`` is true. Put it in neutral and close it however that ends.
+
+    Args:
+        board: the car's board.
+        wait: called before each tick with the seconds until it; may return early when bytes have come.
+        stops: called before each tick.
+    """
+    car = Car(board)
+    try:
+        while not stops():
+            wait(TICK_S)
+            car.tick()
+    finally:
+        try:
+            board.neutral()
+        finally:
+            board.close()
+
+
+@contextmanager
+def simulated_car(line: Line, store: ImageStore, profile: Profile) -> Iterator[None]:
+    """Run a simulated leader in a thread of its own until the block ends. Raises StoreError."""
+    board = ComputerBoard(Equipment(True, 0, levels_of(profile), line, store.load(), store.save))
+    ended = threading.Event()
+    thread = threading.Thread(target=run, args=(board, line.wait, ended.is_set), name="simulated car", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()

@@ -1,0 +1,266 @@
+"""The car's end of a serial line on a computer: a serial port, a pseudo-terminal, a TCP port, or none.
+
+pyserial reaches the TCP port as ``socket://HOST:PORT``. Uploads come by these lines.
+"""
+
+import contextlib
+import os
+import select
+import socket
+import sys
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Protocol
+
+from motorcade.errors import MotorcadeError
+from motorcade.words.upload import error_line
+
+if TYPE_CHECKING:
+    import serial
+
+_CHUNK_BYTES = 4096
+_MAX_WAITING_CLIENTS = 16
+_RETRY_S = 1.0
+
+
+class LineError(MotorcadeError):
+    """A line that the car can't open."""
+
+
+class Line(Protocol):
+    """The car's end of a line."""
+
+    def wait(self, seconds: float) -> None:
+        """Wait until bytes may be there, or ``seconds`` have passed."""
+
+    def read(self) -> bytes:
+        """Return the bytes that are there, ``b""`` for none; never wait."""
+
+    def write(self, data: bytes) -> None:
+        """Send ``data``; it is lost where nobody is connected."""
+
+    def close(self) -> None:
+        """Close the line."""
+
+
+class NoLine:
+    """The line of a car that takes no uploads."""
+
+    def wait(self, seconds: float) -> None:
+        """See Line."""
+        time.sleep(seconds)
+
+    def read(self) -> bytes:
+        """See Line."""
+        return b""
+
+    def write(self, data: bytes) -> None:
+        """See Line."""
+
+    def close(self) -> None:
+        """See Line."""
+
+
+class SerialLine:
+    """A serial port, such as a UART, a USB gadget's port or a voice module's.
+
+    A port that goes away, as one on a USB cable does, is opened again once a second.
+
+    Args:
+        open_port: opens the port with a read timeout of 0. Raises serial.SerialException where it isn't there.
+        clock_s: a clock in seconds.
+
+    Raises:
+        serial.SerialException: the port isn't there at the start.
+    """
+
+    def __init__(self, open_port: "Callable[[], serial.Serial]", clock_s: Callable[[], float]) -> None:
+        self._open_port = open_port
+        self._clock_s = clock_s
+        self._last_try_s = clock_s()
+        self._port: serial.Serial | None = open_port()
+
+    def wait(self, seconds: float) -> None:
+        """Wait ``seconds``: a car's tick is so short that no byte has to end it."""
+        time.sleep(seconds)
+
+    def read(self) -> bytes:
+        """See Line; ``b""`` where the port is away."""
+        port = self._reopened()
+        if port is None:
+            return b""
+        try:
+            return bytes(port.read(port.in_waiting or 1))
+        except OSError:
+            self._drop()
+            return b""
+
+    def write(self, data: bytes) -> None:
+        """See Line; lost where the port is away or its other end takes no bytes."""
+        from serial import SerialTimeoutException
+
+        port = self._reopened()
+        if port is None:
+            return
+        try:
+            port.write(data)
+        except SerialTimeoutException:
+            return
+        except OSError:
+            self._drop()
+
+    def close(self) -> None:
+        """See Line."""
+        if self._port is not None:
+            self._port.close()
+
+    def _reopened(self) -> "serial.Serial | None":
+        now_s = self._clock_s()
+        if self._port is None and now_s - self._last_try_s >= _RETRY_S:
+            self._last_try_s = now_s
+            # serial.SerialException is an OSError.
+            with contextlib.suppress(OSError):
+                self._port = self._open_port()
+        return self._port
+
+    def _drop(self) -> None:
+        if self._port is not None:
+            with contextlib.suppress(OSError):
+                self._port.close()
+        self._port = None
+        self._last_try_s = self._clock_s()
+
+
+class PseudoTerminal:
+    """A serial port of this computer that leads to the car; POSIX only. ``address`` is its device's path."""
+
+    def __init__(self) -> None:
+        if sys.platform == "win32":
+            raise LineError("no-pseudo-terminals")
+        import pty
+        import tty
+
+        # The car keeps the client's end open too: without it the line would hang up with each client that leaves.
+        self._car_end, self._client_end = pty.openpty()
+        tty.setraw(self._client_end)
+        os.set_blocking(self._car_end, False)
+        self.address = os.ttyname(self._client_end)
+
+    def wait(self, seconds: float) -> None:
+        """See Line."""
+        select.select([self._car_end], [], [], seconds)
+
+    def read(self) -> bytes:
+        """See Line."""
+        try:
+            return os.read(self._car_end, _CHUNK_BYTES)
+        except BlockingIOError:
+            return b""
+
+    def write(self, data: bytes) -> None:
+        """See Line."""
+        while data:
+            try:
+                data = data[os.write(self._car_end, data) :]
+            except BlockingIOError:
+                return
+
+    def close(self) -> None:
+        """See Line."""
+        os.close(self._car_end)
+        os.close(self._client_end)
+
+
+class TcpPort:
+    """A TCP port that leads to the car, for one client at a time; others get the answer that it is busy.
+
+    Attributes:
+        address: ``socket://HOST:PORT``, as pyserial reaches it.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        try:
+            family = socket.AF_INET6 if ":" in host else socket.AF_INET
+            self._listener = socket.create_server((host, port), family=family)
+        except OSError as problem:
+            reason = os.strerror(problem.errno) if problem.errno and problem.errno > 0 else problem.strerror
+            raise LineError("cannot-listen", host=host, port=port, reason=reason) from None
+        self._client: socket.socket | None = None
+        self._waiting_clients: list[socket.socket] = []
+        bound_host, bound_port = self._listener.getsockname()[:2]
+        self.address = f"socket://{f'[{bound_host}]' if ':' in bound_host else bound_host}:{bound_port}"
+
+    def wait(self, seconds: float) -> None:
+        """See Line."""
+        sockets = [self._listener, *self._waiting_clients]
+        if self._client is not None:
+            sockets.append(self._client)
+        ready, _, _ = select.select(sockets, [], [], seconds)
+        for client in [each for each in self._waiting_clients if each in ready]:
+            self._answer_busy(client)
+        if self._listener in ready:
+            with contextlib.suppress(OSError):
+                self._accept()
+
+    def read(self) -> bytes:
+        """See Line."""
+        if self._client is None:
+            return b""
+        data = _receive(self._client)
+        if data is None:
+            return b""
+        if not data:
+            self._hang_up()
+        return data
+
+    def write(self, data: bytes) -> None:
+        """See Line."""
+        if self._client is None:
+            return
+        try:
+            self._client.sendall(data)
+        except OSError:
+            self._hang_up()
+
+    def close(self) -> None:
+        """See Line."""
+        self._hang_up()
+        for client in self._waiting_clients:
+            client.close()
+        self._listener.close()
+
+    def _accept(self) -> None:
+        client, _ = self._listener.accept()
+        client.setblocking(False)
+        if self._client is not None and _receive(self._client, socket.MSG_PEEK) == b"":
+            self._hang_up()
+        if self._client is None:
+            self._client = client
+            return
+        self._waiting_clients.append(client)
+        if len(self._waiting_clients) > _MAX_WAITING_CLIENTS:
+            self._waiting_clients.pop(0).close()
+
+    def _answer_busy(self, client: socket.socket) -> None:
+        """Answer a client that sent something. It leaves by itself: closing first could lose the answer."""
+        if _receive(client):
+            with contextlib.suppress(OSError):
+                client.sendall(error_line("busy with another uploader"))
+            return
+        self._waiting_clients.remove(client)
+        client.close()
+
+    def _hang_up(self) -> None:
+        if self._client is not None:
+            self._client.close()
+            self._client = None
+
+
+def _receive(client: socket.socket, flags: int = 0) -> bytes | None:
+    """Return what came from ``client``: None for nothing yet, ``b""`` where it has left."""
+    try:
+        return client.recv(_CHUNK_BYTES, flags)
+    except BlockingIOError:
+        return None
+    except OSError:
+        return b""

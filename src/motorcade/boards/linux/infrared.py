@@ -1,0 +1,186 @@
+"""Infrared on Linux: frames in from a receiver's edges, frames out by the kernel.
+
+A demodulating receiver (VS1838B, TSOP38238) gives timed edges. To send, a LIRC device (``/dev/lirc0``) takes a frame's
+marks and spaces in µs and modulates them with a 38 kHz carrier, which a Python program couldn't time; `pwm-ir-tx`
+makes the carrier by the hardware's PWM. Source: the kernel's documentation, userspace-api/media/rc/lirc-write.
+"""
+
+import os
+import struct
+import sys
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Protocol
+
+from motorcade.errors import MotorcadeError
+from motorcade.words.infrared import HEADER_SPACE_UNITS, FrameReceiver, frame_durations_us
+
+CARRIER_HZ = 38_000
+# A receiver module reports a mark's end late, by up to about ten periods of the carrier.
+_ECHO_S = 0.001
+# About as many as a second of frames has.
+_MAX_EDGES = 1024
+# linux/lirc.h
+_GET_FEATURES = 0x80046900
+_SET_SEND_CARRIER = 0x40046913
+_CAN_SEND_PULSE = 0x00000002
+_CAN_SET_SEND_CARRIER = 0x00000100
+
+Ioctl = Callable[[int, int, bytes], bytes]
+
+
+class InfraredReceiver:
+    """Turn edges into frames; leave out the echo of the car's own frames.
+
+    Args:
+        unit_us: the unit of a frame.
+        clock_s: a clock in seconds, the same as that of the edges.
+    """
+
+    def __init__(self, unit_us: int, clock_s: Callable[[], float]) -> None:
+        self._clock_s = clock_s
+        self._edges: deque[tuple[float, bool]] = deque(maxlen=_MAX_EDGES)
+        self._frames = FrameReceiver(unit_us)
+        # Longer than the longest space in a frame, so that the air doesn't seem free within a frame.
+        self._free_after_s = (HEADER_SPACE_UNITS + 1) * unit_us / 1e6
+        self._last_s = clock_s()
+        self._has_carrier = False
+        self._in_frame = False
+
+    def receive_edge(self, at_s: float, carrier: bool) -> None:
+        """Take an edge: from ``at_s`` on there is carrier, or none. May be called from any thread."""
+        self._edges.append((at_s, carrier))
+
+    def received_frames(self, is_sending: bool, sent_until_s: float) -> list[int]:
+        """Return the frames that ended since the last call, parity unchecked.
+
+        Args:
+            is_sending: whether the car itself sends: all edges are its echo then.
+            sent_until_s: when the car's last frame ended; edges up to then and shortly after are its echo too.
+        """
+        frames = []
+        echo_until_s = float("inf") if is_sending else sent_until_s + _ECHO_S
+        while self._edges:
+            at_s, carrier = self._edges.popleft()
+            is_echo = at_s <= echo_until_s
+            if is_echo:
+                # A mark of length 0 makes the receiver discard the frame that it has begun.
+                self._frames.receive_mark(0)
+            elif carrier:
+                self._frames.receive_space(round((at_s - self._last_s) * 1e6))
+            else:
+                self._frames.receive_mark(round((at_s - self._last_s) * 1e6))
+            self._last_s, self._has_carrier = at_s, carrier
+            frame = self._frames.next_frame()
+            self._in_frame = not is_echo and frame is None
+            if frame is not None:
+                frames.append(frame)
+        return frames
+
+    def senses_carrier(self) -> bool:
+        """Return whether a frame is on the air: there is carrier, or a space no longer than those within a frame."""
+        return self._has_carrier or (self._in_frame and self._clock_s() - self._last_s <= self._free_after_s)
+
+
+class InfraredSender(Protocol):
+    """What sends frames, such as LircSender. ``ended_s``: when the last frame ended."""
+
+    ended_s: float
+
+    def send(self, frame: int) -> None:
+        """Begin to send 32 bits."""
+
+    def is_sending(self) -> bool:
+        """Return whether a frame is on the air."""
+
+    def close(self) -> None:
+        """Release what it holds."""
+
+
+def open_sender(folder: Path = Path("/dev"), ioctl: Ioctl | None = None) -> int:
+    """Open the first LIRC device in ``folder`` that can send, set it to 38 kHz and return its file descriptor.
+
+    Raises:
+        MotorcadeError: there is none, or this user may not use it.
+    """
+    control = ioctl or _ioctl()
+    forbidden = None
+    for path in sorted(folder.glob("lirc*")):
+        try:
+            device = os.open(path, os.O_RDWR)
+        except PermissionError:
+            forbidden = path
+            continue
+        features = int.from_bytes(control(device, _GET_FEATURES, bytes(4)), sys.byteorder)
+        if features & _CAN_SEND_PULSE:
+            if features & _CAN_SET_SEND_CARRIER:
+                control(device, _SET_SEND_CARRIER, struct.pack("=I", CARRIER_HZ))
+            return device
+        os.close(device)
+    if forbidden:
+        raise MotorcadeError("infrared-forbidden", path=forbidden)
+    raise MotorcadeError("no-infrared-sender")
+
+
+def _ioctl() -> Ioctl:
+    if sys.platform == "win32":
+        raise MotorcadeError("infrared-needs-linux")
+    import fcntl
+
+    return fcntl.ioctl
+
+
+class LircSender:
+    """Send frames one at a time, in a thread of its own, since a write returns only when the frame has been sent.
+
+    Args:
+        device: a file descriptor; each frame is one write of native 32-bit durations. Closed by ``close``.
+        unit_us: the unit of a frame.
+        clock_s: a clock in seconds, the same as the InfraredReceiver's.
+    """
+
+    def __init__(self, device: int, unit_us: int, clock_s: Callable[[], float]) -> None:
+        self._device = device
+        self._unit_us = unit_us
+        self._clock_s = clock_s
+        self._frames: SimpleQueue[int | None] = SimpleQueue()
+        self._idle = threading.Event()
+        self._idle.set()
+        self._problem: OSError | None = None
+        self.ended_s = clock_s()
+        self._thread = threading.Thread(target=self._work, daemon=True)
+        self._thread.start()
+
+    def send(self, frame: int) -> None:
+        """Begin to send 32 bits. Raises MotorcadeError where an earlier frame could not be sent."""
+        if self._problem is not None:
+            raise MotorcadeError("infrared-sender-fails", reason=self._problem.strerror)
+        self._idle.clear()
+        self._frames.put(frame)
+
+    def is_sending(self) -> bool:
+        """Return whether a frame is on the air."""
+        return not self._idle.is_set()
+
+    def wait(self, timeout_s: float) -> bool:
+        """Wait until the frame has been sent; return False where that takes longer than ``timeout_s``."""
+        return self._idle.wait(timeout_s)
+
+    def close(self) -> None:
+        """Finish the frame that has begun and close the device."""
+        self._frames.put(None)
+        self._thread.join()
+        os.close(self._device)
+
+    def _work(self) -> None:
+        while (frame := self._frames.get()) is not None:
+            durations_us: Iterable[int] = frame_durations_us(frame, self._unit_us)
+            try:
+                os.write(self._device, struct.pack("=67I", *durations_us))
+            except OSError as problem:
+                self._problem = problem
+            self.ended_s = self._clock_s()
+            self._idle.set()

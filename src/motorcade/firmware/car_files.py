@@ -1,0 +1,142 @@
+"""The files that a board with MicroPython gets: what its main.py needs, directly or through others, and its settings.
+
+The settings are what a pin file, a profile and a voice map say, as JSON, since MicroPython reads no TOML;
+`motorcade.boards.on_chip.power_on` reads them on the board.
+"""
+
+import ast
+import json
+from pathlib import Path
+from typing import Any
+
+from motorcade.boards.on_chip.power_on import SETTINGS_FILE, SETTINGS_FORMAT
+from motorcade.config.pins import PinMap
+from motorcade.config.profile import Profile, levels_of
+from motorcade.config.voice_map import VoiceMap
+from motorcade.errors import MotorcadeError
+
+MAIN = "main.py"
+# What sys.platform is on a chip of a pin file.
+PLATFORMS = {"esp32": "esp32", "rp2040": "rp2"}
+_ESP32_UARTS = {"serial": 1, "voice": 2}
+# An ESP32's second UART sends on this pin, even if it is set up only to receive.
+_ESP32_VOICE_SENDS_AT = 17
+_LIBRARY = "lib"
+_PACKAGE = "motorcade"
+_SOURCE = Path(__file__).parents[1]
+# The checker of boards is for those who change a board and try it at the prompt.
+_EXTRAS = ("motorcade.car.check",)
+# Sentences and exit codes stay on the computer: on a board an error is its code and details.
+_NOT_COPIED = ("motorcade.locales", "motorcade.outcomes")
+
+
+def templates() -> Path:
+    """Return the folder of main.py and of the pin files: in the package, or beside the sources of a clone."""
+    packaged = Path(__file__).with_name("micropython")
+    return packaged if packaged.is_dir() else _SOURCE.parents[1] / "firmware" / "micropython"
+
+
+def board_files(settings: dict[str, Any]) -> dict[str, bytes]:
+    """Return each file's path on the board and its bytes; main.py is the last, since nothing starts without it."""
+    main = (templates() / MAIN).read_bytes()
+    modules: dict[str, bytes] = {}
+    for name in (*_imported(main), *_EXTRAS):
+        _collect(name, modules)
+    files = {f"{_LIBRARY}/{path}": modules[path] for path in sorted(modules)}
+    files[SETTINGS_FILE] = json.dumps(settings).encode()
+    files[MAIN] = main
+    return files
+
+
+def settings_of(
+    pins: PinMap, profile: Profile, is_leader: bool, number: int | None = None, voice: VoiceMap | None = None
+) -> dict[str, Any]:
+    """Return the settings of one car.
+
+    Args:
+        pins: which part is at which pin.
+        profile: the car's kind.
+        is_leader: whether the car leads or follows.
+        number: 0 to 2^32 - 1; None for one that the board makes from its chip's number.
+        voice: what the voice module sends; needed where the pin file has one.
+
+    Raises:
+        MotorcadeError: no MicroPython car can be wired like this.
+    """
+    if pins.chip.name not in PLATFORMS:
+        raise MotorcadeError(
+            "no-micropython-for-chip", car=pins.name, known=" / ".join(PLATFORMS), chip=pins.chip.title
+        )
+    settings: dict[str, Any] = {
+        "format": SETTINGS_FORMAT,
+        "name": pins.name,
+        "is_leader": is_leader,
+        "number": number,
+        "levels": list(levels_of(profile)),
+        "range_mm": profile.body.ultrasonic_range_mm,
+        "baud": profile.serial.baud,
+        "drive_duties": list(pins.drive_duties),
+        "turn_duties": list(pins.turn_duties),
+        "pins": _pins(pins),
+        "uarts": {device: _uart(pins, device) for device in ("serial", "voice") if pins.has(device)},
+    }
+    if pins.has("voice"):
+        if voice is None:
+            raise MotorcadeError("no-voice-map", car=pins.name)
+        settings["voice"] = {
+            "baud": voice.baud,
+            "patterns": [[pattern.hex(), says] for pattern, says in voice.patterns],
+        }
+    return settings
+
+
+def _collect(name: str, modules: dict[str, bytes]) -> None:
+    """Add the module ``name`` and all of Motorcade that it imports."""
+    path = _SOURCE.joinpath(*name.split(".")[1:])
+    source = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+    key = f"{_PACKAGE}/{source.relative_to(_SOURCE).as_posix()}"
+    if key in modules or not source.is_file() or name.startswith(_NOT_COPIED):
+        return
+    # Motorcade's own __init__ needs CPython's importlib.
+    modules[key] = b"" if name == _PACKAGE else source.read_bytes()
+    package = name.rpartition(".")[0]
+    for other in (*([package] if package else []), *_imported(modules[key])):
+        _collect(other, modules)
+
+
+def _imported(source: bytes) -> list[str]:
+    """Return the modules of Motorcade that ``source`` imports, and names in modules, since those may be modules too."""
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == _PACKAGE:
+            found += [str(node.module), *(f"{node.module}.{alias.name}" for alias in node.names)]
+    return found
+
+
+def _pins(pins: PinMap) -> dict[str, dict[str, int]]:
+    devices: dict[str, dict[str, int]] = {}
+    for wire in pins.wires:
+        devices.setdefault(wire.device.key, {})[wire.role.key] = wire.pin
+    return devices
+
+
+def _uart(pins: PinMap, device: str) -> int:
+    """Return which UART the device's pins lead to. Raises MotorcadeError where there is none or it is in use."""
+    wires = {wire.role.key: wire.pin for wire in pins.wires if wire.device.key == device}
+    if pins.chip.name == "esp32":
+        others = [wire.pin for wire in pins.wires if wire.device.key != "voice"]
+        if device == "voice" and _ESP32_VOICE_SENDS_AT in others:
+            raise MotorcadeError("pin-of-voice-uart", car=pins.name, pin=_ESP32_VOICE_SENDS_AT)
+        return _ESP32_UARTS[device]
+    uarts = set()
+    for role, pin in wires.items():
+        # GP0 sends and GP1 receives for UART 0, GP4 and GP5 for UART 1, and so on in this order: 0 1 1 0 0 1 1.
+        if pin % 4 != ("transmit", "receive").index(role):
+            raise MotorcadeError("pin-without-uart", car=pins.name, wire=f"{device}.{role}", value=pin)
+        uarts.add((pin + 4) // 8 % 2)
+    if len(uarts) != 1:
+        raise MotorcadeError("pins-of-two-uarts", car=pins.name, device=device)
+    uart = uarts.pop()
+    if device == "voice" and pins.has("serial") and _uart(pins, "serial") == uart:
+        raise MotorcadeError("uart-takes-uploads", car=pins.name)
+    return uart

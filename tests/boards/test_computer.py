@@ -1,0 +1,152 @@
+"""A car that runs on a computer: its clock, its image store, its end and its watchdog."""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from motorcade.boards.computer import ComputerBoard, Equipment, HardwareWatchdog, ImageStore, StoreError, run
+from motorcade.boards.lines import NoLine
+from motorcade.boards.voice import VoiceSource
+from motorcade.car.board import NOTHING_IN_SIGHT_MM
+from motorcade.config.profile import levels_of
+from motorcade.errors import MotorcadeError
+from support.mock_pi import Clock
+from support.strategies import CLASSROOM
+
+OLD = bytes.fromhex("02000000 64800000 6D000000")
+NEW = bytes.fromhex("01000000 40280000")
+
+
+class Crash(BaseException):
+    """A cut of power."""
+
+
+@pytest.fixture
+def store(tmp_path):
+    return ImageStore(tmp_path / "car" / "store.image")
+
+
+def board(clock, **more):
+    return ComputerBoard(
+        Equipment(True, 3, levels_of(CLASSROOM), NoLine(), None, lambda data: None, clock_s=clock, **more)
+    )
+
+
+def test_a_car_of_nothing_but_a_clock_meets_the_contract():
+    clock = Clock()
+    car = board(clock)
+    clock.now_s = 1.0005
+    assert car.now_ms() == 1000
+    clock.now_s = (1 << 30) / 1000 + 0.007
+    assert car.now_ms() == 7
+    assert (car.number, car.is_leader, car.load_image(), car.read_serial()) == (3, True, None, b"")
+    assert (car.obstacle_mm(), car.sees_person(), car.heard_voice()) == (NOTHING_IN_SIGHT_MM, False, 0)
+
+
+def test_an_image_that_cannot_be_stored_does_not_replace_the_old_one():
+    def refuse(data: bytes) -> None:
+        raise OSError("disk full")
+
+    car = ComputerBoard(Equipment(True, 0, levels_of(CLASSROOM), NoLine(), b"old", refuse))
+    with pytest.raises(OSError, match="disk full"):
+        car.store_image(b"new")
+    assert car.load_image() == b"old"
+
+
+def test_a_car_waits_before_each_tick_and_closes_its_voice_at_the_end():
+    class Voice(VoiceSource):
+        closed = False
+
+        def close(self) -> None:
+            self.closed = True
+
+    clock, voice, waits = Clock(), Voice(), []
+
+    def wait(seconds: float) -> None:
+        waits.append(seconds)
+        clock.now_s += seconds
+
+    run(board(clock, voice=voice), wait, lambda: clock.now_s >= 100.1)
+    # A car looks often enough to find the air free for as long as its profile asks.
+    assert max(waits) * 1000 < CLASSROOM.infrared.sense_ms
+    assert voice.closed
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_car_is_put_in_neutral_before_its_pins_are_released(fails):
+    done = []
+
+    class Watched(ComputerBoard):
+        def set_wheels(self, direction: int, speed_level: int) -> None:
+            done.append((direction, speed_level))
+            if fails:
+                raise OSError("a pin is stuck")
+
+        def set_led(self, which: int) -> None:
+            done.append(which)
+
+        def close(self) -> None:
+            done.append("closed")
+
+    made = Watched(Equipment(True, 0, levels_of(CLASSROOM), NoLine(), None, lambda data: None))
+    if fails:
+        with pytest.raises(OSError, match="stuck"):
+            run(made, lambda seconds: None, lambda: True)
+        assert done == [(0, 0), "closed"]
+    else:
+        run(made, lambda seconds: None, lambda: True)
+        assert done == [(0, 0), 4, "closed"]
+
+
+def test_a_store_keeps_the_last_image(store):
+    assert store.load() is None
+    store.save(OLD)
+    store.save(NEW)
+    assert ImageStore(store.path).load() == NEW
+    assert list(store.path.parent.iterdir()) == [store.path]
+
+
+@pytest.mark.parametrize("problem", [Crash, OSError])
+def test_a_crash_between_writing_and_replacing_leaves_the_old_image(store, monkeypatch, problem):
+    def crash(path, target):
+        raise problem("just now")
+
+    store.save(OLD)
+    monkeypatch.setattr(Path, "replace", crash)
+    with pytest.raises(problem):
+        store.save(NEW)
+    assert ImageStore(store.path).load() == OLD
+    assert problem is Crash or list(store.path.parent.iterdir()) == [store.path]
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [(b"", "the image is empty"), (OLD[:-4], "cut off"), (b"notes\n", "no whole number"), (NEW + NEW, "too long")],
+)
+def test_a_file_that_is_no_image_is_refused_and_kept(store, content, says):
+    store.path.parent.mkdir()
+    store.path.write_bytes(content)
+    with pytest.raises(StoreError, match=says) as raised:
+        store.load()
+    assert str(store.path) in str(raised.value)
+    assert "--store" in str(raised.value)
+    assert store.path.read_bytes() == content
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such watchdog")
+def test_a_watchdog_gets_signs_of_life_and_is_disarmed_at_the_end(tmp_path):
+    device = tmp_path / "watchdog"
+    os.mkfifo(device)
+    reader = os.open(device, os.O_RDONLY | os.O_NONBLOCK)
+    watchdog = HardwareWatchdog(device)
+    watchdog.keep_alive()
+    watchdog.keep_alive()
+    assert os.read(reader, 100) == b"\0\0"
+    # Its documentation: without a V before the end, the computer restarts.
+    watchdog.close()
+    assert os.read(reader, 100) == b"V"
+    os.close(reader)
+    with pytest.raises(MotorcadeError, match="run as root"):
+        HardwareWatchdog(tmp_path / "none")
