@@ -12,8 +12,8 @@ from commands_page import commands_page
 from wiring_pages import wiring_files
 
 from motorcade.config.check import published
+from motorcade.config.vocabulary import MOTORCADE
 from motorcade.export.targets import TARGETS, export
-from motorcade.export.vocabulary import MOTORCADE
 from motorcade.mats.schema import mat_schema
 from motorcade.program.schema import program_schema
 

@@ -28,7 +28,7 @@ ARROWS = {
     "cameras": ("engine", "errors", "runs"),
     "car": ("words",),
     "cli": ("",),
-    "config": ("boards", "car", "errors", "export", "locales", "words"),
+    "config": ("boards", "car", "errors", "locales", "words"),
     "drive": ("car", "config", "errors", "words"),
     "engine": ("car", "config", "errors", "mats", "words"),
     "errors": (),

@@ -9,8 +9,11 @@ from string import Formatter
 import pytest
 
 from motorcade import locales
+from motorcade.config.vocabulary import MOTORCADE
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.export.targets import export
 from motorcade.outcomes import OUTCOMES, exit_code_of, http_status_of
+from motorcade.words.formats import FORMATS
 from support.command_line import PARADE, run
 
 SOURCE = Path(locales.FOLDER).parent
@@ -161,6 +164,15 @@ def test_every_language_has_the_same_keys_and_placeholders(language):
     assert set(pages[0]) <= set(english["errors"])
 
 
+def test_every_field_of_the_words_has_its_meaning_in_every_language():
+    declared = {
+        f"{word_format.name}.{field.name}": field.meaning for word_format in FORMATS for field in word_format.fields
+    }
+    assert locales.catalogue("en")["meanings"] == declared
+    for language in LANGUAGES:
+        assert set(locales.catalogue(language)["meanings"]) == set(declared)
+
+
 def test_a_file_of_the_catalogue_is_written_in_one_way():
     for file in locales.FOLDER.glob("*.json"):
         text = file.read_text(encoding="utf-8")
@@ -204,6 +216,9 @@ def test_one_file_more_adds_a_language(third_language):
     error = MotorcadeError("not-a-program", place="here", reason=Phrase("image-is-empty"))
     assert error.sentence("la") == "⟦here is no program: ⟦the image is empty: not even a header word is here⟧⟧"
     assert set(error.to_dict()["sentence"]) == {"en", "la", "zh"}
+    page = export("markdown", MOTORCADE)["motorcade_words.la.md"]
+    assert page.splitlines()[2] == "# ⟦Words, bit by bit⟧"
+    assert "⟦the wheels are driven⟧" in page
 
 
 def test_a_text_that_a_language_has_not_got_is_given_in_english(third_language, tmp_path):

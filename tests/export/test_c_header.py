@@ -12,7 +12,7 @@ from motorcade.export.c_header import c_header
 from motorcade.export.targets import export
 from motorcade.words.bulk import decode_columns
 from motorcade.words.field import WordError
-from motorcade.words.fingerprint import fingerprint
+from motorcade.words.formats import fingerprint
 from support.vocabularies import FORMATS, VOCABULARIES
 
 HERE = Path(__file__).parent

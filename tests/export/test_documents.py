@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.export.errata import ERRATA
+from motorcade.config.vocabulary import MOTORCADE, fingerprint_text
 from motorcade.export.markdown import bit_diagram
 from motorcade.export.targets import TARGETS, export
-from motorcade.export.vocabulary import MOTORCADE, fingerprint_text
+from motorcade.export.vectors import ERRATA
 from motorcade.words.field import WordError
 from motorcade.words.formats import DRIVE, format_named
 from motorcade.words.image import parse_image_bytes

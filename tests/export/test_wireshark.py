@@ -7,8 +7,7 @@ import pytest
 
 from motorcade.export.targets import export
 from motorcade.words.field import WordError
-from motorcade.words.fingerprint import fingerprint
-from motorcade.words.formats import CONTROL, DRIVE, HEADER
+from motorcade.words.formats import CONTROL, DRIVE, HEADER, fingerprint
 from motorcade.words.image import ImageError, bytes_to_words, parse_image_bytes, words_to_bytes
 from motorcade.words.upload import READBACK_REQUEST, ok_line
 from support.captures import RAW_IP, USER0, segments, write_pcap

@@ -21,8 +21,7 @@ from motorcade.car.loop import Car
 from motorcade.errors import Phrase
 from motorcade.words.check import check_request, ready_line
 from motorcade.words.field import WordError
-from motorcade.words.fingerprint import fingerprint
-from motorcade.words.formats import FORMATS
+from motorcade.words.formats import FORMATS, fingerprint
 from motorcade.words.image import ImageError, image_words, parse_image_bytes
 from motorcade.words.infrared import FrameReceiver, air_us, frame_durations_us, to_frame
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from motorcade.config.own_format import read_format
-from motorcade.export.vocabulary import MOTORCADE
+from motorcade.config.vocabulary import MOTORCADE
 
 WALKER_FILE = Path(__file__).parents[2] / "examples" / "formats" / "walker.toml"
 

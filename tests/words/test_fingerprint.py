@@ -5,8 +5,7 @@ from binascii import crc32
 import pytest
 
 from motorcade.words.field import ANY, Field, Values, WordFormat
-from motorcade.words.fingerprint import canonical_text, fingerprint
-from motorcade.words.formats import CONTROL, DRIVE, FORMATS, HEADER
+from motorcade.words.formats import CONTROL, DRIVE, FORMATS, HEADER, canonical_text, fingerprint
 
 
 def walker(name="walker", **changes):

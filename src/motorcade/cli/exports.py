@@ -12,7 +12,7 @@ from motorcade.cli.options import Json, print_json, print_table, print_text, rea
 from motorcade.errors import MotorcadeError
 
 if TYPE_CHECKING:
-    from motorcade.export.vocabulary import Vocabulary
+    from motorcade.config.vocabulary import Vocabulary
 
 FormatFile = Annotated[
     Path | None,
@@ -38,7 +38,7 @@ def formats(format_file: FormatFile = None, as_json: Json = False) -> None:
 
     Two ends that name the same fingerprint mean the same by their words.
     """
-    from motorcade.export.vocabulary import fingerprint_text
+    from motorcade.config.vocabulary import fingerprint_text
 
     vocabulary = vocabulary_in(format_file)
     if wants_json(as_json):
@@ -104,7 +104,7 @@ def export(
 def vocabulary_in(format_file: Path | None) -> "Vocabulary":
     """The format that a TOML file declares, or Motorcade's own where there is no file."""
     from motorcade.config.own_format import read_format
-    from motorcade.export.vocabulary import MOTORCADE
+    from motorcade.config.vocabulary import MOTORCADE
 
     if format_file is None:
         return MOTORCADE

@@ -21,9 +21,8 @@ from typing import Any, NoReturn
 
 from motorcade.config.check import Place, Schema, flag, line, list_of, load, shown, table, whole
 from motorcade.config.files import line_of, parse
+from motorcade.config.vocabulary import Vocabulary, check_name
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.export.names import check_name
-from motorcade.export.vocabulary import Vocabulary
 from motorcade.words.field import WORD_BITS, Field, Values, WordError, WordFormat
 from motorcade.words.formats import FORMATS
 
@@ -93,7 +92,7 @@ class _Reader:
             self._refuse(("field", len(tables) - 1), "bits-left", made=WORD_BITS - left, bits=WORD_BITS, left=left)
         self._check_links()
         chinese = {(name, given["name"]): given["meaning_zh"] for given in tables if "meaning_zh" in given}
-        return Vocabulary(name, (self._format(name),), chinese)
+        return Vocabulary(name, (self._format(name),), {"zh": chinese})
 
     def _format(self, name: str) -> WordFormat:
         word_format = WordFormat(name, self._fields)

@@ -4,7 +4,7 @@ Everything is shifts of uint32_t by fewer than 32 bits, so neither the width of
 int nor the order of bytes or of bit fields matters.
 """
 
-from motorcade.export.vocabulary import Vocabulary, field_notes, fingerprint_text
+from motorcade.config.vocabulary import Vocabulary, field_notes, fingerprint_text
 from motorcade.words.field import Field, WordFormat
 
 _TYPE_BITS = (8, 16, 32)

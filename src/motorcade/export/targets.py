@@ -1,48 +1,40 @@
-"""What can be exported: each target makes files, named, from a vocabulary."""
+"""The targets of `motorcade export`: each makes files from a vocabulary, the same bytes on every machine."""
 
 from collections.abc import Callable, Mapping
-from typing import NamedTuple
 
+from motorcade.config.vocabulary import Vocabulary
 from motorcade.errors import MotorcadeError
 from motorcade.export.c_header import c_header
-from motorcade.export.json_schema import json_schema
-from motorcade.export.kaitai import kaitai
 from motorcade.export.markdown import markdown
+from motorcade.export.schemas import json_schema, kaitai
 from motorcade.export.vectors import vectors
-from motorcade.export.vocabulary import Vocabulary
 from motorcade.export.wireshark import wireshark
+from motorcade.locales import FIRST, languages
+
+Target = Callable[[Vocabulary], dict[str, str]]
 
 
-class Target(NamedTuple):
-    """One target: what it is for, in a phrase, and its files' texts by name."""
-
-    purpose: str
-    files: Callable[[Vocabulary], dict[str, str]]
-
-
-def _single(make: Callable[[Vocabulary], str], suffix: str) -> Callable[[Vocabulary], dict[str, str]]:
+def _single(make: Callable[[Vocabulary], str], suffix: str) -> Target:
     return lambda vocabulary: {f"{vocabulary.file_stem}{suffix}": make(vocabulary)}
 
 
 def _pages(vocabulary: Vocabulary) -> dict[str, str]:
-    return {
-        f"{vocabulary.file_stem}{'' if language == 'en' else f'.{language}'}.md": markdown(vocabulary, language)
-        for language in ("en", "zh")
-    }
+    suffixes = {language: "" if language == FIRST else f".{language}" for language in languages()}
+    return {f"{vocabulary.file_stem}{suffixes[language]}.md": markdown(vocabulary, language) for language in suffixes}
 
 
 TARGETS: Mapping[str, Target] = {
-    "c": Target("a C99 header for AVR and desktop", _single(c_header, ".h")),
-    "wireshark": Target("a Wireshark dissector in Lua", _single(wireshark, ".lua")),
-    "kaitai": Target("a Kaitai Struct description", _single(kaitai, ".ksy")),
-    "json-schema": Target("a JSON Schema of decoded words", _single(json_schema, ".schema.json")),
-    "markdown": Target("pages with bit diagrams, in English and Chinese", _pages),
-    "vectors": Target("golden vectors as JSON", _single(vectors, ".vectors.json")),
+    "c": _single(c_header, ".h"),
+    "wireshark": _single(wireshark, ".lua"),
+    "kaitai": _single(kaitai, ".ksy"),
+    "json-schema": _single(json_schema, ".schema.json"),
+    "markdown": _pages,
+    "vectors": _single(vectors, ".vectors.json"),
 }
 
 
 def export(target: str, vocabulary: Vocabulary) -> dict[str, str]:
-    """The texts of a target's files, by name. Raises MotorcadeError: unknown-target."""
+    """Return the texts of the files of a target, by name. Raises MotorcadeError: unknown-target."""
     if target not in TARGETS:
         raise MotorcadeError("unknown-target", target=target[:40], targets=", ".join(TARGETS))
-    return TARGETS[target].files(vocabulary)
+    return TARGETS[target](vocabulary)

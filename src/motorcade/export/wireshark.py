@@ -6,7 +6,7 @@ What is generated is the table of fields; the code that reads by it stands in `t
 import re
 from importlib import resources
 
-from motorcade.export.vocabulary import Vocabulary, fingerprint_text
+from motorcade.config.vocabulary import Vocabulary, fingerprint_text
 from motorcade.words.field import Field, WordFormat
 
 # Where a car listens for drive commands unless told.

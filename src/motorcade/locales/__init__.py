@@ -6,6 +6,8 @@ A file has these parts:
 - ``errors``: the sentence of each code of `motorcade.errors.MotorcadeError` and of each diagnostic of a program.
 - ``phrases``: parts of sentences, by key.
 - ``command_line``: what commands print beside errors.
+- ``meanings``: what each field of Motorcade's words means.
+- ``english_name``: what the language is called in English, as Windows names its languages.
 - ``page``: the texts of the page; ``page.errors`` replaces a sentence of ``errors`` that speaks of the command line.
 
 Braces are filled as by ``str.format``; the page's own texts have double braces, as i18next wants them.

@@ -44,10 +44,6 @@ class WordError(MotorcadeError):
         return str(self.details["allowed"])
 
 
-class FormatError(MotorcadeError):
-    """Fields that make no word: they overlap, leave a hole, or miss 32 bits."""
-
-
 class Values:
     """Which raw values a field may hold, and what they mean.
 
@@ -96,7 +92,7 @@ class Field:
         goes_with: name of the field that is 0 exactly where this one is 0.
 
     Raises:
-        FormatError: the bits are not in a 32-bit word.
+        ValueError: the bits are not in a 32-bit word.
     """
 
     def __init__(
@@ -111,7 +107,7 @@ class Field:
         goes_with: str = "",
     ) -> None:
         if not 0 <= low <= high < WORD_BITS:
-            raise FormatError("field-outside-word", field=name, high=high, low=low)
+            raise ValueError(f"field {name}: bits {high}-{low} are not in a 32-bit word")
         self.name = name
         self.high = high
         self.low = low
@@ -185,7 +181,7 @@ class WordFormat:
             a name that is none of its fields.
 
     Raises:
-        FormatError: when it is defined, for fields that are not one 32-bit word.
+        ValueError: when it is defined, for fields that are not one 32-bit word.
     """
 
     def __init__(self, name: str, fields: "Iterable[Field]") -> None:
@@ -232,19 +228,19 @@ class WordFormat:
         last_low = WORD_BITS
         for field in self.fields:
             if covered & field.word_mask:
-                raise FormatError("fields-overlap", format=self.name, field=field.name)
+                raise ValueError(f"{self.name}: field {field.name} overlaps another")
             if field.low > last_low:
-                raise FormatError("fields-out-of-order", format=self.name, field=field.name)
+                raise ValueError(f"{self.name}: field {field.name} stands after a less significant one")
             covered |= field.word_mask
             last_low = field.low
         if covered != WORD_MASK:
             missing = [bit for bit in range(WORD_BITS) if not covered >> bit & 1]
-            raise FormatError("bits-without-field", format=self.name, bits=missing)
+            raise ValueError(f"{self.name}: not 32 bits, no field holds bits {missing}")
         names = [field.name for field in self.fields]
         for field in self.fields:
             for other in (field.needs, field.goes_with):
                 if other and other not in names:
-                    raise FormatError("no-such-linked-field", format=self.name, field=field.name, other=other)
+                    raise ValueError(f"{self.name}: field {field.name} names {other}, which is no field")
 
     def _decode_source(self, space: "dict[str, Any]") -> str:
         lines = ["def decode(word, strict=False):"]

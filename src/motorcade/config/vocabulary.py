@@ -1,8 +1,13 @@
-"""Names that a user's own format can't have: words of the languages that it is exported to."""
+"""Formats that are exported together, and the names that a format of a user's own can't have."""
 
 import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from motorcade.errors import MotorcadeError
+from motorcade.locales import catalogue
+from motorcade.words.field import Field, WordFormat
+from motorcade.words.formats import FORMATS, fingerprint
 
 LONGEST = 40
 # Each part begins with a letter, so that a_1 and a1 don't both become a1 where Kaitai writes them in one.
@@ -51,3 +56,57 @@ def check_name(name: str) -> None:
         raise MotorcadeError("no-identifier", name=name[:60], longest=LONGEST)
     if name in _LANGUAGES_OF:
         raise MotorcadeError("reserved-name", name=name, owner=_LANGUAGES_OF[name])
+
+
+@dataclass(frozen=True, slots=True)
+class Vocabulary:
+    """Formats that one export describes.
+
+    Attributes:
+        name: an identifier, part of the names of the exported files.
+        formats: at least one.
+        meanings: of a user's own format, by language: what a field means, by the names of format and field.
+    """
+
+    name: str
+    formats: tuple[WordFormat, ...]
+    meanings: Mapping[str, Mapping[tuple[str, str], str]] = field(default_factory=dict)
+
+    @property
+    def file_stem(self) -> str:
+        """The beginning of the names of the exported files."""
+        return f"motorcade_{self.name}"
+
+    @property
+    def has_images(self) -> bool:
+        """Whether these formats make images: a header, and control words after it."""
+        return {"header", "control"} <= {word_format.name for word_format in self.formats}
+
+    def meaning(self, word_format: WordFormat, of: Field, language: str) -> str:
+        """What a field means, in ``language``; as it is declared where there is no translation."""
+        own = self.meanings.get(language, {}).get((word_format.name, of.name))
+        return own or catalogue(language).get("meanings", {}).get(f"{word_format.name}.{of.name}") or of.meaning
+
+
+MOTORCADE = Vocabulary("words", FORMATS)
+
+
+def fingerprint_text(word_format: WordFormat) -> str:
+    """The fingerprint as it stands in every export: ``0x`` and 8 digits."""
+    return f"0x{fingerprint(word_format):08X}"
+
+
+def field_notes(of: Field) -> str:
+    """All that is said about a field beside its name and bits, in one line."""
+    notes = [of.meaning]
+    if of.unit:
+        notes.append(f"in {of.unit}")
+    if of.reserved:
+        notes.append("written 0")
+    else:
+        notes.append(str(of.allowed))
+    if of.goes_with:
+        notes.append(f"0 exactly where {of.goes_with} is 0")
+    if of.needs:
+        notes.append(f"no effect unless {of.needs} is 1")
+    return "; ".join(notes)
