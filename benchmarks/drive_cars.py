@@ -13,12 +13,12 @@ from pathlib import Path
 
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import Profile, built_in_profile
-from motorcade.drive.addresses import bind
-from motorcade.drive.safety.clock import monotonic_ms
-from motorcade.drive.safety.watchdog import kept
-from motorcade.drive.server import DriveServer, served
+from motorcade.drive import server as drive_server
+from motorcade.drive.listener import bind
+from motorcade.drive.safety.watchdog import watched
 from motorcade.drive.session import CarControl
 from motorcade.drive.tls.keys import server_context
+from motorcade.timing import monotonic_ms
 
 NEUTRAL = (90, 1, 0)
 CLASSROOM = built_in_profile("classroom")
@@ -55,7 +55,7 @@ class ForgettingBoard(DriveBoard):
 class AnsweringBoard(ForgettingBoard):
     """Sends a byte for each command that reached it, along the way that its only client's commands come."""
 
-    server: DriveServer
+    server: drive_server.DriveServer
     _line: asyncio.Transport | None = None
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
@@ -94,11 +94,11 @@ async def _serve_cars(pipe: Connection, keys: Path | None, boards: list[DriveBoa
         for board in boards:
             sockets = [stack.enter_context(bind("127.0.0.1", 0)) for _ in range(2)]
             drive = CarControl(board, monotonic_ms, profile)
-            server = DriveServer(drive, profile)
+            server = drive_server.DriveServer(drive)
             if isinstance(board, AnsweringBoard):
                 board.server = server
-            await stack.enter_async_context(kept(drive))
-            await stack.enter_async_context(served(server, *sockets, tls))
+            await stack.enter_async_context(watched(drive))
+            await stack.enter_async_context(drive_server.serving(server, *sockets, tls))
             ports += [each.getsockname()[1] for each in sockets]
         pipe.send(ports)
         await _told_to_end(pipe)

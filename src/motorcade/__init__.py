@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from motorcade.config.profile import Profile as Profile
     from motorcade.config.profile import load_profile as load_profile
     from motorcade.drive.blocking_client import BlockingDriveClient as BlockingDriveClient
-    from motorcade.drive.car_failures import CarError as CarError
     from motorcade.drive.client import DriveClient as DriveClient
+    from motorcade.drive.connection import CarError as CarError
     from motorcade.engine.world import World as World
     from motorcade.mats import Mat as Mat
     from motorcade.mats import Physics as Physics
@@ -51,7 +51,7 @@ __version__ = "0.1.0"
 _HOMES = {
     "motorcade.car.check": ("check_board",),
     "motorcade.drive.blocking_client": ("BlockingDriveClient",),
-    "motorcade.drive.car_failures": ("CarError",),
+    "motorcade.drive.connection": ("CarError",),
     "motorcade.drive.client": ("DriveClient",),
     "motorcade.config.profile": ("Profile", "load_profile"),
     "motorcade.program.compiler": ("Compiled", "compile_program"),

@@ -113,32 +113,3 @@ def brief(code: str, details: "dict[str, Any]") -> str:
         if not hasattr(value, "sentence"):
             parts.append(("{}=0x{:08X}" if name == "word" else "{}={}").format(name, value))
     return " ".join(parts)
-
-
-class ToldError(Exception):
-    """The errors that have not moved to the catalogue yet."""
-
-    SENTENCES: "dict[str, dict[str, str]]"
-
-    def __init__(self, code: str, **figures: "Any"):
-        self.code = code
-        self.figures = figures
-        super().__init__(self.message("en"))
-
-    def reason(self, language: str) -> str:
-        """The sentence in ``language`` (en or zh), without what it is about."""
-        figures = {name: value[language] if isinstance(value, dict) else value for name, value in self.figures.items()}
-        figures = {
-            name: value.sentence(language) if hasattr(value, "sentence") else value for name, value in figures.items()
-        }
-        return self.SENTENCES[self.code][language].format(**figures)
-
-    def message(self, language: str) -> str:
-        """The whole sentence in ``language`` (en or zh)."""
-        return self.reason(language)
-
-
-if MYPY:  # noqa: SIM108
-    Sentences = dict[str, dict[str, str]]
-else:
-    Sentences = dict

@@ -53,6 +53,31 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (PORT_FORBIDDEN, 400, ("gpio-forbidden",)),
     (REFUSED, 400, ("another-chip", "old-micropython", "board-has-no-room", "install-failed")),
     (WENT_AWAY, 400, ("install-cut-off",)),
+    # Keys and addresses of cars.
+    (USAGE, 400, ("no-local-address", "port-taken", "address-unusable", "studio-port-taken", "not-a-camera-address")),
+    (USAGE, 400, ("not-a-keys-name", "keys-named-twice", "keys-exist", "not-a-car-address", "authority-unreadable")),
+    (USAGE, 400, ("authority-key-kind", "keys-of-wrong-role", "not-a-keys-file", "keys-locked", "keys-unreadable")),
+    (USAGE, 400, ("keys-without-authority", "authority-certificate-unreadable", "camera-of-car")),
+    # Sticks and cameras.
+    (PORT_NOT_FOUND, 400, ("no-sdl", "sdl-fails", "not-a-gamepad", "gamepad-not-opened")),
+    (PORT_NOT_FOUND, 503, ("camera-driver-missing", "no-camera", "no-picture", "camera-gives-no-answer")),
+    (PORT_NOT_FOUND, 503, ("too-many-viewers",)),
+    # A driver and a car over a network.
+    (PORT_NOT_FOUND, 409, ("no-such-host", "no-car-there", "speaks-no-tls")),
+    (WENT_AWAY, 409, ("hung-up", "away", "takes-no-requests")),
+    (VERIFICATION, 409, ("not-trusted",)),
+    (REFUSED, 409, ("refuses", "keys-refused", "another-drives", "is-stopped")),
+    (PROGRAM_ERROR, 409, ("full", "enough-of-you", "no-program", "not-yours", "no-such-connection", "not-a-request")),
+    (PROGRAM_ERROR, 409, ("too-long",)),
+    # Uploads.
+    (USAGE, 400, ("several-ports",)),
+    (PORT_NOT_FOUND, 400, ("no-port-named", "not-a-port-name", "no-such-port", "no-car-found", "no-serial-port")),
+    (PORT_BUSY, 400, ("port-busy", "car-busy")),
+    (NO_ANSWER, 400, ("no-answer", "takes-no-bytes", "nothing-to-read")),
+    (VERIFICATION, 400, ("mismatch", "no-image")),
+    (PORT_FORBIDDEN, 400, ("port-forbidden",)),
+    (REFUSED, 400, ("refused",)),
+    (WENT_AWAY, 400, ("went-away",)),
 )
 
 

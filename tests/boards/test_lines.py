@@ -14,8 +14,8 @@ from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, simu
 from motorcade.boards.lines import PseudoTerminal, SerialLine, TcpPort
 from motorcade.car.loop import Car
 from motorcade.config.profile import levels_of
+from motorcade.errors import MotorcadeError
 from motorcade.upload import serial_port
-from motorcade.upload.failures import PortBusyError
 from support.mock_pi import Clock
 from support.strategies import CLASSROOM
 
@@ -206,9 +206,9 @@ def test_a_second_client_gets_the_answer_busy_and_the_first_goes_on(store):
     with running_car("tcp", store) as address, serial.serial_for_url(address, timeout=DEADLINE_S) as first:
         first.write(READBACK_REQUEST)
         assert first.read(4) == NO_PROGRAM
-        with pytest.raises(PortBusyError, match="busy with another uploader"):
+        with pytest.raises(MotorcadeError, match="busy with another uploader"):
             serial_port.upload(address, NEW, 115200)
-        with pytest.raises(PortBusyError, match="busy with another uploader"):
+        with pytest.raises(MotorcadeError, match="busy with another uploader"):
             serial_port.readback(address, 115200)
         first.write(NEW)
         assert first.read(len(OK_NEW)) == OK_NEW

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.cameras.camera_failures import CameraError
 from motorcade.cameras.web import Parts, WebCamera
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.drive.tls.keys import https_context, visitor_context
+from motorcade.errors import MotorcadeError
 from support.driven_car import wait_until
 from support.picture_server import BOUNDARY, part, picture_server
 
@@ -29,16 +29,16 @@ def test_pictures_are_found_however_their_bytes_are_cut(pictures, tells_length, 
     for cut in itertools.chain(cuts, itertools.repeat(7)):
         if at >= len(body):
             break
-        found += parts.take(body[at : at + cut])
+        found += parts.receive_data(body[at : at + cut])
         at += cut
     assert found == pictures
 
 
 def test_a_part_without_an_end_is_given_up():
     parts = Parts(BOUNDARY, most_bytes=1000)
-    parts.take(part(b"", tells_length=False) + bytes(900))
+    parts.receive_data(part(b"", tells_length=False) + bytes(900))
     with pytest.raises(ValueError, match="1000 bytes"):
-        parts.take(bytes(200))
+        parts.receive_data(bytes(200))
 
 
 @pytest.mark.parametrize(("kind", "tells_length"), [("stream", True), ("stream", False), ("files", True)])
@@ -70,12 +70,12 @@ def test_who_looks_again_after_a_while_sees_nothing_old():
 def test_what_gives_no_picture_is_a_sentence_that_keeps_the_token_secret(kind, reason):
     with picture_server(kind) as server:
         camera = WebCamera(server.url, patience_s=0.5 if kind == "silence" else 60)
-        with pytest.raises(CameraError) as failed:
+        with pytest.raises(MotorcadeError) as failed:
             camera.jpeg()
         for language in ("en", "zh"):
-            assert f"127.0.0.1:{server.server_port}/camera" in failed.value.message(language)
-            assert reason in failed.value.message(language)
-            assert "secret" not in failed.value.message(language)
+            assert f"127.0.0.1:{server.server_port}/camera" in failed.value.sentence(language)
+            assert reason in failed.value.sentence(language)
+            assert "secret" not in failed.value.sentence(language)
         server.over.set()
         assert not any("/secret" in path for path in server.asked)
 
@@ -86,19 +86,19 @@ def test_by_https_a_car_shows_a_certificate_of_the_drivers_authority(tmp_path):
         camera = WebCamera(server.url, visitor_context(tmp_path / "driver-lin.pem"), patience_s=60)
         assert camera.jpeg().isdigit()
         camera.close()
-        with pytest.raises(CameraError, match="CERTIFICATE_VERIFY_FAILED"):
+        with pytest.raises(MotorcadeError, match="CERTIFICATE_VERIFY_FAILED"):
             WebCamera(server.url, visitor_context(None), patience_s=60).jpeg()
 
 
 def test_a_camera_that_comes_back_gives_pictures_again():
     with picture_server("nothing") as server:
         camera = WebCamera(server.url, patience_s=60)
-        with pytest.raises(CameraError):
+        with pytest.raises(MotorcadeError):
             camera.jpeg()
         server.kind = "files"
 
         def looks():
-            with suppress(CameraError):
+            with suppress(MotorcadeError):
                 return camera.jpeg()
 
         assert wait_until(looks)
@@ -107,5 +107,5 @@ def test_a_camera_that_comes_back_gives_pictures_again():
 
 @pytest.mark.parametrize("url", ["file:///etc/passwd", "ftp://127.0.0.1/a", "http://", "//127.0.0.1/camera", "camera"])
 def test_only_addresses_of_the_web_are_cameras(url):
-    with pytest.raises(ValueError, match="is no address of pictures"):
+    with pytest.raises(MotorcadeError, match="is no address of pictures"):
         WebCamera(url)

@@ -16,10 +16,10 @@ from urllib.parse import urlsplit
 import pytest
 from PIL import Image
 
-from motorcade.cameras.camera_failures import CameraError
-from motorcade.cli.failures import PORT_NOT_FOUND, exit_code, sentence
 from motorcade.cli.remote import Looks, eye
 from motorcade.drive.tls.certificates import CarKeys, make_keys
+from motorcade.errors import MotorcadeError
+from motorcade.outcomes import PORT_NOT_FOUND
 from support.command_line import PARADE, refusal
 
 DEADLINE_S = 120
@@ -76,8 +76,8 @@ def test_a_camera_that_is_not_there_is_a_sentence_in_both_languages(monkeypatch:
         monkeypatch.setitem(sys.modules, package, None)
     assert eye(Looks.NONE) is None
     for looks, package in ((Looks.AUTO, "OpenCV"), (Looks.OPENCV, "OpenCV"), (Looks.PICAMERA2, "picamera2")):
-        with pytest.raises(CameraError) as missing:
+        with pytest.raises(MotorcadeError) as missing:
             eye(looks)
-        assert exit_code(missing.value) == PORT_NOT_FOUND
-        assert sentence(missing.value, "en").startswith(f"{package} isn't installed")
-        assert sentence(missing.value, "zh").startswith("未安装")
+        assert missing.value.exit_code == PORT_NOT_FOUND
+        assert missing.value.sentence("en").startswith(f"{package}, which reads the camera, isn't installed")
+        assert missing.value.sentence("zh").startswith("未安装")

@@ -146,7 +146,7 @@ def test_who_holds_a_key_drives_and_who_lets_go_stops(car):
             seat.glance()
         assert len(moved(car)) == count
         seat.type(b"c")
-        seat.wait(lambda: car.drive.telemetry().state != "stopped")
+        seat.wait(lambda: car.control.telemetry().state != "stopped")
         seat.type(b"+")
         seat.look("45%")
         seat.press_anew(b"w", lambda: car.board.setpoint == (90, 1, 115))

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 from motorcade import BlockingDriveClient, Program, compile_program, forward, led, left, together
-from motorcade.drive.car_failures import CarRefusesError
+from motorcade.drive.connection import CarRefusesError
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.words.upload import ok_line
 from support.command_line import refusal

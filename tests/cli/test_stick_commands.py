@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from motorcade.drive.blocking_client import BlockingDriveClient
-from motorcade.drive.input.stick_failures import StickError
+from motorcade.errors import MotorcadeError
 from support import virtual_pad
 from support.command_line import refusal
 from support.driven_car import PATIENT, DrivenCar, wait_until
@@ -29,7 +29,7 @@ class RemotePad:
     def __init__(self):
         try:
             virtual_pad.load_sdl()
-        except StickError as problem:
+        except MotorcadeError as problem:
             pytest.skip(str(problem))
         self._listener = socket.create_server(("127.0.0.1", 0))
         self._listener.settimeout(DEADLINE_S)
@@ -100,7 +100,7 @@ def test_the_keys_of_the_car_s_own_terminal_drive_it_and_end_it():
     with seated(*serve) as seat:
         seat.look("Ctrl-C ends")
         # A key that is down before the first look at the keyboard counts only when it is pressed again.
-        seat.look("keyboard is there")
+        seat.look("keyboard is connected")
         ports = re.search(rb"port (\d+), telemetry is at (\d+)", seat.seen)
         port, telemetry_port = map(int, ports.groups())
         with BlockingDriveClient("127.0.0.1", port, telemetry_port=telemetry_port, patience_s=DEADLINE_S) as network:
@@ -126,7 +126,7 @@ def test_a_driver_s_gamepad_drives_and_the_keys_give_orders(pad):
             seat.wait(lambda: car.board.setpoint == (90, 0, 255))
             seat.type(b"g")
             seat.look("Let go of the keys or the stick")
-            seat.wait(lambda: car.drive.telemetry().driver is None)
+            seat.wait(lambda: car.control.telemetry().driver is None)
             for _ in range(1000):
                 # Between the two it may not have looked.
                 pad.happens(f"push {LEFT_Y} 0")
@@ -141,7 +141,7 @@ def test_a_driver_s_gamepad_drives_and_the_keys_give_orders(pad):
             pad.happens(f"hold {RIGHT_BUTTON}")
             seat.look("EMERGENCY STOP")
             seat.type(b"c")
-            seat.wait(lambda: car.drive.telemetry().state != "stopped")
+            seat.wait(lambda: car.control.telemetry().state != "stopped")
             pad.happens(f"push {LEFT_Y} {UP}")
             seat.wait(lambda: car.board.setpoint == (90, 1, 255))
             pad.happens("unplug")

@@ -5,7 +5,7 @@ import threading
 import pytest
 
 from motorcade.drive.blocking_client import BlockingDriveClient
-from motorcade.drive.car_failures import CarNotFoundError, CarRefusesError
+from motorcade.drive.connection import CarError, CarRefusesError
 from support.driven_car import NEUTRAL, deaf_port, wait_until
 from support.working_drivers import HALF
 
@@ -40,7 +40,7 @@ def test_a_blocking_program_that_hangs_lets_the_car_stop(patient_car):
 def test_a_blocking_client_that_finds_no_car_leaves_no_thread_behind():
     before = set(threading.enumerate())
     with deaf_port() as port:
-        finds_none = pytest.raises(CarNotFoundError)
+        finds_none = pytest.raises(CarError)
         with finds_none, BlockingDriveClient("127.0.0.1", port, patience_s=2):
             pass
     assert set(threading.enumerate()) <= before

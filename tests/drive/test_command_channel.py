@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.drive.command_channel import MOST_WRONG
+from motorcade.drive.channels import MOST_WRONG
 from support.socketless_car import Car, command, receive
 
 
@@ -22,7 +22,7 @@ def test_commands_cut_and_joined_in_any_way_are_executed_newest_first_and_never_
             whole = end // 4
             expected.append(angles[whole - 1])
     assert car.board.angles == expected
-    assert len(expected) + channel.seat.counts.superseded == len(angles)
+    assert len(expected) + channel.session.counts.superseded == len(angles)
 
 
 def test_of_what_has_gathered_the_newest_alone_is_executed() -> None:
@@ -31,7 +31,7 @@ def test_of_what_has_gathered_the_newest_alone_is_executed() -> None:
     receive(channel, command(90))
     receive(channel, b"".join(command(angle) for angle in range(50)))
     assert car.board.angles == [90, 49]
-    assert channel.seat.counts.superseded == 49
+    assert channel.session.counts.superseded == 49
 
 
 def test_of_more_than_the_buffer_holds_the_end_alone_is_executed() -> None:
@@ -40,7 +40,7 @@ def test_of_more_than_the_buffer_holds_the_end_alone_is_executed() -> None:
     receive(channel, command(90))
     receive(channel, command(10) * 5000 + command(20))
     assert car.board.angles == [90, 20]
-    assert channel.seat.counts.superseded == 5000
+    assert channel.session.counts.superseded == 5000
 
 
 @pytest.mark.parametrize(("byte_order", "packed"), [("big", "128CB000"), ("little", "00B08C12")])
@@ -48,7 +48,7 @@ def test_the_first_seed_word_arrives_in_either_byte_order(byte_order: str, packe
     car = Car(byte_order)
     channel, _ = car.commands()
     receive(channel, bytes.fromhex(packed))
-    assert car.drive.telemetry()[1:4] == (40, 1, 150)
+    assert car.control.telemetry()[1:4] == (40, 1, 150)
 
 
 @given(st.binary(min_size=1, max_size=5000))
@@ -59,7 +59,7 @@ def test_made_up_bytes_are_counted_and_move_nothing_that_is_not_their_command(da
     channel, _ = car.commands(2)
     receive(channel, data)
     assert car.board.angles == [90]
-    assert car.drive.telemetry()[:4] == ("moving", 90, 1, 100)
+    assert car.control.telemetry()[:4] == ("moving", 90, 1, 100)
 
 
 def test_a_client_that_sends_nonsense_only_is_hung_up_on() -> None:
@@ -73,7 +73,7 @@ def test_a_client_that_sends_nonsense_only_is_hung_up_on() -> None:
     for _ in range(MOST_WRONG):
         receive(channel, b"GET ")
     assert not line.is_open
-    told = car.drive.telemetry()
+    told = car.control.telemetry()
     assert (told.refused, told.turned_away, told.driver) == (2 * MOST_WRONG - 1, 1, None)
 
 
@@ -93,7 +93,7 @@ def test_who_sends_nonsense_only_takes_no_seat() -> None:
     channel, _ = car.commands(99)
     receive(channel, command(90))
     assert car.board.angles == [90]
-    assert car.drive.telemetry().refused == 30
+    assert car.control.telemetry().refused == 30
 
 
 def test_when_all_seats_are_taken_the_longest_silent_gives_up_the_own() -> None:

@@ -5,8 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.car.arbiter import NEUTRAL
-from motorcade.drive.command_stream import CommandStream
-from motorcade.drive.input.stick import stick_word
+from motorcade.drive.input.deadman import CommandStream, stick_word
 from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import later_ms
 
@@ -14,17 +13,17 @@ FRESH_MS, PERIOD_MS = 300, 50
 AHEAD, LEFT = stick_word(0.5, 0), stick_word(0.5, -1)
 
 
-def sent(helm, until_ms, begin_ms=0):
-    """What the helm sends from one time to another, a word or None a period."""
-    return [helm.next_word(now_ms) for now_ms in range(begin_ms, until_ms, PERIOD_MS)]
+def sent(stream, until_ms, begin_ms=0):
+    """What the stream sends from one time to another, a word or None a period."""
+    return [stream.next_word(now_ms) for now_ms in range(begin_ms, until_ms, PERIOD_MS)]
 
 
 def armed(rearm=True):
-    """A helm that has wished neutral, and sent it, at 0 ms."""
-    helm = CommandStream(FRESH_MS, rearm)
-    helm.wish(NEUTRAL, 0)
-    assert helm.next_word(0) == NEUTRAL
-    return helm
+    """A stream that has wished neutral, and sent it, at 0 ms."""
+    stream = CommandStream(FRESH_MS, rearm)
+    stream.set_word(NEUTRAL, 0)
+    assert stream.next_word(0) == NEUTRAL
+    return stream
 
 
 def test_who_wishes_nothing_sends_nothing():
@@ -32,69 +31,69 @@ def test_who_wishes_nothing_sends_nothing():
 
 
 def test_the_first_word_is_neutral_and_the_last_wish_follows_until_it_is_no_longer_fresh():
-    helm = CommandStream(FRESH_MS, True)
-    helm.wish(LEFT, 0)
-    helm.wish(AHEAD, 0)
-    assert sent(helm, 500) == [NEUTRAL, *[AHEAD] * 6, NEUTRAL, None, None]
+    stream = CommandStream(FRESH_MS, True)
+    stream.set_word(LEFT, 0)
+    stream.set_word(AHEAD, 0)
+    assert sent(stream, 500) == [NEUTRAL, *[AHEAD] * 6, NEUTRAL, None, None]
 
 
 def test_a_wish_that_is_renewed_goes_on():
-    helm = armed()
+    stream = armed()
     for begin_ms in range(100, 2000, 200):
-        helm.wish(AHEAD, begin_ms)
-        assert sent(helm, begin_ms + 200, begin_ms) == [AHEAD] * 4
+        stream.set_word(AHEAD, begin_ms)
+        assert sent(stream, begin_ms + 200, begin_ms) == [AHEAD] * 4
 
 
 def test_a_car_that_stands_is_steered_and_armed_by_the_same_word():
-    helm, steered = CommandStream(FRESH_MS, False), stick_word(0, -1)
-    helm.wish(steered, 0)
-    assert sent(helm, 100) == [steered] * 2
-    helm.wish(AHEAD, 100)
-    assert helm.next_word(100) == AHEAD
+    stream, steered = CommandStream(FRESH_MS, False), stick_word(0, -1)
+    stream.set_word(steered, 0)
+    assert sent(stream, 100) == [steered] * 2
+    stream.set_word(AHEAD, 100)
+    assert stream.next_word(100) == AHEAD
 
 
 @pytest.mark.parametrize("rearm", [True, False])
 def test_a_new_wish_after_a_pause_arms_the_car_again(rearm):
-    helm = armed(rearm)
-    helm.wish(AHEAD, 0)
-    assert sent(helm, 5000)[-1] is None
-    helm.wish(AHEAD, 5000)
-    assert sent(helm, 5150, 5000) == [NEUTRAL, AHEAD, AHEAD]
+    stream = armed(rearm)
+    stream.set_word(AHEAD, 0)
+    assert sent(stream, 5000)[-1] is None
+    stream.set_word(AHEAD, 5000)
+    assert sent(stream, 5150, 5000) == [NEUTRAL, AHEAD, AHEAD]
 
 
 def test_a_helm_that_may_arms_again_after_a_failsafe():
-    helm = armed()
-    helm.wish(AHEAD, 900)
-    helm.hear_failsafe(900)
-    assert sent(helm, 1000, 900) == [NEUTRAL, AHEAD]
+    stream = armed()
+    stream.set_word(AHEAD, 900)
+    stream.receive_failsafe(900)
+    assert sent(stream, 1000, 900) == [NEUTRAL, AHEAD]
 
 
 def test_a_helm_that_may_not_waits_until_its_hand_lets_go():
-    helm = armed(rearm=False)
-    helm.wish(AHEAD, 600)
-    helm.hear_failsafe(600)
-    assert sent(helm, 900, 600) == [None] * 6
-    assert helm.waits_for_release
-    helm.wish(NEUTRAL, 800)
-    assert not helm.waits_for_release
-    helm.wish(LEFT, 850)
-    assert sent(helm, 950, 850) == [NEUTRAL, LEFT]
+    stream = armed(rearm=False)
+    stream.set_word(AHEAD, 600)
+    stream.receive_failsafe(600)
+    assert sent(stream, 900, 600) == [None] * 6
+    assert stream.waits_for_release
+    stream.set_word(NEUTRAL, 800)
+    assert not stream.waits_for_release
+    stream.set_word(LEFT, 850)
+    assert sent(stream, 950, 850) == [NEUTRAL, LEFT]
 
 
 def test_a_failsafe_that_has_been_answered_already_is_not_answered_twice():
-    helm = armed()
-    helm.wish(AHEAD, 0)
-    helm.hear_failsafe(100)
-    assert helm.next_word(100) == AHEAD
+    stream = armed()
+    stream.set_word(AHEAD, 0)
+    stream.receive_failsafe(100)
+    assert stream.next_word(100) == AHEAD
 
 
 @pytest.mark.parametrize("rearm", [True, False])
 def test_a_new_connection_begins_with_neutral_and_does_not_jump(rearm):
-    helm = armed(rearm)
-    helm.wish(AHEAD, 100)
-    assert helm.next_word(100) == AHEAD
-    helm.disarm()
-    assert sent(helm, 250, 150) == ([NEUTRAL, AHEAD] if rearm else [None, None])
+    stream = armed(rearm)
+    stream.set_word(AHEAD, 100)
+    assert stream.next_word(100) == AHEAD
+    stream.disarm()
+    assert sent(stream, 250, 150) == ([NEUTRAL, AHEAD] if rearm else [None, None])
 
 
 acts = st.lists(
@@ -104,23 +103,23 @@ acts = st.lists(
 
 @given(acts=acts, rearm=st.booleans(), begin_ms=st.sampled_from([0, (1 << 30) - 1000]))
 def test_no_moving_word_is_ever_sent_but_a_fresh_wish_after_a_neutral_one(acts, rearm, begin_ms):
-    helm, now_ms, at_ms = CommandStream(FRESH_MS, rearm), begin_ms, 0
+    stream, now_ms, at_ms = CommandStream(FRESH_MS, rearm), begin_ms, 0
     wished_at_ms, neutral_since_disarm = None, False
     for act, later in acts:
         now_ms, at_ms = later_ms(now_ms, later), at_ms + later
         if act == "wish":
-            helm.wish(AHEAD, now_ms)
+            stream.set_word(AHEAD, now_ms)
             wished_at_ms = at_ms
         elif act == "neutral":
-            helm.wish(NEUTRAL, now_ms)
+            stream.set_word(NEUTRAL, now_ms)
             wished_at_ms = None
         elif act == "disarm":
-            helm.disarm()
+            stream.disarm()
             neutral_since_disarm = False
         elif act == "failsafe":
-            helm.hear_failsafe(now_ms)
+            stream.receive_failsafe(now_ms)
         else:
-            word = helm.next_word(now_ms)
+            word = stream.next_word(now_ms)
             assert word in (None, NEUTRAL, AHEAD)
             neutral_since_disarm |= word == NEUTRAL
             if word == AHEAD:

@@ -76,7 +76,7 @@ def test_a_pulled_cable_is_noticed_and_the_wheel_is_taken_again():
             await until(lambda: not car.board.moves)
             # The car still believes in its old driver, who is this client.
             await until(lambda: car.board.moves)
-            assert car.drive.telemetry().failsafes >= 1
+            assert car.control.telemetry().failsafes >= 1
 
     never = replace(STEADY, drive=replace(STEADY.drive, hand_over_ms=600_000))
     with DrivenCar(profile=never) as car:
@@ -116,7 +116,7 @@ def test_a_bad_network_is_driven_through(car, faults):
         async with behind_proxies(car) as (driver, proxies), wishing(driver, HALF, -1.0):
             proxies[0].set_both(**faults)
             await until(lambda: sum(setpoint == (180, 1, 128) for _, setpoint in car.board.notes) >= 20)
-            assert car.drive.telemetry().refused == 0
+            assert car.control.telemetry().refused == 0
 
     asyncio.run(drive())
     wait_until(lambda: not car.board.moves)

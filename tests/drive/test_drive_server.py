@@ -15,8 +15,7 @@ from typing import BinaryIO
 
 import pytest
 
-from motorcade.drive.addresses import bind
-from motorcade.drive.listener import MOST_OF_ONE_ADDRESS, ClientProtocol, Listener
+from motorcade.drive.listener import MOST_OF_ONE_ADDRESS, ClientProtocol, Listener, bind
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.drive.tls.keys import client_context, server_context
 from motorcade.words.formats import DRIVE
@@ -119,7 +118,7 @@ def test_a_client_that_is_gone_stops_the_wheels_at_once(patient_car: DrivenCar, 
 def test_a_client_that_freezes_with_its_connection_open_stops_the_wheels_after_300_ms(car: DrivenCar) -> None:
     with connect(car) as line:
         assert stopped_after(car, drive_on(car, line)) >= 0.3
-        assert car.drive.telemetry().state == "failsafe"
+        assert car.control.telemetry().state == "failsafe"
         refused, told = car.server.commands[0].counts.outcomes[2], len(car.board.notes)
         line.sendall(MOVE)
         line.sendall(MOVE)
@@ -157,14 +156,14 @@ def test_a_server_that_is_stuck_stops_the_wheels_and_forgets_what_came_meanwhile
     watched = replace(PATIENT, drive=replace(PATIENT.drive, watchdog_ms=200))
     with DrivenCar(profile=watched) as car, connect(car) as line:
         drive_on(car, line)
-        stalls, outcomes = car.drive.telemetry().stalls, car.server.commands[0].counts.outcomes
+        stalls, outcomes = car.control.telemetry().stalls, car.server.commands[0].counts.outcomes
         with steady(line):
             with car.stuck():
                 wait_until(lambda: car.board.setpoint == NEUTRAL)
                 notes, refused = len(car.board.notes), outcomes[2]
             wait_until(lambda: outcomes[2] > refused + 2)
             assert len(car.board.notes) == notes
-            assert car.drive.telemetry().stalls > stalls
+            assert car.control.telemetry().stalls > stalls
 
 
 def test_the_wheels_stand_still_before_the_first_command_and_after_the_last() -> None:
@@ -197,8 +196,8 @@ def test_the_first_to_send_drives_and_others_watch_until_it_leaves(patient_car: 
     with connect(car) as first, connect(car) as second:
         drive_on(car, first)
         second.sendall(STILL)
-        wait_until(lambda: [each for each in car.server.commands if each.seat and each.seat.counts.outcomes[1]])
-        told = car.drive.telemetry()
+        wait_until(lambda: [each for each in car.server.commands if each.session and each.session.counts.outcomes[1]])
+        told = car.control.telemetry()
         assert (told.driver, told.watchers, told.state) == (f"127.0.0.1:{first.getsockname()[1]}", 1, "moving")
         first.close()
         with steady(second, STILL):
@@ -211,7 +210,7 @@ def test_those_who_have_left_are_not_in_the_way_of_others(patient_car: DrivenCar
         with connect(car) as line:
             drive_on(car, line)
         wait_until(lambda: not car.server.commands)
-    assert car.drive.telemetry().turned_away == 0
+    assert car.control.telemetry().turned_away == 0
 
 
 def test_newcomers_come_in_one_at_a_time_with_a_turn_for_those_inside_between() -> None:
@@ -223,14 +222,20 @@ def test_newcomers_come_in_one_at_a_time_with_a_turn_for_those_inside_between() 
             turns += 1
             await asyncio.sleep(0)
 
+    def accepted(closed) -> Standing:
+        turn_of_each.append(turns)
+        return Standing(lambda: None, closed)
+
     async def let_in() -> None:
         with bind("127.0.0.1", 0) as listener, contextlib.ExitStack() as held:
-            door = Listener(listener, lambda left: turn_of_each.append(turns) or Standing(left), lambda: None)
+            door = Listener(
+                listener, lambda closed: turn_of_each.append(turns) or Standing(lambda: None, closed), lambda: None
+            )
             for _ in range(12):
                 held.enter_context(socket.create_connection(door.address))
             tasks = [asyncio.ensure_future(each) for each in (go_on(), door.serve())]
             await until(lambda: len(turn_of_each) == 12)
-            door.shut()
+            door.close_to_newcomers()
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
@@ -242,7 +247,7 @@ def test_newcomers_come_in_one_at_a_time_with_a_turn_for_those_inside_between() 
 class Standing(ClientProtocol, asyncio.Protocol):
     """One who stays."""
 
-    def is_seated(self) -> bool:
+    def has_session(self) -> bool:
         return True
 
 
@@ -259,13 +264,13 @@ def test_a_flood_of_connections_leaves_the_driver_undisturbed_and_room_for_other
                 # One byte of four, and never the rest.
                 each.send(b"\x10")
             line.sendall(MOVE)
-        wait_until(lambda: car.drive.telemetry().turned_away > 900)
+        wait_until(lambda: car.control.telemetry().turned_away > 900)
         assert len(car.server.commands) <= MOST_OF_ONE_ADDRESS
         assert len(car.server.channels) <= MOST_OF_ONE_ADDRESS
         with connect(car) as other, telemetry(car) as tells:
             other.sendall(STILL)
             assert tells.next()["state"] == "moving"
-            wait_until(lambda: len([each for each in car.server.commands if each.seat]) == 2)
+            wait_until(lambda: len([each for each in car.server.commands if each.session]) == 2)
         assert {setpoint for _, setpoint in car.board.notes[notes:]} == {(40, 1, 150)}
 
 
@@ -280,7 +285,7 @@ def test_ten_million_random_bytes_leave_the_driver_undisturbed(patient_car: Driv
                     left -= garbage.send(dice.randbytes(16_384))
             line.sendall(MOVE)
         assert {setpoint for _, setpoint in car.board.notes[notes:]} <= {(40, 1, 150)}
-        told = car.drive.telemetry()
+        told = car.control.telemetry()
         assert (told.state, told.driver) == ("moving", f"127.0.0.1:{line.getsockname()[1]}")
         assert told.refused > 16
 
@@ -302,7 +307,7 @@ def test_an_emergency_stop_of_a_watcher_stops_a_driver_who_goes_on(patient_car: 
         with steady(line):
             assert tells.ask(do="stop")["ok"]
             assert not car.board.moves
-            halted = next(iter(car.server.commands)).seat.counts.outcomes
+            halted = next(iter(car.server.commands)).session.counts.outcomes
             wait_until(lambda: halted[3] > 2)
             assert not car.board.moves
 
@@ -325,14 +330,14 @@ def test_only_who_shows_a_certificate_of_the_same_authority_drives(keys) -> None
         theirs.check_hostname, theirs.verify_mode = False, 0
         with ours.wrap_socket(connect(car), server_hostname="127.0.0.1") as line:
             drive_on(car, line)
-            assert car.drive.telemetry().driver.startswith("grace:")
+            assert car.control.telemetry().driver.startswith("grace:")
         with connect(car) as plain, contextlib.suppress(OSError):
             plain.sendall(MOVE * 100)
             plain.recv(1)
         with contextlib.suppress(OSError), theirs.wrap_socket(connect(car)) as line:
             line.sendall(MOVE)
             line.recv(1)
-        told = wait_until(lambda: (told := car.drive.telemetry()).turned_away >= 2 and told)
+        told = wait_until(lambda: (told := car.control.telemetry()).turned_away >= 2 and told)
         assert (told.driver, told.state) == (None, "failsafe")
 
 
@@ -343,4 +348,4 @@ def test_who_never_ends_a_handshake_is_hung_up_on_after_two_seconds(keys) -> Non
             line.sendall(b"\x16\x03\x01")
             assert line.recv(1) == b""
         assert time.monotonic() - begin_s > 1.5
-        wait_until(lambda: car.drive.telemetry().turned_away == 1)
+        wait_until(lambda: car.control.telemetry().turned_away == 1)

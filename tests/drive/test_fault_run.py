@@ -12,10 +12,10 @@ from serial.urlhandler import protocol_socket
 
 from motorcade.boards.computer import ImageStore, simulated_car
 from motorcade.boards.lines import PseudoTerminal, TcpPort
+from motorcade.errors import MotorcadeError
 from motorcade.upload import check_request as asking
 from motorcade.upload import serial_port
 from motorcade.upload import transfer as talk
-from motorcade.upload.failures import PortError
 from motorcade.upload.transfer import EITHER, NEW, OLD, UploadTransfer
 from motorcade.words import upload
 from motorcade.words.image import Image, image_words, words_to_bytes
@@ -121,8 +121,8 @@ def test_the_same_holds_on_real_lines_in_real_time(kind, tmp_path, monkeypatch):
             try:
                 serial_port.upload(port, new, 115200)
                 holds = NEW
-            except PortError as problem:
-                holds = problem.arguments["holds"]
+            except MotorcadeError as problem:
+                holds = problem.details["holds"].key.removeprefix("car-holds-")
         said[holds] += 1
         assert store.load() in {NEW: (new,), OLD: (old,), EITHER: (old, new)}[holds], f"seed {seed}"
     assert said[NEW]

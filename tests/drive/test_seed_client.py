@@ -40,8 +40,8 @@ def test_the_seed_s_client_drives_the_car_in_both_byte_orders(seed_client, sends
             wait_until(lambda wanted=command: car.board.setpoint == wanted)
         client.stdin.close()
         assert client.wait(DEADLINE_S) == 0
-        wait_until(lambda: car.drive.telemetry().driver is None)
-        assert car.drive.telemetry().refused == 0
+        wait_until(lambda: car.control.telemetry().driver is None)
+        assert car.control.telemetry().refused == 0
 
 
 @needs_compiler
@@ -63,7 +63,7 @@ def test_the_wrong_byte_order_moves_nothing_and_is_counted(seed_client):
         # 0x1284B000 and 0x00B08412: code 0 is none.
         assert struct.pack("<I", 310685696)[0] >> 4 != 1
         print(40, 0, 150, file=client.stdin, flush=True)
-        wait_until(lambda: car.drive.telemetry().refused == 1)
+        wait_until(lambda: car.control.telemetry().refused == 1)
         client.stdin.close()
         assert client.wait(DEADLINE_S) == 0
         assert not any(setpoint[2] for _, setpoint in car.board.notes)

@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import pytest
 
+from motorcade.car.arbiter import APPLIED, LOCAL
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
-from motorcade.drive.drive_failures import MESSAGES, DriveError
-from motorcade.drive.session import APPLIED, LOCAL, OUTCOMES, OVER_RATE, CarControl, ControlSession
+from motorcade.drive.session import CarControl, ControlSession, DriveError
+from motorcade.drive.wire import OUTCOMES, OVER_RATE
 from motorcade.words.field import WordError
 from motorcade.words.formats import DRIVE
 
@@ -59,7 +60,7 @@ class Car:
     def __init__(self, profile=PROFILE) -> None:
         self.board = Bench()
         self.now_ms = 0
-        self.drive = CarControl(self.board, lambda: self.now_ms, profile)
+        self.control = CarControl(self.board, lambda: self.now_ms, profile)
 
     @property
     def last(self) -> tuple[str | int, ...]:
@@ -67,7 +68,7 @@ class Car:
 
     @property
     def state(self) -> str:
-        return self.drive.telemetry().state
+        return self.control.telemetry().state
 
 
 @pytest.fixture
@@ -76,43 +77,43 @@ def car() -> Car:
 
 
 @pytest.fixture
-def seat(car: Car) -> ControlSession:
-    return car.drive.join("ada")
+def session(car: Car) -> ControlSession:
+    return car.control.join("ada")
 
 
 def test_a_car_stands_still_from_the_first_moment(car: Car) -> None:
     assert car.board.told == [NEUTRAL]
 
 
-def test_a_command_reaches_the_hardware_at_once(car: Car, seat: ControlSession) -> None:
-    assert seat.command(MOVE) == APPLIED
+def test_a_command_reaches_the_hardware_at_once(car: Car, session: ControlSession) -> None:
+    assert session.command(MOVE) == APPLIED
     assert car.last == ("apply", 40, 1, 150)
 
 
-def test_silence_stops_the_wheels_once(car: Car, seat: ControlSession) -> None:
-    seat.command(MOVE)
+def test_silence_stops_the_wheels_once(car: Car, session: ControlSession) -> None:
+    session.command(MOVE)
     for car.now_ms in (300, 301, 400, 500):
-        car.drive.tick()
+        car.control.tick()
     assert car.board.told == [NEUTRAL, ("apply", 40, 1, 150), NEUTRAL]
-    assert (car.state, car.drive.telemetry().failsafes) == ("failsafe", 1)
+    assert (car.state, car.control.telemetry().failsafes) == ("failsafe", 1)
 
 
-def test_a_profile_says_how_long_a_command_counts(seat: ControlSession) -> None:
+def test_a_profile_says_how_long_a_command_counts(session: ControlSession) -> None:
     car = Car(replace(PROFILE, drive=replace(PROFILE.drive, failsafe_ms=800)))
-    car.drive.join("ada").command(MOVE)
+    car.control.join("ada").command(MOVE)
     car.now_ms = 800
-    assert car.drive.tick() == 1
+    assert car.control.tick() == 1
     assert car.state == "moving"
 
 
-def test_who_leaves_while_moving_leaves_a_car_that_stands(car: Car, seat: ControlSession) -> None:
-    seat.command(MOVE)
-    seat.leave()
-    seat.leave()
+def test_who_leaves_while_moving_leaves_a_car_that_stands(car: Car, session: ControlSession) -> None:
+    session.command(MOVE)
+    session.leave()
+    session.leave()
     assert car.last == NEUTRAL
-    assert car.drive.telemetry().failsafes == 1
-    assert OUTCOMES[seat.command(MOVE)] == "watching"
-    assert seat.request() is False
+    assert car.control.telemetry().failsafes == 1
+    assert OUTCOMES[session.command(MOVE)] == "watching"
+    assert session.request() is False
 
 
 @pytest.mark.parametrize(
@@ -125,173 +126,175 @@ def test_who_leaves_while_moving_leaves_a_car_that_stands(car: Car, seat: Contro
         (MOVE | 1 << 10, "reserved is 1024"),
     ],
 )
-def test_what_is_no_command_is_named_counted_and_not_done(car: Car, seat: ControlSession, word: int, said: str) -> None:
-    seat.command(STILL)
+def test_what_is_no_command_is_named_counted_and_not_done(
+    car: Car, session: ControlSession, word: int, said: str
+) -> None:
+    session.command(STILL)
     with pytest.raises(WordError, match=said):
-        seat.command(word)
+        session.command(word)
     assert car.last == ("apply", 40, 1, 0)
-    assert (seat.counts.refused, car.drive.telemetry().refused) == (1, 1)
-    assert said.replace("\\", "") in seat.counts.last_refusal
+    assert (session.counts.refused, car.control.telemetry().refused) == (1, 1)
+    assert said.replace("\\", "") in session.counts.last_refusal
 
 
-def test_wrong_words_are_no_sign_of_life(car: Car, seat: ControlSession) -> None:
-    seat.command(MOVE)
+def test_wrong_words_are_no_sign_of_life(car: Car, session: ControlSession) -> None:
+    session.command(MOVE)
     for car.now_ms in range(0, 400, 20):
         with pytest.raises(WordError):
-            seat.command(0)
-        car.drive.tick()
+            session.command(0)
+        car.control.tick()
     assert car.state == "failsafe"
 
 
-def test_a_hundred_commands_a_second_are_taken_and_no_more(car: Car, seat: ControlSession) -> None:
+def test_a_hundred_commands_a_second_are_taken_and_no_more(car: Car, session: ControlSession) -> None:
     for car.now_ms in range(1000):
-        seat.command(MOVE)
-    counted = seat.counts.as_dict()
+        session.command(MOVE)
+    counted = session.counts.as_dict()
     assert (counted["applied"], counted["over-rate"]) == (100, 900)
 
 
 @pytest.mark.parametrize("period_ms", [10, 20, 50])
-def test_who_sends_in_time_is_never_refused(car: Car, seat: ControlSession, period_ms: int) -> None:
+def test_who_sends_in_time_is_never_refused(car: Car, session: ControlSession, period_ms: int) -> None:
     for car.now_ms in range(0, 5000, period_ms):
-        assert seat.command(MOVE) == APPLIED
+        assert session.command(MOVE) == APPLIED
 
 
-def test_who_sends_too_much_drives_on_nevertheless(car: Car, seat: ControlSession) -> None:
+def test_who_sends_too_much_drives_on_nevertheless(car: Car, session: ControlSession) -> None:
     for car.now_ms in range(3000):
-        seat.command(MOVE)
-        car.drive.tick()
-    assert car.drive.telemetry().failsafes == 0
+        session.command(MOVE)
+        car.control.tick()
+    assert car.control.telemetry().failsafes == 0
 
 
-def test_one_who_sends_too_much_is_stopped_by_their_own_command(car: Car, seat: ControlSession) -> None:
+def test_one_who_sends_too_much_is_stopped_by_their_own_command(car: Car, session: ControlSession) -> None:
     for _ in range(50):
-        last = seat.command(MOVE)
+        last = session.command(MOVE)
     assert last == OVER_RATE
-    assert seat.command(STILL) == APPLIED
+    assert session.command(STILL) == APPLIED
     assert car.last == ("apply", 40, 1, 0)
 
 
-def test_one_drives_and_eight_watch(car: Car, seat: ControlSession) -> None:
-    seat.command(MOVE)
-    watchers = [car.drive.join(f"watcher {number}", watches=True) for number in range(8)]
-    assert car.drive.telemetry().watchers == 8
+def test_one_drives_and_eight_watch(car: Car, session: ControlSession) -> None:
+    session.command(MOVE)
+    watchers = [car.control.join(f"watcher {number}", watches=True) for number in range(8)]
+    assert car.control.telemetry().watchers == 8
     with pytest.raises(DriveError, match="9 in all"):
-        car.drive.join("one too many")
-    assert car.drive.join("the stick at the car", LOCAL).command(MOVE) == APPLIED
+        car.control.join("one too many")
+    assert car.control.join("the stick at the car", LOCAL).command(MOVE) == APPLIED
     watchers[0].leave()
-    car.drive.join("next")
+    car.control.join("next")
 
 
 def test_watchers_leave_a_seat_for_a_driver(car: Car) -> None:
     for number in range(8):
-        car.drive.join(f"watcher {number}", watches=True)
+        car.control.join(f"watcher {number}", watches=True)
     with pytest.raises(DriveError):
-        car.drive.join("one too many", watches=True)
-    assert car.drive.join("driver").command(MOVE) == APPLIED
+        car.control.join("one too many", watches=True)
+    assert car.control.join("driver").command(MOVE) == APPLIED
 
 
-def test_telemetry_tells_who_drives_and_what(car: Car, seat: ControlSession) -> None:
-    other = car.drive.join("grace")
-    seat.command(MOVE)
+def test_telemetry_tells_who_drives_and_what(car: Car, session: ControlSession) -> None:
+    other = car.control.join("grace")
+    session.command(MOVE)
     other.request()
     car.now_ms = 120
-    told = car.drive.telemetry()
+    told = car.control.telemetry()
     assert (told.state, told.driver, told.wanted_by, told.age_ms) == ("moving", "ada", "grace", 120)
     assert (told.angle_deg, told.direction, told.speed, told.watchers) == (40, 1, 150, 1)
     car.now_ms = 400
-    car.drive.tick()
-    told = car.drive.telemetry()
+    car.control.tick()
+    told = car.control.telemetry()
     assert (told.angle_deg, told.direction, told.speed, told.driver) == (90, 1, 0, "grace")
 
 
 def test_telemetry_tells_the_battery_and_reads_it_once_a_second(car: Car) -> None:
-    assert car.drive.telemetry().battery_mv is None
+    assert car.control.telemetry().battery_mv is None
     car.board.volts_mv = 7400
     car.now_ms = 999
-    assert car.drive.telemetry().battery_mv is None
+    assert car.control.telemetry().battery_mv is None
     car.now_ms = 1000
-    assert car.drive.telemetry().battery_mv == 7400
+    assert car.control.telemetry().battery_mv == 7400
 
 
-def test_a_driver_takes_the_wheels_from_the_program_before_the_command(car: Car, seat: ControlSession) -> None:
-    seat.resume_program()
+def test_a_driver_takes_the_wheels_from_the_program_before_the_command(car: Car, session: ControlSession) -> None:
+    session.resume_program()
     assert (car.state, car.last) == ("program", ("begin",))
-    seat.command(MOVE)
+    session.command(MOVE)
     assert car.board.told[-2:] == [("end",), ("apply", 40, 1, 150)]
-    seat.resume_program()
+    session.resume_program()
     assert car.board.told[-2:] == [NEUTRAL, ("begin",)]
-    seat.stop()
+    session.stop()
     assert car.board.told[-2:] == [("end",), NEUTRAL]
 
 
-def test_a_car_that_has_no_program_says_so(car: Car, seat: ControlSession) -> None:
+def test_a_car_that_has_no_program_says_so(car: Car, session: ControlSession) -> None:
     car.board.has_program = False
     with pytest.raises(DriveError, match="holds no program"):
-        seat.resume_program()
+        session.resume_program()
 
 
-def test_a_program_does_not_push_a_driver_aside(car: Car, seat: ControlSession) -> None:
-    seat.command(MOVE)
+def test_a_program_does_not_push_a_driver_aside(car: Car, session: ControlSession) -> None:
+    session.command(MOVE)
     with pytest.raises(DriveError, match="somebody else drives"):
-        car.drive.join("grace").resume_program()
+        car.control.join("grace").resume_program()
     assert car.state == "moving"
 
 
-def test_hardware_that_fails_is_a_car_that_stands_and_needs_arming(car: Car, seat: ControlSession) -> None:
-    seat.command(MOVE)
+def test_hardware_that_fails_is_a_car_that_stands_and_needs_arming(car: Car, session: ControlSession) -> None:
+    session.command(MOVE)
     car.board.broken = True
-    seat.command(MOVE)
-    told = car.drive.telemetry()
+    session.command(MOVE)
+    told = car.control.telemetry()
     assert (told.state, told.last_fault) == ("failsafe", "the cable is out")
     assert told.faults == 2
     assert car.last == ("apply", 40, 1, 150)
     car.board.broken = False
-    car.drive.tick()
+    car.control.tick()
     assert car.last == NEUTRAL
-    seat.command(MOVE)
+    session.command(MOVE)
     assert car.last == NEUTRAL
 
 
-def test_a_program_that_cannot_be_ended_does_not_keep_the_wheels_turning(car: Car, seat: ControlSession) -> None:
-    seat.resume_program()
+def test_a_program_that_cannot_be_ended_does_not_keep_the_wheels_turning(car: Car, session: ControlSession) -> None:
+    session.resume_program()
 
     def fail() -> None:
         raise OSError("stuck")
 
     end, car.board.end_program = car.board.end_program, fail
-    seat.stop()
+    session.stop()
     assert car.last == NEUTRAL
     car.board.end_program = end
-    car.drive.tick()
+    car.control.tick()
     assert car.board.told[-2:] == [("end",), NEUTRAL]
 
 
-def test_a_loop_that_gives_no_sign_of_life_for_200_ms_stops_the_wheels(car: Car, seat: ControlSession) -> None:
-    car.drive.beat()
-    seat.command(MOVE)
+def test_a_loop_that_gives_no_sign_of_life_for_200_ms_stops_the_wheels(car: Car, session: ControlSession) -> None:
+    car.control.beat()
+    session.command(MOVE)
     car.now_ms = 199
-    assert car.drive.watch() == 1
+    assert car.control.watch() == 1
     assert car.state == "moving"
     car.now_ms = 200
-    car.drive.watch()
+    car.control.watch()
     assert car.last == NEUTRAL
-    told = car.drive.telemetry()
+    told = car.control.telemetry()
     assert (told.state, told.stalls) == ("failsafe", 1)
-    assert OUTCOMES[seat.command(MOVE)] == "needs-neutral"
+    assert OUTCOMES[session.command(MOVE)] == "needs-neutral"
 
 
 def test_a_stall_counts_once(car: Car) -> None:
-    car.drive.beat()
+    car.control.beat()
     for car.now_ms in (200, 250, 300):
-        car.drive.watch()
-    assert car.drive.telemetry().stalls == 1
-    car.drive.beat()
+        car.control.watch()
+    assert car.control.telemetry().stalls == 1
+    car.control.beat()
     car.now_ms = 600
-    car.drive.watch()
-    assert car.drive.telemetry().stalls == 2
+    car.control.watch()
+    assert car.control.telemetry().stalls == 2
 
 
-def test_a_call_that_hangs_in_the_hardware_does_not_hold_up_the_watchdog(car: Car, seat: ControlSession) -> None:
+def test_a_call_that_hangs_in_the_hardware_does_not_hold_up_the_watchdog(car: Car, session: ControlSession) -> None:
     hangs, goes_on = threading.Event(), threading.Event()
 
     def hang(angle_deg: int, direction: int, speed: int) -> None:
@@ -299,44 +302,37 @@ def test_a_call_that_hangs_in_the_hardware_does_not_hold_up_the_watchdog(car: Ca
         goes_on.wait(20)
 
     car.board.apply = hang
-    driver = threading.Thread(target=seat.command, args=[MOVE])
+    driver = threading.Thread(target=session.command, args=[MOVE])
     driver.start()
     assert hangs.wait(20)
     car.board.told.clear()
-    car.drive.watch()
+    car.control.watch()
     assert car.board.told == [NEUTRAL]
     goes_on.set()
     driver.join()
 
 
 def test_a_hardware_watchdog_is_fed_by_the_loop_alone(car: Car) -> None:
-    car.drive.tick()
-    car.drive.watch()
+    car.control.tick()
+    car.control.watch()
     assert car.board.fed == 0
-    car.drive.beat()
+    car.control.beat()
     assert car.board.fed == 1
 
 
-def test_a_closed_car_does_nothing_more(car: Car, seat: ControlSession) -> None:
-    seat.command(MOVE)
-    car.drive.close()
+def test_a_closed_car_does_nothing_more(car: Car, session: ControlSession) -> None:
+    session.command(MOVE)
+    car.control.close()
     assert car.last == NEUTRAL
-    car.drive.clear()
+    car.control.clear()
     for word in (STILL, MOVE):
-        seat.command(word)
-    car.drive.watch()
+        session.command(word)
+    car.control.watch()
     assert car.last == NEUTRAL
 
 
-def test_a_car_that_is_closed_ends_its_program(car: Car, seat: ControlSession) -> None:
-    seat.resume_program()
-    car.drive.close()
+def test_a_car_that_is_closed_ends_its_program(car: Car, session: ControlSession) -> None:
+    session.resume_program()
+    car.control.close()
     assert ("end",) in car.board.told
     assert car.last == NEUTRAL
-
-
-def test_every_refusal_has_a_sentence_in_both_languages() -> None:
-    figures = {"seats": 9, "port": 1, "most": 2}
-    for code, sentences in MESSAGES.items():
-        assert set(sentences) == {"en", "zh"}
-        assert DriveError(code, **figures).message("zh") != DriveError(code, **figures).message("en")

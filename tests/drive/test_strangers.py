@@ -59,7 +59,7 @@ def undisturbed(driven):
     begin, name = len(car.board.notes), driver.you["name"]
     yield
     wait_until(lambda: len(car.board.notes) > begin + 3)
-    told = car.drive.telemetry()
+    told = car.control.telemetry()
     assert (told.driver, told.failsafes, driver.you["name"]) == (name, 0, name)
     # A busy machine may let a wish lapse, which is neutral; nobody else's command is among them.
     assert {setpoint[2] for _, setpoint in car.board.notes[begin:]} <= {0, 128}
@@ -88,13 +88,13 @@ STRANGERS = {
 def test_who_shows_the_wrong_certificate_sends_nothing_to_the_wheels(driven, keys, who):
     car, _ = driven
     context = STRANGERS[who](keys)
-    turned_away = car.drive.telemetry().turned_away
+    turned_away = car.control.telemetry().turned_away
     for number in range(TRIES):
         port = (car.port, car.telemetry_port)[number % 2]
         with suppress(OSError), context.wrap_socket(socket.create_connection(("127.0.0.1", port), DEADLINE_S)) as line:
             line.sendall(MOVE)
             assert not line.recv(1), "it was let in"
-    wait_until(lambda: car.drive.telemetry().turned_away >= turned_away + TRIES)
+    wait_until(lambda: car.control.telemetry().turned_away >= turned_away + TRIES)
 
 
 def test_ten_million_bytes_that_are_no_tls_are_hung_up_on(driven):

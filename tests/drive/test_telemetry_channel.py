@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.drive.telemetry_channel import MOST_REQUEST_BYTES, REQUESTS
+from motorcade.drive.wire import MOST_REQUEST_BYTES, REQUESTS
 from support.socketless_car import Car, ask, command, receive
 
 
@@ -69,10 +69,10 @@ def test_a_channel_that_watched_gives_its_own_seat_back_when_its_connection_come
     car = Car()
     channel, line = car.telemetry()
     assert ask(channel, line, do="release")["ok"]
-    assert car.drive.telemetry().watchers == 1
+    assert car.control.telemetry().watchers == 1
     receive(car.commands(7)[0], command(90))
     ask(channel, line, do="join", port=7)
-    assert car.drive.telemetry().watchers == 0
+    assert car.control.telemetry().watchers == 0
 
 
 def test_a_channel_finds_the_connection_that_its_client_makes_anew() -> None:
@@ -114,7 +114,7 @@ def test_a_channel_that_names_nobody_belongs_to_nobody_where_two_could_be_meant(
         receive(car.commands(port)[0], command(90, 100))
     channel, line = car.telemetry()
     assert ask(channel, line, do="request")["has_wheel"] is False
-    assert car.drive.telemetry().wanted_by == "192.168.1.7:2000"
+    assert car.control.telemetry().wanted_by == "192.168.1.7:2000"
 
 
 def test_one_client_has_four_watchers_at_most() -> None:
@@ -133,13 +133,13 @@ def test_an_emergency_stop_from_a_watcher_latches() -> None:
     channel, line = car.telemetry()
     assert ask(channel, line, do="stop")["ok"]
     receive(driver, command(90, 100))
-    assert car.drive.telemetry().state == "stopped"
+    assert car.control.telemetry().state == "stopped"
     assert ask(channel, line, do="clear")["ok"]
     receive(driver, command(90, 100))
-    assert car.drive.telemetry().state == "failsafe"
+    assert car.control.telemetry().state == "failsafe"
     receive(driver, command(90))
     receive(driver, command(90, 100))
-    assert car.drive.telemetry().state == "moving"
+    assert car.control.telemetry().state == "moving"
 
 
 def test_the_wheel_is_asked_for_and_given_back() -> None:
@@ -151,7 +151,7 @@ def test_the_wheel_is_asked_for_and_given_back() -> None:
     receive(channels[1], command(90, 100))
     assert ask(*lines[2], do="request") == {"kind": "answer", "do": "request", "ok": True, "has_wheel": False}
     assert ask(*lines[1], do="release")["ok"]
-    assert car.drive.telemetry().driver == "192.168.1.7:2"
+    assert car.control.telemetry().driver == "192.168.1.7:2"
     assert ask(*lines[2], do="resume")["code"] == "no-program"
 
 
@@ -184,7 +184,7 @@ def test_made_up_requests_never_break_a_channel_nor_the_drive(chunks: list[bytes
     for chunk in chunks:
         if line.is_open:
             channel.data_received(chunk)
-    assert car.drive.telemetry().state == "moving"
+    assert car.control.telemetry().state == "moving"
 
 
 @pytest.mark.parametrize("size", [1, 3, 30, 1000])
@@ -204,7 +204,7 @@ def test_more_than_twenty_requests_a_second_are_refused_but_a_stop() -> None:
     assert [answer["ok"] for answer in answers] == [True] * 20 + [False] * 10
     assert answers[-1]["code"] == "too-many-requests"
     assert ask(channel, line, do="stop")["ok"]
-    car.tell(10)
+    car.now_ms += 1000
     assert ask(channel, line, do="release")["ok"]
 
 
@@ -251,5 +251,5 @@ def test_who_leaves_gives_the_seat_back() -> None:
     receive(commands, command(90, 100))
     line.abort()
     commands_line.abort()
-    told = car.drive.telemetry()
+    told = car.control.telemetry()
     assert (told.watchers, told.driver, told.state) == (0, None, "failsafe")

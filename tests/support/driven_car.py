@@ -11,11 +11,11 @@ from typing import Any
 
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import Profile, built_in_profile
-from motorcade.drive.addresses import bind
-from motorcade.drive.safety.clock import monotonic_ms
-from motorcade.drive.safety.watchdog import kept
-from motorcade.drive.server import DriveServer, served
+from motorcade.drive.listener import bind
+from motorcade.drive.safety.watchdog import watched
+from motorcade.drive.server import DriveServer, serving
 from motorcade.drive.session import CarControl
+from motorcade.timing import monotonic_ms
 
 NEUTRAL = (90, 1, 0)
 DEADLINE_S = 60.0
@@ -64,8 +64,8 @@ class DrivenCar:
     def __init__(self, tls: Any = None, byte_order: str = "big", profile: Profile | None = None) -> None:
         self.profile = profile or CLASSROOM
         self.board = NotedBoard()
-        self.drive = CarControl(self.board, monotonic_ms, self.profile)
-        self.server = DriveServer(self.drive, self.profile, byte_order)
+        self.control = CarControl(self.board, monotonic_ms, self.profile)
+        self.server = DriveServer(self.control, byte_order)
         self.port = self.telemetry_port = 0
         self._tls = tls
         self._loop = asyncio.new_event_loop()
@@ -108,7 +108,7 @@ class DrivenCar:
         with ExitStack() as stack:
             sockets = [stack.enter_context(bind("127.0.0.1", 0)) for _ in range(2)]
             self.port, self.telemetry_port = (each.getsockname()[1] for each in sockets)
-            async with kept(self.drive), served(self.server, *sockets, self._tls):
+            async with watched(self.control), serving(self.server, *sockets, self._tls):
                 self._ready.set()
                 await self._ended.wait()
 

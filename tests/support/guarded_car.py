@@ -13,9 +13,9 @@ from pathlib import Path
 
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
-from motorcade.drive.safety.clock import monotonic_ms
-from motorcade.drive.safety.watchdog import kept
+from motorcade.drive.safety.watchdog import watched
 from motorcade.drive.session import APPLIED, CarControl
+from motorcade.timing import monotonic_ms
 from motorcade.words.formats import DRIVE
 
 CLASSROOM = built_in_profile("classroom")
@@ -65,7 +65,7 @@ async def drive_until_told(file: str, failsafe_ms: int) -> None:
     limits = replace(CLASSROOM.drive, failsafe_ms=failsafe_ms)
     drive = CarControl(FileBoard(file), monotonic_ms, replace(CLASSROOM, drive=limits))
     threading.Thread(target=listen, daemon=True).start()
-    async with kept(drive):
+    async with watched(drive):
         seat = drive.join("test")
         told = False
         while "end" not in heard:

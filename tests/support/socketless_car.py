@@ -6,10 +6,9 @@ import struct
 
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
-from motorcade.drive.command_channel import CommandChannel
+from motorcade.drive.channels import CommandChannel, TelemetryChannel
 from motorcade.drive.server import DriveServer
 from motorcade.drive.session import CarControl
-from motorcade.drive.telemetry_channel import TelemetryChannel
 from motorcade.words.formats import DRIVE
 
 PROFILE = built_in_profile("classroom")
@@ -79,14 +78,14 @@ class Car:
     def __init__(self, byte_order: str = "big") -> None:
         self.board = Applied()
         self.now_ms = 0
-        self.drive = CarControl(self.board, lambda: self.now_ms, PROFILE)
-        self.server = DriveServer(self.drive, PROFILE, byte_order)
+        self.control = CarControl(self.board, lambda: self.now_ms, PROFILE)
+        self.server = DriveServer(self.control, byte_order)
 
     def commands(self, port: int = 1000) -> tuple[CommandChannel, Line]:
-        return self._connect(self.server.command_channel(lambda guest: None), port)
+        return self._connect(self.server.command_channel(lambda: None), port)
 
     def telemetry(self, port: int = 2000) -> tuple[TelemetryChannel, Line]:
-        return self._connect(self.server.telemetry_channel(lambda guest: None), port)
+        return self._connect(self.server.telemetry_channel(lambda: None), port)
 
     def _connect(self, channel, port):
         line = Line(port)
@@ -97,9 +96,9 @@ class Car:
     def tell(self, times: int = 1) -> None:
         """Let periods of telemetry pass."""
         for _ in range(times):
-            told = self.drive.telemetry()._asdict()
+            told = self.control.telemetry()._asdict()
             for channel in list(self.server.channels):
-                channel.tell(told)
+                channel.end_period(told)
 
 
 def receive(channel: CommandChannel, data: bytes) -> None:

@@ -3,8 +3,8 @@
 import asyncio
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 
-from motorcade.drive.car_failures import CarError
 from motorcade.drive.client import DriveClient
+from motorcade.drive.connection import CarError
 from support.fault_proxy import FaultProxy
 
 HALF = 0.5

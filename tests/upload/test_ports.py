@@ -7,8 +7,8 @@ import pytest
 from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 
-from motorcade.upload.failures import PortNotFoundError, SeveralPortsError
-from motorcade.upload.ports import BARE, BOARD, OTHER, USB, group_of, likely_port, ports
+from motorcade.errors import MotorcadeError
+from motorcade.upload.ports import BARE, BOARD, OTHER, USB, SeveralPortsError, group_of, likely_port, ports
 
 
 def described(device, vid=None, pid=None, description="n/a", hwid="n/a"):
@@ -69,7 +69,7 @@ def test_the_mainboards_own_ports_come_last(found, port, rank):
     assert listed[1].rank == rank
     assert likely_port(listed).device == "/dev/zzz"
     assert "n/a" not in (*listed[1],)
-    with pytest.raises(PortNotFoundError):
+    with pytest.raises(MotorcadeError, match="No car is found"):
         likely_port(listed[1:])
 
 
@@ -81,7 +81,7 @@ def test_of_several_likely_ports_none_is_chosen(found):
         likely_port(listed)
     assert raised.value.ports == [("COM3", "CP210x (COM3)"), ("COM8", "Espressif")]
     assert "COM3 (CP210x (COM3)), COM8 (Espressif)" in str(raised.value)
-    assert "COM8 (Espressif)" in raised.value.message("zh")
+    assert "COM8 (Espressif)" in raised.value.sentence("zh")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no groups of this kind")

@@ -15,18 +15,19 @@ from serial.urlhandler import protocol_socket
 from motorcade.boards.computer import ImageStore, simulated_car
 from motorcade.boards.lines import PseudoTerminal, TcpPort
 from motorcade.config.profile import built_in_profile
+from motorcade.errors import MotorcadeError
+from motorcade.outcomes import (
+    NO_ANSWER,
+    PORT_BUSY,
+    PORT_FORBIDDEN,
+    PORT_NOT_FOUND,
+    REFUSED,
+    VERIFICATION,
+    WENT_AWAY,
+)
 from motorcade.upload import check_request as asking
 from motorcade.upload import serial_port
 from motorcade.upload import transfer as talk
-from motorcade.upload.failures import (
-    NoAnswerError,
-    PortBusyError,
-    PortForbiddenError,
-    PortNotFoundError,
-    RefusedError,
-    VerificationError,
-    WentAwayError,
-)
 from motorcade.words import upload as protocol
 from motorcade.words.check import CHECK_BYTES, read_check
 from motorcade.words.upload import READBACK_REQUEST
@@ -63,10 +64,11 @@ def car_at(kind, store):
         yield line.address
 
 
-def refused(error, action, port, **options):
-    """What the ``error`` says that ``action`` ends in: one whole line, without a word of Python's."""
-    with pytest.raises(error) as raised:
+def refused(exit_code, action, port, **options):
+    """The sentence of the error with ``exit_code`` that ``action`` raises: one line, without a word of Python's."""
+    with pytest.raises(MotorcadeError) as raised:
         action(port, **options)
+    assert raised.value.exit_code == exit_code
     sentence = str(raised.value)
     assert sentence.endswith((".", "?"))
     assert "\n" not in sentence
@@ -120,22 +122,22 @@ def test_without_verification_the_bytes_are_sent_and_nothing_is_promised(car):
 
 
 BAD_ANSWERS = {
-    "checksum": (b"OK words=2 crc32=00000000\n", VerificationError, "Something else arrived"),
-    "count": (b"OK words=3 crc32=fcf9a423\n", VerificationError, "Something else arrived"),
-    "changed": (b"ERR the checksum is 0badcafe, fcf9a423 was announced\n", VerificationError, "0badcafe"),
-    "ERR": (b"ERR the image could not be stored\n", RefusedError, "refused: the image could not be stored"),
-    "noise in ERR": (b"ERR \x1b]0;owned\x07\xff\n", RefusedError, "refused: ?]0;owned??"),
-    "silent": (b"", NoAnswerError, "no answer within"),
-    "half a line": (b"OK words=2 crc32=fcf9", NoAnswerError, "no answer within"),
-    "chatter": (b"~~~~~~\n" * 100, NoAnswerError, "no answer within"),
+    "checksum": (b"OK words=2 crc32=00000000\n", VERIFICATION, "Something else arrived"),
+    "count": (b"OK words=3 crc32=fcf9a423\n", VERIFICATION, "Something else arrived"),
+    "changed": (b"ERR the checksum is 0badcafe, fcf9a423 was announced\n", VERIFICATION, "0badcafe"),
+    "ERR": (b"ERR the image could not be stored\n", REFUSED, "refused: the image could not be stored"),
+    "noise in ERR": (b"ERR \x1b]0;owned\x07\xff\n", REFUSED, "refused: ?]0;owned??"),
+    "silent": (b"", NO_ANSWER, "no answer within"),
+    "half a line": (b"OK words=2 crc32=fcf9", NO_ANSWER, "no answer within"),
+    "chatter": (b"~~~~~~\n" * 100, NO_ANSWER, "no answer within"),
 }
 BAD_IMAGES = {
-    "silent": (b"", NoAnswerError, "no answer within"),
-    "cut off": (IMAGE[:6], NoAnswerError, "stopped after 6 bytes"),
-    "ERR": (b"ERR nothing here\n", VerificationError, "nothing here"),
-    "busy": (b"ERR busy with another uploader\n", PortBusyError, "busy with another uploader"),
-    "chatter": (b"hello, this is no car\n", VerificationError, "no image"),
-    "bad word": (bytes.fromhex("01000000 64800001"), VerificationError, "parity is 1"),
+    "silent": (b"", NO_ANSWER, "no answer within"),
+    "cut off": (IMAGE[:6], NO_ANSWER, "stopped after 6 bytes"),
+    "ERR": (b"ERR nothing here\n", VERIFICATION, "nothing here"),
+    "busy": (b"ERR busy with another uploader\n", PORT_BUSY, "busy with another uploader"),
+    "chatter": (b"hello, this is no car\n", VERIFICATION, "no image"),
+    "bad word": (bytes.fromhex("01000000 64800001"), VERIFICATION, "parity is 1"),
 }
 
 
@@ -148,11 +150,11 @@ def impatient(monkeypatch):
 @every_line
 @pytest.mark.parametrize("name", BAD_ANSWERS)
 def test_a_bad_answer_to_an_upload(car, name, monkeypatch):
-    answer, error, says = BAD_ANSWERS[name]
-    if error is NoAnswerError:
+    answer, exit_code, says = BAD_ANSWERS[name]
+    if exit_code == NO_ANSWER:
         monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
     car.take(answer)
-    sentence = refused(error, upload, car.port)
+    sentence = refused(exit_code, upload, car.port)
     assert says in sentence
     # The car could still say what it holds, and was asked for that.
     assert "keeps the image that it had" in sentence
@@ -161,14 +163,14 @@ def test_a_bad_answer_to_an_upload(car, name, monkeypatch):
 @every_line
 def test_a_car_that_is_busy_is_not_asked_again(car):
     car.play(lambda: (car.receive(CHECK_BYTES), car.send(b"ERR busy with another uploader\n")))
-    sentence = refused(PortBusyError, upload, car.port)
+    sentence = refused(PORT_BUSY, upload, car.port)
     assert "busy with another uploader" in sentence
     assert "image that it had" not in sentence
 
 
 @every_line
 def test_a_car_that_never_answers_is_sent_nothing_that_it_could_hold(car, impatient):
-    sentence = refused(NoAnswerError, upload, car.port)
+    sentence = refused(NO_ANSWER, upload, car.port)
     assert "no answer within" in sentence
     assert "keeps the image that it had" in sentence
     assert "--no-verify" in sentence
@@ -189,11 +191,11 @@ def test_what_arrives_changed_is_sent_again_and_each_try_is_told(car):
 @every_line
 @pytest.mark.parametrize("name", BAD_IMAGES)
 def test_a_bad_answer_to_a_readback(car, name, monkeypatch):
-    answer, error, says = BAD_IMAGES[name]
-    if error is NoAnswerError:
+    answer, exit_code, says = BAD_IMAGES[name]
+    if exit_code == NO_ANSWER:
         monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 200)
     car.answer(answer, to=READBACK_REQUEST)
-    sentence = refused(error, readback, car.port)
+    sentence = refused(exit_code, readback, car.port)
     assert says in sentence
     # Nobody asked the car to take another image.
     assert "keeps the image that it had" not in sentence
@@ -218,7 +220,7 @@ def test_a_car_that_goes_away_in_the_middle_keeps_what_it_had(car, image):
     car.play(lambda: (car.get_ready(), car.receive(6), car.hang_up()))
     # The line has slack: this much is under way when the other end is gone.
     slow = 9600 if image is LARGEST else 115200
-    sentence = refused(WentAwayError, serial_port.upload, car.port, image=image, baud=slow)
+    sentence = refused(WENT_AWAY, serial_port.upload, car.port, image=image, baud=slow)
     assert "went away in the middle" in sentence
     assert ("keeps the image that it had" in sentence) == (image is LARGEST)
 
@@ -226,14 +228,14 @@ def test_a_car_that_goes_away_in_the_middle_keeps_what_it_had(car, image):
 @hangs_up
 def test_a_car_that_goes_away_with_the_whole_image_may_hold_it(car):
     car.play(lambda: (car.get_ready(), car.receive(len(IMAGE)), car.hang_up()))
-    sentence = refused(WentAwayError, upload, car.port)
+    sentence = refused(WENT_AWAY, upload, car.port)
     assert "holds the image that it had or the new one" in sentence
 
 
 @hangs_up
 def test_a_car_that_goes_away_in_the_middle_of_a_readback(car):
     car.play(lambda: (car.receive(4), car.send(IMAGE[:5]), car.hang_up()))
-    sentence = refused(WentAwayError, readback, car.port)
+    sentence = refused(WENT_AWAY, readback, car.port)
     assert "went away" in sentence
     assert "image that it had" not in sentence
 
@@ -243,7 +245,7 @@ def test_a_car_that_goes_away_in_the_middle_of_a_readback(car):
 def test_a_car_that_goes_away_during_any_call_to_its_port(car, monkeypatch, moment):
     call = getattr(serial.Serial, moment)
     monkeypatch.setattr(serial.Serial, moment, lambda *arguments: (car.hang_up(), call(*arguments))[1])
-    assert "went away" in refused(WentAwayError, upload, car.port)
+    assert "went away" in refused(WENT_AWAY, upload, car.port)
 
 
 @pytest.mark.parametrize("kind", [PTY])
@@ -253,7 +255,7 @@ def test_a_line_that_takes_no_bytes(car, monkeypatch):
     with contextlib.suppress(BlockingIOError):
         while os.write(car.client, bytes(1024)):
             pass
-    assert "takes no more bytes" in refused(NoAnswerError, upload, car.port)
+    assert "takes no more bytes" in refused(NO_ANSWER, upload, car.port)
 
 
 @pytest.mark.parametrize("kind", [PTY])
@@ -280,7 +282,7 @@ def test_a_port_that_is_not_there(port):
     with deaf_port() as free:
         port = port.format(free=free)
         for action in (upload, readback):
-            sentence = refused(PortNotFoundError, action, port)
+            sentence = refused(PORT_NOT_FOUND, action, port)
             assert port in sentence
             assert " ." not in sentence
 
@@ -290,35 +292,35 @@ def test_a_file_and_a_directory_are_no_ports(tmp_path):
     notes = tmp_path / "notes.txt"
     notes.write_text("mine")
     for port in (notes, tmp_path):
-        assert "is no serial port" in refused(PortNotFoundError, upload, str(port))
+        assert "is no serial port" in refused(PORT_NOT_FOUND, upload, str(port))
     assert notes.read_text() == "mine"
 
 
 @pytest.mark.parametrize("kind", [PTY])
 def test_a_port_that_somebody_else_has_open_is_busy(car):
     with serial.Serial(car.port, exclusive=True):
-        assert "is busy" in refused(PortBusyError, upload, car.port)
-        assert "is busy" in refused(PortBusyError, readback, car.port)
+        assert "is busy" in refused(PORT_BUSY, upload, car.port)
+        assert "is busy" in refused(PORT_BUSY, readback, car.port)
 
 
 @pytest.mark.parametrize(
-    ("error", "says", "problem"),
+    ("exit_code", "says", "problem"),
     [
-        (PortNotFoundError, "There is no port", ["could not open port 'P': FileNotFoundError(2, 'No.', None, 2)"]),
-        (PortBusyError, "close the other program", ["could not open port 'P': PermissionError(13, 'No.', None, 5)"]),
+        (PORT_NOT_FOUND, "There is no port", ["could not open port 'P': FileNotFoundError(2, 'No.', None, 2)"]),
+        (PORT_BUSY, "close the other program", ["could not open port 'P': PermissionError(13, 'No.', None, 5)"]),
         (
-            PortForbiddenError,
+            PORT_FORBIDDEN,
             "On Linux join the group",
             [13, "could not open port P: [Errno 13] Permission denied: 'P'"],
         ),
-        (PortBusyError, "close the other program", [16, "could not open port P: [Errno 16] Device busy: 'P'"]),
+        (PORT_BUSY, "close the other program", [16, "could not open port P: [Errno 16] Device busy: 'P'"]),
     ],
     ids=["missing, Windows", "in use, Windows", "denied, Linux", "in use, Linux"],
 )
-def test_what_the_system_says_about_a_port_becomes_a_sentence(monkeypatch, error, says, problem):
+def test_what_the_system_says_about_a_port_becomes_a_sentence(monkeypatch, exit_code, says, problem):
     def fail(*arguments, **options):
         raise serial.SerialException(*problem)
 
     monkeypatch.setattr(serial, "serial_for_url", fail)
-    assert says in refused(error, upload, "P")
-    assert says in refused(error, readback, "P")
+    assert says in refused(exit_code, upload, "P")
+    assert says in refused(exit_code, readback, "P")

@@ -1,4 +1,4 @@
-"""A camera that many watch: one picture is taken and packed once for all, and each gets the newest at its own pace."""
+"""Share a camera among viewers: each picture is taken and packed once, and each viewer gets the newest one."""
 
 import asyncio
 import io
@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import aclosing
 from typing import Any, Protocol
 
-from motorcade.cameras.camera_failures import CameraError
+from motorcade.errors import MotorcadeError
 
 WIDTH, HEIGHT = 640, 480
 RATE_HZ = 15.0
@@ -17,27 +17,27 @@ _QUALITY = 70
 
 
 class Source(Protocol):
-    """Where pictures come from; both methods may wait, and are called from one thread at a time."""
+    """Where pictures come from. Both methods may block, and are called from one thread at a time."""
 
     def jpeg(self) -> bytes:
-        """The newest picture as a JPEG file. Raises OSError."""
+        """The newest picture as a JPEG file. Raises OSError, MotorcadeError."""
 
     def close(self) -> None:
-        """Give the hardware up."""
+        """Close the hardware."""
 
 
 class Camera:
-    """A camera; it takes pictures only while somebody watches.
+    """A camera that takes pictures only while somebody views it.
 
     Args:
-        source: where they come from.
-        rate_hz: so many a second at most.
-        clock: seconds that only grow.
-        patience_s: who asks for a picture and gets none for so long is told so.
+        source: where its pictures come from.
+        rate_hz: the most pictures a second.
+        clock: gives the time in seconds, which never goes back.
+        patience_s: how long a viewer waits for a picture before an error.
 
     Attributes:
-        taken: how many pictures were taken.
-        viewers: how many watch.
+        taken: number of pictures that were taken.
+        viewers: number of viewers now.
     """
 
     def __init__(
@@ -51,23 +51,23 @@ class Camera:
         self._rate_hz = rate_hz
         self._clock = clock
         self._patience_s = patience_s
-        # One of its own: who leaves while a picture is taken doesn't wait for it, and the next one is taken after it.
+        # A thread of its own: a viewer that leaves doesn't wait for a picture, and only one is taken at a time.
         self._thread = ThreadPoolExecutor(1, "camera")
         self._newest = b""
-        self._problem: OSError | None = None
-        self._came = asyncio.Condition()
+        self._problem: Exception | None = None
+        self._has_new = asyncio.Condition()
         self._taking: asyncio.Task[None] | None = None
         self.taken = 0
         self.viewers = 0
 
     async def pictures(self, rate_hz: float) -> AsyncGenerator[bytes, None]:
-        """Pictures as JPEG files, up to so many a second; who is slow misses some, and never sees an old one.
+        """Pictures as JPEG files, at most ``rate_hz`` a second; a slow viewer misses some, and never gets an old one.
 
         Raises:
-            CameraError: too many watch already, or the camera gives no picture.
+            MotorcadeError: "too-many-viewers", or the camera gives no picture.
         """
         if self.viewers >= MOST_VIEWERS:
-            raise CameraError("too-many-viewers", most=MOST_VIEWERS)
+            raise MotorcadeError("too-many-viewers", most=MOST_VIEWERS)
         self.viewers += 1
         if self._taking is None:
             self._taking = asyncio.create_task(self._take())
@@ -85,26 +85,26 @@ class Camera:
                 self._taking = None
 
     async def snapshot(self) -> bytes:
-        """One new picture. Raises CameraError."""
+        """One new picture. Raises MotorcadeError."""
         async with aclosing(self.pictures(self._rate_hz)) as pictures:
             return await anext(pictures)
 
     async def close(self) -> None:
-        """Give the camera up, once it has taken the picture that it is at."""
+        """Close the camera when the picture that is being taken is done."""
         if self._taking:
             self._taking.cancel()
         await asyncio.get_running_loop().run_in_executor(self._thread, self._source.close)
         self._thread.shutdown(wait=False)
 
     async def _after(self, seen: int) -> bytes:
-        """The newest picture as soon as there is one that wasn't seen."""
+        """The newest picture, as soon as there is one behind number ``seen``."""
         try:
-            async with asyncio.timeout(self._patience_s), self._came:
-                await self._came.wait_for(lambda: self.taken != seen)
+            async with asyncio.timeout(self._patience_s), self._has_new:
+                await self._has_new.wait_for(lambda: self.taken != seen)
         except TimeoutError:
-            if isinstance(self._problem, CameraError):
+            if isinstance(self._problem, MotorcadeError):
                 raise self._problem from None
-            raise CameraError("no-picture", reason=str(self._problem or "-")) from None
+            raise MotorcadeError("no-picture", reason=str(self._problem or "-")) from None
         return self._newest
 
     async def _take(self) -> None:
@@ -112,84 +112,88 @@ class Camera:
         while True:
             try:
                 picture = await asyncio.get_running_loop().run_in_executor(self._thread, self._source.jpeg)
-            except OSError as problem:
+            except (OSError, MotorcadeError) as problem:
                 self._problem = problem
             else:
-                async with self._came:
+                async with self._has_new:
                     self._newest, self._problem = picture, None
                     self.taken += 1
-                    self._came.notify_all()
+                    self._has_new.notify_all()
             due_s = max(due_s + 1 / self._rate_hz, self._clock())
             await asyncio.sleep(due_s - self._clock())
 
 
 class PiCamera:
-    """The camera of a Raspberry Pi, by picamera2. Raises CameraError where there is none."""
+    """The camera of a Raspberry Pi, by picamera2. Raises MotorcadeError where there is none."""
 
     def __init__(self) -> None:
         try:
             from picamera2 import Picamera2
 
-            self._camera = Picamera2()
-            self._camera.configure(self._camera.create_video_configuration(main={"size": (WIDTH, HEIGHT)}))
-            self._camera.options["quality"] = _QUALITY
-            self._camera.start()
+            self._has_newra = Picamera2()
+            self._has_newra.configure(self._has_newra.create_video_configuration(main={"size": (WIDTH, HEIGHT)}))
+            self._has_newra.options["quality"] = _QUALITY
+            self._has_newra.start()
         except ImportError:
-            raise CameraError("not-installed", package="picamera2", how="sudo apt install python3-picamera2") from None
+            raise MotorcadeError(
+                "camera-driver-missing", package="picamera2", command="sudo apt install python3-picamera2"
+            ) from None
         except (OSError, RuntimeError, IndexError) as problem:
-            raise CameraError("no-camera", reason=str(problem)) from None
+            raise MotorcadeError("no-camera", reason=str(problem)) from None
 
     def jpeg(self) -> bytes:
         """The newest picture. Raises OSError."""
         file = io.BytesIO()
         try:
-            self._camera.capture_file(file, format="jpeg")
+            self._has_newra.capture_file(file, format="jpeg")
         except RuntimeError as problem:
             raise OSError(str(problem)) from None
         return file.getvalue()
 
     def close(self) -> None:
-        """Give the hardware up."""
-        self._camera.close()
+        """Close the hardware."""
+        self._has_newra.close()
 
 
 class OpenCvCamera:
-    """A USB camera, by OpenCV. Raises CameraError where there is none.
+    """A USB camera, by OpenCV. Raises MotorcadeError where there is none.
 
     Args:
-        number: which one, counted from 0.
+        number: index of the camera, from 0.
     """
 
     def __init__(self, number: int = 0) -> None:
         try:
             import cv2
         except ImportError:
-            raise CameraError("not-installed", package="OpenCV", how="pip install opencv-python-headless") from None
+            raise MotorcadeError(
+                "camera-driver-missing", package="OpenCV", command="pip install opencv-python-headless"
+            ) from None
         self._cv2: Any = cv2
-        self._camera = cv2.VideoCapture(number)
-        if not self._camera.isOpened():
-            raise CameraError("no-camera", reason=f"OpenCV: {number}")
+        self._has_newra = cv2.VideoCapture(number)
+        if not self._has_newra.isOpened():
+            raise MotorcadeError("no-camera", reason=f"OpenCV: {number}")
         for name, value in (("FRAME_WIDTH", WIDTH), ("FRAME_HEIGHT", HEIGHT), ("BUFFERSIZE", 1)):
-            self._camera.set(getattr(cv2, f"CAP_PROP_{name}"), value)
+            self._has_newra.set(getattr(cv2, f"CAP_PROP_{name}"), value)
 
     def jpeg(self) -> bytes:
         """The newest picture. Raises OSError."""
-        good, picture = self._camera.read()
+        good, picture = self._has_newra.read()
         if not good:
             raise OSError("OpenCV: no picture")
         _, packed = self._cv2.imencode(".jpg", picture, [self._cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
         return bytes(packed)
 
     def close(self) -> None:
-        """Give the hardware up."""
-        self._camera.release()
+        """Close the hardware."""
+        self._has_newra.release()
 
 
 def find_camera() -> Source:
-    """The camera of this computer: a Raspberry Pi's, else a USB camera. Raises CameraError where there is neither."""
+    """This computer's camera: a Raspberry Pi's, else a USB camera. Raises MotorcadeError."""
     try:
         return PiCamera()
-    except CameraError as problem:
-        if problem.code != "not-installed":
+    except MotorcadeError as problem:
+        if problem.code != "camera-driver-missing":
             raise
     return OpenCvCamera()

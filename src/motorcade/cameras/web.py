@@ -1,4 +1,4 @@
-"""A camera whose pictures come by HTTP, such as the one of a car's own page: MJPEG, or a JPEG file for each request."""
+"""Read a camera's pictures by HTTP, such as those of a car's page: MJPEG, or a JPEG file for each request."""
 
 import http.client
 import ssl
@@ -9,10 +9,10 @@ from contextlib import closing
 from urllib.parse import urlsplit
 
 from motorcade.cameras.broadcast import RATE_HZ
-from motorcade.cameras.camera_failures import CameraError
+from motorcade.errors import MotorcadeError, Phrase
 
 _PATIENCE_S = 2.0
-# Who looks asks many times a second; when nobody does any more the connection ends.
+# A viewer asks many times a second; the connection ends when nobody has asked for so long.
 _IDLE_S = 1.0
 _AGAIN_S = 0.5
 _MOST_BYTES = 1 << 22
@@ -21,21 +21,21 @@ _MULTIPART, _JPEG = "multipart/x-mixed-replace", "image/jpeg"
 
 
 class Parts:
-    """The pictures in a body of multipart/x-mixed-replace, whichever way its bytes are cut. Pure.
+    """Split a body of multipart/x-mixed-replace into its pictures, however its bytes are cut. Pure.
 
     Args:
-        boundary: what stands between two of them, without its leading hyphens.
-        most_bytes: of one part, with its headers.
+        boundary: of its parts, without the leading hyphens.
+        most_bytes: the longest part, with its headers.
     """
 
     def __init__(self, boundary: str, most_bytes: int = _MOST_BYTES) -> None:
-        # Some servers say the hyphens too.
+        # Some servers name the boundary with its hyphens.
         self._boundary = b"--" + boundary.removeprefix("--").encode("latin-1")
         self._most_bytes = most_bytes
         self._rest = bytearray()
 
-    def take(self, data: bytes) -> list[bytes]:
-        """The pictures that are whole now. Raises ValueError where one is too large to be one."""
+    def receive_data(self, data: bytes) -> list[bytes]:
+        """The pictures that are whole now. Raises ValueError where a part is too long."""
         self._rest += data
         pictures = []
         while (picture := self._next()) is not None:
@@ -68,16 +68,16 @@ def _length(head: bytes) -> int | None:
 
 
 class WebCamera:
-    """The pictures at one address, taken while somebody asks for them; redirections aren't followed.
+    """Read the pictures at one address while somebody asks for them; redirections aren't followed.
 
     Args:
-        url: http:// or https://, whatever else it needs, such as ``token=``, in it.
-        trust: whom an https:// address has to be; what this computer trusts, unless given.
-        patience_s: a camera that gives nothing for so long gives nothing.
+        url: http:// or https://, with all that it needs, such as ``token=``.
+        trust: the authorities for an https:// address; those that this computer trusts, unless given.
+        patience_s: how long `jpeg` waits for a picture before an error.
         idle_s: the connection ends when nobody has asked for so long.
 
     Raises:
-        ValueError: the address is none.
+        MotorcadeError: "not-a-camera-address".
     """
 
     def __init__(
@@ -87,12 +87,15 @@ class WebCamera:
         patience_s: float = _PATIENCE_S,
         idle_s: float = _IDLE_S,
     ) -> None:
-        parts = urlsplit(url)
-        if parts.scheme not in ("http", "https") or not parts.hostname:
-            raise ValueError(f"'{url[:60]}' is no address of pictures, such as http://192.168.1.20:7700/camera")
-        self._host, self._port = parts.hostname, parts.port
+        try:
+            parts = urlsplit(url)
+            self._host, self._port = parts.hostname or "", parts.port
+        except ValueError:
+            raise MotorcadeError("not-a-camera-address", url=url) from None
+        if parts.scheme not in ("http", "https") or not self._host:
+            raise MotorcadeError("not-a-camera-address", url=url)
         self._path = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
-        # What may be shown of it: a token is a secret.
+        # Shown in errors, without the token, which is a secret.
         self._shown = f"{parts.scheme}://{parts.netloc.rpartition('@')[2]}{parts.path}"
         self._tls = (trust or ssl.create_default_context()) if parts.scheme == "https" else None
         self._patience_s = patience_s
@@ -102,37 +105,38 @@ class WebCamera:
         self._asked_s = 0.0
         self._newest = b""
         self._given = self._count = 0
-        self._problem = ""
+        self._problem: str | Phrase = ""
         self._closed = False
 
     def jpeg(self) -> bytes:
-        """A picture that wasn't given yet. Raises CameraError."""
+        """A picture that was not returned yet. Raises MotorcadeError."""
         with self._changed:
             self._asked_s = time.monotonic()
             if self._reader is None and not self._closed:
-                # What was read for those who looked before is old.
+                # The picture that was read for former viewers is old.
                 self._given = self._count
                 self._problem = ""
                 self._reader = threading.Thread(target=self._read, name="web camera", daemon=True)
                 self._reader.start()
-            self._changed.wait_for(lambda: self._count != self._given or self._problem, self._patience_s)
+            self._changed.wait_for(lambda: self._count != self._given or bool(self._problem), self._patience_s)
             if self._count == self._given:
-                raise CameraError("no-answer", where=self._shown, reason=self._problem or "it is silent")
+                reason = self._problem or Phrase("stays-silent")
+                raise MotorcadeError("camera-gives-no-answer", url=self._shown, reason=reason)
             self._given = self._count
             return self._newest
 
     def close(self) -> None:
-        """Hang up, as soon as something comes or the patience is over."""
+        """Close the connection when the next picture comes, or none comes in time."""
         with self._changed:
             self._closed = True
 
     def _read(self) -> None:
-        """Read for as long as somebody looks, so that nothing old gathers on its way."""
+        """Read while somebody asks, so that no old pictures gather in buffers."""
         try:
             for picture in self._pictures():
                 if not self._show(picture):
                     return
-            problem = "it has ended"
+            problem: str | Phrase = Phrase("has-ended")
         except (OSError, http.client.HTTPException, ValueError) as caught:
             problem = str(caught) or type(caught).__name__
         with self._changed:
@@ -143,7 +147,7 @@ class WebCamera:
             self._reader = None
 
     def _show(self, picture: bytes) -> bool:
-        """Whether somebody looks, who has it now."""
+        """Offer a picture. Returns whether somebody still asks for pictures."""
         with self._changed:
             self._newest = picture
             self._count += 1
@@ -182,5 +186,5 @@ class WebCamera:
 def _parts_of(answer: http.client.HTTPResponse) -> Iterator[bytes]:
     parts = Parts(str(answer.headers.get_param("boundary", "")))
     while data := answer.read1(_CHUNK_BYTES):
-        # Of those that came at once the newest is the one to see.
-        yield from parts.take(data)[-1:]
+        # Of pictures that come together only the newest counts.
+        yield from parts.receive_data(data)[-1:]

@@ -114,7 +114,7 @@ def _open_serial(resources: ExitStack, port: str, baud: int) -> "SerialLine":
     import serial
 
     from motorcade.boards.lines import SerialLine
-    from motorcade.upload.serial_port import not_opened
+    from motorcade.upload.serial_port import open_error
 
     def open_port() -> serial.Serial:
         return serial.serial_for_url(port, baudrate=baud, timeout=0, write_timeout=_WRITE_TIMEOUT_S, exclusive=True)
@@ -122,7 +122,7 @@ def _open_serial(resources: ExitStack, port: str, baud: int) -> "SerialLine":
     try:
         line = SerialLine(open_port, monotonic)
     except (serial.SerialException, OSError, ValueError) as problem:
-        raise not_opened(port, problem) from None
+        raise open_error(port, problem) from None
     resources.callback(line.close)
     return line
 

@@ -122,7 +122,7 @@ def serve_command(
 
     from motorcade.cli.remote import Web, eye, https, load_page
     from motorcade.cli.serving import ServeOptions, serve
-    from motorcade.drive.addresses import bind
+    from motorcade.drive.listener import bind
 
     spoken = resolve_locale(language)
     texts = SERVED[spoken]
@@ -169,7 +169,7 @@ def _check_reach(
     listener: "socket.socket", tls: "ssl.SSLContext | None", insecure_lan: bool, texts: dict[str, str]
 ) -> None:
     """Refuse an address that others reach, unless it is clear who of them may drive."""
-    from motorcade.drive.addresses import is_loopback
+    from motorcade.drive.listener import is_loopback
 
     if is_loopback(listener) or tls:
         return

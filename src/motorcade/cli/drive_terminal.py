@@ -8,11 +8,11 @@ from blessed import Terminal
 from motorcade.cli.driving_texts import STATES
 from motorcade.cli.keyboard import Keyboard
 from motorcade.drive.blocking_client import BlockingDriveClient
-from motorcade.drive.car_failures import CarError
+from motorcade.drive.connection import CarError
 from motorcade.drive.input.deadman import CLEAR, QUIT, RELEASE, REQUEST, RESUME, STOP, DeadmanSwitch, StickSource
-from motorcade.drive.input.stick_failures import StickError
-from motorcade.drive.safety.clock import monotonic_ms
-from motorcade.drive.telemetry import Telemetry
+from motorcade.drive.wire import Telemetry
+from motorcade.errors import MotorcadeError
+from motorcade.timing import monotonic_ms
 
 # A car takes 100 commands a second.
 _LOOK_S = 0.02
@@ -77,9 +77,9 @@ class DriveTerminal:
         self._pad = pad
         self._language = language
         self._texts = TEXTS[language] | STATES[language]
-        self._hand = DeadmanSwitch()
+        self._switch = DeadmanSwitch()
         self._device: str | None = None
-        self._notice: StickError | None = None
+        self._notice: MotorcadeError | None = None
         self._is_done = False
 
     def drive(self, client: BlockingDriveClient) -> None:
@@ -104,7 +104,7 @@ class DriveTerminal:
         for order in (*keys.orders, *(stick.orders if stick is not keys else ())):
             with suppress(CarError):
                 self._obey(order, client)
-        wish = self._hand.wish(stick.axes, monotonic_ms())
+        wish = self._switch.update(stick.axes, monotonic_ms())
         if wish is not None:
             with suppress(CarError):
                 client.drive(*wish)
@@ -114,7 +114,7 @@ class DriveTerminal:
         if order == QUIT:
             self._is_done = True
             return
-        self._hand.withdraw()
+        self._switch.withdraw()
         orders = {
             STOP: client.stop,
             CLEAR: client.clear,
@@ -132,7 +132,7 @@ class DriveTerminal:
             lines.append(self._texts["away"].format(car=self._car))
         elif client.telemetry:
             lines += self._told(client.telemetry)
-            if client.waits_for_release or (self._device and self._hand.must_rest):
+            if client.waits_for_release or (self._device and self._switch.must_rest):
                 lines.append(terminal.bold(self._texts["let-go"]))
         drives = "" if self._pad else self._texts["drive-keys"].format(throttle=self._keyboard.throttle)
         lines += ["", *terminal.wrap(self._texts["keys"].format(drive=drives), width)]
@@ -143,7 +143,7 @@ class DriveTerminal:
         if self._pad is None:
             return []
         line = self._texts["pad"].format(name=self._device) if self._device else self._texts["no-pad"]
-        return [line, *([self._notice.message(self._language)] if self._notice else [])]
+        return [line, *([self._notice.sentence(self._language)] if self._notice else [])]
 
     def _told(self, telemetry: Telemetry) -> list[str]:
         texts = self._texts

@@ -14,11 +14,11 @@ from motorcade.cli.failures import UsageError
 from motorcade.cli.options import Json, Language, print_json, resolve_locale, wants_json
 from motorcade.cli.recordings import needs_extra
 from motorcade.cli.stick import StickName, gamepad
+from motorcade.errors import MotorcadeError
 
 if TYPE_CHECKING:
-    from motorcade.drive.car_failures import CarRefusesError
-    from motorcade.drive.telemetry import Telemetry
     from motorcade.drive.tls.certificates import CarKeys
+    from motorcade.drive.wire import Telemetry
 
 _PORT = 5005
 _AXES = ("throttle", "steering", "seconds")
@@ -102,7 +102,7 @@ def send_command(
             client.drive_for(**wish)
         told = client.next_telemetry()
         if not client.you.get("applied"):
-            raise _took_none(car, told)
+            raise _executed_none(car, told)
     if wants_json(as_json):
         print_json(told._asdict())
     else:
@@ -171,12 +171,10 @@ def _wish(command: str) -> dict[str, float]:
     return wish
 
 
-def _took_none(car: str, told: "Telemetry") -> "CarRefusesError":
-    from motorcade.drive.car_failures import CarRefusesError
-
-    if told.state == "stopped":
-        return CarRefusesError("is-stopped", car=car)
-    return CarRefusesError("another-drives", car=car, driver=told.driver or "?")
+def _executed_none(car: str, telemetry: "Telemetry") -> MotorcadeError:
+    if telemetry.state == "stopped":
+        return MotorcadeError("is-stopped", car=car)
+    return MotorcadeError("another-drives", car=car, driver=telemetry.driver or "?")
 
 
 def _car_keys(text: str) -> "CarKeys":

@@ -15,6 +15,7 @@ from motorcade.cli.failures import UsageError
 from motorcade.cli.options import Json, print_json, print_text
 from motorcade.cli.recordings import needs_extra
 from motorcade.cli.remote import https
+from motorcade.errors import MotorcadeError
 
 if TYPE_CHECKING:
     import ssl
@@ -76,12 +77,13 @@ def remote_command(
 ) -> None:
     """Drive cars that are served elsewhere, one or several at once, in a browser."""
     with needs_extra("the remote", "drive"):
-        from motorcade.server.addresses import is_loopback, names_of, url_of
+        from motorcade.drive.listener import is_loopback
+        from motorcade.server.addresses import names_of, url_of
         from motorcade.server.remote.app import make_remote
         from motorcade.server.remote.remote_cars import RemoteCars
         from motorcade.server.running import serve_alone
         from motorcade.server.settings import ServerSettings
-    from motorcade.drive.addresses import bind
+    from motorcade.drive.listener import bind
 
     named = named_cars(cars, camera or (), keys)
     tls = https(page_keys)
@@ -118,8 +120,8 @@ def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) 
             raise UsageError(f"--camera is for {name}, and no car is called so")
         try:
             WebCamera(url, trust)
-        except ValueError as problem:
-            raise UsageError(f"--camera of {name}: {problem}") from None
+        except MotorcadeError as problem:
+            raise MotorcadeError("camera-of-car", car=name, reason=problem) from None
     return Named(cars, client_context(keys) if keys else None, trust)
 
 

@@ -10,8 +10,20 @@ from blessed import Terminal
 from blessed.keyboard import Keystroke
 
 from motorcade.cli.failures import UsageError
-from motorcade.drive.input.deadman import CLEAR, QUIT, RELEASE, REQUEST, RESUME, STOP, Reading
-from motorcade.drive.input.keys import AHEAD, BACK, LEFT, RIGHT, KeyStick
+from motorcade.drive.input.deadman import (
+    AHEAD,
+    BACK,
+    CLEAR,
+    LEFT,
+    QUIT,
+    RELEASE,
+    REQUEST,
+    RESUME,
+    RIGHT,
+    STOP,
+    KeyStick,
+    Reading,
+)
 
 THROTTLE, HOLD_S = 0.4, 0.25
 _STEERS = {"w": AHEAD, "s": BACK, "a": LEFT, "d": RIGHT}
@@ -44,7 +56,7 @@ class Keyboard:
         self.throttle = throttle
         self.terminal = Terminal()
         self._hold_s = hold_s
-        self._stick = KeyStick(hold_s, tells_releases=False)
+        self._stick = KeyStick(hold_s, reports_releases=False)
         self._modes = ExitStack()
 
     def __enter__(self) -> Self:
@@ -55,7 +67,7 @@ class Keyboard:
                 self.terminal.enable_kitty_keyboard(report_events=True, report_all_keys=True, timeout=_QUERY_S)
             )
             reported = self.terminal.get_kitty_keyboard_state(timeout=_QUERY_S)
-            self._stick = KeyStick(self._hold_s, tells_releases=bool(reported and reported.report_events))
+            self._stick = KeyStick(self._hold_s, reports_releases=bool(reported and reported.report_events))
             self._modes = modes.pop_all()
         return self
 
@@ -71,7 +83,7 @@ class Keyboard:
         while key := self.terminal.inkey(timeout=0):
             if order := self._take(key):
                 # What isn't driving ends driving first.
-                self._stick.let_go()
+                self._stick.release_all()
                 orders.append(order)
         throttle, steering = self._stick.axes(time.monotonic())
         return Reading("keyboard", (throttle * self.throttle, steering), tuple(orders))

@@ -51,7 +51,7 @@ def https(keys: Path | None) -> ssl.SSLContext | None:
 
 
 def eye(looks: Looks) -> "Source | None":
-    """A real car's camera. Raises CameraError where the one that was asked for isn't there."""
+    """A real car's camera. Raises MotorcadeError where the one that was asked for isn't there."""
     from motorcade.cameras import broadcast as camera
 
     if looks == Looks.NONE:
@@ -71,7 +71,8 @@ def load_page() -> None:
 async def page_served(drive: "CarControl", web: Web) -> AsyncIterator[str]:
     """Serve the car's page while the block runs; gives its whole address. `load_page` comes first."""
     from motorcade.cameras.broadcast import Camera
-    from motorcade.server.addresses import is_loopback, names_of, url_of
+    from motorcade.drive.listener import is_loopback
+    from motorcade.server.addresses import names_of, url_of
     from motorcade.server.remote.app import make_remote
     from motorcade.server.remote.fleet import SingleCar
     from motorcade.server.running import served

@@ -15,18 +15,19 @@ from typing import TYPE_CHECKING, NamedTuple
 from motorcade.cli.driving_texts import SERVED, STATES
 from motorcade.cli.options import print_json, print_text
 from motorcade.cli.remote import Web, page_served
-from motorcade.drive.input.feeding import fed
-from motorcade.drive.safety.clock import monotonic_ms
-from motorcade.drive.safety.watchdog import kept
-from motorcade.drive.server import DriveServer, served
+from motorcade.drive.input.local import reading_input
+from motorcade.drive.safety.watchdog import watched
+from motorcade.drive.server import DriveServer, serving
 from motorcade.drive.session import CarControl
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.timing import monotonic_ms
 
 if TYPE_CHECKING:
     from motorcade.car.drive_board import DriveBoard
     from motorcade.cli.car_options import CarParts
     from motorcade.config.profile import Profile
     from motorcade.drive.input.deadman import StickSource
-    from motorcade.drive.telemetry import Telemetry
+    from motorcade.drive.wire import Telemetry
 
 _LOOK_S, _LAST_WORD_S = 0.1, 1.0
 _ENDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
@@ -62,18 +63,21 @@ class ServeOptions(NamedTuple):
 async def serve(board: "DriveBoard", profile: "Profile", offer: ServeOptions) -> None:
     """Serve until a signal ends it."""
     drive = CarControl(board, monotonic_ms, profile)
-    server = DriveServer(drive, profile, offer.byte_order)
+    server = DriveServer(drive, offer.byte_order)
     ended, loop = asyncio.Event(), asyncio.get_running_loop()
 
     def end() -> None:
         loop.call_soon_threadsafe(ended.set)
 
+    def report(sentence: Phrase | MotorcadeError) -> None:
+        _log(sentence.sentence(offer.language))
+
     _on_signals(end)
     async with AsyncExitStack() as held:
-        await held.enter_async_context(kept(drive))
-        doors = await held.enter_async_context(served(server, offer.commands, offer.telemetry, offer.tls))
+        await held.enter_async_context(watched(drive))
+        doors = await held.enter_async_context(serving(server, offer.commands, offer.telemetry, offer.tls))
         if offer.stick:
-            await held.enter_async_context(fed(drive, offer.stick, _log, end))
+            await held.enter_async_context(reading_input(drive, offer.stick, report, end))
         url = await held.enter_async_context(page_served(drive, offer.web)) if offer.web else None
         held.enter_context(_logged(drive.telemetry, offer.notes, offer.language))
         (host, port), (_, telemetry_port) = (door.address for door in doors)

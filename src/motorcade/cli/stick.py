@@ -19,7 +19,7 @@ class StickName(StrEnum):
 
 
 def gamepad() -> "Gamepad":
-    """A gamepad, to be opened. Raises UsageError or StickError where none can be read."""
+    """A gamepad, to be opened. Raises UsageError or MotorcadeError where none can be read."""
     with needs_extra("a gamepad", "gamepad"):
         from motorcade.drive.input.gamepad import Gamepad
 
@@ -27,7 +27,7 @@ def gamepad() -> "Gamepad":
 
 
 def stick_at_the_car(name: StickName) -> "AbstractContextManager[StickSource]":
-    """A stick that drives the car that is served here, to be opened. Raises UsageError or StickError."""
+    """A stick that drives the car that is served here, to be opened. Raises UsageError or MotorcadeError."""
     if name == StickName.GAMEPAD:
         return gamepad()
     with needs_extra("driving with the keyboard", "drive"):

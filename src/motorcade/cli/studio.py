@@ -39,7 +39,8 @@ def studio_command(
 ) -> None:
     """Program with blocks in the browser, watch the cars do it, and upload it."""
     with needs_extra("the studio", "studio"):
-        from motorcade.server.addresses import is_loopback, names_of, url_of
+        from motorcade.drive.listener import is_loopback
+        from motorcade.server.addresses import names_of, url_of
         from motorcade.server.studio.serving import listen, open_browser, serve
         from motorcade.server.studio.settings import Settings
     named = named_cars(car or (), camera or (), keys)

@@ -125,9 +125,8 @@ def readback_command(
 
 
 def _only_port() -> str:
-    """The port at which a car is; of several the one that somebody at a terminal chooses. Raises PortError."""
-    from motorcade.upload.failures import SeveralPortsError
-    from motorcade.upload.ports import likely_port, ports
+    """The port at which a car is; of several the one that somebody at a terminal chooses. Raises MotorcadeError."""
+    from motorcade.upload.ports import SeveralPortsError, likely_port, ports
 
     try:
         port = likely_port(ports())
@@ -151,8 +150,6 @@ def _chosen(ports: list[tuple[str, str]]) -> str:
 
 
 def _tell_retry(retry: "Retry") -> None:
-    from motorcade.upload.failures import retry_sentence
-
-    # As the bar, for somebody who waits and looks.
+    # Like the progress bar, only for a user at a terminal.
     if sys.stderr.isatty():
-        print(retry_sentence(retry, current_language()), file=sys.stderr)
+        print(retry.sentence(current_language()), file=sys.stderr)

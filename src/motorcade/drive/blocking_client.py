@@ -1,4 +1,4 @@
-"""`motorcade.drive.client` for programs that don't use asyncio."""
+"""A driver's end for programs that don't use asyncio."""
 
 import asyncio
 import threading
@@ -7,16 +7,17 @@ from types import TracebackType
 from typing import Any, Self, TypeVar
 
 from motorcade.drive.client import DriveClient
-from motorcade.drive.telemetry import Telemetry
+from motorcade.drive.wire import Telemetry
 
 _Result = TypeVar("_Result")
 
 
 class BlockingDriveClient:
-    """A car that is steered over the network: ``with BlockingDriveClient("192.168.1.20") as car: ...``.
+    """Drive a car over the network: ``with BlockingDriveClient("192.168.1.20") as car: ...``.
 
-    It takes the arguments of `DriveClient`, and raises the same. The connection lives in a thread of its own. It
-    repeats a wish only while the wish is fresh, so the car stops soon when the program hangs.
+    It takes the arguments of `DriveClient`, and its methods do and raise what the methods of `DriveClient` of the same
+    name do and raise. The connection lives in a thread of its own. It repeats a command only while the command is
+    fresh, so the car stops soon when the program hangs.
     """
 
     def __init__(self, host: str, *arguments: Any, **options: Any) -> None:
@@ -45,12 +46,12 @@ class BlockingDriveClient:
 
     @property
     def telemetry(self) -> Telemetry | None:
-        """The latest that the car told; None before the first, and while the car is away."""
+        """The latest; None before the first, and while the car can't be reached."""
         return self._client.telemetry
 
     @property
     def you(self) -> dict[str, Any]:
-        """As `DriveClient.you`."""
+        """What the car sent with it about this client; see `DriveClient`."""
         return self._client.you
 
     @property
@@ -60,39 +61,39 @@ class BlockingDriveClient:
 
     @property
     def waits_for_release(self) -> bool:
-        """As `DriveClient.waits_for_release`."""
+        """Whether the car stopped by itself and stands still until the caller releases the stick."""
         return self._client.waits_for_release
 
     def drive(self, throttle: float = 0.0, steering: float = 0.0) -> None:
-        """As `DriveClient.drive`: returns at once."""
+        """Command the car for the next ``fresh_s``; returns at once."""
         self._wait(self._client.drive(throttle, steering))
 
     def drive_for(self, seconds: float, throttle: float = 0.0, steering: float = 0.0) -> None:
-        """As `DriveClient.drive_for`: returns when the time is over."""
+        """Command the same for a time, then to stand still; returns when the time is over."""
         self._wait(self._client.drive_for(seconds, throttle, steering))
 
     def next_telemetry(self) -> Telemetry:
-        """As `DriveClient.next_telemetry`."""
+        """The telemetry that comes next."""
         return self._wait(self._client.next_telemetry())
 
     def request(self) -> bool:
-        """As `DriveClient.request`."""
+        """Ask for the wheel: True where this client has it now."""
         return self._wait(self._client.request())
 
     def release(self) -> None:
-        """As `DriveClient.release`."""
+        """Give the wheel back, or stop waiting for it."""
         self._wait(self._client.release())
 
     def stop(self) -> None:
-        """As `DriveClient.stop`."""
+        """Emergency stop: nothing moves until `clear`."""
         self._wait(self._client.stop())
 
     def clear(self) -> None:
-        """As `DriveClient.clear`."""
+        """Lift the emergency stop."""
         self._wait(self._client.clear())
 
     def resume_program(self) -> None:
-        """As `DriveClient.resume_program`."""
+        """Make the car run its image again."""
         self._wait(self._client.resume_program())
 
     def _run(self) -> None:
@@ -105,7 +106,7 @@ class BlockingDriveClient:
         try:
             return waiting.result()
         except BaseException:
-            # Ctrl-C ends the wait, and must end the work too.
+            # Ctrl-C ends the wait, and has to end the work too.
             waiting.cancel()
             raise
 

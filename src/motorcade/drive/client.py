@@ -1,22 +1,20 @@
-"""A driver's end: steers a car over the network, and starts over when the connection breaks."""
+"""A driver's end: drive a car over the network, and connect again when the connection breaks."""
 
 import asyncio
 import random
 import ssl
-import time
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from motorcade.drive.car_failures import CarAwayError, CarError, CarRefusesError
-from motorcade.drive.command_stream import CommandStream
-from motorcade.drive.connection import Address, Connection, connected, failure
-from motorcade.drive.input.stick import stick_word
-from motorcade.drive.telemetry import Telemetry
+from motorcade.drive.connection import Address, CarError, CarRefusesError, Connection, connected, to_error
+from motorcade.drive.input.deadman import CommandStream, stick_word
 from motorcade.drive.tls.keys import client_context
-from motorcade.words.ticks import TICKS_MASK
+from motorcade.drive.wire import Telemetry
+from motorcade.errors import Phrase
+from motorcade.timing import to_ticks
 
 DRIVE_PORT = 5005
 FRESH_S, PATIENCE_S = 0.3, 5.0
@@ -24,42 +22,43 @@ _PERIOD_S = 0.05
 # A car takes 100 commands a second.
 _SHORTEST_PERIOD_S = 0.0125
 _CONNECT_S = 3.0
-# The car tells ten times a second. What is sent while it doesn't would only wait, and come too late.
+# The car sends telemetry ten times a second. While it doesn't, a command would only wait and arrive too late.
 _SILENT_S, _LOST_S = 0.5, 2.0
 _FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.1, 2.0
-# With these nothing gets better by trying again.
-_FOR_GOOD = ("no-such-host", "not-trusted")
-# A connection that ended sooner was none: the car let nobody in.
+# Errors that don't go away by trying again.
+_FINAL = ("no-such-host", "not-trusted")
+# A connection that ends sooner counts as none: the car accepted nobody.
 _PROVEN_S = 1.0
 
 
 class DriveClient:
-    """A car that is steered over the network: ``async with DriveClient("192.168.1.20") as car: ...``.
+    """Drive a car over the network: ``async with DriveClient("192.168.1.20") as car: ...``.
 
-    The car moves as long as its driver keeps saying so: each wish of `drive` counts for ``fresh_s`` and is repeated
-    meanwhile, 20 times a second; then the car stops. It stops by itself too when it hears nothing for 300 ms.
+    The car moves while its driver renews its command: each command of `drive` counts for ``fresh_s`` and is repeated
+    meanwhile, 20 times a second; then the car stops. The car also stops by itself when no command comes for 300 ms.
 
     Args:
         host: name or address of the car.
         port: where it takes commands.
-        telemetry_port: where it tells what it does; the one behind ``port``, unless given.
-        bare: the car knows the four bytes of a command alone, and tells nothing.
-        keys: this driver's keys file, where the car wants one (`motorcade drive keys`), or what
+        telemetry_port: where it sends telemetry; ``port`` + 1, unless given; 0 for a car that has none and knows the
+            four bytes of a command alone.
+        keys: this driver's keys file, where the car requires one (`motorcade drive keys`), or the TLS context that
             `motorcade.drive.tls.keys.client_context` makes of it.
         car: the car's name in its keys, where ``host`` isn't in them.
-        fresh_s: how long a wish counts, 0.05 to 1.
+        fresh_s: how long a command counts, 0.05 to 1.
         rearm: after it stopped by itself a car drives again only after a command with speed 0. A client sends that by
-            itself; without ``rearm`` it waits for a wish of throttle 0 or none, as of a hand that lets go of a stick.
-        patience_s: a car that has been away for longer is an error. The client tries again and again meanwhile, and
-            after that too.
+            itself; without ``rearm`` it waits until the caller commands throttle 0 or nothing, as one who releases a
+            stick does.
+        patience_s: after how long without the car a method raises CarError. The client connects again and again
+            meanwhile, and after that too.
 
     Attributes:
-        telemetry: the latest `Telemetry`; None before the first, and while the car is away.
-        you: what the car said with it of this client: its ``name``, whether it ``drives``, and what became of its
-            commands, as `motorcade.drive.telemetry.Counts` names it.
+        telemetry: the latest `Telemetry`; None before the first, and while the car can't be reached.
+        you: what the car sent with it about this client: its ``name``, whether it ``drives``, and what became of its
+            commands, by the names of `motorcade.drive.wire.Counts`.
 
     Raises:
-        KeysError: ``keys`` can't be used.
+        MotorcadeError: ``keys`` can't be used.
     """
 
     def __init__(
@@ -68,7 +67,6 @@ class DriveClient:
         port: int = DRIVE_PORT,
         *,
         telemetry_port: int | None = None,
-        bare: bool = False,
         keys: Path | str | ssl.SSLContext | None = None,
         car: str | None = None,
         fresh_s: float = FRESH_S,
@@ -78,19 +76,19 @@ class DriveClient:
         if not _PERIOD_S <= fresh_s <= 1:
             raise ValueError(f"fresh_s is {fresh_s!r}; allowed: {_PERIOD_S} to 1")
         tls = client_context(Path(keys)) if isinstance(keys, Path | str) else keys
-        tells_at = None if bare else telemetry_port or port + 1
-        self._address = Address(host, port, tells_at, tls, (car or host) if tls else None)
+        telemetry_at = port + 1 if telemetry_port is None else telemetry_port or None
+        self._address = Address(host, port, telemetry_at, tls, (car or host) if tls else None)
         self._patience_s = PATIENCE_S if patience_s is None else patience_s
-        self._helm = CommandStream(round(fresh_s * 1000), rearm)
+        self._stream = CommandStream(round(fresh_s * 1000), rearm)
         self.telemetry: Telemetry | None = None
         self.you: dict[str, Any] = {}
         self._connection: Connection | None = None
         self._changed = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
         self._problem: CarError | None = None
-        self._had_it = False
+        self._was_reached = False
         self._former_name = ""
-        self._away_since_s = self._begun_s = self._heard_s = self._sent_s = 0.0
+        self._away_since_s = self._begun_s = self._received_s = self._sent_s = 0.0
 
     async def __aenter__(self) -> Self:
         """Connect. Raises CarError where that fails."""
@@ -109,8 +107,8 @@ class DriveClient:
         await self.end()
 
     def begin(self) -> None:
-        """Connect, now or whenever the car is there, for who doesn't wait and looks at ``problem``; then `end` it."""
-        self._away_since_s = time.monotonic()
+        """Connect in the background, now or whenever the car can be reached; `problem` tells how it goes."""
+        self._away_since_s = _now_s()
         self._task = asyncio.create_task(self._stay_connected())
 
     async def end(self) -> None:
@@ -123,12 +121,12 @@ class DriveClient:
 
     @property
     def problem(self) -> CarError | None:
-        """Why the car can't be reached now; None while it tells of itself, and until the first try has failed."""
+        """Why the car can't be reached now; None while it sends telemetry, and until the first try has failed."""
         return None if self.telemetry or self._problem is None else self._away()
 
     @property
     def silent_ms(self) -> int:
-        """For how long a car that is connected has told nothing."""
+        """Time since the last telemetry of a car that is connected."""
         return round(self._silent_s() * 1000)
 
     @property
@@ -138,11 +136,11 @@ class DriveClient:
 
     @property
     def waits_for_release(self) -> bool:
-        """Whether the car stopped by itself and stands until the caller has let go (see ``rearm``)."""
-        return self._helm.waits_for_release
+        """Whether the car stopped by itself and stands still until the caller releases the stick (see ``rearm``)."""
+        return self._stream.waits_for_release
 
     async def drive(self, throttle: float = 0.0, steering: float = 0.0) -> None:
-        """Wish what the car does for the next ``fresh_s``, unless another wish comes first.
+        """Command the car for the next ``fresh_s``, unless another command comes first.
 
         Args:
             throttle: -1 full speed back, 0 standing still, 1 full speed ahead.
@@ -150,52 +148,52 @@ class DriveClient:
 
         Raises:
             ValueError: one of them is out of range.
-            CarError: the car has been away for longer than ``patience_s``.
+            CarError: the car could not be reached for longer than ``patience_s``.
         """
-        self.wish(throttle, steering)
+        self.steer(throttle, steering)
         if lost := self._lost():
             raise lost
 
-    def wish(self, throttle: float, steering: float) -> None:
-        """As `drive`, but that a car which is away is no error. Raises ValueError."""
-        self._helm.wish(stick_word(throttle, steering), _now_ms())
-        if time.monotonic() - self._sent_s >= _SHORTEST_PERIOD_S:
+    def steer(self, throttle: float, steering: float) -> None:
+        """Do what `drive` does; a car that can't be reached is no error. Raises ValueError."""
+        self._stream.set_word(stick_word(throttle, steering), to_ticks(_now_s()))
+        if _now_s() - self._sent_s >= _SHORTEST_PERIOD_S:
             self._send()
 
     async def drive_for(self, seconds: float, throttle: float = 0.0, steering: float = 0.0) -> None:
-        """Wish the same for so long, then to stand still. Raises what `drive` raises."""
-        end_s = time.monotonic() + seconds
+        """Command the same for a time, then to stand still. Raises what `drive` raises."""
+        end_s = _now_s() + seconds
         try:
-            while (left_s := end_s - time.monotonic()) > 0:
+            while (left_s := end_s - _now_s()) > 0:
                 await self.drive(throttle, steering)
                 await asyncio.sleep(min(left_s, _PERIOD_S))
         finally:
-            self._helm.wish(stick_word(0, 0), _now_ms())
+            self._stream.set_word(stick_word(0, 0), to_ticks(_now_s()))
             self._send()
 
     async def next_telemetry(self) -> Telemetry:
-        """What the car tells next. Raises CarError where it tells nothing for ``patience_s``."""
+        """The telemetry that comes next. Raises CarError where none comes for ``patience_s``."""
         last = self.telemetry
-        # A car at rest may tell the same again.
+        # By identity: a car at rest may send equal telemetry again.
         await self._until(lambda: self.telemetry is not None and self.telemetry is not last)
         return self.telemetry  # type: ignore[return-value]
 
     async def request(self) -> bool:
-        """Ask for the wheel: True where this client has it now; else it comes when the driver stands still or leaves.
+        """Ask for the wheel: True where this client has it now; else it comes when the driver stops or leaves.
 
         Raises:
-            CarError: the car is away or says no; so do the following.
+            CarError: the car can't be reached or refuses; the following methods raise it too.
         """
         return bool((await self._ask("request")).get("has_wheel"))
 
     async def release(self) -> None:
-        """Give the wheel back, or wait for it no longer."""
-        self._helm.drop()
+        """Give the wheel back, or stop waiting for it."""
+        self._stream.drop()
         await self._ask("release")
 
     async def stop(self) -> None:
-        """Emergency stop: nothing moves until somebody says `clear`."""
-        self._helm.drop()
+        """Emergency stop: nothing moves until `clear`."""
+        self._stream.drop()
         await self._ask("stop")
 
     async def clear(self) -> None:
@@ -203,8 +201,8 @@ class DriveClient:
         await self._ask("clear")
 
     async def resume_program(self) -> None:
-        """Let the car run its image of codewords again."""
-        self._helm.drop()
+        """Make the car run its image again."""
+        self._stream.drop()
         await self._ask("resume")
 
     async def _stay_connected(self) -> None:
@@ -215,40 +213,40 @@ class DriveClient:
                     self._begin(connection)
                     await self._use(connection)
             except (OSError, EOFError, ValueError, CarError) as problem:
-                self._problem = failure(self._address, problem, self._has_spoken)
+                self._problem = to_error(self._address, problem, self._has_telemetry)
             if self._end():
                 pause_s = _FIRST_PAUSE_S
-            # Cars that are switched on again are not met by all of their drivers in one moment.
+            # Random, so that the drivers of a car that is switched on again don't all connect at once.
             await asyncio.sleep(pause_s * random.uniform(0.5, 1.0))
             pause_s = min(2 * pause_s, _LONGEST_PAUSE_S)
 
     def _begin(self, connection: Connection) -> None:
         self._connection = connection
-        self._begun_s = self._heard_s = time.monotonic()
-        self._helm.disarm()
+        self._begun_s = self._received_s = _now_s()
+        self._stream.disarm()
         connection.join()
         self._changed.set()
 
     def _end(self) -> bool:
-        """The connection is over: whether it was one."""
-        was_one = self._is_proven
-        if was_one:
-            self._away_since_s = time.monotonic()
-        self._had_it |= was_one or self._has_spoken
+        """Note that the connection is over. Returns whether it was proven."""
+        was_proven = self._is_proven
+        if was_proven:
+            self._away_since_s = _now_s()
+        self._was_reached |= was_proven or self._has_telemetry
         self._connection = self.telemetry = None
         self._changed.set()
-        return was_one
+        return was_proven
 
     async def _use(self, connection: Connection) -> None:
         """Drive by ``connection`` until it ends, which raises."""
         parts: list[Coroutine[Any, Any, object]] = [connection.ended(), self._repeat()]
         if self._address.telemetry_port is not None:
-            parts.append(self._hear(connection))
+            parts.append(self._receive(connection))
         tasks: list[asyncio.Future[Any]] = [asyncio.ensure_future(part) for part in parts]
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
             if done == {tasks[0]} and len(tasks) > 2:
-                # A car that hangs up where it takes commands says why where it is asked; a seat is needed to ask.
+                # A car that hangs up the connection for commands gives its reason as the answer to a request.
                 tasks.append(asyncio.ensure_future(connection.ask(do="release")))
                 await asyncio.wait(tasks[2:], return_when=asyncio.FIRST_COMPLETED)
             reasons = [task.exception() for task in tasks if task.done()]
@@ -260,57 +258,56 @@ class DriveClient:
 
     async def _repeat(self) -> None:
         while True:
-            now_s = time.monotonic()
             if self._silent_s() > _LOST_S:
                 raise TimeoutError
-            rest_s = self._sent_s + _PERIOD_S - now_s
+            rest_s = self._sent_s + _PERIOD_S - _now_s()
             if rest_s <= 0:
                 self._send()
                 rest_s = _PERIOD_S
             await asyncio.sleep(rest_s)
 
-    async def _hear(self, connection: Connection) -> None:
-        async for told in connection.told():
-            self._heard_s = time.monotonic()
-            self.telemetry = Telemetry(*(told.get(name) for name in Telemetry._fields))  # type: ignore[arg-type]
-            self._note_self(told.get("you") or {}, connection)
+    async def _receive(self, connection: Connection) -> None:
+        async for frame in connection.telemetry():
+            self._received_s = _now_s()
+            self.telemetry = Telemetry(*(frame.get(name) for name in Telemetry._fields))  # type: ignore[arg-type]
+            self._note_self(frame.get("you") or {}, connection)
             if self.telemetry.state == "failsafe":
-                self._helm.hear_failsafe(_now_ms())
+                self._stream.receive_failsafe(to_ticks(_now_s()))
             self._changed.set()
 
     def _note_self(self, you: dict[str, Any], connection: Connection) -> None:
-        """Take note of what the car says of this client, and take over from what it was before the connection broke."""
+        """Keep what the car sends about this client; ask for the wheel that a former connection still has."""
         if self.you.get("drives") and you.get("name") != self.you.get("name"):
             self._former_name = self.you["name"]
         self.you = you
         driver = self.telemetry and self.telemetry.driver
         if you and driver == self._former_name and not you.get("drives"):
             self._former_name = ""
-            connection.ask_only(do="request")
+            connection.send_request(do="request")
 
     def _send(self) -> None:
-        """Send what is to be sent now, if it would arrive now."""
+        """Send what is due now, if it would arrive now."""
         if self._connection is None or not self._connection.is_free or self._silent_s() > _SILENT_S:
             return
-        word = self._helm.next_word(_now_ms())
+        word = self._stream.next_word(to_ticks(_now_s()))
         if word is not None:
-            self._sent_s = time.monotonic()
+            self._sent_s = _now_s()
             self._connection.send(word)
 
     @property
-    def _has_spoken(self) -> bool:
-        """Whether the car has told anything since the connection began."""
-        return self._heard_s > self._begun_s
+    def _has_telemetry(self) -> bool:
+        """Whether the car has sent telemetry since the connection began."""
+        return self._received_s > self._begun_s
 
     @property
     def _is_proven(self) -> bool:
         """Whether there is a connection that the car didn't end as soon as it had begun."""
-        speaks = self._has_spoken or self._address.telemetry_port is None
-        return self._connection is not None and speaks and time.monotonic() - self._begun_s >= _PROVEN_S
+        is_answered = self._has_telemetry or self._address.telemetry_port is None
+        return self._connection is not None and is_answered and _now_s() - self._begun_s >= _PROVEN_S
 
     def _silent_s(self) -> float:
-        """For how long the car has told nothing, where it tells anything."""
-        return 0.0 if self._address.telemetry_port is None else time.monotonic() - self._heard_s
+        """Time since the last telemetry; 0 where the car sends none."""
+        return 0.0 if self._address.telemetry_port is None else _now_s() - self._received_s
 
     async def _ask(self, what: str) -> dict[str, Any]:
         if self._connection is None:
@@ -327,24 +324,26 @@ class DriveClient:
                     await self._changed.wait()
 
     def _lost(self) -> CarError | None:
-        """What is wrong, once it is for longer than the caller's patience, or for good."""
+        """The error, once it lasts longer than the caller's patience, or is final."""
         if self._task and self._task.done():
-            # A fault of ours is the caller's to see.
+            # Raises an error of this program that ended the task.
             self._task.result()
         if self._is_proven:
             return None
-        if self._problem and self._problem.code in _FOR_GOOD and not self._had_it:
+        if self._problem and self._problem.code in _FINAL and not self._was_reached:
             return self._problem
         is_late = self._problem is not None or self._connection is None
-        return self._away() if is_late and time.monotonic() - self._away_since_s > self._patience_s else None
+        return self._away() if is_late and _now_s() - self._away_since_s > self._patience_s else None
 
     def _away(self) -> CarError:
-        if self._problem and (not self._had_it or isinstance(self._problem, CarRefusesError)):
+        if self._problem and (not self._was_reached or isinstance(self._problem, CarRefusesError)):
             return self._problem
-        seconds = f"{time.monotonic() - self._away_since_s:.0f}"
-        figures = self._problem.figures if self._problem else {}
-        return CarAwayError("away", car=str(self._address), seconds=seconds, detail=figures.get("detail", "no answer"))
+        seconds = f"{_now_s() - self._away_since_s:.0f}"
+        details = self._problem.details if self._problem else {}
+        detail = details.get("detail") or Phrase("gives-no-answer")
+        return CarError("away", car=str(self._address), seconds=seconds, detail=detail)
 
 
-def _now_ms() -> int:
-    return int(time.monotonic() * 1000) & TICKS_MASK
+def _now_s() -> float:
+    """The time of the running event loop, so that a test's loop may have a clock of its own."""
+    return asyncio.get_running_loop().time()

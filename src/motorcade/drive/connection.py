@@ -1,33 +1,57 @@
-"""A driver's two connections to a car: four bytes a command, and frames of JSON that tell and ask."""
+"""A driver's two connections to a car: one for commands, and one for telemetry and requests; and why they fail."""
 
 import asyncio
 import json
 import os
 import socket
 import ssl
-import struct
 from collections import deque
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any, NamedTuple
 
-from motorcade.drive.car_failures import CarAwayError, CarError, CarNotFoundError, CarNotTrustedError, CarRefusesError
+from motorcade.drive.wire import MOST_FRAME_BYTES, FrameReader, pack_frame, pack_word
+from motorcade.errors import MotorcadeError, Phrase
 
-_MOST_FRAME_BYTES = 1 << 16
 _ANSWER_S = 3.0
+_CHUNK_BYTES = 1 << 12
 _JOIN = "join"
-_SIZE = struct.Struct(">I")
-_WORD = struct.Struct(">I")
+
+
+class CarError(MotorcadeError):
+    """Something fails between a driver and a car."""
+
+
+class CarRefusesError(CarError):
+    """The car refuses this driver, or a request."""
+
+
+class CarSentence:
+    """A sentence that a car sent, as a detail of an error.
+
+    Args:
+        answer: the car's answer, with the sentence by language.
+    """
+
+    def __init__(self, answer: dict[str, Any]) -> None:
+        self._sentences = answer
+
+    def __str__(self) -> str:
+        return self.sentence()
+
+    def sentence(self, language: str = "en") -> str:
+        """The sentence in ``language``, or in English."""
+        return str(self._sentences.get(language) or self._sentences.get("en"))
 
 
 class Address(NamedTuple):
-    """Where a car is, and how it is spoken to.
+    """Where a car is, and how to connect to it.
 
     Attributes:
         host, port: where it takes commands.
-        telemetry_port: where it tells what it does; None where it doesn't.
-        tls: for a car that wants keys.
-        name: what its certificate calls it.
+        telemetry_port: where it sends telemetry; None where it doesn't.
+        tls: for a car that requires keys.
+        name: the name in its certificate.
     """
 
     host: str
@@ -46,89 +70,90 @@ _Stream = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 class Connection:
     """Both connections, open; `connected` opens and closes them."""
 
-    def __init__(self, address: Address, commands: _Stream, telling: _Stream | None) -> None:
+    def __init__(self, address: Address, commands: _Stream, telemetry: _Stream | None) -> None:
         self._address = address
         self._commands = commands
-        self._telling = telling
-        self._asked: deque[asyncio.Future[dict[str, Any]]] = deque()
+        self._telemetry = telemetry
+        self._answers: deque[asyncio.Future[dict[str, Any]]] = deque()
 
     @property
     def is_free(self) -> bool:
-        """Whether a command would leave now; else it would wait behind the one before it."""
+        """Whether a command would be sent now; else it would wait behind the one before it."""
         return not self._commands[1].transport.get_write_buffer_size()
 
     def send(self, word: int) -> None:
         """Send a DRIVE word."""
-        self._commands[1].write(_WORD.pack(word))
+        self._commands[1].write(pack_word(word))
 
     async def ask(self, **request: Any) -> dict[str, Any]:
-        """Send a request, and wait for its answer. Raises CarError where there is none, or the car says no."""
-        answer = self.ask_only(**request)
+        """Send a request, and wait for its answer. Raises CarError where there is none, or the car refuses."""
+        waiting = self.send_request(**request)
         try:
             async with asyncio.timeout(_ANSWER_S):
-                said = await answer
+                answer = await waiting
         except TimeoutError:
-            raise CarAwayError("hung-up", car=str(self._address), detail="it doesn't answer") from None
-        if not said.get("ok"):
-            raise refusal(self._address, said)
-        return said
+            raise CarError("hung-up", car=str(self._address), detail=Phrase("gives-no-answer")) from None
+        if not answer.get("ok"):
+            raise _refusal(self._address, answer)
+        return answer
 
-    def ask_only(self, **request: Any) -> asyncio.Future[dict[str, Any]]:
-        """Send a request; the answer comes later. Raises CarAwayError where the car takes none."""
-        if self._telling is None:
-            raise CarAwayError("takes-no-requests", car=str(self._address))
+    def send_request(self, **request: Any) -> asyncio.Future[dict[str, Any]]:
+        """Send a request. Returns the answer that will come. Raises CarError where the car takes no requests."""
+        if self._telemetry is None:
+            raise CarError("takes-no-requests", car=str(self._address))
         answer: asyncio.Future[dict[str, Any]] = asyncio.get_running_loop().create_future()
         if request["do"] != _JOIN:
-            self._asked.append(answer)
-        text = json.dumps(request).encode()
-        self._telling[1].write(_SIZE.pack(len(text)) + text)
+            self._answers.append(answer)
+        self._telemetry[1].write(pack_frame(request))
         return answer
 
     def join(self) -> None:
-        """Tell the car that both connections are one client's; behind a proxy it finds that out by itself."""
-        # A car that hung up at once has left no address.
+        """Tell the car that both connections belong to one client; behind a proxy it finds that out by itself."""
+        # The socket has no address any more where the car hung up at once.
         here = self._commands[1].get_extra_info("sockname")
-        if self._telling and here:
-            self.ask_only(do=_JOIN, port=here[1])
+        if self._telemetry and here:
+            self.send_request(do=_JOIN, port=here[1])
 
-    async def told(self) -> AsyncIterator[dict[str, Any]]:
-        """The car's telemetry, frame by frame, until the connection ends, which is an EOFError or OSError."""
-        if self._telling is None:
+    async def telemetry(self) -> AsyncIterator[dict[str, Any]]:
+        """The car's telemetry, frame by frame, until the connection ends. Raises EOFError, OSError, ValueError."""
+        if self._telemetry is None:
             return
-        reader, _ = self._telling
-        while True:
-            (size,) = _SIZE.unpack(await reader.readexactly(_SIZE.size))
-            if size > _MOST_FRAME_BYTES:
-                raise ValueError("what it tells is no telemetry")
-            frame = json.loads(await reader.readexactly(size))
-            if frame.get("kind") == "telemetry":
-                yield frame
-            elif frame.get("do") is None:
-                raise refusal(self._address, frame)
-            elif frame["do"] != _JOIN:
-                # That one's answer comes out of turn.
-                self._answer(frame)
-
-    def _answer(self, frame: dict[str, Any]) -> None:
-        # The car answers in turn; who no longer waits had its turn too.
-        answer = self._asked.popleft() if self._asked else None
-        if answer and not answer.done():
-            answer.set_result(frame)
+        reader, frames = self._telemetry[0], FrameReader(MOST_FRAME_BYTES)
+        while data := await reader.read(_CHUNK_BYTES):
+            frames.receive_data(data)
+            while (text := frames.next_frame()) is not None:
+                frame = json.loads(text)
+                if not isinstance(frame, dict):
+                    raise ValueError("a frame that is no object")
+                if frame.get("kind") == "telemetry":
+                    yield frame
+                elif frame.get("do") is None:
+                    raise _refusal(self._address, frame)
+                elif frame["do"] != _JOIN:
+                    # The answer to "join" may come after those to later requests.
+                    self._receive_answer(frame)
+        raise EOFError("the connection ended")
 
     async def ended(self) -> None:
-        """Wait until the car hangs up, which is an EOFError; it sends nothing to where its commands come from."""
+        """Wait until the car hangs up the connection for commands. Raises EOFError then, or OSError."""
         reader, _ = self._commands
-        while await reader.read(1024):
+        while await reader.read(_CHUNK_BYTES):
             pass
         raise EOFError("the connection ended")
 
+    def _receive_answer(self, frame: dict[str, Any]) -> None:
+        # The car answers in order, also requests whose sender no longer waits.
+        answer = self._answers.popleft() if self._answers else None
+        if answer and not answer.done():
+            answer.set_result(frame)
+
 
 @asynccontextmanager
-async def connected(address: Address, patience_s: float) -> AsyncIterator[Connection]:
-    """Connections to a car; whatever then goes wrong with them is for `failure` to tell."""
+async def connected(address: Address, timeout_s: float) -> AsyncIterator[Connection]:
+    """Connect to a car while the block runs. Raises what `to_error` translates."""
     streams: list[_Stream] = []
     try:
-        async with asyncio.timeout(patience_s):
+        async with asyncio.timeout(timeout_s):
             for port in (address.port, address.telemetry_port):
                 if port is not None:
                     opening = asyncio.open_connection(address.host, port, ssl=address.tls, server_hostname=address.name)
@@ -136,42 +161,42 @@ async def connected(address: Address, patience_s: float) -> AsyncIterator[Connec
         yield Connection(address, streams[0], streams[1] if len(streams) > 1 else None)
     finally:
         for _, writer in streams:
-            # What hasn't left yet would only come too late.
+            # What hasn't been sent yet would only arrive too late.
             writer.transport.abort()
 
 
-def refusal(address: Address, answer: dict[str, Any]) -> CarError:
-    """What a car says that takes somebody or a request not."""
-    return CarRefusesError("refuses", car=str(address), en=str(answer.get("en")), zh=str(answer.get("zh")))
-
-
-def failure(address: Address, problem: Exception, has_spoken: bool) -> CarError:
-    """What became of a connection, as a sentence.
+def to_error(address: Address, problem: Exception, has_telemetry: bool) -> CarError:
+    """The error for what ended a connection.
 
     Args:
-        has_spoken: whether the car has told anything in it.
+        has_telemetry: whether the car has sent any in this connection.
     """
     if isinstance(problem, CarError):
         return problem
-    car, detail = str(address), str(problem) or type(problem).__name__
+    car = str(address)
+    detail: str | Phrase = str(problem) or type(problem).__name__
     if isinstance(problem, ssl.SSLCertVerificationError):
-        return CarNotTrustedError("not-trusted", car=car, detail=problem.verify_message)
+        return CarError("not-trusted", car=car, detail=problem.verify_message)
     if isinstance(problem, ssl.SSLError):
-        reason = problem.reason or detail
-        if "ALERT" in reason:
-            return CarRefusesError("keys-refused", car=car, detail=reason.lower().replace("_", " "))
-        return CarNotFoundError("speaks-no-tls", car=car, detail=reason.lower().replace("_", " "))
+        reason = (problem.reason or str(detail)).lower().replace("_", " ")
+        if "alert" in reason:
+            return CarRefusesError("keys-refused", car=car, detail=reason)
+        return CarError("speaks-no-tls", car=car, detail=reason)
     if isinstance(problem, socket.gaierror | UnicodeError):
-        return CarNotFoundError("no-such-host", car=address.host)
+        return CarError("no-such-host", car=address.host)
     if isinstance(problem, EOFError | ConnectionResetError | BrokenPipeError | ValueError):
-        if address.tls and not has_spoken:
-            # By TLS 1.3 a car looks at a driver's keys when the connection stands already, and hangs up.
-            return CarRefusesError("keys-refused", car=car, detail="it hangs up")
-        return CarAwayError("hung-up", car=car, detail="the connection ended")
+        if address.tls and not has_telemetry:
+            # By TLS 1.3 a car checks a driver's keys when the connection is made already, and hangs up.
+            return CarRefusesError("keys-refused", car=car, detail=Phrase("hangs-up"))
+        return CarError("hung-up", car=car, detail=Phrase("connection-ended"))
     if isinstance(problem, TimeoutError):
-        detail = "it takes too long"
+        detail = Phrase("takes-too-long")
         if address.tls:
-            return CarNotFoundError("speaks-no-tls", car=car, detail=detail)
+            return CarError("speaks-no-tls", car=car, detail=detail)
     elif isinstance(problem, OSError) and problem.strerror:
         detail = os.strerror(problem.errno) if problem.errno else problem.strerror
-    return CarNotFoundError("no-car-there", car=car, detail=detail)
+    return CarError("no-car-there", car=car, detail=detail)
+
+
+def _refusal(address: Address, answer: dict[str, Any]) -> CarError:
+    return CarRefusesError("refuses", car=str(address), reason=CarSentence(answer))

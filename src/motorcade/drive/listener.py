@@ -1,40 +1,107 @@
-"""Lets connections in: so many at once and no more, whoever floods the door, and those inside undisturbed."""
+"""Bind sockets, and accept connections at them: at most 64 at a time."""
 
 import asyncio
+import errno
+import ipaddress
 import socket
 import ssl
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from contextlib import suppress
 
+from motorcade.drive.tls.keys import peer_name
+from motorcade.errors import MotorcadeError, Phrase
+
 HANDSHAKE_S = 2.0
 MOST_AT_ONCE = 64
 MOST_OF_ONE_ADDRESS = 16
-# What a client sends waits in the kernel at most, so that a stall leaves few old commands; what it is sent, likewise.
+# Little is buffered by the system, so that a stall leaves few old commands and little old telemetry.
 _KERNEL_BYTES = 1 << 13
-_BACKLOG = 64
 _OUT_OF_SOCKETS_S = 0.1
-# A peer that is gone without a word is noticed in ten seconds where the system allows to say so.
+# A peer that has vanished is noticed in ten seconds, where the system has these options.
 _KEEPALIVE = (("TCP_KEEPIDLE", 4), ("TCP_KEEPINTVL", 2), ("TCP_KEEPCNT", 3))
 
 
-class ClientProtocol(asyncio.BaseProtocol, ABC):
-    """The protocol of a connection that a door let in."""
+def bind(host: str, port: int, program: str = "car") -> socket.socket:
+    """A socket that listens at an address of this computer.
 
-    def __init__(self, left: Callable[["ClientProtocol"], None]) -> None:
+    Args:
+        host: name or address; 0.0.0.0 is all.
+        port: 0 takes a free one.
+        program: what listens, for the sentence of an error: "car", "remote" or "studio".
+
+    Raises:
+        MotorcadeError: "no-local-address", "port-taken" or "address-unusable".
+    """
+    try:
+        family, *_, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+    except (socket.gaierror, UnicodeError):
+        raise MotorcadeError("no-local-address", host=host[:60]) from None
+    bound = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        if hasattr(socket, "SO_EXCLUSIVEADDRUSE"):
+            bound.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
+        else:
+            bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        bound.bind(address)
+        # Two sockets may bind one port, but only one may listen at it.
+        bound.listen(socket.SOMAXCONN)
+    except OSError as problem:
+        bound.close()
+        who = Phrase(f"program-{program}")
+        if problem.errno == errno.EADDRINUSE:
+            raise MotorcadeError("port-taken", port=port, program=who) from None
+        reason = problem.strerror or type(problem).__name__
+        raise MotorcadeError("address-unusable", program=who, host=host[:60], port=port, reason=reason) from None
+    return bound
+
+
+def is_loopback(listener: socket.socket) -> bool:
+    """Whether only this computer can reach the socket."""
+    return ipaddress.ip_address(listener.getsockname()[0].partition("%")[0]).is_loopback
+
+
+class ClientProtocol(asyncio.BaseProtocol, ABC):
+    """The protocol of a connection that a `Listener` accepted.
+
+    Args:
+        opened: called when the connection is made.
+        closed: called when it is lost.
+
+    Attributes:
+        line: the transport; None before the connection is made and after it is lost.
+        client: the name in the client's certificate, or the address that it comes from.
+        port: the port that it comes from.
+    """
+
+    def __init__(self, opened: Callable[[], None], closed: Callable[[], None]) -> None:
         self.line: asyncio.Transport | None = None
-        self._left = left
+        self.client = ""
+        self.port = 0
+        self._opened = opened
+        self._closed = closed
+
+    @property
+    def name(self) -> str:
+        """What others are shown."""
+        return f"{self.client}:{self.port}"
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Note who the client is."""
         self.line = transport  # type: ignore[assignment]
+        address = transport.get_extra_info("peername") or ("?", 0)
+        self.client = peer_name(transport.get_extra_info("ssl_object")) or str(address[0])
+        self.port = int(address[1])
+        self._opened()
 
     def connection_lost(self, exc: Exception | None) -> None:
+        """Note that the connection is over."""
         self.line = None
-        self._left(self)
+        self._closed()
 
     @abstractmethod
-    def is_seated(self) -> bool:
-        """Whether it may stay when others want its place."""
+    def has_session(self) -> bool:
+        """Whether the connection stays when newcomers need its place."""
 
     def drop(self) -> None:
         """End the connection at once, if it has begun."""
@@ -42,46 +109,51 @@ class ClientProtocol(asyncio.BaseProtocol, ABC):
             self.line.abort()
 
 
+MakeProtocol = Callable[[Callable[[], None]], ClientProtocol]
+
+
 class _Slot:
-    def __init__(self, address: str, guest: ClientProtocol) -> None:
+    """The place of one connection."""
+
+    def __init__(self, address: str, make_protocol: "MakeProtocol", free: "Callable[[_Slot], None]") -> None:
         self.address = address
-        self.guest = guest
+        self.protocol = make_protocol(lambda: free(self))
         self.opening: asyncio.Task[None] | None = None
 
     def end(self) -> None:
         if self.opening:
             self.opening.cancel()
-        self.guest.drop()
+        self.protocol.drop()
 
 
 class Listener:
-    """One listening socket.
+    """Accept connections at one socket, at most 64 at a time and 16 of one address.
 
-    Newcomers beyond the limits take the place of who came before them and isn't seated: of their own address
-    first. So those who drive or watch stay, and one who comes to drive gets in while somebody floods the door.
+    When all places are taken a newcomer replaces the oldest connection without a session, one of its own address
+    first. So drivers and watchers stay, and a new driver gets in while somebody floods the socket.
 
     Args:
-        listener: bound, listening or not.
-        make_guest: makes the protocol of a connection, given what it has to call when it has lost its connection.
-        turned_away: called for each connection that got or kept no place, or failed to show who it is.
+        listener: bound and listening.
+        make_protocol: makes the protocol of a connection, given what it has to call when the connection is lost.
+        turned_away: called for each connection that got or kept no place, or failed to prove who it is.
         tls: for connections by TLS.
     """
 
     def __init__(
         self,
         listener: socket.socket,
-        make_guest: Callable[[Callable[[ClientProtocol], None]], ClientProtocol],
+        make_protocol: MakeProtocol,
         turned_away: Callable[[], None],
         tls: ssl.SSLContext | None = None,
     ) -> None:
         self._listener = listener
-        self._make_guest = make_guest
+        self._make_protocol = make_protocol
         self._tls = tls
         self._turned_away = turned_away
-        self._visits: dict[ClientProtocol, _Slot] = {}
+        self._slots: list[_Slot] = []
         listener.setblocking(False)
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _KERNEL_BYTES)
-        listener.listen(_BACKLOG)
+        listener.listen(MOST_AT_ONCE)
 
     @property
     def address(self) -> tuple[str, int]:
@@ -90,92 +162,92 @@ class Listener:
         return str(host), int(port)
 
     async def serve(self) -> None:
-        """Let in until cancelled; then everybody inside is dropped."""
+        """Accept until cancelled; then drop all connections."""
         try:
             while True:
                 try:
                     line, address = await self._next()
                 except OSError:
-                    # Out of sockets: those inside go on, and some will leave.
+                    # Out of sockets: some connection will end.
                     await asyncio.sleep(_OUT_OF_SOCKETS_S)
                     continue
-                self._welcome(line, str(address[0]))
-                # While newcomers wait sock_accept doesn't, and those inside would.
+                self._accept(line, str(address[0]))
+                # While newcomers wait, sock_accept doesn't yield, and the open connections would get no turn.
                 await asyncio.sleep(0)
         finally:
             self._listener.close()
-            for visit in list(self._visits.values()):
-                visit.end()
+            for slot in list(self._slots):
+                slot.end()
 
     async def _next(self) -> tuple[socket.socket, tuple[str, int]]:
-        """The next one who comes. Raises OSError."""
+        """The next connection. Raises OSError."""
         accepting = asyncio.ensure_future(asyncio.get_running_loop().sock_accept(self._listener))
         try:
             return await asyncio.shield(accepting)
         except asyncio.CancelledError:
-            # Who came in this very moment would be lost with the task, and never hear the end of it.
+            # A connection that was accepted at this moment would stay open without an owner.
             await asyncio.sleep(0)
             if accepting.done() and accepting.exception() is None:
                 accepting.result()[0].close()
             accepting.cancel()
             raise
 
-    def shut(self) -> None:
-        """Let nobody in any more; to be called before ``serve`` is cancelled."""
+    def close_to_newcomers(self) -> None:
+        """Accept nobody any more; to be called before `serve` is cancelled."""
         # A selector's loop would accept one more for a cancelled sock_accept, and lose it; Windows' has no readers.
         with suppress(NotImplementedError):
             asyncio.get_running_loop().remove_reader(self._listener)
 
-    def _welcome(self, line: socket.socket, address: str) -> None:
+    def _accept(self, line: socket.socket, address: str) -> None:
         if not self._make_room(address):
             self._turned_away()
             line.close()
             return
         with suppress(OSError):
-            _prepare(line)
-        visit = _Slot(address, self._make_guest(self._left))
-        self._visits[visit.guest] = visit
-        visit.opening = asyncio.ensure_future(self._open(line, visit.guest))
-        visit.opening.add_done_callback(lambda opening: self._opened(opening, line, visit))
+            _set_options(line)
+        slot = _Slot(address, self._make_protocol, self._free)
+        self._slots.append(slot)
+        slot.opening = asyncio.ensure_future(self._open(line, slot.protocol))
+        slot.opening.add_done_callback(lambda opening: self._opened(opening, line, slot))
 
-    def _left(self, guest: ClientProtocol) -> None:
-        self._visits.pop(guest, None)
+    def _free(self, slot: _Slot) -> None:
+        if slot in self._slots:
+            self._slots.remove(slot)
 
     def _make_room(self, address: str) -> bool:
-        """End visits until there is a place: False where all are seated."""
-        visits = list(self._visits.values())
-        alike = [visit for visit in visits if visit.address == address]
-        for candidates, most in ((alike, MOST_OF_ONE_ADDRESS), (visits, MOST_AT_ONCE)):
+        """End connections until there is a place. False where all have sessions."""
+        alike = [slot for slot in self._slots if slot.address == address]
+        for candidates, most in ((alike, MOST_OF_ONE_ADDRESS), (self._slots, MOST_AT_ONCE)):
             if len(candidates) < most:
                 continue
-            oldest = next((visit for visit in candidates if not visit.guest.is_seated()), None)
+            oldest = next((slot for slot in candidates if not slot.protocol.has_session()), None)
             if oldest is None:
                 return False
             self._turned_away()
-            del self._visits[oldest.guest]
+            self._free(oldest)
             oldest.end()
             return True
         return True
 
-    async def _open(self, line: socket.socket, guest: ClientProtocol) -> None:
+    async def _open(self, line: socket.socket, protocol: ClientProtocol) -> None:
         timeout_s = HANDSHAKE_S if self._tls else None
         await asyncio.get_running_loop().connect_accepted_socket(
-            lambda: guest, line, ssl=self._tls, ssl_handshake_timeout=timeout_s, ssl_shutdown_timeout=timeout_s
+            lambda: protocol, line, ssl=self._tls, ssl_handshake_timeout=timeout_s, ssl_shutdown_timeout=timeout_s
         )
 
-    def _opened(self, opening: asyncio.Task[None], line: socket.socket, visit: _Slot) -> None:
-        visit.opening = None
+    def _opened(self, opening: asyncio.Task[None], line: socket.socket, slot: _Slot) -> None:
+        slot.opening = None
         if opening.cancelled():
             line.close()
         elif problem := opening.exception():
-            # Wrong certificates, no TLS at all, or gone again.
+            # Wrong certificates, no TLS at all, or the client has left.
             if not isinstance(problem, OSError):
                 raise problem
             self._turned_away()
-            self._left(visit.guest)
+            self._free(slot)
 
 
-def _prepare(line: socket.socket) -> None:
+def _set_options(line: socket.socket) -> None:
     line.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _KERNEL_BYTES)
     line.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for name, value in _KEEPALIVE:

@@ -1,4 +1,4 @@
-"""What a car's hardware was told and took, so that a write that failed is made again."""
+"""What a car's hardware was commanded and accepted, so that a write that failed is made again."""
 
 from collections.abc import Callable
 
@@ -10,16 +10,16 @@ NEUTRAL_SETPOINT = (90, 1, 0)
 
 
 class Wheels:
-    """A board, and what it does by the last word that it took.
+    """Make a board follow the arbiter's state.
 
     Args:
-        board: its hardware; neutral from now on. Raises OSError where that can't be.
+        board: its hardware, which is set to neutral. Raises OSError where that fails.
 
     Attributes:
-        faults: how often it raised OSError since then.
-        last_fault: why, the last time.
-        is_neutral: whether it took ``neutral`` last.
-        before_moving: called before anything else than neutral; where it raises OSError the board isn't told.
+        faults: how often the board has raised OSError since then.
+        last_fault: the reason of the last one.
+        is_neutral: whether ``neutral`` is the last command that the board accepted.
+        before_moving: called before any command but neutral; where it raises OSError the board gets no command.
     """
 
     def __init__(self, board: DriveBoard) -> None:
@@ -27,13 +27,12 @@ class Wheels:
         self.faults = 0
         self.last_fault = ""
         self.before_moving: Callable[[], None] = lambda: None
-        self.is_neutral = False
         self._is_programmed = False
         board.neutral()
         self.is_neutral = True
 
     def follow(self, state: int, setpoint: Setpoint) -> bool:
-        """Do what ``state`` says, with ``setpoint`` where a command drives: False where the board fails."""
+        """Do what ``state`` says, with ``setpoint`` where a command drives. False where the board fails."""
         try:
             if state in (STANDING, MOVING):
                 if self._is_programmed:
@@ -45,14 +44,33 @@ class Wheels:
             elif state == PROGRAM:
                 self._begin_program()
             else:
-                self.rest()
+                self._stand_still()
         except OSError as problem:
-            self.note(problem)
+            self.count_fault(problem)
             return False
         return True
 
-    def rest(self) -> None:
-        """Stand still, if they don't yet. Raises OSError."""
+    def battery_mv(self) -> int | None:
+        """The battery's voltage; None where it is unknown."""
+        try:
+            return self.board.battery_mv()
+        except OSError as problem:
+            self.count_fault(problem)
+            return None
+
+    def keep_alive(self) -> None:
+        """Feed the hardware watchdog, if the board has one."""
+        try:
+            self.board.keep_alive()
+        except OSError as problem:
+            self.count_fault(problem)
+
+    def count_fault(self, problem: OSError) -> None:
+        """Count a fault, and keep its reason."""
+        self.faults += 1
+        self.last_fault = str(problem) or type(problem).__name__
+
+    def _stand_still(self) -> None:
         try:
             if self._is_programmed:
                 self._end_program()
@@ -61,37 +79,17 @@ class Wheels:
                 self.board.neutral()
                 self.is_neutral = not self._is_programmed
 
-    def battery_mv(self) -> int | None:
-        """The battery's voltage, or None where it can't be told."""
-        try:
-            return self.board.battery_mv()
-        except OSError as problem:
-            self.note(problem)
-            return None
-
-    def keep_alive(self) -> None:
-        """All is well."""
-        try:
-            self.board.keep_alive()
-        except OSError as problem:
-            self.note(problem)
-
     def _begin_program(self) -> None:
-        self.rest()
+        self._stand_still()
         self._leave_neutral()
         self._is_programmed = True
         self.board.begin_program()
-
-    def _leave_neutral(self) -> None:
-        if self.is_neutral:
-            self.is_neutral = False
-            self.before_moving()
 
     def _end_program(self) -> None:
         self.board.end_program()
         self._is_programmed = False
 
-    def note(self, problem: OSError) -> None:
-        """Count a fault."""
-        self.faults += 1
-        self.last_fault = str(problem) or type(problem).__name__
+    def _leave_neutral(self) -> None:
+        if self.is_neutral:
+            self.is_neutral = False
+            self.before_moving()

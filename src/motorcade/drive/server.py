@@ -1,4 +1,4 @@
-"""A car's two doors: commands at one port, telemetry and requests at the other."""
+"""Serve one car at two ports: commands at one, telemetry and requests at the other."""
 
 import asyncio
 import socket
@@ -6,111 +6,119 @@ import ssl
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 
-from motorcade.config.profile import Profile
-from motorcade.drive.command_channel import CommandChannel
-from motorcade.drive.drive_failures import DriveError
-from motorcade.drive.listener import ClientProtocol, Listener
-from motorcade.drive.session import CarControl, ControlSession
-from motorcade.drive.telemetry_channel import PERIOD_S, TelemetryChannel
-
-BYTE_ORDERS = ("big", "little")
+from motorcade.drive.channels import PERIOD_S, CommandChannel, TelemetryChannel
+from motorcade.drive.listener import Listener
+from motorcade.drive.session import CarControl, ControlSession, DriveError
 
 
 class DriveServer:
-    """What the connections to one car share.
+    """Make the channels of one car, and find out which of them belong to one client.
 
     Args:
-        drive: the car.
-        profile: its kind.
-        byte_order: of a command, ``big`` or ``little``.
+        control: the car.
+        byte_order: of a command, "big" or "little".
 
     Attributes:
-        commands: the connections for commands that are open.
+        commands: the open connections for commands, the oldest first.
         channels: those for telemetry.
     """
 
-    def __init__(self, drive: CarControl, profile: Profile, byte_order: str = "big") -> None:
-        self.drive = drive
+    def __init__(self, control: CarControl, byte_order: str = "big") -> None:
+        self.control = control
         self.commands: list[CommandChannel] = []
         self.channels: list[TelemetryChannel] = []
-        self._hand_over_ms = profile.drive.hand_over_ms
         self._byte_order = byte_order
-        self._is_heard = asyncio.Event()
+        self._has_channels = asyncio.Event()
 
-    def command_channel(self, left: Callable[[ClientProtocol], None]) -> CommandChannel:
-        """The protocol of a new connection for commands."""
-        return CommandChannel(left, self, self._byte_order)
+    def command_channel(self, closed: Callable[[], None]) -> CommandChannel:
+        """The protocol of a new connection for commands; it calls ``closed`` when the connection is lost."""
 
-    def telemetry_channel(self, left: Callable[[ClientProtocol], None]) -> TelemetryChannel:
-        """The protocol of a new connection for telemetry."""
-        return TelemetryChannel(left, self)
+        def opened() -> None:
+            self.commands.append(channel)
 
-    def seat_for(self, channel: CommandChannel) -> ControlSession:
-        """A seat for who sends commands, if need be that of the one who has been silent for longest.
+        def lost() -> None:
+            self.commands.remove(channel)
+            closed()
 
-        Only who has been silent for as long as loses a driver the wheel gives it up. Raises DriveError.
-        """
-        try:
-            return self.drive.join(channel.name, counts=channel.counts)
-        except DriveError:
-            silences = [(self.drive.silent_ms(each.seat), each) for each in self.commands if each.seat]
-            longest_ms, longest = max(silences, key=lambda silence: silence[0], default=(0, None))
-            if longest is None or longest_ms <= self._hand_over_ms:
-                raise
-            longest.give_up_seat()
-            return self.drive.join(channel.name, counts=channel.counts)
+        channel = CommandChannel(self.control, self._join, self._byte_order, opened, lost)
+        return channel
 
-    def named_by(self, channel: TelemetryChannel) -> CommandChannel | None:
-        """The connection for commands of the same client at the port that the channel names."""
-        for found in self.commands:
-            if found.client == channel.client and found.port == channel.port_named:
-                for other in self.channels:
-                    if other.commands is found:
-                        other.commands = None
-                return found
-        return None
+    def telemetry_channel(self, closed: Callable[[], None]) -> TelemetryChannel:
+        """The protocol of a new connection for telemetry; it calls ``closed`` when the connection is lost."""
 
-    def alone_like(self, channel: TelemetryChannel) -> CommandChannel | None:
-        """The connection for commands of the same client that has no channel, where there is one and no more."""
-        taken = [each.commands for each in self.channels]
-        alike = [each for each in self.commands if each.client == channel.client and each not in taken]
-        return alike[0] if len(alike) == 1 else None
+        def opened() -> None:
+            self.channels.append(channel)
+            self._has_channels.set()
 
-    def hear(self, channel: TelemetryChannel) -> None:
-        """A connection for telemetry is open."""
-        self.channels.append(channel)
-        self._is_heard.set()
+        def lost() -> None:
+            self.channels.remove(channel)
+            closed()
 
-    async def tell(self) -> None:
-        """Send telemetry to every channel until cancelled."""
+        channel = TelemetryChannel(self.control, self._find, self._count_watchers, opened, lost)
+        return channel
+
+    async def send_telemetry(self) -> None:
+        """Send telemetry to every channel, ten times a second, until cancelled."""
         loop = asyncio.get_running_loop()
         while True:
             if not self.channels:
-                self._is_heard.clear()
-                await self._is_heard.wait()
+                self._has_channels.clear()
+                await self._has_channels.wait()
             begin_s = loop.time()
-            told = self.drive.telemetry()._asdict()
+            telemetry = self.control.telemetry()._asdict()
             for channel in list(self.channels):
-                channel.tell(told)
+                channel.end_period(telemetry)
             await asyncio.sleep(max(0.0, begin_s + PERIOD_S - loop.time()))
+
+    def _join(self, channel: CommandChannel) -> ControlSession:
+        """A session for a connection for commands, if need be in place of the one that has been silent for longest.
+
+        Only a session that has been silent for longer than ``hand_over_ms`` is ended. Raises DriveError.
+        """
+        try:
+            return self.control.join(channel.name, counts=channel.counts)
+        except DriveError:
+            silences = [(each.session.silent_ms, each) for each in self.commands if each.session]
+            longest_ms, longest = max(silences, key=lambda silence: silence[0], default=(0, None))
+            if longest is None or longest_ms <= self.control.hand_over_ms:
+                raise
+            longest.give_up_session()
+            return self.control.join(channel.name, counts=channel.counts)
+
+    def _find(self, channel: TelemetryChannel, by_port: bool) -> CommandChannel | None:
+        """The connection for commands of the same client; see `TelemetryChannel`."""
+        of_client = [each for each in self.commands if each.client == channel.client]
+        if not by_port:
+            taken = [each.commands for each in self.channels]
+            free = [each for each in of_client if each not in taken]
+            return free[0] if len(free) == 1 else None
+        found = next((each for each in of_client if each.port == channel.port_named), None)
+        for other in self.channels:
+            if found and other.commands is found:
+                other.commands = None
+        return found
+
+    def _count_watchers(self, client: str) -> int:
+        return sum(each.watches_alone and each.client == client for each in self.channels)
 
 
 @asynccontextmanager
-async def served(
+async def serving(
     server: DriveServer, commands: socket.socket, telemetry: socket.socket, tls: ssl.SSLContext | None = None
 ) -> AsyncIterator[tuple[Listener, Listener]]:
-    """Let clients in at two listening sockets while the block runs; then everybody is dropped."""
-    turn_away = server.drive.turn_away
-    doors = (
+    """Accept clients at two listening sockets while the block runs; then drop all of them."""
+    turn_away = server.control.turn_away
+    listeners = (
         Listener(commands, server.command_channel, turn_away, tls),
         Listener(telemetry, server.telemetry_channel, turn_away, tls),
     )
-    tasks = [asyncio.ensure_future(each) for each in (doors[0].serve(), doors[1].serve(), server.tell())]
+    tasks = [asyncio.ensure_future(each.serve()) for each in listeners]
+    tasks.append(asyncio.ensure_future(server.send_telemetry()))
     try:
-        yield doors
+        yield listeners
     finally:
-        for door in doors:
-            door.shut()
+        for listener in listeners:
+            listener.close_to_newcomers()
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)

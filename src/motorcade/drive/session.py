@@ -1,40 +1,46 @@
-"""Driving one car: the one object that sockets, pages and local sticks share. No sockets in here.
+"""Control of one car: the object that sockets, pages and local sticks share, and their sessions. No sockets here.
 
-Every method may be called from any thread. Somebody has to call ``beat`` in time:
-`motorcade.drive.safety.watchdog.kept` does.
+Every method may be called from any thread. `CarControl.beat` has to be called in time, as
+`motorcade.drive.safety.watchdog.watched` does.
 """
 
 import threading
 from collections.abc import Callable, Sequence
 from functools import lru_cache
+from typing import TypeVar
 
-from motorcade.car.arbiter import APPLIED, CLIENT, FAILSAFE, LOCAL, MOVING, NOBODY, STANDING, STATES, WATCHING, Arbiter
+from motorcade.car.arbiter import APPLIED, CLIENT, FAILSAFE, MOVING, NOBODY, STANDING, STATES, WATCHING, Arbiter
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import Profile
-from motorcade.drive.drive_failures import DriveError
 from motorcade.drive.motors import NEUTRAL_SETPOINT, Setpoint, Wheels
-from motorcade.drive.seat import ControlSession
-from motorcade.drive.telemetry import OUTCOMES, OVER_RATE, Counts, Telemetry
+from motorcade.drive.wire import OVER_RATE, Counts, Telemetry
+from motorcade.errors import MotorcadeError
+from motorcade.timing import RateLimit
 from motorcade.words.field import WordError
 from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import elapsed_ms, later_ms
 
-__all__ = ["APPLIED", "CLIENT", "LOCAL", "OUTCOMES", "OVER_RATE", "CarControl", "ControlSession", "Telemetry"]
-
-MOST_SEATS = 9
+MOST_SESSIONS = 9
+_RATE_WINDOW_MS = 100
 _LOCK_PATIENCE_S = 0.05
 _BATTERY_MS = 1000
-# A stick repeats itself: a car hears the same words again and again.
+# A stick repeats itself: a car gets the same words again and again.
 _REMEMBERED_WORDS = 1024
+
+_Result = TypeVar("_Result")
+
+
+class DriveError(MotorcadeError):
+    """A car that is driven refuses a session or a request; its codes travel over the network."""
 
 
 class CarControl:
-    """A car that is steered.
+    """A car that is driven.
 
     Args:
-        board: its hardware; neutral from now on.
-        clock: the time in ms that wraps, as `motorcade.words.ticks` says.
-        profile: its kind.
+        board: its hardware, which is set to neutral.
+        clock: gives the time in ms that wraps (`motorcade.words.ticks`).
+        profile: the car's profile.
 
     Raises:
         OSError: the hardware isn't there.
@@ -48,8 +54,8 @@ class CarControl:
         self._state = self._arbiter.state
         self._setpoint: Setpoint = NEUTRAL_SETPOINT
         self._lock = threading.Lock()
-        self._seats: dict[int, ControlSession] = {}
-        self._numbers = self._refused = self._turned_away = self._failsafes = self._stalls = 0
+        self._sessions: dict[int, ControlSession] = {}
+        self._last_number = self._refused = self._turned_away = self._failsafes = self._stalls = 0
         self._beat_ms: int | None = None
         self._is_stuck = False
         self._battery_mv: int | None = None
@@ -63,109 +69,56 @@ class CarControl:
 
     @property
     def failsafe_ms(self) -> int:
-        """For how long a command counts."""
+        """How long a command counts."""
         return self._limits.failsafe_ms
 
     @property
+    def hand_over_ms(self) -> int:
+        """How long a driver may be silent before another one gets the wheel."""
+        return self._limits.hand_over_ms
+
+    @property
+    def has_program(self) -> bool:
+        """Whether the car holds an image that it can run."""
+        return self._board.has_program
+
+    @property
     def rescue(self) -> tuple[str, Sequence[str]] | None:
-        """What makes the wheels stand still once this process is dead, of `motorcade.car.drive_board.DriveBoard`."""
+        """What stops the wheels once this process is dead; see `motorcade.car.drive_board.DriveBoard.rescue`."""
         return self._board.rescue()
+
+    def now_ms(self) -> int:
+        """The time now (ticks)."""
+        return self._clock()
 
     def join(
         self, name: str, kind: int = CLIENT, watches: bool = False, counts: Counts | None = None
-    ) -> ControlSession:
-        """A seat for one who will drive or watch: CLIENT, or LOCAL for a stick at the car itself, which comes first.
+    ) -> "ControlSession":
+        """Open a session.
 
         Args:
-            name: what the others are shown.
-            kind: CLIENT or LOCAL.
-            watches: for one who won't drive; where nobody drives such a one leaves a seat for who will.
-            counts: what has become of its words so far, for one who has sent some.
+            name: what others are shown.
+            kind: CLIENT, or LOCAL for a stick at the car itself, which has the higher priority.
+            watches: for a session that won't drive; while nobody drives one place is kept for a driver.
+            counts: of the words that came before the session.
 
         Raises:
-            DriveError: ``full``, with one driver and eight watchers; a local stick always finds a seat.
+            DriveError: "full", with one driver and eight watchers; a local stick always gets a session.
         """
         with self._lock:
-            taken = sum(seat.kind == CLIENT for seat in self._seats.values())
+            taken = sum(session.kind == CLIENT for session in self._sessions.values())
             if watches and self._arbiter.driver == NOBODY:
                 taken += 1
-            if kind == CLIENT and taken >= MOST_SEATS:
-                raise DriveError("full", seats=MOST_SEATS)
-            self._numbers += 1
-            seat = ControlSession(
-                self, self._numbers, name, kind, self._clock(), self._limits.commands_per_s, counts or Counts()
-            )
-            self._seats[seat.number] = seat
-            return seat
-
-    def command(self, seat: ControlSession, word: int) -> int:
-        """As `ControlSession.command`."""
-        setpoint = self.check(word, seat.counts)
-        with self._lock:
-            now = seat.heard_ms = self._clock()
-            if seat.number not in self._seats:
-                outcome = WATCHING
-            elif setpoint[2] and not seat.takes(now):
-                # One that stops is never one too many.
-                outcome = OVER_RATE
-            else:
-                outcome = self._arbiter.command(seat.number, seat.kind, word, now)
-                if outcome == APPLIED:
-                    self._setpoint = setpoint
-                self._follow(outcome == APPLIED)
-        seat.counts.outcomes[outcome] += 1
-        return outcome
-
-    def request(self, seat: ControlSession) -> bool:
-        """As `ControlSession.request`."""
-        with self._lock:
-            if seat.number not in self._seats:
-                return False
-            has_it = self._arbiter.request(seat.number, seat.kind, self._clock())
-            self._follow()
-            return has_it
-
-    def release(self, seat: ControlSession) -> None:
-        """As `ControlSession.release`."""
-        with self._lock:
-            self._arbiter.release(seat.number, self._clock())
-            self._follow()
-
-    def stop(self) -> None:
-        """As `ControlSession.stop`."""
-        with self._lock:
-            self._arbiter.stop()
-            self._follow()
-
-    def clear(self) -> None:
-        """As `ControlSession.clear`."""
-        with self._lock:
-            self._arbiter.clear()
-            self._follow()
-
-    def resume_program(self, seat: ControlSession) -> None:
-        """As `ControlSession.resume_program`."""
-        with self._lock:
-            if not self._board.has_program:
-                raise DriveError("no-program")
-            if seat.number not in self._seats or not self._arbiter.resume(seat.number, seat.kind, self._clock()):
-                raise DriveError("not-yours")
-            self._follow()
-
-    def leave(self, seat: ControlSession) -> None:
-        """As `ControlSession.leave`."""
-        with self._lock:
-            if self._seats.pop(seat.number, None):
-                self._arbiter.gone(seat.number, self._clock())
-                self._follow()
-
-    def turn_away(self) -> None:
-        """A connection got no place; count it."""
-        with self._lock:
-            self._turned_away += 1
+            if kind == CLIENT and taken >= MOST_SESSIONS:
+                raise DriveError("full", seats=MOST_SESSIONS)
+            self._last_number += 1
+            rate = RateLimit(max(1, self._limits.commands_per_s * _RATE_WINDOW_MS // 1000), _RATE_WINDOW_MS)
+            session = ControlSession(self, self._last_number, name, kind, rate, counts or Counts())
+            self._sessions[session.number] = session
+            return session
 
     def check(self, word: int, counts: Counts) -> Setpoint:
-        """What a DRIVE word says. Raises WordError, and counts it, where it is none."""
+        """The setpoint in a DRIVE word. Raises WordError, and counts it, where the word is none."""
         try:
             return _setpoint_of(word)
         except WordError as problem:
@@ -175,21 +128,65 @@ class CarControl:
             counts.last_refusal = str(problem)
             raise
 
-    def drives(self, seat: ControlSession) -> bool:
-        """Whether the seat has the wheel."""
-        return self._arbiter.driver == seat.number
+    def change(self, session: "ControlSession | None", action: Callable[[Arbiter, int], _Result]) -> _Result | None:
+        """Call ``action`` with the arbiter and the time, then make the wheels follow.
 
-    def silent_ms(self, seat: ControlSession) -> int:
-        """Since the seat's last valid command, or since it joined."""
-        return elapsed_ms(self._clock(), seat.heard_ms)
+        Returns:
+            What ``action`` returns; None, without a call, where ``session`` is over.
+        """
+        with self._lock:
+            if session and session.number not in self._sessions:
+                return None
+            result = action(self._arbiter, self._clock())
+            self._follow()
+            return result
+
+    def apply(self, session: "ControlSession", word: int, setpoint: Setpoint) -> int:
+        """Take a command of ``session``. Returns its outcome, an index of `motorcade.drive.wire.OUTCOMES`."""
+        with self._lock:
+            now = session.heard_ms = self._clock()
+            if session.number not in self._sessions:
+                return WATCHING
+            # A command that stops is never over the rate.
+            if setpoint[2] and not session.rate.allows(now):
+                return OVER_RATE
+            outcome = self._arbiter.command(session.number, session.kind, word, now)
+            if outcome == APPLIED:
+                self._setpoint = setpoint
+            self._follow(outcome == APPLIED)
+            return outcome
+
+    def end(self, session: "ControlSession") -> None:
+        """End a session: the wheels stand still if it moved them. A second call does nothing."""
+        with self._lock:
+            if self._sessions.pop(session.number, None):
+                self._arbiter.gone(session.number, self._clock())
+                self._follow()
+
+    def stop(self) -> None:
+        """Emergency stop: nothing moves until `clear`."""
+        self.change(None, lambda arbiter, now: arbiter.stop())
+
+    def clear(self) -> None:
+        """Lift the emergency stop; a command with speed 0 then arms the car."""
+        self.change(None, lambda arbiter, now: arbiter.clear())
+
+    def drives(self, session: "ControlSession") -> bool:
+        """Whether ``session`` has the wheel."""
+        return self._arbiter.driver == session.number
+
+    def turn_away(self) -> None:
+        """Count a connection that got or kept no place."""
+        with self._lock:
+            self._turned_away += 1
 
     def telemetry(self) -> Telemetry:
         """What the car does now."""
         with self._lock:
             now, arbiter = self._clock(), self._arbiter
             self._read_battery(now)
-            driver = self._seats.get(arbiter.driver)
-            wanted_by = self._seats.get(arbiter.wanted_by)
+            driver = self._sessions.get(arbiter.driver)
+            wanted_by = self._sessions.get(arbiter.wanted_by)
             return Telemetry(
                 STATES[arbiter.state][0],
                 *(self._setpoint if arbiter.state in (STANDING, MOVING) else NEUTRAL_SETPOINT),
@@ -197,7 +194,7 @@ class CarControl:
                 wanted_by.name if wanted_by else None,
                 elapsed_ms(now, arbiter.commanded_ms) if driver else None,
                 self._battery_mv,
-                len(self._seats) - (driver is not None),
+                len(self._sessions) - (driver is not None),
                 self._refused,
                 self._failsafes,
                 self._stalls,
@@ -207,14 +204,14 @@ class CarControl:
             )
 
     def tick(self) -> int:
-        """Do what is due, and say after how many ms something can be due next."""
+        """Do what is due. Returns after how many ms something can be due next."""
         with self._lock:
             rest_ms = self._arbiter.tick(self._clock())
             self._follow()
             return rest_ms
 
     def beat(self) -> int:
-        """As ``tick``, and a sign of life of what takes the commands; at least every 50 ms."""
+        """Do what `tick` does, and record that the loop that takes the commands is alive; at least every 50 ms."""
         rest_ms = self.tick()
         with self._lock:
             self._beat_ms = self._clock()
@@ -223,12 +220,12 @@ class CarControl:
         return rest_ms
 
     def watch(self) -> int:
-        """As ``tick``, for a watchdog: where the loop gave no sign of life for the profile's ``watchdog_ms``, neutral.
+        """Do what `tick` does; where the last `beat` is older than the profile's ``watchdog_ms``, stop the wheels.
 
-        What the loop then finds in its buffers is old: the car has to be armed by a command with speed 0.
+        The commands that a stuck loop then finds in its buffers are old: a command with speed 0 has to arm the car.
         """
         if not self._lock.acquire(timeout=_LOCK_PATIENCE_S):
-            # Who holds the lock hangs in the hardware's driver.
+            # The thread that holds the lock hangs in the hardware's driver.
             self._board.neutral()
             return 0
         try:
@@ -244,29 +241,29 @@ class CarControl:
         finally:
             self._lock.release()
 
-    def ask_before_moving(self, may_move: Callable[[], None]) -> None:
+    def call_before_moving(self, may_move: Callable[[], None]) -> None:
         """Call ``may_move`` whenever the wheels are about to turn; where it raises OSError they don't."""
         with self._lock:
             self._wheels.before_moving = may_move
 
     def fail(self, problem: OSError) -> None:
-        """What watches over the wheels has failed: they stand still, and a command with speed 0 has to arm the car."""
+        """Stop the wheels because what watches over them has failed; a command with speed 0 has to arm the car."""
         with self._lock:
-            self._wheels.note(problem)
+            self._wheels.count_fault(problem)
             self._arbiter.stall()
             self._follow()
 
     def close(self) -> None:
-        """Everybody leaves, the wheels stand still and the hardware is free. Raises OSError where they don't."""
+        """End all sessions, stop the wheels and free the hardware. Raises OSError where the wheels don't stop."""
         with self._lock:
-            self._seats.clear()
+            self._sessions.clear()
             self._beat_ms = None
             self._arbiter.stop()
             self._follow()
             self._board.close()
 
     def _follow(self, is_fresh: bool = False) -> None:
-        """Let the wheels do what the arbiter says; ``is_fresh``: there is a new setpoint."""
+        """Make the wheels follow the arbiter; ``is_fresh``: there is a new setpoint."""
         arbiter = self._arbiter
         self._failsafes += arbiter.state == FAILSAFE and self._state == MOVING
         is_due = is_fresh or arbiter.state not in (STANDING, MOVING)
@@ -279,6 +276,82 @@ class CarControl:
         if elapsed_ms(now, self._battery_read_ms) >= _BATTERY_MS:
             self._battery_read_ms = now
             self._battery_mv = self._wheels.battery_mv()
+
+
+class ControlSession:
+    """One who drives or watches a car; `CarControl.join` opens it.
+
+    Attributes:
+        number: from 1, never given twice.
+        name: what others are shown.
+        kind: CLIENT or LOCAL.
+        rate: of commands that move the car.
+        counts: what became of its words.
+        heard_ms: when it last sent a valid command (ticks); when it joined, before the first.
+    """
+
+    def __init__(self, control: CarControl, number: int, name: str, kind: int, rate: RateLimit, counts: Counts) -> None:
+        self.number = number
+        self.name = name
+        self.kind = kind
+        self.rate = rate
+        self.counts = counts
+        self.heard_ms = control.now_ms()
+        self._control = control
+
+    @property
+    def drives(self) -> bool:
+        """Whether it has the wheel."""
+        return self._control.drives(self)
+
+    @property
+    def silent_ms(self) -> int:
+        """Time since its last valid command, or since it joined."""
+        return elapsed_ms(self._control.now_ms(), self.heard_ms)
+
+    def command(self, word: int) -> int:
+        """Take a DRIVE word that came just now.
+
+        Returns:
+            APPLIED, or another index of `motorcade.drive.wire.OUTCOMES`.
+
+        Raises:
+            WordError: it is no DRIVE word; counted.
+        """
+        outcome = self._control.apply(self, word, self._control.check(word, self.counts))
+        self.counts.outcomes[outcome] += 1
+        return outcome
+
+    def request(self) -> bool:
+        """Ask for the wheel: True where this session has it now; else it comes when the driver stops or leaves."""
+        return bool(self._control.change(self, lambda arbiter, now: arbiter.request(self.number, self.kind, now)))
+
+    def release(self) -> None:
+        """Give the wheel back, or stop waiting for it."""
+        self._control.change(self, lambda arbiter, now: arbiter.release(self.number, now))
+
+    def stop(self) -> None:
+        """Emergency stop: nothing moves until `clear`."""
+        self._control.stop()
+
+    def clear(self) -> None:
+        """Lift the emergency stop; a command with speed 0 then arms the car."""
+        self._control.clear()
+
+    def resume_program(self) -> None:
+        """Give the wheels to the car's image again.
+
+        Raises:
+            DriveError: the car has no program, another session drives, or the emergency stop holds.
+        """
+        if not self._control.has_program:
+            raise DriveError("no-program")
+        if not self._control.change(self, lambda arbiter, now: arbiter.resume(self.number, self.kind, now)):
+            raise DriveError("not-yours")
+
+    def leave(self) -> None:
+        """End the session: the wheels stand still if it moved them. A second call does nothing."""
+        self._control.end(self)
 
 
 @lru_cache(_REMEMBERED_WORDS)

@@ -13,8 +13,7 @@ from mpremote.transport import TransportError, TransportExecError
 from mpremote.transport_serial import SerialTransport
 
 from motorcade.errors import MotorcadeError
-from motorcade.upload.failures import PortError, PortNotFoundError
-from motorcade.upload.serial_port import not_opened
+from motorcade.upload.serial_port import open_error
 
 _BAUD = 115200
 _TRIES = 2
@@ -148,19 +147,19 @@ def _opened(port: str) -> SerialTransport:
     try:
         transport = SerialTransport(port, baudrate=_BAUD, timeout=_ANSWER_WITHIN_S)
     except ValueError:
-        raise PortNotFoundError("not-a-port-name", port=port) from None
+        raise MotorcadeError("not-a-port-name", port=port) from None
     except (TransportError, OSError):
         raise _why_closed(port) from None
     transport.serial.write_timeout = _ANSWER_WITHIN_S
     return transport
 
 
-def _why_closed(port: str) -> PortError | MotorcadeError:
+def _why_closed(port: str) -> MotorcadeError:
     """Find out why a port can't be opened: mpremote doesn't say, but opening it once more does."""
     try:
         serial.serial_for_url(port, exclusive=True).close()
     except (serial.SerialException, OSError) as problem:
-        return not_opened(port, problem)
+        return open_error(port, problem)
     return MotorcadeError("no-micropython-answers", port=port)
 
 

@@ -3,10 +3,7 @@
 import ipaddress
 import socket
 
-
-def is_loopback(listener: socket.socket) -> bool:
-    """Whether only this computer can reach the socket."""
-    return _address(listener).is_loopback
+from motorcade.drive.listener import is_loopback
 
 
 def names_of(listener: socket.socket, host: str) -> list[str]:

@@ -17,10 +17,10 @@ from starlette.responses import RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
-from motorcade.server.allowance import Allowance
 from motorcade.server.errors import ServerError
 from motorcade.server.http import refusal
 from motorcade.server.settings import ServerSettings
+from motorcade.timing import RateLimit, to_ticks
 
 _MOST_ADDRESSES = 4096
 # What may be opened with the token in its address, and what only our own pages may ask for.
@@ -50,7 +50,7 @@ class RequestFilter:
     def __init__(self, app: ASGIApp, settings: ServerSettings):
         self._app = app
         self._settings = settings
-        self._allowances: OrderedDict[str, Allowance] = OrderedDict()
+        self._rates: OrderedDict[str, RateLimit] = OrderedDict()
         # Cookies don't know ports: two servers on one computer keep theirs apart by name.
         self._cookie = f"motorcade_{settings.port}"
 
@@ -85,11 +85,11 @@ class RequestFilter:
     def _check_rate(self, scope: Scope) -> None:
         address = scope["client"][0] if scope.get("client") else ""
         a_second = self._settings.requests_a_second
-        allowance = self._allowances.setdefault(address, Allowance(a_second, self._settings.clock))
-        self._allowances.move_to_end(address)
-        if len(self._allowances) > _MOST_ADDRESSES:
-            self._allowances.popitem(last=False)
-        if not allowance.take():
+        rate = self._rates.setdefault(address, RateLimit(2 * a_second, 2000))
+        self._rates.move_to_end(address)
+        if len(self._rates) > _MOST_ADDRESSES:
+            self._rates.popitem(last=False)
+        if not rate.allows(to_ticks(self._settings.clock())):
             raise ServerError("too-many-requests", 429, most=a_second)
 
     def _check_host(self, headers: Headers) -> None:

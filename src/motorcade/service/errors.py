@@ -120,20 +120,6 @@ MESSAGES: dict[str, dict[str, str]] = {
         "The block that costs most needs {cost} of them: shorten it or repeat it less often.",
         "zh": "从机程序需要 {count} 个码字，最多为 255 个。占用最多的积木有 {cost} 个码字：请缩短它或减少重复次数。",
     },
-    # In place of the sentences of `motorcade.upload.failures` that speak of the command line.
-    "no-such-port": {
-        "en": "There is no port '{port:.60}'. Is the cable in? List the ports again.",
-        "zh": "没有端口“{port:.60}”。线插好了吗？请刷新端口列表。",
-    },
-    "no-serial-port": {
-        "en": "{port} is no serial port. Choose another one.",
-        "zh": "{port} 不是串口。请选择其他端口。",
-    },
-    "no-answer": {
-        "en": "The car at {port} gave no answer. Is the car switched on, and its cable in? "
-        "For a board that never answers, upload without checking.",
-        "zh": "{port} 处的小车没有回答。小车开机了吗？线插好了吗？对于从不回答的板子，请在上传时取消校验。",
-    },
 }
 
 

@@ -13,17 +13,17 @@ from starlette.routing import BaseRoute, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motorcade.config.profile import Profile
+from motorcade.errors import MotorcadeError
 from motorcade.program.diagnostics import LANGUAGES
 from motorcade.server.errors import ServerError
 from motorcade.server.http import get
 from motorcade.server.sockets import heard
 from motorcade.server.studio.settings import Settings
 from motorcade.service.compiling import profile_named
-from motorcade.service.errors import MESSAGES, StudioError
+from motorcade.service.errors import StudioError
 from motorcade.service.messages import check_image
 from motorcade.service.virtual import VIRTUAL, VirtualCar
 from motorcade.service.web_serial import WEB_SERIAL, WebSerialTransfer, retry_told
-from motorcade.upload.failures import PortError, PortNotFoundError
 from motorcade.upload.ports import BARE, PortInfo, ports
 from motorcade.upload.serial_port import readback, upload
 from motorcade.upload.transfer import Retry
@@ -89,7 +89,7 @@ class Uploads:
             result = await talk(wanted, _checked(wanted))
         except ServerError as problem:
             result = _failed(problem)
-        except PortError as problem:
+        except MotorcadeError as problem:
             result = _failed(problem, wanted.port or WEB_SERIAL)
         except WebSocketDisconnect:
             return
@@ -117,7 +117,7 @@ class Uploads:
             return self._virtual_car.at_a_port(profile)
         # Of pyserial's URLs some write files, so a page may name only what is listed.
         if port not in {each.device for each in ports()}:
-            raise PortNotFoundError("no-such-port", port=port)
+            raise MotorcadeError("no-such-port", port=port)
         return nullcontext(port)
 
 
@@ -160,12 +160,12 @@ def _image(image: bytes) -> Told:
     return {"outcome": "image", "image": base64.b64encode(image).decode()}
 
 
-def _failed(problem: ServerError | PortError, port: str = "") -> Told:
+def _failed(problem: ServerError | MotorcadeError, port: str = "") -> Told:
     """The problem in the page's words where the command line's would lead astray, and by the port's name there."""
     if isinstance(problem, ServerError):
         return {"outcome": "failed", "error": problem.as_dict()}
-    problem.arguments["port"] = port
-    sentences = {language: problem.message(language, MESSAGES) for language in LANGUAGES}
+    problem.details["port"] = port
+    sentences = {language: problem.sentence(language, "page") for language in LANGUAGES}
     return {"outcome": "failed", "error": {"code": problem.code, "message": sentences}}
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from motorcade.boards.computer import ImageStore, StoreError, simulated_car
 from motorcade.boards.lines import LineError, PseudoTerminal, TcpPort
 from motorcade.config.profile import Profile
+from motorcade.errors import MotorcadeError
 from motorcade.service.errors import StudioError
-from motorcade.upload.failures import PortBusyError
 
 VIRTUAL = "virtual"
 
@@ -24,9 +24,9 @@ class VirtualCar:
 
     @contextmanager
     def at_a_port(self, profile: Profile) -> Iterator[str]:
-        """The car at a port of its own until the context is left. Raises PortBusyError, StudioError."""
+        """The car at a port of its own until the context is left. Raises MotorcadeError, StudioError."""
         if not self._taken.acquire(blocking=False):
-            raise PortBusyError("car-busy", port=VIRTUAL)
+            raise MotorcadeError("car-busy", port=VIRTUAL, holds="")
         try:
             # A pseudo-terminal is nobody's but ours, while every user of this computer may come to a TCP port.
             line = TcpPort("127.0.0.1", 0) if sys.platform == "win32" else PseudoTerminal()

@@ -9,9 +9,17 @@ from typing import Any, Self
 
 from starlette.websockets import WebSocket
 
+from motorcade.errors import MotorcadeError
 from motorcade.program.diagnostics import LANGUAGES
-from motorcade.upload.failures import WentAwayError, readback_failure, retry_sentence, upload_failure
-from motorcade.upload.transfer import ReadbackTransfer, Retry, Transfer, UploadTransfer
+from motorcade.upload.transfer import (
+    ReadbackTransfer,
+    Retry,
+    Transfer,
+    UploadTransfer,
+    holds_phrase,
+    readback_error,
+    upload_error,
+)
 from motorcade.words.ticks import TICKS_MASK
 from motorcade.words.upload import Outcome
 
@@ -42,7 +50,7 @@ class WebSerialTransfer:
             await self._listening
 
     async def upload(self, image: bytes, verify: bool, tell: Callable[[dict[str, Any]], None]) -> str:
-        """The car's answer to ``image``; ``tell`` hears how it goes on. Raises PortError."""
+        """The car's answer to ``image``; ``tell`` hears how it goes on. Raises MotorcadeError."""
         talk = UploadTransfer(
             image,
             self._baud,
@@ -52,14 +60,14 @@ class WebSerialTransfer:
             retrying=lambda retry: tell(retry_told(retry, len(image))),
         )
         outcome = await self._held(talk)
-        if failure := upload_failure(WEB_SERIAL, outcome, talk.holds):
+        if failure := upload_error(WEB_SERIAL, outcome, talk.holds):
             raise failure
         return str(outcome.detail)
 
     async def readback(self) -> bytes:
-        """The car's image. Raises PortError."""
+        """The car's image. Raises MotorcadeError."""
         outcome = await self._held(ReadbackTransfer(self._baud))
-        if failure := readback_failure(WEB_SERIAL, outcome):
+        if failure := readback_error(WEB_SERIAL, outcome):
             raise failure
         return bytes(outcome.detail)
 
@@ -83,17 +91,17 @@ class WebSerialTransfer:
         self._came.put_nowait(None)
 
     async def _read(self, talk: Transfer) -> bytes:
-        """The bytes that come next, none where none come in time. Raises WentAwayError: the page has left."""
+        """The bytes that come next, none where none come in time. Raises MotorcadeError: the page has left."""
         try:
             data = await asyncio.wait_for(self._came.get(), min(talk.rest_ms / 1000, _READ_S))
         except TimeoutError:
             return b""
         if data is None:
-            raise WentAwayError("went-away", port=WEB_SERIAL, holds=talk.holds)
+            raise MotorcadeError("went-away", port=WEB_SERIAL, holds=holds_phrase(talk.holds))
         return data
 
 
 def retry_told(retry: Retry, size: int) -> dict[str, Any]:
     """What a page is told of another try to send ``size`` bytes."""
-    sentences = {language: retry_sentence(retry, language) for language in LANGUAGES}
+    sentences = {language: retry.sentence(language) for language in LANGUAGES}
     return {"sent": 0, "of": size, "retry": {"number": retry.number, "of": retry.of, "message": sentences}}

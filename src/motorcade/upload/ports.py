@@ -1,7 +1,7 @@
-"""The serial ports of this computer, and which of them a car is likely to be at.
+"""List the serial ports of this computer, and guess at which of them a car is.
 
-USB ids are those that the makers of serial converters and boards use; their
-products are listed where a maker has others that are no serial port of a board.
+The USB ids are those of makers of serial converters and boards; products are listed where a maker has others that are
+no serial port of a board.
 """
 
 import os
@@ -10,7 +10,7 @@ from typing import NamedTuple
 from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 
-from motorcade.upload.failures import PortNotFoundError, SeveralPortsError
+from motorcade.errors import MotorcadeError
 
 # The name; its vendor's number; its products' numbers, none for all of them.
 _BOARDS: tuple[tuple[str, int, tuple[int, ...]], ...] = (
@@ -32,20 +32,22 @@ _BOARDS: tuple[tuple[str, int, tuple[int, ...]], ...] = (
     ("MicroPython", 0xF055, (0x9800,)),
     ("STM32", 0x0483, (0x5740, 0x374B, 0x374E)),
 )
-# What pyserial says of a port that tells nothing about itself.
+# What pyserial returns where nothing is known.
 _NOTHING = "n/a"
 _USUAL_GROUP = "dialout"
 
-# How likely a car is there.
+# How likely a car is at a port, the likeliest first.
 BOARD, USB, OTHER, BARE = range(4)
 
 
 class PortInfo(NamedTuple):
     """A serial port of this computer.
 
-    ``board`` is the name of what its USB id belongs to, empty where that is unknown;
-    ``rank`` is BOARD, USB, OTHER (such as Bluetooth), or BARE for one of the
-    mainboard's, at which there is mostly nothing.
+    Attributes:
+        device: its name, such as /dev/ttyUSB0.
+        description, hardware: what the system knows of it, or empty.
+        board: the name that belongs to its USB id; empty where that is unknown.
+        rank: BOARD, USB, OTHER (such as Bluetooth), or BARE for a mainboard's port, which mostly has nothing on it.
     """
 
     device: str
@@ -56,14 +58,26 @@ class PortInfo(NamedTuple):
 
     @property
     def title(self) -> str:
-        """What is there, as far as it is known."""
+        """What is connected, as far as it is known."""
         if self.board in self.description:
             return self.description
         return f"{self.board} ({self.description})" if self.description else self.board
 
 
+class SeveralPortsError(MotorcadeError):
+    """A car may be at several ports: somebody has to choose.
+
+    Attributes:
+        ports: pairs of a device and its title.
+    """
+
+    def __init__(self, ports: list[tuple[str, str]]) -> None:
+        self.ports = ports
+        super().__init__("several-ports", list=", ".join(f"{device} ({title})" for device, title in ports))
+
+
 def ports() -> list[PortInfo]:
-    """The serial ports that are there now, the likeliest first."""
+    """The serial ports of this computer now, the likeliest first."""
     return sorted(map(_described, list_ports.comports()), key=lambda port: (port.rank, port.device))
 
 
@@ -71,8 +85,8 @@ def likely_port(found: list[PortInfo]) -> PortInfo:
     """The one port at which a car may be.
 
     Raises:
-        PortNotFoundError: there is none.
-        SeveralPortsError: there are several; its ``ports`` are those to choose from.
+        MotorcadeError: "no-car-found", there is none.
+        SeveralPortsError: there are several.
     """
     for rank in (BOARD, USB):
         likely = [port for port in found if port.rank == rank]
@@ -80,11 +94,11 @@ def likely_port(found: list[PortInfo]) -> PortInfo:
             raise SeveralPortsError([(port.device, port.title) for port in likely])
         if likely:
             return likely[0]
-    raise PortNotFoundError("no-car-found")
+    raise MotorcadeError("no-car-found")
 
 
 def group_of(device: str) -> str:
-    """The group whose members may use a port of a POSIX system; the usual one where that can't be told."""
+    """The group whose members may use a port of a POSIX system; the usual one where it is unknown."""
     try:
         from grp import getgrgid
 

@@ -1,7 +1,7 @@
-"""Whole talks with a car, an upload and a readback, from the first silence to the last try.
+"""Upload an image to a car, or read it back, from the first silence to the last try.
 
-Pure: bytes that came and the clock in, bytes to send out. Every carrier of bytes
-(a serial port, a page's port, a test) steps the same talk.
+Pure: received bytes and the clock in, bytes to send out. Whatever carries the bytes (a serial port, a page's port, a
+test) steps the same transfer.
 """
 
 from abc import ABC, abstractmethod
@@ -9,16 +9,18 @@ from binascii import crc32
 from collections.abc import Callable, Generator, Iterator
 from typing import NamedTuple, Protocol, TypeVar
 
-from motorcade.errors import Phrase
-from motorcade.upload import check_request as asking
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.upload import check_request
 from motorcade.upload.check_request import READY, TAKEN, Answer, CheckRequestEnd, knows_no_checks
 from motorcade.words import upload
+from motorcade.words.image import refused_image
 from motorcade.words.ticks import elapsed_ms
 from motorcade.words.upload import (
     CANT_STORE,
     IMAGE,
     MISMATCH,
     NOT_VERIFIED,
+    OTHER_CHECKSUM,
     READBACK_REQUEST,
     REFUSED,
     SILENCE_MS,
@@ -31,15 +33,15 @@ from motorcade.words.upload import (
 
 # How often an image is sent, and how often it is announced before each time.
 TRIES = 3
-# Before it says anything an uploader is silent for so long that the car forgets what reached it before;
-# what would else become the beginning of an image is the rest of an upload that broke off.
+# An uploader is silent for so long before it begins that the car's receiver resets; the rest of an upload that broke
+# off would else become the beginning of the image.
 SETTLE_MS = SILENCE_MS + 100
-# A board that never stops talking is talked to nevertheless.
+# A board that never stops sending gets the upload nevertheless.
 _LONGEST_SETTLE_MS = 3000
 _AHEAD_BYTES = 64
 _BITS_A_BYTE = 10
 
-# What the car holds, as far as it has said.
+# What the car holds, as far as its answers tell.
 OLD = "old"
 NEW = "new"
 EITHER = "either"
@@ -53,18 +55,22 @@ READS_AGAIN = "reads-again"
 
 
 class Retry(NamedTuple):
-    """Another try: the ``number``-th of ``of``, and its reason (a key of `motorcade.upload.failures.RETRIES`)."""
+    """Another try: the ``number``-th of ``of``, and its reason: ASKS_AGAIN, SENDS_AGAIN or READS_AGAIN."""
 
     reason: str
     number: int
     of: int
 
+    def sentence(self, language: str = "en") -> str:
+        """A sentence for the user, in ``language``."""
+        return Phrase(f"upload-{self.reason}", number=self.number, of=self.of).sentence(language)
 
-class _Hearing(Protocol):
+
+class _Receiving(Protocol):
     def receive_data(self, data: bytes, now_ms: int) -> None: ...
 
 
-class _Sending(_Hearing, Protocol):
+class _Sending(_Receiving, Protocol):
     def finish_sending(self, now_ms: int) -> None: ...
 
 
@@ -73,12 +79,16 @@ Steps = Generator[bytes, None, None]
 
 
 class Transfer(ABC):
-    """A talk with a car.
+    """One upload or readback.
+
+    Args:
+        baud: bits a second of the line, ten to a byte.
+        retrying: called before each further try.
 
     Attributes:
-        outcome: how it ended, None while it goes on.
+        outcome: how it ended; None while it goes on.
         holds: what the car holds: OLD, NEW, EITHER of the two, NEITHER, or UNKNOWN; empty where nothing was sent to it.
-        rest_ms: how long nothing is to be done unless bytes come.
+        rest_ms: how long there is nothing to do unless bytes come.
     """
 
     def __init__(self, baud: int, retrying: Callable[[Retry], None] = lambda retry: None):
@@ -89,19 +99,21 @@ class Transfer(ABC):
         self._retrying = retrying
         self._data = b""
         self._now_ms = 0
-        self._steps: Iterator[bytes] = self._talk()
+        self._steps: Iterator[bytes] = self._run()
 
     def step(self, data: bytes, now_ms: int) -> bytes:
-        """Take the bytes that came by ``now_ms`` (ticks); gives the bytes to send now, often none."""
+        """Take the bytes that came by ``now_ms`` (ticks). Returns the bytes to send now, often none."""
         self._data, self._now_ms = data, now_ms
         return next(self._steps, b"")
 
     @abstractmethod
-    def _talk(self) -> Steps:
-        """The whole talk: yields what to send, and ends with its outcome set."""
+    def _run(self) -> Steps:
+        """Run the transfer: yield what to send, and set the outcome at the end."""
 
-    def _hear(self, end: _Hearing, found: Callable[[], Found | None], within_ms: int) -> Generator[bytes, None, Found]:
-        """Feed ``end`` until there is something ``found``, which it is within ``within_ms``."""
+    def _receive(
+        self, end: _Receiving, found: Callable[[], Found | None], within_ms: int
+    ) -> Generator[bytes, None, Found]:
+        """Give received bytes to ``end`` until ``found`` returns something, at the latest after ``within_ms``."""
         begin_ms = self._now_ms
         while (result := found()) is None:
             self.rest_ms = max(1, within_ms - elapsed_ms(self._now_ms, begin_ms))
@@ -120,9 +132,9 @@ class Transfer(ABC):
                 quiet_ms = self._now_ms
 
     def _send(self, data: bytes, end: _Sending, sent: Callable[[int], None] = lambda count: None) -> Steps:
-        """Send ``data`` as fast as the line carries it, so that the answer's deadline is the line's.
+        """Send ``data`` as fast as the line carries it, so that the answer's deadline counts from its end.
 
-        The operating system would take it all at once, and a pseudo-terminal says at once that it has left.
+        The operating system takes it all at once, and a pseudo-terminal reports at once that it has been sent.
         """
         begin_ms, count = self._now_ms, 0
         needed_ms = -(-len(data) * _BITS_A_BYTE * 1000 // self._baud)
@@ -140,9 +152,9 @@ class Transfer(ABC):
 
 
 class ReadbackTransfer(Transfer):
-    """Fetches the image that a car holds: the outcome's detail where its kind is IMAGE."""
+    """Read back the image that a car holds: the outcome's detail where its kind is IMAGE."""
 
-    def _talk(self) -> Steps:
+    def _run(self) -> Steps:
         for number in range(1, TRIES + 1):
             if number > 1:
                 self._retrying(Retry(READS_AGAIN, number, TRIES))
@@ -150,25 +162,27 @@ class ReadbackTransfer(Transfer):
             end = ReadbackEnd(self._now_ms)
             yield READBACK_REQUEST
             end.receive_data(self._data, self._now_ms)
-            outcome = yield from self._hear(end, end.next_event, upload.ANSWER_WITHIN_MS)
+            outcome = yield from self._receive(end, end.next_event, upload.ANSWER_WITHIN_MS)
             if outcome.kind == IMAGE or is_busy(outcome):
                 break
         self.outcome = outcome
 
 
 class UploadTransfer(Transfer):
-    """Sends ``image`` until the car holds it, or says why it can't.
+    """Send an image until the car holds it or refuses it.
 
-    A car that knows checks is told the checksum first, and takes nothing else then.
-    The line keeps the order of its bytes, so what the car answers to an announcement
-    tells what became of all that was sent before: nothing else makes `holds` certain.
-    To a car that knows no checks the image is sent as it is, and so without ``verify``.
+    A car that knows check requests gets the checksum first, and then takes no other image. The line keeps the order
+    of its bytes, so the car's answer to an announcement shows what became of all that was sent before it; nothing
+    else makes ``holds`` certain. A car that knows no check requests gets the image as it is, and so does any car
+    without ``verify``.
 
     Args:
+        image: its bytes.
         baud: bits a second of the line, ten to a byte.
-        number: 0 to 255, another one for each upload, so that a late answer to an earlier one is known.
-        sent: hears how many bytes of the image have been sent.
-        retrying: hears of each further try.
+        verify: whether to wait for the car's answer.
+        number: 0 to 255, another one for each upload, so that a late answer to an earlier one is recognized.
+        sent: called with the number of bytes of the image that have been sent.
+        retrying: called before each further try.
     """
 
     def __init__(
@@ -189,7 +203,7 @@ class UploadTransfer(Transfer):
         self._held_first = 0
         self._last: Outcome = Outcome(SILENT, "")
 
-    def _talk(self) -> Steps:
+    def _run(self) -> Steps:
         if not self._verify:
             yield from self._settle()
             yield from self._send_image(UNKNOWN)
@@ -200,7 +214,7 @@ class UploadTransfer(Transfer):
             self._held_first = answer.held
             yield from self._send_checked()
         elif answer.kind == TAKEN:
-            # An image in which nothing moves.
+            # The car took the request as an image in which nothing moves.
             self.holds = NEITHER
             yield from self._send_plain()
         elif knows_no_checks(reasons):
@@ -208,7 +222,7 @@ class UploadTransfer(Transfer):
         self.outcome = self._last
 
     def _announce(self) -> Generator[bytes, None, tuple[Answer, list[str]]]:
-        """Tell the car what comes until it is ready for that; gives its last answer and all its refusals."""
+        """Announce the image until the car is ready for it. Returns its last answer and the reasons of all refusals."""
         answer, reasons = Answer(SILENT), []
         for number in range(1, TRIES + 1):
             if number > 1:
@@ -217,10 +231,10 @@ class UploadTransfer(Transfer):
             end = CheckRequestEnd(self._image, self._number)
             self._number = self._number + 1 & 255
             yield from self._send(end.request, end)
-            answer = yield from self._hear(end, end.answer, asking.ANSWER_WITHIN_MS)
+            answer = yield from self._receive(end, end.answer, check_request.ANSWER_WITHIN_MS)
             if answer.kind in (READY, TAKEN):
                 break
-            reasons.append(answer.said)
+            reasons.append(answer.text)
             self._last = outcome_of(answer)
             if is_busy(self._last):
                 break
@@ -237,15 +251,15 @@ class UploadTransfer(Transfer):
             answer, _ = yield from self._announce()
             if answer.kind != READY:
                 return
-            self._last = self._learned(answer, outcome)
+            self._last = self._outcome_after(answer, outcome)
             if self.holds == NEW or CANT_STORE in str(outcome.detail):
                 return
 
-    def _learned(self, answer: Answer, outcome: Outcome) -> Outcome:
-        """How a try ended after which the car gave ``answer``."""
+    def _outcome_after(self, answer: Answer, outcome: Outcome) -> Outcome:
+        """The outcome of a try, once the car has answered the next announcement."""
         if answer.held == crc32(self._image):
             self.holds = NEW
-            return Outcome(VERIFIED, answer.said)
+            return Outcome(VERIFIED, answer.text)
         self.holds = OLD if answer.held == self._held_first else NEITHER
         return outcome
 
@@ -265,7 +279,7 @@ class UploadTransfer(Transfer):
             held = self.holds = NEITHER if self._last.kind == MISMATCH else UNKNOWN
 
     def _send_image(self, holds: str) -> Generator[bytes, None, Outcome]:
-        """Send the image and await the answer; with the last bytes the car may hold what ``holds`` says."""
+        """Send the image and wait for the answer; from the last bytes on the car may hold what ``holds`` tells."""
 
         def sent(count: int) -> None:
             if count == len(self._image) or holds == UNKNOWN:
@@ -274,16 +288,54 @@ class UploadTransfer(Transfer):
 
         end = UploaderEnd(self._image, self._verify)
         yield from self._send(self._image, end, sent)
-        return (yield from self._hear(end, end.next_event, upload.ANSWER_WITHIN_MS))
+        return (yield from self._receive(end, end.next_event, upload.ANSWER_WITHIN_MS))
 
 
 def is_busy(outcome: Outcome) -> bool:
-    """Whether the car said that it is talking to somebody else."""
+    """Whether the car refused because of another uploader."""
     return outcome.kind == REFUSED and str(outcome.detail).startswith("busy")
 
 
 def outcome_of(answer: Answer) -> Outcome:
-    """An unsuccessful answer to a check request as an outcome of the upload."""
+    """The outcome of an upload whose check request failed."""
     if answer.kind == SILENT:
-        return Outcome(SILENT, Phrase("no-answer-within", duration_ms=asking.ANSWER_WITHIN_MS))
-    return Outcome(REFUSED, answer.said)
+        return Outcome(SILENT, Phrase("no-answer-within", duration_ms=check_request.ANSWER_WITHIN_MS))
+    return Outcome(REFUSED, answer.text)
+
+
+def upload_error(port: str, outcome: Outcome, holds: str) -> MotorcadeError | None:
+    """The error for an upload's outcome; None where it succeeded.
+
+    Args:
+        port: its name.
+        outcome: `Transfer.outcome`.
+        holds: `Transfer.holds`.
+    """
+    kind, detail = outcome
+    if kind == SILENT:
+        return MotorcadeError("no-answer", port=port, detail=detail, holds=holds_phrase(holds))
+    if kind == MISMATCH or (kind == REFUSED and str(detail).startswith(OTHER_CHECKSUM)):
+        return MotorcadeError("mismatch", port=port, detail=detail, holds=holds_phrase(holds))
+    if kind != REFUSED:
+        return None
+    if is_busy(outcome):
+        # The other upload will replace the image that the car has.
+        return MotorcadeError("car-busy", port=port, holds=holds_phrase("" if holds == OLD else holds))
+    return MotorcadeError("refused", port=port, detail=refused_image(str(detail)) or detail, holds=holds_phrase(holds))
+
+
+def readback_error(port: str, outcome: Outcome) -> MotorcadeError | None:
+    """The error for a readback's outcome; None where it succeeded."""
+    kind, detail = outcome
+    if kind == IMAGE:
+        return None
+    if kind == SILENT:
+        return MotorcadeError("nothing-to-read", port=port, detail=detail)
+    if is_busy(outcome):
+        return MotorcadeError("car-busy", port=port, holds="")
+    return MotorcadeError("no-image", port=port, detail=detail)
+
+
+def holds_phrase(holds: str) -> Phrase | str:
+    """The sentence for what the car holds after a failure; empty where nothing was sent to it."""
+    return Phrase(f"car-holds-{holds}") if holds else ""

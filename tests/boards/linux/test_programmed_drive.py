@@ -13,8 +13,7 @@ from motorcade.boards.computer import Equipment, HardwareWatchdog
 from motorcade.boards.linux.programmed_drive import ProgrammedDrive
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import levels_of
-from motorcade.drive.drive_failures import DriveError
-from motorcade.drive.session import CarControl
+from motorcade.drive.session import CarControl, DriveError
 from motorcade.errors import MotorcadeError
 from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import TICKS_MASK

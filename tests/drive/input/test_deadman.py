@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.drive.input.deadman import RESTS_MS, DeadmanSwitch
-from motorcade.drive.input.pad import DEAD_ZONE, FULL, LONGEST_STILL_MS, PadNumbers, PadStick
+from motorcade.drive.input.gamepad import DEAD_ZONE, FULL, LONGEST_STILL_MS, PadNumbers, PadStick
 from motorcade.words.ticks import later_ms
 
 REST, PUSHED, STILL = (0, 0), (0.5, -1), (0, 0)
@@ -13,59 +13,64 @@ NO_NUMBERS = PadNumbers(0, 0, 0, 0, 0, 0)
 
 
 @pytest.fixture
-def hand():
+def switch():
     """One that was seen at rest at 0 ms."""
-    hand = DeadmanSwitch()
-    assert hand.wish(REST, 0) is None
-    return hand
+    switch = DeadmanSwitch()
+    assert switch.update(REST, 0) is None
+    return switch
 
 
-def test_who_does_not_touch_a_stick_wants_nothing(hand):
-    assert [hand.wish(REST, now_ms) for now_ms in range(0, 10_000, 20)] == [None] * 500
+def test_who_does_not_touch_a_stick_wants_nothing(switch):
+    assert [switch.update(REST, now_ms) for now_ms in range(0, 10_000, 20)] == [None] * 500
 
 
 @pytest.mark.parametrize("pushed", [(0.1, 0), (-1, 0), (0, 0.1), PUSHED])
-def test_a_push_is_a_wish_at_once(hand, pushed):
-    assert hand.wish(pushed, 20) == pushed
+def test_a_push_is_a_wish_at_once(switch, pushed):
+    assert switch.update(pushed, 20) == pushed
 
 
-def test_who_lets_go_wants_to_stand_still_and_after_a_while_nothing(hand):
-    hand.wish(PUSHED, 100)
-    assert [hand.wish(REST, 100 + later) for later in (20, RESTS_MS - 1, RESTS_MS, 9000)] == [STILL, STILL, None, None]
+def test_who_lets_go_wants_to_stand_still_and_after_a_while_nothing(switch):
+    switch.update(PUSHED, 100)
+    assert [switch.update(REST, 100 + later) for later in (20, RESTS_MS - 1, RESTS_MS, 9000)] == [
+        STILL,
+        STILL,
+        None,
+        None,
+    ]
 
 
-def test_who_pushes_again_before_that_drives_on(hand):
-    hand.wish(PUSHED, 100)
-    assert hand.wish(REST, 1900) == STILL
-    assert hand.wish(PUSHED, 2050) == PUSHED
-    assert hand.wish(REST, 4000) == STILL
+def test_who_pushes_again_before_that_drives_on(switch):
+    switch.update(PUSHED, 100)
+    assert switch.update(REST, 1900) == STILL
+    assert switch.update(PUSHED, 2050) == PUSHED
+    assert switch.update(REST, 4000) == STILL
 
 
 def test_a_stick_that_was_pushed_when_it_came_has_to_rest_first():
-    hand = DeadmanSwitch()
-    assert hand.wish(PUSHED, 0) is None
-    assert hand.must_rest
-    assert hand.wish(REST, 20) is None
-    assert hand.wish(PUSHED, 40) == PUSHED
+    switch = DeadmanSwitch()
+    assert switch.update(PUSHED, 0) is None
+    assert switch.must_rest
+    assert switch.update(REST, 20) is None
+    assert switch.update(PUSHED, 40) == PUSHED
 
 
 @pytest.mark.parametrize("wrong", [None, (float("nan"), 0), (0, float("inf")), (1.01, 0), (0, -2)])
-def test_axes_that_can_not_be_stop_and_have_to_rest(hand, wrong):
-    hand.wish(PUSHED, 0)
-    assert hand.wish(wrong, 20) == STILL
-    assert hand.wish(PUSHED, 40) == STILL
-    assert hand.wish(REST, 60) == STILL
-    assert hand.wish(PUSHED, 80) == PUSHED
+def test_axes_that_can_not_be_stop_and_have_to_rest(switch, wrong):
+    switch.update(PUSHED, 0)
+    assert switch.update(wrong, 20) == STILL
+    assert switch.update(PUSHED, 40) == STILL
+    assert switch.update(REST, 60) == STILL
+    assert switch.update(PUSHED, 80) == PUSHED
 
 
-def test_who_is_distrusted_stands_and_who_withdraws_wants_nothing_until_they_let_go(hand):
-    hand.wish(PUSHED, 0)
-    hand.distrust()
-    assert hand.wish(PUSHED, 20) == STILL
-    hand.withdraw()
-    assert hand.wish(PUSHED, 40) is None
-    assert hand.wish(REST, 60) is None
-    assert hand.wish(PUSHED, 80) == PUSHED
+def test_who_is_distrusted_stands_and_who_withdraws_wants_nothing_until_they_let_go(switch):
+    switch.update(PUSHED, 0)
+    switch.distrust()
+    assert switch.update(PUSHED, 20) == STILL
+    switch.withdraw()
+    assert switch.update(PUSHED, 40) is None
+    assert switch.update(REST, 60) is None
+    assert switch.update(PUSHED, 80) == PUSHED
 
 
 looks = st.lists(
@@ -75,14 +80,14 @@ looks = st.lists(
 
 @given(looks=looks, begin_ms=st.sampled_from([0, (1 << 30) - 1000]))
 def test_no_hand_drives_but_by_a_push_behind_a_rest(looks, begin_ms):
-    hand, now_ms, rested, silent_ms = DeadmanSwitch(), begin_ms, False, RESTS_MS
+    switch, now_ms, rested, silent_ms = DeadmanSwitch(), begin_ms, False, RESTS_MS
     for look, later in looks:
         now_ms, silent_ms = later_ms(now_ms, later), silent_ms + later
         if isinstance(look, str):
-            getattr(hand, look)()
+            getattr(switch, look)()
             rested = False
             continue
-        wish = hand.wish(look, now_ms)
+        wish = switch.update(look, now_ms)
         rested = look is not None and (rested or look == REST)
         if wish and any(wish):
             assert rested

@@ -8,9 +8,9 @@ import pytest
 
 from motorcade.drive.client import DriveClient
 from motorcade.drive.input.deadman import QUIT, Reading
-from motorcade.drive.input.feeding import fed
 from motorcade.drive.input.gamepad import Gamepad
-from motorcade.drive.input.stick_failures import StickError
+from motorcade.drive.input.local import reading_input
+from motorcade.errors import MotorcadeError
 from support.driven_car import PATIENT, STEADY, DrivenCar, until
 from support.virtual_pad import LEFT_X, LEFT_Y, RIGHT_BUTTON, START, UP, VirtualPad
 
@@ -27,7 +27,7 @@ def car():
 def pad():
     try:
         pad = VirtualPad()
-    except StickError as problem:
+    except MotorcadeError as problem:
         pytest.skip(str(problem))
     with pad:
         yield pad
@@ -57,7 +57,7 @@ def ignored():
 def test_who_touches_the_pad_drives_and_who_lets_go_leaves_it_to_the_network(car, pad):
     async def scene():
         said = []
-        async with fed(car.drive, Gamepad(), said.append, ignored):
+        async with reading_input(car.control, Gamepad(), said.append, ignored):
             pad.plug()
             await until(lambda: said)
             async with pushed_by_network(car):
@@ -65,11 +65,11 @@ def test_who_touches_the_pad_drives_and_who_lets_go_leaves_it_to_the_network(car
                 pad.push(LEFT_Y, UP)
                 pad.push(LEFT_X, UP)
                 await until(lambda: car.board.setpoint == BY_PAD)
-                assert car.drive.telemetry().driver == "Pad of the tests at the car"
+                assert car.control.telemetry().driver == "Pad of the tests at the car"
                 pad.rest()
                 await until(lambda: car.board.setpoint == STANDING)
                 await until(lambda: car.board.setpoint == BY_NETWORK)
-        assert "is there" in said[0]
+        assert "is connected" in str(said[0])
 
     asyncio.run(scene())
 
@@ -77,15 +77,15 @@ def test_who_touches_the_pad_drives_and_who_lets_go_leaves_it_to_the_network(car
 def test_a_pad_that_is_pulled_out_while_it_drives_leaves_a_car_that_stands_and_may_come_again(car, pad):
     async def scene():
         said = []
-        async with fed(car.drive, Gamepad(), said.append, ignored):
+        async with reading_input(car.control, Gamepad(), said.append, ignored):
             pad.plug((LEFT_Y, UP))
             await until(lambda: len(said) == 1)
             pad.rest()
             # So that it has been seen at rest, which nothing else tells.
             pad.hold(RIGHT_BUTTON)
-            await until(lambda: car.drive.telemetry().state == "stopped")
+            await until(lambda: car.control.telemetry().state == "stopped")
             pad.hold(START)
-            await until(lambda: car.drive.telemetry().state != "stopped")
+            await until(lambda: car.control.telemetry().state != "stopped")
             pad.push(LEFT_Y, UP)
             await until(lambda: car.board.moves)
             pad.unplug()
@@ -95,12 +95,12 @@ def test_a_pad_that_is_pulled_out_while_it_drives_leaves_a_car_that_stands_and_m
             pad.plug((LEFT_Y, UP))
             await until(lambda: len(said) == 3)
             pad.hold(RIGHT_BUTTON)
-            await until(lambda: car.drive.telemetry().state == "stopped")
+            await until(lambda: car.control.telemetry().state == "stopped")
         assert not any(setpoint[2] for _, setpoint in car.board.notes[count:])
-        assert [sentence.split(":")[0] for sentence in said] == [
-            "Pad of the tests is there",
+        assert [str(sentence).split(":")[0] for sentence in said] == [
+            "Pad of the tests is connected",
             "Pad of the tests is gone",
-            "Pad of the tests is there",
+            "Pad of the tests is connected",
         ]
 
     asyncio.run(scene())
@@ -108,11 +108,11 @@ def test_a_pad_that_is_pulled_out_while_it_drives_leaves_a_car_that_stands_and_m
 
 def test_the_emergency_button_stops_who_drives_on_the_network(car, pad):
     async def scene():
-        async with fed(car.drive, Gamepad(), print, ignored), pushed_by_network(car):
+        async with reading_input(car.control, Gamepad(), print, ignored), pushed_by_network(car):
             pad.plug()
             await until(lambda: car.board.setpoint == BY_NETWORK)
             pad.hold(RIGHT_BUTTON)
-            await until(lambda: car.drive.telemetry().state == "stopped")
+            await until(lambda: car.control.telemetry().state == "stopped")
             assert not car.board.moves
 
     asyncio.run(scene())
@@ -125,7 +125,7 @@ class Source:
         self.reading = reading or Reading("D", (0, 0))
 
     def read(self):
-        if isinstance(self.reading, OSError):
+        if isinstance(self.reading, Exception):
             raise self.reading
         if isinstance(self.reading, threading.Event):
             self.reading.wait()
@@ -135,18 +135,18 @@ class Source:
 
 @contextmanager
 def opened(source):
-    if isinstance(source, OSError):
+    if isinstance(source, Exception):
         raise source
     yield source
 
 
 async def driving(car, source):
     """The source is pushed, and the car drives."""
-    await until(lambda: car.drive.telemetry().watchers)
+    await until(lambda: car.control.telemetry().watchers)
     source.reading = Reading("D", (0, 0), ("stop",))
-    await until(lambda: car.drive.telemetry().state == "stopped")
+    await until(lambda: car.control.telemetry().state == "stopped")
     source.reading = Reading("D", (0, 0), ("clear",))
-    await until(lambda: car.drive.telemetry().state != "stopped")
+    await until(lambda: car.control.telemetry().state != "stopped")
     source.reading = Reading("D", (1, 0))
     await until(lambda: any(setpoint[2] for _, setpoint in car.board.notes))
 
@@ -154,13 +154,13 @@ async def driving(car, source):
 def test_a_device_that_can_not_be_read_any_more_stops_the_car_and_is_told(car):
     async def scene():
         said, source = [], Source()
-        async with fed(car.drive, opened(source), said.append, ignored):
+        async with reading_input(car.control, opened(source), said.append, ignored):
             await driving(car, source)
             source.reading = OSError("the cable broke")
             await until(lambda: not car.board.moves)
             await until(lambda: len(said) == 2)
-        assert said[1] == "the stick at the car can't be read any more: the cable broke"
-        assert car.drive.telemetry().driver is None
+        assert str(said[1]) == "the stick at the car can't be read any more: the cable broke"
+        assert car.control.telemetry().driver is None
 
     asyncio.run(scene())
 
@@ -169,11 +169,11 @@ def test_a_device_whose_driver_hangs_stops_the_car_and_does_not_keep_it_from_end
     async def scene(car):
         source, freed = Source(), threading.Event()
         try:
-            async with fed(car.drive, opened(source), print, ignored):
+            async with reading_input(car.control, opened(source), print, ignored):
                 await driving(car, source)
                 source.reading = freed
                 await until(lambda: not car.board.moves)
-                assert car.drive.telemetry().failsafes == 1
+                assert car.control.telemetry().failsafes == 1
         finally:
             freed.set()
 
@@ -183,17 +183,17 @@ def test_a_device_whose_driver_hangs_stops_the_car_and_does_not_keep_it_from_end
 
 def test_a_stick_that_can_not_be_opened_is_the_caller_s_to_hear_of(car):
     async def scene():
-        async with fed(car.drive, opened(StickError("sdl-fails", reason="R")), print, ignored):
+        async with reading_input(car.control, opened(MotorcadeError("sdl-fails", reason="R")), print, ignored):
             pytest.fail("there is no stick")
 
-    with pytest.raises(StickError, match="R"):
+    with pytest.raises(MotorcadeError, match="R"):
         asyncio.run(scene())
 
 
 def test_who_wants_to_leave_leaves(car):
     async def scene():
         left = threading.Event()
-        async with fed(car.drive, opened(Source(Reading("D", (0, 0), (QUIT,)))), print, left.set):
+        async with reading_input(car.control, opened(Source(Reading("D", (0, 0), (QUIT,)))), print, left.set):
             await until(left.is_set)
 
     asyncio.run(scene())

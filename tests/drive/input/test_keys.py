@@ -2,19 +2,19 @@
 
 import pytest
 
-from motorcade.drive.input.keys import AHEAD, BACK, LEFT, LONGEST_HOLD_S, RIGHT, KeyStick
+from motorcade.drive.input.deadman import AHEAD, BACK, LEFT, LONGEST_HOLD_S, RIGHT, KeyStick
 
 HOLD_S = 0.25
 
 
 @pytest.fixture
 def plain():
-    return KeyStick(HOLD_S, tells_releases=False)
+    return KeyStick(HOLD_S, reports_releases=False)
 
 
 @pytest.fixture
 def telling():
-    return KeyStick(HOLD_S, tells_releases=True)
+    return KeyStick(HOLD_S, reports_releases=True)
 
 
 def test_nothing_is_pressed_at_first(plain):
@@ -58,7 +58,7 @@ def test_the_opposite_key_takes_over(plain):
 
 def test_letting_go_is_at_once(plain):
     plain.press(AHEAD, 0)
-    plain.let_go()
+    plain.release_all()
     assert plain.axes(0) == (0, 0)
 
 

@@ -5,11 +5,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drive.test_session import MOVE, NEUTRAL, STILL, Car
+from motorcade.car.arbiter import APPLIED, LOCAL
 from motorcade.drive.input.deadman import CLEAR, QUIT, RELEASE, REQUEST, RESTS_MS, RESUME, STOP, Reading
-from motorcade.drive.input.feeding import PERIOD_S
-from motorcade.drive.input.local import LocalStick
-from motorcade.drive.input.stick_failures import StickError
-from motorcade.drive.session import APPLIED, LOCAL, OUTCOMES
+from motorcade.drive.input.local import PERIOD_S, LocalStick
+from motorcade.drive.wire import OUTCOMES
+from motorcade.errors import MotorcadeError
 
 PERIOD_MS = round(PERIOD_S * 1000)
 PAD = "Pad"
@@ -24,20 +24,20 @@ class Bench(Car):
     def __init__(self) -> None:
         super().__init__()
         self.said: list[str] = []
-        self.stick = LocalStick(self.drive, self.said.append)
-        self.network = self.drive.join("ada")
+        self.stick = LocalStick(self.control, lambda sentence: self.said.append(str(sentence)))
+        self.network = self.control.join("ada")
         self.look(REST)
 
     def look(self, reading: Reading, for_ms: int = 0) -> None:
         """Let the stick show the same for so long, while the car's clock goes on."""
         for _ in range(max(1, for_ms // PERIOD_MS)):
             self.now_ms += PERIOD_MS
-            self.drive.tick()
+            self.control.tick()
             self.stick.take(reading, self.now_ms)
 
     @property
     def driver(self) -> str | None:
-        return self.drive.telemetry().driver
+        return self.control.telemetry().driver
 
 
 @pytest.fixture
@@ -94,9 +94,9 @@ def test_one_stick_in_place_of_another_has_to_rest_first(bench: Bench) -> None:
     bench.look(AHEAD._replace(device="Other"), 100)
     assert bench.last == NEUTRAL
     assert bench.said == [
-        "Pad is there: it drives this car before everybody on the network",
+        "Pad is connected: it drives this car before everybody on the network",
         "Pad is gone",
-        "Other is there: it drives this car before everybody on the network",
+        "Other is connected: it drives this car before everybody on the network",
     ]
 
 
@@ -111,7 +111,7 @@ def test_axes_that_can_not_be_trusted_stop_the_car(bench: Bench) -> None:
 def test_a_pushed_stick_does_not_drive_on_after_the_car_s_own_software_was_stuck(bench: Bench) -> None:
     bench.look(AHEAD, 100)
     bench.now_ms += 400
-    bench.drive.tick()
+    bench.control.tick()
     assert bench.state == "failsafe"
     bench.look(AHEAD, 1000)
     assert bench.last[-1] == 0
@@ -171,7 +171,7 @@ def test_resume_lets_the_program_drive_and_says_why_it_can_not(bench: Bench) -> 
     assert bench.state == "program"
     bench.look(AHEAD, 100)
     assert bench.last == ALL_AHEAD
-    bench.drive.stop()
+    bench.control.stop()
     bench.look(REST._replace(orders=(RESUME,)))
     assert "somebody else drives or the emergency stop holds" in bench.said[-1]
 
@@ -183,7 +183,7 @@ def test_orders_that_are_for_terminals_change_nothing(bench: Bench) -> None:
 
 
 def test_another_stick_that_drives_is_not_followed_by_one_that_stayed_pushed(bench: Bench) -> None:
-    other = bench.drive.join("other", LOCAL)
+    other = bench.control.join("other", LOCAL)
     other.command(MOVE)
     bench.look(AHEAD, 100)
     assert bench.driver == "other"
@@ -193,7 +193,7 @@ def test_another_stick_that_drives_is_not_followed_by_one_that_stayed_pushed(ben
 
 
 def test_a_notice_is_said(bench: Bench) -> None:
-    bench.look(REST._replace(notice=StickError("no-gamepad", name="Wheel")))
+    bench.look(REST._replace(notice=MotorcadeError("not-a-gamepad", name="Wheel")))
     assert "Wheel is no gamepad" in bench.said[-1]
 
 
@@ -220,9 +220,9 @@ def test_the_stick_never_moves_the_wheels_but_by_a_push_behind_a_rest(looks: lis
     readings |= {order: AHEAD._replace(orders=(order,)) for order in (STOP, CLEAR, RELEASE)}
     for act, later_ms in looks:
         bench.now_ms += later_ms
-        bench.drive.tick()
+        bench.control.tick()
         if act == "stall":
-            bench.drive.fail(OSError())
+            bench.control.fail(OSError())
         if act in ("network", "stall"):
             bench.network.command(MOVE)
             continue

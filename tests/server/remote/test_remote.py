@@ -13,8 +13,7 @@ from starlette.testclient import TestClient, WebSocketDenialResponse
 from motorcade.cameras.broadcast import Camera
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
-from motorcade.drive.drive_failures import MESSAGES as DRIVE_MESSAGES
-from motorcade.drive.session import CarControl
+from motorcade.drive.session import CarControl, DriveError
 from motorcade.server.remote.app import make_remote
 from motorcade.server.remote.errors import MESSAGES, RemoteError
 from motorcade.server.remote.fleet import SingleCar
@@ -220,8 +219,8 @@ def test_a_full_car_says_so_in_both_languages(visit):
     with rig.page() as page:
         page.say("sit", car="1")
         told = page.until("error")
-        assert told["message"]["en"] == DRIVE_MESSAGES["full"]["en"].format(seats=9)
-        assert told["message"]["zh"] == DRIVE_MESSAGES["full"]["zh"].format(seats=9)
+        assert told["message"]["en"] == DriveError("full", seats=9).sentence("en")
+        assert told["message"]["zh"] == DriveError("full", seats=9).sentence("zh")
         page.say("sit", car="2")
         assert page.until("error")["code"] == "no-such-car"
 

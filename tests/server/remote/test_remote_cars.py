@@ -11,13 +11,14 @@ from starlette.testclient import TestClient
 
 from motorcade.drive import client as drive_client
 from motorcade.drive.client import DriveClient
-from motorcade.drive.drive_failures import MESSAGES as DRIVE_MESSAGES
+from motorcade.drive.session import DriveError
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.drive.tls.keys import client_context, server_context
 from motorcade.server.remote.app import make_remote
 from motorcade.server.remote.errors import RemoteError
 from motorcade.server.remote.remote_cars import RemoteCar, RemoteCars, is_name
 from motorcade.server.settings import ServerSettings
+from motorcade.timing import monotonic_ms
 from support.driven_car import NEUTRAL, PATIENT, DrivenCar, wait_until
 from support.fault_proxy import FaultProxy
 from support.picture_server import picture_server
@@ -134,7 +135,7 @@ def test_one_stick_drives_several_and_a_page_that_goes_stops_them(pages, ada, bo
         assert ada.board.was_told(FULL)
         assert bo.board.was_told(FULL)
     wait_until(lambda: not ada.board.moves and not bo.board.moves)
-    wait_until(lambda: ada.drive.telemetry().watchers == bo.drive.telemetry().watchers == 0)
+    wait_until(lambda: ada.control.telemetry().watchers == bo.control.telemetry().watchers == 0)
 
 
 def test_a_stick_that_nobody_renews_stops_the_car_though_all_is_connected(pages, ada):
@@ -143,7 +144,7 @@ def test_a_stick_that_nobody_renews_stops_the_car_though_all_is_connected(pages,
         # By its client: the car itself would wait for nine seconds.
         page.car("ada", lambda car: car["state"] == "standing")
         assert ada.board.setpoint == NEUTRAL
-        assert ada.drive.telemetry().failsafes == 0
+        assert ada.control.telemetry().failsafes == 0
 
 
 def test_a_car_that_is_not_there_is_a_sentence_and_holds_nobody_up(bo, nowhere):
@@ -179,9 +180,9 @@ def test_who_is_cut_off_stops_the_others_drive_on_and_a_hand_that_holds_must_let
         page.drive("ada", "bo")
         page.car("bo", lambda car: car["state"] == "moving")
         with monkeypatch.context() as patch:
-            # To a hand that holds no wish lapses, however late a busy machine repeats it.
-            now_ms = drive_client._now_ms()
-            patch.setattr(drive_client, "_now_ms", lambda: now_ms)
+            # So that no command expires, however late a busy machine repeats it.
+            now_ms = monotonic_ms()
+            patch.setattr(drive_client, "to_ticks", lambda seconds: now_ms)
             page.drive("ada", "bo")
             between.mend()
             count = len(ada.board.notes)
@@ -243,7 +244,7 @@ def test_what_a_car_refuses_is_a_sentence_in_both_languages(pages):
         page.car("ada", lambda car: car["state"] == "ready")
         page.say("resume", car="ada")
         said = page.until("error")["message"]
-    assert [DRIVE_MESSAGES["no-program"][language] in said[language] for language in ("en", "zh")] == [True, True]
+    assert [DriveError("no-program").sentence(language) in said[language] for language in ("en", "zh")] == [True, True]
 
 
 def test_a_page_reaches_no_address_that_its_owner_did_not_name(ada, bo):
@@ -304,7 +305,7 @@ def test_a_car_takes_no_more_pages_than_it_has_seats(nowhere):
         await asyncio.sleep(0)
         return full.value.message("zh")
 
-    assert asyncio.run(come()) == DRIVE_MESSAGES["full"]["zh"].format(seats=9)
+    assert asyncio.run(come()) == DriveError("full", seats=9).sentence("zh")
 
 
 @pytest.mark.parametrize(
@@ -322,7 +323,7 @@ def test_who_waits_for_nothing_is_told_why_there_is_no_car(nowhere):
             assert client.problem is None
             while client.problem is None:
                 await asyncio.sleep(0.01)
-            client.wish(1, 0)
+            client.steer(1, 0)
             return client.problem.code
         finally:
             await client.end()

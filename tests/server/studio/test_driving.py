@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 from starlette.testclient import TestClient
 
-from motorcade.drive.drive_failures import MESSAGES as DRIVE_MESSAGES
+from motorcade.drive.session import DriveError
 from motorcade.engine.state import DRIVEN
 from motorcade.server.remote.remote_cars import RemoteCar
 from motorcade.server.studio.app import make_app
@@ -158,7 +158,7 @@ def test_the_page_of_the_world_takes_no_car_from_its_driver(client):
         driver.say("sit", car="1")
         driver.push("1")
         studio.say("resume", car=1)
-        assert DRIVE_MESSAGES["not-yours"]["zh"] == studio.until("error")["message"]["zh"]
+        assert DriveError("not-yours").sentence("zh") == studio.until("error")["message"]["zh"]
         driver.push("1")
 
 

@@ -1,27 +1,68 @@
-"""A gamepad, read by SDL, which knows each kind's buttons and axes by the same names."""
+"""A gamepad, read by SDL, which gives buttons and axes the same names on every kind of gamepad.
+
+The left stick drives, or the triggers do for speed, as on the car's page.
+"""
 
 import ctypes
 import warnings
 from collections.abc import Callable
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
-from motorcade.drive.input.deadman import CLEAR, STOP, Reading
-from motorcade.drive.input.pad import PadNumbers, PadStick
-from motorcade.drive.input.stick_failures import StickError
-from motorcade.drive.safety.clock import monotonic_ms
+from motorcade.drive.input.deadman import CLEAR, STOP, Axes, Reading
+from motorcade.errors import MotorcadeError
+from motorcade.timing import monotonic_ms
+from motorcade.words.ticks import elapsed_ms
+
+FULL = 32767
+# A worn stick shows up to this share though nobody touches it. Larger than on a page, because this stick has priority.
+DEAD_ZONE = 0.2
+# A gamepad whose radio is out of reach shows its last numbers until its computer notices, which takes up to 20 s.
+LONGEST_STILL_MS = 3000
 
 _MOST_NAME = 40
 _HINTS = {
-    # There is no window that could have the focus, and no loop of messages.
+    # There is no window that has the focus, and no message loop.
     "SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS": "1",
     "SDL_JOYSTICK_THREAD": "1",
     "SDL_JOYSTICK_MFI": "0",
-    # Ctrl-C is ours.
+    # This program handles Ctrl-C.
     "SDL_NO_SIGNAL_HANDLERS": "1",
-    # A button is where it is, whatever is printed on it.
+    # A button is named by its place, whatever is printed on it.
     "SDL_GAMECONTROLLER_USE_BUTTON_LABELS": "0",
 }
+
+
+class PadNumbers(NamedTuple):
+    """What a gamepad shows, each -32768 to 32767, right and down positive; a trigger at rest is 0."""
+
+    left_x: int
+    left_y: int
+    right_x: int
+    right_y: int
+    left_trigger: int
+    right_trigger: int
+
+
+class PadStick:
+    """Make axes of a gamepad's numbers, while they show that somebody holds it. Pure, with time as an argument."""
+
+    def __init__(self) -> None:
+        self._last: PadNumbers | None = None
+        self._changed_ms = 0
+
+    def axes(self, numbers: PadNumbers, now_ms: int) -> Axes | None:
+        """Throttle and steering, each -1 to 1; None where a push has not changed for LONGEST_STILL_MS."""
+        if numbers != self._last:
+            self._last, self._changed_ms = numbers, now_ms
+        triggers = _beyond_dead_zone(numbers.right_trigger) - _beyond_dead_zone(numbers.left_trigger)
+        stick = -_beyond_dead_zone(numbers.left_y)
+        throttle = triggers if abs(triggers) > abs(stick) else stick
+        steering = _beyond_dead_zone(numbers.left_x)
+        if not (throttle or steering):
+            # So that a stick that rests for days doesn't seem to have moved when the time wraps.
+            self._changed_ms = now_ms
+        return None if elapsed_ms(now_ms, self._changed_ms) > LONGEST_STILL_MS else (throttle, steering)
 
 
 def load_sdl() -> Any:
@@ -29,30 +70,30 @@ def load_sdl() -> Any:
 
     Raises:
         ModuleNotFoundError: it isn't installed.
-        StickError: ``no-sdl``, the library that it stands for isn't there.
+        MotorcadeError: "no-sdl", the library SDL itself isn't installed.
     """
     with warnings.catch_warnings():
-        # It warns of the library that it takes, each time.
+        # It warns each time of the library that it loads.
         warnings.simplefilter("ignore")
         try:
             import sdl2
         except ModuleNotFoundError:
             raise
         except ImportError:
-            raise StickError("no-sdl") from None
+            raise MotorcadeError("no-sdl") from None
     return sdl2
 
 
 class Gamepad:
-    """The first gamepad that is there, which may come and go: ``with Gamepad() as pad: ...``, all in one thread.
+    """Read the first gamepad that is plugged in: ``with Gamepad() as pad: ...``, all in one thread.
 
-    The right one of its four buttons is the emergency stop, Start lifts it.
+    It may be unplugged and plugged in again. The right one of its four buttons is the emergency stop, Start lifts it.
 
     Args:
-        clock: as of `motorcade.drive.safety.clock.monotonic_ms`.
+        clock: gives the time in ms that wraps.
 
     Raises:
-        ModuleNotFoundError, StickError: as of `load_sdl`.
+        ModuleNotFoundError, MotorcadeError: see `load_sdl`.
     """
 
     def __init__(self, clock: Callable[[], int] = monotonic_ms) -> None:
@@ -65,23 +106,23 @@ class Gamepad:
         self._may_be_there = True
 
     def __enter__(self) -> Self:
-        """Begin. Raises StickError."""
+        """Start SDL. Raises MotorcadeError."""
         sdl = self._sdl
         for name, value in _HINTS.items():
             sdl.SDL_SetHint(name.encode(), value.encode())
         if sdl.SDL_InitSubSystem(sdl.SDL_INIT_GAMECONTROLLER):
-            raise StickError("sdl-fails", reason=self._reason())
+            raise MotorcadeError("sdl-fails", reason=self._reason())
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Give it up."""
+        """Close the gamepad and SDL."""
         self._close()
         self._sdl.SDL_QuitSubSystem(self._sdl.SDL_INIT_GAMECONTROLLER)
 
     def read(self) -> Reading:
-        """What it says now; a look at which it has gone names no device, though there may be another."""
+        """What it shows now; the reading after it was unplugged has no device, even if another gamepad is there."""
         orders, has_gone, notice = self._events()
         if has_gone:
             return Reading(None, notice=notice)
@@ -92,12 +133,12 @@ class Gamepad:
             return Reading(None, notice=notice)
         return Reading(self._name, self._stick.axes(self._numbers(), self._clock()), orders, notice)
 
-    def _events(self) -> tuple[tuple[str, ...], bool, StickError | None]:
-        """The orders that were pressed, whether the pad has gone, and a notice."""
-        # Of pads SDL tells what happens to the one that is open, of all devices when they come.
+    def _events(self) -> tuple[tuple[str, ...], bool, MotorcadeError | None]:
+        """The orders that were pressed, whether the gamepad was unplugged, and a notice."""
+        # SDL reports buttons of the open gamepad alone, and of every device that it is plugged in.
         sdl, event = self._sdl, self._sdl.SDL_Event()
         orders, has_gone = [], False
-        notice: StickError | None = None
+        notice: MotorcadeError | None = None
         while sdl.SDL_PollEvent(ctypes.byref(event)):
             if event.type == sdl.SDL_CONTROLLERBUTTONDOWN:
                 if event.cbutton.button in self._orders:
@@ -108,11 +149,11 @@ class Gamepad:
                 self._close()
                 has_gone = self._may_be_there = True
             elif event.type == sdl.SDL_JOYDEVICEADDED and not sdl.SDL_IsGameController(event.jdevice.which):
-                notice = StickError("no-gamepad", name=_shown(sdl.SDL_JoystickNameForIndex(event.jdevice.which)))
+                notice = MotorcadeError("not-a-gamepad", name=_shown(sdl.SDL_JoystickNameForIndex(event.jdevice.which)))
         return tuple(orders), has_gone, notice
 
-    def _open(self) -> StickError | None:
-        """Take the first that can be had; why one can't."""
+    def _open(self) -> MotorcadeError | None:
+        """Open the first gamepad that can be opened. Returns why one can't."""
         sdl, notice = self._sdl, None
         for index in range(sdl.SDL_NumJoysticks()):
             if not sdl.SDL_IsGameController(index):
@@ -122,7 +163,7 @@ class Gamepad:
             if self._pad is not None:
                 self._name, self._stick = name, PadStick()
                 break
-            notice = StickError("not-opened", name=name, reason=self._reason())
+            notice = MotorcadeError("gamepad-not-opened", name=name, reason=self._reason())
         return notice
 
     def _close(self) -> None:
@@ -150,7 +191,13 @@ class Gamepad:
         return str(self._sdl.SDL_GetError().decode(errors="replace"))
 
 
+def _beyond_dead_zone(number: int) -> float:
+    share = max(-1.0, min(number / FULL, 1.0))
+    beyond = (abs(share) - DEAD_ZONE) / (1 - DEAD_ZONE)
+    return 0.0 if beyond <= 0 else beyond if share > 0 else -beyond
+
+
 def _shown(name: bytes | None) -> str:
-    """What a device calls itself, fit for a terminal."""
+    """A device's name, made safe for a terminal."""
     letters = (name or b"").decode(errors="replace")
     return "".join(each for each in letters if each.isprintable())[:_MOST_NAME] or "gamepad"

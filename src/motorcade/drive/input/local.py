@@ -1,93 +1,175 @@
-"""A stick at the car itself, which comes before everybody on the network: its readings drive by a seat of its own.
+"""A stick at the car itself, which has priority over everybody on the network.
 
-No thread and no clock in here: `motorcade.drive.input.feeding` brings both.
+A thread reads it, because a device's driver may block and the car's event loop must not. Where that thread hangs no
+commands come, and the car's failsafe stops the wheels.
 """
 
-from collections.abc import Callable
+import asyncio
+import threading
+from collections.abc import AsyncIterator, Callable
+from concurrent.futures import Future
+from contextlib import AbstractContextManager, asynccontextmanager
 
 from motorcade.car.arbiter import HALTED, LOCAL, NEEDS_NEUTRAL, WATCHING
-from motorcade.drive.command_stream import CommandStream
-from motorcade.drive.drive_failures import DriveError
-from motorcade.drive.input.deadman import CLEAR, RELEASE, RESUME, STOP, DeadmanSwitch, Reading
-from motorcade.drive.input.stick import stick_word
-from motorcade.drive.session import CarControl, ControlSession
+from motorcade.drive.input.deadman import (
+    CLEAR,
+    QUIT,
+    RELEASE,
+    RESUME,
+    STOP,
+    CommandStream,
+    DeadmanSwitch,
+    Reading,
+    StickSource,
+    stick_word,
+)
+from motorcade.drive.session import CarControl, ControlSession, DriveError
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.timing import monotonic_ms
 
-# What the car did not do, a hand that goes on pushing no longer wants.
+# A car takes 100 commands a second.
+PERIOD_S = 0.02
+_JOIN_S = 2.0
+# Outcomes after which a stick has to be released before it can drive.
 _NOT_DONE = (WATCHING, NEEDS_NEUTRAL, HALTED)
+
+Report = Callable[[Phrase | MotorcadeError], None]
 
 
 class LocalStick:
-    """Drives a car by what a device at it says.
+    """Drive a car by the readings of a device.
 
-    A stick at rest sends nothing, so others drive. One that is pushed has the wheel until it has been at rest for
-    `motorcade.drive.input.deadman.RESTS_MS`; one that vanishes leaves a car that stands.
+    A released stick sends nothing, so others can drive. A stick that is pushed has the wheel until it has been
+    released for `motorcade.drive.input.deadman.RESTS_MS`; when it is unplugged the car stands still.
 
     Args:
-        drive: the car.
-        say: takes a sentence when a device comes or goes, or an order can't be followed.
+        control: the car.
+        report: takes a sentence when a device comes or goes, or an order can't be followed.
     """
 
-    def __init__(self, drive: CarControl, say: Callable[[str], None]) -> None:
-        self._drive = drive
-        self._say = say
+    def __init__(self, control: CarControl, report: Report) -> None:
+        self._control = control
+        self._report = report
         self._device: str | None = None
-        self._seat: ControlSession | None = None
-        self._hand = DeadmanSwitch()
-        self._helm = CommandStream(drive.failsafe_ms, rearm=True)
+        self._session: ControlSession | None = None
+        self._reset()
 
     def take(self, reading: Reading, now_ms: int) -> None:
-        """Do what the device says; to be called again and again, fewer than 100 times a second."""
-        sentences = self._change(reading.device) if reading.device != self._device else []
-        if self._seat:
+        """Do what a reading commands; to be called in each period, less than 100 times a second."""
+        reports: list[Phrase | MotorcadeError] = []
+        if reading.device != self._device:
+            reports += self._change(reading.device)
+        if self._session:
             for order in reading.orders:
-                sentences += self._obey(order, self._seat)
-            self._steer(reading, self._seat, now_ms)
+                try:
+                    self._obey(order, self._session)
+                except DriveError as problem:
+                    reports.append(problem)
+            self._steer(reading, self._session, now_ms)
         if reading.notice:
-            sentences.append(str(reading.notice))
-        # Last, since who writes them may have to wait.
-        for each in sentences:
-            self._say(each)
+            reports.append(reading.notice)
+        # Last, because whoever writes them may block.
+        for each in reports:
+            self._report(each)
 
     def leave(self) -> None:
-        """Nobody drives by it any more: the wheels stand still if it moved them."""
-        if self._seat:
-            self._seat.leave()
-        self._seat = self._device = None
+        """End the session: the wheels stand still if the stick moved them."""
+        if self._session:
+            self._session.leave()
+        self._session = self._device = None
 
-    def _change(self, device: str | None) -> list[str]:
-        """Let one device go and another one come: the sentences that tell of it."""
-        told = [f"{self._device} is gone"] if self._device else []
+    def _reset(self) -> None:
+        self._switch = DeadmanSwitch()
+        self._stream = CommandStream(self._control.failsafe_ms, rearm=True)
+
+    def _change(self, device: str | None) -> list[Phrase]:
+        """Replace one device by another. Returns the sentences that report it."""
+        reports = [Phrase("stick-gone", device=self._device)] if self._device else []
         self.leave()
-        self._hand, self._helm = DeadmanSwitch(), CommandStream(self._drive.failsafe_ms, rearm=True)
+        self._reset()
         if device:
-            self._device, self._seat = device, self._drive.join(f"{device} at the car", LOCAL)
-            told.append(f"{device} is there: it drives this car before everybody on the network")
-        return told
+            self._device, self._session = device, self._control.join(f"{device} at the car", LOCAL)
+            reports.append(Phrase("stick-connected", device=device))
+        return reports
 
-    def _steer(self, reading: Reading, seat: ControlSession, now_ms: int) -> None:
-        wish = self._hand.wish(reading.axes, now_ms)
-        if wish is None:
-            self._helm.drop()
-            if self._drive.drives(seat):
-                seat.release()
+    def _steer(self, reading: Reading, session: ControlSession, now_ms: int) -> None:
+        axes = self._switch.update(reading.axes, now_ms)
+        if axes is None:
+            self._stream.drop()
+            if session.drives:
+                session.release()
             return
-        self._helm.wish(stick_word(*wish), now_ms)
-        word = self._helm.next_word(now_ms)
-        if word is not None and seat.command(word) in _NOT_DONE:
-            self._hand.distrust()
+        self._stream.set_word(stick_word(*axes), now_ms)
+        word = self._stream.next_word(now_ms)
+        if word is not None and session.command(word) in _NOT_DONE:
+            self._switch.distrust()
 
-    def _obey(self, order: str, seat: ControlSession) -> list[str]:
-        """Follow an order: a sentence where that can't be."""
+    def _obey(self, order: str, session: ControlSession) -> None:
+        """Follow an order. Raises DriveError."""
         if order == STOP:
-            seat.stop()
+            session.stop()
         elif order == CLEAR:
-            seat.clear()
+            session.clear()
         elif order in (RELEASE, RESUME):
-            self._hand.withdraw()
-            seat.release()
-        try:
-            if order == RESUME:
-                seat.resume_program()
-        except DriveError as problem:
-            return [str(problem)]
-        return []
+            self._switch.withdraw()
+            session.release()
+        if order == RESUME:
+            session.resume_program()
+
+
+@asynccontextmanager
+async def reading_input(
+    control: CarControl,
+    opening: AbstractContextManager[StickSource],
+    report: Report,
+    leave: Callable[[], None],
+) -> AsyncIterator[None]:
+    """Drive a car by a stick while the block runs.
+
+    Args:
+        control: the car.
+        opening: the stick; opened, read and closed in a thread of its own.
+        report: see `LocalStick`; called from that thread, as is ``leave``.
+        leave: called when the user of the stick quits.
+
+    Raises:
+        OSError, MotorcadeError: the stick can't be opened.
+    """
+    opened: Future[None] = Future()
+    ended = threading.Event()
+    arguments = (LocalStick(control, report), opening, opened, ended, report, leave)
+    # A daemon, so that a device's driver that hangs can't keep the process from ending.
+    thread = threading.Thread(target=_read, args=arguments, name="stick at the car", daemon=True)
+    thread.start()
+    try:
+        await asyncio.wrap_future(opened)
+        yield
+    finally:
+        ended.set()
+        await asyncio.to_thread(thread.join, _JOIN_S)
+
+
+def _read(
+    stick: LocalStick,
+    opening: AbstractContextManager[StickSource],
+    opened: "Future[None]",
+    ended: threading.Event,
+    report: Report,
+    leave: Callable[[], None],
+) -> None:
+    try:
+        with opening as source:
+            opened.set_result(None)
+            while not ended.wait(PERIOD_S):
+                reading = source.read()
+                stick.take(reading, monotonic_ms())
+                if QUIT in reading.orders:
+                    leave()
+    except (OSError, MotorcadeError) as problem:
+        if opened.done():
+            report(Phrase("stick-unreadable", reason=problem))
+        else:
+            opened.set_exception(problem)
+    finally:
+        opened.cancel()
+        stick.leave()

@@ -1,10 +1,10 @@
-"""Keeps a `motorcade.drive.session.Drive` alive, and its wheels still where that fails.
+"""Keep a car's control alive, and stop the wheels where that fails.
 
-A thread lets the arbiter stop the wheels in time where no command comes, and stops them where the loop that takes the
-commands is stuck. Another process (`motorcade.drive.safety.motor_guard`) stops them where this process, or that thread,
-is killed or frozen, for a board that needs it.
+A thread makes the arbiter stop the wheels in time where no command comes, and stops them where the event loop that
+takes the commands is stuck. For a board that needs it, another process (`motorcade.drive.safety.motor_guard`) stops
+them where this process or that thread is killed or frozen.
 
-The loop has no clock to mind: waiting for a socket with one took a twentieth of a command's way.
+The loop sets no timers of its own: a timer while it waits for sockets costs a twentieth of a command's latency.
 """
 
 import asyncio
@@ -23,22 +23,22 @@ class Watchdog:
     """A thread that asks the loop for signs of life; use it as a context manager.
 
     Args:
-        drive: the car.
-        loop: what takes its commands.
+        control: the car.
+        loop: the event loop that takes its commands.
     """
 
-    def __init__(self, drive: CarControl, loop: asyncio.AbstractEventLoop) -> None:
-        self._drive = drive
+    def __init__(self, control: CarControl, loop: asyncio.AbstractEventLoop) -> None:
+        self._control = control
         self._loop = loop
         self._is_asked = False
         self._ended = threading.Event()
-        self._telling = threading.Lock()
+        self._writing = threading.Lock()
         self._thread = threading.Thread(target=self._watch, name="drive watchdog", daemon=True)
-        rescue = drive.rescue
-        self._guard = MotorGuard(rescue, drive.failsafe_ms) if rescue else None
+        rescue = control.rescue
+        self._guard = MotorGuard(rescue, control.failsafe_ms) if rescue else None
         if self._guard:
-            # Or a process that freezes at once would freeze before its guard knew.
-            drive.ask_before_moving(self._tell_guard)
+            # So that the guard knows of a movement before the process can freeze in it.
+            control.call_before_moving(self._beat_guard)
 
     def __enter__(self) -> None:
         self._thread.start()
@@ -49,7 +49,7 @@ class Watchdog:
         self._ended.set()
         self._thread.join()
         try:
-            self._drive.close()
+            self._control.close()
         finally:
             if self._guard:
                 self._guard.dismiss()
@@ -58,30 +58,30 @@ class Watchdog:
         rest_ms = 0
         while not self._ended.wait(min(rest_ms, _BEAT_MS) / 1000):
             try:
-                rest_ms = self._drive.watch()
-                self._tell_guard()
+                rest_ms = self._control.watch()
+                self._beat_guard()
             except OSError as problem:
                 rest_ms = _BEAT_MS
-                self._drive.fail(problem)
-            # Else a loop that is stuck for long would find many questions.
+                self._control.fail(problem)
+            # At most one call waits, however long the loop is stuck.
             if not self._is_asked:
                 self._is_asked = True
                 self._loop.call_soon_threadsafe(self._answer)
 
     def _answer(self) -> None:
         self._is_asked = False
-        self._drive.beat()
+        self._control.beat()
 
-    def _tell_guard(self) -> None:
-        # What is told last has to be what was so last, whoever tells it.
-        with self._telling:
+    def _beat_guard(self) -> None:
+        # Reading the state and sending it is one step, whichever thread does it: the last that is sent is true.
+        with self._writing:
             if self._guard:
-                self._guard.beat(self._drive.moves)
+                self._guard.beat(self._control.moves)
 
 
 @asynccontextmanager
-async def kept(drive: CarControl) -> AsyncIterator[None]:
-    """Watched over while the block runs; however it ends, the wheels then stand still, the board closed."""
-    drive.beat()
-    with Watchdog(drive, asyncio.get_running_loop()):
+async def watched(control: CarControl) -> AsyncIterator[None]:
+    """Watch over a car while the block runs; however it ends, the wheels then stand still and the board is closed."""
+    control.beat()
+    with Watchdog(control, asyncio.get_running_loop()):
         yield

@@ -1,7 +1,7 @@
-"""A small certificate authority: makes the keys files of cars and drivers (`motorcade.drive.tls.keys`).
+"""Make the keys files of cars and drivers (`motorcade.drive.tls.keys`), as a small certificate authority.
 
-One folder is one authority, for a class or a household. Whoever holds a keys file of it drives every car of it; to shut
-out a lost file, make a new folder.
+One folder is one authority, for a class or a household. Whoever has a driver's keys file of it can drive every car of
+it; when a file is lost, make a new folder.
 """
 
 import ipaddress
@@ -17,29 +17,27 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
-from motorcade.drive.tls.keys import CAR, DRIVER, KeysError, title
+from motorcade.drive.tls.keys import CAR, DRIVER, title
+from motorcade.errors import MotorcadeError, Phrase
 
 AUTHORITY, AUTHORITY_PUBLIC = "authority.pem", "authority.crt"
-# A Raspberry Pi has no clock that runs while it is off: it may believe to be in the past.
+# A Raspberry Pi's clock stops while it is off, so its time may be in the past.
 _BACKDATED = timedelta(days=365)
 _AUTHORITY_DAYS = timedelta(days=3650)
-# With what they are backdated still under the 825 days beyond which browsers refuse a certificate.
+# With the backdating it stays below 825 days, above which browsers refuse a certificate.
 _KEYS_DAYS = timedelta(days=400)
 _NAMES = {
-    # A car's name is one of its addresses too; a driver's is shown to others and names a file.
-    CAR: (
-        re.compile(r"[A-Za-z0-9]([A-Za-z0-9-]{0,38}[A-Za-z0-9])?"),
-        "up to 40 letters from a to z, digits and hyphens",
-    ),
-    DRIVER: (re.compile(r"\w([\w-]{0,38}\w)?"), "up to 40 letters, digits and hyphens"),
+    # A car's name is one of its addresses too; a driver's is shown to others and is part of a file's name.
+    CAR: re.compile(r"[A-Za-z0-9]([A-Za-z0-9-]{0,38}[A-Za-z0-9])?"),
+    DRIVER: re.compile(r"\w([\w-]{0,38}\w)?"),
 }
 _HOST = re.compile(r"[A-Za-z0-9]([A-Za-z0-9.-]{0,250}[A-Za-z0-9])?")
-# So that a car can be tried on the computer that it runs on.
+# So that a car can be tried on its own computer.
 _OWN = ("localhost", "127.0.0.1", "::1")
 
 
 class CarKeys(NamedTuple):
-    """A car that gets keys: its name, and the addresses that it is reached at beside NAME and NAME.local."""
+    """A car that gets keys: its name, and its addresses beside NAME and NAME.local."""
 
     name: str
     hosts: tuple[str, ...] = ()
@@ -54,23 +52,23 @@ def make_keys(folder: Path, cars: Sequence[CarKeys], drivers: Sequence[str], now
     """Make the keys files of ``cars`` and ``drivers`` in ``folder``, and its authority where it has none yet.
 
     Args:
-        now: with its time zone; certificates are good for a year and a month from then on.
+        now: with its time zone; certificates are valid for a year and a month from then on.
 
     Returns:
         The files that are new: ``car-NAME.pem``, ``driver-NAME.pem``, and those of a new authority.
 
     Raises:
-        KeysError: a name that can't be, or whose file is there already; nothing has been made then.
+        MotorcadeError: a name that isn't allowed, or whose file exists; nothing has been made then.
     """
     names = [(CAR, car.name) for car in cars] + [(DRIVER, driver) for driver in drivers]
     for role, name in names:
-        pattern, allowed = _NAMES[role]
-        if not pattern.fullmatch(name):
-            raise KeysError(f"'{name[:40]}' is no name for a {role}; allowed: {allowed}")
+        who = Phrase(f"role-{role}")
+        if not _NAMES[role].fullmatch(name):
+            raise MotorcadeError("not-a-keys-name", name=name, role=who, allowed=Phrase(f"{role}-name-letters"))
         if names.count((role, name)) > 1:
-            raise KeysError(f"the {role} {name} is named twice")
+            raise MotorcadeError("keys-named-twice", role=who, name=name)
         if (file := folder / f"{role}-{name}.pem").exists():
-            raise KeysError(f"{file} is there already; remove it first if {name} needs new keys")
+            raise MotorcadeError("keys-exist", file=file, name=name)
     purposes = [_car_purpose(car) for car in cars] + [_driver_purpose()] * len(drivers)
     made: list[Path] = []
     if not (folder / AUTHORITY).exists():
@@ -97,7 +95,7 @@ def _general_name(host: str) -> x509.GeneralName:
         return x509.IPAddress(ipaddress.ip_address(host))
     except ValueError:
         if not _HOST.fullmatch(host):
-            raise KeysError(f"'{host[:60]}' is no address of a car, such as 192.168.1.20 or car.local") from None
+            raise MotorcadeError("not-a-car-address", host=host) from None
         return x509.DNSName(host)
 
 
@@ -121,9 +119,9 @@ def _read_authority(file: Path) -> _Authority:
         key = serialization.load_pem_private_key(data, password=None)
         certificate = x509.load_pem_x509_certificate(data)
     except (ValueError, TypeError):
-        raise KeysError(f"{file} can't be read as an authority's key and certificate; use another folder") from None
+        raise MotorcadeError("authority-unreadable", file=file) from None
     if not isinstance(key, ec.EllipticCurvePrivateKey):
-        raise KeysError(f"{file} holds a key of another kind than Motorcade makes; use another folder")
+        raise MotorcadeError("authority-key-kind", file=file)
     return _Authority(key, certificate)
 
 

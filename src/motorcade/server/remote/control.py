@@ -3,9 +3,8 @@
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from motorcade.drive.drive_failures import DriveError
-from motorcade.drive.input.stick import stick_word
-from motorcade.drive.session import CarControl
+from motorcade.drive.input.deadman import stick_word
+from motorcade.drive.session import CarControl, DriveError
 from motorcade.server.remote.errors import said
 
 
@@ -31,7 +30,7 @@ class PageControl(Protocol):
         """Let the car's own program drive again."""
 
     def told(self) -> dict[str, Any]:
-        """What the car tells, as `motorcade.drive.telemetry.Telemetry` names it, and beside that
+        """What the car tells, as `motorcade.drive.wire.Telemetry` names it, and beside that
 
         ``you`` (whether this page ``drives`` and ``waits``, and its counts), ``paused`` (its world stands still),
         ``silent_ms`` (since the car was last heard of) and ``why`` (in each language why its state is ``away``, or
@@ -101,7 +100,7 @@ class LocalControl:
     def told(self) -> dict[str, Any]:
         """As `PageControl.told`."""
         told = self._drive.telemetry()
-        you = {"drives": self._drive.drives(self._seat), "waits": told.wanted_by == self._name}
+        you = {"drives": self._seat.drives, "waits": told.wanted_by == self._name}
         more = {"paused": self._is_paused(), "silent_ms": 0, "why": None}
         return told._asdict() | more | {"you": you | self._seat.counts.as_dict()}
 

@@ -1,8 +1,6 @@
 """What can go wrong between a remote and its cars: stable codes, and their sentences in English and Chinese."""
 
-from motorcade.cameras.camera_failures import CameraError
-from motorcade.drive.car_failures import CarError
-from motorcade.drive.drive_failures import DriveError
+from motorcade.errors import MotorcadeError
 from motorcade.server.errors import MESSAGES as SERVER_MESSAGES
 from motorcade.server.errors import ServerError
 
@@ -39,7 +37,7 @@ class RemoteError(ServerError):
     messages = SERVER_MESSAGES | MESSAGES
 
 
-def said(problem: DriveError | CarError | CameraError) -> RemoteError:
-    """What a car or a camera says, as a page is told it."""
-    kind, status = ("camera", 503) if isinstance(problem, CameraError) else ("drive", 409)
-    return RemoteError(kind, status, en=problem.message("en"), zh=problem.message("zh"))
+def said(problem: MotorcadeError) -> RemoteError:
+    """The error of a car or a camera, as a page gets it."""
+    kind = "camera" if problem.http_status == 503 else "drive"
+    return RemoteError(kind, problem.http_status, en=problem.sentence("en"), zh=problem.sentence("zh"))

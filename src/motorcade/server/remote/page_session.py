@@ -9,7 +9,6 @@ from typing import Any
 import msgspec
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from motorcade.server.allowance import Allowance
 from motorcade.server.errors import ServerError
 from motorcade.server.remote import messages as say
 from motorcade.server.remote.control import PageControl
@@ -17,6 +16,7 @@ from motorcade.server.remote.errors import RemoteError
 from motorcade.server.remote.fleet import Fleet
 from motorcade.server.settings import ServerSettings
 from motorcade.server.sockets import heard, until_one_ends
+from motorcade.timing import RateLimit, to_ticks
 
 MOST_CARS = 16
 _TELL_EVERY_S = 0.1
@@ -64,14 +64,14 @@ class PageSession:
             await self._greet()
         except ServerError as problem:
             self._refuse(problem)
-        allowance = Allowance(self._settings.messages_a_second, self._settings.clock)
+        rate = RateLimit(2 * self._settings.messages_a_second, 2000)
         while True:
             try:
                 message: say.Message = await heard(self._socket, say.Message, self._settings.most_body)  # type: ignore[arg-type]  # a union
                 await self._obey(message)
             except ServerError as problem:
                 self._refuse(problem)
-            if not allowance.take():
+            if not rate.allows(to_ticks(self._settings.clock())):
                 await self._socket.close(_LEFT)
                 return
 

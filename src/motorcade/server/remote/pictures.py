@@ -7,7 +7,7 @@ from starlette.requests import Request
 from starlette.responses import Response, StreamingResponse
 
 from motorcade.cameras.broadcast import RATE_HZ, Camera
-from motorcade.cameras.camera_failures import CameraError
+from motorcade.errors import MotorcadeError
 from motorcade.server.errors import ServerError
 from motorcade.server.remote.errors import RemoteError, said
 
@@ -19,7 +19,7 @@ async def snapshot(camera: Camera | None) -> Response:
     """One new picture. Raises RemoteError."""
     try:
         return Response(await _given(camera).snapshot(), media_type="image/jpeg")
-    except CameraError as problem:
+    except MotorcadeError as problem:
         raise said(problem) from None
 
 
@@ -29,7 +29,7 @@ async def stream(request: Request, camera: Camera | None) -> Response:
     try:
         # The first one before the answer, so that a camera that fails is an error and no broken picture.
         first = await anext(pictures)
-    except CameraError as problem:
+    except MotorcadeError as problem:
         raise said(problem) from None
     return StreamingResponse(_parts(first, pictures), media_type=f"multipart/x-mixed-replace; boundary={_BOUNDARY}")
 
@@ -40,7 +40,7 @@ async def _parts(first: bytes, pictures: AsyncGenerator[bytes, None]) -> AsyncIt
         try:
             async for picture in pictures:
                 yield _part(picture)
-        except CameraError:
+        except MotorcadeError:
             # The headers are out: all that is left is to end.
             return
 

@@ -9,10 +9,9 @@ from typing import Any, NamedTuple
 
 from motorcade.cameras.broadcast import Camera
 from motorcade.cameras.web import WebCamera
-from motorcade.drive.car_failures import CarError, CarRefusesError
 from motorcade.drive.client import DriveClient
-from motorcade.drive.drive_failures import DriveError
-from motorcade.drive.session import MOST_SEATS
+from motorcade.drive.connection import CarError, CarRefusesError
+from motorcade.drive.session import MOST_SESSIONS, DriveError
 from motorcade.server.remote.control import PageControl
 from motorcade.server.remote.errors import RemoteError, said
 from motorcade.server.remote.fleet import Fleet, Listed
@@ -71,7 +70,7 @@ class RemoteControl:
     def steer(self, throttle: float, steering: float) -> None:
         """As `PageControl.steer`."""
         if not self._owes_stop:
-            self._client.wish(throttle, steering)
+            self._client.steer(throttle, steering)
 
     async def request(self) -> None:
         """As `PageControl.request`."""
@@ -122,7 +121,7 @@ class RemoteControl:
     def leave(self) -> None:
         """As `PageControl.leave`."""
         self._owes_stop = False
-        self._client.wish(0, 0)
+        self._client.steer(0, 0)
         self._left()
 
     def _why(self) -> dict[str, str] | None:
@@ -131,7 +130,7 @@ class RemoteControl:
             return None
         # Seconds that count up would be read aloud once a second.
         is_gone = problem.code == "away"
-        error = RemoteError("car-away", 409, detail=problem.figures["detail"]) if is_gone else said(problem)
+        error = RemoteError("car-away", 409, detail=problem.details["detail"]) if is_gone else said(problem)
         sentences: dict[str, str] = error.as_dict()["message"]
         return sentences
 
@@ -173,8 +172,8 @@ class RemoteCars:
     async def enter(self, car: str, page: str) -> PageControl:
         """A seat at a car, whether or not the car is there. Raises RemoteError."""
         there = self._car(car)
-        if self._pages[car] >= MOST_SEATS:
-            raise said(DriveError("full", seats=MOST_SEATS))
+        if self._pages[car] >= MOST_SESSIONS:
+            raise said(DriveError("full", seats=MOST_SESSIONS))
         client = DriveClient(
             there.host,
             there.port,

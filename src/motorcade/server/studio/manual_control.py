@@ -7,11 +7,10 @@ from functools import partial
 
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.config.profile import Profile
-from motorcade.drive.drive_failures import DriveError
-from motorcade.drive.safety.clock import monotonic_ms
-from motorcade.drive.session import CarControl
+from motorcade.drive.session import CarControl, DriveError
 from motorcade.server.remote.control import LocalControl
 from motorcade.server.remote.errors import said
+from motorcade.timing import monotonic_ms
 
 _BEAT_S = 0.05
 

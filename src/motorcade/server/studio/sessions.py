@@ -17,7 +17,6 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motorcade.engine.native import telling
 from motorcade.errors import MotorcadeError
-from motorcade.server.allowance import Allowance
 from motorcade.server.errors import ServerError
 from motorcade.server.sockets import heard, until_one_ends
 from motorcade.server.studio.manual_control import ManualControl
@@ -43,6 +42,7 @@ from motorcade.service.messages import (
     world_of,
 )
 from motorcade.service.playback import PICTURE_S, Playback
+from motorcade.timing import RateLimit, to_ticks
 
 GRACE_S = 60.0
 _STATE_S, _CAR_S = 0.25, 0.1
@@ -182,7 +182,7 @@ class PlaybackSessions:
         async with session.lock:
             self._greet(session, page, resumed=session.stage is not None)
         settings = self._settings
-        allowance = Allowance(settings.messages_a_second, settings.clock)
+        rate = RateLimit(2 * settings.messages_a_second, 2000)
         while True:
             try:
                 message: Message = await heard(socket, Message, settings.most_body)  # type: ignore[arg-type]  # a union
@@ -192,7 +192,7 @@ class PlaybackSessions:
                     await self._obey(session, page, message)
             except ServerError as problem:
                 page.refuse(problem)
-            if not allowance.take():
+            if not rate.allows(to_ticks(settings.clock())):
                 page.refuse(StudioError("too-many-messages", most=settings.messages_a_second), closing=True)
                 await asyncio.Event().wait()
 

@@ -1,0 +1,156 @@
+"""What travels between a driver and a car: commands of four bytes, frames of a length and JSON, and telemetry.
+
+Both ends use it. Pure: bytes in, words and frames out; no sockets.
+"""
+
+import json
+import struct
+from typing import Any, NamedTuple
+
+from motorcade.words.formats import DRIVE
+
+BYTE_ORDERS = ("big", "little")
+WORD_BYTES = 4
+# The longest JSON text of a client's request, and of what a car sends.
+MOST_REQUEST_BYTES = 1024
+MOST_FRAME_BYTES = 1 << 16
+REQUESTS = ("join", "request", "release", "stop", "clear", "resume")
+# What became of a command: the arbiter's five outcomes, and one of `motorcade.drive.session`.
+OUTCOMES = ("applied", "watching", "needs-neutral", "stopped", "program", "over-rate")
+OVER_RATE = 5
+
+_CODE_AT = DRIVE.field("code").low
+_LENGTH = struct.Struct(">I")
+_WORDS = {"big": struct.Struct(">I"), "little": struct.Struct("<I")}
+
+
+class FrameTooLongError(ValueError):
+    """A frame announces more bytes than its reader takes."""
+
+
+class WordReader:
+    """Read words from a stream of bytes, however it is cut.
+
+    Args:
+        byte_order: of a word, "big" or "little".
+    """
+
+    def __init__(self, byte_order: str = "big") -> None:
+        self._word = _WORDS[byte_order]
+        self._rest = b""
+
+    def receive_data(self, data: bytes | bytearray | memoryview) -> list[int]:
+        """The words that are whole now, the oldest first."""
+        if len(data) == WORD_BYTES and not self._rest:
+            return [self._word.unpack(data)[0]]
+        joined = self._rest + bytes(data)
+        whole = len(joined) // WORD_BYTES * WORD_BYTES
+        self._rest = joined[whole:]
+        return [word for (word,) in self._word.iter_unpack(joined[:whole])]
+
+
+class FrameReader:
+    """Read frames from a stream of bytes, however it is cut.
+
+    Args:
+        most_bytes: the longest JSON text that is taken.
+    """
+
+    def __init__(self, most_bytes: int) -> None:
+        self._most_bytes = most_bytes
+        self._received = bytearray()
+
+    def receive_data(self, data: bytes) -> None:
+        """Take the bytes that came."""
+        self._received += data
+
+    def next_frame(self) -> bytes | None:
+        """The JSON text of the next frame; None until it is whole. Raises FrameTooLongError."""
+        if len(self._received) < _LENGTH.size:
+            return None
+        (size,) = _LENGTH.unpack_from(self._received)
+        if size > self._most_bytes:
+            raise FrameTooLongError(f"a frame of {size} bytes; at most {self._most_bytes} are taken")
+        end = _LENGTH.size + size
+        if len(self._received) < end:
+            return None
+        text = bytes(self._received[_LENGTH.size : end])
+        del self._received[:end]
+        return text
+
+
+def pack_word(word: int) -> bytes:
+    """A DRIVE word as the four bytes of a command, most significant first."""
+    return _WORDS["big"].pack(word)
+
+
+def pack_frame(document: dict[str, Any]) -> bytes:
+    """A JSON object as a frame."""
+    text = json.dumps(document, ensure_ascii=False).encode()
+    return _LENGTH.pack(len(text)) + text
+
+
+def newest_of_each_code(words: list[int]) -> list[int]:
+    """Of words that came together, the newest of each code, in the order in which they came."""
+    if len(words) < 2:
+        return words
+    newest: dict[int, int] = {}
+    for word in reversed(words):
+        newest.setdefault(word >> _CODE_AT, word)
+    return list(reversed(newest.values()))
+
+
+class Telemetry(NamedTuple):
+    """What a car does and who drives it.
+
+    Attributes:
+        state: name of a state of `motorcade.car.arbiter`, "ready" to "program".
+        angle_deg, direction, speed: the setpoint that is applied; 90, 1 and 0 are neutral.
+        driver: name of the driver, or None.
+        wanted_by: name of the one who waits for the wheel, or None.
+        age_ms: since the driver's last command; None where nobody drives.
+        battery_mv: the battery's voltage; None where nothing measures it.
+        watchers: number of sessions beside the driver's.
+        refused: number of words that were no DRIVE words.
+        failsafes: how often the wheels were stopped because their driver was silent or gone.
+        stalls: how often the car's own software was stuck.
+        faults: how often its hardware failed; ``last_fault`` is the last reason.
+        turned_away: number of connections that got or kept no place, or failed to prove who they are.
+    """
+
+    state: str
+    angle_deg: int
+    direction: int
+    speed: int
+    driver: str | None
+    wanted_by: str | None
+    age_ms: int | None
+    battery_mv: int | None
+    watchers: int
+    refused: int
+    failsafes: int
+    stalls: int
+    faults: int
+    last_fault: str
+    turned_away: int
+
+
+class Counts:
+    """What became of one session's words.
+
+    Attributes:
+        outcomes: the number of commands of each of OUTCOMES.
+        refused: number of words that were no DRIVE words; ``last_refusal`` is the reason of the last.
+        superseded: number of words that were not looked at, because newer ones of their code had come with them.
+    """
+
+    def __init__(self) -> None:
+        self.outcomes = [0] * len(OUTCOMES)
+        self.refused = 0
+        self.superseded = 0
+        self.last_refusal = ""
+
+    def as_dict(self) -> dict[str, int | str]:
+        """All of them by name."""
+        counts: dict[str, int | str] = dict(zip(OUTCOMES, self.outcomes, strict=True))
+        return counts | {"refused": self.refused, "superseded": self.superseded, "last_refusal": self.last_refusal}
