@@ -29,6 +29,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
             "no-such-field",
             "not-32-bits",
             "not-a-whole-number",
+            "not-host-and-port",
             "not-name-and-value",
             "output-is-input",
             "unknown-language",

@@ -18,10 +18,10 @@ from threading import Timer
 import pytest
 from numba.core import event
 
-from motorcade.cli.compiling import TEXTS
 from motorcade.cli.driving_texts import SERVED, STATES
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.engine.world import World
+from motorcade.locales import command_line_text, languages
 from motorcade.program.diagnostics import LANGUAGES
 from motorcade.words.formats import DRIVE
 from support.command_line import refusal, run
@@ -91,7 +91,8 @@ def test_a_simulated_car_and_its_page_are_ready_before_the_address_is_told(monke
     monkeypatch.setattr("motorcade.cli.remote.load_page", lambda: done.append("loaded"))
     monkeypatch.setattr("motorcade.boards.simulated_drive.warm_up", warm_up)
     monkeypatch.setattr("motorcade.cli.serving.serve", serve)
-    for language, sentence in TEXTS.items():
+    for language in languages():
+        sentence = command_line_text("simulator-is-compiled", language)
         monkeypatch.setenv("LC_ALL", language)
         ran = run("drive", "serve", "--port", "0", "--web", "0", typed="")
         assert (ran.code, ran.err) == (0, f"{sentence}\n")

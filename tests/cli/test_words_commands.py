@@ -255,3 +255,11 @@ def test_an_image_that_looks_like_the_start_of_json_is_still_an_image(image):
     # 123 states and 34 follower words: the header's first two bytes are '{"'.
     ran = run("simulate", image(0x7B220100, *[0x40280000] * 123, *[0xC0280000] * 34), "--seconds", "0", "--json")
     assert (ran.code, ran.err.strip()) == (0, "")
+
+
+@pytest.mark.parametrize("name", ["zh_CN.UTF-8", "zh", "Chinese (Simplified)_China.936"])
+def test_tables_speak_the_language_of_the_system(monkeypatch, name):
+    monkeypatch.setenv("LC_ALL", name)
+    shown = run("decode", "drive", "0x128CB000", stdout=Terminal()).out
+    assert "drive 码字 311209984" in shown
+    assert "舵机角度" in shown

@@ -7,10 +7,10 @@ from typing import Annotated, NoReturn
 import typer
 
 from motorcade import __version__
-from motorcade.cli import car, drive, experiments, exports, firmware, recordings, studio, uploads, words
+from motorcade.cli import car, drive, experiments, firmware, recordings, studio, uploads, words
 from motorcade.cli import simulate as cars
 from motorcade.cli.failures import exit_code, sentence
-from motorcade.cli.options import current_language, requested_language
+from motorcade.cli.language import current_language, requested_language
 
 app = typer.Typer(
     name="motorcade",
@@ -21,7 +21,6 @@ app = typer.Typer(
     add_completion=False,
 )
 words.add_to(app)
-exports.add_to(app)
 cars.add_to(app)
 car.add_to(app)
 uploads.add_to(app)

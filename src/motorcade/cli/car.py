@@ -24,16 +24,8 @@ from motorcade.cli.car_options import (
     VoiceOption,
     open_parts,
 )
-from motorcade.cli.options import (
-    Json,
-    Language,
-    ProfileOption,
-    current_language,
-    print_json,
-    profile_named,
-    resolve_locale,
-    wants_json,
-)
+from motorcade.cli.language import Language, current_language, resolve_locale
+from motorcade.cli.options import Json, ProfileOption, print_json, profile_named, wants_json
 from motorcade.cli.recordings import needs_extra
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import command_line_text

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
-from motorcade.cli.addresses import host_and_port
-from motorcade.cli.options import current_language
+from motorcade.cli.language import current_language
+from motorcade.cli.options import host_and_port
 from motorcade.errors import MotorcadeError
 from motorcade.locales import command_line_text
 

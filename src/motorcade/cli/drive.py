@@ -23,10 +23,10 @@ from motorcade.cli.car_options import (
     VoiceMapOption,
     VoiceOption,
 )
-from motorcade.cli.compiling import told_of_compiling
 from motorcade.cli.driving_texts import SERVED
 from motorcade.cli.failures import UsageError
-from motorcade.cli.options import Json, Language, ProfileOption, image_of, print_text, profile_named, resolve_locale
+from motorcade.cli.language import Language, resolve_locale
+from motorcade.cli.options import Json, ProfileOption, compiling_announced, image_of, print_text, profile_named
 from motorcade.cli.recordings import needs_extra
 from motorcade.cli.remote import Looks
 from motorcade.cli.stick import StickName, stick_at_the_car
@@ -194,8 +194,8 @@ def _fitted(
     """A real car's equipment; uploads and faults of its program are noted."""
     import ipaddress
 
-    from motorcade.cli.addresses import host_and_port
     from motorcade.cli.car_options import open_parts
+    from motorcade.cli.options import host_and_port
 
     def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
         if kind == "image":
@@ -230,6 +230,6 @@ def _simulated(held: ExitStack, profile: "Profile", mat: Path | None, image: byt
 
     place = read_mat(mat) if mat else playground()
     check_mat(place, profile)
-    with told_of_compiling():
+    with compiling_announced():
         live = held.enter_context(LiveWorld(World(place, [image], profile, threads=1)))
     return live.board(0), SimulatedCamera(live, 0)

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from motorcade.cli.failures import UsageError
-from motorcade.cli.options import Json, Language, print_json, resolve_locale, wants_json
+from motorcade.cli.language import Language, resolve_locale
+from motorcade.cli.options import Json, print_json, wants_json
 from motorcade.cli.recordings import needs_extra
 from motorcade.cli.stick import StickName, gamepad
 from motorcade.errors import MotorcadeError

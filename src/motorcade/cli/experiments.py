@@ -13,15 +13,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from motorcade.cli.failures import UsageError
-from motorcade.cli.options import (
-    Json,
-    Language,
-    image_of,
-    print_json,
-    print_text,
-    resolve_locale,
-    wants_json,
-)
+from motorcade.cli.language import Language, resolve_locale
+from motorcade.cli.options import Json, image_of, print_json, print_text, wants_json
 from motorcade.errors import MotorcadeError
 
 if TYPE_CHECKING:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from motorcade.cli.car_options import Role
-from motorcade.cli.options import Json, Language, ProfileOption, print_json, profile_named, resolve_locale, wants_json
+from motorcade.cli.language import Language, resolve_locale
+from motorcade.cli.options import Json, ProfileOption, print_json, profile_named, wants_json
 from motorcade.cli.recordings import needs_extra
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import command_line_text

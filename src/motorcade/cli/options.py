@@ -1,17 +1,17 @@
 """What several commands share: their options, and how files become images."""
 
 import json
-import locale
 import os
 import sys
-from contextvars import ContextVar
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from motorcade.cli.language import translated
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.locales import FIRST, catalogue, languages
 from motorcade.outcomes import PROGRAM_ERROR
 
 if TYPE_CHECKING:
@@ -23,21 +23,8 @@ if TYPE_CHECKING:
 _MOST_BYTES = 1 << 24
 
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, on a terminal too.")]
-# The value of --language, for the sentence that is printed when the command fails.
-requested_language: ContextVar[str] = ContextVar("requested_language", default="")
 
 
-def _remember(language: str) -> str:
-    requested_language.set(language)
-    return language
-
-
-Language = Annotated[
-    str,
-    typer.Option(
-        help=f"Language of diagnostics: {' or '.join(languages())}. The system's, unless given.", callback=_remember
-    ),
-]
 ExistingFile = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True)]
 Source = Annotated[Path, typer.Argument(metavar="PROJECT|IMAGE", exists=True, dir_okay=False, readable=True)]
 ProfileOption = Annotated[
@@ -72,31 +59,6 @@ def print_text(text: str) -> None:
     except BrokenPipeError:
         # Python flushes once more when it ends, and would complain then.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def resolve_locale(language: str) -> str:
-    """``language``, or the system's language where it is empty. Raises MotorcadeError: unknown-language."""
-    if language and language not in languages():
-        raise MotorcadeError("unknown-language", language=language, languages=", ".join(languages()))
-    return language or _system_language()
-
-
-def current_language() -> str:
-    """The language of --language, or the system's where none is given or it is unknown."""
-    language = requested_language.get()
-    return language if language in languages() else _system_language()
-
-
-def _system_language() -> str:
-    # The variables count even where the locale that they name isn't installed.
-    names = [os.environ.get(name, "") for name in ("LC_ALL", "LC_MESSAGES", "LANG")]
-    names.append(locale.getlocale()[0] or "")
-    system = next((name for name in names if name and not name.startswith(("C", "POSIX"))), "")
-    for language in languages():
-        # Windows writes 'Chinese (Simplified)_China' where others write 'zh_CN'.
-        if system.lower().startswith((language, catalogue(language)["english_name"].lower())):
-            return language
-    return FIRST
 
 
 def profile_named(name: str) -> "Profile":
@@ -199,3 +161,26 @@ def _is_project(source: Path, data: bytes) -> bool:
     except ImageError:
         return data.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"{"
     return False
+
+
+def host_and_port(address: str) -> tuple[str, int]:
+    """Return the host and the port in ``HOST:PORT``; an IPv6 address may be in brackets. Raises MotorcadeError."""
+    host, colon, port = address.rpartition(":")
+    host = host.strip("[]")
+    number = whole_number(port, Phrase("the-port")) if colon else -1
+    if not host or not 0 <= number <= 65535:
+        raise MotorcadeError("not-host-and-port", address=address)
+    return host, number
+
+
+@contextmanager
+def compiling_announced() -> Iterator[None]:
+    """Print a sentence on a terminal if the simulator has to be compiled while the block runs."""
+    from motorcade.engine.native import telling
+
+    def announce() -> None:
+        if sys.stderr.isatty():
+            print(translated("simulator-is-compiled"), file=sys.stderr, flush=True)
+
+    with telling(announce):
+        yield

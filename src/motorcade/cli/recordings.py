@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from motorcade.cli.failures import UsageError
-from motorcade.cli.options import Json, current_language, print_json, print_text
+from motorcade.cli.language import current_language
+from motorcade.cli.options import Json, print_json, print_text
 from motorcade.errors import MotorcadeError
 from motorcade.locales import command_line_text
 

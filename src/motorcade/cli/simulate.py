@@ -9,18 +9,8 @@ from typing import Annotated
 
 import typer
 
-from motorcade.cli.options import (
-    Json,
-    Language,
-    ProfileOption,
-    Source,
-    current_language,
-    image_of,
-    print_json,
-    print_table,
-    resolve_locale,
-    wants_json,
-)
+from motorcade.cli.language import Language, current_language, resolve_locale
+from motorcade.cli.options import Json, ProfileOption, Source, image_of, print_json, print_table, wants_json
 from motorcade.cli.recordings import needs_extra
 from motorcade.errors import MotorcadeError
 
@@ -54,8 +44,8 @@ def simulate_command(
         raise MotorcadeError("followers-with-mat")
     files = [*(record or ()), *([video] if video else ()), *([picture] if picture else ())]
     with needs_extra("simulating"):
-        from motorcade.cli.compiling import told_of_compiling
         from motorcade.cli.console import progress_bar
+        from motorcade.cli.options import compiling_announced
         from motorcade.cli.run_tables import cars_table, print_unheard, run_as_dict
         from motorcade.mats import read_mat
         from motorcade.runs.recording import FILM_ENDINGS, PICTURE_ENDINGS
@@ -67,7 +57,7 @@ def simulate_command(
         place = read_mat(mat) if mat else None
         drawings = [path for path in files if path.suffix.lower() in (*FILM_ENDINGS, *PICTURE_ENDINGS)]
         total_ms = round(seconds * 1000) * (1 + len(drawings))
-        with told_of_compiling(), progress_bar("done", total_ms) as advance:
+        with compiling_announced(), progress_bar("done", total_ms) as advance:
             run = simulate(image, followers, seconds, seed, chosen, place, files, advance)
     print_unheard(run, current_language())
     if wants_json(as_json):

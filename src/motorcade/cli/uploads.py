@@ -10,16 +10,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from motorcade.cli.language import Language, current_language, resolve_locale
 from motorcade.cli.options import (
     Json,
-    Language,
     ProfileOption,
     Source,
-    current_language,
     image_of,
     print_json,
     profile_named,
-    resolve_locale,
     wants_json,
     write_file,
 )

@@ -1,6 +1,6 @@
-"""Commands about words and programs: encode, decode, compile, decompile, inspect.
+"""Commands about words, programs and formats: encode, decode, compile, decompile, inspect, formats, export.
 
-Each command imports what it needs when it runs, so that the others start at once.
+Each command imports what it needs when it runs, so that the others start quickly.
 """
 
 from pathlib import Path
@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from motorcade.cli.language import Language, resolve_locale, translated
 from motorcade.cli.options import (
     ExistingFile,
     Json,
-    Language,
     ProfileOption,
     compile_project,
     print_json,
@@ -19,7 +19,6 @@ from motorcade.cli.options import (
     print_text,
     profile_named,
     read_file,
-    resolve_locale,
     wants_json,
     whole_number,
     words_in,
@@ -29,7 +28,20 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import PROGRAM_ERROR
 
 if TYPE_CHECKING:
+    from motorcade.config.vocabulary import Vocabulary
     from motorcade.words.field import WordFormat
+
+FormatFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--format",
+        metavar="FILE.toml",
+        exists=True,
+        dir_okay=False,
+        readable=True,
+        help="A word format of your own in place of Motorcade's.",
+    ),
+]
 
 
 def add_to(app: typer.Typer) -> None:
@@ -39,6 +51,8 @@ def add_to(app: typer.Typer) -> None:
     app.command("compile")(compile_command)
     app.command("decompile")(decompile_command)
     app.command()(inspect)
+    app.command()(formats)
+    app.command()(export)
 
 
 def encode(
@@ -49,7 +63,7 @@ def encode(
     as_json: Json = False,
 ) -> None:
     """Make a word from the values of its fields; fields left out take their default."""
-    chosen = _format_called(word_format)
+    chosen, _ = _format_called(word_format)
     fields: dict[str, int] = {}
     for text in values or ():
         name, equals, value = text.partition("=")
@@ -79,7 +93,7 @@ def decode(
     as_json: Json = False,
 ) -> None:
     """Show the fields of words."""
-    chosen = _format_called(word_format)
+    chosen, vocabulary = _format_called(word_format)
     decoded = []
     for text in words:
         number = whole_number(text, Phrase("a-word"))
@@ -92,7 +106,7 @@ def decode(
     from motorcade.cli.console import fields_table
 
     for each in decoded:
-        print_table(fields_table(each["word"], chosen, each["warnings"]))
+        print_table(fields_table(each["word"], chosen, vocabulary, each["warnings"]))
 
 
 def compile_command(
@@ -166,11 +180,77 @@ def inspect(
     )
 
 
-def _format_called(name: str) -> "WordFormat":
+def formats(format_file: FormatFile = None, as_json: Json = False) -> None:
+    """Show the word formats, their fields and their fingerprints.
+
+    Two ends that name the same fingerprint mean the same by their words.
+    """
+    vocabulary = _vocabulary_in(format_file)
+    if wants_json(as_json):
+        print_json([_format_as_dict(word_format) for word_format in vocabulary.formats])
+        return
+    from motorcade.cli.console import format_table
+
+    for word_format in vocabulary.formats:
+        print_table(format_table(word_format, vocabulary))
+
+
+def _format_as_dict(word_format: "WordFormat") -> dict[str, object]:
+    from motorcade.config.vocabulary import fingerprint_text
+
+    names = ("name", "high", "low", "minimum", "maximum", "default", "unit", "allowed", "meaning", "source")
+    fields = [{name: getattr(field, name) for name in names} for field in word_format.fields]
+    fields = [{**values, "allowed": str(values["allowed"])} for values in fields]
+    return {"name": word_format.name, "fingerprint": fingerprint_text(word_format), "fields": fields}
+
+
+def export(
+    target: Annotated[
+        str, typer.Argument(metavar="TARGET", help="c, wireshark, kaitai, json-schema, markdown or vectors")
+    ],
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="DIR", file_okay=False, help="The folder to write into.")
+    ] = Path(),
+    format_file: FormatFile = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the names of the files as JSON.")] = False,
+) -> None:
+    """Write what lets another tool or language speak the words; files of an earlier export are replaced."""
+    from motorcade.export.targets import export as make
+
+    files = make(target, _vocabulary_in(format_file))
+    try:
+        output.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise MotorcadeError("folder-not-writable", folder=output, reason=problem.strerror) from None
+    written = []
+    for name, text in files.items():
+        write_file(output / name, text.encode(), format_file)
+        written.append(str(output / name))
+    if as_json:
+        print_json({"files": written})
+    else:
+        print_text("".join(translated("file-written", file=path) + "\n" for path in written))
+
+
+def _vocabulary_in(format_file: Path | None) -> "Vocabulary":
+    """Return the format that a TOML file declares, or Motorcade's own where there is no file."""
+    from motorcade.config.own_format import read_format
+    from motorcade.config.vocabulary import MOTORCADE
+
+    if format_file is None:
+        return MOTORCADE
+    try:
+        text = read_file(format_file).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise MotorcadeError("format-not-utf-8", file=format_file) from None
+    return read_format(text, str(format_file))
+
+
+def _format_called(name: str) -> "tuple[WordFormat, Vocabulary]":
+    """Return the format that is called ``name`` or declared in the file ``name``, and its vocabulary."""
     from motorcade.words.formats import format_named
 
     if not name.endswith(".toml"):
-        return format_named(name)
-    from motorcade.cli.exports import vocabulary_in
-
-    return vocabulary_in(Path(name)).formats[0]
+        return format_named(name), _vocabulary_in(None)
+    vocabulary = _vocabulary_in(Path(name))
+    return vocabulary.formats[0], vocabulary
