@@ -10,7 +10,7 @@ from driven_car import Bench
 
 from motorcade import check_board
 from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore
-from motorcade.boards.lines import NoLine
+from motorcade.boards.lines import Line
 from motorcade.car.check.parts import METHODS
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import built_in_profile, levels_of
@@ -74,7 +74,7 @@ def test_a_simulated_car_passes(tmp_path):
     store = ImageStore(tmp_path / "car.image")
 
     def open_board():
-        return ComputerBoard(Equipment(True, 0, levels_of(CLASSROOM), NoLine(), store.load(), store.save))
+        return ComputerBoard(Equipment(True, 0, levels_of(CLASSROOM), Line(), store.load(), store.save))
 
     assert check_board(open_board(), reopen=open_board) == []
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from motorcade.boards.computer import ComputerBoard, Equipment, HardwareWatchdog, ImageStore, StoreError, run
-from motorcade.boards.lines import NoLine
+from motorcade.boards.lines import Line
 from motorcade.boards.voice import VoiceSource
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.profile import levels_of
@@ -30,7 +30,7 @@ def store(tmp_path):
 
 def board(clock, **more):
     return ComputerBoard(
-        Equipment(True, 3, levels_of(CLASSROOM), NoLine(), None, lambda data: None, clock_s=clock, **more)
+        Equipment(True, 3, levels_of(CLASSROOM), Line(), None, lambda data: None, clock_s=clock, **more)
     )
 
 
@@ -49,7 +49,7 @@ def test_an_image_that_cannot_be_stored_does_not_replace_the_old_one():
     def refuse(data: bytes) -> None:
         raise OSError("disk full")
 
-    car = ComputerBoard(Equipment(True, 0, levels_of(CLASSROOM), NoLine(), b"old", refuse))
+    car = ComputerBoard(Equipment(True, 0, levels_of(CLASSROOM), Line(), b"old", refuse))
     with pytest.raises(OSError, match="disk full"):
         car.store_image(b"new")
     assert car.load_image() == b"old"
@@ -90,7 +90,7 @@ def test_a_car_is_put_in_neutral_before_its_pins_are_released(fails):
         def close(self) -> None:
             done.append("closed")
 
-    made = Watched(Equipment(True, 0, levels_of(CLASSROOM), NoLine(), None, lambda data: None))
+    made = Watched(Equipment(True, 0, levels_of(CLASSROOM), Line(), None, lambda data: None))
     if fails:
         with pytest.raises(OSError, match="stuck"):
             run(made, lambda seconds: None, lambda: True)

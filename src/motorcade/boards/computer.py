@@ -87,10 +87,6 @@ class KeyboardVoice(VoiceSource):
             self._typed.extend(voice for word, voice in VOICE_WORDS if typed in (word, word[0]))
 
 
-def _ignore(kind: str, at_ms: int, word: int, detail: int | str) -> None:
-    """Observe nothing."""
-
-
 @dataclass(frozen=True)
 class Equipment:
     """What a car is given when it is switched on.
@@ -112,7 +108,7 @@ class Equipment:
     image: bytes | None
     save: Callable[[bytes], None]
     voice: VoiceSource = field(default_factory=VoiceSource)
-    observe: Observer = _ignore
+    observe: Observer = lambda *event: None
     clock_s: Callable[[], float] = time.monotonic
 
     def now_ms(self) -> int:

@@ -10,7 +10,7 @@ import socket
 import sys
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from motorcade.errors import MotorcadeError
 from motorcade.words.upload import error_line
@@ -27,14 +27,16 @@ class LineError(MotorcadeError):
     """A line that the car can't open."""
 
 
-class Line(Protocol):
-    """The car's end of a line."""
+class Line:
+    """The car's end of a line. This one leads nowhere: it is the line of a car that takes no uploads."""
 
     def wait(self, seconds: float) -> None:
         """Wait until bytes may be there, or ``seconds`` have passed."""
+        time.sleep(seconds)
 
     def read(self) -> bytes:
         """Return the bytes that are there, ``b""`` for none; never wait."""
+        return b""
 
     def write(self, data: bytes) -> None:
         """Send ``data``; it is lost where nobody is connected."""
@@ -43,28 +45,11 @@ class Line(Protocol):
         """Close the line."""
 
 
-class NoLine:
-    """The line of a car that takes no uploads."""
-
-    def wait(self, seconds: float) -> None:
-        """See Line."""
-        time.sleep(seconds)
-
-    def read(self) -> bytes:
-        """See Line."""
-        return b""
-
-    def write(self, data: bytes) -> None:
-        """See Line."""
-
-    def close(self) -> None:
-        """See Line."""
-
-
-class SerialLine:
+class SerialLine(Line):
     """A serial port, such as a UART, a USB gadget's port or a voice module's.
 
-    A port that goes away, as one on a USB cable does, is opened again once a second.
+    A port that goes away, as one on a USB cable does, is opened again once a second; reading then gives ``b""``.
+    A car's tick is so short that bytes don't have to end ``wait``.
 
     Args:
         open_port: opens the port with a read timeout of 0. Raises serial.SerialException where it isn't there.
@@ -80,12 +65,7 @@ class SerialLine:
         self._last_try_s = clock_s()
         self._port: serial.Serial | None = open_port()
 
-    def wait(self, seconds: float) -> None:
-        """Wait ``seconds``: a car's tick is so short that no byte has to end it."""
-        time.sleep(seconds)
-
     def read(self) -> bytes:
-        """See Line; ``b""`` where the port is away."""
         port = self._reopened()
         if port is None:
             return b""
@@ -96,7 +76,6 @@ class SerialLine:
             return b""
 
     def write(self, data: bytes) -> None:
-        """See Line; lost where the port is away or its other end takes no bytes."""
         from serial import SerialTimeoutException
 
         port = self._reopened()
@@ -110,7 +89,6 @@ class SerialLine:
             self._drop()
 
     def close(self) -> None:
-        """See Line."""
         if self._port is not None:
             self._port.close()
 
@@ -131,7 +109,7 @@ class SerialLine:
         self._last_try_s = self._clock_s()
 
 
-class PseudoTerminal:
+class PseudoTerminal(Line):
     """A serial port of this computer that leads to the car; POSIX only. ``address`` is its device's path."""
 
     def __init__(self) -> None:
@@ -147,18 +125,15 @@ class PseudoTerminal:
         self.address = os.ttyname(self._client_end)
 
     def wait(self, seconds: float) -> None:
-        """See Line."""
         select.select([self._car_end], [], [], seconds)
 
     def read(self) -> bytes:
-        """See Line."""
         try:
             return os.read(self._car_end, _CHUNK_BYTES)
         except BlockingIOError:
             return b""
 
     def write(self, data: bytes) -> None:
-        """See Line."""
         while data:
             try:
                 data = data[os.write(self._car_end, data) :]
@@ -166,12 +141,11 @@ class PseudoTerminal:
                 return
 
     def close(self) -> None:
-        """See Line."""
         os.close(self._car_end)
         os.close(self._client_end)
 
 
-class TcpPort:
+class TcpPort(Line):
     """A TCP port that leads to the car, for one client at a time; others get the answer that it is busy.
 
     Attributes:
@@ -191,7 +165,6 @@ class TcpPort:
         self.address = f"socket://{f'[{bound_host}]' if ':' in bound_host else bound_host}:{bound_port}"
 
     def wait(self, seconds: float) -> None:
-        """See Line."""
         sockets = [self._listener, *self._waiting_clients]
         if self._client is not None:
             sockets.append(self._client)
@@ -203,7 +176,6 @@ class TcpPort:
                 self._accept()
 
     def read(self) -> bytes:
-        """See Line."""
         if self._client is None:
             return b""
         data = _receive(self._client)
@@ -214,7 +186,6 @@ class TcpPort:
         return data
 
     def write(self, data: bytes) -> None:
-        """See Line."""
         if self._client is None:
             return
         try:
@@ -223,7 +194,6 @@ class TcpPort:
             self._hang_up()
 
     def close(self) -> None:
-        """See Line."""
         self._hang_up()
         for client in self._waiting_clients:
             client.close()

@@ -1,6 +1,6 @@
-"""A car on MicroPython: an ESP32 or an RP2040 behind the contract of a board.
+"""The board of a car on MicroPython: an ESP32 or an RP2040.
 
-Portable. Its parts are in `motorcade.boards.on_chip`, whose `power_on` opens it.
+Portable. Its parts are in `motorcade.boards.on_chip`; `power_on` there opens it.
 """
 
 # For the type checker alone: MicroPython has no typing.
@@ -23,11 +23,11 @@ class MicroPythonBoard(Board):
     """The car's hardware.
 
     Args:
-        settings: what stands in car.json (`motorcade.upload.firmware_files.settings_of` lists its keys).
+        settings: the contents of car.json (`motorcade.firmware.car_files.settings_of` lists its keys).
         machine, clock: MicroPython's modules machine and time.
         line: where uploads come from; has read, write and close.
-        store: keeps the image; has load and save.
-        make_sender: makes what sends frames on the pin that is given to it, in units of so many µs.
+        store: stores the image; has load and save.
+        make_sender: makes an infrared sender from a pin and the unit of a frame in µs.
         interrupt: further arguments of the receiver's machine.Pin.irq.
         voice: where 'stop' and 'go' come from.
     """
@@ -59,12 +59,12 @@ class MicroPythonBoard(Board):
         self._pir = machine.Pin(pins["pir"]["output"], machine.Pin.IN) if "pir" in pins else None
         infrared = pins.get("infrared", {})
         self._receiver: InfraredReceiver | None = None
-        # A leader hears nobody: interrupts would only take its time.
+        # A leader receives nothing, so it needs no interrupts.
         if "receiver" in infrared and not self.is_leader:
             self._receiver = InfraredReceiver(machine, clock, infrared["receiver"], self.levels[UNIT_US], interrupt)
         self._sender = make_sender(infrared["sender"], self.levels[UNIT_US]) if "sender" in infrared else None
-        self._sending = False
-        self._echoing = False
+        self._is_sending = False
+        self._has_echo = False
         self._sent_until_us = 0
 
     def now_ms(self) -> int:
@@ -89,25 +89,25 @@ class MicroPythonBoard(Board):
         if self._receiver is None:
             return []
         echo_is_over = self._receiver.is_past_echo(self._sent_until_us)
-        frames = self._receiver.received_frames(self._echoing, self._sent_until_us)
+        frames = self._receiver.received_frames(self._has_echo, self._sent_until_us)
         if echo_is_over:
-            self._echoing = False
+            self._has_echo = False
         return frames
 
     def senses_carrier(self) -> bool:
         return self._receiver is not None and self._receiver.senses_carrier()
 
     def is_sending(self) -> bool:
-        if self._sending and has_come(self._clock.ticks_us(), self._sent_until_us):
-            self._sending = False
-        return self._sending
+        if self._is_sending and has_come(self._clock.ticks_us(), self._sent_until_us):
+            self._is_sending = False
+        return self._is_sending
 
     def send_frame(self, frame: int) -> None:
         if self._sender is None:
             return
         self._sender.send(frame)
-        self._sending = True
-        self._echoing = True
+        self._is_sending = True
+        self._has_echo = True
         self._sent_until_us = (self._clock.ticks_us() + air_us(frame, self.levels[UNIT_US])) & TICKS_MASK
 
     def obstacle_mm(self) -> int:
@@ -129,7 +129,7 @@ class MicroPythonBoard(Board):
                 led.value(1 if number == which else 0)
 
     def close(self) -> None:
-        """Stand still, in the dark, and give the line back."""
+        """Switch wheels and LEDs off, and close the line."""
         self.set_wheels(0, 0)
         self.set_led(NO_LED)
         self._line.close()
@@ -143,7 +143,7 @@ def _wheels(machine: "Any", pins: "dict[str, Any]", settings: "dict[str, Any]") 
 
 
 def _outputs(machine: "Any", pins: "dict[str, int]") -> "list[Any]":
-    """The LEDs 0 to 3, None where there is no such."""
+    """Return the outputs of LEDs 0 to 3, None for each that isn't there."""
     leds = []
     for which in range(NO_LED):
         pin = pins.get("led_" + str(which))

@@ -1,12 +1,11 @@
-"""The wheels of simulated cars as the boards that drivers steer: of a world in play, or of one that goes on by itself.
+"""The drive boards of simulated cars, in a world that a page plays or that runs by itself.
 
-A board only notes what it is told, from any thread and at once. The world obeys before its next tick.
+A board stores its setpoint at once, from any thread. The world reads it before its next tick.
 """
 
 import threading
 import time
 from collections.abc import Callable
-from types import TracebackType
 from typing import Self
 
 import numpy as np
@@ -20,17 +19,17 @@ from motorcade.runs.recording import Description
 
 Setpoint = tuple[int, int, int]
 NEUTRAL: Setpoint = (90, 1, 0)
-# What a busy computer may owe a world; more is lost, and simulated time runs slower.
-_MOST_OWED_S = 0.25
+# The most time that a world catches up on a busy computer; beyond that simulated time runs slower.
+_MAX_LAG_S = 0.25
 
 
 class SimulatedBoard(DriveBoard):
     """The wheels of one simulated car.
 
-    Its program goes on while somebody drives, with its infrared, and has the wheels again where it has come to by then.
+    The car's program goes on while somebody drives. When it gets the wheels back, it continues from where it is then.
 
     Attributes:
-        setpoint: the servo's angle, the direction and the duty that are wanted; None: the car's own program drives.
+        setpoint: the servo's angle, the direction and the duty; None while the car's own program drives.
     """
 
     def __init__(self, has_program: bool) -> None:
@@ -42,11 +41,11 @@ class SimulatedBoard(DriveBoard):
         self.setpoint = (angle_deg, direction, speed)
 
     def neutral(self) -> None:
-        """Stand still with straight wheels from the next tick on."""
+        """Stop, with straight wheels, from the next tick on."""
         self.setpoint = NEUTRAL
 
     def begin_program(self) -> None:
-        """Let the car's own program have the wheels."""
+        """Give the wheels to the car's own program."""
         self.setpoint = None
 
     def end_program(self) -> None:
@@ -55,21 +54,21 @@ class SimulatedBoard(DriveBoard):
 
 
 class DrivenCars:
-    """The boards of a world's cars, by number; made when somebody wants to drive."""
+    """The boards of a world's cars by number, each made when it is first asked for."""
 
     def __init__(self) -> None:
         self._boards: dict[int, SimulatedBoard] = {}
 
     def board(self, car: int, has_program: bool) -> SimulatedBoard:
-        """The board of a car."""
+        """Return the board of a car."""
         return self._boards.setdefault(car, SimulatedBoard(has_program))
 
     def held(self, cars: int) -> list[int]:
-        """Those of the first ``cars`` whose wheels their own program doesn't have, in order."""
+        """Return, in order, which of the first ``cars`` somebody drives."""
         return sorted(car for car, board in list(self._boards.items()) if car < cars and board.setpoint is not None)
 
     def steer(self, world: World) -> None:
-        """Let the world's cars do what their boards were told; a board whose car isn't there has to wait."""
+        """Pass the boards' setpoints to the world's cars; ignore boards whose car isn't there."""
         for car, board in list(self._boards.items()):
             if car >= world.cars:
                 continue
@@ -81,11 +80,11 @@ class DrivenCars:
 
 
 class LiveWorld:
-    """A world that goes on in real time, in a thread of its own; use it as a context manager.
+    """Run a world in real time in a thread of its own; a context manager.
 
     Args:
-        world: one world, which nobody else steps meanwhile.
-        clock_s: seconds that only grow.
+        world: nobody else may step it meanwhile.
+        clock_s: a clock in seconds that never goes back.
     """
 
     def __init__(self, world: World, clock_s: Callable[[], float] = time.monotonic) -> None:
@@ -95,13 +94,13 @@ class LiveWorld:
         self._scene = Scene(Description.of(world, world.tick_ms))
         self._lock = threading.Lock()
         self._over = threading.Event()
-        self._thread = threading.Thread(target=self._go_on, name="simulated world", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="simulated world", daemon=True)
         self._at_s = clock_s()
-        self._owed_s = 0.0
+        self._lag_s = 0.0
         self.cars = world.cars
 
     def board(self, car: int) -> SimulatedBoard:
-        """The wheels of a car. It has a program where it follows, or leads with some states of its own."""
+        """Return the board of a car. It has a program where it follows, or leads and its image has states."""
         program = int(self._world.mat.starts.leads[: car + 1].sum()) - 1
         leads, images = bool(self._world.mat.starts.leads[car]), self._world.images
         return self._driven.board(car, has_program=not leads or images[program % len(images)][0] > 0)
@@ -109,53 +108,51 @@ class LiveWorld:
     def advance(self) -> None:
         """Simulate what is due by the clock."""
         now_s = self._clock_s()
-        self._owed_s = min(self._owed_s + now_s - self._at_s, _MOST_OWED_S)
+        self._lag_s = min(self._lag_s + now_s - self._at_s, _MAX_LAG_S)
         self._at_s = now_s
-        ticks = int(self._owed_s * 1000 + 1e-6) // self._world.tick_ms
-        self._owed_s -= ticks * self._world.tick_ms / 1000
+        ticks = int(self._lag_s * 1000 + 1e-6) // self._world.tick_ms
+        self._lag_s -= ticks * self._world.tick_ms / 1000
         if ticks:
             with self._lock:
                 self._driven.steer(self._world)
                 self._world.run(ticks * self._world.tick_ms)
 
     def snapshot(self) -> Moment:
-        """What the cars show now."""
+        """Return what the cars show now."""
         with self._lock:
             return self._world.snapshot()
 
     def picture(self, car: int) -> NDArray[np.uint8]:
-        """What a car's camera sees now: (height, width, 3), red, green and blue."""
+        """Return what a car's camera sees now: (height, width, 3), red, green and blue."""
         return self._scene.draw(self.snapshot(), car)
 
     def __enter__(self) -> Self:
-        """Let time go on, once all is compiled: a car whose world waits for that looks stuck."""
+        """Compile first, then start time: a car whose world waits for the compiler would seem stuck."""
         warm_up(self._world)
         self._at_s = self._clock_s()
         self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Let time stand still."""
+    def __exit__(self, *_: object) -> None:
+        """Stop time."""
         self._over.set()
         self._thread.join()
 
-    def _go_on(self) -> None:
+    def _run(self) -> None:
         while not self._over.wait(self._world.tick_ms / 1000):
             self.advance()
 
 
 class SimulatedCamera:
-    """The camera of one car of a live world, as `motorcade.cameras.broadcast` wants cameras."""
+    """The camera of one car of a live world, for `motorcade.cameras.broadcast`."""
 
     def __init__(self, world: LiveWorld, car: int) -> None:
         self._world = world
         self._car = car
 
     def jpeg(self) -> bytes:
-        """What it sees now."""
+        """Return a picture of what it sees now."""
         return to_jpeg(self._world.picture(self._car))
 
     def close(self) -> None:
-        """There is nothing to give up."""
+        """There is nothing to release."""

@@ -1,9 +1,10 @@
-"""How a car is wired, for those who build it: the rows of a table, and a drawing, both from its pin file."""
+"""The wiring of a car, for its builders: a table and a drawing, both made from its pin file."""
 
 from typing import NamedTuple
 from xml.sax.saxutils import escape
 
 from motorcade.config.pins import PinMap
+from motorcade.locales import command_line_text
 
 _WIDTH = 760
 _COMPUTER_LEFT, _COMPUTER_RIGHT = 20, 230
@@ -12,12 +13,12 @@ _MARGIN = 20
 _HEADING = 44
 _ROW = 24
 _GAP = 14
-# Told apart by those who see few colours too (Okabe and Ito).
+# People with colour blindness can tell these apart (Okabe and Ito).
 _COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
 
 
 class WiringRow(NamedTuple):
-    """One wire: the part's name, its terminal, the GPIO number, where that is on the board, the part's supply."""
+    """One wire: the part, its terminal, the GPIO number, its label on the board, and the part's supply."""
 
     part: str
     terminal: str
@@ -27,23 +28,17 @@ class WiringRow(NamedTuple):
 
 
 def wiring_rows(pins: PinMap, language: str) -> list[WiringRow]:
-    """A row for each wire; ``language`` is en or zh."""
+    """Return a row for each wire."""
     return [
-        WiringRow(
-            wire.device.title.sentence(language),
-            wire.role.terminal,
-            wire.pin,
-            pins.chip.label(wire.pin),
-            wire.device.supply,
-        )
-        for wire in pins.wires
+        WiringRow(device.title.sentence(language), role.terminal, pin, pins.chip.label(pin), device.supply)
+        for device, role, pin in pins.wires
     ]
 
 
 def wiring_table(pins: PinMap, language: str) -> str:
-    """The rows as a table in Markdown."""
-    head = {"en": ("Part", "Its supply", "Its terminal", "Pin"), "zh": ("部件", "供电", "端子", "引脚")}[language]
-    lines = [head, ("---",) * len(head)]
+    """Return the rows as a table in Markdown."""
+    heads = [command_line_text(f"wiring-{key}", language) for key in ("part", "supply", "terminal", "pin")]
+    lines = [tuple(heads), ("---",) * len(heads)]
     before = ""
     for row in wiring_rows(pins, language):
         again = row.part == before
@@ -53,7 +48,7 @@ def wiring_table(pins: PinMap, language: str) -> str:
 
 
 def wiring_svg(pins: PinMap, language: str) -> str:
-    """The wires as a drawing: the computer's pins on the left, the parts on the right."""
+    """Return the wires as an SVG drawing: the computer's pins on the left, the parts on the right."""
     drawn: list[str] = []
     top = _MARGIN + _HEADING
     devices = list(dict.fromkeys(wire.device for wire in pins.wires))

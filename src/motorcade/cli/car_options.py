@@ -97,12 +97,12 @@ def open_parts(resources: ExitStack, options: CarOptions, profile: "Profile", ob
 
 
 def _open_line(resources: ExitStack, options: CarOptions, profile: "Profile") -> "tuple[Line, str]":
-    from motorcade.boards.lines import NoLine, PseudoTerminal, TcpPort
+    from motorcade.boards.lines import Line, PseudoTerminal, TcpPort
 
     if options.serial:
         return _open_serial(resources, options.serial, profile.serial.baud), options.serial
     if not (options.tcp or options.pty):
-        return NoLine(), ""
+        return Line(), ""
     line = TcpPort(*host_and_port(options.tcp)) if options.tcp else PseudoTerminal()
     resources.callback(line.close)
     return line, line.address

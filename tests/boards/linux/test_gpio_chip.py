@@ -12,7 +12,7 @@ if sys.platform == "linux":
     from gpiozero.pins import local
 
     from motorcade.boards.computer import Equipment
-    from motorcade.boards.lines import NoLine
+    from motorcade.boards.lines import Line
     from motorcade.boards.linux import gpio_chip
     from motorcade.boards.linux.opening import open_car, open_drive
     from motorcade.config.chips import CHIPS
@@ -66,7 +66,7 @@ def kernel(monkeypatch):
 
 def car_equipment(is_leader=True):
     """What a car has that holds no image."""
-    return Equipment(is_leader, 0, levels_of(CLASSROOM), NoLine(), None, lambda data: None)
+    return Equipment(is_leader, 0, levels_of(CLASSROOM), Line(), None, lambda data: None)
 
 
 def opened(text=STEERED, is_leader=True, **options):

@@ -122,10 +122,19 @@ class RaspberryPi(ComputerBoard):
         self._infrared.receive_edge(ticks, not state)
 
 
+class _DistanceSensor(DistanceSensor):  # type: ignore[misc]
+    """An HC-SR04 whose thread ends before its pins are closed; gpiozero's thread could still ping a closed pin."""
+
+    def close(self) -> None:
+        if getattr(self, "_queue", None):
+            self._queue.stop()
+        super().close()
+
+
 def _distance_sensor(echo: int, trigger: int, range_mm: int, factory: Any) -> Any:
-    # The kernel times its edges, and a missing echo is normal for a car that drives.
+    # The kernel times the edges, and a missing echo is normal for a car that drives.
     warnings.simplefilter("ignore", PWMSoftwareFallback)
     warnings.simplefilter("ignore", DistanceSensorNoEcho)
-    return DistanceSensor(
+    return _DistanceSensor(
         echo, trigger, max_distance=range_mm / 1000, queue_len=_PINGS, partial=True, pin_factory=factory
     )

@@ -1,4 +1,4 @@
 """The parts of a car on a microcontroller, for `motorcade.boards.micropython`.
 
-Portable. MicroPython's modules (machine, time, os, ...) come in as arguments, so that simulated ones can stand in.
+Portable. MicroPython's modules (machine, time, os, ...) are arguments, so that tests can pass simulated ones.
 """

@@ -1,7 +1,7 @@
-"""The RP2040's program that sends a frame: one 32-bit word in, marks and spaces out.
+"""The RP2040's PIO program that sends a frame: one 32-bit word in, marks and spaces out.
 
-Portable. `rp2.asm_pio` gives its function the names of instructions and registers,
-so linters and the type checker don't know them here.
+Portable. `rp2.asm_pio` gives its function the names of instructions and registers, which linters and the type checker
+don't know.
 """
 # mypy: ignore-errors
 
@@ -10,13 +10,13 @@ MYPY = False
 if MYPY:
     from typing import Any
 
-# The program's steps in a cycle of the carrier, and those that a unit takes beside its cycles.
+# The program's steps in a cycle of the carrier, and those that a unit takes besides its cycles.
 CYCLE_STEPS = 8
 UNIT_OVERHEAD_STEPS = 2
 
 
 def assemble(rp2: "Any") -> "Any":
-    """The program, for rp2.StateMachine; its first word is a unit's number of carrier cycles less one."""
+    """Return the program for rp2.StateMachine. Its first word is a unit's number of carrier cycles less one."""
 
     @rp2.asm_pio(set_init=rp2.PIO.OUT_LOW, out_shiftdir=rp2.PIO.SHIFT_LEFT)
     def program() -> None:

@@ -1,4 +1,4 @@
-"""An image in the flash: a cut of power at any byte leaves the old one or the new one, whole.
+"""The image in the flash. A cut of power at any byte leaves the old image or the new one, whole.
 
 Portable.
 """
@@ -15,12 +15,12 @@ NEW = ".new"
 
 
 class ImageFile:
-    """The file at ``path``.
+    """An image in a file.
 
     Args:
-        path: where the image is kept; while it is written a second file stands beside it.
-        files: MicroPython's module os, or one like it.
-        open_file: the function open, or one like it.
+        path: of the file; while an image is written there is a second file beside it.
+        files: MicroPython's module os.
+        open_file: the function open.
     """
 
     def __init__(self, path: str, files: "Any", open_file: "Callable[..., Any]") -> None:
@@ -29,9 +29,8 @@ class ImageFile:
         self._open = open_file
 
     def load(self) -> bytes | None:
-        """The image's bytes, None where there is no whole one."""
-        # On a FAT file system the old file goes before the new one takes its name: between the two the
-        # new one alone is there.
+        """Return the image's bytes, None where there is no whole image."""
+        # A FAT file system removes the old file before it renames the new one: in between there is only the new one.
         for path in (self._path, self._path + NEW):
             try:
                 with self._open(path, "rb") as file:
@@ -43,7 +42,7 @@ class ImageFile:
         return None
 
     def save(self, data: bytes) -> None:
-        """Replace the image. Raises OSError; the old one is kept then."""
+        """Replace the image. Raises OSError; the old image is kept then."""
         new = self._path + NEW
         try:
             with self._open(new, "wb") as file:
@@ -52,12 +51,12 @@ class ImageFile:
             self._files.rename(new, self._path)
             self._sync()
         except OSError:
-            # A full flash would else stay full.
+            # Otherwise a full flash would stay full.
             self._remove(new)
             raise
 
     def _sync(self) -> None:
-        # Not every port has it: those without write through.
+        # Ports without sync write at once.
         if hasattr(self._files, "sync"):
             self._files.sync()
 

@@ -1,4 +1,4 @@
-"""The line that uploads come by: the USB cable or a UART, read without waiting.
+"""The line that uploads come by, read without waiting: the USB cable or a UART.
 
 Portable.
 """
@@ -12,28 +12,28 @@ if MYPY:
 from motorcade.words.ticks import elapsed_ms
 from motorcade.words.upload import SILENCE_MS
 
-_MOST_BYTES = 256
-# The largest image's 2,044 bytes have room: none is lost however long a tick takes.
+_MAX_BYTES = 256
+# Room for the 2,044 bytes of the largest image: none is lost however long a tick takes.
 _BUFFER_BYTES = 2048
 _WIRES = {"transmit": "tx", "receive": "rx"}
-# What tools that want MicroPython's prompt send: Ctrl-C, often behind a carriage return.
+# Tools that need MicroPython's prompt send Ctrl-C, often after a carriage return.
 _CTRL_C = b"\x03"
-_KNOCKS = (_CTRL_C, b"\r")
-_KNOCK_LENGTH = 3
+_INTERRUPT_BYTES = (_CTRL_C, b"\r")
+_INTERRUPT_LENGTH = 3
 
 
 class UsbLine:
-    """The line that MicroPython's own prompt is at; while a car runs, it carries uploads.
+    """The USB line of MicroPython's prompt; while a car runs, it carries uploads.
 
-    Ctrl-C is a byte like any other then. But three bytes of Ctrl-C and carriage return behind a silence are no image's
-    beginning (the third would be its dwell, with more than one bit set). They end the car, so that Thonny, mpremote
-    and `motorcade install-firmware` find the prompt.
+    Ctrl-C is an ordinary byte then. But three bytes of Ctrl-C and carriage return after a silence can't begin an image
+    (the third would be its dwell, with more than one bit set). They end the car, so that Thonny, mpremote and
+    `motorcade install-firmware` get the prompt.
 
     Args:
         clock: MicroPython's time module.
         interrupts: MicroPython's module micropython.
         stdin, stdout: MicroPython's byte streams ``sys.stdin.buffer`` and ``sys.stdout.buffer``.
-        poll: says with ``poll.poll(0)`` whether ``stdin`` has a byte.
+        poll: its ``poll(0)`` says whether ``stdin`` has a byte.
     """
 
     def __init__(self, clock: "Any", interrupts: "Any", stdin: "Any", stdout: "Any", poll: "Any") -> None:
@@ -43,18 +43,18 @@ class UsbLine:
         self._stdout = stdout
         self._poll = poll
         self._last_byte_ms = clock.ticks_ms()
-        self._knocks: list[bytes] | None = []
+        self._interrupt: list[bytes] | None = []
         interrupts.kbd_intr(-1)
 
     def read(self) -> bytes:
-        """The bytes that are there, at most 256. Raises KeyboardInterrupt where somebody wants the prompt."""
+        """Return the bytes that are there, at most 256. Raises KeyboardInterrupt where a tool asks for the prompt."""
         data = b""
-        while len(data) < _MOST_BYTES and self._poll.poll(0):
-            # One byte at a time: reading more would wait for them.
+        while len(data) < _MAX_BYTES and self._poll.poll(0):
+            # One byte at a time: reading more would block.
             byte = self._stdin.read(1)
             if not byte:
                 break
-            self._listen_for_knocks(byte)
+            self._check_interrupt(byte)
             data += byte
         return data
 
@@ -63,31 +63,31 @@ class UsbLine:
         self._stdout.write(data)
 
     def close(self) -> None:
-        """Give Ctrl-C back to the prompt."""
+        """Make Ctrl-C interrupt programs again."""
         self._interrupts.kbd_intr(3)
 
-    def _listen_for_knocks(self, byte: bytes) -> None:
+    def _check_interrupt(self, byte: bytes) -> None:
         now_ms = self._clock.ticks_ms()
         if elapsed_ms(now_ms, self._last_byte_ms) >= SILENCE_MS:
-            self._knocks = []
+            self._interrupt = []
         self._last_byte_ms = now_ms
-        if self._knocks is None:
+        if self._interrupt is None:
             return
-        self._knocks.append(byte)
-        if byte not in _KNOCKS:
-            self._knocks = None
-        elif len(self._knocks) == _KNOCK_LENGTH:
-            if _CTRL_C in self._knocks:
+        self._interrupt.append(byte)
+        if byte not in _INTERRUPT_BYTES:
+            self._interrupt = None
+        elif len(self._interrupt) == _INTERRUPT_LENGTH:
+            if _CTRL_C in self._interrupt:
                 raise KeyboardInterrupt
-            self._knocks = None
+            self._interrupt = None
 
 
 class UartLine:
-    """A UART of its own.
+    """A UART that only uploads, or a voice module, use.
 
     Args:
         machine: MicroPython's module.
-        uart: which UART.
+        uart: the UART's number.
         pins: ``transmit`` and ``receive``, GPIO numbers; a voice module has ``receive`` alone.
         baud: always 8 data bits, no parity, 1 stop bit.
     """
@@ -97,7 +97,7 @@ class UartLine:
         self._uart = machine.UART(uart, baudrate=baud, rxbuf=_BUFFER_BYTES, **wires)
 
     def read(self) -> bytes:
-        """The bytes that are there."""
+        """Return the bytes that are there."""
         return self._uart.read() or b""
 
     def write(self, data: bytes) -> None:
@@ -105,4 +105,4 @@ class UartLine:
         self._uart.write(data)
 
     def close(self) -> None:
-        """Nothing to give back."""
+        """There is nothing to close."""

@@ -1,4 +1,4 @@
-"""Two motors behind an L298-style driver: two direction pins each, and a PWM that says how strongly.
+"""Two motors behind an L298-style driver: two direction pins and a PWM for each.
 
 Portable.
 """
@@ -41,7 +41,7 @@ class Motor:
         self._pulsed = [machine.PWM(pin, freq=PWM_HZ, duty_u16=0) for pin in pulsed]
 
     def drive(self, duty: int) -> None:
-        """Turn forward with ``duty`` 1 to 255 of full power, backward with -1 to -255; 0 lets the motor run out."""
+        """Turn forward with ``duty`` 1 to 255 of full power, backward with -1 to -255; with 0 the motor coasts."""
         share = abs(duty) * _FULL // _DUTY_MAX
         if not self._directions:
             forward, backward = self._pulsed
@@ -61,10 +61,10 @@ class Motor:
 
 
 class Wheels:
-    """The left and the right motor together.
+    """The left and the right motor of a car.
 
     Args:
-        left, right: each with ``drive``, as Motor has it.
+        left, right: motors with a method ``drive`` as Motor's.
         drive_duties, turn_duties: duties for speed levels 0 to 3, straight on and turning on the spot.
     """
 
@@ -76,7 +76,7 @@ class Wheels:
         self._duties = ((FORWARD, drive_duties, 1, 1), (LEFT, turn_duties, -1, 1), (RIGHT, turn_duties, 1, -1))
 
     def set(self, direction: int, speed_level: int) -> None:
-        """As `motorcade.car.board.Board.set_wheels`."""
+        """Turn the wheels; arguments as of `motorcade.car.board.Board.set_wheels`."""
         for known, duties, left, right in self._duties:
             if known == direction:
                 self._left.drive(left * duties[speed_level])

@@ -1,4 +1,4 @@
-"""An HC-SR04 that is never waited for: the echo's edges come by interrupt, the answer is the last one measured.
+"""An HC-SR04 that is read without waiting: interrupts time the echo, and the last distance measured is the answer.
 
 Portable.
 """
@@ -12,23 +12,23 @@ if MYPY:
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms
 
-# The sensor's own echoes have died away after this time, even where nothing answers.
+# All echoes of a ping have faded after this time, even where nothing answers.
 PING_EVERY_MS = 60
-# An older answer says nothing about the way ahead.
+# An older distance says nothing about the way ahead.
 STALE_MS = 3 * PING_EVERY_MS
 _TRIGGER_US = 10
-# 343 m/s at 20 °C, there and back.
+# Sound travels 343 m/s at 20 °C, there and back.
 _MM_PER_2000_US = 343
 
 
 class Ultrasonic:
-    """The sensor.
+    """Measure distances with an HC-SR04.
 
     Args:
         machine: MicroPython's module.
         clock: MicroPython's time module.
         pins: ``trigger`` and ``echo``, GPIO numbers.
-        range_mm: what the sensor says beyond it counts as nothing.
+        range_mm: a distance beyond it counts as nothing in sight.
     """
 
     def __init__(self, machine: "Any", clock: "Any", pins: "Mapping[str, int]", range_mm: int) -> None:
@@ -37,15 +37,15 @@ class Ultrasonic:
         self._trigger = machine.Pin(pins["trigger"], machine.Pin.OUT, value=0)
         self._rose_us = 0
         self._width_us = 0
-        self._pinged = False
-        self._answered = False
+        self._has_pinged = False
+        self._has_answer = False
         self._pinged_ms = 0
         self._distance_mm = NOTHING_IN_SIGHT_MM
         echo = machine.Pin(pins["echo"], machine.Pin.IN)
         echo.irq(self._take_edge, machine.Pin.IRQ_RISING | machine.Pin.IRQ_FALLING)
 
     def _take_edge(self, pin: "Any") -> None:
-        """Runs as an interrupt: short, and nothing allocated."""
+        """Time an edge. Runs as an interrupt: short, and without allocation."""
         if pin.value():
             self._rose_us = self._clock.ticks_us()
         elif self._rose_us:
@@ -53,29 +53,29 @@ class Ultrasonic:
             self._rose_us = 0
 
     def distance_mm(self) -> int:
-        """To the nearest obstacle, as measured last; NOTHING_IN_SIGHT_MM where nothing was, or not lately.
+        """Return the last distance to an obstacle; NOTHING_IN_SIGHT_MM where none was measured lately.
 
-        Pings where it is time. The first answer comes a few ms after the first question.
+        Ping where that is due. The first distance is known a few ms after the first call.
         """
         now_ms = self._clock.ticks_ms()
         waited_ms = elapsed_ms(now_ms, self._pinged_ms)
         if self._width_us:
-            self._distance_mm = self._in_reach(self._width_us * _MM_PER_2000_US // 2000)
+            self._distance_mm = self._within_range(self._width_us * _MM_PER_2000_US // 2000)
             self._width_us = 0
-            self._answered = True
-        if not self._pinged or waited_ms >= PING_EVERY_MS:
-            if not self._answered or waited_ms >= STALE_MS:
+            self._has_answer = True
+        if not self._has_pinged or waited_ms >= PING_EVERY_MS:
+            if not self._has_answer or waited_ms >= STALE_MS:
                 self._distance_mm = NOTHING_IN_SIGHT_MM
             self._ping(now_ms)
         return self._distance_mm
 
-    def _in_reach(self, distance_mm: int) -> int:
+    def _within_range(self, distance_mm: int) -> int:
         return distance_mm if distance_mm <= self._range_mm else NOTHING_IN_SIGHT_MM
 
     def _ping(self, now_ms: int) -> None:
-        self._pinged = True
+        self._has_pinged = True
         self._pinged_ms = now_ms
-        self._answered = False
+        self._has_answer = False
         self._trigger.value(1)
         self._clock.sleep_us(_TRIGGER_US)
         self._trigger.value(0)
