@@ -41,6 +41,11 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (USAGE, 400, ("run-file-ending", "run-file-is-folder", "run-file-without-folder", "run-file-forbidden")),
     (USAGE, 400, ("run-file-unwritable", "film-not-drawn", "gif-too-long", "nothing-recorded")),
     (USAGE, 400, ("not-a-recording", "recording-unreadable", "not-mcap", "mcap-cut-off", "mcap-without-run")),
+    (USAGE, 400, ("missing-library", "file-not-usable", "picture-needs-options", "picture-needs-colour")),
+    (USAGE, 400, ("picture-has-too-many-lines", "sweep-not-valid", "sweep-program-unreadable", "sweep-mat-not-valid")),
+    (USAGE, 400, ("seconds-not-in-ticks", "sweep-point-fails", "not-a-sweep-table", "sweep-part-damaged")),
+    (USAGE, 400, ("table-of-another-sweep", "sweep-is-running", "sweep-worker-ended", "worker-has-other-code")),
+    (USAGE, 400, ("no-dask-scheduler", "dask-workers-killed", "dask-scheduler-gone", "dask-without-workers")),
     (USAGE, 400, ("not-parquet", "parquet-damaged", "parquet-without-run", "parquet-of-part")),
     # Real cars, and boards with MicroPython.
     (USAGE, 400, ("pins-missing", "options-exclude-each-other", "voice-map-missing", "chip-missing")),

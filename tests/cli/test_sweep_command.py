@@ -1,4 +1,4 @@
-"""The command sweep: one table, however it was run; killed, resumed, on a cluster; its pictures and its refusals."""
+"""The command sweep: the same table from one process, several, after a kill and from a cluster; pictures; refusals."""
 
 import contextlib
 import json
@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from motorcade.experiments import plan as planning
-from motorcade.experiments import store
+from motorcade.experiments import run as running
 from support.command_line import PARADE, data, refusal, run
 
 DEADLINE_S = 180
@@ -55,7 +55,7 @@ def spec(tmp_path):
 
 @pytest.fixture
 def long_spec(spec):
-    """Some hundred tasks, so that there is a middle of them."""
+    """Enough tasks to stop between the first and the last."""
     spec.write_text(SPEC.replace("seeds = 3", "seeds = 240"), encoding="utf-8")
     return spec
 
@@ -74,7 +74,7 @@ def parts_of(table):
 
 @contextlib.contextmanager
 def sweeping(*arguments):
-    """The command in a process of its own; ended when it is still there at the end."""
+    """The command in its own process, which is killed at the end."""
     command = [sys.executable, "-c", SMALL_TASKS, "sweep", *map(str, arguments)]
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True) as process:
@@ -89,23 +89,23 @@ def sweeping(*arguments):
 
 @pytest.fixture(scope="module")
 def expected(tmp_path_factory):
-    """The long sweep's table, made in one go by one process."""
+    """The long sweep's table, made by one process without a stop."""
     folder = tmp_path_factory.mktemp("expected")
     (folder / PARADE.name).write_bytes(PARADE.read_bytes())
     spec = folder / "spec.toml"
     spec.write_text(SPEC.replace("seeds = 3", "seeds = 240"), encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(planning, "TASK_CAR_STEPS", CAR_STEPS)
-        told = data("sweep", spec, "-o", folder / "out.parquet", "--jobs", "1")
-    assert told["tasks"] == told["tasks_run"] > 20
+        result = data("sweep", spec, "-o", folder / "out.parquet", "--jobs", "1")
+    assert result["tasks"] == result["tasks_run"] > 20
     return (folder / "out.parquet").read_bytes()
 
 
 def test_a_table_has_a_row_a_run_in_order(spec, tmp_path, monkeypatch):
-    monkeypatch.setattr(store, "GROUP_ROWS", 10)
+    monkeypatch.setattr(running, "GROUP_ROWS", 10)
     table = tmp_path / "out.parquet"
-    told = data("sweep", spec, "-o", table, "--jobs", "1")
-    assert (told["runs"], told["tasks_run"]) == (RUNS, told["tasks"])
+    result = data("sweep", spec, "-o", table, "--jobs", "1")
+    assert (result["runs"], result["tasks_run"]) == (RUNS, result["tasks"])
     rows = pq.read_table(table).to_pylist()
     assert [row["run"] for row in rows] == list(range(RUNS))
     assert list(rows[0])[:4] == ["run", "program", "mat", "seed"]
@@ -121,23 +121,17 @@ def test_a_table_has_a_row_a_run_in_order(spec, tmp_path, monkeypatch):
     assert [path.name for path in tmp_path.iterdir() if "out" in path.name] == ["out.parquet"]
 
 
-def test_several_processes_make_the_same_table(long_spec, tmp_path, expected):
-    table = tmp_path / "out.parquet"
-    data("sweep", long_spec, "-o", table, "--jobs", "2")
-    assert table.read_bytes() == expected
-
-
-def test_a_killed_sweep_goes_on_and_runs_nothing_twice(long_spec, tmp_path, expected):
+def test_a_killed_sweep_continues_with_several_processes_and_runs_no_task_twice(long_spec, tmp_path, expected):
     table = tmp_path / "out.parquet"
     with sweeping(long_spec, "-o", table, "--jobs", "2") as process:
         wait_until(lambda: len(parts_of(table)) > 3, process)
         process.kill()
-        # Its workers hold the other end, so this ends when they have left too.
+        # The workers hold the other end of the pipes, so this also waits for them.
         process.communicate(timeout=DEADLINE_S)
     kept = parts_of(table)
     assert not table.exists()
-    told = data("sweep", long_spec, "-o", table, "--jobs", "1")
-    assert told["tasks_run"] == told["tasks"] - len(kept)
+    result = data("sweep", long_spec, "-o", table, "--jobs", "2")
+    assert result["tasks_run"] == result["tasks"] - len(kept)
     assert table.read_bytes() == expected
     assert not table.with_name("out.parquet.parts").exists()
 
@@ -149,7 +143,7 @@ def test_ctrl_c_ends_in_a_sentence(long_spec, tmp_path, parts):
     with sweeping(long_spec, "-o", table, "--jobs", "2") as process:
         known = psutil.Process(process.pid)
         wait_until(lambda: len(known.children()) > 2 and len(parts_of(table)) >= parts, process)
-        # As a terminal does, which tells the workers too.
+        # A terminal also signals the workers.
         os.killpg(process.pid, signal.SIGINT)
         out, err = process.communicate(timeout=DEADLINE_S)
     assert (process.returncode, out) == (130, "")
@@ -157,7 +151,7 @@ def test_ctrl_c_ends_in_a_sentence(long_spec, tmp_path, parts):
     assert len(parts_of(table)) >= parts
 
 
-def test_a_finished_table_is_not_run_again_nor_replaced_by_another(spec, tmp_path):
+def test_a_finished_table_is_neither_made_again_nor_replaced(spec, tmp_path):
     table = tmp_path / "out.parquet"
     data("sweep", spec, "-o", table, "--jobs", "1")
     before = table.read_bytes()
@@ -168,19 +162,12 @@ def test_a_finished_table_is_not_run_again_nor_replaced_by_another(spec, tmp_pat
     assert "is no sweep's table" in refusal(2, "sweep", spec, "-o", spec)
 
 
-def test_two_commands_keep_apart(long_spec, tmp_path):
-    table = tmp_path / "out.parquet"
-    with sweeping(long_spec, "-o", table, "--jobs", "1") as process:
-        wait_until(lambda: parts_of(table), process)
-        assert "another `motorcade sweep` is at work" in refusal(2, "sweep", long_spec, "-o", table)
-
-
 # A cluster
 
 
 @contextlib.contextmanager
 def dask(tmp_path, *arguments):
-    """A process of Dask's, which talks into a file; it knows this checkout."""
+    """A process of Dask, which imports this checkout and logs into a file."""
     with (tmp_path / f"{arguments[0]}.log").open("ab") as log:
         command = [sys.executable, "-m", f"distributed.cli.dask_{arguments[0]}", *arguments[1:], "--no-dashboard"]
         process = subprocess.Popen(command, stdout=log, stderr=log, cwd=tmp_path)
@@ -205,15 +192,13 @@ def test_a_cluster_makes_the_same_table_though_a_worker_dies(long_spec, tmp_path
         first.kill()
         out, err = process.communicate(timeout=DEADLINE_S)
     assert (process.returncode, err) == (0, "")
-    told = json.loads(out)
-    assert told["tasks_run"] == told["tasks"]
+    result = json.loads(out)
+    assert result["tasks_run"] == result["tasks"]
     assert table.read_bytes() == expected
 
 
 def test_a_cluster_that_is_not_there_is_named(spec, tmp_path, monkeypatch):
-    from motorcade.experiments import cluster
-
-    monkeypatch.setattr(cluster, "CONNECT_S", 0.1)
+    monkeypatch.setattr(running, "CONNECT_S", 0.1)
     arguments = ("sweep", spec, "-o", tmp_path / "out.parquet", "--scheduler")
     assert "no Dask scheduler answers at tcp://127.0.0.1:1" in refusal(2, *arguments, "tcp://127.0.0.1:1")
     assert "no Dask scheduler answers at nonsense" in refusal(2, *arguments, "nonsense")
@@ -233,8 +218,8 @@ def test_a_cluster_that_is_not_there_is_named(spec, tmp_path, monkeypatch):
 )
 def test_a_picture_of_any_two_axes(spec, tmp_path, axes):
     picture = tmp_path / "it.png"
-    told = data("sweep", spec, "-o", tmp_path / "out.parquet", "--jobs", "1", "--picture", picture, *axes)
-    assert told["picture"] == str(picture)
+    result = data("sweep", spec, "-o", tmp_path / "out.parquet", "--jobs", "1", "--picture", picture, *axes)
+    assert result["picture"] == str(picture)
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
@@ -243,31 +228,31 @@ def test_a_picture_of_any_two_axes(spec, tmp_path, axes):
     [
         ("it.png", "--x spread_m --y cars", "--x is 'spread_m'; allowed: program, mat, seed, cars"),
         ("it.png", "--x cars --y physics.bit_error_rate", "name the measure with --colour"),
-        ("it.png", "--x cars --y cars --colour frames", "--y is 'cars'; with --colour allowed: program"),
+        ("it.png", "--x cars --y cars --colour frames", "--y is 'cars'; allowed: program"),
         ("it.png", "--x cars --y seed --colour mat", "--colour is 'mat'; allowed: frames"),
-        ("it.nonsense", "--x cars --y frames", "can't be drawn; allowed endings"),
+        ("it.nonsense", "--x cars --y frames", "its name must end in"),
         ("missing/it.png", "--x cars --y frames", "there is no folder"),
         ("it.png", "--x cars", "needs --picture, --x and --y"),
     ],
 )
-def test_a_picture_that_cannot_be_is_refused_before_anything_runs(spec, tmp_path, name, axes, says):
+def test_a_picture_that_is_not_possible_is_refused_before_anything_runs(spec, tmp_path, name, axes, says):
     arguments = ("-o", tmp_path / "out.parquet", "--picture", tmp_path / name, *axes.split())
     assert says in refusal(2, "sweep", spec, *arguments)
     assert sorted(path.name for path in tmp_path.iterdir()) == [PARADE.name, "spec.toml"]
 
 
-# What can't be
+# Refusals
 
 
-def test_programs_and_mats_that_cannot_be_are_named(spec, tmp_path):
+def test_programs_and_mats_that_are_not_valid_are_named(spec, tmp_path):
     def refused(code, old, new):
         spec.write_text(SPEC.replace(old, new), encoding="utf-8")
         return refusal(code, "sweep", spec, "-o", tmp_path / "out.parquet")
 
-    assert "programs[0], 'none', can't be read: No such file" in refused(2, PARADE.name, "none")
-    assert "programs[0], 'spec.toml', is no program" in refused(1, PARADE.name, "spec.toml")
+    assert "programs[0], 'none' can't be read: No such file" in refused(2, PARADE.name, "none")
+    assert "programs[0], 'spec.toml' is no program" in refused(1, PARADE.name, "spec.toml")
     one_mat = SPEC.replace("cars = [0, 2, 8]", "").replace("seeds = 3", 'mats = ["none.toml"]')
-    assert "mats[0], 'none.toml': mat none.toml" in refused(2, SPEC, one_mat)
+    assert "mats[0]: mat none.toml can't be read" in refused(2, SPEC, one_mat)
     (tmp_path / PARADE.name).write_text('{"format": "motorcade-program/1", "leader": [{"wait": {"seconds": 0.5}}]}')
     spec.write_text(SPEC, encoding="utf-8")
     ran = run("sweep", spec, "-o", tmp_path / "out.parquet")
@@ -283,8 +268,8 @@ def test_what_is_not_installed_is_named_with_its_command(spec, tmp_path, monkeyp
     for name in [each for each in sys.modules if each.startswith("motorcade.experiments.")]:
         monkeypatch.delitem(sys.modules, name)
     more = ("--scheduler", "tcp://127.0.0.1:1") if missing == "distributed" else ()
-    said = refusal(2, "sweep", spec, "-o", tmp_path / "out.parquet", *more)
-    assert said == f"this needs {missing}: pip install 'motorcade[{extra}]'"
+    sentence = refusal(2, "sweep", spec, "-o", tmp_path / "out.parquet", *more)
+    assert sentence == f"this needs {missing}: pip install 'motorcade[{extra}]'"
 
 
 def test_the_command_line_starts_without_what_a_sweep_needs():

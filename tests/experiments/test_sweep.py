@@ -1,4 +1,4 @@
-"""Sweeps: what a specification says and what is refused, the points it asks for, and the rows that come of them."""
+"""Sweeps: reading and refusing specifications, parameter points, the plan, and the rows of the table."""
 
 import dataclasses
 import io
@@ -11,11 +11,11 @@ import pytest
 from motorcade import Program, forward, led
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.world import World
+from motorcade.errors import MotorcadeError
 from motorcade.experiments import plan as planning
-from motorcade.experiments.parameters import SweepError
 from motorcade.experiments.plan import Plan
+from motorcade.experiments.run import Store
 from motorcade.experiments.spec import parse_sweep
-from motorcade.experiments.store import Store
 from motorcade.experiments.task import run_task
 from motorcade.mats import Pose, Starts, open_table
 from motorcade.program.compiler import compile_program
@@ -96,39 +96,42 @@ def test_a_draw_depends_on_no_other():
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("more = 1", "'more' is not known"),
+        ("more = 1", "more is not known"),
         ("mats = []", "mats is []"),
-        ("mats = ['a.toml', 'a.toml']", "mats[1] is 'a.toml', which stands there already"),
+        ("mats = ['a.toml', 'a.toml']", 'mats[1] is "a.toml", which is in the list already'),
         ("seeds = 0", "seeds is 0"),
-        ("seeds = {count = 3, step = 2}", "seeds: 'step' is not known"),
-        ("seeds = [1, 2, 1]", "seeds[2] is 1, which stands there already"),
+        ("seeds = {count = 3, step = 2}", "seeds.step is not known"),
+        ("seeds = [1, 2, 1]", "seeds[2] is 1, which is in the list already"),
         ("[grid]\nphysics.bit_error_rat = [0]", "did you mean physics.bit_error_rate?"),
-        ("[grid]\nphysics.bit_error_rate = [0, nan]", "grid.physics.bit_error_rate[1] is nan; allowed: numbers from 0"),
+        (
+            "[grid]\nphysics.bit_error_rate = [0, nan]",
+            "grid.physics.bit_error_rate[1] is nan; allowed: a number from 0 to 0.5",
+        ),
         ("[grid]\nphysics.bit_error_rate = [0.6]", "grid.physics.bit_error_rate[0] is 0.6"),
         (
             "[grid]\nphysics.capture_ratio = ['never', 1]",
-            "grid.physics.capture_ratio[1] is 1; allowed: numbers above",
+            'grid.physics.capture_ratio[1] is 1; allowed: a number above 1, up to 1000000, or "never"',
         ),
         ("[grid]\nphysics.collisions = [1]", "grid.physics.collisions[0] is 1; allowed: true or false"),
-        ("[grid]\ncars = [1, 2.5]", "grid.cars[1] is 2.5; allowed: whole numbers"),
+        ("[grid]\ncars = [1, 2.5]", "grid.cars[1] is 2.5; allowed: a whole number from 0 to 1000000"),
         ("[grid]\ncars = [true]", "grid.cars[0] is true"),
         ("[grid]\ncars = 5", "grid.cars is 5; allowed: a list"),
-        ("[grid]\ncars = [5, 6, 5]", "grid.cars[2] is 5, which stands there already"),
+        ("[grid]\ncars = [5, 6, 5]", "grid.cars[2] is 5, which is in the list already"),
         ("[grid]\ntick_ms = [41]", "grid.tick_ms[0] is 41"),
-        ("[grid]\nprofile.speeds_mm_s[2] = [150]", "stands in quotes"),
-        ("mats = ['empty', 'a.toml']\n[grid]\ncars = [5]", "mats[1], 'a.toml', brings its own cars"),
+        ("[grid]\nprofile.speeds_mm_s[2] = [150]", "A name with brackets needs quotes"),
+        ("mats = ['empty', 'a.toml']\n[grid]\ncars = [5]", "mats[1], 'a.toml', has its own cars"),
         ("seeds = 1000000\n[grid]\ncars = [1,2,3,4,5,6,7,8,9,10,11]", "these are 11,000,000 runs"),
         ("[sample]\ncount = 2\n[grid]\ncars = [5]", "[grid] and [sample] exclude each other"),
         ("[sample]\ncars = {from = 1, to = 2}", "sample.count is missing"),
         ("[sample]\ncount = 2", "names no parameter"),
-        ("[sample]\ncount = 2\ncars = [1, 2]", "sample.cars is [1, 2]; allowed: a range"),
+        ("[sample]\ncount = 2\ncars = [1, 2]", "sample.cars is [1, 2]; allowed: a range such as {from = 1, to = 50}"),
         ("[sample]\ncount = 2\ncars = {from = 3, to = 2}", "sample.cars: from is 3 and to is 2"),
         ("[sample]\ncount = 2\ncars = {from = 0, to = 2, log = true}", "sample.cars.from is 0; with log"),
         ("[sample]\ncount = 2\nphysics.collisions = {from = 0, to = 1}", "true or false and has no range"),
     ],
 )
-def test_what_a_specification_cannot_say_is_refused_with_its_place(text, says):
-    with pytest.raises(SweepError) as refused:
+def test_a_fault_in_a_specification_is_refused_with_its_place(text, says):
+    with pytest.raises(MotorcadeError) as refused:
         spec(text)
     assert says in str(refused.value)
     assert str(refused.value).startswith("it.toml")
@@ -136,7 +139,7 @@ def test_what_a_specification_cannot_say_is_refused_with_its_place(text, says):
 
 @pytest.mark.parametrize("seconds", ["nan", "inf", "0", "-1", "0.00001", "1e9", "true", "'1'"])
 def test_seconds_are_a_duration(seconds):
-    with pytest.raises(SweepError, match="seconds is"):
+    with pytest.raises(MotorcadeError, match="seconds is"):
         spec(seconds=seconds)
 
 
@@ -151,7 +154,7 @@ def test_seconds_are_a_duration(seconds):
     ],
 )
 def test_values_that_cannot_be_together_are_refused_before_anything_runs(text, says):
-    with pytest.raises(SweepError) as refused:
+    with pytest.raises(MotorcadeError) as refused:
         plan_of(text)
     assert says in str(refused.value)
     assert "a, the empty table" in str(refused.value)
@@ -247,12 +250,14 @@ def test_what_shows_only_in_a_run_is_named_with_its_point(monkeypatch):
 
     plan = plan_of("[grid]\ncars = [3]")
     monkeypatch.setattr("motorcade.engine.world.World", too_large)
-    with pytest.raises(SweepError, match="a, the empty table, cars = 3: this computer has too little memory for it"):
+    with pytest.raises(
+        MotorcadeError, match="a, the empty table, cars = 3: this computer has too little memory for it"
+    ):
         run_task(plan.task(0))
 
 
 def test_a_worker_with_another_motorcade_is_refused():
-    with pytest.raises(SweepError, match="another Motorcade than this computer"):
+    with pytest.raises(MotorcadeError, match="another Motorcade than this computer"):
         run_task(dataclasses.replace(plan_of().task(0), code="of yesterday"))
 
 
@@ -271,8 +276,18 @@ def test_parts_of_another_sweep_are_refused_and_what_has_changed_is_named(tmp_pa
         (plan_of("seeds = 2", mats=[open_table([Pose(0, 0)])]), "mat empty"),
         (Plan(spec("seeds = 2"), [(IMAGE, CLASSROOM)], [None], "2"), "Motorcade"),
     ):
-        with pytest.raises(SweepError, match=rf"holds another sweep \({what} "), Store(table, changed).opened():
+        refused = pytest.raises(MotorcadeError, match=rf"holds another sweep \({what} has changed\)")
+        with refused, Store(table, changed).opened():
             pass
+
+
+def test_two_commands_do_not_write_the_same_table(tmp_path):
+    table, plan = tmp_path / "out.parquet", plan_of()
+    refused = pytest.raises(MotorcadeError, match="another `motorcade sweep` is at work")
+    with Store(table, plan).opened(), refused, Store(table, plan).opened():
+        pass
+    with Store(table, plan).opened():
+        pass
 
 
 def test_a_part_has_a_name_of_its_own():
@@ -286,5 +301,5 @@ def test_a_damaged_part_is_named(tmp_path):
     store = Store(tmp_path / "out.parquet", plan)
     with store.opened():
         store.keep(0, b"PAR1 cut off")
-        with pytest.raises(SweepError, match="is damaged: delete it"):
+        with pytest.raises(MotorcadeError, match="is damaged: delete it"):
             store.merge()

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli.failures import UsageError
 from motorcade.cli.language import Language, resolve_locale
 from motorcade.cli.options import Json, image_of, print_json, print_text, wants_json
 from motorcade.errors import MotorcadeError
+from motorcade.locales import command_line_text
 
 if TYPE_CHECKING:
     from motorcade.config.profile import Profile
@@ -43,14 +43,15 @@ def sweep(
     language: Language = "",
     as_json: Json = False,
 ) -> None:
-    """Run programs on mats with many parameters and seeds: a table with a row a run.
+    """Run programs on mats with many parameters and seeds, and make a table with a row for each run.
 
-    The same command again goes on where it was stopped.
+    After a stop, the same command continues.
     """
     if len({bool(each) for each in (picture, x, y)}) > 1 or (colour and not picture):
-        raise UsageError("a picture needs --picture, --x and --y")
-    with _in_sentences(output):
-        plan = _plan(spec, resolve_locale(language))
+        raise MotorcadeError("picture-needs-options")
+    language = resolve_locale(language)
+    with _ended_by_sentences(output, language):
+        plan = _plan(spec, language)
         if picture:
             from motorcade.experiments.picture import check_picture
 
@@ -61,11 +62,14 @@ def sweep(
 
             draw_sweep(plan.sweep, output, picture, x, y, colour)
     if wants_json(as_json):
-        told = {"runs": plan.runs, "tasks": plan.tasks, "tasks_run": ran, "table": str(output)}
-        print_json(told | ({"picture": str(picture)} if picture else {}))
+        result = {"runs": plan.runs, "tasks": plan.tasks, "tasks_run": ran, "table": str(output)}
+        print_json(result | ({"picture": str(picture)} if picture else {}))
         return
-    kept = f"; {plan.tasks - ran:,} of {plan.tasks:,} tasks were done already" if ran < plan.tasks else ""
-    print_text(f"{plan.runs:,} runs are in {output}{kept}.\n" + (f"The picture is {picture}.\n" if picture else ""))
+    key = "sweep-is-done" if ran == plan.tasks else "sweep-was-done"
+    lines = [command_line_text(key, language, runs=plan.runs, table=output, done=plan.tasks - ran, tasks=plan.tasks)]
+    if picture:
+        lines.append(command_line_text("sweep-is-drawn", language, picture=picture))
+    print_text("".join(f"{line}\n" for line in lines))
 
 
 def _plan(spec: Path, language: str) -> "Plan":
@@ -74,7 +78,10 @@ def _plan(spec: Path, language: str) -> "Plan":
     from motorcade.experiments.plan import Plan
     from motorcade.experiments.spec import read_sweep
 
-    wanted = read_sweep(spec)
+    try:
+        wanted = read_sweep(spec)
+    except MotorcadeError as problem:
+        raise MotorcadeError("sweep-not-valid", reason=problem) from None
     programs = [_program(spec, index, wanted, language) for index in range(len(wanted.programs))]
     mats = [_mat(spec, index, wanted) for index in range(len(wanted.mats))]
     with progress_bar("checked", wanted.cells) as advance:
@@ -83,42 +90,35 @@ def _plan(spec: Path, language: str) -> "Plan":
 
 def _run(plan: "Plan", output: Path, jobs: int, scheduler: str) -> int:
     from motorcade.cli.console import progress_bar
-    from motorcade.experiments.schedule import run_sweep
+    from motorcade.experiments.run import on_a_cluster, on_this_computer, run_sweep
 
-    if scheduler:
-        from motorcade.experiments.cluster import on_a_cluster
-
-        workers = on_a_cluster(scheduler)
-    else:
-        from motorcade.experiments.processes import on_this_computer
-
-        workers = on_this_computer(jobs)
+    workers = on_a_cluster(scheduler) if scheduler else on_this_computer(jobs)
     return run_sweep(plan, output, workers, progress_bar)
 
 
 def _program(spec: Path, index: int, wanted: "Sweep", language: str) -> "tuple[bytes, Profile]":
-    """The image and the profile of one of the programs that a sweep names."""
+    """Read one of the programs that a sweep names: its image and its cars' profile."""
     from motorcade.words.image import ImageError
 
     name = wanted.programs[index]
-    place = f"{spec.name}: programs[{index}], '{name}',"
+    place = f"{spec.name}: programs[{index}], '{name}'"
     profile_name = wanted.profile
     if profile_name.endswith(".toml"):
         profile_name = str(spec.parent / profile_name)
     try:
         image, profile = image_of(spec.parent / name, profile_name, language)
     except OSError as problem:
-        raise UsageError(f"{place} can't be read: {problem.strerror}") from None
+        raise MotorcadeError("sweep-program-unreadable", place=place, reason=problem.strerror) from None
     except ImageError as problem:
         raise MotorcadeError("not-a-program", place=place, reason=problem) from None
     except typer.Exit:
-        print(f"motorcade: {place} has errors: mend them first", file=sys.stderr)
+        print(f"motorcade: {command_line_text('sweep-program-has-errors', language, place=place)}", file=sys.stderr)
         raise
     return image, dataclasses.replace(profile, name=Path(profile.name).name)
 
 
 def _mat(spec: Path, index: int, wanted: "Sweep") -> "Mat | None":
-    """One of the mats that a sweep names; None for the empty table."""
+    """Read one of the mats that a sweep names; None for the empty table."""
     from motorcade.experiments.spec import EMPTY_TABLE
     from motorcade.mats import read_mat
 
@@ -128,25 +128,20 @@ def _mat(spec: Path, index: int, wanted: "Sweep") -> "Mat | None":
     try:
         return read_mat(spec.parent / name)
     except MotorcadeError as problem:
-        raise UsageError(f"{spec.name}: mats[{index}], '{name}': {problem}") from None
+        raise MotorcadeError("sweep-mat-not-valid", place=f"{spec.name}: mats[{index}]", reason=problem) from None
 
 
 @contextmanager
-def _in_sentences(output: Path) -> Iterator[None]:
-    """Whatever ends a sweep early, said in a sentence."""
+def _ended_by_sentences(output: Path, language: str) -> Iterator[None]:
+    """Print a sentence for all that ends a sweep early: a missing library, Ctrl-C, a failing disk."""
     try:
         yield
     except ModuleNotFoundError as problem:
         extra = "cluster" if problem.name in ("dask", "distributed") else "sim"
-        raise UsageError(f"this needs {problem.name}: pip install 'motorcade[{extra}]'") from None
+        raise MotorcadeError("missing-library", library=problem.name, extra=extra) from None
     except KeyboardInterrupt:
-        print(f"motorcade: stopped; the same command goes on from what is in {output}.parts", file=sys.stderr)
+        print(f"motorcade: {command_line_text('sweep-is-stopped', language, table=output)}", file=sys.stderr)
         raise typer.Exit(STOPPED) from None
     except OSError as problem:
-        raise UsageError(f"{problem.filename or output} can't be used: {problem.strerror or problem}") from None
-    except ValueError as problem:
-        from motorcade.experiments.parameters import SweepError
-
-        if isinstance(problem, SweepError):
-            raise UsageError(str(problem)) from None
-        raise
+        reason = problem.strerror or problem
+        raise MotorcadeError("file-not-usable", file=problem.filename or output, reason=reason) from None

@@ -1,6 +1,5 @@
 """Large experiments: many programs, mats, parameters and seeds in one table.
 
-`spec` reads what is wanted, `parameters` and `points` say what varies, `plan` cuts it into tasks, `task` runs one,
-`schedule` runs all of them, in `processes` or on a `cluster`, `store` keeps what is finished, and `picture` draws the
-result.
+`spec` reads the specification, `parameters` knows what can vary, `plan` divides the runs into tasks, `task` does one,
+`run` does all of them, on this computer or on a cluster, and `picture` draws the table.
 """

@@ -1,123 +1,90 @@
-"""What a sweep can vary: the number of cars, the tick, a mat's physics and every number of a profile."""
+"""The parameters that a sweep can vary, and the points of its parameter space.
+
+Parameters are the number of cars, the tick, a mat's physics and every number of a profile.
+"""
 
 import difflib
+import hashlib
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cache, lru_cache
 from typing import Any
 
-from motorcade.config.profile import Profile, built_in_profile, parse_profile
-from motorcade.mats import Mat, Physics
+from motorcade.config.check import Schema, Text, allowed, whole
+from motorcade.config.profile import Profile, profile_from_dict, profile_schema
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.mats import Mat
 from motorcade.mats.schema import mat_schema
 
 Value = bool | int | float | None
 NEVER = "never"
 MOST_FOLLOWERS = 1_000_000
-MOST_IN_PROFILE = (1 << 20) - 1
+_MOST_IN_PROFILE = (1 << 20) - 1
 _PHYSICS = "physics."
 _PROFILE = "profile."
-_KINDS: dict[str, type[bool] | type[int] | type[float]] = {"boolean": bool, "integer": int, "number": float}
-
-
-class SweepError(ValueError):
-    """A sweep that can't be; its text says where and what to do."""
-
-
-@dataclass(frozen=True, slots=True)
-class Parameter:
-    """Something that a sweep can vary.
-
-    ``kind`` is bool, int or float. ``lowest`` and ``highest`` are allowed, but for an ``open_below`` one the lowest;
-    ``optional`` ones also take 'never', which is None here.
-    """
-
-    name: str
-    kind: type[bool] | type[int] | type[float]
-    lowest: float = -math.inf
-    highest: float = math.inf
-    open_below: bool = False
-    optional: bool = False
-
-    def read(self, value: object, place: str) -> Value:
-        """``value`` of a TOML file as one of this parameter. Raises SweepError that names ``place``."""
-        if self.optional and value == NEVER:
-            return None
-        if self.kind is bool and isinstance(value, bool):
-            return value
-        if self.kind is not bool and isinstance(value, int | float) and not isinstance(value, bool):
-            whole = isinstance(value, int) or self.kind is float
-            above = value > self.lowest if self.open_below else value >= self.lowest
-            if whole and above and value <= self.highest and math.isfinite(value):
-                return self.kind(value)
-        raise SweepError(f"{place} is {_shown(value)}; allowed: {self.allowed}")
-
-    @property
-    def allowed(self) -> str:
-        """The values that it takes, in words."""
-        if self.kind is bool:
-            return "true or false"
-        text = "whole numbers" if self.kind is int else "numbers"
-        if math.isfinite(self.lowest):
-            text += f" above {self.lowest:g}" if self.open_below else f" from {self.lowest:.15g}"
-        if math.isfinite(self.highest):
-            text += f" to {self.highest:.15g}"
-        return text + (f", or '{NEVER}'" if self.optional else "")
-
-
-def _shown(value: object) -> str:
-    text = str(value).lower() if isinstance(value, bool) else repr(value)
-    return text if len(text) <= 40 else f"{text[:40]}…"
-
-
-def parameter_named(name: str, place: str) -> Parameter:
-    """The parameter called ``name``. Raises SweepError that names ``place`` and what is near."""
-    known = _known()
-    if name not in known:
-        near = difflib.get_close_matches(name, known, n=1)
-        hint = f"did you mean {near[0]}?" if near else "there are cars, tick_ms, physics.… and profile.…"
-        raise SweepError(f"{place}: there is no parameter '{name[:60]}'; {hint}")
-    return known[name]
 
 
 @cache
-def _known() -> dict[str, Parameter]:
+def parameter_schemas() -> dict[str, Schema]:
+    """The schema of the values of each parameter, by its name."""
     keys = mat_schema()["properties"]
-    parameters = [Parameter("cars", int, 0, MOST_FOLLOWERS), _of_schema("tick_ms", keys["tick_ms"])]
-    physics = keys["physics"]["properties"]
-    parameters += [_of_schema(_PHYSICS + field.name, physics[field.name], field.default) for field in fields(Physics)]
-    parameters += [Parameter(_PROFILE + name, int, 0, MOST_IN_PROFILE) for name, _ in _numbers(_TYPICAL)]
-    return {parameter.name: parameter for parameter in parameters}
+    schemas = {"cars": whole(0, MOST_FOLLOWERS), "tick_ms": keys["tick_ms"]}
+    for name, part in keys["physics"]["properties"].items():
+        schemas[_PHYSICS + name] = part if "default" in part else _or_never(part)
+    for name in _numbers(profile_schema()):
+        schemas[_PROFILE + name] = whole(0, _MOST_IN_PROFILE)
+    return schemas
 
 
-def _of_schema(name: str, schema: Mapping[str, Any], default: object = 0) -> Parameter:
-    return Parameter(
-        name,
-        _KINDS[schema["type"]],
-        schema.get("minimum", schema.get("exclusiveMinimum", -math.inf)),
-        schema.get("maximum", math.inf),
-        open_below="exclusiveMinimum" in schema,
-        optional=default is None,
-    )
+def kind_of(name: str) -> type[bool] | type[int] | type[float]:
+    """The Python type of a parameter's values."""
+    match parameter_schemas()[name]["type"]:
+        case "boolean":
+            return bool
+        case "integer":
+            return int
+        case _:
+            return float
 
 
-_TYPICAL = built_in_profile("classroom")
+def has_range(name: str) -> bool:
+    """Whether a parameter's values can be drawn from a range: they are numbers."""
+    return kind_of(name) is not bool
 
 
-def _numbers(table: Any, before: str = "") -> Iterator[tuple[str, int]]:
-    """Every number of a profile with its name, such as ``infrared.range_mm`` or ``speeds_mm_s[2]``."""
-    for field in fields(table):
-        value = getattr(table, field.name)
-        if is_dataclass(value):
-            yield from _numbers(value, f"{before}{field.name}.")
-        elif isinstance(value, tuple):
-            yield from ((f"{before}{field.name}[{index}]", each) for index, each in enumerate(value))
-        elif isinstance(value, int):
-            yield before + field.name, value
+def to_value(name: str, value: Any) -> Value:
+    """Convert a value that fits a parameter's schema."""
+    return None if value == NEVER else kind_of(name)(value)
+
+
+def check_known(name: str, file: Text, place: str) -> None:
+    """Raise MotorcadeError unless there is a parameter called ``name``; the error suggests a similar name."""
+    known = parameter_schemas()
+    if name not in known:
+        near = difflib.get_close_matches(name, known, n=1)
+        hint = Phrase("did-you-mean", name=near[0]) if near else Phrase("sweep-parameters")
+        raise MotorcadeError("no-such-parameter", file=file, place=place, name=name[:60], hint=hint)
+
+
+def _or_never(part: Schema) -> Schema:
+    phrase = Phrase("either", first=allowed(part), second=f'"{NEVER}"')
+    return {**part, "type": ["number", "string"], "pattern": f"^{NEVER}$", "x-allowed": ["either", phrase.details]}
+
+
+def _numbers(schema: Schema, before: str = "") -> Iterator[str]:
+    """The name of every number of a profile, such as ``infrared.range_mm`` or ``speeds_mm_s[2]``."""
+    for name, part in schema["properties"].items():
+        if part["type"] == "object":
+            yield from _numbers(part, f"{before}{name}.")
+        elif part["type"] == "array":
+            yield from (f"{before}{name}[{index}]" for index in range(part["maxItems"]))
+        else:
+            yield before + name
 
 
 def mat_with(mat: Mat, values: Mapping[str, Value]) -> Mat:
-    """``mat`` with the parameters ``tick_ms`` and ``physics.…`` of ``values``."""
+    """Change ``tick_ms`` and the physics of ``mat`` as ``values`` say."""
     physics: dict[str, Any] = {
         name.removeprefix(_PHYSICS): value for name, value in values.items() if name.startswith(_PHYSICS)
     }
@@ -126,34 +93,99 @@ def mat_with(mat: Mat, values: Mapping[str, Value]) -> Mat:
 
 
 def profile_with(profile: Profile, values: Mapping[str, Value]) -> Profile:
-    """``profile`` with the parameters ``profile.…`` of ``values``. Raises MotorcadeError where they don't fit."""
-    changed = tuple((name, value) for name, value in values.items() if name.startswith(_PROFILE))
-    return _profile_with(profile, changed) if changed else profile
+    """Change ``profile`` as ``values`` say. Raises MotorcadeError where the values don't fit each other."""
+    changed = tuple((name.removeprefix(_PROFILE), value) for name, value in values.items() if name.startswith(_PROFILE))
+    return _changed(profile, changed) if changed else profile
 
 
 @lru_cache(maxsize=4096)
-def _profile_with(profile: Profile, changed: tuple[tuple[str, Any], ...]) -> Profile:
+def _changed(profile: Profile, changed: tuple[tuple[str, Value], ...]) -> Profile:
+    document = asdict(profile)
+    del document["name"]
     for name, value in changed:
-        profile = _replaced(profile, name.removeprefix(_PROFILE), value)
-    # Read back as a file would be, so that a profile is checked in one place.
-    lines = (f"{field.name} = {_toml(getattr(profile, field.name))}" for field in fields(profile))
-    return parse_profile("\n".join(line for line in lines if not line.startswith("name ")), profile.name)
+        *tables, key = name.split(".")
+        table = document
+        for each in tables:
+            table = table[each]
+        key, _, index = key.removesuffix("]").partition("[")
+        if index:
+            levels = list(table[key])
+            levels[int(index)] = value
+            table[key] = levels
+        else:
+            table[key] = value
+    return profile_from_dict(document, profile.name)
 
 
-def _replaced(table: Any, path: str, value: int) -> Any:
-    """``table`` with the number at ``path`` replaced, in a table or a list of it."""
-    key, _, rest = path.partition(".")
-    if rest:
-        return replace(table, **{key: _replaced(getattr(table, key), rest, value)})
-    key, _, index = key.removesuffix("]").partition("[")
-    if not index:
-        return replace(table, **{key: value})
-    levels = list(getattr(table, key))
-    levels[int(index)] = value
-    return replace(table, **{key: tuple(levels)})
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Every combination of the values; the last parameter varies fastest. Without parameters: one point."""
+
+    lists: Mapping[str, tuple[Value, ...]]
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """The names of the parameters that vary."""
+        return tuple(self.lists)
+
+    @property
+    def count(self) -> int:
+        """The number of points."""
+        return math.prod(len(values) for values in self.lists.values())
+
+    def at(self, index: int) -> dict[str, Value]:
+        """The values of point ``index``, 0 to ``count`` - 1."""
+        chosen: dict[str, Value] = {}
+        for name, values in reversed(list(self.lists.items())):
+            index, position = divmod(index, len(values))
+            chosen[name] = values[position]
+        return {name: chosen[name] for name in self.lists}
 
 
-def _toml(value: Any) -> str:
-    if is_dataclass(value):
-        return "{" + ", ".join(f"{field.name} = {_toml(getattr(value, field.name))}" for field in fields(value)) + "}"
-    return str(list(value)) if isinstance(value, tuple) else str(value)
+@dataclass(frozen=True, slots=True)
+class Range:
+    """The range that a parameter is drawn from, evenly or evenly in its logarithm. Integers include ``highest``."""
+
+    lowest: float
+    highest: float
+    logarithmic: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """Independent draws. A draw depends only on the seed, the parameter's name and the point's number.
+
+    So a larger count, or one more parameter, changes no other draw.
+    """
+
+    ranges: Mapping[str, Range]
+    count: int
+    seed: int
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """The names of the parameters that vary."""
+        return tuple(self.ranges)
+
+    def at(self, index: int) -> dict[str, Value]:
+        """The values of point ``index``, 0 to ``count`` - 1."""
+        return {
+            name: _drawn(kind_of(name) is int, limits, _share(self.seed, name, index))
+            for name, limits in self.ranges.items()
+        }
+
+
+def _share(seed: int, name: str, index: int) -> float:
+    """A number from 0 to below 1, from 53 bits of a hash: the same with every version of every library."""
+    digest = hashlib.blake2b(f"{seed}/{name}/{index}".encode(), digest_size=8).digest()
+    return (int.from_bytes(digest, "big") >> 11) / (1 << 53)
+
+
+def _drawn(is_whole: bool, limits: Range, share: float) -> Value:
+    end = limits.highest + 1 if is_whole else limits.highest
+    if limits.logarithmic:
+        value = limits.lowest * (end / limits.lowest) ** share
+    else:
+        value = limits.lowest + (end - limits.lowest) * share
+    # Rounding could reach the end, which is excluded.
+    return int(min(value, limits.highest)) if is_whole else min(value, limits.highest)

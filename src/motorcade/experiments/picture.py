@@ -1,7 +1,7 @@
-"""A picture of a sweep's table: a measure against one parameter, or over two."""
+"""Draw a sweep's table: a measure against one parameter, or over two."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -17,31 +17,40 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from motorcade.experiments.measures import MEASURES
-from motorcade.experiments.parameters import NEVER, SweepError
-from motorcade.experiments.points import Sample
+from motorcade.errors import MotorcadeError
+from motorcade.experiments.parameters import NEVER, Sample
 from motorcade.experiments.spec import Sweep
+from motorcade.experiments.task import MEASURES
 
 _NAMED = ("program", "mat")
 _LABELS = {measure.name: measure.label for measure in MEASURES}
 _MOST_LINES = 8
-_MOST_PLACES = 40  # along an axis; more are put into bins
+_MOST_PLACES = 40  # along an axis; more values are put into bins
 _MOST_BINS = 24
 _MOST_TICKS = 12
-_MOST_LETTERS = 80  # of all names along an axis, side by side
-_BESIDE = 0.05  # how far lines along names stand apart
+_MOST_LETTERS = 80  # of all names along an axis; more are slanted
+_LINE_OFFSET = 0.05  # between the lines of different programs and mats, where the axis has names
 _LOWEST, _HIGHEST = 10, 90  # percentiles of the band
 
 Numbers = NDArray[np.float64]
 
 
 def draw_sweep(sweep: Sweep, table: Path, picture: Path, x: str, y: str, colour: str = "") -> None:
-    """Draw columns of the table of ``sweep`` into a PNG, SVG or PDF file; its ending says which.
+    """Draw columns of the table of ``sweep`` into a PNG, SVG or PDF file, as its ending says.
 
-    With a ``colour``, a measure: its mean over the parameters ``x`` and ``y``. Else ``y`` is a measure: its mean
-    along the parameter ``x``, and between which values most runs are, a line for each program and mat.
+    Call `check_picture` before.
 
-    `check_picture` says before whether that can be. Raises OSError where the picture can't be written.
+    Args:
+        sweep: the sweep.
+        table: its table.
+        picture: the file to write.
+        x: a parameter, ``program`` or ``mat``.
+        y: a measure, whose mean and middle range are drawn along ``x``, a line for each program and mat. With a
+            ``colour``, another parameter.
+        colour: a measure, whose mean is drawn over ``x`` and ``y``.
+
+    Raises:
+        OSError: the picture can't be written.
     """
     columns = list(dict.fromkeys([x, y, *([colour] if colour else ["program", "mat"])]))
     data = pq.read_table(table, columns=columns)
@@ -55,39 +64,43 @@ def draw_sweep(sweep: Sweep, table: Path, picture: Path, x: str, y: str, colour:
 
 
 def check_picture(sweep: Sweep, picture: Path, x: str, y: str, colour: str = "") -> None:
-    """Whether such a picture of this sweep can be drawn. Raises SweepError that says what can't stand where."""
+    """Raise MotorcadeError unless `draw_sweep` can draw such a picture of this sweep."""
     endings = FigureCanvasBase.get_supported_filetypes()
     if picture.suffix.lower().removeprefix(".") not in endings:
-        raise SweepError(f"--picture is '{picture}', which can't be drawn; allowed endings: {', '.join(endings)}")
+        raise MotorcadeError("run-file-ending", file=picture, allowed=", ".join(f".{ending}" for ending in endings))
     if not picture.parent.is_dir():
-        raise SweepError(f"--picture is '{picture}', which can't be drawn: there is no folder {picture.parent}")
-    parameters = [*_NAMED, "seed", *(parameter.name for parameter in sweep.points.parameters)]
-    if x not in parameters:
-        raise SweepError(f"--x is '{x}'; allowed: {', '.join(parameters)}")
+        raise MotorcadeError("run-file-without-folder", file=picture, folder=picture.parent)
+    parameters = [*_NAMED, "seed", *sweep.points.parameters]
+
+    def check_option(option: str, value: str, allowed: Iterable[str]) -> None:
+        allowed = list(allowed)
+        if value not in allowed:
+            raise MotorcadeError("option-not-allowed", option=option, value=f"'{value}'", allowed=", ".join(allowed))
+
+    check_option("--x", x, parameters)
     if colour:
-        if y not in parameters or y == x:
-            raise SweepError(
-                f"--y is '{y}'; with --colour allowed: {', '.join(each for each in parameters if each != x)}"
-            )
-        if colour not in _LABELS:
-            raise SweepError(f"--colour is '{colour}'; allowed: {', '.join(_LABELS)}")
-    elif y in _LABELS:
-        lines = (x == "program" or len(sweep.programs)) * (x == "mat" or len(sweep.mats))
-        if lines > _MOST_LINES:
-            raise SweepError(
-                f"the picture would have {lines} lines, one for each program and mat; at most {_MOST_LINES}: "
-                "take --x program, --x mat, or --colour"
-            )
-    else:
-        hint = "; for two parameters name the measure with --colour" if y in parameters else ""
-        raise SweepError(f"--y is '{y}'; allowed: {', '.join(_LABELS)}{hint}")
+        check_option("--y", y, (each for each in parameters if each != x))
+        check_option("--colour", colour, _LABELS)
+        return
+    if y in parameters:
+        raise MotorcadeError("picture-needs-colour", value=y, allowed=", ".join(_LABELS))
+    check_option("--y", y, _LABELS)
+    lines = (x == "program" or len(sweep.programs)) * (x == "mat" or len(sweep.mats))
+    if lines > _MOST_LINES:
+        raise MotorcadeError("picture-has-too-many-lines", count=lines, most=_MOST_LINES)
 
 
 @dataclass(frozen=True)
 class _Axis:
-    """Where values stand along an axis: each at a place of its own, or in bins.
+    """The places of values along an axis: one for each value, or bins.
 
-    ``of`` holds each run's place; ``edges`` are given where the axis is a scale, ``names`` where it is a list.
+    Attributes:
+        label: of the axis.
+        of: each run's place.
+        places: how many places there are.
+        names: of the places, where the axis is a list.
+        edges: of the bins, where the axis is a scale.
+        logarithmic: whether the scale is.
     """
 
     label: str
@@ -118,11 +131,11 @@ class _Axis:
 
 
 def _axis(sweep: Sweep, name: str, column: pa.ChunkedArray, bins: int) -> _Axis:
-    """Where the values of a column stand; draws, and more than have a place of their own, in ``bins``."""
+    """Find the places of the values of a column; drawn values, and more than _MOST_PLACES, are put into ``bins``."""
     encoded = column.combine_chunks().dictionary_encode(null_encoding="encode")
     different = encoded.dictionary.to_pylist()
     drawn = sweep.points.ranges if isinstance(sweep.points, Sample) else {}
-    limits = {parameter.name: limits for parameter, limits in drawn.items()}.get(name)
+    limits = drawn.get(name)
     numbers = all(isinstance(each, int | float) for each in different)
     if numbers and (len(different) > _MOST_PLACES or (limits and isinstance(different[0], float))):
         return _binned(name, column.to_numpy(), bins, bool(limits and limits.logarithmic))
@@ -147,7 +160,7 @@ def _shown(value: object) -> str:
 
 
 def _heat(sweep: Sweep, figure: Figure, axes: Axes, data: pa.Table, names: tuple[str, str, str]) -> None:
-    # Few enough fields that some points fall into nearly all of them.
+    # Few enough fields that nearly each contains some points.
     bins = int(np.clip(math.sqrt(sweep.points.count / 6), 4, _MOST_BINS))
     across, up = (_axis(sweep, name, data[name], bins) for name in names[:2])
     values = data[names[2]].to_numpy().astype(np.float64)
@@ -171,15 +184,15 @@ def _lines(sweep: Sweep, axes: Axes, data: pa.Table, x: str, y: str) -> None:
     across = _axis(sweep, x, data[x], int(np.clip(sweep.points.count / 10, 4, _MOST_BINS)))
     values = data[y].to_numpy().astype(np.float64)
     counts: list[int] = []
-    for number, (label, belongs) in enumerate(_kinds(sweep, data, x)):
+    for number, (label, belongs) in enumerate(_lines_of(sweep, data, x)):
         chosen = belongs & ~np.isnan(values)
         runs = [values[chosen & (across.of == place)] for place in range(across.places)]
         shown = [place for place, some in enumerate(runs) if len(some)]
         counts += [len(runs[place]) for place in shown]
-        where = across.middles[shown] + (_BESIDE * number if x in _NAMED else 0)
+        where = across.middles[shown] + (_LINE_OFFSET * number if x in _NAMED else 0)
         mean = [runs[place].mean() for place in shown]
         low, high = ([np.percentile(runs[place], share) for place in shown] for share in (_LOWEST, _HIGHEST))
-        if x in _NAMED:  # nothing lies between two of them
+        if x in _NAMED:  # no line between names
             colour = f"C{number}"
             axes.vlines(where, low, high, color=colour, alpha=0.5)
             axes.plot(where, mean, "o", color=colour, label=label)
@@ -198,8 +211,8 @@ def _lines(sweep: Sweep, axes: Axes, data: pa.Table, x: str, y: str) -> None:
         axes.legend()
 
 
-def _kinds(sweep: Sweep, data: pa.Table, x: str) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-    """The programs and mats that have a line of their own: what to call it, and which runs are its."""
+def _lines_of(sweep: Sweep, data: pa.Table, x: str) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """Yield the label of each line, and which runs belong to it: one line for each program and mat."""
     programs: tuple[str, ...] = sweep.programs if x != "program" else ("",)
     mats: tuple[str, ...] = sweep.mats if x != "mat" else ("",)
     for program, mat in product(programs, mats):

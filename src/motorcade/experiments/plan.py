@@ -1,9 +1,7 @@
-"""A sweep cut into tasks: which runs each worker does at once.
+"""Divide a sweep into tasks.
 
-A task is some runs that stand one behind the other in the table, about
-`TASK_CAR_STEPS` of work by an estimate from the specification alone. So the
-tasks, and with them the table, are the same on every computer, however many
-work on it.
+A task is a number of runs that follow each other in the table, about `TASK_CAR_STEPS` of work by an estimate from the
+specification alone. So the tasks, and the table, are the same on every computer and with any number of workers.
 """
 
 import dataclasses
@@ -20,25 +18,26 @@ from numpy.typing import NDArray
 
 from motorcade.config.profile import Profile
 from motorcade.engine.layout import rules_of
-from motorcade.errors import MotorcadeError
-from motorcade.experiments.parameters import Parameter, SweepError, Value, mat_with, profile_with
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.experiments.parameters import NEVER, Value, mat_with, profile_with
 from motorcade.experiments.spec import EMPTY_TABLE, Sweep
 from motorcade.mats import Mat, check_mat, formation, open_table
 
 TASK_CAR_STEPS = 150_000_000
-# What frames cost, however long a tick is, and what it costs to set up and to measure a car (both in ticks),
-# a run and a World.
+# The cost of frames, whatever the length of a tick; of creating and measuring a car (in ticks); of a run; of a World.
 TICKS_PER_MS = 0.25
 START_TICKS = 200
 RUN_CAR_STEPS = 2_000
 WORLD_CAR_STEPS = 160_000
 FOLLOWERS = 5
 _NOISE = "physics.wheel_noise"
+# The packages that a run's outcome depends on.
+_HASHED = ("car", "config", "engine", "experiments", "mats", "words")
 
 
 @dataclass(frozen=True, slots=True)
 class Batch:
-    """Runs that differ in their seed alone; they share one World. ``values`` are those of the parameters."""
+    """Runs that differ only in their seeds and share one World; ``values`` are those of the parameters."""
 
     program: str
     mat_name: str
@@ -51,10 +50,10 @@ class Batch:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """All that a worker needs: some batches, which begin with run ``first_run``."""
+    """All that a worker needs: batches, of which the first begins with run ``first_run``."""
 
     code: str
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[str, ...]
     duration_ms: int
     first_run: int
     batches: tuple[Batch, ...]
@@ -64,14 +63,14 @@ class Plan:
     """The runs of a sweep, in the order of the table: by program, mat, parameter point and seed.
 
     Args:
-        sweep: what is asked for.
+        sweep: the specification.
         programs: the image and the cars' profile of each of its programs.
-        mats: each of its mats; None stands for the empty table.
+        mats: each of its mats; None for the empty table.
         version: of Motorcade.
-        progress: called with the number of points looked at, of `Sweep.cells`.
+        progress: called with the number of points that were checked, of `Sweep.cells`.
 
     Raises:
-        SweepError: some point can't be; its text says which and why.
+        MotorcadeError: a point is not valid; the error tells which and why.
     """
 
     def __init__(
@@ -87,7 +86,7 @@ class Plan:
         self._mats = mats
         self._version = version
         self.runs = sweep.runs
-        self._bounds = self._cut(progress)
+        self._bounds = self._divide(progress)
         self.tasks = len(self._bounds) - 1
 
     def task(self, index: int) -> Task:
@@ -97,11 +96,11 @@ class Plan:
         return Task(code_hash(), self.sweep.points.parameters, self.sweep.duration_ms, first, batches)
 
     def task_runs(self, index: int) -> int:
-        """How many runs are in task ``index``."""
+        """The number of runs in task ``index``."""
         return self._bounds[index + 1] - self._bounds[index]
 
     def task_name(self, index: int) -> str:
-        """A name for task ``index`` that nothing else has: a hash of all that its runs depend on, and of its runs."""
+        """A unique name of task ``index``: a hash of all that its runs depend on, and of the numbers of its runs."""
         what = f"{self.fingerprint}/{self._bounds[index]}/{self._bounds[index + 1]}"
         return hashlib.sha256(what.encode()).hexdigest()[:32]
 
@@ -112,7 +111,7 @@ class Plan:
 
     @cached_property
     def contents(self) -> dict[str, Any]:
-        """All that the runs depend on: each thing's name, and a hash of what is in it."""
+        """All that the runs depend on: the name of each, and a hash of its content."""
         sweep = self.sweep
         return {
             "Motorcade": f"{self._version} {code_hash()}",
@@ -148,13 +147,13 @@ class Plan:
     def _mat(self, program: int, mat: int, values: Mapping[str, Value]) -> Mat:
         found = self._mats[mat]
         if found is None:
-            # The places depend on what the project says, not on what is varied: else two things would vary.
+            # The range of the project's own profile, not of a varied one: else the places would vary too.
             reach_m = self._programs[program][1].infrared.range_mm / 1000
             found = _empty_table(_followers(values), reach_m)
         return mat_with(found, values)
 
-    def _cut(self, progress: Callable[[int], None]) -> list[int]:
-        """Where each task begins, and where the last one ends, after a look at every point."""
+    def _divide(self, progress: Callable[[int], None]) -> list[int]:
+        """The first run of each task, and the end of the last one, after a check of every point."""
         steps = np.empty(self.sweep.cells, dtype=np.int64)
         checked: set[tuple[object, ...]] = set()
         for cell in range(len(steps)):
@@ -166,27 +165,27 @@ class Plan:
         return [0, *(np.flatnonzero(np.diff(task)) + 1).tolist(), self.runs]
 
     def _steps(self, cell: int, checked: set[tuple[object, ...]]) -> int:
-        """The car steps of one run of ``cell``, which is checked. Raises SweepError."""
+        """Check ``cell`` and estimate the car steps of one of its runs. Raises MotorcadeError."""
         program, mat, values = self._cell(cell)
         cars, tick_ms = self._size(mat, values)
         ticks, beyond = divmod(self.sweep.duration_ms, tick_ms)
         if beyond:
             seconds = self.sweep.duration_ms / 1000
-            raise SweepError(f"{self.place(cell)}: {seconds:g} s are no whole number of ticks of {tick_ms} ms")
+            raise MotorcadeError("seconds-not-in-ticks", point=self.place(cell), seconds=seconds, tick_ms=tick_ms)
         try:
             profile = profile_with(self._programs[program][1], values)
             self._check(program, mat, values, profile, checked)
         except MotorcadeError as problem:
-            raise SweepError(f"{self.place(cell)}: {problem}") from None
+            raise MotorcadeError("sweep-point-fails", point=self.place(cell), reason=problem) from None
         steps = cars * (ticks + int(self.sweep.duration_ms * TICKS_PER_MS) + START_TICKS)
         return steps + RUN_CAR_STEPS + WORLD_CAR_STEPS // len(self.sweep.seeds)
 
     def _check(
         self, program: int, mat: int, values: Mapping[str, Value], profile: Profile, checked: set[tuple[object, ...]]
     ) -> None:
-        """Check that the world can be. Raises MotorcadeError.
+        """Check that the simulator can run the world. Raises MotorcadeError.
 
-        What a check looks at is a key of ``checked`` then, so that a grid of what it doesn't look at costs one check.
+        ``checked`` gets a key of all that a check depends on, so that a grid of other parameters costs one check.
         """
         cars, tick_ms = self._size(mat, values)
         body_key = program, mat, cars, profile.body
@@ -202,30 +201,31 @@ class Plan:
             checked.add(speed_key)
 
     def _size(self, mat: int, values: Mapping[str, Value]) -> tuple[int, int]:
-        """How many cars, and how long a tick is in ms."""
+        """The number of cars, and the tick in ms."""
         found = self._mats[mat]
         cars = 1 + _followers(values) if found is None else len(found.starts)
         return cars, int(values.get("tick_ms") or (found.tick_ms if found else 1))
 
-    def place(self, cell: int) -> str:
-        """What the runs of a cell are, in words."""
+    def place(self, cell: int) -> Phrase:
+        """Name the program, the mat and the parameters of a cell."""
         program, mat, values = self._cell(cell)
-        return described(self.sweep.programs[program], self.sweep.mats[mat], values)
+        return describe(self.sweep.programs[program], self.sweep.mats[mat], values)
 
 
-def described(program: str, mat: str, values: Mapping[str, Value]) -> str:
-    """A parameter point in words."""
-    names = [program, "the empty table" if mat == EMPTY_TABLE else mat]
-    return ", ".join(names + [f"{name} = {'never' if value is None else value}" for name, value in values.items()])
+def describe(program: str, mat: str, values: Mapping[str, Value]) -> Phrase:
+    """Name a program, a mat and parameters."""
+    place = Phrase("the-empty-table") if mat == EMPTY_TABLE else mat
+    texts = [f", {name} = {NEVER if value is None else value}" for name, value in values.items()]
+    return Phrase("sweep-point", program=program, mat=place, values="".join(texts))
 
 
 @cache
 def code_hash() -> str:
-    """A hash of the code that a run's outcome depends on, whatever the ends of its lines."""
-    house = Path(__file__).parents[2]
+    """A hash of the code that a run's outcome depends on, with line ends that don't differ between systems."""
+    root = Path(__file__).parents[1]
     digest = hashlib.sha256()
-    for path in sorted(path for room in ("car", "sim", "words") for path in (house / room).rglob("*.py")):
-        digest.update(path.relative_to(house).as_posix().encode() + path.read_bytes().replace(b"\r\n", b"\n"))
+    for path in sorted(path for package in _HASHED for path in (root / package).rglob("*.py")):
+        digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes().replace(b"\r\n", b"\n"))
     return digest.hexdigest()[:16]
 
 
@@ -244,7 +244,7 @@ def _hash(what: object) -> str:
 
 
 def _plain(what: Any) -> Any:
-    """``what`` as JSON takes it: the same for equal things, another for others."""
+    """Convert ``what`` for JSON: equal things become equal, different things different."""
     if dataclasses.is_dataclass(what):
         return {field.name: _plain(getattr(what, field.name)) for field in dataclasses.fields(what)}
     if isinstance(what, np.ndarray):

@@ -1,44 +1,81 @@
-"""What a worker does: runs a task's worlds, and makes the rows of the table from them."""
+"""Run one task of a sweep: simulate its worlds, measure them, and make rows of the table."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
-from motorcade.experiments.measures import MEASURES, run_and_measure
-from motorcade.experiments.parameters import Parameter, SweepError, Value
-from motorcade.experiments.plan import Batch, Task, code_hash, described
+from motorcade.car.brain import NEXT_FRAME_MS, QUIET_MS, SIZE, frame_ms, leader_sends, leader_start, sent_word
+from motorcade.config.profile import Profile, levels_of
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.experiments.parameters import Value, kind_of
+from motorcade.experiments.plan import Batch, Task, code_hash, describe
+from motorcade.words.image import bytes_to_words
+from motorcade.words.infrared import to_frame
 
+if TYPE_CHECKING:
+    from motorcade.engine.world import World
+
+Numbers = NDArray[np.float64]
 _TYPES = {bool: pa.bool_(), int: pa.int64(), float: pa.float64()}
 
 
-class OtherCodeError(SweepError):
-    """A worker whose Motorcade is another than the one that asks it."""
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """A measure of a run: its column, its label in pictures, and whether it is a count."""
+
+    name: str
+    label: str
+    counts: bool
 
 
-def table_schema(parameters: Sequence[Parameter]) -> pa.Schema:
-    """The table's columns: the run, what it is, its parameters, its measures."""
+MEASURES = (
+    Measure("frames", "frames sent", True),
+    Measure("heard", "frames heard", True),
+    Measure("lost_collision", "frames lost to other frames", True),
+    Measure("lost_sending", "frames lost to own sending", True),
+    Measure("lost_parity", "frames lost to wrong parity", True),
+    Measure("lost_reserved", "frames lost to reserved bits", True),
+    Measure("deaf", "frames missed while deaf", True),
+    Measure("undetected", "wrong frames taken for good", True),
+    Measure("touching_ms", "cars touching (ms)", True),
+    Measure("lost_share", "share of frames lost", False),
+    Measure("informed_share", "share of followers that hold the leader's word", False),
+    Measure("leader_distance_m", "distance to the nearest leader (m)", False),
+    Measure("spread_m", "spread of the cars (m)", False),
+    Measure("alignment", "alignment of the cars", False),
+    Measure("moved_m", "distance from start to end (m)", False),
+)
+_LOST = ("lost_collision", "lost_sending", "lost_parity", "lost_reserved", "deaf")
+
+
+def table_schema(parameters: Sequence[str]) -> pa.Schema:
+    """The table's columns: the run, its program, mat and seed, its parameters, its measures."""
     return pa.schema(
         [
             ("run", pa.int64()),
             ("program", pa.string()),
             ("mat", pa.string()),
             ("seed", pa.int64()),
-            *((parameter.name, _TYPES[parameter.kind]) for parameter in parameters),
+            *((name, _TYPES[kind_of(name)]) for name in parameters),
             *((measure.name, pa.int64() if measure.counts else pa.float64()) for measure in MEASURES),
         ]
     )
 
 
 def run_task(task: Task) -> bytes:
-    """The rows of a task's runs, as a Parquet file.
+    """Run a task and make its rows, as a Parquet file.
 
     Raises:
-        OtherCodeError: this computer has another Motorcade than the one that made the task.
-        SweepError: some of its runs can't be, which showed only now.
+        MotorcadeError: this computer has another Motorcade than the one that made the task, or a run fails.
     """
     if task.code != code_hash():
-        raise OtherCodeError("a worker has another Motorcade than this computer: install the same one on all of them")
+        raise MotorcadeError("worker-has-other-code")
     schema = table_schema(task.parameters)
     tables, first_run = [], task.first_run
     for batch in task.batches:
@@ -57,9 +94,10 @@ def _rows(batch: Batch, duration_ms: int) -> dict[str, Sequence[Value | str]]:
     try:
         world = World(batch.mat, [batch.image], batch.profile, seeds=list(batch.seeds), threads=1)
         measured = run_and_measure(world, batch.image, duration_ms)
-    except (ValueError, ArithmeticError, MemoryError) as problem:
-        reason = str(problem) or "this computer has too little memory for it"
-        raise SweepError(f"{described(batch.program, batch.mat_name, batch.values)}: {reason}") from None
+    except (MotorcadeError, ValueError, ArithmeticError, MemoryError) as problem:
+        reason = problem if str(problem) else Phrase("too-little-memory")
+        point = describe(batch.program, batch.mat_name, batch.values)
+        raise MotorcadeError("sweep-point-fails", point=point, reason=reason) from None
     given = {name: [value] * count for name, value in batch.values.items()}
     return {
         "program": [batch.program] * count,
@@ -68,3 +106,74 @@ def _rows(batch: Batch, duration_ms: int) -> dict[str, Sequence[Value | str]]:
         **given,
         **measured,
     }
+
+
+def run_and_measure(world: "World", image: bytes, duration_ms: int) -> dict[str, list[int] | list[float | None]]:
+    """Run every world for ``duration_ms``; return each measure's values, one for each world, None where undefined."""
+    world.run(duration_ms)
+    counts = world.counts()
+    columns: dict[str, list[int] | list[float | None]] = {
+        measure.name: counts[measure.name].tolist() for measure in MEASURES if measure.counts
+    }
+    lost = np.sum([counts[name] for name in _LOST], axis=0)
+    columns["lost_share"] = _known(lost / np.maximum(lost + counts["heard"], 1), lost + counts["heard"] > 0)
+    return columns | _ends(world, last_word(image, world.profile, duration_ms, world.tick_ms))
+
+
+def _ends(world: "World", word: int | None) -> dict[str, list[int] | list[float | None]]:
+    """The measures of the last moment; an informed follower holds ``word``."""
+    starts, ends = world.mat.starts, [world.snapshot(index) for index in range(world.worlds)]
+    x_m, y_m, heading, words = (
+        np.stack([getattr(end, name) for end in ends]) for name in ("x_m", "y_m", "heading", "word")
+    )
+    leads, follows = starts.leads, ~starts.leads
+    some = np.full(world.worlds, follows.any())
+    distance_m = _to_nearest(x_m[:, follows], y_m[:, follows], x_m[:, leads], y_m[:, leads])
+    informed = words[:, follows] == (0 if word is None else word)
+    spread_m = np.sqrt(np.var(x_m, axis=1) + np.var(y_m, axis=1))
+    alignment = np.hypot(np.mean(np.cos(heading), axis=1), np.mean(np.sin(heading), axis=1))
+    moved_m = np.mean(np.hypot(x_m - starts.x_m, y_m - starts.y_m), axis=1)
+    return {
+        "informed_share": _known(_mean(informed), some & (word is not None)),
+        "leader_distance_m": _known(_mean(distance_m), some & leads.any()),
+        "spread_m": spread_m.tolist(),
+        "alignment": alignment.tolist(),
+        "moved_m": moved_m.tolist(),
+    }
+
+
+def _mean(values: NDArray[np.generic]) -> Numbers:
+    """The mean of each world's values; 0 where there are none."""
+    mean: Numbers = np.sum(values, axis=1, dtype=np.float64) / max(values.shape[1], 1)
+    return mean
+
+
+def _known(values: Numbers, known: NDArray[np.bool_]) -> list[float | None]:
+    return [value if is_known else None for value, is_known in zip(values.tolist(), known.tolist(), strict=True)]
+
+
+def _to_nearest(x_m: Numbers, y_m: Numbers, leaders_x_m: Numbers, leaders_y_m: Numbers) -> Numbers:
+    """The distance of each point from the nearest leader of its world; all arrays have a row for each world."""
+    nearest_m = np.full(x_m.shape, np.inf)
+    for leader_x_m, leader_y_m in zip(leaders_x_m.T, leaders_y_m.T, strict=True):
+        np.minimum(nearest_m, np.hypot(x_m - leader_x_m[:, None], y_m - leader_y_m[:, None]), out=nearest_m)
+    return nearest_m
+
+
+@lru_cache(maxsize=1024)
+def last_word(image: bytes, profile: Profile, duration_ms: int, tick_ms: int) -> int | None:
+    """The follower word in the last frame that a leader with ``image`` has completed by ``duration_ms``.
+
+    None where it has completed none. The brain itself computes the frames.
+    """
+    words, levels, memory = bytes_to_words(image), levels_of(profile), [0] * SIZE
+    leader_start(memory, words, 0)
+    now_ms, last = 0, None
+    while now_ms < duration_ms and leader_sends(memory, words, now_ms, levels):
+        word = sent_word(memory, words)
+        if now_ms + frame_ms(to_frame(word), levels) > duration_ms:
+            break
+        last = word
+        due_ms = max(memory[NEXT_FRAME_MS], memory[QUIET_MS])
+        now_ms = -(-due_ms // tick_ms) * tick_ms
+    return last

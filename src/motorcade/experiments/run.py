@@ -1,0 +1,338 @@
+"""Run a sweep's tasks, on this computer or on a Dask cluster, and make the table of them.
+
+The rows of finished tasks are kept in a folder beside the table until all are finished, so that a stopped sweep can go
+on.
+"""
+
+import json
+import logging
+import multiprocessing
+import os
+import shutil
+import signal
+import sys
+import threading
+import time
+import warnings
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import CancelledError, Future
+from contextlib import AbstractContextManager, closing, contextmanager
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from motorcade.config.files import replace_file
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.experiments.plan import Plan, Task
+from motorcade.experiments.task import run_task, table_schema
+
+GROUP_ROWS = 1 << 16
+CONNECT_S = 10
+# How long to wait for a first worker, and for another one when all have left.
+_WORKERS_S = 30
+_TASKS_PER_SLOT = 2  # tasks sent for each that can run at once, so that no worker waits
+_PARENT_CHECK_S = 0.5
+_MANIFEST = "sweep.json"
+_LOCK = "lock"
+_CONTENTS = b"motorcade.sweep"
+# Warnings of joblib when it was stopped, and when it replaces a process that has grown.
+_IGNORED = ".* tasks (have been successfully executed|which were still being processed)|A worker stopped while"
+
+ProgressBar = Callable[[str, int], AbstractContextManager[Callable[[int], None]]]
+"""Shows the progress of some total; the function that it yields is called with how much is done."""
+
+Results = Generator[tuple[int, bytes], None, None]
+"""Finished tasks in any order: the number of each, and its rows."""
+
+Workers = Callable[[Plan, Sequence[int]], Results]
+"""Runs the tasks of a plan that have the given numbers."""
+
+
+@contextmanager
+def _no_bar(verb: str, total: int) -> Iterator[Callable[[int], None]]:
+    yield lambda done: None
+
+
+def run_sweep(plan: Plan, path: Path, workers: Workers, bar: ProgressBar = _no_bar) -> int:
+    """Make the table at ``path``; tasks that an earlier call has finished don't run again.
+
+    Args:
+        plan: what to run.
+        path: of the table, a Parquet file.
+        workers: `on_this_computer` or `on_a_cluster`.
+        bar: shows the progress, such as `motorcade.cli.console.progress_bar`.
+
+    Returns:
+        The number of tasks that were run.
+
+    Raises:
+        MotorcadeError: it can't begin or go on; what is finished is kept.
+        OSError: the table or its parts can't be read or written.
+    """
+    store = Store(path, plan)
+    missing: list[int] = []
+    if not store.is_finished():
+        with store.opened():
+            missing = store.missing()
+            if missing:
+                _run_missing(plan, missing, store, workers, bar)
+            with bar("table", plan.tasks) as advance:
+                store.merge(advance)
+    store.remove_parts()
+    return len(missing)
+
+
+def _run_missing(plan: Plan, missing: Sequence[int], store: "Store", workers: Workers, bar: ProgressBar) -> None:
+    done = plan.runs - sum(plan.task_runs(index) for index in missing)
+    with bar("runs", plan.runs) as advance, closing(workers(plan, missing)) as results:
+        advance(done)
+        for index, rows in results:
+            store.keep(index, rows)
+            done += plan.task_runs(index)
+            advance(done)
+
+
+class Store:
+    """The parts of the table at ``path``: one complete file for each finished task, in the folder ``path``.parts.
+
+    Raises MotorcadeError where the table or the parts there belong to another sweep, OSError where they can't be read
+    or written.
+    """
+
+    def __init__(self, path: Path, plan: Plan) -> None:
+        self.path = path
+        self.folder = path.with_name(f"{path.name}.parts")
+        self._plan = plan
+
+    def is_finished(self) -> bool:
+        """Whether the complete table is there."""
+        if not self.path.exists():
+            return False
+        if contents := contents_of(self.path):
+            self._check(contents, self.path.name, Phrase("other-table-name"))
+            return True
+        raise MotorcadeError("not-a-sweep-table", file=self.path)
+
+    @contextmanager
+    def opened(self) -> Iterator[None]:
+        """Create the folder if necessary, and lock it for this process."""
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with _locked(self.folder / _LOCK, self.path):
+            manifest = self.folder / _MANIFEST
+            if manifest.exists():
+                self._check(json.loads(manifest.read_bytes()), self.folder.name, Phrase("other-table-or-delete"))
+            else:
+                replace_file(manifest, json.dumps(self._plan.contents, indent=1).encode())
+            yield
+
+    def missing(self) -> list[int]:
+        """The tasks that have no part."""
+        there = {path.name for path in self.folder.glob("*.parquet")}
+        return [index for index in range(self._plan.tasks) if self._part(index).name not in there]
+
+    def keep(self, index: int, rows: bytes) -> None:
+        """Write the part of task ``index``."""
+        replace_file(self._part(index), rows)
+
+    def merge(self, progress: Callable[[int], None] = lambda done: None) -> None:
+        """Make the table of all parts; ``progress`` is called with the number of parts that are in it."""
+        schema = table_schema(self._plan.sweep.points.parameters)
+        schema = schema.with_metadata({_CONTENTS: json.dumps(self._plan.contents).encode()})
+        unfinished = self.folder / "table"
+        with pq.ParquetWriter(unfinished, schema, compression="zstd") as writer:
+            rows = pa.Table.from_batches([], schema)
+            for index in range(self._plan.tasks):
+                part = self._rows(index).replace_schema_metadata(schema.metadata)
+                rows = pa.concat_tables([rows, part])
+                # The groups have one size, whatever the sizes of the parts.
+                while len(rows) >= GROUP_ROWS:
+                    writer.write_table(rows.slice(0, GROUP_ROWS).combine_chunks())
+                    rows = rows.slice(GROUP_ROWS)
+                progress(index + 1)
+            writer.write_table(rows.combine_chunks())
+        unfinished.replace(self.path)
+
+    def remove_parts(self) -> None:
+        """Remove the folder."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def _rows(self, index: int) -> pa.Table:
+        try:
+            return pq.read_table(self._part(index))
+        except pa.ArrowInvalid:
+            raise MotorcadeError("sweep-part-damaged", file=self._part(index)) from None
+
+    def _part(self, index: int) -> Path:
+        return self.folder / f"{self._plan.task_name(index)}.parquet"
+
+    def _check(self, contents: dict[str, str], name: str, advice: Phrase) -> None:
+        ours = self._plan.contents
+        if changed := [key for key in {**contents, **ours} if contents.get(key) != ours.get(key)]:
+            raise MotorcadeError("table-of-another-sweep", file=name, changed=changed[0], advice=advice)
+
+
+def contents_of(path: Path) -> dict[str, str] | None:
+    """Read what a sweep's table was made from; None where the file is not such a table. Raises OSError."""
+    try:
+        metadata = pq.read_schema(path).metadata or {}
+        contents: dict[str, str] | None = json.loads(metadata.get(_CONTENTS, b"null"))
+    except (pa.ArrowInvalid, ValueError):
+        return None
+    return contents
+
+
+@contextmanager
+def _locked(lock: Path, table: Path) -> Iterator[None]:
+    """Lock a file for this process; the system unlocks it however the process ends."""
+    with lock.open("a+b") as file:
+        try:
+            if sys.platform == "win32":
+                import msvcrt
+
+                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+            else:
+                import fcntl
+
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise MotorcadeError("sweep-is-running", file=table) from None
+        yield
+
+
+def on_this_computer(jobs: int) -> Workers:
+    """Make workers that are processes of this computer, ``jobs`` of them; 0 is one for each core."""
+    from joblib import Parallel, cpu_count, delayed
+    from joblib.externals.loky.process_executor import TerminatedWorkerError
+
+    def run(plan: Plan, tasks: Sequence[int]) -> Results:
+        warnings.filterwarnings("ignore", _IGNORED)
+        parallel = Parallel(
+            n_jobs=min(jobs or cpu_count(), len(tasks)),
+            backend="loky",
+            return_as="generator_unordered",
+            batch_size=1,
+            initializer=_follow_parent,
+            initargs=(os.getpid(),),
+        )
+        hook = threading.excepthook
+        # When joblib is stopped it kills its workers, which may raise errors in one of its threads.
+        threading.excepthook = lambda what: None if getattr(parallel, "_aborting", False) else hook(what)
+        try:
+            with _ctrl_c_postponed() as pressed:
+                results = parallel(delayed(_numbered)(index, plan.task(index)) for index in tasks)
+            with closing(results):
+                if pressed:
+                    raise KeyboardInterrupt
+                yield from results
+            threading.excepthook = hook
+        except TerminatedWorkerError:
+            raise MotorcadeError("sweep-worker-ended") from None
+
+    return run
+
+
+def _numbered(index: int, task: Task) -> tuple[int, bytes]:
+    return index, run_task(task)
+
+
+def _follow_parent(parent_pid: int) -> None:
+    """Ignore Ctrl-C, which the parent handles, and end when the parent ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with, args=(parent_pid,), daemon=True).start()
+
+
+def _end_with(parent_pid: int) -> None:
+    if sys.platform == "win32":
+        parent = multiprocessing.parent_process()
+        if parent is None:
+            return
+        parent.join()
+    else:
+        while os.getppid() == parent_pid:
+            time.sleep(_PARENT_CHECK_S)
+    os._exit(1)
+
+
+@contextmanager
+def _ctrl_c_postponed() -> Iterator[list[int]]:
+    """Postpone Ctrl-C while workers start: none may be left half started, or get Ctrl-C before it ignores it.
+
+    Yields a list, which is not empty afterwards where Ctrl-C was pressed.
+    """
+    pressed: list[int] = []
+    if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
+        yield pressed
+        return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # else joblib starts it here, which unblocks signals
+    handler = signal.signal(signal.SIGINT, lambda number, frame: pressed.append(number))
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # workers inherit it
+    try:
+        yield pressed
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        signal.signal(signal.SIGINT, handler)
+
+
+def on_a_cluster(address: str) -> Workers:
+    """Make workers of the Dask scheduler at ``address``, such as ``tcp://192.168.1.5:8786``.
+
+    The rows come back to this computer, so the cluster needs no common disk. Dask gives the tasks of a worker that
+    died to another one.
+    """
+    from distributed import wait
+
+    def run(plan: Plan, tasks: Sequence[int]) -> Results:
+        with _connected(address) as client:
+            left, sent = iter(tasks), dict[Future[bytes], int]()
+            while True:
+                slots = _slots(client, address)
+                for index in islice(left, max(_TASKS_PER_SLOT * slots - len(sent), 0)):
+                    # pure=False: Dask must not reuse the result of an earlier call.
+                    sent[client.submit(run_task, plan.task(index), pure=False)] = index
+                if not sent:
+                    return
+                try:
+                    ended = wait(list(sent), timeout=_WORKERS_S, return_when="FIRST_COMPLETED").done
+                except TimeoutError:
+                    continue
+                for future in ended:
+                    yield sent.pop(future), future.result()
+
+    return run
+
+
+@contextmanager
+def _connected(address: str) -> Iterator[Any]:
+    from distributed import Client, KilledWorker
+
+    for name in ("distributed", "distributed.client", "distributed.core"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # its failures become our errors
+    try:
+        client = Client(address, timeout=CONNECT_S)
+    except (OSError, ValueError, TypeError):
+        raise MotorcadeError("no-dask-scheduler", address=address) from None
+    try:
+        yield client
+    except KilledWorker:
+        raise MotorcadeError("dask-workers-killed") from None
+    except CancelledError:
+        raise MotorcadeError("dask-scheduler-gone", address=address) from None
+    finally:
+        client.close(timeout=CONNECT_S)
+
+
+def _slots(client: Any, address: str) -> int:
+    """How many tasks the cluster runs at once; wait for a worker where there is none."""
+    while True:
+        threads: dict[str, int] = client.nthreads()
+        if threads:
+            return sum(threads.values())
+        try:
+            client.wait_for_workers(1, _WORKERS_S)
+        except TimeoutError:
+            raise MotorcadeError("dask-without-workers", address=address) from None
