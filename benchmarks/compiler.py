@@ -19,8 +19,8 @@ from motorcade.program.blocks import blocks_of
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program, read_program
 from motorcade.program.steps import DIRECTIONS, AvoidStep, DriveStep, LedStep, RepeatStep, Step, TogetherStep
-from motorcade.server.http import answer, decoded
-from motorcade.service.compiling import Blocks, compiled_blocks
+from motorcade.service.messages import Blocks, decode
+from motorcade.service.programs import compile_blocks
 
 TURNS = 51
 GOAL_MS = 5.0
@@ -80,7 +80,7 @@ def message(program: Program) -> bytes:
 
 
 def answer_the_page(sent: bytes) -> object:
-    return answer(compiled_blocks(decoded(sent, Blocks)))
+    return msgspec.json.encode(compile_blocks(decode(sent, Blocks)))
 
 
 def measured(time_ms: float, goal_ms: float) -> str:

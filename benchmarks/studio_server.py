@@ -32,10 +32,12 @@ CORE_GOAL, PICTURES_GOAL, LAG_GOAL_S = 0.5, 29.0, 0.25
 SERVER = """
 import sys
 from pathlib import Path
-from motorcade.server.studio.serving import listen, serve
-from motorcade.server.studio.settings import Settings
+from motorcade.drive.listener import bind
+from motorcade.server.running import serve_alone
+from motorcade.server.studio.app import Settings, make_app
 port = int(sys.argv[1])
-serve(Settings(library=Path(sys.argv[2]), port=port), listen("127.0.0.1", port), lambda: None)
+settings = Settings(library=Path(sys.argv[2]), port=port)
+serve_alone(make_app(settings), settings, bind("127.0.0.1", port, "studio"), lambda: None)
 """
 PARADE = compile_program(
     Program(

@@ -9,6 +9,7 @@ from typing import Any
 
 from arbiter_diagram import arbiter_svg
 from commands_page import commands_page
+from message_types import message_types
 from wiring_pages import wiring_files
 
 from motorcade.config.check import published
@@ -38,6 +39,7 @@ GENERATED = {
     "docs/drive-states.zh.svg": lambda: arbiter_svg("zh"),
     "docs/motorcade-mat-1.schema.json": lambda: _json(published(mat_schema())),
     "docs/motorcade-program-1.schema.json": lambda: _json(program_schema()),
+    "web/src/generated/messages.ts": message_types,
     **wiring_files(),
     **_exports(),
 }

@@ -84,6 +84,31 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (PORT_FORBIDDEN, 400, ("port-forbidden",)),
     (REFUSED, 400, ("refused",)),
     (WENT_AWAY, 400, ("went-away",)),
+    (PROGRAM_ERROR, 401, ("token-needed",)),
+    (PROGRAM_ERROR, 403, ("foreign-host", "foreign-origin", "wrong-token")),
+    (
+        PROGRAM_ERROR,
+        404,
+        (
+            "car-not-listed",
+            "no-camera-here",
+            "no-example",
+            "no-project",
+            "no-version",
+            "no-world",
+            "not-found",
+            "unknown-profile",
+        ),
+    ),
+    (
+        PROGRAM_ERROR,
+        409,
+        ("at-too-many-cars", "car-out-of-reach", "damaged-version", "not-at-car", "nothing-to-draw"),
+    ),
+    (PROGRAM_ERROR, 413, ("body-too-large",)),
+    (PROGRAM_ERROR, 429, ("requests-too-fast",)),
+    (PROGRAM_ERROR, 500, ("cant-delete", "cant-read", "cant-save", "film-failed", "internal", "virtual-car")),
+    (PROGRAM_ERROR, 503, ("too-many-sessions",)),
 )
 
 

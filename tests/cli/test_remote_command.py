@@ -45,7 +45,7 @@ def listed(url: str, trust: ssl.SSLContext | None = None, sits: str = "") -> lis
     socket_url = url.replace("http", "ws", 1).partition("?")[0].removesuffix("/").removesuffix("/drive") + "/drive/ws"
     with connect(socket_url, ssl=trust, open_timeout=DEADLINE_S) as line:
         if sits:
-            line.send(json.dumps({"do": "sit", "car": sits}))
+            line.send(json.dumps({"do": "join", "car": sits}))
         cars: list[dict] = []
         while not cars or sits:
             told = json.loads(line.recv(DEADLINE_S))

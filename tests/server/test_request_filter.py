@@ -1,13 +1,12 @@
-"""Who may ask for something: names, origins, tokens, sizes and rates."""
+"""Which requests are served: names, origins, tokens, sizes and rates."""
 
 import json
 
 import pytest
 from starlette.testclient import TestClient, WebSocketDenialResponse
 
-from motorcade.program.diagnostics import LANGUAGES
-from motorcade.server.studio.app import make_app
-from motorcade.server.studio.settings import Settings
+from motorcade.locales import languages
+from motorcade.server.studio.app import Settings, make_app
 
 HERE = "http://127.0.0.1:7700"
 TOKEN = "a-token-that-nobody-guesses"
@@ -32,10 +31,10 @@ def others(visit):
 
 
 def code(answer):
-    """The code of an error that says in every language what to do."""
+    """The status and the code of an error, which has a sentence in every language."""
     error = answer.json()["error"]
-    assert set(error["message"]) == set(LANGUAGES)
-    assert all(error["message"].values())
+    assert set(error["sentence"]) == set(languages())
+    assert all(error["sentence"].values())
     return answer.status_code, error["code"]
 
 
@@ -52,8 +51,8 @@ def denied(client, **headers):
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1:7700", "localhost:8000", "LOCALHOST", "127.9.9.9", "[::1]:7700", "[::1]"])
-def test_this_computers_own_names_are_served_at_any_port(visit, host):
-    assert visit().get("/api/projects", headers={"host": host}).status_code == 200
+def test_the_names_of_this_computer_are_served_at_any_port(visit, host):
+    assert visit().post("/api/projects/list", headers={"host": host}).status_code == 200
 
 
 @pytest.mark.parametrize(
@@ -90,15 +89,15 @@ def test_two_names_at_once_are_refused(visit):
     "origin",
     ["http://evil.example", "null", "http://127.0.0.1", "http://127.0.0.1:7701", "ftp://127.0.0.1:7700", ""],
 )
-def test_a_page_of_another_site_gets_nothing(visit, origin):
+def test_a_page_of_another_site_is_refused(visit, origin):
     page = visit()
-    assert code(page.get("/api/projects", headers={"origin": origin})) == (403, "foreign-origin")
+    assert code(page.post("/api/projects/list", headers={"origin": origin})) == (403, "foreign-origin")
     assert code(page.post("/api/compile", json={"leader": {}}, headers={"origin": origin})) == (403, "foreign-origin")
     assert denied(page, origin=origin) == (403, "foreign-origin")
 
 
 @pytest.mark.parametrize("headers", [{}, {"origin": HERE}, {"origin": "https://127.0.0.1:7700"}])
-def test_the_studios_own_page_gets_all(visit, headers):
+def test_the_studios_own_page_is_served(visit, headers):
     page = visit()
     assert page.post("/api/compile", json={"leader": {}}, headers=headers).status_code == 200
     with world(page, **headers) as socket:
@@ -106,11 +105,11 @@ def test_the_studios_own_page_gets_all(visit, headers):
 
 
 @pytest.mark.parametrize("site", ["cross-site", "same-site"])
-def test_another_site_may_link_to_the_page_but_not_have_it_ask(visit, site):
+def test_another_site_may_link_to_the_page_but_not_send_requests(visit, site):
     page = visit()
     assert page.get("/", headers={"sec-fetch-site": site}).status_code == 503
-    assert code(page.get("/api/ports", headers={"sec-fetch-site": site})) == (403, "foreign-origin")
-    assert page.get("/api/projects", headers={"sec-fetch-site": "same-origin"}).status_code == 200
+    assert code(page.post("/api/ports", headers={"sec-fetch-site": site})) == (403, "foreign-origin")
+    assert page.post("/api/projects/list", headers={"sec-fetch-site": "same-origin"}).status_code == 200
 
 
 def chunks(count):
@@ -118,48 +117,48 @@ def chunks(count):
         yield b" " * 1024
 
 
-def test_a_body_has_its_bounds_also_where_it_comes_in_pieces(visit):
+def test_a_body_is_bounded_also_where_it_comes_in_pieces(visit):
     page = visit(most_body=64 * 1024)
     fits = b'{"leader": {}}'.ljust(64 * 1024)
     assert page.post("/api/compile", content=fits).status_code == 200
     assert code(page.post("/api/compile", content=fits + b" ")) == (413, "body-too-large")
     assert code(page.post("/api/compile", content=chunks(65))) == (413, "body-too-large")
-    assert code(page.put("/api/projects/x", content=chunks(65))) == (413, "body-too-large")
+    assert code(page.post("/api/projects/write", content=chunks(65))) == (413, "body-too-large")
     assert code(page.post("/api/compile", content=chunks(64))) == (400, "bad-message")
 
 
 @pytest.mark.parametrize("length", ["-1", "x", "1e3", "1048577", "9" * 5000, "\N{SUPERSCRIPT TWO}"])
-def test_a_length_that_is_none_or_too_large(visit, length):
+def test_an_invalid_or_too_large_length_is_refused(visit, length):
     headers = {b"content-length": length.encode()}
     answer = visit().request("POST", "/api/compile", headers=headers)
     assert answer.status_code == 413
 
 
-def test_who_asks_too_often_waits_and_the_others_dont(visit):
+def test_an_address_that_sends_too_fast_is_refused_and_the_others_are_served(visit):
     now_s = [0.0]
     page = visit(requests_a_second=10, clock=lambda: now_s[0])
     other = TestClient(page.app, base_url=HERE, client=("10.0.0.2", 1))
-    assert [page.get("/api/projects").status_code for _ in range(21)] == [200] * 20 + [429]
-    assert code(page.get("/")) == (429, "too-many-requests")
-    assert denied(page) == (429, "too-many-requests")
-    assert other.get("/api/projects").status_code == 200
+    assert [page.post("/api/projects/list").status_code for _ in range(21)] == [200] * 20 + [429]
+    assert code(page.get("/")) == (429, "requests-too-fast")
+    assert denied(page) == (429, "requests-too-fast")
+    assert other.post("/api/projects/list").status_code == 200
     now_s[0] = 1.9
-    assert page.get("/api/projects").status_code == 429
+    assert page.post("/api/projects/list").status_code == 429
     now_s[0] = 2.0
-    assert [page.get("/api/projects").status_code for _ in range(21)] == [200] * 20 + [429]
+    assert [page.post("/api/projects/list").status_code for _ in range(21)] == [200] * 20 + [429]
 
 
-def test_however_many_ask_the_guard_stays_small(visit):
-    guard = visit().app
+def test_the_filter_remembers_a_bounded_number_of_addresses(visit):
+    request_filter = visit().app
     for number in range(5000):
-        guard._check_rate({"client": (str(number), 0)})
-    assert len(guard._rates) < 5000
+        request_filter._check_rate({"client": (str(number), 0)})
+    assert len(request_filter._rates) < 5000
 
 
-def test_without_the_token_others_get_nothing_but_the_page(others):
+def test_without_the_token_only_the_page_is_served(others):
     assert others.get("/").status_code == 503
-    assert code(others.get("/api/projects")) == (401, "token-needed")
-    assert code(others.put("/api/projects/x", json={"leader": {}})) == (401, "token-needed")
+    assert code(others.post("/api/projects/list")) == (401, "token-needed")
+    assert code(others.post("/api/projects/write", json={"leader": {}})) == (401, "token-needed")
     assert denied(others) == (401, "token-needed")
 
 
@@ -168,16 +167,16 @@ def test_the_token_is_shown_once_and_then_travels_as_a_cookie_that_scripts_canno
     assert (answer.status_code, answer.headers["location"]) == (303, "/")
     cookie = answer.headers["set-cookie"]
     assert {"HttpOnly", "SameSite=strict", "Path=/"} <= set(cookie.split("; "))
-    assert others.get("/api/projects").status_code == 200
+    assert others.post("/api/projects/list").status_code == 200
     with world(others) as socket:
         assert socket.receive_json()["is"] == "hello"
 
 
 @pytest.mark.parametrize("wrong", ["", "x", TOKEN[:-1], TOKEN + "x", TOKEN.upper(), "\N{PILE OF POO}"])
-def test_a_wrong_token_opens_nothing(others, wrong):
+def test_a_wrong_token_is_refused(others, wrong):
     assert code(others.get("/", params={"token": wrong})) == (403, "wrong-token")
-    assert code(others.get("/api/projects", headers={"cookie": b"motorcade_7700=" + wrong.encode()}))[0] == 401
-    assert code(others.get("/api/projects", params={"token": TOKEN})) == (401, "token-needed")
+    assert code(others.post("/api/projects/list", headers={"cookie": b"motorcade_7700=" + wrong.encode()}))[0] == 401
+    assert code(others.post("/api/projects/list", params={"token": TOKEN})) == (401, "token-needed")
 
 
 def test_each_studio_of_a_computer_has_its_own_cookie(visit):
@@ -192,7 +191,7 @@ def test_others_may_use_its_names_and_addresses(others, host):
 
 
 @pytest.mark.parametrize("path", ["/", "/api/projects", "/api/nothing", "/assets/x.js"])
-def test_every_answer_tells_the_browser_to_be_strict(visit, path):
+def test_every_answer_has_the_security_headers(visit, path):
     answer = visit().get(path)
     policy = dict(each.strip().split(" ", 1) for each in answer.headers["content-security-policy"].split(";"))
     assert policy["default-src"] == "'self'"
@@ -204,17 +203,17 @@ def test_every_answer_tells_the_browser_to_be_strict(visit, path):
     assert "access-control-allow-origin" not in answer.headers
 
 
-def test_a_refusal_is_strict_too(visit):
+def test_a_refusal_has_the_security_headers_too(visit):
     assert "content-security-policy" in visit().get("/", headers={"host": "evil.example"}).headers
 
 
-def test_a_browser_keeps_only_what_never_changes(visit, tmp_path):
+def test_a_browser_caches_only_what_never_changes(visit, tmp_path):
     (tmp_path / "assets").mkdir()
     (tmp_path / "index.html").write_text("<!doctype html>")
     (tmp_path / "assets" / "x-1a2b.js").write_text("// " + "x" * 5000)
     page = visit()
     assert page.get("/").headers["cache-control"] == "no-cache"
-    assert page.get("/api/projects").headers["cache-control"] == "no-store"
+    assert page.post("/api/projects/list").headers["cache-control"] == "no-store"
     script = page.get("/assets/x-1a2b.js")
     assert "immutable" in script.headers["cache-control"]
     assert script.headers["content-encoding"] == "gzip"
@@ -228,7 +227,7 @@ def test_no_path_leaves_the_page(visit, tmp_path, path):
     assert code(visit(page=tmp_path / "page").get(path)) == (404, "not-found")
 
 
-def test_a_page_that_is_not_built_says_how(visit):
+def test_a_page_that_is_not_built_is_replaced_by_instructions(visit):
     answer = visit().get("/")
     assert answer.status_code == 503
     assert "npm run build" in answer.text

@@ -1,9 +1,13 @@
-"""A picture, byte by byte."""
+"""A picture, byte by byte, and the moments and events that are stored for pictures of the past."""
+
+import struct
 
 import numpy as np
 
 from motorcade.engine.events import EVENT
-from motorcade.service.pictures import (
+from motorcade.server.studio.simulation import event_rows, pack_moment, unpack_moment
+from motorcade.service.history import (
+    EVENT_BYTES,
     FIRST,
     HEARD,
     MOST_EVENTS,
@@ -11,28 +15,27 @@ from motorcade.service.pictures import (
     PAST,
     RUNS,
     SENDS,
-    PictureColumns,
-    event_rows,
+    History,
     pack_picture,
 )
 
-MOMENT = PictureColumns(
-    1500,
-    np.array([0.0, -1.5]),
-    np.array([0.25, 2.0]),
-    np.array([0.0, 0.5]),
-    np.array([1, NO_INDEX], np.uint16),
-    np.array([2, 4 + 1], np.uint8),
-    np.array([4, 0], np.uint8),
-    np.array([RUNS | SENDS, HEARD], np.uint8),
-)
+COLUMNS = [
+    [0.0, -1.5],
+    [0.25, 2.0],
+    [0.0, 0.5],
+    [1, NO_INDEX],
+    [2, 4 + 1],
+    [4, 0],
+    [RUNS | SENDS, HEARD],
+]
+MOMENT = pack_moment(*map(np.array, COLUMNS))
 EVENTS = np.array([(1499, 0, 1, 5, 5, 0xA3000001, 7)], EVENT)
 GOLDEN = """
 01 03 0000  08070605  dc050000  02000000  01000000  a picture, of the past and the first; its number, t_ms, cars, events
 00000000 0000c0bf                                   x_m
 0000803e 00000040                                   y_m
 00000000 0000003f                                   heading
-0100 ffff                                           held
+0100 ffff                                           index of the word
 02 05                                               wheels: forward at level 2, left at level 1
 04 00                                               led: none, the first
 03 08                                               flags
@@ -43,19 +46,46 @@ db050000 01000000 05 05 0000 010000a3 07000000      lost by collision at 1.499 s
 
 def test_the_bytes_of_a_picture() -> None:
     rows = [line.split("  a pict")[0][:52] for line in GOLDEN.strip().splitlines()]
-    packed = pack_picture(0x05060708, PAST | FIRST, 1500, 2, MOMENT.pack(), event_rows(EVENTS))
+    packed = pack_picture(0x05060708, PAST | FIRST, 1500, 2, MOMENT, event_rows(EVENTS).tobytes())
     assert packed.hex(" ", 4) == bytes.fromhex("".join(rows)).hex(" ", 4)
 
 
-def test_a_moment_comes_back_as_it_was() -> None:
-    back = PictureColumns.unpack(1500, MOMENT.pack(), 2)
-    assert [np.asarray(each).tolist() for each in back] == [np.asarray(each).tolist() for each in MOMENT]
+def test_a_moment_is_unpacked_unchanged() -> None:
+    assert [column.tolist() for column in unpack_moment(MOMENT, 2)] == COLUMNS
 
 
-def test_a_picture_tells_the_newest_where_too_much_happened() -> None:
+def test_a_picture_has_the_newest_events_where_there_are_too_many() -> None:
     events = np.zeros(MOST_EVENTS + 10, EVENT)
     events["t_ms"] = np.arange(len(events))
-    packed = pack_picture(0, 0, 0, 2, MOMENT.pack(), event_rows(events))
-    told = np.frombuffer(packed[-MOST_EVENTS * 20 :], "<u4").reshape(-1, 5)
-    assert told[[0, -1], 0].tolist() == [10, MOST_EVENTS + 9]
+    packed = pack_picture(0, 0, 0, 2, MOMENT, event_rows(events).tobytes())
+    rows = np.frombuffer(packed[-MOST_EVENTS * EVENT_BYTES :], "<u4").reshape(-1, 5)
+    assert rows[[0, -1], 0].tolist() == [10, MOST_EVENTS + 9]
     assert int.from_bytes(packed[16:20], "little") == MOST_EVENTS
+
+
+def rows_at(*times_ms: int) -> bytes:
+    return b"".join(struct.pack("<IIIII", t_ms, 0, 0, 0, 0) for t_ms in times_ms)
+
+
+def times_of(events: bytes) -> list[int]:
+    return [row[0] for row in struct.iter_unpack("<IIIII", events)]
+
+
+def test_stored_events_are_found_by_time_across_batches() -> None:
+    history = History()
+    for batch in ((10, 20, 20), (30,), (40, 50)):
+        history.add_events(rows_at(*batch))
+    assert times_of(history.events_between(10, 40)) == [20, 20, 30, 40]
+    assert times_of(history.events_between(50, 90)) == []
+    assert times_of(history.newest_events(4)) == [20, 30, 40, 50]
+
+
+def test_the_oldest_moments_and_events_are_dropped_first() -> None:
+    history = History(most_moment_bytes=500, most_event_bytes=500)
+    for t_ms in range(0, 1000, 100):
+        history.add_moment(t_ms, bytes(72))
+        history.add_events(rows_at(t_ms))
+    assert history.earliest_ms == 800
+    assert history.moment_at(0)[0] == 800
+    assert [t_ms for t_ms, _ in history.moments(850)] == [900]
+    assert [times_of(batch) for batch in history.events()] == [[700], [800], [900]]

@@ -1,4 +1,4 @@
-"""One page's world: its clock, its past, and what it tells."""
+"""A world in play: its time, its past, and its pictures."""
 
 from dataclasses import replace
 
@@ -8,9 +8,8 @@ import pytest
 from motorcade import Followers, Mat, Pose, Program, World, compile_program, forward, led, left, open_table, right, wait
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Starts
-from motorcade.service import playback as stage_module
-from motorcade.service.history import History
-from motorcade.service.pictures import FIRST, HEARD, LOST, MOST_EVENTS, NO_INDEX, PAST, RUNS
+from motorcade.server.studio.simulation import StudioWorld
+from motorcade.service.history import EVENT_BYTES, FIRST, HEARD, LOST, MOST_EVENTS, NO_INDEX, PAST, RUNS, History
 from motorcade.service.playback import PICTURE_S, Playback
 from support.pictures import Picture
 
@@ -21,11 +20,13 @@ IMAGE = compile_program(
         Followers([led(1, 1), led(2, 1), led(1, 1), led(3, 1)]),
     )
 ).image
+EMPTY_MAT = {"format": "motorcade-mat/1", "name": "empty"}
 NEAR = [Pose(0, 0), Pose(0.5, 0)]
 
 
-def stage(poses=NEAR, image=IMAGE, **more) -> Playback:
-    return Playback(World(replace(open_table(poses, tick_ms=5), **more), [image], events=True, threads=1))
+def playback(poses=NEAR, image=IMAGE, history=None, **more) -> Playback:
+    world = World(replace(open_table(poses, tick_ms=5), **more), [image], events=True, threads=1)
+    return Playback(StudioWorld(world), history)
 
 
 def play(on: Playback, seconds: float, begin_s: float = 0.0, a_picture_s: float = PICTURE_S) -> list[Picture]:
@@ -38,90 +39,89 @@ def play(on: Playback, seconds: float, begin_s: float = 0.0, a_picture_s: float 
 
 
 @pytest.mark.parametrize("speed", [0.25, 1, 16])
-def test_time_goes_as_fast_as_it_is_told_to(speed: float) -> None:
-    on = stage()
+def test_time_passes_at_the_chosen_speed_and_an_even_pace(speed: float) -> None:
+    on = playback()
     on.play(speed)
     pictures = play(on, 2)
     assert pictures[-1].t_ms == pytest.approx(2000 * speed, abs=5)
-    assert on.state()["rate"] == pytest.approx(speed, rel=0.01)
-    # At an even pace.
+    assert on.state().rate == pytest.approx(speed, rel=0.01)
     assert max(np.diff([each.t_ms for each in pictures])) <= speed * 34 + 5
 
 
-def test_a_stage_stands_still_until_it_plays_and_while_it_pauses() -> None:
-    on = stage()
+def test_time_stands_still_before_play_and_during_a_pause() -> None:
+    on = playback()
     play(on, 1)
-    assert on.now_ms == 0
+    assert on.world.now_ms == 0
     on.play(1)
     play(on, 1, 100)
     on.pause()
     play(on, 1, 200)
     on.play(1)
     play(on, 1, 300)
-    assert on.now_ms == pytest.approx(2000, abs=10)
+    assert on.world.now_ms == pytest.approx(2000, abs=10)
 
 
-def test_a_stage_that_cannot_keep_up_does_less_at_a_time_and_says_how_fast_it_is() -> None:
-    """Here a call lasts three times as long as what it simulates."""
-    on = stage()
+def test_a_slow_computer_simulates_less_in_each_call_and_shows_its_rate() -> None:
+    """A call lasts three times as long as the time that it simulates."""
+    on = playback()
     on.play(1)
     now_s, lasted_s = 0.0, []
     for _ in range(200):
-        before_ms = on.now_ms
+        before_ms = on.world.now_ms
         on.advance(now_s)
-        lasted_s.append((on.now_ms - before_ms) * 3 / 1000)
+        lasted_s.append((on.world.now_ms - before_ms) * 3 / 1000)
         on.took(lasted_s[-1])
         now_s += max(PICTURE_S, lasted_s[-1])
     assert max(lasted_s[20:]) < 2 * PICTURE_S
-    assert 0.25 < on.state()["rate"] < 0.34
+    assert 0.25 < on.state().rate < 0.34
 
 
-def test_a_stage_that_is_called_late_makes_up_for_it() -> None:
-    """Others keep the machine busy; this one's own calls are short."""
-    on = stage()
+def test_calls_that_come_late_are_made_up_for() -> None:
+    """Other programs keep the computer busy, while the calls themselves are short."""
+    on = playback()
     on.play(1)
     for number in range(50):
         on.advance(number * 0.2)
         on.took(0.002)
-    assert on.now_ms == pytest.approx(49 * 200, abs=10)
+    assert on.world.now_ms == pytest.approx(49 * 200, abs=10)
 
 
-def test_what_a_short_stop_owes_is_made_up_for_and_a_long_one_is_not() -> None:
-    on = stage()
+def test_a_short_stop_is_made_up_for_and_a_long_one_is_not() -> None:
+    on = playback()
     on.play(1)
     play(on, 1)
     play(on, 1, 1.2)
-    assert on.now_ms == pytest.approx(2200, abs=10)
+    assert on.world.now_ms == pytest.approx(2200, abs=10)
     play(on, 1, 60)
-    assert 3200 <= on.now_ms <= 3500
+    assert 3200 <= on.world.now_ms <= 3500
 
 
-def test_a_slow_picture_holds_all_that_happened_since_the_one_before() -> None:
-    quick, slow = stage(), stage()
+def test_a_late_picture_has_all_events_since_the_one_before() -> None:
+    quick, slow = playback(), playback()
     quick.play(1)
     slow.play(1)
-    told = [event for picture in play(quick, 3) for event in picture.events.tolist()]
+    events = [event for picture in play(quick, 3) for event in picture.events.tolist()]
     for number in range(91):
         slow.advance(number * PICTURE_S)
     last = Picture(slow.picture(1))
-    assert last.events.tolist() == told
-    assert last.told("heard")
+    assert last.events.tolist() == events
+    assert last.happened("heard")
     assert last.moment.flags[1] & HEARD
 
 
-def test_steps_are_ticks_and_end_in_a_pause() -> None:
-    on = stage()
+def test_a_step_is_so_many_ticks_and_then_a_pause() -> None:
+    on = playback()
     on.play(1)
     play(on, 1)
-    before = on.now_ms
+    before = on.world.now_ms
     on.step(3)
-    assert on.now_ms == before + 15
+    assert on.world.now_ms == before + 15
     play(on, 1, 50)
-    assert on.now_ms == before + 15
+    assert on.world.now_ms == before + 15
 
 
-def test_there_is_a_picture_to_show_only_where_something_changed() -> None:
-    on = stage()
+def test_changed_is_set_by_what_changes_the_picture_and_cleared_by_the_picture() -> None:
+    on = playback()
     Picture(on.picture(0))
     assert not on.changed
     for act in (
@@ -129,7 +129,7 @@ def test_there_is_a_picture_to_show_only_where_something_changed() -> None:
         lambda: on.move(1, 1, 1, 0),
         lambda: on.seek(0),
         lambda: on.seek(None),
-        lambda: on.furnish(on._world.mat, 900),
+        lambda: on.furnish(EMPTY_MAT, 900),
         lambda: on.reset(1),
     ):
         act()
@@ -138,31 +138,31 @@ def test_there_is_a_picture_to_show_only_where_something_changed() -> None:
         assert not on.changed
 
 
-def test_every_car_shows_the_index_of_its_word_and_equal_words_in_the_order_of_sending() -> None:
-    on = stage([*NEAR, Pose(50, 0)])
-    assert Picture(on.picture(0)).moment.held.tolist() == [NO_INDEX] * 3
+def test_every_car_has_the_index_of_its_word_and_equal_words_count_in_the_order_of_sending() -> None:
+    on = playback([*NEAR, Pose(50, 0)])
+    assert Picture(on.picture(0)).moment.index.tolist() == [NO_INDEX] * 3
     on.play(1)
     pictures = play(on, 3.9)
-    lead, near, far = np.array([picture.moment.held for picture in pictures[6:]]).T.tolist()
+    lead, near, far = np.array([picture.moment.index for picture in pictures[6:]]).T.tolist()
     assert list(dict.fromkeys(lead)) == [1, 2]
     assert list(dict.fromkeys(near)) == [STATES + 1, STATES + 2, STATES + 3, STATES + 4]
     assert set(far) == {NO_INDEX}
     assert pictures[-1].moment.flags[1] & RUNS
 
 
-def test_a_car_that_hears_nothing_but_collisions_shows_that_it_lost_frames() -> None:
+def test_a_car_that_receives_only_collisions_has_the_flag_lost() -> None:
     starts = Starts.of([Pose(-0.3, 0), Pose(0.3, 0), Pose(0, 0.2)], [True, True, False])
-    on = stage(starts=starts)
+    on = playback(starts=starts)
     on.step(100)
     shown = Picture(on.picture(0)).moment
     assert (shown.flags & LOST > 0).tolist() == [False, False, True]
     assert (Picture(on.picture(1)).moment.flags & LOST).tolist() == [0, 0, 0]
     on.watch(2)
-    assert on.car()["lost"]["collision"] > 0
+    assert on.car().lost["collision"] > 0
 
 
-def test_the_past_is_shown_as_it_was() -> None:
-    on = stage()
+def test_a_picture_of_the_past_equals_the_picture_of_then() -> None:
+    on = playback()
     seen = {}
     for _ in range(30):
         on.step(20)
@@ -173,96 +173,94 @@ def test_the_past_is_shown_as_it_was() -> None:
     assert not on.playing
     past = Picture(on.picture(0))
     assert (past.t_ms, past.flags & PAST) == (2000, PAST)
-    for mine, its in zip(past.moment, seen[2000].moment, strict=True):
+    for mine, its in zip(vars(past.moment).values(), vars(seen[2000].moment).values(), strict=True):
         assert np.array_equal(mine, its)
     assert past.events.tolist() == [each for each in seen[2000].events.tolist() if each[0] > 1900]
     on.seek(None)
     assert Picture(on.picture(1)).t_ms == 3000
 
 
-def test_the_past_is_bounded_and_its_beginning_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stage_module, "History", lambda: History(moment_bytes=2000, event_bytes=2000))
-    on = stage()
+def test_the_past_is_bounded_and_the_state_has_its_beginning() -> None:
+    on = playback(history=History(most_moment_bytes=2000, most_event_bytes=2000))
     on.play(16)
     play(on, 4)
-    earliest = on.state()["earliest_ms"]
-    assert on.now_ms - 1500 < earliest <= on.now_ms
+    earliest = on.state().earliest_ms
+    assert on.world.now_ms - 1500 < earliest <= on.world.now_ms
     on.seek(0)
-    assert Picture(on.picture(0)).t_ms == earliest == on.state()["shown_ms"]
-    assert sum(batch.nbytes for batch in on.events()) <= 2000
+    assert Picture(on.picture(0)).t_ms == earliest == on.state().shown_ms
+    assert sum(map(len, on.events())) <= 2000
 
 
-def test_whoever_looks_anew_is_told_all_that_happened() -> None:
-    on = stage()
+def test_a_new_page_gets_all_events() -> None:
+    on = playback()
     on.play(1)
-    told = [event for picture in play(on, 2) for event in picture.events.tolist()]
-    on.look_anew()
+    events = [event for picture in play(on, 2) for event in picture.events.tolist()]
+    on.show_all()
     anew = Picture(on.picture(0))
     assert anew.flags & FIRST
-    assert anew.events.tolist() == told
+    assert anew.events.tolist() == events
     assert not Picture(on.picture(1)).flags & FIRST
 
 
-def test_events_that_nobody_fetches_take_no_more_room_than_a_picture_has() -> None:
-    on = stage([Pose(0, 0), *(Pose(0.3 + place % 6 * 0.1, place // 6 * 0.1) for place in range(30))])
+def test_a_picture_has_the_newest_events_and_the_history_all() -> None:
+    on = playback([Pose(0, 0), *(Pose(0.3 + place % 6 * 0.1, place // 6 * 0.1) for place in range(30))])
     on.play(16)
     for number in range(90):
         on.advance(number * PICTURE_S)
-    assert sum(map(len, on._new)) < 2 * MOST_EVENTS
     assert len(Picture(on.picture(0)).events) == MOST_EVENTS
-    assert sum(map(len, on.events())) > 2 * MOST_EVENTS
+    assert sum(map(len, on.events())) > 2 * MOST_EVENTS * EVENT_BYTES
 
 
-def test_reset_begins_anew_and_the_same_seed_gives_the_same() -> None:
-    on = stage(physics=replace(Mat("", Starts.of([], [])).physics, wheel_noise=0.2))
+def test_reset_begins_again_and_the_same_seed_gives_the_same_run() -> None:
+    on = playback(physics=replace(Mat("", Starts.of([], [])).physics, wheel_noise=0.2))
     ends = []
     for seed in (1, 2, 1):
         on.reset(seed)
-        assert (on.now_ms, on.playing, on.state()["counts"]["frames"]) == (0, False, 0)
+        assert (on.world.now_ms, on.playing, on.state().counts["frames"]) == (0, False, 0)
         on.step(400)
         ends.append(Picture(on.picture(0)).moment.x_m.tolist())
     assert ends[0] == ends[2] != ends[1]
 
 
-def test_a_watched_car_tells_what_it_holds_and_hears() -> None:
-    on = stage()
+def test_the_details_of_a_watched_car() -> None:
+    on = playback()
     assert on.car() is None
     on.watch(1)
-    assert on.car()["word"] is None
+    assert on.car().word is None
     on.step(60)
-    told = on.car()
-    assert told["values"]["led_which"] == 1
-    assert told["values"]["accept_ir"] == 1
-    assert (told["index"], told["runs"], told["leads"]) == (STATES + 1, True, False)
-    assert told["hears"] == {"word": told["word"], "car": 0, "t_ms": told["hears"]["t_ms"]}
-    assert told["heard"] == on.state()["counts"]["heard"] > 0
-    assert 0 < told["since_ms"] < 300
+    details = on.car()
+    assert details.values["led_which"] == 1
+    assert details.values["accept_ir"] == 1
+    assert (details.index, details.runs, details.leads) == (STATES + 1, True, False)
+    assert (details.hears.word, details.hears.car) == (details.word, 0)
+    assert details.heard == on.state().counts["heard"] > 0
+    assert 0 < details.since_ms < 300
     on.watch(0)
-    assert on.car()["word"] == IMAGE[4:8].hex()
-    assert on.car()["frames"] == on.state()["counts"]["frames"] > 0
+    assert on.car().word == IMAGE[4:8].hex()
+    assert on.car().frames == on.state().counts["frames"] > 0
     on.watch(None)
     assert on.car() is None
     with pytest.raises(MotorcadeError, match="0 to 1"):
         on.watch(2)
 
 
-def test_said_words_furniture_and_moves_reach_the_world() -> None:
-    on = stage(image=compile_program(Program([right(3, speed=2)], [wait(1)])).image)
-    on.furnish(Mat("wall", Starts.of([], []), walls=((0.25, -1, 0.25, 1),)), 1000)
+def test_furniture_and_moves_reach_the_world() -> None:
+    on = playback(image=compile_program(Program([right(3, speed=2)], [wait(1)])).image)
+    on.furnish(EMPTY_MAT | {"wall": [{"from_m": [0.25, -1], "to_m": [0.25, 1]}]}, 1000)
     on.step(100)
-    assert Picture(on.picture(0)).told("heard") == []
+    assert Picture(on.picture(0)).happened("heard") == []
     on.move(1, 0, 0.4, 90)
     on.step(100)
     shown = Picture(on.picture(0))
-    assert shown.told("heard")
+    assert shown.happened("heard")
     assert (shown.moment.y_m[1], shown.moment.heading[1]) == pytest.approx((0.4, np.pi / 2))
 
 
-def test_what_is_kept_becomes_a_film() -> None:
-    on = stage()
+def test_stored_moments_become_the_frames_of_a_film() -> None:
+    on = playback()
     on.step(400)
-    frames = list(on.frames(1))
+    frames = list(on.world.frames(on.moments(1)))
     assert [frame.t_ms for frame in frames] == list(range(1000, 2001, 100))
     assert frames[-1].word[0] == int.from_bytes(IMAGE[4:8])
     assert frames[-1].runs.tolist() == [True, True]
-    assert on.about().every_ms == 100
+    assert on.world.description().every_ms == 100

@@ -1,22 +1,27 @@
 """Pictures of a studio's world, read as a page reads them."""
 
 import struct
+from types import SimpleNamespace
 
 import numpy as np
 
 from motorcade.engine.events import KINDS
-from motorcade.service.pictures import EVENT_ROW, PictureColumns
+from motorcade.server.studio.simulation import EVENT_ROW, unpack_moment
+
+_COLUMNS = ("x_m", "y_m", "heading", "index", "wheels", "led", "flags")
 
 
 class Picture:
-    """A picture as a page reads it."""
+    """A picture as a page reads it; ``moment`` has the cars' columns by name."""
 
     def __init__(self, data: bytes):
         kind, self.flags, _, self.number, self.t_ms, self.cars, events = struct.unpack_from("<BBHIIII", data)
         assert kind == 1
-        self.moment = PictureColumns.unpack(self.t_ms, data[20:], self.cars)
-        self.events = np.frombuffer(data[len(data) - events * EVENT_ROW.itemsize :], EVENT_ROW)
-        assert len(data) == 20 + len(self.moment.pack()) + self.events.nbytes
+        at = len(data) - events * EVENT_ROW.itemsize
+        assert at == 20 + -(-17 * self.cars // 4) * 4
+        self.moment = SimpleNamespace(**dict(zip(_COLUMNS, unpack_moment(data[20:at], self.cars), strict=True)))
+        self.events = np.frombuffer(data[at:], EVENT_ROW)
 
-    def told(self, kind: str) -> list[tuple[int, int]]:
+    def happened(self, kind: str) -> list[tuple[int, int]]:
+        """The times and cars of the events of a kind."""
         return self.events[["t_ms", "car"]][self.events["kind"] == KINDS.index(kind)].tolist()

@@ -78,11 +78,10 @@ def remote_command(
     """Drive cars that are served elsewhere, one or several at once, in a browser."""
     with needs_extra("the remote", "drive"):
         from motorcade.drive.listener import is_loopback
-        from motorcade.server.addresses import names_of, url_of
         from motorcade.server.remote.app import make_remote
         from motorcade.server.remote.remote_cars import RemoteCars
-        from motorcade.server.running import serve_alone
-        from motorcade.server.settings import ServerSettings
+        from motorcade.server.request_filter import ServerSettings
+        from motorcade.server.running import names_of, serve_alone, url_of
     from motorcade.drive.listener import bind
 
     named = named_cars(cars, camera or (), keys)

@@ -72,11 +72,10 @@ async def page_served(drive: "CarControl", web: Web) -> AsyncIterator[str]:
     """Serve the car's page while the block runs; gives its whole address. `load_page` comes first."""
     from motorcade.cameras.broadcast import Camera
     from motorcade.drive.listener import is_loopback
-    from motorcade.server.addresses import names_of, url_of
     from motorcade.server.remote.app import make_remote
     from motorcade.server.remote.fleet import SingleCar
-    from motorcade.server.running import served
-    from motorcade.server.settings import ServerSettings
+    from motorcade.server.request_filter import ServerSettings
+    from motorcade.server.running import names_of, served, url_of
 
     names = names_of(web.listener, web.host)
     port = web.listener.getsockname()[1]

@@ -3,7 +3,12 @@
 It imports what it needs when it runs, so that the other commands start at once.
 """
 
+import os
 import secrets
+import socket
+import sys
+import threading
+import webbrowser
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +17,7 @@ import typer
 from motorcade.cli.far_cars import Cameras, DriverKeys, named_cars
 from motorcade.cli.options import Json, print_json
 from motorcade.cli.recordings import needs_extra
+from motorcade.errors import MotorcadeError
 
 
 def add_to(app: typer.Typer) -> None:
@@ -40,12 +46,11 @@ def studio_command(
     """Program with blocks in the browser, watch the cars do it, and upload it."""
     with needs_extra("the studio", "studio"):
         from motorcade.drive.listener import is_loopback
-        from motorcade.server.addresses import names_of, url_of
-        from motorcade.server.studio.serving import listen, open_browser, serve
-        from motorcade.server.studio.settings import Settings
+        from motorcade.server.running import names_of, serve_alone, url_of
+        from motorcade.server.studio.app import Settings, make_app
     named = named_cars(car or (), camera or (), keys)
     folder = library or Path(typer.get_app_dir("motorcade")) / "projects"
-    with listen(host, port) as listener:
+    with _listen(host, port) as listener:
         names = names_of(listener, host)
         token = None if is_loopback(listener) else secrets.token_urlsafe(24)
         real_port = listener.getsockname()[1]
@@ -55,6 +60,7 @@ def studio_command(
         )
 
         def ready() -> None:
+            threading.Thread(target=_compile_simulator, daemon=True).start()
             if as_json:
                 print_json({"url": url, "library": str(folder)})
             else:
@@ -62,4 +68,32 @@ def studio_command(
             if not no_browser:
                 open_browser(url)
 
-        serve(settings, listener, ready)
+        serve_alone(make_app(settings), settings, listener, ready)
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    """A socket that listens at the address; port 0 takes a free one. Raises MotorcadeError."""
+    from motorcade.drive.listener import bind
+    from motorcade.server.running import url_of
+
+    try:
+        return bind(host, port, "studio")
+    except MotorcadeError as problem:
+        if problem.code != "port-taken":
+            raise
+        raise MotorcadeError("studio-port-taken", port=port, url=url_of(host, port)) from None
+
+
+def open_browser(url: str) -> None:
+    """Show ``url`` in the browser, if there is one with a window; doesn't wait for it."""
+    # Without a display Python would start a text browser, which would take over this terminal.
+    if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
+        threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
+
+
+def _compile_simulator() -> None:
+    """Compile the simulator after an install, so that the first world needn't wait for it."""
+    from motorcade.engine.world import World, warm_up
+    from motorcade.mats import formation, open_table
+
+    warm_up(World(open_table(formation(1)), [bytes(4)], threads=1))

@@ -58,6 +58,10 @@ class DecompileError(ValueError):
 
     def message(self, language: str) -> str:
         """The sentence in ``language`` (en or zh)."""
+        return self.sentence(language)
+
+    def sentence(self, language: str = "en") -> str:
+        """The sentence in ``language`` (en or zh)."""
         return _SENTENCES[self.code][language].format(**self.figures)
 
 

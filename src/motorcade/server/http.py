@@ -1,77 +1,119 @@
-"""JSON over HTTP: a message in, an answer out."""
+"""JSON over HTTP and WebSockets, and the files of the pages."""
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterable
+from contextlib import suppress
+from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
-from starlette.concurrency import run_in_threadpool
+from anyio import create_task_group
 from starlette.exceptions import HTTPException
+from starlette.middleware.gzip import GZipMiddleware
 from starlette.requests import Request
-from starlette.responses import Response
-from starlette.routing import Route
+from starlette.responses import FileResponse, HTMLResponse, Response
+from starlette.routing import BaseRoute, Mount, Route
+from starlette.staticfiles import StaticFiles
+from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from motorcade.server.errors import ServerError
+from motorcade.errors import MotorcadeError
+from motorcade.service.messages import decode
 
 T = TypeVar("T")
+# Where the build of the pages puts them.
+PAGE = Path(__file__).with_name("page")
+_REMOTE = "/drive"
+_NOT_BUILT = """<!doctype html>
+<html lang="en">
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width">
+<title>Motorcade</title>
+<h1>The server runs, but its page isn't built</h1>
+<p>In the folder <code>web</code> run <code>npm ci</code> and <code>npm run build</code>, start the server again, and
+reload.</p>
+<h1 lang="zh">服务器已启动，但页面尚未构建</h1>
+<p lang="zh">请在 <code>web</code> 文件夹中运行 <code>npm ci</code> 和
+<code>npm run build</code>，重新启动服务器，然后刷新。</p>
+</html>
+"""
 
 
-def answer(data: Any, status: int = 200) -> Response:
+def json_response(data: Any, status: int = 200) -> Response:
     """``data`` as JSON."""
     return Response(msgspec.json.encode(data), status, media_type="application/json")
 
 
-def refusal(problem: ServerError) -> Response:
-    """``problem`` as JSON."""
-    return answer({"error": problem.as_dict()}, problem.status)
+def error_response(problem: MotorcadeError) -> Response:
+    """An error as JSON, with its HTTP status."""
+    return json_response({"error": problem.to_dict("page")}, problem.http_status)
 
 
-def decoded(data: bytes, kind: type[T]) -> T:
-    """The message of ``kind`` in ``data``. Raises ServerError."""
-    try:
-        return msgspec.json.decode(data, type=kind)
-    except RecursionError:
-        raise ServerError("too-deep") from None
-    except (msgspec.DecodeError, UnicodeDecodeError) as problem:
-        raise ServerError("bad-message", reason=str(problem).rstrip(".")) from None
+def exception_handlers() -> dict[type[Exception], Callable[[Request, Exception], Awaitable[Response]]]:
+    """What a Starlette application answers where something raises, whatever it is."""
+    return {MotorcadeError: _answer_error, HTTPException: _answer_http, Exception: _answer_fault}
 
 
-def refusals() -> dict[type[Exception], Callable[[Request, Exception], Awaitable[Response]]]:
-    """How a Starlette application says what is wrong, whatever it is."""
-    return {ServerError: _refuse, HTTPException: _refuse_request, Exception: _refuse_ourselves}
+async def _answer_error(request: Request, problem: Exception) -> Response:
+    assert isinstance(problem, MotorcadeError)
+    return error_response(problem)
 
 
-def get(path: str, work: Callable[[Request], Any]) -> Route:
-    """A route that answers what ``work``, which may take a moment, makes of the request."""
-
-    async def endpoint(request: Request) -> Response:
-        return answer(await run_in_threadpool(work, request))
-
-    return Route(path, endpoint, methods=["GET"])
-
-
-def post(path: str, kind: type[T], work: Callable[[T], Any]) -> Route:
-    """A route that answers what ``work``, which may take a moment, makes of a message of ``kind``."""
-
-    async def endpoint(request: Request) -> Response:
-        message = decoded(await request.body(), kind)
-        return answer(await run_in_threadpool(work, message))
-
-    return Route(path, endpoint, methods=["POST"])
-
-
-async def _refuse(request: Request, problem: Exception) -> Response:
-    assert isinstance(problem, ServerError)
-    return refusal(problem)
-
-
-async def _refuse_request(request: Request, problem: Exception) -> Response:
+async def _answer_http(request: Request, problem: Exception) -> Response:
     assert isinstance(problem, HTTPException)
     if problem.status_code == 404:
-        return refusal(ServerError("not-found", 404))
-    response = refusal(ServerError("bad-request", problem.status_code, reason=problem.detail))
+        return error_response(MotorcadeError("not-found"))
+    error = MotorcadeError("bad-request", reason=problem.detail)
+    response = json_response({"error": error.to_dict("page")}, problem.status_code)
     response.headers.update(problem.headers or {})
     return response
 
 
-async def _refuse_ourselves(request: Request, problem: Exception) -> Response:
-    return refusal(ServerError("internal", 500))
+async def _answer_fault(request: Request, problem: Exception) -> Response:
+    return error_response(MotorcadeError("internal"))
+
+
+async def next_message(socket: WebSocket, kind: type[T], most_characters: int) -> T:
+    """The next message of a page, in JSON.
+
+    Raises:
+        MotorcadeError: it is no message of ``kind``, or longer than ``most_characters``.
+        WebSocketDisconnect: the page has left.
+    """
+    received = await socket.receive()
+    if received["type"] == "websocket.disconnect":
+        raise WebSocketDisconnect(received.get("code", 1006))
+    text = received.get("text")
+    if text is None:
+        raise MotorcadeError("bad-message", reason="it is no text")
+    if len(text) > most_characters:
+        raise MotorcadeError("message-too-long", most=most_characters)
+    return decode(text.encode(), kind)
+
+
+async def until_one_ends(jobs: Iterable[Callable[[], Awaitable[None]]]) -> None:
+    """Run all jobs at once; cancel the others as soon as one is over or the page has left."""
+    async with create_task_group() as group:
+
+        async def end_all_with(job: Callable[[], Awaitable[None]]) -> None:
+            with suppress(WebSocketDisconnect):
+                await job()
+            group.cancel_scope.cancel()
+
+        for job in jobs:
+            group.start_soon(end_all_with, job)
+
+
+def page_routes(folder: Path = PAGE) -> list[BaseRoute]:
+    """Routes of the studio's page and the remote's, and of all that they load; they come last among an app's routes."""
+    if not (folder / "index.html").is_file():
+        return [Route(path, _not_built) for path in ("/", _REMOTE)]
+    files = StaticFiles(directory=folder, html=True)
+
+    def remote(request: Request) -> Response:
+        page = folder / "drive.html"
+        return FileResponse(page) if page.is_file() else _not_built(request)
+
+    return [Route(_REMOTE, remote), Mount("/", GZipMiddleware(files, minimum_size=1024, compresslevel=6))]
+
+
+def _not_built(request: Request) -> HTMLResponse:
+    return HTMLResponse(_NOT_BUILT, 503)

@@ -1,14 +1,15 @@
-"""Who may ask for something, how often and how much: before anything else sees a request.
+"""Checks each request before anything else sees it: its name and origin, its token, its rate and its size.
 
-A browser lets every page that it shows send requests to this computer. So a
-request must come to a name of ours (else a foreign page has renamed this
-computer to its own site, 'DNS rebinding'), and from a page of ours.
+In a browser every page may send requests to this computer. So a request must come to a name of this server (a foreign
+site can point its own name at this computer, 'DNS rebinding'), and from a page of this server.
 """
 
 import ipaddress
 import re
+import time
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from secrets import compare_digest
 
 from starlette.datastructures import Headers, MutableHeaders
@@ -17,12 +18,12 @@ from starlette.responses import RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
-from motorcade.server.errors import ServerError
-from motorcade.server.http import refusal
-from motorcade.server.settings import ServerSettings
+from motorcade.errors import MotorcadeError
+from motorcade.server.http import error_response
 from motorcade.timing import RateLimit, to_ticks
 
 _MOST_ADDRESSES = 4096
+_RATE_WINDOW_MS = 2000
 # What may be opened with the token in its address, and what only our own pages may ask for.
 _PAGES = ("/", "/drive")
 _CAMERA = "/camera"
@@ -44,6 +45,34 @@ _HEADERS = {
 }
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServerSettings:
+    """How a server is reached, and how much each who reaches it may ask.
+
+    Attributes:
+        host, port: where it listens.
+        names: the names, beside addresses, under which others reach it.
+        token: what a page must show to be served; None on a loopback address, which others can't reach.
+        clock: seconds that never decrease.
+        most_body: the most bytes of a request's body or of a message.
+        requests_a_second, messages_a_second: the rates of one address and of one WebSocket; twice as many at once
+            after a pause.
+    """
+
+    host: str = "127.0.0.1"
+    port: int = 7700
+    names: frozenset[str] = frozenset()
+    token: str | None = None
+    clock: Callable[[], float] = time.monotonic
+    most_body: int = 1 << 20
+    requests_a_second: int = 500
+    messages_a_second: int = 250
+
+    def message_rate(self) -> RateLimit:
+        """The rate at which one WebSocket may send messages."""
+        return RateLimit(2 * self.messages_a_second, _RATE_WINDOW_MS)
+
+
 class RequestFilter:
     """Stands before ``app`` and refuses what may not pass, in a sentence."""
 
@@ -63,8 +92,8 @@ class RequestFilter:
         try:
             self._check(scope)
             shown = self._shown_token(scope)
-        except ServerError as problem:
-            await _respond(refusal(problem), scope, receive, send)
+        except MotorcadeError as problem:
+            await _respond(error_response(problem), scope, receive, send)
             return
         if shown:
             await self._keep_token(scope)(scope, receive, send)
@@ -85,18 +114,18 @@ class RequestFilter:
     def _check_rate(self, scope: Scope) -> None:
         address = scope["client"][0] if scope.get("client") else ""
         a_second = self._settings.requests_a_second
-        rate = self._rates.setdefault(address, RateLimit(2 * a_second, 2000))
+        rate = self._rates.setdefault(address, RateLimit(2 * a_second, _RATE_WINDOW_MS))
         self._rates.move_to_end(address)
         if len(self._rates) > _MOST_ADDRESSES:
             self._rates.popitem(last=False)
         if not rate.allows(to_ticks(self._settings.clock())):
-            raise ServerError("too-many-requests", 429, most=a_second)
+            raise MotorcadeError("requests-too-fast", most=a_second)
 
     def _check_host(self, headers: Headers) -> None:
         hosts = headers.getlist("host")
         name = _host_name(hosts[0]) if len(hosts) == 1 else None
         if name is None or not self._is_ours(name):
-            raise ServerError("foreign-host", 403, name=", ".join(hosts)[:60] or "''")
+            raise MotorcadeError("foreign-host", name=", ".join(hosts)[:60] or "''")
 
     def _is_ours(self, name: str) -> bool:
         if name == "localhost" or name in self._settings.names:
@@ -116,7 +145,7 @@ class RequestFilter:
         if any(origin not in own for origin in origins) or (
             path.startswith(_GUARDED) and site not in ("same-origin", "none")
         ):
-            raise ServerError("foreign-origin", 403)
+            raise MotorcadeError("foreign-origin")
 
     def _check_token(self, scope: Scope) -> None:
         token = self._settings.token
@@ -126,7 +155,7 @@ class RequestFilter:
             # Programs that look at a camera have no cookies.
             shown = asked.query_params.get("token", "")
         if token is not None and not _is_token(shown, token):
-            raise ServerError("token-needed", 401)
+            raise MotorcadeError("token-needed")
 
     def _shown_token(self, scope: Scope) -> bool:
         """Whether the page is opened with the token in its address."""
@@ -134,7 +163,7 @@ class RequestFilter:
         if self._settings.token is None or shown is None:
             return False
         if not _is_token(shown, self._settings.token):
-            raise ServerError("wrong-token", 403)
+            raise MotorcadeError("wrong-token")
         return True
 
     def _keep_token(self, scope: Scope) -> Response:
@@ -157,8 +186,8 @@ class RequestFilter:
 
         return bounded
 
-    def _too_large(self) -> ServerError:
-        return ServerError("body-too-large", 413, most=self._settings.most_body)
+    def _too_large(self) -> MotorcadeError:
+        return MotorcadeError("body-too-large", most=self._settings.most_body)
 
 
 def _host_name(host: str) -> str | None:

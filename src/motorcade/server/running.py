@@ -1,6 +1,7 @@
-"""A server of pages at a socket: alone, or beside what else its loop does."""
+"""Serves an application at a socket, alone or beside other tasks of its loop; and the addresses of its pages."""
 
 import asyncio
+import ipaddress
 import socket
 import ssl
 from collections.abc import AsyncIterator, Callable, Iterator
@@ -12,7 +13,8 @@ from uvicorn.protocols.http.auto import AutoHTTPProtocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.protocol import State
 
-from motorcade.server.settings import ServerSettings
+from motorcade.drive.listener import is_loopback
+from motorcade.server.request_filter import ServerSettings
 
 # So many as fifty pages open at once, and a server that somebody floods still answers.
 _MOST_CONNECTIONS = 1000
@@ -114,3 +116,24 @@ async def served(
         waiting.cancel()
         server.should_exit = True
         await serving
+
+
+def names_of(listener: socket.socket, host: str) -> list[str]:
+    """The names by which pages may reach the socket, which listens at ``host``; the best to show is the first."""
+    names = [host.lower()]
+    if is_loopback(listener):
+        return names
+    name = socket.gethostname().lower()
+    others = [name, f"{name.partition('.')[0]}.local", socket.getfqdn().lower()]
+    # 'All addresses' is none that a page could be opened at.
+    return others + names if _address(listener).is_unspecified else names + others
+
+
+def url_of(host: str, port: int, token: str | None = None, page: str = "/", scheme: str = "http") -> str:
+    """A page's address."""
+    shown = f"?token={token}" if token else ""
+    return f"{scheme}://{f'[{host}]' if ':' in host else host}:{port}{page}{shown}"
+
+
+def _address(listener: socket.socket) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
+    return ipaddress.ip_address(listener.getsockname()[0].partition("%")[0])

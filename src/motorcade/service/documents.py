@@ -1,25 +1,20 @@
-"""A project's file: the program, and beside it the mat and what the blocks look like."""
+"""A project's file: the program, the mat, and what the blocks look like; and the example projects."""
 
 import json
+from importlib import resources
 from typing import Any
 
 import msgspec
 from msgspec import Struct
 
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.program.blocks import Workspace, blocks_of, program_of
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.model import Program, program_from_dict, read_document
-from motorcade.service.messages import RangeMm
+from motorcade.service.messages import Example, Project, RangeMm, sentences
 
-
-class Project(Struct):
-    """What the page works on."""
-
-    leader: dict[str, Any]
-    followers: dict[str, Any] | None = None
-    profile: str = "classroom"
-    mat: dict[str, Any] | None = None
-    range_mm: RangeMm | None = None
+# Each is the file ``gallery/<id>.motorcade.json``, in the order in which the page lists them.
+EXAMPLES = ("square", "traffic-light", "parade", "dance", "ripple", "herd", "listen", "polite")
 
 
 class _View(Struct):
@@ -29,9 +24,9 @@ class _View(Struct):
 def project_text(project: Project) -> str:
     """The text of the project's file.
 
-    Blocks that no program says yet are kept as well: their program has no steps.
+    Blocks that make no program yet are stored as well; their program has no steps.
     """
-    text = _meaning(project.leader, project.followers, project.profile).as_json().removesuffix("\n}\n")
+    text = _program(project.leader, project.followers, project.profile).as_json().removesuffix("\n}\n")
     view: dict[str, Any] = {"leader": project.leader, "followers": project.followers}
     if project.range_mm is not None:
         view["range_mm"] = project.range_mm
@@ -43,11 +38,11 @@ def project_text(project: Project) -> str:
     return text + "\n}\n"
 
 
-def opened(text: str | bytes) -> Project:
-    """The Project in a file's text; its blocks stand as they were left, if they still say the program.
+def open_text(text: str | bytes) -> Project:
+    """The project in a file's text; its blocks look as they were left, if they still make the file's program.
 
     Raises:
-        ProgramError: the text is no project file, or more than blocks can say.
+        ProgramError: the text is no project file, or holds more than blocks can express.
     """
     document = read_document(text)
     program = program_from_dict(document)
@@ -56,13 +51,13 @@ def opened(text: str | bytes) -> Project:
     return Project(leader, followers, program.profile, document.get("mat"), _range_mm(view))
 
 
-def laid_out(program: Program) -> Project:
-    """The Project of a program that was never blocks. Raises ProgramError: it is more than blocks can say."""
+def project_of(program: Program) -> Project:
+    """A project for a program that was never blocks. Raises ProgramError where blocks can't express it."""
     return Project(*blocks_of(program), program.profile)
 
 
 def _range_mm(view: Any) -> int | None:
-    """How far infrared reached when the file was saved; None where it doesn't say, or nothing that can be."""
+    """How far infrared reached when the file was saved; None where the file has no valid figure."""
     try:
         return msgspec.convert(view, _View).range_mm
     except msgspec.ValidationError:
@@ -70,19 +65,34 @@ def _range_mm(view: Any) -> int | None:
 
 
 def _viewed(view: Any, program: Program) -> tuple[Workspace, Workspace | None] | None:
-    """The workspaces in ``view``, where they say the program."""
+    """The workspaces in ``view``; None unless they make ``program``."""
     try:
-        kept = msgspec.convert({**(view or {}), "profile": program.profile, "range_mm": None}, Project)
+        stored = msgspec.convert({**(view or {}), "profile": program.profile, "range_mm": None}, Project)
     except msgspec.ValidationError:
         return None
-    if _meaning(kept.leader, kept.followers, kept.profile) != program:
+    if _program(stored.leader, stored.followers, stored.profile) != program:
         return None
-    return kept.leader, kept.followers
+    return stored.leader, stored.followers
 
 
-def _meaning(leader: Workspace, followers: Workspace | None, profile: str) -> Program:
-    """The program that the blocks say; one without steps where they say none yet."""
+def _program(leader: Workspace, followers: Workspace | None, profile: str) -> Program:
+    """The program of the blocks; one without steps where they make none yet."""
     try:
         return program_of(leader, followers, profile)
     except ProgramError:
         return Program([], profile=profile)
+
+
+def examples() -> list[Example]:
+    """All examples, with titles in every language."""
+    return [
+        Example(each, sentences(Phrase(f"example-{each}-title")), sentences(Phrase(f"example-{each}-about")))
+        for each in EXAMPLES
+    ]
+
+
+def example(name: str) -> Project:
+    """The project of an example. Raises MotorcadeError."""
+    if name not in EXAMPLES:
+        raise MotorcadeError("no-example", name=name[:40])
+    return open_text((resources.files(__package__) / "gallery" / f"{name}.motorcade.json").read_bytes())

@@ -1,87 +1,113 @@
-"""What a world has shown and told so far, as far back as there is room for."""
+"""What a world has shown so far, as bytes, and the pictures that a page draws of it.
 
+All numbers are little-endian. A picture is a header, the columns of a moment (17 bytes a car, filled up to a multiple
+of four: x_m, y_m, heading as float32, index of the word as uint16, wheels, led and flags as uint8), and rows of 20
+bytes for the events since the picture before: t_ms, car, kind and reason, word, other. The shell's world packs
+moments and events, see `motorcade.service.playback.SimulatedWorld`.
+"""
+
+import struct
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterator
 
-import numpy as np
-from numpy.typing import NDArray
-
-from motorcade.service.pictures import EVENT_ROW, PictureColumns
+PICTURE = 1
+# A picture's flags.
+PAST = 1
+FIRST = 2
+# A car's flags: its word runs, its frame is on the air; since the moment before it lost or heard a frame.
+RUNS = 1
+SENDS = 2
+LOST = 4
+HEARD = 8
+# The index of a car that executes or holds none of the image's words.
+NO_INDEX = 0xFFFF
+MOST_EVENTS = 4000
+EVENT_BYTES = 20
 
 EVERY_MS = 100
-MOMENT_BYTES = 24 << 20
-EVENT_BYTES = 12 << 20
+MOST_MOMENT_BYTES = 24 << 20
+MOST_EVENT_BYTES = 12 << 20
 # What Python needs for each object, however little is in it.
 _OBJECT_BYTES = 128
-_NONE = np.zeros(0, EVENT_ROW)
+_TIME = struct.Struct("<I")
+_HEADER = struct.Struct("<BBHIIII")
+
+
+def pack_picture(number: int, flags: int, t_ms: int, cars: int, moment: bytes, events: bytes) -> bytes:
+    """A picture: ``moment`` as packed, and the newest MOST_EVENTS rows of ``events``."""
+    events = events[-MOST_EVENTS * EVENT_BYTES :]
+    count = len(events) // EVENT_BYTES
+    return _HEADER.pack(PICTURE, flags, 0, number & 0xFFFFFFFF, t_ms, cars, count) + moment + events
 
 
 class History:
-    """Moments and events in order of time; the oldest of each go when there is no more room."""
+    """Moments and events by time; the oldest of each are dropped when they exceed their number of bytes."""
 
-    def __init__(self, moment_bytes: int = MOMENT_BYTES, event_bytes: int = EVENT_BYTES):
-        self._room = moment_bytes, event_bytes
+    def __init__(self, most_moment_bytes: int = MOST_MOMENT_BYTES, most_event_bytes: int = MOST_EVENT_BYTES):
+        self.most_bytes = most_moment_bytes, most_event_bytes
         self._times: deque[int] = deque()
         self._moments: deque[bytes] = deque()
-        self._events: deque[NDArray[np.void]] = deque()
-        self._moments_held = self._events_held = 0
+        self._events: deque[bytes] = deque()
+        self._moment_bytes = self._event_bytes = 0
 
-    def keep_moment(self, t_ms: int, moment: bytes) -> None:
-        """Take a packed moment, later than all before."""
+    def add_moment(self, t_ms: int, moment: bytes) -> None:
+        """Store a moment that is later than all before."""
         self._times.append(t_ms)
         self._moments.append(moment)
-        self._moments_held += len(moment) + _OBJECT_BYTES
-        while self._moments_held > self._room[0] and len(self._moments) > 1:
+        self._moment_bytes += len(moment) + _OBJECT_BYTES
+        while self._moment_bytes > self.most_bytes[0] and len(self._moments) > 1:
             self._times.popleft()
-            self._moments_held -= len(self._moments.popleft()) + _OBJECT_BYTES
+            self._moment_bytes -= len(self._moments.popleft()) + _OBJECT_BYTES
 
-    def keep_events(self, events: NDArray[np.void]) -> None:
-        """Take rows of EVENT_ROW that happened after those before."""
-        if not len(events):
+    def add_events(self, events: bytes) -> None:
+        """Store rows of events, by time, that happened after those before."""
+        if not events:
             return
         self._events.append(events)
-        self._events_held += events.nbytes + _OBJECT_BYTES
-        while self._events_held > self._room[1] and len(self._events) > 1:
-            self._events_held -= self._events.popleft().nbytes + _OBJECT_BYTES
+        self._event_bytes += len(events) + _OBJECT_BYTES
+        while self._event_bytes > self.most_bytes[1] and len(self._events) > 1:
+            self._event_bytes -= len(self._events.popleft()) + _OBJECT_BYTES
 
     @property
     def earliest_ms(self) -> int:
-        """When the oldest moment is; 0 where there is none."""
+        """The time of the oldest moment; 0 where there is none."""
         return self._times[0] if self._times else 0
-
-    @property
-    def latest_ms(self) -> int:
-        """When the newest moment is; 0 where there is none."""
-        return self._times[-1] if self._times else 0
 
     def moment_at(self, t_ms: int) -> tuple[int, bytes]:
         """The last moment until ``t_ms``, or else the oldest: its time and its bytes. There is at least one."""
         at = max(bisect_right(self._times, t_ms) - 1, 0)
         return self._times[at], self._moments[at]
 
-    def events_between(self, after_ms: int, until_ms: int) -> NDArray[np.void]:
-        """The events later than the one time and not later than the other."""
-        near = [batch for batch in self._events if batch["t_ms"][-1] > after_ms and batch["t_ms"][0] <= until_ms]
-        events = np.concatenate([_NONE, *near])
-        return events[(events["t_ms"] > after_ms) & (events["t_ms"] <= until_ms)]
+    def moments(self, from_ms: int) -> Iterator[tuple[int, bytes]]:
+        """The times and the bytes of the moments from ``from_ms`` on, as they are stored now."""
+        return iter([each for each in zip(self._times, self._moments, strict=True) if each[0] >= from_ms])
 
-    def newest_events(self, most: int) -> NDArray[np.void]:
-        """The last ``most`` events."""
-        batches: deque[NDArray[np.void]] = deque()
-        count = 0
+    def events_between(self, after_ms: int, until_ms: int) -> bytes:
+        """The rows of the events later than ``after_ms`` and not later than ``until_ms``."""
+        found = []
+        for batch in self._events:
+            first, last = _row_after(batch, after_ms), _row_after(batch, until_ms)
+            found.append(batch[first * EVENT_BYTES : last * EVENT_BYTES])
+        return b"".join(found)
+
+    def newest_events(self, most: int) -> bytes:
+        """The last ``most`` rows."""
+        batches: deque[bytes] = deque()
+        size = 0
         for batch in reversed(self._events):
             batches.appendleft(batch)
-            count += len(batch)
-            if count >= most:
+            size += len(batch)
+            if size >= most * EVENT_BYTES:
                 break
-        return np.concatenate([_NONE, *batches])[-most:]
+        return b"".join(batches)[-most * EVENT_BYTES :]
 
-    def events(self) -> list[NDArray[np.void]]:
-        """All events, in batches."""
+    def events(self) -> list[bytes]:
+        """All rows, in batches."""
         return list(self._events)
 
-    def moments(self, cars: int, after_ms: int) -> Iterator[PictureColumns]:
-        """The moments from ``after_ms`` on, as they are now."""
-        held = [each for each in zip(self._times, self._moments, strict=True) if each[0] >= after_ms]
-        return (PictureColumns.unpack(t_ms, data, cars) for t_ms, data in held)
+
+def _row_after(batch: bytes, t_ms: int) -> int:
+    """The index of the first row that is later than ``t_ms``."""
+    rows = range(len(batch) // EVENT_BYTES)
+    return bisect_right(rows, t_ms, key=lambda row: _TIME.unpack_from(batch, row * EVENT_BYTES)[0])

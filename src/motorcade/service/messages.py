@@ -1,150 +1,279 @@
-"""What a page may say to its world, and what of it is refused."""
+"""Requests of a page and their answers, declared once; `motorcade.service.world_messages` has the streams.
 
-from typing import Annotated, Any
+`web/src/generated/messages.ts` is written from these types by `scripts/generate.py`.
+"""
 
-from msgspec import Meta, Struct
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeVar
 
-from motorcade.engine.world import World
+import msgspec
+from msgspec import Meta, Struct, field
+
+from motorcade.config.profile import Profile
 from motorcade.errors import MotorcadeError
-from motorcade.mats import Mat, check_mat
-from motorcade.service.compiling import profile_named
-from motorcade.service.errors import StudioError, reason_of
-from motorcade.service.mats import mat_from
-from motorcade.words.image import ImageError, parse_image_bytes, words_to_bytes
+from motorcade.locales import languages
+from motorcade.program.timing import MOST_PIECES
 
-# Such as cost a moment at most, so that no world holds up others.
-MOST_FURNITURE = 400
-_NO_PROGRAM = words_to_bytes((0,))
+T = TypeVar("T")
+# A text in every language that has a catalogue.
+Sentence = dict[str, str]
+# Blockly's serialization of a workspace.
+WorkspaceState = dict[str, Any]
+# A motorcade-mat/1 document.
+MatDocument = dict[str, Any]
 
-Length = Annotated[float, Meta(ge=-2000, le=2000)]
 RangeMm = Annotated[int, Meta(ge=1, le=20_000)]
-Seed = Annotated[int, Meta(ge=0, lt=1 << 32)]
-Car = Annotated[int, Meta(ge=0, lt=1 << 20)]
 
 
-class _Message(Struct, tag_field="do", tag=str.lower, forbid_unknown_fields=True):
-    pass
+class Nothing(Struct):
+    """A request without arguments, or an answer without content."""
 
 
-class Set(_Message):
-    """Build a world anew; without an image all stand still."""
+class Capabilities(Struct):
+    """What this shell can do beside what every shell can; the page shows only what is there.
 
-    mat: dict[str, Any]
-    image: bytes | None = None
+    Attributes:
+        serial_ports: the shell lists serial ports of its own, and uploads through them.
+        films: runs can be downloaded as films.
+        real_cars: the remote drives real cars beside the simulated ones.
+        most_cars: the most cars in one world.
+    """
+
+    serial_ports: bool
+    films: bool
+    real_cars: bool
+    most_cars: int
+
+
+class ErrorAnswer(Struct, omit_defaults=True):
+    """Why a request was refused, by `motorcade.errors.MotorcadeError.to_dict`; a program also has diagnostics."""
+
+    code: str
+    details: dict[str, Any]
+    sentence: Sentence
+    diagnostics: "list[Diagnostic]" = []
+
+
+class Blocks(Struct):
+    """What both editors hold."""
+
+    leader: WorkspaceState
+    followers: WorkspaceState | None = None
     profile: str = "classroom"
-    seed: Seed = 0
+
+
+class Word(Struct, omit_defaults=True):
+    """A word, its fields by name, and the block that it comes from.
+
+    ``fields_of`` names the blocks of those fields that come from other blocks.
+    """
+
+    hex: str
+    part: str
+    values: dict[str, int]
+    block: str | None
+    fields_of: dict[str, str] = {}
+
+
+class Span(Struct):
+    """When a word runs, counted from the beginning of its round."""
+
+    word: int
+    begin_ms: int
+    end_ms: int
+
+
+class Costliest(Struct):
+    """The block that makes the most words."""
+
+    block: str | None
+    count: int
+
+
+class Costs(Struct):
+    """The costliest block of each editor; None where an editor makes no words."""
+
+    leader: Costliest | None = None
+    followers: Costliest | None = None
+
+
+class Timeline(Struct):
+    """When each word of the leader's and the followers' rounds runs."""
+
+    leader: list[Span] = []
+    followers: list[Span] = []
+
+
+class Diagnostic(Struct):
+    """A diagnostic of a program; without a block it is about the whole editor."""
+
+    code: str
+    severity: str
+    sentence: Sentence
+    path: str
+    block: str | None
+    editor: str | None
+
+
+class Compiled(Struct):
+    """What the page shows of a program; ``image`` is None where the program can't be compiled."""
+
+    diagnostics: list[Diagnostic]
+    image: bytes | None = None
+    dwell_ms: int = 0
+    states: int = 0
+    follower_words: int = 0
+    most: int = MOST_PIECES
+    costliest: Costs = field(default_factory=Costs)
+    words: list[Word] = []
+    timeline: Timeline = field(default_factory=Timeline)
+
+
+class Text(Struct):
+    """The text of a project's file."""
+
+    text: str
+
+
+class Image(Struct):
+    """An image's bytes, as base64."""
+
+    image: bytes
+
+
+class Project(Struct):
+    """What the page works on; ``range_mm`` is how far infrared reaches, None for as far as the profile says."""
+
+    leader: WorkspaceState
+    followers: WorkspaceState | None = None
+    profile: str = "classroom"
+    mat: MatDocument | None = None
     range_mm: RangeMm | None = None
 
 
-class Play(_Message):
-    """Let time go on."""
+class StoredProject(Project):
+    """A project of the library, by its name there."""
 
-    speed: Annotated[float, Meta(ge=0.25, le=16)] = 1.0
-
-
-class Pause(_Message):
-    """Let time stand still."""
+    name: str = ""
 
 
-class Step(_Message):
-    """Go on by so many ticks."""
+class ProjectName(Struct):
+    """A project of the library."""
 
-    ticks: Annotated[int, Meta(ge=1, le=1000)] = 1
-
-
-class Reset(_Message):
-    """Begin again."""
-
-    seed: Seed = 0
+    name: str
 
 
-class Say(_Message):
-    """Say a word that all cars hear."""
+class ProjectVersion(Struct):
+    """A version of a project; the newest where none is named."""
 
-    word: Annotated[str, Meta(pattern="^(stop|go)$")]
-
-
-class Furnish(_Message):
-    """Change what is around the cars."""
-
-    mat: dict[str, Any]
-    range_mm: RangeMm | None = None
+    name: str
+    version: Annotated[int, Meta(ge=0, lt=1 << 30)] | None = None
 
 
-class Move(_Message):
-    """Put a car elsewhere."""
+class ProjectToSave(Struct):
+    """A project, and its name in the library."""
 
-    car: Car
-    x_m: Length
-    y_m: Length
-    heading_deg: Annotated[float, Meta(ge=-360, le=360)] = 0.0
+    name: str
+    project: Project
 
 
-class Watch(_Message):
-    """Ask for the details of a car."""
+class SavedVersion(Struct):
+    """The number of the version that holds what was saved."""
 
-    car: Car | None = None
-
-
-class Seek(_Message):
-    """Show the past or the present."""
-
-    t_ms: Annotated[int, Meta(ge=0, lt=1 << 30)] | None = None
+    version: int
 
 
-class Resume(_Message):
-    """Let a car that was driven by hand go on with its program."""
+class LibraryEntry(Struct):
+    """A project of the library: when it was last saved (ISO 8601, UTC), and how many versions there are."""
 
-    car: Car
-
-
-class Shown(_Message):
-    """The newest picture that the page has drawn."""
-
-    frame: Annotated[int, Meta(ge=0, lt=1 << 32)]
+    name: str
+    saved_at: str
+    versions: int
 
 
-Message = Set | Play | Pause | Step | Reset | Say | Furnish | Move | Watch | Seek | Resume | Shown
+class Version(Struct):
+    """A version of a project, and when it was saved (ISO 8601, UTC)."""
+
+    version: int
+    saved_at: str
 
 
-def world_of(message: Set, most_cars: int) -> World:
-    """The world that a page wants. Raises StudioError."""
-    mat = mat_from(message.mat, most_cars)
-    _check_furniture(mat)
-    profile = profile_named(message.profile)
-    image = _NO_PROGRAM if message.image is None else message.image
-    check_image(image)
+class ExampleName(Struct):
+    """An example program."""
+
+    id: str
+
+
+class Example(Struct):
+    """An example program, and what it shows."""
+
+    id: str
+    title: Sentence
+    about: Sentence
+
+
+class WordField(Struct):
+    """A field of a word: its bits, and its title."""
+
+    name: str
+    high: int
+    low: int
+    title: Sentence
+
+
+class Formats(Struct):
+    """The fields of the two kinds of words."""
+
+    header: list[WordField]
+    control: list[WordField]
+
+
+class Seconds(Struct):
+    """The durations that a step can have."""
+
+    least: float
+    step: float
+    most: float
+
+
+@dataclass(frozen=True, slots=True)
+class ProfileFigures(Profile):
+    """A profile, and the durations that its steps can have."""
+
+    seconds: Seconds
+
+
+class MatToCheck(Struct):
+    """A mat."""
+
+    mat: MatDocument
+
+
+class MatCars(Struct):
+    """How many cars a mat has, and which of them lead."""
+
+    cars: int
+    leads: list[int]
+
+
+class Port(Struct):
+    """A port to upload through; ``kind`` is serial or virtual."""
+
+    port: str
+    description: str
+    kind: str
+
+
+def sentences(phrase: Any) -> Sentence:
+    """A phrase or an error in every language."""
+    return {language: phrase.sentence(language) for language in languages()}
+
+
+def decode(data: bytes | str, kind: type[T]) -> T:
+    """The message of ``kind`` in ``data``, which is JSON. Raises MotorcadeError."""
     try:
-        check_mat(mat, profile)
-    except MotorcadeError as problem:
-        raise StudioError("bad-mat", reason=reason_of(problem)) from None
-    try:
-        world = World(mat, [image], profile, seeds=message.seed, events=True, threads=1)
-        if message.range_mm is not None:
-            world.furnish(mat, message.range_mm)
-    except MotorcadeError as problem:
-        raise StudioError("bad-world", reason=reason_of(problem)) from None
-    return world
-
-
-def check_image(image: bytes) -> None:
-    """Raises StudioError unless these bytes are an image."""
-    try:
-        parse_image_bytes(image)
-    except ImageError as problem:
-        raise StudioError(problem.code) from None
-
-
-def furniture_of(document: dict[str, Any], most_cars: int) -> Mat:
-    """What stands, walks and speaks on a page's mat, without its cars. Raises StudioError."""
-    mat = mat_from({**document, "car": [], "crowd": []}, most_cars)
-    _check_furniture(mat)
-    return mat
-
-
-def _check_furniture(mat: Mat) -> None:
-    corners = sum(map(len, mat.polygons))
-    steps = sum(len(person.path) for person in mat.people)
-    count = len(mat.walls) + len(mat.discs) + corners + steps + len(mat.voices)
-    if count > MOST_FURNITURE:
-        raise StudioError("too-much-furniture", count=count, most=MOST_FURNITURE)
+        return msgspec.json.decode(data, type=kind)
+    except RecursionError:
+        raise MotorcadeError("message-too-deep") from None
+    except (msgspec.DecodeError, UnicodeDecodeError) as problem:
+        raise MotorcadeError("bad-message", reason=str(problem).rstrip(".")) from None

@@ -1,166 +1,186 @@
-"""One page's world: its clock, what it has shown and told, and what the page may do to it.
-
-Pure of HTTP and of clocks: real time comes in as an argument.
-"""
+"""A world in play: its time, its past, and its pictures. Real time is an argument."""
 
 import math
 from collections import deque
 from collections.abc import Iterator
-from typing import Any
+from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from motorcade.boards.simulated_drive import DrivenCars
-from motorcade.cameras.simulated import Scene, to_jpeg
-from motorcade.config.profile import Profile
-from motorcade.engine.moment import Moment
-from motorcade.engine.world import World
-from motorcade.errors import MotorcadeError
-from motorcade.mats import Mat, Pose
-from motorcade.runs.recording import Description
-from motorcade.service.history import EVERY_MS, History
-from motorcade.service.pictures import (
-    EVENT_ROW,
+from motorcade.service.history import (
+    EVENT_BYTES,
+    EVERY_MS,
     FIRST,
     MOST_EVENTS,
-    NO_INDEX,
     PAST,
-    RUNS,
-    SENDS,
-    PictureColumns,
-    event_rows,
+    History,
     pack_picture,
 )
-from motorcade.service.word_index import Counters, WordIndex
+from motorcade.service.messages import MatDocument
+from motorcade.service.world_messages import CarDetails, Hello, State
 
 PICTURE_S = 1 / 30
-# So much that is owed is made up for when there is time; what is more is lost, and the world runs slower.
+# Simulated time that is behind real time is made up for; what exceeds this is dropped, and the world runs slower.
 _MOST_OWED_S = 0.25
 _RATED_S = 1.0
-# Before the clock wraps.
+# The clock of a world wraps a little later.
 _LAST_MS = (1 << 30) - 100_000
 
 
-class Playback:
-    """A world in play. It stands still at first.
-
-    Args:
-        world: one world that keeps events, whose leaders run one image, at its beginning.
-        driven: the boards of those of its cars that somebody drives.
+class SimulatedWorld(Protocol):
+    """A world as a playback uses it; a shell makes it with the engine that it has.
 
     Attributes:
+        cars: how many there are.
+        tick_ms: the length of a tick.
+        now_ms: simulated time.
+        seed: the seed of this run.
+    """
+
+    @property
+    def cars(self) -> int: ...
+    @property
+    def tick_ms(self) -> int: ...
+    @property
+    def now_ms(self) -> int: ...
+    @property
+    def seed(self) -> int: ...
+
+    def run(self, duration_ms: int) -> bytes:
+        """Simulate ``duration_ms``, a multiple of ``tick_ms``; returns the rows of what happened, by time."""
+
+    def reset(self, seed: int) -> None:
+        """Begin again, but for the furniture."""
+
+    def speak(self, word: str) -> None:
+        """Have every car hear ``stop`` or ``go``."""
+
+    def furnish(self, mat: MatDocument, range_mm: int | None) -> None:
+        """Change walls, obstacles, people, voices, physics and infrared range. Raises MotorcadeError."""
+
+    def move(self, car: int, x_m: float, y_m: float, heading_deg: float) -> None:
+        """Put a car elsewhere. Raises MotorcadeError."""
+
+    def moment(self, is_stored: bool) -> bytes:
+        """What the cars show now; the flags tell what happened since the last call with the same ``is_stored``."""
+
+    def check_car(self, car: int) -> None:
+        """Raise MotorcadeError where there is no such car."""
+
+    def details(self, car: int) -> CarDetails:
+        """The details of a car."""
+
+    def counts(self) -> dict[str, int]:
+        """What has happened since the beginning, by name."""
+
+    def driven(self) -> list[int]:
+        """The cars whose wheels their own program doesn't have."""
+
+    def hello(self, session: str, resumed: bool) -> Hello:
+        """The cars, and what doesn't change from picture to picture."""
+
+
+class Playback:
+    """A world in play. Its time stands still at first.
+
+    Args:
+        world: at its beginning.
+        history: where its past is stored.
+
+    Attributes:
+        world: the same.
         playing: whether time goes on.
         speed: simulated seconds in a real one.
         changed: whether there is something new to show.
     """
 
-    def __init__(self, world: World, driven: DrivenCars | None = None):
-        self._world = world
-        self._driven = driven or DrivenCars()
-        self._scene: tuple[Mat, Scene] | None = None
+    def __init__(self, world: SimulatedWorld, history: History | None = None):
+        self.world = world
         self.speed = 1.0
         self._watched: int | None = None
-        self._carried = WordIndex(world)
-        self._begin()
+        self._begin(history or History())
 
-    def _begin(self) -> None:
-        cars = self._world.cars
+    def _begin(self, history: History) -> None:
         self.playing = False
         self._at_s: float | None = None
         self._owed_ms = 0.0
         self._ran_ms = self._most_ms = 0
         self._real_s = self._simulated_s = 0.0
         self._shown_ms: int | None = None
-        self._history = History()
-        self._counters = Counters(cars)
-        self._new: deque[NDArray[np.void]] = deque()
-        self._new_count = 0
-        self._since_picture, self._since_moment = np.zeros(cars, np.uint8), np.zeros(cars, np.uint8)
+        self._history = history
+        self._new: deque[bytes] = deque()
+        self._new_bytes = 0
         self._due_ms = 0
-        self._keep_moment()
-        self.look_anew()
+        self._store_moment()
+        self.show_all()
 
-    @property
-    def now_ms(self) -> int:
-        """Simulated time."""
-        return self._world.now_ms
-
-    @property
-    def profile(self) -> Profile:
-        """The cars' kind."""
-        return self._world.profile
-
-    # What a page may do
+    # What a page can do.
 
     def play(self, speed: float) -> None:
-        """Let time go on from the present, so many simulated seconds in a real one."""
+        """Go on from the present, ``speed`` simulated seconds in a real one."""
         self.speed = speed
         self.seek(None)
         self.playing = True
 
     def pause(self) -> None:
-        """Let time stand still."""
+        """Stop the world's time."""
         self.playing = False
         self._at_s = None
 
     def step(self, ticks: int) -> None:
-        """So many ticks from the present; then time stands still."""
+        """Go on by so many ticks from the present; then time stands still."""
         self.pause()
         self.seek(None)
         self._run(ticks)
 
     def reset(self, seed: int) -> None:
-        """Everything as at the beginning but for the furniture, with a seed."""
-        self._world.reset(seed)
-        self._begin()
+        """Begin again with a seed; only the furniture stays as it is."""
+        self.world.reset(seed)
+        self._begin(History(*self._history.most_bytes))
 
-    def say(self, word: str) -> None:
-        """Every car hears ``stop`` or ``go``."""
-        self._world.say(word)
-
-    def furnish(self, mat: Mat, range_mm: int | None) -> None:
-        """Other walls, obstacles, people, voices, physics and infrared range. Raises MotorcadeError."""
-        self._world.furnish(mat, range_mm)
+    def furnish(self, mat: MatDocument, range_mm: int | None) -> None:
+        """Change what is around the cars, and how far infrared reaches. Raises MotorcadeError."""
+        self.world.furnish(mat, range_mm)
         self.changed = True
 
     def move(self, car: int, x_m: float, y_m: float, heading_deg: float) -> None:
         """Put a car elsewhere, in the present. Raises MotorcadeError."""
-        self._world.move(car, Pose(x_m, y_m, math.radians(heading_deg)))
+        self.world.move(car, x_m, y_m, heading_deg)
         self.seek(None)
 
     def seek(self, t_ms: int | None) -> None:
-        """Show the stored moment at a time, and let time stand still meanwhile; None: show the present."""
+        """Show the stored moment at a time, and stop the world's time; None: show the present."""
         self._shown_ms = None if t_ms is None else self._history.moment_at(t_ms)[0]
         self.changed = True
         if t_ms is not None:
             self.pause()
 
     def watch(self, car: int | None) -> None:
-        """Ask for the details of a car, or of none. Raises MotorcadeError: there is no such car."""
+        """Give the details of a car, or of none. Raises MotorcadeError where there is no such car."""
         if car is not None:
-            self._check_car(car)
+            self.world.check_car(car)
         self._watched = car
 
-    def look_anew(self) -> None:
-        """The next picture is for somebody who has seen none: it tells all that there is room for."""
+    def show_all(self) -> None:
+        """Make the next picture for a page that has seen none: it has as many events as fit."""
         self._first = self.changed = True
         self._new = deque([self._history.newest_events(MOST_EVENTS)])
-        self._new_count = len(self._new[0])
+        self._new_bytes = len(self._new[0])
 
-    # What goes on
+    # Time.
 
     def advance(self, now_s: float) -> None:
-        """Simulate what is due at a real time, in seconds from whenever; call it once a picture, and then `took`.
+        """Simulate what is due at a real time; call it for each picture, and then `took`.
 
-        Where it can't keep up it simulates less at a call, so that calls stay short, and time runs slower.
+        A computer that is too slow simulates less in each call, so that calls stay short, and time runs slower.
+
+        Args:
+            now_s: seconds since any moment.
         """
         if not self.playing:
             return
         elapsed_s = 0.0 if self._at_s is None else max(now_s - self._at_s, 0.0)
         self._at_s = now_s
         owed = min(self._owed_ms + elapsed_s * 1000 * self.speed, _MOST_OWED_S * 1000 * self.speed)
-        tick_ms = self._world.tick_ms
+        tick_ms = self.world.tick_ms
         ticks = int(min(owed, self._most_ms or owed) // tick_ms)
         self._ran_ms = ticks * tick_ms
         self._owed_ms = owed - self._ran_ms
@@ -168,131 +188,81 @@ class Playback:
         self._real_s = self._real_s * fading + elapsed_s
         self._simulated_s = self._simulated_s * fading + self._ran_ms / 1000
         self._run(ticks)
-        if self.now_ms >= _LAST_MS:
+        if self.world.now_ms >= _LAST_MS:
             self.pause()
 
     def took(self, seconds: float) -> None:
-        """The last call of `advance` took so long: the next one simulates no more than fits between two pictures."""
+        """Bound the next call of `advance` to what fits between two pictures: the last one took so many seconds."""
         if self._ran_ms:
             fits_ms = int(PICTURE_S * self._ran_ms / max(seconds, 1e-6))
-            # A tick at least, or the slowest would never move at all; and one slow call isn't all.
-            self._most_ms = max((fits_ms + self._most_ms) // 2, self._world.tick_ms)
+            # At least a tick, or the slowest would never move; and half of it stays, as one slow call may be chance.
+            self._most_ms = max((fits_ms + self._most_ms) // 2, self.world.tick_ms)
 
     def _run(self, ticks: int) -> None:
-        self._driven.steer(self._world)
+        world = self.world
         while ticks > 0:
-            until_moment = -(-(self._due_ms - self.now_ms) // self._world.tick_ms)
+            until_moment = -(-(self._due_ms - world.now_ms) // world.tick_ms)
             now = min(ticks, max(until_moment, 1))
-            self._world.run(now * self._world.tick_ms)
-            self._take_events()
-            if self.now_ms >= self._due_ms:
-                self._keep_moment()
+            self._add_events(world.run(now * world.tick_ms))
+            if world.now_ms >= self._due_ms:
+                self._store_moment()
             ticks -= now
             self.changed = True
 
-    def _take_events(self) -> None:
-        events = event_rows(self._world.take_events())
-        if not len(events):
+    def _add_events(self, events: bytes) -> None:
+        if not events:
             return
-        self._counters.take(events, (self._since_picture, self._since_moment))
-        self._history.keep_events(events)
+        self._history.add_events(events)
         self._new.append(events)
-        self._new_count += len(events)
-        while self._new_count - len(self._new[0]) >= MOST_EVENTS:
-            self._new_count -= len(self._new.popleft())
+        self._new_bytes += len(events)
+        while self._new_bytes - len(self._new[0]) >= MOST_EVENTS * EVENT_BYTES:
+            self._new_bytes -= len(self._new.popleft())
 
-    def _check_car(self, car: int) -> None:
-        if not 0 <= car < self._world.cars:
-            raise MotorcadeError("no-such-car-in-world", car=car, last=self._world.cars - 1)
-
-    def _keep_moment(self) -> None:
-        self._history.keep_moment(self.now_ms, self._moment(self._since_moment).pack())
-        self._since_moment[:] = 0
-        while self._due_ms <= self.now_ms:
+    def _store_moment(self) -> None:
+        now_ms = self.world.now_ms
+        self._history.add_moment(now_ms, self.world.moment(is_stored=True))
+        while self._due_ms <= now_ms:
             self._due_ms += EVERY_MS
 
-    def _moment(self, marks: NDArray[np.uint8]) -> PictureColumns:
-        now = self._world.snapshot()
-        flags = now.runs * np.uint8(RUNS) | now.sends * np.uint8(SENDS) | marks
-        x_m, y_m, heading = (each.astype(np.float32) for each in (now.x_m, now.y_m, now.heading))
-        return PictureColumns(now.t_ms, x_m, y_m, heading, self._carried.indices(), now.wheels, now.led, flags)
-
-    # What a page is told
+    # What a page gets.
 
     def picture(self, number: int) -> bytes:
-        """What is shown now, as bytes, with what happened since the picture before."""
+        """What is shown now, with the events since the picture before (`motorcade.service.history`)."""
         self.changed = False
         flags, self._first = FIRST if self._first else 0, False
-        cars = self._world.cars
+        cars = self.world.cars
         if self._shown_ms is not None:
             t_ms, moment = self._history.moment_at(self._shown_ms)
             events = self._history.events_between(t_ms - EVERY_MS, t_ms)
             return pack_picture(number, flags | PAST, t_ms, cars, moment, events)
-        moment = self._moment(self._since_picture).pack()
-        events = np.concatenate([np.zeros(0, EVENT_ROW), *self._new])
+        moment = self.world.moment(is_stored=False)
+        events = b"".join(self._new)
         self._new.clear()
-        self._new_count = 0
-        self._since_picture[:] = 0
-        return pack_picture(number, flags, self.now_ms, cars, moment, events)
+        self._new_bytes = 0
+        return pack_picture(number, flags, self.world.now_ms, cars, moment, events)
 
-    def view(self, car: int) -> bytes:
-        """What a car's camera sees in the present, as a JPEG file. Raises MotorcadeError: there is no such car."""
-        self._check_car(car)
-        mat = self._world.mat
-        if self._scene is None or self._scene[0] is not mat:
-            self._scene = mat, Scene(self.about())
-        return to_jpeg(self._scene[1].draw(self._world.snapshot(), car))
+    def state(self) -> State:
+        """How time passes."""
+        return State(
+            playing=self.playing,
+            speed=self.speed,
+            t_ms=self.world.now_ms,
+            shown_ms=self._shown_ms,
+            earliest_ms=self._history.earliest_ms,
+            seed=self.world.seed,
+            counts=self.world.counts(),
+            rate=self._simulated_s / self._real_s if self.playing and self._real_s else 0.0,
+            held=self.world.driven(),
+        )
 
-    def hello(self) -> dict[str, Any]:
-        """The cars, and what doesn't change from picture to picture."""
-        world = self._world
-        return {
-            "cars": world.cars,
-            "leads": np.flatnonzero(world.mat.starts.leads).tolist(),
-            "tick_ms": world.tick_ms,
-            "radius_m": world.profile.body.diameter_mm / 2000,
-            "range_m": world.profile.infrared.range_mm / 1000,
-        }
-
-    def state(self) -> dict[str, Any]:
-        """How time goes: ``rate`` is how many simulated seconds a real one brings at present.
-
-        ``held`` are the cars whose wheels are not their program's: somebody drives them, or has left them standing.
-        """
-        return {
-            "playing": self.playing,
-            "speed": self.speed,
-            "t_ms": self.now_ms,
-            "shown_ms": self._shown_ms,
-            "earliest_ms": self._history.earliest_ms,
-            "seed": int(self._world.seeds[0]),
-            "counts": {name: int(values[0]) for name, values in self._world.counts().items()},
-            "rate": self._simulated_s / self._real_s if self.playing and self._real_s else 0.0,
-            "held": self._driven.held(self._world.cars),
-        }
-
-    def car(self) -> dict[str, Any] | None:
+    def car(self) -> CarDetails | None:
         """The details of the watched car in the present; None where none is watched."""
-        if self._watched is None:
-            return None
-        return {"car": self._watched} | self._carried.details(self._watched) | self._counters.of(self._watched)
+        return None if self._watched is None else self.world.details(self._watched)
 
-    # What is kept
-
-    def events(self) -> list[NDArray[np.void]]:
-        """All that is kept of what happened, in batches of rows as pictures have them."""
+    def events(self) -> list[bytes]:
+        """All stored rows of events, in batches."""
         return self._history.events()
 
-    def about(self) -> Description:
-        """What a recording says about the run."""
-        return Description.of(self._world, EVERY_MS)
-
-    def frames(self, seconds: float) -> Iterator[Moment]:
-        """The last so many simulated seconds, for a film."""
-        words = self._carried.words
-        for moment in self._history.moments(self._world.cars, self.now_ms - round(seconds * 1000)):
-            known = moment.held != NO_INDEX
-            word = np.where(known, words[np.where(known, moment.held, 0)], 0).astype(np.uint32)
-            runs, sends = (moment.flags & flag > 0 for flag in (RUNS, SENDS))
-            held = (word, runs, moment.wheels, moment.led, sends)
-            yield Moment(moment.t_ms, moment.x_m, moment.y_m, moment.heading, *held)
+    def moments(self, seconds: float) -> Iterator[tuple[int, bytes]]:
+        """The stored moments of the last so many simulated seconds."""
+        return self._history.moments(self.world.now_ms - round(seconds * 1000))

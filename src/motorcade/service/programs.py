@@ -1,105 +1,198 @@
-"""Routes about programs: compile, open, save as text, decompile, and what words and levels mean."""
+"""Programs as a page works on them: compiled with each word's block and time, decompiled, and what words mean."""
 
-from dataclasses import asdict
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import fields
 from math import gcd
-from typing import Any
 
-from msgspec import Struct
-from starlette.requests import Request
-from starlette.routing import BaseRoute
-
+from motorcade.config.profile import Profile, built_in_profile, built_in_profiles
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.locales import FIRST, catalogue, error_sentence, languages
+from motorcade.program import diagnostics as program_diagnostics
+from motorcade.program.blocks import program_of
+from motorcade.program.compiler import Compiled as CompiledProgram
+from motorcade.program.compiler import compile_program, length_ms
 from motorcade.program.decompiler import DecompileError, decompile
-from motorcade.program.diagnostics import LANGUAGES
+from motorcade.program.diagnostics import ProgramError
+from motorcade.program.model import Program
+from motorcade.program.steps import RepeatStep, Step, TogetherStep
 from motorcade.program.timing import MOST_PIECES
-from motorcade.server.http import get, post
-from motorcade.server.studio.settings import Settings
-from motorcade.service.compiling import Blocks, compiled_blocks, profile_named
-from motorcade.service.documents import Project, laid_out, opened, project_text
-from motorcade.service.errors import StudioError
-from motorcade.service.mats import mat_from
+from motorcade.service.documents import project_of
+from motorcade.service.messages import (
+    Blocks,
+    Compiled,
+    Costliest,
+    Costs,
+    Diagnostic,
+    ErrorAnswer,
+    Formats,
+    Image,
+    ProfileFigures,
+    Project,
+    Seconds,
+    Span,
+    Timeline,
+    Word,
+    WordField,
+    sentences,
+)
 from motorcade.words.field import WordFormat
 from motorcade.words.formats import CONTROL, HEADER
-from motorcade.words.image import ImageError, bytes_to_words
+from motorcade.words.image import bytes_to_words, words_to_bytes
 
-_TITLES = {
-    "leader_states": {"en": "leader's words", "zh": "主机码字数"},
-    "follower_words": {"en": "followers' words", "zh": "从机码字数"},
-    "dwell": {"en": "sending time", "zh": "发送时长"},
-    "reserved": {"en": "reserved", "zh": "保留"},
-    "accept_ir": {"en": "accepts infrared", "zh": "接受红外"},
-    "forward": {"en": "passes on", "zh": "转发"},
-    "motor_enable": {"en": "motor on", "zh": "电机启用"},
-    "motor_direction": {"en": "direction", "zh": "方向"},
-    "motor_speed": {"en": "speed", "zh": "速度"},
-    "motor_duration": {"en": "motor's time", "zh": "电机时长"},
-    "led_which": {"en": "which LED", "zh": "LED 编号"},
-    "led_duration": {"en": "LED's time", "zh": "LED 时长"},
-    "avoid_enable": {"en": "avoidance on", "zh": "避障启用"},
-    "avoid_radius": {"en": "avoidance radius", "zh": "避障半径"},
-    "avoid_duration": {"en": "avoidance's time", "zh": "避障时长"},
-    "voice": {"en": "voice", "zh": "语音"},
-    "pir": {"en": "person sensor", "zh": "人体红外"},
-    "parity": {"en": "parity", "zh": "校验位"},
-}
+# Of an error in a file only so many diagnostics are told; the others often follow from them.
+_MOST_TOLD = 3
+# A waiting car stands still, which are bits of the motor.
+_FIELDS = {
+    kind: [each.name for each in CONTROL.fields if each.name.startswith(prefix)]
+    for kind, prefix in {"drive": "motor", "wait": "motor", "led": "led", "avoid": "avoid"}.items()
+} | {"voice": ["voice"], "pir": ["pir"]}
 
 
-class Text(Struct):
-    """A project file's text."""
-
-    text: str
-
-
-class Image(Struct):
-    """An image's bytes, as base64."""
-
-    image: bytes
-
-
-class Place(Struct):
-    """A mat."""
-
-    mat: dict[str, Any]
-
-
-def routes(settings: Settings) -> list[BaseRoute]:
-    """All that is asked about a program."""
-
-    def check_mat(place: Place) -> dict[str, Any]:
-        mat = mat_from(place.mat, settings.most_cars)
-        return {"cars": len(mat.starts.x_m), "leads": mat.starts.leads.nonzero()[0].tolist()}
-
-    return [
-        get("/api/formats", lambda request: {"header": _fields(HEADER), "control": _fields(CONTROL)}),
-        get("/api/profile", _profile),
-        post("/api/compile", Blocks, compiled_blocks),
-        post("/api/open", Text, lambda file: opened(file.text)),
-        post("/api/project", Project, lambda project: {"text": project_text(project)}),
-        post("/api/decompile", Image, _decompiled),
-        post("/api/mat", Place, check_mat),
-    ]
-
-
-def _fields(word_format: WordFormat) -> list[dict[str, Any]]:
-    return [
-        {"name": field.name, "high": field.high, "low": field.low, "title": _TITLES[field.name]}
-        for field in word_format.fields
-    ]
-
-
-def _profile(request: Request) -> dict[str, Any]:
-    profile = profile_named(request.query_params.get("name", "classroom"))
-    seconds = {
-        "least": 0,
-        "step": gcd(*profile.durations_ms) / 1000,
-        "most": MOST_PIECES * profile.durations_ms[-1] / 1000,
-    }
-    return {**asdict(profile), "seconds": seconds}
-
-
-def _decompiled(sent: Image) -> Project:
+def profile_named(name: str) -> Profile:
+    """The built-in profile called ``name``. Raises MotorcadeError."""
     try:
-        return laid_out(decompile(bytes_to_words(sent.image)))
-    except ImageError as problem:
-        raise StudioError(problem.code) from None
+        return built_in_profile(name)
+    except MotorcadeError:
+        raise MotorcadeError("unknown-profile", name=name[:40], known=", ".join(built_in_profiles())) from None
+
+
+def profile_figures() -> list[ProfileFigures]:
+    """The figures of all built-in profiles."""
+    figures = []
+    for profile in map(built_in_profile, built_in_profiles()):
+        step, most = gcd(*profile.durations_ms) / 1000, MOST_PIECES * profile.durations_ms[-1] / 1000
+        values = {each.name: getattr(profile, each.name) for each in fields(profile)}
+        figures.append(ProfileFigures(**values, seconds=Seconds(0, step, most)))
+    return figures
+
+
+def formats() -> Formats:
+    """The fields of both kinds of words, with titles in every language."""
+    return Formats(_fields(HEADER), _fields(CONTROL))
+
+
+def _fields(word_format: WordFormat) -> list[WordField]:
+    return [
+        WordField(each.name, each.high, each.low, sentences(Phrase("field-" + each.name.replace("_", "-"))))
+        for each in word_format.fields
+    ]
+
+
+def decompile_image(image: Image) -> Project:
+    """The blocks of an image. Raises MotorcadeError, ProgramError."""
+    try:
+        return project_of(decompile(bytes_to_words(image.image)))
     except DecompileError as problem:
-        raise StudioError("not-decompiled", reason={each: problem.message(each) for each in LANGUAGES}) from None
+        raise MotorcadeError("not-decompiled", reason=problem) from None
+
+
+def compile_blocks(blocks: Blocks) -> Compiled:
+    """Compile what both editors hold. Raises MotorcadeError where there is no such profile."""
+    profile = profile_named(blocks.profile)
+    try:
+        program = program_of(blocks.leader, blocks.followers, blocks.profile)
+    except ProgramError as problem:
+        return Compiled(diagnostics_in_all_languages(problem.diagnostics))
+    compiled = compile_program(program, profile)
+    followers_steps = program.followers.steps if program.followers else ()
+    return Compiled(
+        diagnostics=diagnostics_in_all_languages(compiled.diagnostics),
+        image=words_to_bytes(compiled.words) if compiled.words else None,
+        dwell_ms=compiled.dwell_ms,
+        states=compiled.leader_states,
+        follower_words=compiled.follower_words,
+        costliest=Costs(
+            _costliest(compiled, "too-many-states", "leader[", program.leader),
+            _costliest(compiled, "too-many-words", "followers.steps[", followers_steps),
+        ),
+        words=_words(compiled, program),
+        timeline=_timeline(compiled, profile),
+    )
+
+
+def error_answer(problem: Exception) -> ErrorAnswer:
+    """What the page is told of an error. Takes MotorcadeError and ProgramError; an error of ours becomes 'internal'."""
+    if isinstance(problem, ProgramError):
+        first = problem.diagnostics[:_MOST_TOLD]
+        told = {
+            language: "\n".join(f"{each.path}: {each.message(language)}".removeprefix(": ") for each in first)
+            for language in languages()
+        }
+        return ErrorAnswer(first[0].code, {}, told, diagnostics_in_all_languages(problem.diagnostics))
+    if not isinstance(problem, MotorcadeError):
+        problem = MotorcadeError("internal")
+    return ErrorAnswer(**problem.to_dict("page"))
+
+
+def diagnostics_in_all_languages(diagnostics: Iterable[program_diagnostics.Diagnostic]) -> list[Diagnostic]:
+    """The diagnostics in every language, each with the editor that it is about."""
+    return [
+        Diagnostic(
+            each.code,
+            each.severity,
+            {language: _diagnostic_sentence(each, language) for language in languages()},
+            each.path,
+            each.id,
+            next((editor for editor in ("leader", "followers") if each.path.startswith(editor)), None),
+        )
+        for each in diagnostics
+    ]
+
+
+def _diagnostic_sentence(diagnostic: program_diagnostics.Diagnostic, language: str) -> str:
+    if diagnostic.code in catalogue(FIRST)["page"]["errors"]:
+        return error_sentence(diagnostic.code, dict(diagnostic.arguments), language, "page")
+    return diagnostic.message(language)
+
+
+def _words(compiled: CompiledProgram, program: Program) -> list[Word]:
+    if not compiled.words:
+        return []
+    header, *control = compiled.words
+    words = [Word(f"{header:08x}", "header", HEADER.decode(header)._asdict(), None)]
+    fields_of = dict(_fields_of_togethers(program.leader, "leader"))
+    if program.followers:
+        fields_of |= _fields_of_togethers(program.followers.steps, "followers.steps")
+    for number, (word, (path, block)) in enumerate(zip(control, compiled.origins[1:], strict=True)):
+        part = "leader" if number < compiled.leader_states else "followers"
+        words.append(Word(f"{word:08x}", part, CONTROL.decode(word)._asdict(), block, fields_of.get(path, {})))
+    return words
+
+
+def _fields_of_togethers(steps: Sequence[Step], path: str) -> Iterator[tuple[str, dict[str, str]]]:
+    """For the path of each together among ``steps`` the blocks that its words' fields come from."""
+    for number, step in enumerate(steps):
+        place = f"{path}[{number}]"
+        if isinstance(step, RepeatStep):
+            yield from _fields_of_togethers(step.steps, f"{place}.repeat.steps")
+        elif isinstance(step, TogetherStep):
+            yield place, {name: part.id for part in step.steps if part.id for name in _FIELDS[part.kind]}
+
+
+def _costliest(compiled: CompiledProgram, too_many: str, prefix: str, steps: Sequence[Step]) -> Costliest | None:
+    """Which of ``steps``, whose paths begin with ``prefix``, makes the most words."""
+    for each in compiled.diagnostics:
+        if each.code == too_many:
+            return Costliest(each.id, dict(each.arguments)["cost"])
+    counts = Counter(
+        int(path.removeprefix(prefix).partition("]")[0]) for path, _ in compiled.origins if path.startswith(prefix)
+    )
+    if not counts:
+        return None
+    ((number, count),) = counts.most_common(1)
+    return Costliest(steps[number].id, count)
+
+
+def _timeline(compiled: CompiledProgram, profile: Profile) -> Timeline:
+    leader = [length_ms(word, profile) for word in compiled.words[1 : 1 + compiled.leader_states]]
+    followers = [compiled.dwell_ms] * (len(compiled.words) - 1 - len(leader))
+    return Timeline(_spans(leader, 1), _spans(followers, 1 + len(leader)))
+
+
+def _spans(lengths_ms: Sequence[int], first_word: int) -> list[Span]:
+    spans, begin_ms = [], 0
+    for number, duration_ms in enumerate(lengths_ms):
+        spans.append(Span(first_word + number, begin_ms, begin_ms + duration_ms))
+        begin_ms += duration_ms
+    return spans

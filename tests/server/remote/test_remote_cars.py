@@ -14,10 +14,10 @@ from motorcade.drive.client import DriveClient
 from motorcade.drive.session import DriveError
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.drive.tls.keys import client_context, server_context
+from motorcade.errors import MotorcadeError
 from motorcade.server.remote.app import make_remote
-from motorcade.server.remote.errors import RemoteError
 from motorcade.server.remote.remote_cars import RemoteCar, RemoteCars, is_name
-from motorcade.server.settings import ServerSettings
+from motorcade.server.request_filter import ServerSettings
 from motorcade.timing import monotonic_ms
 from support.driven_car import NEUTRAL, PATIENT, DrivenCar, wait_until
 from support.fault_proxy import FaultProxy
@@ -92,7 +92,7 @@ def served(*cars, keys=None):
             with client.websocket_connect(f"ws://{HERE}/drive/ws") as socket:
                 page = RemotePage(socket)
                 for car in sits:
-                    page.say("sit", car=car)
+                    page.say("join", car=car)
                 for car in sits:
                     page.car(car)
                 yield page
@@ -155,7 +155,7 @@ def test_a_car_that_is_not_there_is_a_sentence_and_holds_nobody_up(bo, nowhere):
         page.drive("ada", "bo")
         page.push("bo")
         page.say("request", car="ada")
-        assert page.until("error")["message"]["en"].startswith("No car answers")
+        assert page.until("error")["sentence"]["en"].startswith("No car answers")
 
 
 def test_a_car_is_found_as_soon_as_it_is_there(cuttable, nowhere):
@@ -229,7 +229,7 @@ def test_the_emergency_stop_reaches_all_and_those_that_are_away_when_they_are_ba
         page.car("ada", lambda car: car["why"])
         # One at which the page doesn't sit doesn't keep it from the others.
         page.say("stop", cars=["cy", "ada", "bo"])
-        assert page.until("error")["code"] == "no-seat"
+        assert page.until("error")["code"] == "not-at-car"
         page.car("bo", lambda car: car["state"] == "stopped")
         between.mend()
         page.car("ada", lambda car: car["state"] == "stopped")
@@ -243,15 +243,15 @@ def test_what_a_car_refuses_is_a_sentence_in_both_languages(pages):
     with pages("ada") as page:
         page.car("ada", lambda car: car["state"] == "ready")
         page.say("resume", car="ada")
-        said = page.until("error")["message"]
+        said = page.until("error")["sentence"]
     assert [DriveError("no-program").sentence(language) in said[language] for language in ("en", "zh")] == [True, True]
 
 
 def test_a_page_reaches_no_address_that_its_owner_did_not_name(ada, bo):
     with served(at("ada", ada)) as pages, pages() as page:
         for car in (f"127.0.0.1:{bo.port}", f"bo=127.0.0.1:{bo.port}", "bo", ""):
-            page.say("sit", car=car)
-            assert page.until("error")["code"] == "no-such-car"
+            page.say("join", car=car)
+            assert page.until("error")["code"] == "car-not-listed"
     assert not bo.server.commands
 
 
@@ -284,10 +284,10 @@ def test_a_camera_that_fails_says_so_in_both_languages(nowhere):
     with served(RemoteCar("ada", "127.0.0.1", nowhere, camera=url), RemoteCar("bo", "127.0.0.1", nowhere)) as pages:
         answer = pages.client.get("/camera/snapshot.jpg?car=ada")
         assert answer.status_code == 503
-        told = answer.json()["error"]["message"]
+        told = answer.json()["error"]["sentence"]
         assert told["en"].startswith(f"The camera at http://127.0.0.1:{nowhere}/camera gives no picture")
         assert told["zh"].startswith(f"http://127.0.0.1:{nowhere}/camera 处的摄像头没有图像")
-        for car, code in (("bo", "no-camera-here"), ("cy", "no-such-car"), (url, "no-such-car")):
+        for car, code in (("bo", "no-camera-here"), ("cy", "car-not-listed"), (url, "car-not-listed")):
             answer = pages.client.get("/camera/snapshot.jpg", params={"car": car})
             assert answer.json()["error"]["code"] == code
 
@@ -295,15 +295,15 @@ def test_a_camera_that_fails_says_so_in_both_languages(nowhere):
 def test_a_car_takes_no_more_pages_than_it_has_seats(nowhere):
     async def come():
         cars = RemoteCars([RemoteCar("ada", "127.0.0.1", nowhere)])
-        seats = [await cars.enter("ada", f"page {number}") for number in range(9)]
-        with pytest.raises(RemoteError) as full:
-            await cars.enter("ada", "one more")
-        seats.pop().leave()
-        seats.append(await cars.enter("ada", "one more"))
-        for seat in seats:
-            seat.leave()
+        controls = [await cars.connect("ada", f"page {number}") for number in range(9)]
+        with pytest.raises(MotorcadeError) as full:
+            await cars.connect("ada", "one more")
+        controls.pop().leave()
+        controls.append(await cars.connect("ada", "one more"))
+        for control in controls:
+            control.leave()
         await asyncio.sleep(0)
-        return full.value.message("zh")
+        return full.value.sentence("zh")
 
     assert asyncio.run(come()) == DriveError("full", seats=9).sentence("zh")
 

@@ -24,8 +24,8 @@ from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.drive.tls.keys import https_context
 from motorcade.server.remote.app import make_remote
 from motorcade.server.remote.fleet import SingleCar
+from motorcade.server.request_filter import ServerSettings
 from motorcade.server.running import served
-from motorcade.server.settings import ServerSettings
 
 PICTURE_BYTES = 40_000
 STALLED = 60
@@ -106,7 +106,7 @@ def test_who_looked_away_is_shown_few_old_pictures_and_then_the_newest():
 def test_of_a_burst_after_a_stall_few_sticks_are_executed_and_the_last_one_is():
     wheels = Wheels()
     with running(Numbered(), wheels=wheels) as (host, port), connect(f"ws://{host}:{port}/drive/ws") as line:
-        line.send(json.dumps({"do": "sit", "car": "1"}))
+        line.send(json.dumps({"do": "join", "car": "1"}))
         while "1" not in json.loads(line.recv(PATIENCE_S)).get("cars", ()):
             pass
         stick = {"do": "drive", "cars": ["1"], "steering": 0.0}

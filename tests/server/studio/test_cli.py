@@ -18,7 +18,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from motorcade.server.studio import serving
+from motorcade.cli import studio as studio_command
 from support.command_line import refusal
 
 SESSION = "0" * 32
@@ -68,14 +68,16 @@ def answer(studio, method, path, body=None, **headers):
 
 
 def test_it_says_where_it_is_and_answers_there(studio):
-    with urllib.request.urlopen(f"{studio.url}api/projects", timeout=60) as response:
-        assert json.load(response) == []
+    assert answer(studio, "POST", "/api/projects/list") == (200, [])
     assert studio.url == f"http://127.0.0.1:{studio.port}/"
 
 
 def test_it_keeps_projects_in_the_library_and_ctrl_c_ends_it_quietly(tmp_path):
     with started(tmp_path / "mine") as running:
-        assert answer(running, "PUT", "/api/projects/a", b'{"leader": {}}') == (200, {"version": 1})
+        assert answer(running, "POST", "/api/projects/write", b'{"name": "a", "project": {"leader": {}}}') == (
+            200,
+            {"version": 1},
+        )
         with connect(f"ws://127.0.0.1:{running.port}/api/world?session={SESSION}") as page:
             assert json.loads(page.recv())["is"] == "hello"
             assert stop(running.process) == ("", "")
@@ -97,7 +99,7 @@ def test_an_address_that_is_not_this_computers_is_a_sentence(host):
 
 def test_others_need_the_token_that_it_prints(tmp_path):
     with started(tmp_path, "--host", "0.0.0.0") as running:
-        assert answer(running, "GET", "/api/projects")[0] == 401
+        assert answer(running, "POST", "/api/projects/list")[0] == 401
         shown = running.url.partition("/?")[2]
         assert len(shown) > len("token=") + 20
         browser = urllib.request.build_opener(
@@ -105,7 +107,7 @@ def test_others_need_the_token_that_it_prints(tmp_path):
         )
         with pytest.raises(urllib.error.HTTPError, match="303"):
             browser.open(f"http://127.0.0.1:{running.port}/?{shown}", timeout=60)
-        with browser.open(f"http://127.0.0.1:{running.port}/api/projects", timeout=60) as response:
+        with browser.open(f"http://127.0.0.1:{running.port}/api/projects/list", b"{}", timeout=60) as response:
             assert json.load(response) == []
 
 
@@ -115,7 +117,7 @@ class _NotFollowed(urllib.request.HTTPRedirectHandler):
 
 
 def test_a_foreign_page_does_not_get_past_the_real_server(studio):
-    status, body = answer(studio, "GET", "/api/projects", Host="evil.example")
+    status, body = answer(studio, "POST", "/api/projects/list", Host="evil.example")
     assert (status, body["error"]["code"]) == (403, "foreign-host")
     with pytest.raises(InvalidStatus) as refused:
         connect(f"ws://127.0.0.1:{studio.port}/api/world?session={SESSION}", origin="http://evil.example")
@@ -158,10 +160,10 @@ def test_the_command_line_starts_without_what_the_studio_needs():
 )
 def test_a_browser_is_opened_where_it_has_a_window(monkeypatch, system, display, opens):
     threads = []
-    monkeypatch.setattr(serving.threading, "Thread", lambda **how: threads.append(how) or mock.Mock())
-    monkeypatch.setattr(serving.sys, "platform", system)
+    monkeypatch.setattr(studio_command.threading, "Thread", lambda **how: threads.append(how) or mock.Mock())
+    monkeypatch.setattr(studio_command.sys, "platform", system)
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv(display, "0")
-    serving.open_browser("http://127.0.0.1:7700/")
+    studio_command.open_browser("http://127.0.0.1:7700/")
     assert [how["args"] for how in threads] == [("http://127.0.0.1:7700/",)] * opens

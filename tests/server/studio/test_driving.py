@@ -1,7 +1,6 @@
 """A remote at the cars of a page's world: who is listed, who drives, and what the world goes on doing."""
 
 import io
-import struct
 from contextlib import contextmanager
 
 import pytest
@@ -11,16 +10,13 @@ from starlette.testclient import TestClient
 from motorcade.drive.session import DriveError
 from motorcade.engine.state import DRIVEN
 from motorcade.server.remote.remote_cars import RemoteCar
-from motorcade.server.studio.app import make_app
-from motorcade.server.studio.settings import Settings
-from motorcade.service.pictures import PictureColumns
+from motorcade.server.studio.app import Settings, make_app
 from support.driven_car import PATIENT, DrivenCar
+from support.pictures import Picture
 from support.remote_page import Line, RemotePage
 
 KEY, OTHER = "0" * 32, "1" * 32
 HERE = "127.0.0.1:7700"
-# A picture's number, time and cars, behind its kind and flags; the cars' columns are behind its whole head.
-HEAD, PICTURE_HEAD_BYTES = struct.Struct("<III"), 20
 MAT = {
     "format": "motorcade-mat/1",
     "name": "three",
@@ -47,9 +43,9 @@ class Page(Line):
         self.until("hello", lambda hello: hello["cars"])
 
     def look(self, picture):
-        number, _, cars = HEAD.unpack_from(picture, 4)
-        self.wheels = PictureColumns.unpack(0, picture[PICTURE_HEAD_BYTES:], cars).wheels.tolist()
-        self.say("shown", frame=number)
+        seen = Picture(picture)
+        self.wheels = seen.moment.wheels.tolist()
+        self.say("shown", frame=seen.number)
 
     def car(self, number, holds):
         """The details of a car when something holds of them."""
@@ -96,7 +92,7 @@ def test_leaders_are_listed_first_and_all_have_cameras(client):
 def test_a_driven_leader_goes_on_sending_and_takes_up_its_program_when_told(client):
     with page(client) as studio, remote(client) as driver:
         studio.say("play")
-        driver.say("sit", car="1")
+        driver.say("join", car="1")
         assert driver.car("1", lambda car: True)["state"] == "program"
         driver.push("1", throttle=0.5)
         frames = studio.car(1, lambda car: car["frames"] > 0)["frames"]
@@ -110,7 +106,7 @@ def test_several_cars_are_driven_by_one_stick(client):
     with page(client) as studio, remote(client) as driver:
         studio.say("play")
         for car in ("0", "1", "2"):
-            driver.say("sit", car=car)
+            driver.say("join", car=car)
         push_until_seen(driver, studio, 0, 1, 2)
         assert len(driver.until("telemetry")["cars"]) == 3
 
@@ -119,7 +115,7 @@ def driven_and_left(client, studio, car="1"):
     """Somebody drives a car, and leaves."""
     studio.say("play")
     with remote(client) as driver:
-        driver.say("sit", car=car)
+        driver.say("join", car=car)
         push_until_seen(driver, studio, int(car))
     studio.until("state", lambda state: state["held"] == [int(car)])
 
@@ -128,7 +124,7 @@ def test_a_car_that_its_driver_left_stands_until_somebody_tells_it_to_go_on(clie
     with page(client) as studio, remote(client) as later:
         driven_and_left(client, studio)
         # Whoever sits there next finds it standing, and may tell it.
-        later.say("sit", car="1")
+        later.say("join", car="1")
         assert later.car("1", lambda car: True)["state"] in ("failsafe", "ready")
         later.say("resume", car="1")
         later.car("1", lambda car: car["state"] == "program")
@@ -141,11 +137,11 @@ def test_the_page_of_the_world_lets_a_car_go_on_that_everybody_has_left(client):
         studio.say("resume", car=1)
         studio.until("state", lambda state: not state["held"])
         with remote(client) as stopper:
-            stopper.say("sit", car="1")
+            stopper.say("join", car="1")
             stopper.say("stop", cars=["1"])
             stopper.car("1", lambda car: car["state"] == "stopped")
         studio.say("resume", car=1)
-        later.say("sit", car="1")
+        later.say("join", car="1")
         assert later.car("1", lambda car: True)["state"] == "program"
         # One that nobody ever drove needs no telling.
         studio.say("resume", car=2)
@@ -155,10 +151,10 @@ def test_the_page_of_the_world_lets_a_car_go_on_that_everybody_has_left(client):
 def test_the_page_of_the_world_takes_no_car_from_its_driver(client):
     with page(client) as studio, remote(client) as driver:
         studio.say("play")
-        driver.say("sit", car="1")
+        driver.say("join", car="1")
         driver.push("1")
         studio.say("resume", car=1)
-        assert DriveError("not-yours").sentence("zh") == studio.until("error")["message"]["zh"]
+        assert DriveError("not-yours").sentence("zh") == studio.until("error")["sentence"]["zh"]
         driver.push("1")
 
 
@@ -166,12 +162,12 @@ def test_the_page_of_the_world_takes_no_car_from_its_driver(client):
 def test_beginning_again_gives_back_the_cars_that_everybody_has_left(client, change):
     with page(client) as studio, remote(client) as driver, remote(client) as stopper:
         driven_and_left(client, studio)
-        driver.say("sit", car="0")
+        driver.say("join", car="0")
         push_until_seen(driver, studio, 0)
         studio.say(**change)
         studio.until("state", lambda state: state["held"] == [0] and state["t_ms"] < 1000)
         # But the emergency stop holds until somebody lifts it.
-        stopper.say("sit", car="1")
+        stopper.say("join", car="1")
         stopper.say("stop", cars=["1"])
         stopper.car("1", lambda car: car["state"] == "stopped")
         stopper.say("leave", car="1")
@@ -182,16 +178,16 @@ def test_beginning_again_gives_back_the_cars_that_everybody_has_left(client, cha
 def test_an_emergency_stop_outlives_who_pressed_it(client):
     with page(client), remote(client) as later:
         with remote(client) as driver:
-            driver.say("sit", car="1")
+            driver.say("join", car="1")
             driver.say("stop", cars=["1"])
             driver.car("1", lambda car: car["state"] == "stopped")
-        later.say("sit", car="1")
+        later.say("join", car="1")
         assert later.car("1", lambda car: True)["state"] == "stopped"
 
 
 def test_a_world_that_stands_still_is_set_going_by_the_remote(client):
     with page(client) as studio, remote(client) as driver:
-        driver.say("sit", car="1")
+        driver.say("join", car="1")
         assert driver.car("1", lambda car: True)["paused"]
         driver.say("start")
         driver.car("1", lambda car: not car["paused"])
@@ -201,7 +197,7 @@ def test_a_world_that_stands_still_is_set_going_by_the_remote(client):
 def test_a_driver_stays_through_reset_and_through_another_world(client):
     with page(client) as studio, remote(client) as driver:
         studio.say("play")
-        driver.say("sit", car="1")
+        driver.say("join", car="1")
         push_until_seen(driver, studio, 1)
         for change in ({"do": "reset", "seed": 3}, {"do": "set", "mat": TWO, "image": IMAGE}):
             studio.say(**change)
@@ -209,8 +205,8 @@ def test_a_driver_stays_through_reset_and_through_another_world(client):
             # What is under way of the world before.
             studio.until("state", lambda state: state["playing"] and state["t_ms"] < 1000)
             push_until_seen(driver, studio, 1)
-        driver.say("sit", car="2")
-        assert driver.until("error")["code"] == "no-such-car"
+        driver.say("join", car="2")
+        assert driver.until("error")["code"] == "car-not-listed"
 
 
 def test_the_only_world_needs_no_name_and_one_of_several_does(client):
@@ -224,8 +220,8 @@ def test_the_only_world_needs_no_name_and_one_of_several_does(client):
 @pytest.mark.parametrize("car", ["3", "-1", "x", "", "²", "1e3"])
 def test_a_car_that_is_not_there_is_refused(client, car):
     with page(client), remote(client) as driver:
-        driver.say("sit", car=car)
-        assert driver.until("error")["code"] == "no-such-car"
+        driver.say("join", car=car)
+        assert driver.until("error")["code"] == "car-not-listed"
         assert client.get(f"/camera/snapshot.jpg?session={KEY}&car={car}").status_code == 404
 
 
@@ -259,8 +255,8 @@ def test_real_cars_are_listed_behind_the_simulated_ones_and_driven_with_them(tmp
                 assert driver.until("error")["code"] == "no-world"
             with page(client) as studio, remote(client) as driver:
                 assert [each["car"] for each in driver.until("hello")["cars"]] == ["1", "0", "2", "ada"]
-                driver.say("sit", car="1")
-                driver.say("sit", car="ada")
+                driver.say("join", car="1")
+                driver.say("join", car="ada")
                 assert driver.car("1")["paused"]
                 assert not driver.car("ada")["paused"]
                 driver.say("start")

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.server.studio import library as room
-from motorcade.server.studio.library import DELETED, LONGEST_NAME, Library
-from motorcade.service.errors import StudioError
+from motorcade.errors import MotorcadeError
+from motorcade.server.studio import library as library_module
+from motorcade.server.studio.library import DELETED, LONGEST_NAME, FolderStorage, folder_of, name_of
 
 # What Windows, macOS and Linux between them can't take as a file's name, or take for something else.
 HARD_NAMES = [
@@ -40,62 +40,70 @@ HARD_NAMES = [
 
 @pytest.fixture
 def library(tmp_path):
-    return Library(tmp_path / "library")
+    return FolderStorage(tmp_path / "library")
+
+
+def save(library, name, text):
+    return library.write_version("", name, text.encode())
+
+
+def read(library, name, version=None):
+    return library.read("", name, version)
 
 
 def refusal(call, *arguments):
-    with pytest.raises(StudioError) as refused:
+    with pytest.raises(MotorcadeError) as refused:
         call(*arguments)
     return refused.value.code
 
 
 def names(library):
-    return [entry.name for entry in library.entries()]
+    return [entry.name for entry in library.list("")]
 
 
-def folder_of(library, name):
+def project_folder(library, name):
     """The project's folder, as it stands on the disk."""
-    library.save(name, "x")
-    before = {entry.name for entry in library.entries()}
+    save(library, name, "x")
+    before = {entry.name for entry in library.list("")}
     assert name in before
-    (folder,) = (each for each in library._folder.iterdir() if room._name_of(each.name) == name)
+    (folder,) = (each for each in library._folder.iterdir() if name_of(each.name) == name)
     return folder
 
 
 def test_every_save_is_kept_and_can_be_brought_back(library):
-    assert [library.save("a", text) for text in ("one", "two", "three")] == [1, 2, 3]
-    assert [save.version for save in library.saves("a")] == [3, 2, 1]
-    assert [library.text("a", version) for version in (None, 3, 2, 1)] == [b"three", b"three", b"two", b"one"]
-    assert library.save("a", library.text("a", 1).decode()) == 4
-    assert library.text("a") == b"one"
+    assert [save(library, "a", text) for text in ("one", "two", "three")] == [1, 2, 3]
+    assert [save.version for save in library.history("", "a")] == [3, 2, 1]
+    assert [read(library, "a", version) for version in (None, 3, 2, 1)] == [b"three", b"three", b"two", b"one"]
+    assert save(library, "a", read(library, "a", 1).decode()) == 4
+    assert read(library, "a") == b"one"
 
 
 def test_the_same_again_is_no_new_save(library):
-    assert [library.save("a", text) for text in ("one", "one", "two", "one")] == [1, 1, 2, 3]
+    assert [save(library, "a", text) for text in ("one", "one", "two", "one")] == [1, 1, 2, 3]
 
 
 def test_the_project_saved_last_is_listed_first(library):
     for number, name in enumerate(("old", "new", "middle")):
-        library.save(name, "x")
-        file = folder_of(library, name) / "000001.motorcade.json"
+        save(library, name, "x")
+        file = project_folder(library, name) / "000001.motorcade.json"
         os.utime(file, (100 + (0, 9, 5)[number],) * 2)
     assert names(library) == ["new", "middle", "old"]
-    assert library.entries()[0].saved_at == "1970-01-01T00:01:49.000+00:00"
-    assert library.entries()[0].versions == 1
+    assert library.list("")[0].saved_at == "1970-01-01T00:01:49.000+00:00"
+    assert library.list("")[0].versions == 1
 
 
 def test_a_library_that_nobody_saved_to_is_empty(library):
-    assert library.entries() == []
-    assert refusal(library.text, "a") == "no-project"
-    assert refusal(library.saves, "a") == "no-project"
-    assert refusal(library.delete, "a") == "no-project"
+    assert library.list("") == []
+    assert refusal(library.read, "", "a") == "no-project"
+    assert refusal(library.history, "", "a") == "no-project"
+    assert refusal(library.delete, "", "a") == "no-project"
 
 
 @pytest.mark.parametrize("name", HARD_NAMES)
 def test_a_name_in_any_language_is_kept_and_stands_on_any_disk(library, name):
-    folder = folder_of(library, name)
+    folder = project_folder(library, name)
     assert names(library) == [name]
-    assert library.text(name) == b"x"
+    assert read(library, name) == b"x"
     assert len(folder.name.encode()) <= 255
     assert not set('<>:"/\\|?*.') & set(folder.name)
     assert folder.parent == library._folder
@@ -106,41 +114,41 @@ def test_a_name_in_any_language_is_kept_and_stands_on_any_disk(library, name):
 @given(st.text(min_size=1, max_size=LONGEST_NAME))
 def test_a_name_leads_to_a_folder_of_its_own_and_back(name):
     try:
-        folder = room._folder_of(name)
-    except StudioError:
+        folder = folder_of(name)
+    except MotorcadeError:
         return
     assert Path(folder).name == folder
-    assert room._name_of(folder) == unicodedata.normalize("NFC", name).strip()
+    assert name_of(folder) == unicodedata.normalize("NFC", name).strip()
 
 
 def test_names_that_differ_only_in_case_are_two_even_where_the_disk_knows_no_case(library):
-    folders = [folder_of(library, name).name.casefold() for name in ("Dance", "dance", "DANCE")]
+    folders = [project_folder(library, name).name.casefold() for name in ("Dance", "dance", "DANCE")]
     assert len(set(folders)) == 3
     assert sorted(names(library)) == ["DANCE", "Dance", "dance"]
 
 
 def test_one_name_written_in_two_ways_is_one(library):
-    library.save("Caf\u00e9", "one")
-    assert library.save("Cafe\u0301 ", "two") == 2
+    save(library, "Caf\u00e9", "one")
+    assert save(library, "Cafe\u0301 ", "two") == 2
     assert names(library) == ["Caf\u00e9"]
     # As a file system may give it back.
-    folder = folder_of(library, "Caf\u00e9")
-    assert room._name_of(unicodedata.normalize("NFD", folder.name)) == "Caf\u00e9"
+    folder = project_folder(library, "Caf\u00e9")
+    assert name_of(unicodedata.normalize("NFD", folder.name)) == "Caf\u00e9"
 
 
 @pytest.mark.parametrize(
     "name", ["", " ", ".", "..", "../x", "a/b", "a\\b", "/etc", "C:\\x", "a\nb", "a\0b", "\ud800", "x" * 61]
 )
 def test_a_name_that_can_be_none_is_refused(library, tmp_path, name):
-    for call in (library.text, library.saves, library.delete):
-        assert refusal(call, name) == "bad-name"
-    assert refusal(library.save, name, "x") == "bad-name"
+    for call in (library.read, library.history, library.delete):
+        assert refusal(call, "", name) == "bad-project-name"
+    assert refusal(save, library, name, "x") == "bad-project-name"
     assert list(tmp_path.rglob("*")) == []
 
 
 def test_what_else_lies_in_the_folder_harms_nothing(library):
-    folder = folder_of(library, "a")
-    library.save("b", "x")
+    folder = project_folder(library, "a")
+    save(library, "b", "x")
     (library._folder / "notes.txt").write_text("x")
     (library._folder / "a-00000000").mkdir()
     (library._folder / "%FF-12345678").mkdir()
@@ -150,84 +158,99 @@ def test_what_else_lies_in_the_folder_harms_nothing(library):
     (folder / "1.motorcade.json").write_text("x")
     (folder / "000009.motorcade.json").symlink_to(folder / "nowhere")
     assert sorted(names(library)) == ["a", "b"]
-    assert [save.version for save in library.saves("a")] == [1]
-    assert library.save("a", "y") == 3
+    assert [save.version for save in library.history("", "a")] == [1]
+    assert save(library, "a", "y") == 3
 
 
 def test_a_file_that_is_only_about_to_be_written_is_no_save_yet(library):
-    folder = folder_of(library, "a")
+    folder = project_folder(library, "a")
     (folder / "000002.motorcade.json").touch()
-    assert [save.version for save in library.saves("a")] == [1]
-    assert library.text("a") == b"x"
-    assert library.save("a", "y") == 3
+    assert [save.version for save in library.history("", "a")] == [1]
+    assert read(library, "a") == b"x"
+    assert save(library, "a", "y") == 3
 
 
 def test_a_save_that_fails_half_way_leaves_all_that_was(library, monkeypatch):
-    library.save("a", "one")
+    save(library, "a", "one")
 
     def full(path, data):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(room, "replace_file", full)
-    with pytest.raises(StudioError, match="No space left on device") as refused:
-        library.save("a", "two")
+    monkeypatch.setattr(library_module, "replace_file", full)
+    with pytest.raises(MotorcadeError, match="No space left on device") as refused:
+        save(library, "a", "two")
     assert refused.value.code == "cant-save"
-    assert library.text("a") == b"one"
+    assert read(library, "a") == b"one"
     monkeypatch.undo()
-    assert library.text("a", library.save("a", "two")) == b"two"
+    assert read(library, "a", save(library, "a", "two")) == b"two"
 
 
 def test_two_who_save_at_once_lose_nothing(tmp_path):
     texts = [f"save {number}" for number in range(60)]
-    libraries = [Library(tmp_path), Library(tmp_path)]
+    libraries = [FolderStorage(tmp_path), FolderStorage(tmp_path)]
     with ThreadPoolExecutor(8) as pool:
-        versions = list(pool.map(lambda each: libraries[each[0] % 2].save("a", each[1]), enumerate(texts)))
+        versions = list(pool.map(lambda each: save(libraries[each[0] % 2], "a", each[1]), enumerate(texts)))
     assert len(set(versions)) == 60
-    assert [libraries[0].text("a", version).decode() for version in versions] == texts
+    assert [read(libraries[0], "a", version).decode() for version in versions] == texts
 
 
 def test_two_who_save_at_the_very_same_moment(tmp_path, monkeypatch):
     """Both look for the newest save before either writes."""
-    one, other = Library(tmp_path), Library(tmp_path)
-    reserve = room._reserve
+    one, other = FolderStorage(tmp_path), FolderStorage(tmp_path)
+    reserve = library_module._reserve
 
     def late(folder, version):
-        monkeypatch.setattr(room, "_reserve", reserve)
-        assert other.save("a", "other") == 1
+        monkeypatch.setattr(library_module, "_reserve", reserve)
+        assert save(other, "a", "other") == 1
         return reserve(folder, version)
 
-    monkeypatch.setattr(room, "_reserve", late)
-    assert one.save("a", "one") == 2
-    assert (one.text("a", 1), one.text("a", 2)) == (b"other", b"one")
+    monkeypatch.setattr(library_module, "_reserve", late)
+    assert save(one, "a", "one") == 2
+    assert (read(one, "a", 1), read(one, "a", 2)) == (b"other", b"one")
 
 
 def test_what_is_deleted_lies_in_a_folder_of_its_own(library):
     for text in ("one", "two"):
-        library.save("a", text)
-        library.delete("a")
-        assert library.entries() == []
+        save(library, "a", text)
+        library.delete("", "a")
+        assert library.list("") == []
     kept = sorted((library._folder / DELETED).rglob("*.motorcade.json"))
     assert [file.read_text() for file in kept] == ["one", "two"]
-    assert library.save("a", "three") == 1
+    assert save(library, "a", "three") == 1
 
 
 @pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="needs a folder that can't be written to")
 def test_a_folder_that_cannot_be_written_to_is_a_sentence(library):
-    library.save("a", "one")
+    save(library, "a", "one")
     library._folder.chmod(0o500)
-    assert refusal(library.save, "b", "x") == "cant-save"
-    assert refusal(library.delete, "a") == "cant-delete"
+    assert refusal(save, library, "b", "x") == "cant-save"
+    assert refusal(library.delete, "", "a") == "cant-delete"
     library._folder.chmod(0o700)
 
 
 def test_a_library_that_is_a_file_is_a_sentence(tmp_path):
     (tmp_path / "file").write_text("x")
-    library = Library(tmp_path / "file")
-    assert library.entries() == []
-    assert refusal(library.save, "a", "x") == "cant-save"
+    library = FolderStorage(tmp_path / "file")
+    assert library.list("") == []
+    assert refusal(save, library, "a", "x") == "cant-save"
 
 
 def test_a_version_that_is_none(library):
-    library.save("a", "one")
+    save(library, "a", "one")
     for version in (0, 2, -1, 10**8):
-        assert refusal(library.text, "a", version) == "no-version"
+        assert refusal(library.read, "", "a", version) == "no-version"
+
+
+def test_owners_do_not_see_each_other(library):
+    for owner in ("", "ann", "bob"):
+        library.write_version(owner, "a", f"of {owner}".encode())
+    assert [library.read(owner, "a") for owner in ("", "ann", "bob")] == [b"of ", b"of ann", b"of bob"]
+    library.delete("ann", "a")
+    assert [len(library.list(owner)) for owner in ("", "ann", "bob")] == [1, 0, 1]
+
+
+def test_the_quota_counts_all_versions_of_an_owner(library):
+    for text in (b"one", b"three"):
+        library.write_version("ann", "a", text)
+    library.write_version("bob", "a", b"x")
+    assert library.quota("ann") == (8, None)

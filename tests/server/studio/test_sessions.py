@@ -1,4 +1,4 @@
-"""Worlds over real WebSockets, as a page uses them."""
+"""Pages' worlds at a server: sessions, threads and queues around `motorcade.service.world_session`."""
 
 import asyncio
 import base64
@@ -10,18 +10,18 @@ from contextlib import contextmanager
 
 import pytest
 from numba.core import event
-from starlette.applications import Starlette
-from starlette.responses import JSONResponse
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from motorcade import Followers, Program, compile_program, forward, led, left
-from motorcade.server.studio import sessions as stages
-from motorcade.server.studio.outbox import Outbox
-from motorcade.server.studio.settings import Settings
-from motorcade.service.errors import StudioError
-from motorcade.service.pictures import FIRST, PAST
+from motorcade.errors import MotorcadeError
+from motorcade.server.studio import sessions
+from motorcade.server.studio.app import Settings, make_app
+from motorcade.server.studio.sessions import Outbox
+from motorcade.service.history import FIRST, PAST
 from motorcade.service.playback import Playback
+from motorcade.service.world_messages import State
+from motorcade.service.world_session import refused
 from support.pictures import Picture
 
 DEADLINE_S = 60
@@ -73,11 +73,8 @@ class Page:
 
 @contextmanager
 def server(tmp_path, **changes):
-    settings = Settings(library=tmp_path, **changes)
-    said = {StudioError: lambda request, problem: JSONResponse({"error": problem.as_dict()}, problem.status)}
-    with TestClient(
-        Starlette(routes=stages.routes(stages.PlaybackSessions(settings)), exception_handlers=said)
-    ) as client:
+    settings = Settings(library=tmp_path, page=tmp_path, **changes)
+    with TestClient(make_app(settings), base_url="http://127.0.0.1:7700") as client:
         yield client
 
 
@@ -89,7 +86,7 @@ def client(tmp_path):
 
 @contextmanager
 def page(client, key=KEY):
-    with client.websocket_connect(f"/api/world?session={key}") as socket:
+    with client.websocket_connect(f"ws://127.0.0.1:7700/api/world?session={key}") as socket:
         yield Page(socket)
 
 
@@ -116,12 +113,12 @@ def test_a_page_sets_a_world_and_sees_it_drive(client) -> None:
 
 
 def test_a_page_is_told_that_its_world_waits_for_the_simulator(client, monkeypatch):
-    def compile_first(message, most_cars):
+    def compile_first(*arguments):
         with event.trigger_event("numba:compile"):
-            return world_of(message, most_cars)
+            return build_world(*arguments)
 
-    world_of = stages.world_of
-    monkeypatch.setattr(stages, "world_of", compile_first)
+    build_world = sessions.build_world
+    monkeypatch.setattr(sessions, "build_world", compile_first)
     with page(client) as mine:
         mine.say(**SET)
         assert mine.until("compiling") == {}
@@ -195,7 +192,7 @@ def test_a_page_that_is_loaded_again_finds_its_world(client) -> None:
 
 
 def test_a_page_that_stays_away_loses_its_world(client, monkeypatch) -> None:
-    monkeypatch.setattr(stages, "GRACE_S", 0)
+    monkeypatch.setattr(sessions, "GRACE_S", 0)
     with page(client) as mine:
         mine.set()
     client.portal.call(lambda: None)
@@ -204,7 +201,7 @@ def test_a_page_that_stays_away_loses_its_world(client, monkeypatch) -> None:
 
 
 def test_a_second_page_with_the_session_takes_it_over(client, monkeypatch) -> None:
-    monkeypatch.setattr(stages, "GRACE_S", 0)
+    monkeypatch.setattr(sessions, "GRACE_S", 0)
     with page(client) as first:
         first.set()
         with page(client) as second:
@@ -260,8 +257,8 @@ def test_what_cannot_be_is_refused_in_two_languages_and_the_world_goes_on(client
         mine._socket.send_text(text)
         error = mine.until("error")
         assert error["code"] == code
-        assert says in error["message"]["en"]
-        assert "。" in error["message"]["zh"]
+        assert says in error["sentence"]["en"]
+        assert "。" in error["sentence"]["zh"]
         mine.say("step")
         assert mine.until("state", lambda state: state["t_ms"])["t_ms"] == 5
 
@@ -275,9 +272,9 @@ def test_bytes_are_no_message(client) -> None:
 def test_what_waits_for_a_page_that_takes_nothing_is_bounded_and_its_state_the_newest() -> None:
     waiting, sent = Outbox(), []
     for t_ms in range(1000):
-        waiting.put("state", {"t_ms": t_ms})
-        waiting.refuse(StudioError("no-world"))
-    waiting.refuse(StudioError("taken-over"), closing=True)
+        waiting.put(State(True, 1.0, t_ms, None, 0, 0, {}, 1.0, []))
+        waiting.put(refused(MotorcadeError("no-world")))
+    waiting.put(refused(MotorcadeError("taken-over")), closing=True)
 
     class Socket:
         async def send_text(self, text: str) -> None:
@@ -362,12 +359,12 @@ def test_a_heavy_world_does_not_hold_up_a_light_one(client, monkeypatch) -> None
     begun, ended, advance = threading.Event(), threading.Event(), Playback.advance
     held_up = []
 
-    def take_long(stage: Playback, now_s: float) -> None:
+    def take_long(playback: Playback, now_s: float) -> None:
         # The server's loop itself draws what was quick the last time, as standing still is.
-        if stage.playing and threading.current_thread().name.startswith("AnyIO worker"):
+        if playback.playing and threading.current_thread().name.startswith("AnyIO worker"):
             begun.set()
             held_up.append(not ended.wait(DEADLINE_S))
-        advance(stage, now_s)
+        advance(playback, now_s)
 
     monkeypatch.setattr(Playback, "advance", take_long)
     with page(client) as its, page(client, OTHER) as mine:

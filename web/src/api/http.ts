@@ -1,19 +1,7 @@
 /** The server's answers, typed. A server that isn't there is told to the whole page. */
 
 import { useStudio } from "../app/store";
-import type {
-  Compiled,
-  Example,
-  Formats,
-  OpenedProject,
-  Port,
-  Profile,
-  Project,
-  SavedProject,
-  Sentence,
-  Version,
-  WorkspaceState,
-} from "./types";
+import type { Blocks, ErrorAnswer, Project, Requests, Sentence } from "../generated/messages";
 
 /** What the server refused, in its own words. */
 export class RefusedError extends Error {
@@ -28,51 +16,43 @@ export class RefusedError extends Error {
 /** Nobody answers. */
 export class GoneError extends Error {}
 
-async function ask(path: string, method = "GET", body?: unknown): Promise<Response> {
-  const request: RequestInit =
-    body === undefined
-      ? { method }
-      : { method, headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) };
-  const response = await fetch(path, request).catch(() => null);
+async function ask<Name extends keyof Requests>(
+  name: Name,
+  message: Requests[Name]["message"] | null = null,
+): Promise<Requests[Name]["answer"]> {
+  const body = JSON.stringify(message ?? {});
+  const request = { method: "POST", headers: { "Content-Type": "application/json" }, body };
+  const response = await fetch(`/api/${name}`, request).catch(() => null);
   // A proxy between page and server answers 502 to 504 where the server itself is gone.
   if (response === null || (response.status >= 502 && response.status <= 504)) {
     useStudio.setState({ serverGone: true });
     throw new GoneError();
   }
   if (!response.ok) throw await refused(response);
-  return response;
+  return (await response.json()) as Requests[Name]["answer"];
 }
 
 async function refused(response: Response): Promise<RefusedError> {
-  const body = (await response.json().catch(() => null)) as { error?: { code: string; message: Sentence } } | null;
+  const body = (await response.json().catch(() => null)) as { error?: ErrorAnswer } | null;
   const plain = `${response.status} ${response.statusText}`;
-  return new RefusedError(body?.error?.code ?? plain, body?.error?.message ?? { en: plain, zh: plain });
+  return new RefusedError(body?.error?.code ?? plain, body?.error?.sentence ?? { en: plain, zh: plain });
 }
 
-async function json<T>(path: string, method?: string, body?: unknown): Promise<T> {
-  const response = await ask(path, method, body);
-  return (response.status === 204 ? undefined : await response.json()) as T;
-}
-
-const named = (name: string) => `/api/projects/${encodeURIComponent(name)}`;
-
-export const formats = () => json<Formats>("/api/formats");
-export const profile = (name: string) => json<Profile>(`/api/profile?name=${encodeURIComponent(name)}`);
-export const compile = (blocks: { leader: WorkspaceState; followers: WorkspaceState | null; profile: string }) =>
-  json<Compiled>("/api/compile", "POST", blocks);
-export const open = (text: string) => json<OpenedProject>("/api/open", "POST", { text });
-export const projectText = (project: Project) => json<{ text: string }>("/api/project", "POST", project);
-export const decompile = (image: string) => json<OpenedProject>("/api/decompile", "POST", { image });
-export const projects = () => json<SavedProject[]>("/api/projects");
-export const saveProject = (name: string, project: Project) =>
-  json<{ version: number }>(named(name), "PUT", project);
-export const savedProject = (name: string, version?: number) =>
-  json<OpenedProject>(version === undefined ? named(name) : `${named(name)}?version=${version}`);
-export const versions = (name: string) => json<Version[]>(`${named(name)}/versions`);
-export const deleteProject = (name: string) => json<unknown>(named(name), "DELETE");
-export const examples = () => json<Example[]>("/api/examples");
-export const example = (id: string) => json<OpenedProject>(`/api/examples/${encodeURIComponent(id)}`);
-export const ports = () => json<Port[]>("/api/ports");
+export const capabilities = () => ask("capabilities");
+export const formats = () => ask("formats");
+export const profiles = () => ask("profiles");
+export const compile = (blocks: Blocks) => ask("compile", blocks);
+export const open = (text: string) => ask("open", { text });
+export const projectText = (project: Project) => ask("save-text", project);
+export const decompile = (image: string) => ask("decompile", { image });
+export const projects = () => ask("projects/list");
+export const saveProject = (name: string, project: Project) => ask("projects/write", { name, project });
+export const savedProject = (name: string, version?: number) => ask("projects/read", { name, version: version ?? null });
+export const versions = (name: string) => ask("projects/history", { name });
+export const deleteProject = (name: string) => ask("projects/delete", { name });
+export const examples = () => ask("examples");
+export const example = (id: string) => ask("example", { id });
+export const ports = () => ask("ports");
 
 /** The address of a WebSocket of the page's own server. */
 export function socketUrl(path: string): string {

@@ -8,7 +8,7 @@ const EVERY_MS = 1500;
 export function watchPresence(onBack: () => void): void {
   let looking = false;
   const look = async () => {
-    const back = await fetch("/api/formats", { cache: "no-store" }).then(
+    const back = await fetch("/api/capabilities", { method: "POST", cache: "no-store" }).then(
       (response) => response.ok,
       () => false,
     );
@@ -30,6 +30,7 @@ export function watchPresence(onBack: () => void): void {
 /** What the page needs from the server before anything can be drawn. */
 export async function loadFigures(): Promise<void> {
   const name = useStudio.getState().profile;
-  const [formats, profileFigures] = await Promise.all([api.formats(), api.profile(name)]);
-  useStudio.setState({ formats, profileFigures });
+  const [capabilities, formats, profiles] = await Promise.all([api.capabilities(), api.formats(), api.profiles()]);
+  const profileFigures = profiles.find((profile) => profile.name === name) ?? null;
+  useStudio.setState({ capabilities, formats, profileFigures });
 }

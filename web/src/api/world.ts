@@ -1,7 +1,7 @@
 /** A world of cars on the server: what is said to it, its answers, and its pictures. */
 
 import { uniqueName } from "./names";
-import type { MatDocument, Sentence } from "./types";
+import type { WorldAnswer, WorldMessage } from "../generated/messages";
 
 export interface Pose {
   x_m: number;
@@ -9,77 +9,9 @@ export interface Pose {
   heading_deg: number;
 }
 
-export type Command =
-  | { do: "set"; image: string | null; mat: MatDocument; profile: string; seed: number; range_mm: number | null }
-  | { do: "play"; speed: number }
-  | { do: "pause" }
-  | { do: "step"; ticks: number }
-  | { do: "reset"; seed: number }
-  | { do: "say"; word: "stop" | "go" }
-  | { do: "furnish"; mat: MatDocument; range_mm: number | null }
-  | ({ do: "move"; car: number } & Pose)
-  | { do: "watch"; car: number | null }
-  | { do: "seek"; t_ms: number | null }
-  | { do: "resume"; car: number }
-  | { do: "shown"; frame: number };
-
-/** Comes first, and after each set; before the first one there are no cars and nothing more is known. */
-export interface Hello {
-  is: "hello";
-  session: string;
-  cars: number;
-  resumed: boolean;
-  leads?: number[];
-  tick_ms?: number;
-  radius_m?: number;
-  range_m?: number;
-}
-
-export interface WorldState {
-  is: "state";
-  playing: boolean;
-  speed: number;
-  t_ms: number;
-  /** The stored moment that is shown; null for the present. */
-  shown_ms: number | null;
-  earliest_ms: number;
-  seed: number;
-  counts: Record<string, number>;
-  /** Simulated time over real time. */
-  rate: number;
-  /** The cars whose wheels a hand has, or had and left standing. */
-  held: readonly number[];
-}
-
-export interface CarDetails {
-  is: "car";
-  car: number;
-  leads: boolean;
-  /** What it executes or holds; null for none. */
-  word: string | null;
-  values: Record<string, number> | null;
-  index: number;
-  runs: boolean;
-  since_ms: number | null;
-  frames: number;
-  heard: number;
-  lost: Partial<Record<Why, number>>;
-  /** The frame that it heard last. */
-  hears: { word: string; car: number; t_ms: number } | null;
-}
-
-export interface WorldProblem {
-  is: "error";
-  code: string;
-  message: Sentence;
-}
-
-/** The world that was set has to wait for the simulator. */
-export interface Compiling {
-  is: "compiling";
-}
-
-export type Answer = Hello | WorldState | CarDetails | WorldProblem | Compiling;
+export type Command = WorldMessage;
+export type Answer = WorldAnswer;
+export type { CarDetails, Hello, State as WorldState, Refused as WorldProblem } from "../generated/messages";
 
 /** What all cars show at a moment; the arrays lie in the received bytes. */
 export interface Picture {

@@ -1,7 +1,7 @@
 /** What the page's parts share. Blockly's workspaces own the blocks; here is their latest state. */
 
 import { create } from "zustand";
-import type { Compiled, EditorName, Formats, MatDocument, Profile, WorkspaceState } from "../api/types";
+import type { Capabilities, Compiled, EditorName, Formats, MatDocument, Profile, WorkspaceState } from "../api/types";
 import { EMPTY_MAT } from "../projects/blank";
 
 export interface Selection {
@@ -30,6 +30,8 @@ export interface Studio {
 
   profileFigures: Profile | null;
   formats: Formats | null;
+  /** What the shell that answers can do. */
+  capabilities: Capabilities | null;
   compiled: Compiled | null;
   selection: Selection | null;
   running: ReadonlyMap<EditorName, readonly string[]>;
@@ -49,6 +51,7 @@ export const useStudio = create<Studio>(() => ({
   generation: 0,
   profileFigures: null,
   formats: null,
+  capabilities: null,
   compiled: null,
   selection: null,
   running: new Map(),

@@ -13,9 +13,9 @@ const lit = new Map<EditorName, ReadonlySet<string>>();
 export function markDiagnostics(diagnostics: readonly Diagnostic[]): void {
   for (const [editor, workspace] of liveWorkspaces()) {
     const texts = new Map<string, string>();
-    for (const { block, editor: where, message } of diagnostics) {
+    for (const { block, editor: where, sentence } of diagnostics) {
       if (block === null || where !== editor) continue;
-      texts.set(block, [...(texts.has(block) ? [texts.get(block)!] : []), inLanguage(message)].join("\n"));
+      texts.set(block, [...(texts.has(block) ? [texts.get(block)!] : []), inLanguage(sentence)].join("\n"));
     }
     const before = marked.get(editor) ?? new Map<string, string>();
     for (const id of before.keys()) if (!texts.has(id)) workspace.getBlockById(id)?.setWarningText(null, WARNING);

@@ -123,7 +123,7 @@ function Notice({ session }: { session: Session }) {
   const compiling = useMat((now) => now.compiling);
   const isLost = link === "lost" || link === "elsewhere";
   const waits = compiling ? t("mat.compiling") : null;
-  const text = isLost ? t(`mat.link.${link}`) : problem ? inLanguage(problem.message) : waits;
+  const text = isLost ? t(`mat.link.${link}`) : problem ? inLanguage(problem.sentence) : waits;
   return (
     <div role="status">
       {text && (

@@ -23,7 +23,7 @@ it("waits for the simulator until there is a world, or none can be", () => {
   session.open();
   const says = (answer: object) => MockSocket.last.onmessage({ data: JSON.stringify(answer) });
   MockSocket.last.onopen();
-  for (const end of [{ is: "hello", cars: 1, resumed: true }, { is: "error", code: "bad-world", message: { en: "" } }]) {
+  for (const end of [{ is: "hello", cars: 1, resumed: true }, { is: "error", code: "bad-world", details: {}, sentence: { en: "" } }]) {
     expect(useMat.getState().compiling).toBe(false);
     says({ is: "compiling" });
     expect(useMat.getState().compiling).toBe(true);

@@ -11,7 +11,7 @@ export const EMPTY_MAT: MatDocument = {
   crowd: [{ cars: 6, corner_m: [1.2, 0.9], size_m: [0.8, 1.2], spacing_m: 0.4 }],
 };
 
-export const BLANK: OpenedProject = { name: "", leader: {}, followers: null, profile: "classroom", mat: EMPTY_MAT };
+export const BLANK: OpenedProject = { name: "", leader: {}, followers: null, profile: "classroom", mat: EMPTY_MAT, range_mm: null };
 
 const drive = (id: string, direction: string, seconds: number, next?: object) => ({
   type: "motorcade_drive",

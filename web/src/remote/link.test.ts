@@ -43,10 +43,10 @@ afterEach(() => vi.useRealTimers());
 
 describe("a link", () => {
   it("sits at the first car, or at the one that the address names", () => {
-    expect(begun().server.said).toEqual([{ do: "sit", car: "0" }]);
+    expect(begun().server.said).toEqual([{ do: "join", car: "0" }]);
     servers = [];
     useRemote.setState(useRemote.getInitialState(), true);
-    expect(begun("2").server.said).toEqual([{ do: "sit", car: "2" }]);
+    expect(begun("2").server.said).toEqual([{ do: "join", car: "2" }]);
   });
 
   it("drives all cars at which it sits with one message of two axes", () => {
@@ -80,8 +80,8 @@ describe("a link", () => {
     expect(servers).toHaveLength(2);
     servers[1]!.tell({ is: "hello", cars: LISTED });
     expect(servers[1]!.said).toEqual([
-      { do: "sit", car: "0" },
-      { do: "sit", car: "2" },
+      { do: "join", car: "0" },
+      { do: "join", car: "2" },
     ]);
     expect(useRemote.getState()).toMatchObject({ open: true, seats: ["0", "2"] });
   });

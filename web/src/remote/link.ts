@@ -35,7 +35,7 @@ type Message =
   | { is: "hello"; cars: ListedCar[] }
   | { is: "telemetry"; cars: Record<string, Told> }
   | { is: "heard"; number: number }
-  | { is: "error"; message: Sentence };
+  | { is: "error"; sentence: Sentence };
 
 interface Remote {
   open: boolean;
@@ -99,7 +99,7 @@ export class Link {
 
   sit(car: string): void {
     useRemote.setState(({ seats }) => ({ seats: seats.includes(car) ? seats : [...seats, car] }));
-    this.say({ do: "sit", car });
+    this.say({ do: "join", car });
   }
 
   leave(car: string): void {
@@ -137,7 +137,7 @@ export class Link {
     useRemote.setState({ heardMs: this.now() });
     if (message.is === "hello") this.greet(message.cars);
     else if (message.is === "telemetry") useRemote.setState({ told: message.cars });
-    else if (message.is === "error") useRemote.setState({ problem: message.message });
+    else if (message.is === "error") useRemote.setState({ problem: message.sentence });
     else {
       const sentMs = this.sentMs.get(message.number);
       if (sentMs !== undefined) useRemote.setState({ roundTripMs: this.now() - sentMs });

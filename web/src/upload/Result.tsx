@@ -17,11 +17,11 @@ export function Result({ outcome, onOpen }: ResultProps) {
   }
   switch (outcome.outcome) {
     case "verified":
-      return <Told tone="success" title={t("upload.verified")} text={outcome.answer ?? t("upload.verifiedAbout")} />;
+      return <Told tone="success" title={t("upload.verified")} text={outcome.answer} />;
     case "not-verified":
       return <Told tone="warning" title={t("upload.notVerified")} text={t("upload.notVerifiedAbout")} />;
     case "failed":
-      return <Told tone="error" title={t("upload.failed")} text={inLanguage(outcome.error.message)} />;
+      return <Told tone="error" title={t("upload.failed")} text={inLanguage(outcome.error.sentence)} />;
     case "image":
       return (
         <div className="result success" role="status">

@@ -119,7 +119,7 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
               <span className="progress-bar">
                 <span style={{ width: `${percentage ?? 30}%` }} />
               </span>
-              {progress.retry && <p className="quiet">{inLanguage(progress.retry.message)}</p>}
+              {progress.retry && <p className="quiet">{inLanguage(progress.retry.sentence)}</p>}
             </>
           )}
         </ProgressBar>

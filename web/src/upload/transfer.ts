@@ -1,24 +1,12 @@
 /** An image on its way to a car, or back: the server speaks with the car, the page tells how it goes. */
 
 import { socketUrl } from "../api/http";
-import type { Sentence } from "../api/types";
+import type { Outcome, Progress, UploadAnswer } from "../generated/messages";
 import { carryBytes, type SerialPort } from "./web-serial";
 
 export type Order = { image: string; verify: boolean } | { readback: true };
 
-export interface Progress {
-  sent: number;
-  of: number;
-  /** Why the server tries again. */
-  retry?: { number: number; of: number; message: Sentence };
-}
-
-export type Outcome =
-  | { outcome: "verified" | "not-verified"; answer?: string }
-  | { outcome: "image"; image: string }
-  | { outcome: "failed"; error: { code: string; message: Sentence } };
-
-type Report = Progress | Outcome;
+export type { Outcome, Progress };
 
 /** The server went away in the middle, or was never there. */
 export class CutOffError extends Error {}
@@ -32,7 +20,7 @@ function follow(socket: WebSocket, onProgress: (progress: Progress) => void, car
         carry?.(data);
         return;
       }
-      const report = JSON.parse(data) as Report;
+      const report = JSON.parse(data) as UploadAnswer;
       if ("outcome" in report) resolve(report);
       else onProgress(report);
     });

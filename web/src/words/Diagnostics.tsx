@@ -10,16 +10,16 @@ export function Diagnostics({ diagnostics }: { diagnostics: readonly Diagnostic[
   const { t } = useTranslation();
   return (
     <ul className="diagnostics" aria-label={t("words.diagnostics")}>
-      {diagnostics.map(({ code, severity, message, path, block, editor }, index) => (
+      {diagnostics.map(({ code, severity, sentence, path, block, editor }, index) => (
         <li key={`${code} ${path} ${index}`} className={severity}>
           <Icon name={severity} />
           {block && editor ? (
             <Button className="diagnostic" onPress={() => showBlock(editor, block)}>
-              <b>{t(`editors.${editor}`)}</b> {inLanguage(message)}
+              <b>{t(`editors.${editor}`)}</b> {inLanguage(sentence)}
             </Button>
           ) : (
             <span className="diagnostic">
-              {editor && <b>{t(`editors.${editor}`)}</b>} {inLanguage(message)}
+              {editor && <b>{t(`editors.${editor}`)}</b>} {inLanguage(sentence)}
             </span>
           )}
         </li>

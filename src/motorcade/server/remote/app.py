@@ -1,45 +1,44 @@
-"""The remote's addresses: in the studio, and alone on a car."""
+"""The remote's addresses, in the studio and alone on a car: a WebSocket to drive, and pictures of cameras."""
 
-from collections.abc import Callable
+from collections.abc import AsyncGenerator, AsyncIterator, Callable
+from contextlib import aclosing
 
 from starlette.applications import Starlette
 from starlette.requests import HTTPConnection, Request
-from starlette.responses import RedirectResponse, Response
+from starlette.responses import RedirectResponse, Response, StreamingResponse
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
-from motorcade.server.errors import ServerError
-from motorcade.server.http import refusals
-from motorcade.server.pages import page_routes
-from motorcade.server.remote import pictures
+from motorcade.cameras.broadcast import RATE_HZ, Camera
+from motorcade.errors import MotorcadeError
+from motorcade.server.http import exception_handlers, page_routes
 from motorcade.server.remote.fleet import Fleet
-from motorcade.server.remote.page_session import refuse_cockpit, serve_cockpit
-from motorcade.server.request_filter import RequestFilter
-from motorcade.server.settings import ServerSettings
+from motorcade.server.remote.page_session import refuse_page, serve_page
+from motorcade.server.request_filter import RequestFilter, ServerSettings
 
-# The cars that a request may see, by what its address says of them.
-Cars = Callable[[HTTPConnection], Fleet]
+_BOUNDARY = "motorcade-picture"
+_MOST_HZ = 30.0
 
 
-def routes(settings: ServerSettings, cars: Cars) -> list[BaseRoute]:
-    """The WebSocket, the cameras and nothing else."""
+def routes(settings: ServerSettings, fleet_of: Callable[[HTTPConnection], Fleet]) -> list[BaseRoute]:
+    """The WebSocket and the cameras, for the cars that a request may use."""
 
     async def drive(socket: WebSocket) -> None:
         await socket.accept()
         try:
-            garage = cars(socket)
-        except ServerError as problem:
-            # A browser tells its page nothing of a connection that was refused before it began.
-            await refuse_cockpit(socket, problem)
+            fleet = fleet_of(socket)
+        except MotorcadeError as problem:
+            # Of a connection that is refused before it begins a browser gives its page no reason.
+            await refuse_page(socket, problem)
         else:
-            await serve_cockpit(socket, garage, settings)
+            await serve_page(socket, fleet, settings)
 
     async def camera(request: Request) -> Response:
-        return await pictures.stream(request, await cars(request).camera(request.query_params.get("car", "")))
+        return await stream(request, await fleet_of(request).camera(request.query_params.get("car", "")))
 
     async def snapshot(request: Request) -> Response:
-        return await pictures.snapshot(await cars(request).camera(request.query_params.get("car", "")))
+        return await snapshot_response(await fleet_of(request).camera(request.query_params.get("car", "")))
 
     return [
         WebSocketRoute("/drive/ws", drive),
@@ -48,14 +47,65 @@ def routes(settings: ServerSettings, cars: Cars) -> list[BaseRoute]:
     ]
 
 
-def make_remote(settings: ServerSettings, garage: Fleet) -> ASGIApp:
-    """The whole server of a car's own page."""
+def make_remote(settings: ServerSettings, fleet: Fleet) -> ASGIApp:
+    """The whole server of a page for these cars."""
 
     async def to_the_page(request: Request) -> Response:
         return RedirectResponse("/drive")
 
     app = Starlette(
-        routes=[*routes(settings, lambda asked: garage), Route("/", to_the_page), *page_routes()],
-        exception_handlers=refusals(),
+        routes=[*routes(settings, lambda connection: fleet), Route("/", to_the_page), *page_routes()],
+        exception_handlers=exception_handlers(),
     )
     return RequestFilter(app, settings)
+
+
+async def snapshot_response(camera: Camera | None) -> Response:
+    """One new picture. Raises MotorcadeError where there is no camera, or it fails."""
+    return Response(await _given(camera).snapshot(), media_type="image/jpeg")
+
+
+async def stream(request: Request, camera: Camera | None) -> Response:
+    """Pictures one after the other in one answer, as browsers show them (MJPEG), at most ``rate`` a second.
+
+    Raises:
+        MotorcadeError
+    """
+    pictures = _given(camera).pictures(_rate(request.query_params.get("rate", "")))
+    # The first picture comes before the answer, so that a camera that fails is an error and no broken picture.
+    first = await anext(pictures)
+    return StreamingResponse(_parts(first, pictures), media_type=f"multipart/x-mixed-replace; boundary={_BOUNDARY}")
+
+
+async def _parts(first: bytes, pictures: AsyncGenerator[bytes, None]) -> AsyncIterator[bytes]:
+    async with aclosing(pictures):
+        yield _part(first)
+        try:
+            async for picture in pictures:
+                yield _part(picture)
+        except MotorcadeError:
+            # The headers are sent, so no error can be.
+            return
+
+
+def _part(picture: bytes) -> bytes:
+    head = f"--{_BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(picture)}\r\n\r\n"
+    return head.encode() + picture + b"\r\n"
+
+
+def _given(camera: Camera | None) -> Camera:
+    if camera is None:
+        raise MotorcadeError("no-camera-here")
+    return camera
+
+
+def _rate(text: str) -> float:
+    try:
+        rate_hz = float(text or RATE_HZ)
+    except ValueError:
+        rate_hz = 0.0
+    if not 0.1 <= rate_hz <= _MOST_HZ:
+        raise MotorcadeError(
+            "bad-request", reason=f"rate is {text[:20]!r}; allowed: 0.1 to {_MOST_HZ:g} pictures a second"
+        )
+    return rate_hz

@@ -1,21 +1,125 @@
-"""The cars that a server lets pages drive."""
+"""The cars that a server offers to pages, and a page's control of one of them, wherever the car is."""
 
-from typing import NamedTuple, Protocol
+from collections.abc import Callable
+from typing import Any, NamedTuple, Protocol
 
 from motorcade.cameras.broadcast import Camera
+from motorcade.drive.input.deadman import stick_word
 from motorcade.drive.session import CarControl
-from motorcade.server.remote.control import LocalControl, PageControl
-from motorcade.server.remote.errors import RemoteError
+from motorcade.errors import MotorcadeError
+
+# A page may be connected to so many cars at once, and so many cameras of a world may be open.
+MOST_CARS = 16
 
 
-class Listed(NamedTuple):
-    """A car as pages list it.
+class PageControl(Protocol):
+    """One page's connection to one car.
+
+    What is asked of a car may take a moment, and raises MotorcadeError where the car refuses.
+    """
+
+    def steer(self, throttle: float, steering: float) -> None:
+        """Where the stick is now, both axes -1 to 1; a car that can't be reached stands still."""
+
+    async def request(self) -> None:
+        """Ask to drive."""
+
+    async def release(self) -> None:
+        """Stop driving, or stop waiting to drive."""
+
+    async def stop(self) -> None:
+        """Emergency stop."""
+
+    async def clear(self) -> None:
+        """Lift the emergency stop."""
+
+    async def resume_program(self) -> None:
+        """Give the car back to its own program."""
+
+    def telemetry(self) -> dict[str, Any]:
+        """The car's `motorcade.drive.wire.Telemetry` by name, and beside that:
+
+        - ``you``: whether this page ``drives`` and ``waits``, and its counts.
+        - ``paused``: whether the car's world stands still.
+        - ``silent_ms``: the time since the last telemetry.
+        - ``why``: in each language why the state is ``away``, or None.
+        """
+
+    def leave(self) -> None:
+        """End the connection; the car stands still if this page drove it."""
+
+
+class LocalControl:
+    """A page's connection to a car of this process.
+
+    Args:
+        car: the car.
+        page: the page's name there.
+        left: called when the page leaves.
+        is_paused: whether the car's world stands still.
+
+    Raises:
+        MotorcadeError: too many are connected to the car.
+    """
+
+    def __init__(
+        self,
+        car: CarControl,
+        page: str,
+        left: Callable[[], None] = lambda: None,
+        is_paused: Callable[[], bool] = lambda: False,
+    ) -> None:
+        self._car = car
+        self._page = page
+        self._left = left
+        self._is_paused = is_paused
+        self._session = car.join(page)
+
+    def steer(self, throttle: float, steering: float) -> None:
+        """Move the stick."""
+        self._session.command(stick_word(throttle, steering))
+
+    async def request(self) -> None:
+        """Ask to drive."""
+        self._session.request()
+
+    async def release(self) -> None:
+        """Stop driving, or stop waiting to drive."""
+        self._session.release()
+
+    async def stop(self) -> None:
+        """Emergency stop."""
+        self._session.stop()
+
+    async def clear(self) -> None:
+        """Lift the emergency stop."""
+        self._session.clear()
+
+    async def resume_program(self) -> None:
+        """Give the car back to its own program."""
+        self._session.resume_program()
+
+    def telemetry(self) -> dict[str, Any]:
+        """The car's telemetry, and what concerns this page (see `PageControl.telemetry`)."""
+        telemetry = self._car.telemetry()
+        you = {"drives": self._session.drives, "waits": telemetry.wanted_by == self._page}
+        more = {"paused": self._is_paused(), "silent_ms": 0, "why": None}
+        return telemetry._asdict() | more | {"you": you | self._session.counts.as_dict()}
+
+    def leave(self) -> None:
+        """End the connection."""
+        self._session.leave()
+        self._left()
+
+
+class ListedCar(NamedTuple):
+    """A car in a page's list.
 
     Attributes:
-        car: what it is called in messages.
+        car: its name in messages.
         leads: whether it leads others; None where that means nothing.
         sees: whether it has a camera.
-        name: what its owner calls it, where it has a name.
+        name: the name that its owner gave it, where there is one.
     """
 
     car: str
@@ -25,53 +129,85 @@ class Listed(NamedTuple):
 
 
 class Fleet(Protocol):
-    """Some cars, and the time in which they live. Every method may raise ServerError."""
+    """The cars that a page may drive. Every method may raise MotorcadeError."""
 
-    async def listed(self) -> list[Listed]:
-        """All of them, the first ones first."""
+    async def listed(self) -> list[ListedCar]:
+        """All cars, in the order of the page's list."""
 
-    async def enter(self, car: str, page: str) -> PageControl:
-        """A seat at a car for a page of that name."""
+    async def connect(self, car: str, page: str) -> PageControl:
+        """Connect a page of that name to a car."""
 
     async def camera(self, car: str) -> Camera | None:
-        """A car's camera, if it has one."""
+        """A car's camera; None where it has none."""
 
     async def start(self) -> None:
-        """Let time go on for them."""
+        """Have their world go on."""
 
 
 class SingleCar:
-    """The garage of a car that serves its own page.
+    """The fleet of a car that serves its own page.
 
     Args:
-        drive: the car; somebody else calls its ``beat``.
-        camera: its camera, if it has one.
+        car: the car; its ``beat`` is called elsewhere.
+        camera: its camera; None where it has none.
     """
 
     _NAME = "1"
 
-    def __init__(self, drive: CarControl, camera: Camera | None = None) -> None:
-        self._drive = drive
+    def __init__(self, car: CarControl, camera: Camera | None = None) -> None:
+        self._car = car
         self._camera = camera
 
-    async def listed(self) -> list[Listed]:
+    async def listed(self) -> list[ListedCar]:
         """The car itself."""
-        return [Listed(self._NAME, None, self._camera is not None)]
+        return [ListedCar(self._NAME, None, self._camera is not None)]
 
-    async def enter(self, car: str, page: str) -> PageControl:
-        """The car itself. Raises RemoteError for any other."""
+    async def connect(self, car: str, page: str) -> PageControl:
+        """Connect a page to the car. Raises MotorcadeError for any other car."""
         self._check(car)
-        return LocalControl(self._drive, page)
+        return LocalControl(self._car, page)
 
     async def camera(self, car: str) -> Camera | None:
-        """The car's camera, also where no car is named. Raises RemoteError for any other."""
+        """The car's camera, also where no car is named. Raises MotorcadeError for any other car."""
         if car:
             self._check(car)
         return self._camera
 
     async def start(self) -> None:
-        """Its time goes on already."""
+        """Do nothing: real time always goes on."""
 
     def _check(self, car: str) -> None:
         if car != self._NAME:
-            raise RemoteError("no-such-car", 404, car=car)
+            raise MotorcadeError("car-not-listed", car=car)
+
+
+class CombinedFleet:
+    """The cars of a world, then real cars.
+
+    Args:
+        simulated: the cars of a world.
+        real: the real cars; their names differ from those of ``simulated``.
+    """
+
+    def __init__(self, simulated: Fleet, real: Fleet) -> None:
+        self._simulated = simulated
+        self._real = real
+
+    async def listed(self) -> list[ListedCar]:
+        """All of them."""
+        return await self._simulated.listed() + await self._real.listed()
+
+    async def connect(self, car: str, page: str) -> PageControl:
+        """Connect a page to a car."""
+        return await (await self._of(car)).connect(car, page)
+
+    async def camera(self, car: str) -> Camera | None:
+        """A car's camera; None where it has none."""
+        return await (await self._of(car)).camera(car)
+
+    async def start(self) -> None:
+        """Have the world go on."""
+        await self._simulated.start()
+
+    async def _of(self, car: str) -> Fleet:
+        return self._real if car in {each.car for each in await self._real.listed()} else self._simulated

@@ -1,45 +1,205 @@
 """The studio's server: which address answers what."""
 
+import asyncio
+import csv
+import io
+import multiprocessing
+import ssl
+import tempfile
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from weakref import WeakKeyDictionary
+
+import numpy as np
 from starlette.applications import Starlette
-from starlette.requests import Request
-from starlette.responses import Response
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import Response, StreamingResponse
+from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.types import ASGIApp
 
-from motorcade.program.diagnostics import LANGUAGES, ProgramError
-from motorcade.server.http import answer, refusals
-from motorcade.server.pages import page_routes
-from motorcade.server.request_filter import RequestFilter
-from motorcade.server.studio import driving, projects
-from motorcade.server.studio import sessions as stages
-from motorcade.server.studio.settings import Settings
-from motorcade.service import gallery, programs, uploads
-from motorcade.service.compiling import said
+from motorcade.engine.events import KINDS, LOSS_REASONS
+from motorcade.errors import MotorcadeError
+from motorcade.program.diagnostics import ProgramError
+from motorcade.runs.recording import InMemoryRecording
+from motorcade.server.http import PAGE, exception_handlers, json_response, page_routes
+from motorcade.server.remote.app import routes as remote_routes
+from motorcade.server.remote.fleet import CombinedFleet, Fleet
+from motorcade.server.remote.remote_cars import RemoteCar, RemoteCars
+from motorcade.server.request_filter import RequestFilter, ServerSettings
+from motorcade.server.studio import uploads
+from motorcade.server.studio.driving import SessionFleet
+from motorcade.server.studio.library import FolderStorage
+from motorcade.server.studio.sessions import PageWorld, PageWorlds
+from motorcade.server.studio.simulation import EVENT_ROW, StudioWorld, count_cars
+from motorcade.service.messages import Capabilities
+from motorcade.service.programs import error_answer
+from motorcade.service.requests import Context, respond
 
-_MOST_SAID = 3
+COLUMNS = ("t_ms", "car", "event", "why", "word", "other")
+_FILMS = {"run.gif": "image/gif", "run.mp4": "video/mp4"}
+_SECONDS, _MOST_SECONDS = 10.0, 60.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Settings(ServerSettings):
+    """How a studio runs; the same for all who use it.
+
+    Attributes:
+        library: the folder that projects are stored in.
+        page: the folder of the built page.
+        most_sessions: the most worlds at once.
+        most_cars: the most cars in one of them.
+        cars, keys, trust: real cars, as `motorcade.server.remote.remote_cars.RemoteCars` takes them.
+    """
+
+    library: Path
+    page: Path = PAGE
+    most_sessions: int = 64
+    most_cars: int = 2_000
+    cars: tuple[RemoteCar, ...] = ()
+    keys: ssl.SSLContext | None = None
+    trust: ssl.SSLContext | None = None
 
 
 def make_app(settings: Settings) -> ASGIApp:
     """The whole server, as an ASGI application."""
-    worlds = stages.PlaybackSessions(settings)
-    rooms = (programs, projects, gallery, uploads)
+    worlds = PageWorlds(settings, settings.most_sessions, settings.most_cars)
     app = Starlette(
         routes=[
-            *(route for room in rooms for route in room.routes(settings)),
-            *stages.routes(worlds),
-            *driving.routes(settings, worlds),
+            *uploads.routes(settings, settings.library / "virtual-car.image"),
+            WebSocketRoute("/api/world", worlds.serve),
+            _download_route(worlds),
+            _request_route(settings),
+            *_remote_routes(settings, worlds),
             *page_routes(settings.page),
         ],
-        exception_handlers={**refusals(), ProgramError: _refuse_program},
+        exception_handlers={**exception_handlers(), ProgramError: _answer_program_error},
     )
     return RequestFilter(app, settings)
 
 
-async def _refuse_program(request: Request, problem: Exception) -> Response:
-    assert isinstance(problem, ProgramError)
-    told = problem.diagnostics[:_MOST_SAID]
-    message = {
-        language: "\n".join(f"{each.path}: {each.message(language)}".removeprefix(": ") for each in told)
-        for language in LANGUAGES
-    }
-    error = {"code": told[0].code, "message": message, "diagnostics": said(problem.diagnostics)}
-    return answer({"error": error}, 400)
+def _request_route(settings: Settings) -> Route:
+    """Every request of `motorcade.service.requests.REQUESTS`, as ``POST /api/<name>``."""
+    context = Context(
+        Capabilities(serial_ports=True, films=True, real_cars=bool(settings.cars), most_cars=settings.most_cars),
+        FolderStorage(settings.library),
+        lambda mat: count_cars(mat, settings.most_cars),
+        uploads.listed_ports,
+    )
+
+    async def endpoint(request: Request) -> Response:
+        name, data = request.path_params["name"], await request.body()
+        answer = await run_in_threadpool(respond, name, data, context)
+        return Response(answer, media_type="application/json")
+
+    return Route("/api/{name:path}", endpoint, methods=["POST"])
+
+
+async def _answer_program_error(request: Request, problem: Exception) -> Response:
+    return json_response({"error": error_answer(problem)}, 400)
+
+
+def _remote_routes(settings: Settings, worlds: PageWorlds) -> list[BaseRoute]:
+    """The remote, for the world of the session that the address names, or of the only one; and for real cars."""
+    fleets: WeakKeyDictionary[PageWorld, SessionFleet] = WeakKeyDictionary()
+    real = RemoteCars(settings.cars, settings.keys, settings.trust) if settings.cars else None
+
+    def fleet_of(connection: HTTPConnection) -> Fleet:
+        key = connection.query_params.get("session", "")
+        try:
+            session = worlds.named_or_only(key)
+        except MotorcadeError:
+            if real is None or key:
+                raise
+            return real
+        simulated = fleets.setdefault(session, SessionFleet(session))
+        return CombinedFleet(simulated, real) if real else simulated
+
+    return remote_routes(settings, fleet_of)
+
+
+def _download_route(worlds: PageWorlds) -> Route:
+    """The events of a run as CSV, and films of its last seconds, one drawn at a time."""
+    drawing = asyncio.Semaphore(1)
+
+    async def download(request: Request) -> Response:
+        session = worlds.session(request.path_params["session"])
+        file = request.path_params["file"]
+        headers = {"Content-Disposition": f'attachment; filename="{file}"'}
+        if file == "timeline.csv":
+            batches = await session.alone(lambda: session.current().events())
+            return StreamingResponse(timeline(batches), media_type="text/csv; charset=utf-8", headers=headers)
+        if file not in _FILMS:
+            raise MotorcadeError("no-world")
+        seconds = _seconds(request.query_params.get("seconds", ""))
+        run = await session.alone(partial(_recording, session, seconds))
+        async with drawing:
+            film = await _film(run, file)
+        return Response(film, media_type=_FILMS[file], headers=headers)
+
+    return Route("/api/world/{session}/{file}", download)
+
+
+def timeline(batches: Iterable[bytes]) -> Iterator[str]:
+    """Rows of events as CSV, with a head, a batch at a time."""
+    yield _csv([COLUMNS])
+    for batch in batches:
+        yield _csv(
+            (t_ms, car, KINDS[kind], LOSS_REASONS[why], f"0x{word:08X}", other)
+            for t_ms, car, kind, why, _, word, other in np.frombuffer(batch, EVENT_ROW).tolist()
+        )
+
+
+def _csv(rows: Iterable[Iterable[object]]) -> str:
+    text = io.StringIO()
+    csv.writer(text).writerows(rows)
+    return text.getvalue()
+
+
+def _recording(session: PageWorld, seconds: float) -> InMemoryRecording:
+    """The last simulated seconds of a session's run."""
+    world = session.current().world
+    assert isinstance(world, StudioWorld)
+    run = InMemoryRecording(world.description())
+    for frame in world.frames(session.current().moments(seconds)):
+        run.write(frame)
+    return run
+
+
+async def _film(run: InMemoryRecording, file: str) -> bytes:
+    if run.last_ms == 0:
+        raise MotorcadeError("nothing-to-draw")
+    # Drawing is Python's own work, which would hold up all cars in this process.
+    process = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
+    try:
+        return await asyncio.get_running_loop().run_in_executor(process, draw, run, file)
+    except (MotorcadeError, BrokenProcessPool) as problem:
+        raise MotorcadeError("film-failed", reason=problem) from None
+    finally:
+        process.shutdown(wait=False)
+
+
+def draw(run: InMemoryRecording, file: str) -> bytes:
+    """The bytes of a film. Raises MotorcadeError."""
+    # Matplotlib takes longer to load than the rest of the server.
+    from motorcade.runs.video import draw_film
+
+    with tempfile.TemporaryDirectory(prefix="motorcade-", ignore_cleanup_errors=True) as folder:
+        draw_film(run, Path(folder) / file)
+        return (Path(folder) / file).read_bytes()
+
+
+def _seconds(text: str) -> float:
+    try:
+        seconds = float(text or _SECONDS)
+    except ValueError:
+        seconds = 0.0
+    if not 0 < seconds <= _MOST_SECONDS:
+        reason = f"seconds is {text[:20]!r}; allowed: above 0, up to {_MOST_SECONDS:g}"
+        raise MotorcadeError("bad-message", reason=reason)
+    return seconds

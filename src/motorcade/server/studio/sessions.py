@@ -1,117 +1,192 @@
-"""All pages' worlds: each lives while its page does, and a minute longer for a page that is loaded again."""
+"""The studio's worlds over WebSockets: threads, real time and bounded queues around `motorcade.service.world_session`.
+
+A session lives while its page is connected, and a minute longer for a page that is loaded again.
+"""
 
 import asyncio
 import os
 import re
+from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, TypeVar
+from typing import TypeVar
 
+import msgspec
 from anyio import CapacityLimiter, to_thread
-from starlette.requests import Request
-from starlette.responses import Response
-from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motorcade.engine.native import telling
 from motorcade.errors import MotorcadeError
-from motorcade.server.errors import ServerError
-from motorcade.server.sockets import heard, until_one_ends
-from motorcade.server.studio.manual_control import ManualControl
-from motorcade.server.studio.outbox import Outbox
-from motorcade.server.studio.settings import Settings
-from motorcade.service.errors import StudioError, reason_of
-from motorcade.service.exports import Exports
-from motorcade.service.messages import (
-    Furnish,
-    Message,
-    Move,
-    Pause,
-    Play,
+from motorcade.server.http import next_message, until_one_ends
+from motorcade.server.request_filter import ServerSettings
+from motorcade.server.studio.driving import ManualControl
+from motorcade.server.studio.simulation import StudioWorld, build_world
+from motorcade.service.playback import Playback
+from motorcade.service.world_messages import (
+    CarDetails,
+    Compiling,
     Reset,
     Resume,
-    Say,
-    Seek,
-    Set,
+    SetWorld,
     Shown,
-    Step,
-    Watch,
-    furniture_of,
-    world_of,
+    State,
+    WorldAnswer,
+    WorldMessage,
 )
-from motorcade.service.playback import PICTURE_S, Playback
-from motorcade.timing import RateLimit, to_ticks
+from motorcade.service.world_session import WorldSession, refused
+from motorcade.timing import to_ticks
 
 GRACE_S = 60.0
-_STATE_S, _CAR_S = 0.25, 0.1
-# Threads that hand work to each other wait for Python's lock longer than this.
+# A thread that hands work to another waits for Python's lock longer than this.
 _QUICK_S = 0.002
 _KEY = re.compile(r"[0-9a-f]{32}")
-T = TypeVar("T")
+_MOST_WAITING = 64
+_POLICY_VIOLATION = 1008
+_T = TypeVar("_T")
 
 
-@dataclass(eq=False)
-class Session:
-    """A page's place here, whichever connection the page has.
+class Outbox:
+    """Answers that wait to be sent to a page, in order; at most 64.
 
-    Attributes:
-        key: what the page calls it.
-        stage: its world, once the page has set one.
-        page: what waits for the page that looks; None while none does.
-        left: what forgets the session when no page comes back.
-        lock: held by whoever works with the stage, which knows nothing of threads.
-        stirred: set whenever there may be something to do.
-        hands: those of its cars that somebody drives, or has driven.
-        quick: whether the last picture took so little time that a thread of its own would take more.
+    A newer state replaces one that waits, and so do details of a car. Pictures are few, since the session makes none
+    while a page has enough that it has not drawn.
     """
 
-    key: str
-    stage: Playback | None = None
-    page: Outbox | None = None
-    left: asyncio.TimerHandle | None = None
-    lock: asyncio.Lock = field(default_factory=asyncio.Lock)
-    stirred: asyncio.Event = field(default_factory=asyncio.Event)
-    hands: ManualControl = field(default_factory=ManualControl)
-    quick: bool = False
+    def __init__(self) -> None:
+        self._waiting: deque[tuple[type, str | bytes]] = deque()
+        self._changed = asyncio.Event()
+        self._closing = False
+
+    def put(self, answer: WorldAnswer | bytes, closing: bool = False) -> None:
+        """Send an answer; ``closing`` ends the connection with it."""
+        kind = type(answer)
+        if isinstance(answer, State | CarDetails):
+            self._waiting = deque(each for each in self._waiting if each[0] is not kind)
+        if len(self._waiting) < _MOST_WAITING or isinstance(answer, bytes):
+            data = answer if isinstance(answer, bytes) else msgspec.json.encode(answer).decode()
+            self._waiting.append((kind, data))
+        self._closing = self._closing or closing
+        self._changed.set()
+
+    async def send_to(self, socket: WebSocket) -> None:
+        """Send what is put here, until the connection is to be closed."""
+        while not self._closing or self._waiting:
+            await self._changed.wait()
+            self._changed.clear()
+            while self._waiting:
+                _, data = self._waiting.popleft()
+                if isinstance(data, bytes):
+                    await socket.send_bytes(data)
+                else:
+                    await socket.send_text(data)
+        await socket.close(_POLICY_VIOLATION)
 
 
-class PlaybackSessions:
-    """The sessions of a server, and the threads that work for them."""
+class PageWorld(WorldSession):
+    """A session, and what the server knows of it.
 
-    def __init__(self, settings: Settings):
+    Args:
+        most_cars: the most cars in its world.
+        workers: how many threads may work for all sessions.
+
+    Attributes:
+        page: what waits for the page that is connected; None while none is.
+        forget_timer: removes the session unless a page comes back.
+        lock: held by the task that works with the session, which is not safe for threads.
+        changed: set whenever there may be something to show.
+        control: the cars that somebody drives, or has driven.
+        is_quick: whether the last picture took so little time that a thread of its own would take more.
+    """
+
+    def __init__(self, key: str, most_cars: int, workers: CapacityLimiter) -> None:
+        self.control = ManualControl()
+        super().__init__(key, lambda message: build_world(message, self.control.boards, most_cars))
+        self._workers = workers
+        self.page: Outbox | None = None
+        self.forget_timer: asyncio.TimerHandle | None = None
+        self.lock = asyncio.Lock()
+        self.changed = asyncio.Event()
+        self.is_quick = False
+
+    async def alone(self, job: Callable[[], _T]) -> _T:
+        """Do a job with the session that nothing else uses meanwhile, in a thread unless that is slower."""
+        async with self.lock:
+            return job() if self.is_quick else await self.in_thread(job)
+
+    async def in_thread(self, job: Callable[[], _T]) -> _T:
+        """Do a job in a thread; the caller holds the lock."""
+        return await to_thread.run_sync(job, limiter=self._workers)
+
+    async def work(self, job: Callable[[StudioWorld], _T]) -> _T:
+        """Do a job with the world, as `alone`. Raises MotorcadeError where there is no world."""
+
+        def do() -> _T:
+            world = self.current().world
+            assert isinstance(world, StudioWorld)
+            return job(world)
+
+        return await self.alone(do)
+
+    def current(self) -> Playback:
+        """The world in play. Raises MotorcadeError where there is none."""
+        if self.playback is None:
+            raise MotorcadeError("no-world")
+        return self.playback
+
+    def is_paused(self) -> bool:
+        """Whether the world stands still, or its page has left."""
+        return self.page is None or self.playback is None or not self.playback.playing
+
+    async def play(self) -> None:
+        """Go on. Raises MotorcadeError where there is no world."""
+        await self.alone(lambda: self.current().play(self.current().speed))
+        self.changed.set()
+
+
+class PageWorlds:
+    """The sessions of a server, and the threads that work for them.
+
+    Args:
+        settings: how fast a page may send.
+        most_sessions: the most worlds at once.
+        most_cars: the most cars in one of them.
+    """
+
+    def __init__(self, settings: ServerSettings, most_sessions: int, most_cars: int) -> None:
         self._settings = settings
-        self._sessions: dict[str, Session] = {}
-        # The kernels let go of Python's lock, so a heavy world keeps one of these busy and no more.
+        self._most_sessions = most_sessions
+        self._most_cars = most_cars
+        self._sessions: dict[str, PageWorld] = {}
+        # The kernels release Python's lock, so a heavy world keeps one of these threads busy and no more.
         self._workers = CapacityLimiter(max(os.cpu_count() or 1, 2))
 
-    def session(self, key: str) -> Session:
-        """The session of that key, which has a stage. Raises StudioError."""
+    def session(self, key: str) -> PageWorld:
+        """The session of that key, which has a world. Raises MotorcadeError."""
         session = self._sessions.get(key)
-        if session is None or session.stage is None:
-            raise StudioError("no-world", 404)
+        if session is None or session.playback is None:
+            raise MotorcadeError("no-world")
         return session
 
-    def named_or_only(self, key: str) -> Session:
-        """The session of that key; without a key the only one. Raises StudioError."""
+    def named_or_only(self, key: str) -> PageWorld:
+        """The session of that key; without a key the only one. Raises MotorcadeError."""
         if not key and len(self._sessions) == 1:
             key = next(iter(self._sessions))
         return self.session(key)
 
     async def serve(self, socket: WebSocket) -> None:
-        """Be a page's world for as long as it is connected."""
+        """Serve a page's connection until it ends."""
         await socket.accept()
         page = Outbox()
         try:
             session = self._enter(socket.query_params.get("session", ""), page)
-        except ServerError as problem:
-            page.refuse(problem, closing=True)
+        except MotorcadeError as problem:
+            page.put(refused(problem), closing=True)
             with suppress(WebSocketDisconnect):
                 await page.send_to(socket)
             return
         jobs = (
-            partial(self._greet_and_listen, socket, session, page),
+            partial(self._listen, socket, session, page),
             partial(page.send_to, socket),
             partial(self._show, session, page),
         )
@@ -120,183 +195,103 @@ class PlaybackSessions:
         finally:
             self._leave(session, page)
 
-    async def work(self, session: Session, job: Callable[[Playback], T]) -> T:
-        """Do something with the session's stage, which nobody else has meanwhile, in a worker unless it is quick.
-
-        Raises StudioError.
-        """
-        async with session.lock:
-            if session.stage is None:
-                raise StudioError("no-world", 404)
-            if session.quick:
-                return job(session.stage)
-            return await self._in_worker(partial(job, session.stage))
-
-    async def _in_worker(self, job: Callable[[], T]) -> T:
-        return await to_thread.run_sync(job, limiter=self._workers)
-
-    def _enter(self, key: str, page: Outbox) -> Session:
+    def _enter(self, key: str, page: Outbox) -> PageWorld:
         if not _KEY.fullmatch(key):
-            raise StudioError("bad-session")
+            raise MotorcadeError("bad-session")
         session = self._sessions.get(key)
         if session is None:
             self._make_room()
-            session = self._sessions[key] = Session(key)
-        if session.left:
-            session.left.cancel()
-            session.left = None
+            session = self._sessions[key] = PageWorld(key, self._most_cars, self._workers)
+        if session.forget_timer:
+            session.forget_timer.cancel()
+            session.forget_timer = None
         if session.page:
-            session.page.refuse(StudioError("taken-over"), closing=True)
+            session.page.put(refused(MotorcadeError("taken-over")), closing=True)
         session.page = page
         return session
 
     def _make_room(self) -> None:
-        most = self._settings.most_sessions
-        if len(self._sessions) < most:
+        if len(self._sessions) < self._most_sessions:
             return
-        idle = [session for session in self._sessions.values() if session.left]
+        idle = {session.forget_timer.when(): session for session in self._sessions.values() if session.forget_timer}
         if not idle:
-            raise StudioError("too-many-sessions", 503, most=most)
-        self._forget(min(idle, key=lambda each: each.left.when() if each.left else 0.0))
+            raise MotorcadeError("too-many-sessions", most=self._most_sessions)
+        self._forget(idle[min(idle)])
 
-    def _leave(self, session: Session, page: Outbox) -> None:
+    def _leave(self, session: PageWorld, page: Outbox) -> None:
         if session.page is page:
             session.page = None
-            session.left = asyncio.get_running_loop().call_later(GRACE_S, self._forget, session)
+            session.forget_timer = asyncio.get_running_loop().call_later(GRACE_S, self._forget, session)
 
-    def _forget(self, session: Session) -> None:
-        if session.left:
-            session.left.cancel()
+    def _forget(self, session: PageWorld) -> None:
+        if session.forget_timer:
+            session.forget_timer.cancel()
         self._sessions.pop(session.key, None)
 
-    def _greet(self, session: Session, page: Outbox, resumed: bool) -> None:
-        """Say who is there; only while the session's lock is held."""
-        stage = session.stage
-        page.put("hello", {"session": session.key, "resumed": resumed} | (stage.hello() if stage else {"cars": 0}))
-        if stage:
-            stage.look_anew()
-            page.put("state", stage.state())
-            session.stirred.set()
-
-    async def _greet_and_listen(self, socket: WebSocket, session: Session, page: Outbox) -> None:
-        async with session.lock:
-            self._greet(session, page, resumed=session.stage is not None)
+    async def _listen(self, socket: WebSocket, session: PageWorld, page: Outbox) -> None:
         settings = self._settings
-        rate = RateLimit(2 * settings.messages_a_second, 2000)
+        async with session.lock:
+            _put_all(session, page, session.connect())
+        rate = settings.message_rate()
         while True:
             try:
-                message: Message = await heard(socket, Message, settings.most_body)  # type: ignore[arg-type]  # a union
-                if isinstance(message, Shown):
-                    page.shown(message.frame)
-                else:
-                    await self._obey(session, page, message)
-            except ServerError as problem:
-                page.refuse(problem)
+                message: WorldMessage = await next_message(socket, WorldMessage, settings.most_body)  # type: ignore[arg-type]  # a union
+                await self._obey(session, page, message)
+            except MotorcadeError as problem:
+                page.put(refused(problem))
             if not rate.allows(to_ticks(settings.clock())):
-                page.refuse(StudioError("too-many-messages", most=settings.messages_a_second), closing=True)
+                too_many = MotorcadeError("too-many-messages", most=settings.messages_a_second)
+                page.put(refused(too_many), closing=True)
                 await asyncio.Event().wait()
 
-    async def _begin(self, session: Session, page: Outbox, message: Set) -> None:
-        most_cars = self._settings.most_cars
-        async with session.lock:
-            session.stage = await self._in_worker(lambda: Playback(world_of(message, most_cars), session.hands.boards))
-            session.hands.give_back_all()
-            self._greet(session, page, resumed=False)
+    async def _obey(self, session: PageWorld, page: Outbox, message: WorldMessage) -> None:
+        if isinstance(message, Shown):
+            # Without the lock: the page's acknowledgement need not wait for a picture that is being made.
+            if session.page is page:
+                session.receive(message)
+        elif isinstance(message, SetWorld):
+            notify = partial(asyncio.get_running_loop().call_soon_threadsafe, page.put, Compiling())
+            with telling(notify):
+                async with session.lock:
+                    world = await session.in_thread(lambda: session.make_world(message))
+                    session.control.give_back_all()
+                    _put_all(session, page, session.begin(world))
+        else:
+            if isinstance(message, Reset):
+                session.control.give_back_all()
+            elif isinstance(message, Resume):
+                session.control.give_back(message.car)
+            session.is_quick = False
+            answers = await session.alone(lambda: session.receive(message))
+            # A picture that was made meanwhile, and timed, had nothing of this to show.
+            session.is_quick = False
+            _put_all(session, page, answers)
 
-    async def _obey(self, session: Session, page: Outbox, message: Message) -> None:
-        most_cars = self._settings.most_cars
-        if isinstance(message, Set):
-            with telling(partial(asyncio.get_running_loop().call_soon_threadsafe, page.put, "compiling", {})):
-                await self._begin(session, page, message)
-            return
-        if isinstance(message, Reset):
-            session.hands.give_back_all()
-        elif isinstance(message, Resume):
-            session.hands.give_back(message.car)
-        session.quick = False
-        told = await self.work(session, lambda stage: _done(stage, message, most_cars))
-        # A picture that was measured meanwhile knew nothing of this.
-        session.quick = False
-        for kind, values in told:
-            page.put(kind, values)
-        session.stirred.set()
-
-    async def _show(self, session: Session, page: Outbox) -> None:
-        """Let time go on, and show it, for as long as the page looks."""
+    async def _show(self, session: PageWorld, page: Outbox) -> None:
+        """Advance the world while the page is connected, and send what there is to show."""
         clock = self._settings.clock
-        due_s = state_due_s = car_due_s = clock()
         while True:
-            await session.stirred.wait()
-            stage = session.stage
-            if stage is None or not (stage.playing or stage.changed):
-                session.stirred.clear()
+            await session.changed.wait()
+            wait_s = session.wait_s(clock())
+            if wait_s is None:
+                session.changed.clear()
                 continue
-            await asyncio.sleep(max(due_s - clock(), 0))
-            now_s = clock()
-            due_s = max(due_s + PICTURE_S, now_s)
-            beat = partial(_beat, clock, page.next_picture, now_s >= state_due_s, now_s >= car_due_s)
-            picture, state, car = await self.work(session, beat)
-            session.quick = clock() - now_s < _QUICK_S
-            if picture is not None:
-                page.put_picture(picture)
-            if state is not None:
-                page.put("state", state)
-                state_due_s = now_s + _STATE_S
-            if car is not None:
-                page.put("car", car)
-                car_due_s = now_s + _CAR_S
+            await asyncio.sleep(wait_s)
+            began_s = clock()
+            answers = await session.alone(partial(_advance, session, clock))
+            session.is_quick = clock() - began_s < _QUICK_S
+            for answer in answers:
+                page.put(answer)
 
 
-Told = dict[str, Any] | None
-
-
-def _beat(
-    clock: Callable[[], float], number: int | None, wants_state: bool, wants_car: bool, stage: Playback
-) -> tuple[bytes | None, Told, Told]:
+def _advance(session: PageWorld, clock: Callable[[], float]) -> list[WorldAnswer | bytes]:
     now_s = clock()
-    stage.advance(now_s)
-    stage.took(clock() - now_s)
-    picture = stage.picture(number) if number is not None and stage.changed else None
-    return picture, stage.state() if wants_state else None, stage.car() if wants_car else None
+    answers = session.advance(now_s)
+    session.took(clock() - now_s)
+    return answers
 
 
-def _done(stage: Playback, message: Message, most_cars: int) -> list[tuple[str, dict[str, Any]]]:
-    """Do what a page says; gives what it is told at once. Raises StudioError."""
-    try:
-        match message:
-            case Play():
-                stage.play(message.speed)
-            case Pause():
-                stage.pause()
-            case Step():
-                stage.step(message.ticks)
-            case Reset():
-                stage.reset(message.seed)
-            case Say():
-                stage.say(message.word)
-            case Furnish():
-                stage.furnish(furniture_of(message.mat, most_cars), message.range_mm)
-            case Move():
-                stage.move(message.car, message.x_m, message.y_m, message.heading_deg)
-            case Watch():
-                stage.watch(message.car)
-            case Seek():
-                stage.seek(message.t_ms)
-    except MotorcadeError as problem:
-        raise StudioError("bad-world", reason=reason_of(problem)) from None
-    car = stage.car()
-    return [("state", stage.state()), *([("car", car)] if car else [])]
-
-
-def routes(stages: PlaybackSessions) -> list[BaseRoute]:
-    """The WebSocket of worlds, and what can be downloaded of their runs."""
-    exports = Exports()
-
-    async def download(request: Request) -> Response:
-        session = stages.session(request.path_params["session"])
-        return await exports.answer(request, partial(stages.work, session))
-
-    return [
-        WebSocketRoute("/api/world", stages.serve),
-        Route("/api/world/{session}/{file}", download),
-    ]
+def _put_all(session: PageWorld, page: Outbox, answers: list[WorldAnswer]) -> None:
+    for answer in answers:
+        page.put(answer)
+    session.changed.set()

@@ -1,4 +1,4 @@
-"""Uploads as a page asks for them: to the virtual car, to played ones, and through a port of the page's own."""
+"""Uploads over WebSockets: to the virtual car, to played ones, and through a port of the page."""
 
 import base64
 import json
@@ -9,14 +9,13 @@ import threading
 from contextlib import contextmanager, suppress
 
 import pytest
-from starlette.applications import Starlette
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from motorcade.errors import MotorcadeError
-from motorcade.server.studio.settings import Settings
-from motorcade.service import uploads
-from motorcade.service.virtual import VirtualCar
+from motorcade.server.studio import uploads
+from motorcade.server.studio.app import Settings, make_app
+from motorcade.server.studio.uploads import VirtualCar
 from motorcade.upload import check_request as asking
 from motorcade.upload import serial_port
 from motorcade.upload import transfer as talk
@@ -28,6 +27,8 @@ from motorcade.words.upload import CHECK, CarEnd
 from motorcade.words.upload import IMAGE as STORE
 from support.strategies import CLASSROOM
 
+HERE = "http://127.0.0.1:7700"
+SOCKETS = "ws://127.0.0.1:7700/api"
 IMAGE = bytes.fromhex("01000000 64800000")
 LONG = bytes.fromhex("FF000000" + "64800000" * 255)
 NO_PROGRAM = bytes(4)
@@ -44,7 +45,7 @@ def no_pauses(monkeypatch) -> None:
 
 @pytest.fixture
 def client(tmp_path):
-    with TestClient(Starlette(routes=uploads.routes(Settings(library=tmp_path)))) as served:
+    with TestClient(make_app(Settings(library=tmp_path, page=tmp_path)), base_url=HERE) as served:
         yield served
 
 
@@ -57,7 +58,7 @@ def ask(client, **wanted) -> list[dict]:
     if "image" in wanted:
         wanted["image"] = base64_of(wanted["image"])
     told = []
-    with client.websocket_connect("/api/upload") as socket:
+    with client.websocket_connect(f"{SOCKETS}/upload") as socket:
         socket.send_json(wanted)
         with suppress(WebSocketDisconnect):
             while True:
@@ -69,9 +70,9 @@ def failure(told: list[dict]) -> tuple[str, str]:
     """The code and the English sentence in which it ended."""
     assert told[-1]["outcome"] == "failed"
     error = told[-1]["error"]
-    assert set(error["message"]) == {"en", "zh"}
-    assert error["message"]["zh"].endswith(("。", "？"))
-    return error["code"], error["message"]["en"]
+    assert set(error["sentence"]) == {"en", "zh"}
+    assert error["sentence"]["zh"].endswith(("。", "？"))
+    return error["code"], error["sentence"]["en"]
 
 
 @contextmanager
@@ -113,7 +114,7 @@ def test_the_ports_are_those_of_the_computer_and_a_virtual_one(client, monkeypat
     board = PortInfo("COM3", "USB Serial", "USB", "CH340", BOARD)
     monkeypatch.setattr(uploads, "ports", lambda: [board, PortInfo("/dev/ttyS0", "", "", rank=BARE)])
     # Nothing is mostly at a port of the mainboard, so it comes last.
-    assert client.get("/api/ports").json() == [
+    assert client.post("/api/ports").json() == [
         {"port": "COM3", "description": "CH340 (USB Serial)", "kind": "serial"},
         {"port": "virtual", "description": "", "kind": "virtual"},
         {"port": "/dev/ttyS0", "description": "", "kind": "serial"},
@@ -142,7 +143,7 @@ def test_without_verification_nothing_is_promised(client) -> None:
     assert ask(client, port="virtual", image=IMAGE, verify=False)[-1] == {"outcome": "not-verified"}
 
 
-def test_a_virtual_car_that_is_talked_to_is_busy(tmp_path) -> None:
+def test_a_virtual_car_is_busy_during_a_transfer(tmp_path) -> None:
     car = VirtualCar(tmp_path / "car.image")
     with car.at_a_port(CLASSROOM), pytest.raises(MotorcadeError), car.at_a_port(CLASSROOM):
         pass
@@ -150,7 +151,7 @@ def test_a_virtual_car_that_is_talked_to_is_busy(tmp_path) -> None:
         assert serial_port.readback(port, 115200) == NO_PROGRAM
 
 
-def test_a_virtual_car_whose_file_is_broken_says_which(client, tmp_path) -> None:
+def test_a_damaged_file_of_the_virtual_car_is_named(client, tmp_path) -> None:
     (tmp_path / "virtual-car.image").write_bytes(b"broken")
     code, sentence = failure(ask(client, port="virtual", image=IMAGE))
     assert code == "virtual-car"
@@ -168,7 +169,7 @@ def test_a_virtual_car_whose_file_is_broken_says_which(client, tmp_path) -> None
         (b"hello\n", "no-answer", "upload without checking"),
     ],
 )
-def test_what_a_car_does_wrong_is_said_in_two_languages(client, monkeypatch, answer, code, says) -> None:
+def test_a_failed_upload_is_explained_in_every_language(client, monkeypatch, answer, code, says) -> None:
     with played(monkeypatch, answer) as port:
         all_told = ask(client, port=port, image=IMAGE)
     told = failure(all_told)
@@ -178,8 +179,8 @@ def test_what_a_car_does_wrong_is_said_in_two_languages(client, monkeypatch, ans
     assert "keeps the image that it had" in told[1]
     retries = [each["retry"] for each in all_told if "retry" in each]
     assert [(each["number"], each["of"]) for each in retries] == [(2, 3), (3, 3)]
-    assert retries[0]["message"]["zh"].endswith("。")
-    assert "again, 2 of 3" in retries[0]["message"]["en"]
+    assert retries[0]["sentence"]["zh"].endswith("。")
+    assert "again, 2 of 3" in retries[0]["sentence"]["en"]
 
 
 @pytest.mark.parametrize(
@@ -201,12 +202,12 @@ def test_only_listed_ports_are_opened(client, port) -> None:
         ({"port": "virtual", "imag": ""}, "bad-message"),
     ],
 )
-def test_what_makes_no_sense_is_refused(client, wanted, code) -> None:
+def test_an_order_that_can_not_be_is_refused(client, wanted, code) -> None:
     assert failure(ask(client, **wanted))[0] == code
 
 
 @pytest.mark.parametrize("code", ["no-such-port", "no-answer", "car-busy", "refused", "mismatch", "went-away"])
-def test_every_failure_of_a_port_is_told_by_the_name_that_the_page_knows(client, monkeypatch, code) -> None:
+def test_every_failure_names_the_port_as_the_page_does(client, monkeypatch, code) -> None:
     def fail(*arguments, **options):
         raise MotorcadeError(code, port="/dev/pts/9", detail="DETAIL", holds=holds_phrase("old"))
 
@@ -214,13 +215,13 @@ def test_every_failure_of_a_port_is_told_by_the_name_that_the_page_knows(client,
     told = ask(client, port="virtual", image=IMAGE)[-1]["error"]
     assert told["code"] == code
     assert "/dev/pts/9" not in str(told)
-    assert ("keeps the image that it had" in told["message"]["en"]) == (code != "no-such-port")
+    assert ("keeps the image that it had" in told["sentence"]["en"]) == (code != "no-such-port")
 
 
 def carry(client, wanted: dict, answers, chunks: list[bytes] | None = None) -> tuple[list[dict], bytes]:
     """A page that carries bytes to a car and back: what the server said, and what reached the car."""
     told, reached = [], b""
-    with client.websocket_connect("/api/serial") as socket:
+    with client.websocket_connect(f"{SOCKETS}/serial") as socket:
         socket.send_json(wanted)
         while True:
             message = socket.receive()
@@ -251,7 +252,7 @@ class Car:
             yield from [answer[:5], answer[5:]] if answer else [self.held]
 
 
-def test_a_page_with_a_port_of_its_own_only_carries_the_bytes(client) -> None:
+def test_an_image_goes_through_a_port_of_the_page_and_back(client) -> None:
     car = Car()
     told, reached = carry(client, {"image": base64_of(LONG)}, car)
     assert car.held == LONG
@@ -262,7 +263,7 @@ def test_a_page_with_a_port_of_its_own_only_carries_the_bytes(client) -> None:
     assert carry(client, {"readback": True}, car)[0] == [{"outcome": "image", "image": base64_of(LONG)}]
 
 
-def test_a_silent_car_at_the_pages_port_is_told_of(client) -> None:
+def test_a_silent_car_at_a_port_of_the_page_is_reported(client) -> None:
     assert failure(carry(client, {"image": base64_of(IMAGE)}, lambda data: [])[0])[0] == "no-answer"
     assert failure(carry(client, {"readback": True}, lambda data: [])[0])[0] == "nothing-to-read"
     assert carry(client, {"image": base64_of(IMAGE), "verify": False}, lambda data: [])[0][-1] == {
@@ -270,10 +271,10 @@ def test_a_silent_car_at_the_pages_port_is_told_of(client) -> None:
     }
 
 
-def test_a_page_that_leaves_in_the_middle_takes_nothing_with_it(client) -> None:
-    with client.websocket_connect("/api/serial") as socket:
+def test_a_page_that_leaves_in_the_middle_stops_no_other_transfer(client) -> None:
+    with client.websocket_connect(f"{SOCKETS}/serial") as socket:
         socket.send_json({"readback": True})
-    with client.websocket_connect("/api/upload") as socket:
+    with client.websocket_connect(f"{SOCKETS}/upload") as socket:
         socket.send_json({"port": "virtual", "image": base64_of(LONG)})
     client.portal.call(lambda: None)
     assert carry(client, {"image": base64_of(IMAGE)}, Car())[0][-1]["outcome"] == "verified"

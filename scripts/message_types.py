@@ -1,0 +1,141 @@
+"""Writes web/src/generated/messages.ts: the messages of `motorcade.service` as TypeScript."""
+
+import inspect
+from typing import Any, get_args
+
+from msgspec import NODEFAULT
+from msgspec import inspect as types
+
+from motorcade.service import messages, world_messages
+from motorcade.service.requests import REQUESTS
+
+_HEAD = """/** Messages between the page and its service. Written by scripts/generate.py; don't edit. */
+
+/** A language's tag, such as en or zh. */
+export type Language = string;
+
+/** A text in every language that the service has. */
+export interface Sentence {
+  en: string;
+  [language: Language]: string | undefined;
+}
+
+/** Blockly's `serialization.workspaces` state; the page reads it through Blockly alone. */
+export type WorkspaceState = Record<string, unknown>;
+
+/** A motorcade-mat/1 document. */
+export interface MatDocument {
+  format: "motorcade-mat/1";
+  name: string;
+  [key: string]: unknown;
+}
+"""
+# Fields whose type has no name in Python, or that hold one of a few texts.
+_NAMED = {
+    "sentence": "Sentence",
+    "title": "Sentence",
+    "about": "Sentence",
+    "mat": "MatDocument",
+    ("Blocks", "leader"): "WorkspaceState",
+    ("Blocks", "followers"): "WorkspaceState",
+    ("Project", "leader"): "WorkspaceState",
+    ("Project", "followers"): "WorkspaceState",
+    ("StoredProject", "leader"): "WorkspaceState",
+    ("StoredProject", "followers"): "WorkspaceState",
+    "severity": '"error" | "warning"',
+    "editor": '"leader" | "followers"',
+    "part": '"header" | "leader" | "followers"',
+    "kind": '"serial" | "virtual"',
+    ("Speak", "word"): '"stop" | "go"',
+}
+_PLAIN = {
+    types.StrType: "string",
+    types.BytesType: "string",
+    types.IntType: "number",
+    types.FloatType: "number",
+    types.BoolType: "boolean",
+    types.NoneType: "null",
+    types.AnyType: "unknown",
+}
+_UNIONS = ("WorldMessage", "WorldAnswer", "Outcome", "UploadAnswer")
+
+
+class _Writer:
+    def __init__(self) -> None:
+        self.interfaces: dict[str, str] = {}
+
+    def type_of(self, kind: types.Type) -> str:
+        """The TypeScript type; interfaces that it needs are written before."""
+        if plain := _PLAIN.get(type(kind)):
+            return plain
+        if isinstance(kind, types.UnionType):
+            return " | ".join(self.type_of(each) for each in kind.types)
+        if isinstance(kind, types.ListType | types.VarTupleType):
+            item = self.type_of(kind.item_type)
+            return f"({item})[]" if " | " in item else f"{item}[]"
+        if isinstance(kind, types.DictType):
+            return f"Record<string, {self.type_of(kind.value_type)}>"
+        if isinstance(kind, types.StructType | types.DataclassType):
+            return self._interface(kind)
+        raise TypeError(f"no TypeScript for {kind}")
+
+    def _interface(self, kind: types.StructType | types.DataclassType) -> str:
+        name = kind.cls.__name__
+        if name not in self.interfaces:
+            self.interfaces[name] = ""
+            if not kind.fields and not getattr(kind, "tag_field", None):
+                self.interfaces[name] = f"/** {_summary(kind.cls)} */\nexport type {name} = Record<string, never>;\n"
+                return name
+            lines = [f"/** {_summary(kind.cls)} */", f"export interface {name} {{"]
+            if isinstance(kind, types.StructType) and kind.tag_field:
+                lines.append(f'  {kind.tag_field}: "{kind.tag}";')
+            lines += [f"  {self._field(kind.cls, each)}" for each in kind.fields]
+            self.interfaces[name] = "\n".join([*lines, "}\n"])
+        return name
+
+    def _field(self, cls: type, field: types.Field) -> str:
+        named = _NAMED.get((cls.__name__, field.encode_name)) or _NAMED.get(field.encode_name)
+        inner = field.type.types if isinstance(field.type, types.UnionType) else (field.type,)
+        if named and isinstance(inner[0], types.StrType | types.DictType):
+            kind = " | ".join([named, *(["null"] if any(isinstance(each, types.NoneType) for each in inner) else [])])
+        else:
+            kind = self.type_of(field.type)
+        return f"{field.encode_name}{'?' if _is_optional(cls, field) else ''}: {kind};"
+
+
+def _is_optional(cls: type, field: types.Field) -> bool:
+    """Whether the field may be missing: the page may omit what has a default, the service what is at its default."""
+    config = getattr(cls, "__struct_config__", None)
+    if config is None or field.required:
+        return False
+    if field.default is NODEFAULT and field.default_factory is NODEFAULT:
+        # The default is UNSET, which is not written.
+        return True
+    is_from_page = config.forbid_unknown_fields or cls in {request.message for request in REQUESTS.values()}
+    is_answer = cls in {request.answer for request in REQUESTS.values()}
+    return bool(config.omit_defaults or (is_from_page and not is_answer))
+
+
+def _summary(cls: type) -> str:
+    return (inspect.getdoc(cls) or "").partition("\n")[0]
+
+
+def message_types() -> str:
+    """The text of the file."""
+    writer = _Writer()
+    rows = []
+    for name, request in REQUESTS.items():
+        message, answer = (writer.type_of(types.type_info(each)) for each in (request.message, request.answer))
+        rows.append(f'  "{name}": {{ message: {message}; answer: {answer} }};')
+    writer.type_of(types.type_info(messages.ErrorAnswer))
+    writer.type_of(types.type_info(world_messages.UploadOrder))
+    unions: list[str] = []
+    for name in _UNIONS:
+        members: Any = get_args(getattr(world_messages, name))
+        joined = " | ".join(writer.type_of(types.type_info(each)) for each in members)
+        unions.append(f"export type {name} = {joined};\n")
+    table = [
+        "/** Every request: `POST /api/<name>` with its message gives its answer. */",
+        "export interface Requests {",
+    ]
+    return "\n".join([_HEAD, *writer.interfaces.values(), *unions, "\n".join([*table, *rows, "}\n"])])

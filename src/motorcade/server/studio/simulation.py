@@ -1,0 +1,369 @@
+"""The studio's worlds: the engine, packed for a page by NumPy (`motorcade.service.playback.SimulatedWorld`)."""
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from motorcade.boards.simulated_drive import DrivenCars
+from motorcade.cameras.simulated import Scene, to_jpeg
+from motorcade.car.brain import HOLDS, RUNNING, SLOT, STARTED_MS, STATE, WORD
+from motorcade.config.profile import Profile
+from motorcade.engine.events import KINDS, LOSS_REASONS
+from motorcade.engine.moment import Moment
+from motorcade.engine.world import World
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.mats import Mat, Pose, check_mat
+from motorcade.mats.document import mat_of
+from motorcade.runs.recording import Description
+from motorcade.service.history import EVENT_BYTES, EVERY_MS, HEARD, LOST, NO_INDEX, RUNS, SENDS
+from motorcade.service.messages import MatCars, MatDocument
+from motorcade.service.programs import profile_named
+from motorcade.service.world_messages import CarDetails, HeardFrame, Hello, SetWorld
+from motorcade.words.formats import CONTROL
+from motorcade.words.image import bytes_to_words, parse_image_bytes, words_to_bytes
+from motorcade.words.ticks import elapsed_ms
+
+# More would make a moment so costly that one world holds up the others.
+MOST_FURNITURE = 400
+_NO_PROGRAM = words_to_bytes((0,))
+_FRAME, _HEARD, _LOST = (KINDS.index(kind) for kind in ("frame", "heard", "lost"))
+_T = TypeVar("_T")
+
+EVENT_ROW = np.dtype(
+    [
+        ("t_ms", "<u4"),
+        ("car", "<u4"),
+        ("kind", "u1"),
+        ("why", "u1"),
+        ("reserved", "<u2"),
+        ("word", "<u4"),
+        ("other", "<u4"),
+    ]
+)
+assert EVENT_ROW.itemsize == EVENT_BYTES
+# The columns of a moment; wide ones come first, so that each begins at a multiple of its width.
+_COLUMNS = ("<f4", "<f4", "<f4", "<u2", "u1", "u1", "u1")
+
+
+def pack_moment(*columns: NDArray[Any]) -> bytes:
+    """The columns x_m, y_m, heading, index of the word, wheels, led and flags (see `motorcade.service.history`)."""
+    pairs = zip(columns, _COLUMNS, strict=True)
+    packed = b"".join([np.asarray(column).astype(kind).tobytes() for column, kind in pairs])
+    return packed + bytes(-len(packed) % 4)
+
+
+def unpack_moment(data: bytes, cars: int) -> list[NDArray[Any]]:
+    """The columns that `pack_moment` packed."""
+    columns: list[NDArray[Any]] = []
+    at = 0
+    for kind in _COLUMNS:
+        columns.append(np.frombuffer(data, kind, cars, at))
+        at += columns[-1].nbytes
+    return columns
+
+
+def event_rows(events: NDArray[np.void]) -> NDArray[np.void]:
+    """Events of `motorcade.engine.events.EVENT` as the rows of a picture."""
+    rows = np.zeros(len(events), EVENT_ROW)
+    for name in ("t_ms", "car", "kind", "why", "word", "other"):
+        rows[name] = events[name]
+    return rows
+
+
+class StudioWorld:
+    """A world that a page plays.
+
+    Args:
+        world: one world that stores events, and whose leaders run one image.
+        driven: the boards of those of its cars that somebody drives.
+    """
+
+    def __init__(self, world: World, driven: DrivenCars | None = None) -> None:
+        self._world = world
+        self._driven = driven or DrivenCars()
+        self._scene: tuple[Mat, Scene] | None = None
+        self._words = _WordIndex(world)
+        self._begin()
+
+    def _begin(self) -> None:
+        self._counters = _Counters(self._world.cars)
+
+    @property
+    def cars(self) -> int:
+        """How many there are."""
+        return self._world.cars
+
+    @property
+    def tick_ms(self) -> int:
+        """The length of a tick."""
+        return self._world.tick_ms
+
+    @property
+    def now_ms(self) -> int:
+        """Simulated time."""
+        return self._world.now_ms
+
+    @property
+    def seed(self) -> int:
+        """The seed of this run."""
+        return int(self._world.seeds[0])
+
+    @property
+    def profile(self) -> Profile:
+        """The cars' profile."""
+        return self._world.profile
+
+    def run(self, duration_ms: int) -> bytes:
+        """Simulate ``duration_ms``; returns the rows of what happened."""
+        self._driven.steer(self._world)
+        self._world.run(duration_ms)
+        events = event_rows(self._world.take_events())
+        self._counters.add(events)
+        return events.tobytes()
+
+    def reset(self, seed: int) -> None:
+        """Begin again, but for the furniture."""
+        self._world.reset(seed)
+        self._begin()
+
+    def speak(self, word: str) -> None:
+        """Have every car hear ``stop`` or ``go``."""
+        self._world.say(word)
+
+    def furnish(self, mat: MatDocument, range_mm: int | None) -> None:
+        """Change walls, obstacles, people, voices, physics and infrared range. Raises MotorcadeError."""
+        furniture = mat_from({**mat, "car": [], "crowd": []}, 0)
+        _check_furniture(furniture)
+        _or_refuse("bad-world", lambda: self._world.furnish(furniture, range_mm))
+
+    def move(self, car: int, x_m: float, y_m: float, heading_deg: float) -> None:
+        """Put a car elsewhere. Raises MotorcadeError."""
+        _or_refuse("bad-world", lambda: self._world.move(car, Pose(x_m, y_m, math.radians(heading_deg))))
+
+    def check_car(self, car: int) -> None:
+        """Raise MotorcadeError where there is no such car."""
+        if not 0 <= car < self.cars:
+            raise MotorcadeError(
+                "bad-world", reason=MotorcadeError("no-such-car-in-world", car=car, last=self.cars - 1)
+            )
+
+    def moment(self, is_stored: bool) -> bytes:
+        """What the cars show now; the flags tell what happened since the last call with the same ``is_stored``."""
+        now = self._world.snapshot()
+        flags = now.runs * np.uint8(RUNS) | now.sends * np.uint8(SENDS) | self._counters.take_marks(is_stored)
+        return pack_moment(now.x_m, now.y_m, now.heading, self._words.indices(), now.wheels, now.led, flags)
+
+    def details(self, car: int) -> CarDetails:
+        """The details of a car."""
+        return CarDetails(car=car, **self._words.details(car), **self._counters.of(car))
+
+    def counts(self) -> dict[str, int]:
+        """What has happened since the beginning, by name."""
+        return {name: int(values[0]) for name, values in self._world.counts().items()}
+
+    def driven(self) -> list[int]:
+        """The cars whose wheels their own program doesn't have."""
+        return self._driven.held(self.cars)
+
+    def leads(self) -> list[int]:
+        """The cars that lead."""
+        return _leaders(self._world.mat)
+
+    def hello(self, session: str, resumed: bool) -> Hello:
+        """The cars, and what doesn't change from picture to picture."""
+        radius_m = self.profile.body.diameter_mm / 2000
+        range_m = self.profile.infrared.range_mm / 1000
+        return Hello(session, resumed, self.cars, self.leads(), self.tick_ms, radius_m, range_m)
+
+    def view(self, car: int) -> bytes:
+        """What a car's camera sees in the present, as a JPEG file. Raises MotorcadeError where there is no such car."""
+        self.check_car(car)
+        mat = self._world.mat
+        if self._scene is None or self._scene[0] is not mat:
+            self._scene = mat, Scene(self.description())
+        return to_jpeg(self._scene[1].draw(self._world.snapshot(), car))
+
+    def description(self) -> Description:
+        """What a recording holds beside the moments of the run."""
+        return Description.of(self._world, EVERY_MS)
+
+    def frames(self, moments: Iterator[tuple[int, bytes]]) -> Iterator[Moment]:
+        """Stored moments for a film."""
+        words = self._words.words
+        for t_ms, data in moments:
+            x_m, y_m, heading, index, wheels, led, flags = unpack_moment(data, self.cars)
+            is_known = index != NO_INDEX
+            word = np.where(is_known, words[np.where(is_known, index, 0)], 0).astype(np.uint32)
+            runs, sends = (flags & flag > 0 for flag in (RUNS, SENDS))
+            # A dict, as a mappingproxy can't be sent to the process that draws.
+            yield Moment(t_ms, x_m, y_m, heading, word, runs, wheels, led, sends, {})
+
+
+def build_world(message: SetWorld, driven: DrivenCars, most_cars: int) -> StudioWorld:
+    """The world that a page wants. Raises MotorcadeError."""
+    mat = mat_from(message.mat, most_cars)
+    _check_furniture(mat)
+    profile = profile_named(message.profile)
+    image = _NO_PROGRAM if message.image is None else message.image
+    parse_image_bytes(image)
+
+    def build() -> World:
+        world = World(mat, [image], profile, seeds=message.seed, events=True, threads=1)
+        if message.range_mm is not None:
+            world.furnish(mat, message.range_mm)
+        return world
+
+    _or_refuse("bad-mat", lambda: check_mat(mat, profile))
+    return StudioWorld(_or_refuse("bad-world", build), driven)
+
+
+def count_cars(document: MatDocument, most_cars: int) -> MatCars:
+    """Check a mat, and count its cars. Raises MotorcadeError."""
+    mat = mat_from(document, most_cars)
+    return MatCars(len(mat.starts.x_m), _leaders(mat))
+
+
+def mat_from(document: Any, most_cars: int) -> Mat:
+    """The mat in a page's ``document``. Raises MotorcadeError."""
+    # Checked before anything is placed: a crowd is one line, yet it may be millions of cars.
+    count = _cars_in(document)
+    if count > most_cars:
+        raise MotorcadeError("too-many-cars", count=count, most=most_cars)
+    return _or_refuse("bad-mat", lambda: mat_of(document, Phrase("mat-of-page")))
+
+
+def _or_refuse(code: str, work: Callable[[], _T]) -> _T:
+    """Do some work; an error of it is the reason of the error ``code``."""
+    try:
+        return work()
+    except MotorcadeError as problem:
+        raise MotorcadeError(code, reason=problem) from None
+
+
+def _cars_in(document: Any) -> float:
+    """How many cars the document has; 0 where it is no mat, which its own check finds."""
+    if not isinstance(document, dict):
+        return 0
+    cars, crowds = document.get("car"), document.get("crowd")
+    count: float = len(cars) if isinstance(cars, list) else 0
+    for crowd in crowds if isinstance(crowds, list) else ():
+        crowd_cars = crowd.get("cars") if isinstance(crowd, dict) else None
+        count += crowd_cars if isinstance(crowd_cars, int | float) else 0
+    return count
+
+
+def _check_furniture(mat: Mat) -> None:
+    corners = sum(map(len, mat.polygons))
+    steps = sum(len(person.path) for person in mat.people)
+    count = len(mat.walls) + len(mat.discs) + corners + steps + len(mat.voices)
+    if count > MOST_FURNITURE:
+        raise MotorcadeError("too-much-furniture", count=count, most=MOST_FURNITURE)
+
+
+def _leaders(mat: Mat) -> list[int]:
+    leaders: list[int] = np.flatnonzero(mat.starts.leads).tolist()
+    return leaders
+
+
+class _WordIndex:
+    """Which of the image's words each car executes or holds."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self.words: NDArray[np.uint32] = np.array(bytes_to_words(world.images[0]), np.uint32)
+        self._states = int(self.words[0]) >> 24
+        self._sent, self._place = np.unique(self.words[1 + self._states :], return_inverse=True)
+        self._by_slot: dict[int, NDArray[np.uint16]] = {}
+        self._leaders = np.flatnonzero(world.mat.starts.leads)
+
+    def _memory(self) -> NDArray[np.uint32]:
+        """The memory of the cars' brains, a column each, in the order of their numbers."""
+        state = self._world.state
+        columns: NDArray[np.uint32] = state.memory[:, np.argsort(state.number)]
+        return columns
+
+    def indices(self) -> NDArray[np.uint16]:
+        """The index, among the image's words, of what each car executes or holds; NO_INDEX for none.
+
+        Of equal words a follower's is the one that the leader sent last.
+        """
+        memory = self._memory()
+        index = np.full(self._world.cars, NO_INDEX, np.uint16)
+        if len(self._sent):
+            slot = int(memory[SLOT, self._leaders[0]]) if len(self._leaders) else 0
+            place = np.minimum(np.searchsorted(self._sent, memory[WORD]), len(self._sent) - 1)
+            is_known = (memory[HOLDS] > 0) & (self._sent[place] == memory[WORD])
+            index[is_known] = self._latest(slot)[place[is_known]]
+        leaders = self._leaders
+        index[leaders] = np.where(memory[RUNNING, leaders] > 0, memory[STATE, leaders] + 1, NO_INDEX)
+        return index
+
+    def _latest(self, slot: int) -> NDArray[np.uint16]:
+        """For each different follower word its latest index in a round that ends with ``slot``."""
+        if slot not in self._by_slot:
+            count = len(self._place)
+            latest = np.zeros(len(self._sent), np.uint16)
+            for k in range(slot + 1, slot + 1 + count):
+                latest[self._place[k % count]] = 1 + self._states + k % count
+            self._by_slot[slot] = latest
+        return self._by_slot[slot]
+
+    def details(self, car: int) -> dict[str, Any]:
+        """What a car holds: the word by fields, its index, and for how long."""
+        memory = self._memory()[:, car]
+        is_leader = bool(self._world.mat.starts.leads[car])
+        holds = bool(memory[RUNNING if is_leader else HOLDS])
+        word = int(memory[WORD])
+        return {
+            "leads": is_leader,
+            "word": f"{word:08x}" if holds else None,
+            "values": CONTROL.decode(word)._asdict() if holds else None,
+            "index": int(self.indices()[car]),
+            "runs": bool(memory[RUNNING]),
+            "since_ms": elapsed_ms(self._world.now_ms, int(memory[STARTED_MS])) if holds else None,
+        }
+
+
+class _Counters:
+    """What each car has sent, heard and lost, and what it heard last."""
+
+    def __init__(self, cars: int) -> None:
+        self._cars = cars
+        self._frames = np.zeros(cars, np.int64)
+        self._heard = np.zeros(cars, np.int64)
+        self._lost = np.zeros((len(LOSS_REASONS), cars), np.int64)
+        self._last = np.zeros((3, cars), np.int64)
+        # The flags LOST and HEARD since the last picture, and since the last stored moment.
+        self._marks = np.zeros((2, cars), np.uint8)
+
+    def add(self, events: NDArray[np.void]) -> None:
+        """Count the rows of events."""
+        cars, kinds = events["car"], events["kind"]
+        heard, lost = events[kinds == _HEARD], events[kinds == _LOST]
+        self._marks[:, lost["car"]] |= np.uint8(LOST)
+        self._marks[:, heard["car"]] |= np.uint8(HEARD)
+        self._frames += np.bincount(cars[kinds == _FRAME], minlength=self._cars)
+        self._heard += np.bincount(heard["car"], minlength=self._cars)
+        for row, name in enumerate(("word", "other", "t_ms")):
+            self._last[row, heard["car"]] = heard[name]
+        np.add.at(self._lost, (lost["why"], lost["car"]), 1)
+
+    def take_marks(self, is_stored: bool) -> NDArray[np.uint8]:
+        """The flags LOST and HEARD since the last call with the same ``is_stored``."""
+        marks: NDArray[np.uint8] = self._marks[int(is_stored)].copy()
+        self._marks[int(is_stored)] = 0
+        return marks
+
+    def of(self, car: int) -> dict[str, Any]:
+        """The counts of a car by name, and the frame that it heard last."""
+        word, sender, t_ms = self._last[:, car].tolist()
+        heard = int(self._heard[car])
+        return {
+            "frames": int(self._frames[car]),
+            "heard": heard,
+            "lost": {why: int(self._lost[k, car]) for k, why in enumerate(LOSS_REASONS) if why},
+            "hears": HeardFrame(f"{word:08x}", sender, t_ms) if heard else None,
+        }

@@ -1,0 +1,196 @@
+"""Uploads over WebSockets: through the server's ports and its virtual car, or through a port that the page opened."""
+
+import asyncio
+import secrets
+import sys
+import threading
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from contextlib import AbstractContextManager, asynccontextmanager, contextmanager, nullcontext, suppress
+from pathlib import Path
+
+import msgspec
+from anyio import CapacityLimiter, from_thread, to_thread
+from starlette.routing import BaseRoute, WebSocketRoute
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from motorcade.boards.computer import ImageStore, StoreError, simulated_car
+from motorcade.boards.lines import LineError, PseudoTerminal, TcpPort
+from motorcade.config.profile import Profile
+from motorcade.errors import MotorcadeError
+from motorcade.server.http import next_message
+from motorcade.server.request_filter import ServerSettings
+from motorcade.service.messages import Port
+from motorcade.service.upload_session import UploadSession, check_order, failed, retry_notice, uploaded
+from motorcade.service.world_messages import ImageRead, Outcome, Progress, UploadAnswer, UploadOrder
+from motorcade.upload.ports import BARE, PortInfo, ports
+from motorcade.upload.serial_port import readback, upload
+
+VIRTUAL = "virtual"
+_MOST_AT_ONCE = 4
+Tell = Callable[[UploadAnswer], None]
+
+
+def listed_ports() -> list[Port]:
+    """The ports that there are: the likeliest first, those of the mainboard last, as seldom anything is there."""
+    found = ports()
+    likely = [_listed(port) for port in found if port.rank != BARE]
+    bare = [_listed(port) for port in found if port.rank == BARE]
+    return [*likely, Port(VIRTUAL, "", VIRTUAL), *bare]
+
+
+def _listed(port: PortInfo) -> Port:
+    return Port(port.device, port.title, "serial")
+
+
+class VirtualCar:
+    """A simulated leader that stores its image in a file, and runs only during a transfer."""
+
+    def __init__(self, store: Path) -> None:
+        self._store = store
+        self._taken = threading.Lock()
+
+    @contextmanager
+    def at_a_port(self, profile: Profile) -> Iterator[str]:
+        """Serve the car at a port of its own until the context is left. Raises MotorcadeError."""
+        if not self._taken.acquire(blocking=False):
+            raise MotorcadeError("car-busy", port=VIRTUAL, holds="")
+        try:
+            # Only this user can open a pseudo-terminal, while every user of this computer can reach a TCP port.
+            line = TcpPort("127.0.0.1", 0) if sys.platform == "win32" else PseudoTerminal()
+            try:
+                with simulated_car(line, ImageStore(self._store), profile):
+                    yield line.address
+            finally:
+                line.close()
+        except (StoreError, LineError):
+            raise MotorcadeError("virtual-car", path=self._store) from None
+        finally:
+            self._taken.release()
+
+
+class Uploads:
+    """The uploads of a server.
+
+    Args:
+        settings: its clock, and how large a message may be.
+        store: the file in which the virtual car stores its image.
+    """
+
+    def __init__(self, settings: ServerSettings, store: Path) -> None:
+        self._settings = settings
+        self._virtual_car = VirtualCar(store)
+        self._workers = CapacityLimiter(_MOST_AT_ONCE)
+
+    async def serve(self, socket: WebSocket) -> None:
+        """Do one transfer through a port of the server; it goes on where the page leaves meanwhile."""
+
+        async def transfer(order: UploadOrder) -> Outcome:
+            profile = check_order(order)
+            try:
+                async with _sender(socket) as tell:
+                    return await to_thread.run_sync(self._transfer, order, profile, tell, limiter=self._workers)
+            except MotorcadeError as problem:
+                return failed(problem, order.port)
+
+        await self._answer(socket, transfer)
+
+    async def serve_page_port(self, socket: WebSocket) -> None:
+        """Do one transfer through a port that the page has opened: binary messages are the port's bytes."""
+
+        async def transfer(order: UploadOrder) -> None:
+            session = UploadSession(order, secrets.randbelow(256))
+            incoming: asyncio.Queue[bytes | None] = asyncio.Queue()
+            listening = asyncio.create_task(_listen(socket, incoming))
+            try:
+                await self._exchange(socket, session, incoming)
+            finally:
+                listening.cancel()
+                with suppress(asyncio.CancelledError):
+                    await listening
+
+        await self._answer(socket, transfer)
+
+    async def _exchange(
+        self, socket: WebSocket, session: UploadSession, incoming: "asyncio.Queue[bytes | None]"
+    ) -> None:
+        while True:
+            for answer in session.advance(self._settings.clock()):
+                if isinstance(answer, bytes):
+                    await socket.send_bytes(answer)
+                else:
+                    await _send(socket, answer)
+            if session.is_over:
+                return
+            with suppress(TimeoutError):
+                session.receive(await asyncio.wait_for(incoming.get(), session.wait_s))
+
+    async def _answer(self, socket: WebSocket, transfer: Callable[[UploadOrder], Awaitable[Outcome | None]]) -> None:
+        await socket.accept()
+        try:
+            outcome = await transfer(await next_message(socket, UploadOrder, self._settings.most_body))
+        except MotorcadeError as problem:
+            outcome = failed(problem)
+        except WebSocketDisconnect:
+            return
+        with suppress(WebSocketDisconnect):
+            if outcome is not None:
+                await _send(socket, outcome)
+            await socket.close()
+
+    def _transfer(self, order: UploadOrder, profile: Profile, tell: Tell) -> Outcome:
+        with self._port(order.port, profile) as port:
+            if order.image is None:
+                return ImageRead(readback(port, profile.serial.baud))
+            size = len(order.image)
+            answer = upload(
+                port,
+                order.image,
+                profile.serial.baud,
+                order.verify,
+                lambda sent: from_thread.run_sync(tell, Progress(sent, size)),
+                lambda retry: from_thread.run_sync(tell, retry_notice(retry, size)),
+            )
+            return uploaded(order, answer)
+
+    def _port(self, port: str, profile: Profile) -> AbstractContextManager[str]:
+        if port == VIRTUAL:
+            return self._virtual_car.at_a_port(profile)
+        # Some of pyserial's URLs write files, so a page may only name a port that is listed.
+        if port not in {each.device for each in ports()}:
+            raise MotorcadeError("no-such-port", port=port)
+        return nullcontext(port)
+
+
+async def _listen(socket: WebSocket, incoming: "asyncio.Queue[bytes | None]") -> None:
+    # Anything but bytes ends the transfer: the page has left, or it is broken.
+    while data := (await socket.receive()).get("bytes"):
+        incoming.put_nowait(data)
+    incoming.put_nowait(None)
+
+
+@asynccontextmanager
+async def _sender(socket: WebSocket) -> AsyncIterator[Tell]:
+    """A function that sends answers to the page; all are sent when the context is left."""
+    waiting: asyncio.Queue[UploadAnswer | None] = asyncio.Queue()
+
+    async def send_all() -> None:
+        with suppress(WebSocketDisconnect):
+            while answer := await waiting.get():
+                await _send(socket, answer)
+
+    sending = asyncio.create_task(send_all())
+    try:
+        yield waiting.put_nowait
+    finally:
+        waiting.put_nowait(None)
+        await sending
+
+
+async def _send(socket: WebSocket, answer: UploadAnswer) -> None:
+    await socket.send_text(msgspec.json.encode(answer).decode())
+
+
+def routes(settings: ServerSettings, store: Path) -> list[BaseRoute]:
+    """The WebSockets of uploads."""
+    uploads = Uploads(settings, store)
+    return [WebSocketRoute("/api/upload", uploads.serve), WebSocketRoute("/api/serial", uploads.serve_page_port)]

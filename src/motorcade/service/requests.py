@@ -1,0 +1,124 @@
+"""Everything that a page may request: one table, from a request's name to the function that answers it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import msgspec
+
+from motorcade.errors import MotorcadeError
+from motorcade.program.diagnostics import ProgramError
+from motorcade.service.documents import example, examples, open_text, project_text
+from motorcade.service.messages import (
+    Blocks,
+    Capabilities,
+    Compiled,
+    Example,
+    ExampleName,
+    Formats,
+    Image,
+    LibraryEntry,
+    MatCars,
+    MatDocument,
+    MatToCheck,
+    Nothing,
+    Port,
+    ProfileFigures,
+    Project,
+    ProjectName,
+    ProjectToSave,
+    ProjectVersion,
+    SavedVersion,
+    StoredProject,
+    Text,
+    Version,
+    decode,
+)
+from motorcade.service.programs import compile_blocks, decompile_image, formats, profile_figures
+from motorcade.service.storage import Storage
+
+
+@dataclass(frozen=True, slots=True)
+class Context:
+    """What requests use of their shell.
+
+    Attributes:
+        capabilities: what the shell can do.
+        storage: where projects are stored.
+        check_mat: counts the cars of a mat; raises MotorcadeError where the mat can't be used.
+        ports: lists the ports to upload through.
+        owner: whose projects they are.
+    """
+
+    capabilities: Capabilities
+    storage: Storage
+    check_mat: Callable[[MatDocument], MatCars]
+    ports: Callable[[], list[Port]]
+    owner: str = ""
+
+
+class Request(NamedTuple):
+    """A request: the type of its message, the type of its answer, and the function that makes one of the other."""
+
+    message: Any
+    answer: Any
+    function: Callable[[Any, Context], Any]
+
+
+def _read_project(wanted: ProjectVersion, context: Context) -> StoredProject:
+    text = context.storage.read(context.owner, wanted.name, wanted.version)
+    try:
+        project = open_text(text)
+    except ProgramError:
+        raise MotorcadeError("damaged-version", name=wanted.name) from None
+    return StoredProject(**msgspec.structs.asdict(project), name=wanted.name)
+
+
+def _write_project(sent: ProjectToSave, context: Context) -> SavedVersion:
+    data = project_text(sent.project).encode()
+    return SavedVersion(context.storage.write_version(context.owner, sent.name, data))
+
+
+def _delete_project(named: ProjectName, context: Context) -> Nothing:
+    context.storage.delete(context.owner, named.name)
+    return Nothing()
+
+
+REQUESTS: dict[str, Request] = {
+    "capabilities": Request(Nothing, Capabilities, lambda message, context: context.capabilities),
+    "formats": Request(Nothing, Formats, lambda message, context: formats()),
+    "profiles": Request(Nothing, list[ProfileFigures], lambda message, context: profile_figures()),
+    "compile": Request(Blocks, Compiled, lambda blocks, context: compile_blocks(blocks)),
+    "decompile": Request(Image, Project, lambda image, context: decompile_image(image)),
+    "open": Request(Text, Project, lambda file, context: open_text(file.text)),
+    "save-text": Request(Project, Text, lambda project, context: Text(project_text(project))),
+    "examples": Request(Nothing, list[Example], lambda message, context: examples()),
+    "example": Request(ExampleName, Project, lambda wanted, context: example(wanted.id)),
+    "check-mat": Request(MatToCheck, MatCars, lambda sent, context: context.check_mat(sent.mat)),
+    "ports": Request(Nothing, list[Port], lambda message, context: context.ports()),
+    "projects/list": Request(Nothing, list[LibraryEntry], lambda message, context: context.storage.list(context.owner)),
+    "projects/read": Request(ProjectVersion, StoredProject, _read_project),
+    "projects/write": Request(ProjectToSave, SavedVersion, _write_project),
+    "projects/history": Request(
+        ProjectName, list[Version], lambda named, context: context.storage.history(context.owner, named.name)
+    ),
+    "projects/delete": Request(ProjectName, Nothing, _delete_project),
+}
+
+
+def respond(name: str, data: bytes, context: Context) -> bytes:
+    """The answer to a request, both in JSON.
+
+    Args:
+        name: a key of REQUESTS.
+        data: the message; none where the request has no arguments.
+
+    Raises:
+        MotorcadeError: there is no such request, or it is refused.
+        ProgramError: a file or an image holds no program.
+    """
+    if name not in REQUESTS:
+        raise MotorcadeError("not-found")
+    request = REQUESTS[name]
+    message = Nothing() if request.message is Nothing and not data else decode(data, request.message)
+    return msgspec.json.encode(request.function(message, context))

@@ -1,0 +1,136 @@
+"""An upload or a readback through a port that the page opened: bytes and time in, bytes and answers out."""
+
+from motorcade.config.profile import Profile
+from motorcade.errors import MotorcadeError
+from motorcade.service.messages import ErrorAnswer, sentences
+from motorcade.service.programs import profile_named
+from motorcade.service.world_messages import (
+    Failed,
+    ImageRead,
+    NotVerified,
+    Outcome,
+    Progress,
+    RetryNotice,
+    UploadAnswer,
+    UploadOrder,
+    Verified,
+)
+from motorcade.upload.transfer import (
+    ReadbackTransfer,
+    Retry,
+    Transfer,
+    UploadTransfer,
+    holds_phrase,
+    readback_error,
+    upload_error,
+)
+from motorcade.words.image import parse_image_bytes
+from motorcade.words.ticks import TICKS_MASK
+
+# What the page's own port is called.
+WEB_SERIAL = "Web Serial"
+# After so many bytes that no car sends, what is at the port is no car.
+_MOST_BYTES = 1 << 16
+_READ_S = 0.02
+
+
+class UploadSession:
+    """One transfer through a port of the page's.
+
+    Args:
+        order: what the page asks for.
+        check_number: a random number from 0 to 255 that tells this upload from others.
+
+    Attributes:
+        is_over: whether the outcome is known; it was the last answer then.
+
+    Raises:
+        MotorcadeError: the order can't be.
+    """
+
+    def __init__(self, order: UploadOrder, check_number: int) -> None:
+        baud = check_order(order).serial.baud
+        self.is_over = False
+        self._order = order
+        self._out: list[bytes | UploadAnswer] = []
+        self._data = b""
+        self._count = 0
+        self._transfer: Transfer
+        if order.image is None:
+            self._transfer = ReadbackTransfer(baud)
+        else:
+            size = len(order.image)
+            self._transfer = UploadTransfer(
+                order.image,
+                baud,
+                order.verify,
+                check_number,
+                sent=lambda count: self._out.append(Progress(count, size)),
+                retrying=lambda retry: self._out.append(retry_notice(retry, size)),
+            )
+
+    @property
+    def wait_s(self) -> float:
+        """After how many seconds without bytes `advance` is to be called."""
+        return min(self._transfer.rest_ms / 1000, _READ_S)
+
+    def receive(self, data: bytes | None) -> None:
+        """Take bytes that came from the port; None: the page has closed it. `advance` acts on them."""
+        if data is None or self._count + len(data) > _MOST_BYTES:
+            holds = holds_phrase(self._transfer.holds)
+            self._end(failed(MotorcadeError("went-away", port=WEB_SERIAL, holds=holds)))
+            return
+        self._count += len(data)
+        self._data += data
+
+    def advance(self, now_s: float) -> list[bytes | UploadAnswer]:
+        """Go on at ``now_s`` (seconds since any moment); gives bytes for the port, and answers for the page."""
+        if not self.is_over:
+            data, self._data = self._data, b""
+            to_port = self._transfer.step(data, int(now_s * 1000) & TICKS_MASK)
+            if self._transfer.outcome is not None:
+                self._end(self._outcome())
+            elif to_port:
+                self._out.append(to_port)
+        out, self._out = self._out, []
+        return out
+
+    def _end(self, outcome: Outcome) -> None:
+        if not self.is_over:
+            self._out.append(outcome)
+        self.is_over = True
+
+    def _outcome(self) -> Outcome:
+        outcome = self._transfer.outcome
+        assert outcome is not None
+        if self._order.image is None:
+            failure = readback_error(WEB_SERIAL, outcome)
+            return failed(failure) if failure else ImageRead(bytes(outcome.detail))
+        failure = upload_error(WEB_SERIAL, outcome, self._transfer.holds)
+        return failed(failure) if failure else uploaded(self._order, str(outcome.detail))
+
+
+def check_order(order: UploadOrder) -> Profile:
+    """The profile of an order. Raises MotorcadeError where the order can't be."""
+    if (order.image is None) != order.readback:
+        raise MotorcadeError("bad-message", reason="give either an image or readback")
+    if order.image is not None:
+        parse_image_bytes(order.image)
+    return profile_named(order.profile)
+
+
+def retry_notice(retry: Retry, size: int) -> Progress:
+    """What a page is told of another try to send ``size`` bytes."""
+    return Progress(0, size, RetryNotice(retry.number, retry.of, sentences(retry)))
+
+
+def uploaded(order: UploadOrder, answer: str) -> Outcome:
+    """The outcome of an upload that the car answered, where it was asked to."""
+    return Verified(answer) if order.verify else NotVerified()
+
+
+def failed(problem: MotorcadeError, port: str = "") -> Failed:
+    """The outcome that an error is; ``port`` is the name by which the page knows the error's port."""
+    if port and "port" in problem.details:
+        problem.details["port"] = port
+    return Failed(ErrorAnswer(**problem.to_dict("page")))

@@ -1,0 +1,233 @@
+"""What a page and its world send to each other, and what an upload sends: the messages of the two streams."""
+
+from typing import Annotated, Any
+
+from msgspec import UNSET, Meta, Struct, UnsetType
+
+from motorcade.service.messages import ErrorAnswer, MatDocument, RangeMm, Sentence
+
+Length = Annotated[float, Meta(ge=-2000, le=2000)]
+Seed = Annotated[int, Meta(ge=0, lt=1 << 32)]
+CarNumber = Annotated[int, Meta(ge=0, lt=1 << 20)]
+
+
+class _WorldMessage(Struct, tag_field="do", tag=str.lower, forbid_unknown_fields=True):
+    pass
+
+
+class SetWorld(_WorldMessage, tag="set"):
+    """Build a world; without an image all cars stand still."""
+
+    mat: MatDocument
+    image: bytes | None = None
+    profile: str = "classroom"
+    seed: Seed = 0
+    range_mm: RangeMm | None = None
+
+
+class Play(_WorldMessage):
+    """Go on, ``speed`` simulated seconds in a real one."""
+
+    speed: Annotated[float, Meta(ge=0.25, le=16)] = 1.0
+
+
+class Pause(_WorldMessage):
+    """Stop the world's time."""
+
+
+class Step(_WorldMessage):
+    """Go on by so many ticks."""
+
+    ticks: Annotated[int, Meta(ge=1, le=1000)] = 1
+
+
+class Reset(_WorldMessage):
+    """Begin again."""
+
+    seed: Seed = 0
+
+
+class Speak(_WorldMessage, tag="say"):
+    """Speak a word that all cars hear."""
+
+    word: Annotated[str, Meta(pattern="^(stop|go)$")]
+
+
+class Furnish(_WorldMessage):
+    """Change what is around the cars."""
+
+    mat: MatDocument
+    range_mm: RangeMm | None = None
+
+
+class Move(_WorldMessage):
+    """Put a car elsewhere."""
+
+    car: CarNumber
+    x_m: Length
+    y_m: Length
+    heading_deg: Annotated[float, Meta(ge=-360, le=360)] = 0.0
+
+
+class Watch(_WorldMessage):
+    """Send the details of a car, or of none."""
+
+    car: CarNumber | None = None
+
+
+class Seek(_WorldMessage):
+    """Show a moment of the past, or the present."""
+
+    t_ms: Annotated[int, Meta(ge=0, lt=1 << 30)] | None = None
+
+
+class Resume(_WorldMessage):
+    """Give a car that was driven by hand back to its program."""
+
+    car: CarNumber
+
+
+class Shown(_WorldMessage):
+    """The newest picture that the page has drawn."""
+
+    frame: Annotated[int, Meta(ge=0, lt=1 << 32)]
+
+
+WorldMessage = SetWorld | Play | Pause | Step | Reset | Speak | Furnish | Move | Watch | Seek | Resume | Shown
+
+
+class _WorldAnswer(Struct, tag_field="is", tag=str.lower):
+    pass
+
+
+class Hello(_WorldAnswer):
+    """The first answer, and the first after each SetWorld; without a world nothing but the first three is known."""
+
+    session: str
+    resumed: bool
+    cars: int
+    leads: list[int] | UnsetType = UNSET
+    tick_ms: int | UnsetType = UNSET
+    radius_m: float | UnsetType = UNSET
+    range_m: float | UnsetType = UNSET
+
+
+class State(_WorldAnswer):
+    """How time passes.
+
+    Attributes:
+        speed: simulated seconds in a real one, as the page chose.
+        shown_ms: the stored moment that is shown; None for the present.
+        earliest_ms: the oldest moment that is stored.
+        counts: what has happened since the beginning, by name (`motorcade.engine.world.World.counts`).
+        rate: simulated seconds in a real one, as the computer manages at present.
+        held: the cars whose wheels their own program doesn't have, as somebody drives or drove them.
+    """
+
+    playing: bool
+    speed: float
+    t_ms: int
+    shown_ms: int | None
+    earliest_ms: int
+    seed: int
+    counts: dict[str, int]
+    rate: float
+    held: list[int]
+
+
+class HeardFrame(Struct):
+    """A frame, the car that sent it, and when it was heard."""
+
+    word: str
+    car: int
+    t_ms: int
+
+
+class CarDetails(_WorldAnswer, tag="car"):
+    """The details of the watched car: the word that it executes or holds, and its counts since the beginning."""
+
+    car: int
+    leads: bool
+    word: str | None
+    values: dict[str, int] | None
+    index: int
+    runs: bool
+    since_ms: int | None
+    frames: int
+    heard: int
+    lost: dict[str, int]
+    hears: HeardFrame | None
+
+
+class Compiling(_WorldAnswer):
+    """The world waits until the simulator is compiled for this computer."""
+
+
+class Refused(_WorldAnswer, tag="error"):
+    """What was refused, and why."""
+
+    code: str
+    details: dict[str, Any]
+    sentence: Sentence
+
+
+WorldAnswer = Hello | State | CarDetails | Compiling | Refused
+
+
+# An upload, or the readback of a car's program.
+
+
+class UploadOrder(Struct, forbid_unknown_fields=True):
+    """Send an image to the car at a port, or (``readback``) fetch the image that it holds."""
+
+    port: str = ""
+    image: bytes | None = None
+    verify: bool = True
+    readback: bool = False
+    profile: str = "classroom"
+
+
+class RetryNotice(Struct):
+    """Another try, the ``number``-th of ``of``, and why."""
+
+    number: int
+    of: int
+    sentence: Sentence
+
+
+class Progress(Struct, omit_defaults=True):
+    """So many bytes were sent."""
+
+    sent: int
+    of: int
+    retry: RetryNotice | None = None
+
+
+class _Outcome(Struct, tag_field="outcome"):
+    pass
+
+
+class Verified(_Outcome, tag="verified"):
+    """The car holds the image; ``answer`` is what it answered."""
+
+    answer: str
+
+
+class NotVerified(_Outcome, tag="not-verified"):
+    """All bytes were sent, and the car was not asked whether they arrived."""
+
+
+class ImageRead(_Outcome, tag="image"):
+    """The car's image."""
+
+    image: bytes
+
+
+class Failed(_Outcome, tag="failed"):
+    """Why it failed."""
+
+    error: ErrorAnswer
+
+
+Outcome = Verified | NotVerified | ImageRead | Failed
+UploadAnswer = Progress | Outcome

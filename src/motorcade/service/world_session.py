@@ -1,0 +1,141 @@
+"""A page's session with its world: messages and real time in, answers and pictures out, without any I/O."""
+
+from collections.abc import Callable
+
+from motorcade.errors import MotorcadeError
+from motorcade.service.playback import PICTURE_S, Playback, SimulatedWorld
+from motorcade.service.world_messages import (
+    Furnish,
+    Hello,
+    Move,
+    Pause,
+    Play,
+    Refused,
+    Reset,
+    Seek,
+    SetWorld,
+    Shown,
+    Speak,
+    Step,
+    Watch,
+    WorldAnswer,
+    WorldMessage,
+)
+
+# The session makes no more pictures while the page has so many that it has not drawn.
+MOST_PICTURES_UNDER_WAY = 2
+STATE_S, CAR_S = 0.25, 0.1
+
+
+def refused(problem: MotorcadeError) -> Refused:
+    """The answer that tells of an error."""
+    return Refused(**problem.to_dict("page"))
+
+
+class WorldSession:
+    """One page's world, whichever connection the page has.
+
+    A shell calls `connect` for each connection, `receive` for each message, and `advance` whenever `wait_s` is over;
+    each returns what is to be sent, in that order. Pictures are bytes. Of states and details of cars only the newest
+    is of use.
+
+    Args:
+        key: the session's name.
+        make_world: builds the world that a page wants; raises MotorcadeError. It may take a while.
+
+    Attributes:
+        playback: the world in play; None until the page has set one.
+    """
+
+    def __init__(self, key: str, make_world: Callable[[SetWorld], SimulatedWorld]) -> None:
+        self.key = key
+        self.make_world = make_world
+        self.playback: Playback | None = None
+        self._due_s = self._state_due_s = self._car_due_s = float("-inf")
+        self._numbered = self._drawn = 0
+
+    def connect(self) -> list[WorldAnswer]:
+        """Begin a connection; pictures are numbered from 1 again."""
+        self._numbered = self._drawn = 0
+        return self._greet(resumed=self.playback is not None)
+
+    def begin(self, world: SimulatedWorld) -> list[WorldAnswer]:
+        """Put a world that `make_world` built in place of the one before."""
+        self.playback = Playback(world)
+        return self._greet(resumed=False)
+
+    def _greet(self, resumed: bool) -> list[WorldAnswer]:
+        if self.playback is None:
+            return [Hello(self.key, resumed, 0)]
+        self.playback.show_all()
+        return [self.playback.world.hello(self.key, resumed), self.playback.state()]
+
+    def receive(self, message: WorldMessage) -> list[WorldAnswer]:
+        """Do what the page asks. Raises MotorcadeError where that can't be; everything is as before then.
+
+        A message `Shown` may be received while another thread is in `advance`. `Resume` is for the shell, which knows
+        who drives; here it only brings a new state.
+        """
+        if isinstance(message, Shown):
+            self._drawn = max(self._drawn, min(message.frame, self._numbered))
+            return []
+        if isinstance(message, SetWorld):
+            return self.begin(self.make_world(message))
+        playback = self.playback
+        if playback is None:
+            raise MotorcadeError("no-world")
+        _obey(playback, message)
+        car = playback.car()
+        return [playback.state(), *([car] if car else [])]
+
+    def wait_s(self, now_s: float) -> float | None:
+        """After how many seconds `advance` is to be called; None: not before the page asks for something."""
+        if self.playback is None or not (self.playback.playing or self.playback.changed):
+            return None
+        return max(self._due_s - now_s, 0.0)
+
+    def advance(self, now_s: float) -> list[WorldAnswer | bytes]:
+        """Simulate what is due at ``now_s`` (seconds since any moment); gives what there is to show."""
+        playback = self.playback
+        if playback is None:
+            return []
+        self._due_s = max(self._due_s + PICTURE_S, now_s)
+        playback.advance(now_s)
+        answers: list[WorldAnswer | bytes] = []
+        if playback.changed and self._numbered - self._drawn < MOST_PICTURES_UNDER_WAY:
+            self._numbered += 1
+            answers.append(playback.picture(self._numbered))
+        if now_s >= self._state_due_s:
+            self._state_due_s = now_s + STATE_S
+            answers.append(playback.state())
+        if now_s >= self._car_due_s and (car := playback.car()):
+            self._car_due_s = now_s + CAR_S
+            answers.append(car)
+        return answers
+
+    def took(self, seconds: float) -> None:
+        """Tell how long the last call of `advance` took, as `motorcade.service.playback.Playback.took`."""
+        if self.playback:
+            self.playback.took(seconds)
+
+
+def _obey(playback: Playback, message: WorldMessage) -> None:
+    match message:
+        case Play():
+            playback.play(message.speed)
+        case Pause():
+            playback.pause()
+        case Step():
+            playback.step(message.ticks)
+        case Reset():
+            playback.reset(message.seed)
+        case Speak():
+            playback.world.speak(message.word)
+        case Furnish():
+            playback.furnish(message.mat, message.range_mm)
+        case Move():
+            playback.move(message.car, message.x_m, message.y_m, message.heading_deg)
+        case Watch():
+            playback.watch(message.car)
+        case Seek():
+            playback.seek(message.t_ms)

@@ -1,0 +1,380 @@
+"""Requests of the page, without a server."""
+
+import base64
+import json
+import re
+from collections import Counter
+
+import pytest
+from hypothesis import given
+
+from motorcade import CONTROL, Followers, Program, compile_program, forward, led, left, read_program, repeat, wait
+from motorcade.config.profile import built_in_profile
+from motorcade.errors import MotorcadeError
+from motorcade.locales import languages
+from motorcade.program.blocks import MOST_IN_A_ROW, blocks_of
+from motorcade.program.diagnostics import ProgramError
+from motorcade.program.steps import pir, together, voice
+from motorcade.server.studio.library import FolderStorage
+from motorcade.server.studio.simulation import count_cars
+from motorcade.service.documents import EXAMPLES, open_text, project_text
+from motorcade.service.messages import Capabilities, Project
+from motorcade.service.programs import error_answer
+from motorcade.service.requests import Context, respond
+from support.strategies import programs
+
+MAT = {"format": "motorcade-mat/1", "name": "a table", "car": [{"at_m": [0, 0], "role": "leader"}]}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    return tmp_path / "library"
+
+
+@pytest.fixture
+def context(folder):
+    capabilities = Capabilities(serial_ports=False, films=False, real_cars=False, most_cars=100)
+    return Context(capabilities, FolderStorage(folder), lambda mat: count_cars(mat, 100), list)
+
+
+@pytest.fixture
+def ask(context):
+    """Sends a request that must be answered; gives the answer."""
+
+    def asking(name, message=None):
+        return json.loads(respond(name, json.dumps(message).encode() if message is not None else b"", context))
+
+    return asking
+
+
+@pytest.fixture
+def refused(context):
+    """Sends a request that must be refused, in every language; gives its HTTP status and its code."""
+
+    def asking(name, message=None, content=b""):
+        data = json.dumps(message).encode() if message is not None else content
+        with pytest.raises((MotorcadeError, ProgramError)) as refusal:
+            respond(name, data, context)
+        error = error_answer(refusal.value)
+        assert set(error.sentence) == set(languages())
+        assert all(error.sentence.values())
+        # A message that only a broken page can send is explained in the words of msgspec.
+        assert error.code == "bad-message" or not re.search(r"[a-z]{3,} [a-z]{3,}", error.sentence["zh"])
+        return getattr(refusal.value, "http_status", 400), error.code
+
+    return asking
+
+
+def blocks(leader, followers=None):
+    """What the page sends for a program."""
+    leader, followers = blocks_of(Program(leader, followers))
+    return {"leader": leader, "followers": followers, "profile": "classroom"}
+
+
+def test_compiling_gives_the_image_that_the_command_line_gives(ask):
+    program = Program([forward(3), left(1)], Followers([led(1, 2)]))
+    answer = ask("compile", blocks(program.leader, program.followers))
+    compiled = compile_program(program)
+    assert base64.b64decode(answer["image"]) == compiled.image
+    assert [int(word["hex"], 16) for word in answer["words"]] == list(compiled.words)
+    assert all(len(word["hex"]) == 8 for word in answer["words"])
+    assert [word["part"] for word in answer["words"]] == ["header", "leader", "leader", "followers"]
+    assert [answer[key] for key in ("dwell_ms", "states", "follower_words", "most")] == [2000, 2, 1, 255]
+    assert answer["diagnostics"] == []
+
+
+def test_the_values_of_a_word_are_its_bits(ask):
+    formats = ask("formats")
+    for word in ask("compile", blocks([forward(3)], [led(1, 2)]))["words"]:
+        fields = formats["header" if word["part"] == "header" else "control"]
+        assert sum(word["values"][field["name"]] << field["low"] for field in fields) == int(word["hex"], 16)
+
+
+def test_a_word_names_the_block_that_it_comes_from_and_a_together_those_of_its_fields(ask):
+    at_once = together(forward(2, id="d"), led(1, 1, id="l"), voice(id="v"), pir(id="p"), id="t")
+    answer = ask("compile", blocks([wait(4, id="w"), repeat(2, at_once, id="r")]))
+    _, first, second, third, fourth, *_ = answer["words"]
+    assert (first["block"], second["block"], third["block"]) == ("w", "w", "t")
+    assert "fields_of" not in first
+    fields = third["fields_of"]
+    assert fields == fourth["fields_of"]
+    assert Counter(fields.values()) == {"d": 4, "l": 2, "v": 1, "p": 1}
+    assert (fields["motor_speed"], fields["led_which"], fields["voice"], fields["pir"]) == ("d", "l", "v", "p")
+
+
+def test_the_timeline_says_when_each_word_runs(ask):
+    program = [forward(3), led(0, 0), left(1)], [led(1, 2), led(2, 2)]
+    timeline = ask("compile", blocks(*program))["timeline"]
+    spans = {part: [(span["word"], span["begin_ms"], span["end_ms"]) for span in timeline[part]] for part in timeline}
+    idle_ms = built_in_profile("classroom").idle_state_ms
+    assert spans["leader"] == [(1, 0, 3000), (2, 3000, 3000 + idle_ms), (3, 3000 + idle_ms, 4000 + idle_ms)]
+    assert spans["followers"] == [(4, 0, 2000), (5, 2000, 4000)]
+
+
+def test_the_costliest_block_is_the_one_that_makes_the_most_words(ask):
+    answer = ask("compile", blocks([forward(3, id="a"), repeat(9, wait(1), id="b")], [led(0, 3, id="c")]))
+    assert answer["costliest"] == {"leader": {"block": "b", "count": 9}, "followers": {"block": "c", "count": 1}}
+
+
+def test_too_many_states_still_have_a_costliest_block(ask):
+    answer = ask("compile", blocks([wait(3, id="a"), repeat(400, wait(1), id="b")]))
+    assert (answer["states"], answer["image"], answer["words"]) == (401, None, [])
+    assert answer["costliest"]["leader"] == {"block": "b", "count": 400}
+    (said,) = answer["diagnostics"]
+    assert (said["code"], said["severity"]) == ("too-many-states", "error")
+    # The page leads to the block, and nobody there knows a place in a file.
+    assert not any("leader[" in sentence for sentence in said["sentence"].values())
+    assert (said["block"], said["editor"]) == ("b", "leader")
+
+
+def test_a_diagnostic_says_which_editor_and_block_it_is_about(ask):
+    said = ask("compile", blocks([], [wait(0.5, id="half")]))["diagnostics"]
+    assert [(each["code"], each["editor"], each["block"]) for each in said] == [
+        ("empty-program", "leader", None),
+        ("duration-not-expressible", "followers", "half"),
+    ]
+    assert all(set(each["sentence"]) == set(languages()) for each in said)
+
+
+def test_blocks_that_no_program_says_are_diagnostics_too(ask):
+    answer = ask("compile", {"leader": {"blocks": {"blocks": [{"type": "motorcade_leader", "next": 3}]}}})
+    assert (answer["image"], [each["code"] for each in answer["diagnostics"]]) == (None, ["bad-blocks"])
+
+
+@pytest.mark.parametrize("count", [MOST_IN_A_ROW, MOST_IN_A_ROW + 1])
+def test_the_longest_row_of_blocks_still_gets_its_own_sentence(ask, count):
+    below = {"type": "motorcade_wait", "fields": {"SECONDS": 1}}
+    for _ in range(count - 1):
+        below = {"type": "motorcade_wait", "fields": {"SECONDS": 1}, "next": {"block": below}}
+    leader = {"blocks": {"blocks": [{"type": "motorcade_leader", "next": {"block": below}}]}}
+    (said,) = ask("compile", {"leader": leader})["diagnostics"]
+    assert said["code"] == ("too-many-states" if count == MOST_IN_A_ROW else "too-many-in-a-row")
+    assert ask("open", ask("save-text", {"leader": leader}))["leader"] == leader
+
+
+@pytest.mark.parametrize(
+    ("name", "body", "code"),
+    [
+        ("compile", b"", "bad-message"),
+        ("compile", b"{", "bad-message"),
+        ("compile", b"\xff", "bad-message"),
+        ("compile", b"[]", "bad-message"),
+        ("compile", b"{}", "bad-message"),
+        ("compile", b'{"leader": "x"}', "bad-message"),
+        ("compile", b'{"leader": {}, "followers": []}', "bad-message"),
+        ("compile", b'{"leader": {"\\ud800": 1}}', "bad-message"),
+        ("compile", b'{"leader": ' + b'{"a":' * 5000 + b"1" + b"}" * 5001, "message-too-deep"),
+        ("compile", b'{"leader": {}, "profile": "../x.toml"}', "unknown-profile"),
+        ("open", b'{"text": 3}', "bad-message"),
+        ("open", b'{"text": "{"}', "not-json"),
+        ("open", b'{"text": "[]"}', "out-of-range"),
+        ("open", b'{"text": "{\\"format\\": \\"motorcade-program/1\\"}"}', "missing-field"),
+        ("decompile", b'{"image": "!"}', "bad-message"),
+        ("decompile", b'{"image": ""}', "image-cut-off"),
+        ("decompile", b'{"image": "AAA="}', "image-cut-off"),
+        ("decompile", b'{"image": "AAAAAAAAAAA="}', "image-too-long"),
+        ("decompile", b'{"image": "AAAA/w=="}', "image-header"),
+        ("decompile", b'{"image": "AQAAAAAAAAE="}', "image-word"),
+        ("decompile", b'{"image": "AQAAAIAAAAA="}', "not-decompiled"),
+        ("check-mat", b'{"mat": {}}', "bad-mat"),
+        ("check-mat", b'{"mat": 3}', "bad-message"),
+    ],
+)
+def test_a_message_that_can_not_be_is_refused_in_every_language(refused, name, body, code):
+    assert refused(name, content=body)[1] == code
+
+
+@pytest.mark.parametrize(
+    ("name", "message", "code"),
+    [
+        ("nothing", {}, "not-found"),
+        ("../compile", {}, "not-found"),
+        ("example", {"id": "x"}, "no-example"),
+        ("example", {"id": "../square"}, "no-example"),
+        ("compile", {"leader": {}, "profile": "lorry"}, "unknown-profile"),
+    ],
+)
+def test_what_does_not_exist_is_not_found(refused, name, message, code):
+    assert refused(name, message) == (404, code)
+
+
+@given(programs())
+def test_a_program_is_the_same_after_it_was_a_project_file(program):
+    leader, followers = blocks_of(program)
+    text = project_text(Project(leader, followers, program.profile, MAT))
+    assert read_program(text) == program
+    assert open_text(text) == Project(leader, followers, program.profile, MAT)
+
+
+def test_a_project_file_keeps_how_its_blocks_look(ask):
+    project = {**blocks([wait(1, id="w")]), "mat": MAT, "range_mm": 700}
+    loose = {"type": "motorcade_wait", "id": "loose", "x": 200, "y": 300}
+    project["leader"]["blocks"]["blocks"].append(loose)
+    text = ask("save-text", project)["text"]
+    assert read_program(text) == Program([wait(1, id="w")])
+    assert ask("open", {"text": text}) == project
+
+
+def test_a_program_that_was_changed_by_hand_is_laid_out_anew(ask):
+    text = ask("save-text", blocks([wait(1, id="w")], []))["text"]
+    changed = ask("open", {"text": text.replace('"seconds": 1', '"seconds": 2')})
+    assert changed == {**blocks([wait(2, id="w")], []), "mat": None, "range_mm": None}
+
+
+@pytest.mark.parametrize(
+    "view", [{}, {"leader": 3}, {"leader": {"blocks": 3}}, {"leader": {}, "followers": 3}, {"range_mm": "far"}]
+)
+def test_a_damaged_view_harms_no_program(ask, view):
+    document = {**Program([wait(1)]).as_dict(), "view": view}
+    opened = ask("open", {"text": json.dumps(document)})
+    assert (opened["leader"], opened["range_mm"]) == (blocks([wait(1)])["leader"], None)
+
+
+def test_blocks_that_no_program_says_yet_are_kept_as_they_are(ask):
+    leader = blocks([wait(1)])["leader"]
+    leader["blocks"]["blocks"][0]["next"]["block"]["type"] = "motorcade_infrared"
+    project = {"leader": leader, "followers": None, "profile": "classroom", "mat": None, "range_mm": None}
+    text = ask("save-text", project)["text"]
+    assert read_program(text) == Program([])
+    assert ask("open", {"text": text}) == project
+
+
+def test_an_error_in_a_file_names_the_place(context):
+    text = json.dumps({**Program([]).as_dict(), "leader": [{"fly": {}}]})
+    with pytest.raises(ProgramError) as problem:
+        respond("open", json.dumps({"text": text}).encode(), context)
+    error = error_answer(problem.value)
+    assert error.sentence["en"].startswith("leader[0].fly: 'fly' can't stand here.")
+    assert error.diagnostics[0].editor == "leader"
+
+
+def test_an_image_becomes_blocks_that_compile_to_it(ask):
+    image = base64.b64encode(compile_program(Program([forward(3), left(1)], [led(1, 2)])).image).decode()
+    assert ask("compile", ask("decompile", {"image": image}))["image"] == image
+
+
+def test_a_mat_is_checked(ask, refused):
+    assert ask("check-mat", {"mat": MAT}) == {"cars": 1, "leads": [0]}
+    crowd = [{"cars": 100, "corner_m": [0, 0], "size_m": [9, 9]}]
+    assert refused("check-mat", {"mat": {**MAT, "crowd": crowd}}) == (400, "too-many-cars")
+    # Not even looked for places.
+    assert refused("check-mat", {"mat": {**MAT, "crowd": [{**crowd[0], "cars": 1e300}]}}) == (400, "too-many-cars")
+
+
+def test_formats_name_every_bit_in_every_language(ask):
+    for fields in ask("formats").values():
+        bits = [bit for field in fields for bit in range(field["low"], field["high"] + 1)]
+        assert sorted(bits) == list(range(32))
+        assert all(field["title"][language] for field in fields for language in languages())
+
+
+def test_a_profile_says_what_its_levels_mean(ask):
+    profile = next(each for each in ask("profiles") if each["name"] == "classroom")
+    assert profile["durations_ms"] == [0, 1000, 2000, 3000]
+    assert profile["infrared"]["range_mm"] == 1000
+    assert profile["seconds"] == {"least": 0, "step": 1, "most": 765}
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=str)
+def test_an_example_compiles_without_a_word_and_its_mat_has_cars_for_it(ask, example):
+    project = ask("example", {"id": example})
+    answer = ask("compile", {key: project[key] for key in ("leader", "followers", "profile")})
+    assert answer["diagnostics"] == []
+    cars = ask("check-mat", {"mat": project["mat"]})
+    assert cars["leads"] == [0]
+    assert (cars["cars"] > 1) == (project["followers"] is not None)
+
+
+def test_the_gallery_is_in_every_language(ask):
+    listed = ask("examples")
+    assert [each["id"] for each in listed] == list(EXAMPLES)
+    assert all(each[text][language] for each in listed for text in ("title", "about") for language in languages())
+
+
+def test_reserved_bits_and_parity_are_shown_too(ask):
+    names = [field["name"] for field in ask("formats")["control"]]
+    assert names == [field.name for field in CONTROL.fields]
+
+
+def test_capabilities_tell_what_the_shell_can_do(ask):
+    assert ask("capabilities") == {"serial_ports": False, "films": False, "real_cars": False, "most_cars": 100}
+
+
+# The projects of the library.
+
+
+def project(seconds, mat=MAT, range_mm=700):
+    leader, followers = blocks_of(Program([wait(seconds, id="w")], Followers([led(1, 1)])))
+    return {"leader": leader, "followers": followers, "profile": "classroom", "mat": mat, "range_mm": range_mm}
+
+
+@pytest.fixture
+def save(ask):
+    return lambda name, project: ask("projects/write", {"name": name, "project": project})["version"]
+
+
+@pytest.mark.parametrize(
+    "name", ["square", "我的程序", "50% + a? #1 & b;c", "deleted", "versions", "owners", "CON", "a b"]
+)
+def test_a_saved_project_comes_back_unchanged(ask, save, name):
+    assert [save(name, project(1)), save(name, project(2))] == [1, 2]
+    assert ask("projects/read", {"name": name}) == {"name": name, **project(2)}
+    assert ask("projects/read", {"name": name, "version": 1}) == {"name": name, **project(1)}
+    listed = ask("projects/list")
+    assert [(each["name"], each["versions"]) for each in listed] == [(name, 2)]
+    versions = ask("projects/history", {"name": name})
+    assert [each["version"] for each in versions] == [2, 1]
+    assert versions[0]["saved_at"] == listed[0]["saved_at"]
+
+
+def test_a_version_on_the_disk_is_a_project_file(save, folder):
+    save("a", project(1))
+    (file,) = folder.rglob("*.motorcade.json")
+    assert read_program(file.read_bytes()) == Program([wait(1, id="w")], Followers([led(1, 1)]))
+
+
+def test_a_project_without_a_mat_or_a_finished_program_is_saved_too(ask, save):
+    unfinished = {**project(1, mat=None), "leader": {"blocks": {"blocks": [{"type": "motorcade_leader", "next": 3}]}}}
+    save("a", unfinished)
+    assert ask("projects/read", {"name": "a"}) == {"name": "a", **unfinished}
+
+
+def test_a_deleted_project_is_gone(ask, refused, save):
+    save("a", project(1))
+    assert ask("projects/delete", {"name": "a"}) == {}
+    assert ask("projects/list") == []
+    for request in ("projects/read", "projects/history", "projects/delete"):
+        assert refused(request, {"name": "a"}) == (404, "no-project")
+
+
+def test_a_damaged_version_is_refused_and_the_others_can_be_read(ask, refused, save, folder):
+    save("a", project(1))
+    save("a", project(2))
+    save("b", project(3))
+    next(folder.glob("a-*/000002*")).write_bytes(b'{"format": \xff')
+    assert refused("projects/read", {"name": "a"}) == (409, "damaged-version")
+    assert ask("projects/read", {"name": "a", "version": 1}) == {"name": "a", **project(1)}
+    assert sorted(each["name"] for each in ask("projects/list")) == ["a", "b"]
+    assert save("a", project(4)) == 3
+    assert ask("projects/read", {"name": "a"}) == {"name": "a", **project(4)}
+
+
+@pytest.mark.parametrize(
+    ("version", "expected"),
+    [("x", (400, "bad-message")), (-1, (400, "bad-message")), (1.5, (400, "bad-message")), (7, (404, "no-version"))],
+)
+def test_a_version_that_does_not_exist_is_refused(refused, save, version, expected):
+    save("a", project(1))
+    assert refused("projects/read", {"name": "a", "version": version}) == expected
+
+
+@pytest.mark.parametrize("name", ["x" * 61, "a\nb", "..", "a\\b", "a/b", " ", ""])
+def test_a_bad_project_name_is_refused(refused, folder, name):
+    assert refused("projects/write", {"name": name, "project": project(1)}) == (400, "bad-project-name")
+    assert not folder.exists()
+
+
+@pytest.mark.parametrize("project", [[], {}, {"leader": 1}, {"leader": {}, "mat": []}])
+def test_what_is_no_project_is_not_saved(refused, folder, project):
+    assert refused("projects/write", {"name": "a", "project": project}) == (400, "bad-message")
+    assert not folder.exists()

@@ -1,0 +1,158 @@
+"""A page's session with its world, with a clock of the test's own and without a server."""
+
+import pytest
+
+from motorcade import Followers, Program, compile_program, forward, led, left
+from motorcade.boards.simulated_drive import DrivenCars
+from motorcade.errors import MotorcadeError
+from motorcade.server.studio.simulation import build_world
+from motorcade.service.playback import PICTURE_S
+from motorcade.service.world_messages import (
+    CarDetails,
+    Hello,
+    Move,
+    Pause,
+    Play,
+    Seek,
+    SetWorld,
+    Shown,
+    State,
+    Step,
+    Watch,
+)
+from motorcade.service.world_session import CAR_S, STATE_S, WorldSession
+from support.pictures import Picture
+
+IMAGE = compile_program(Program([forward(3, speed=2), left(1)], Followers([led(1, 1)]))).image
+MAT = {
+    "format": "motorcade-mat/1",
+    "name": "a table",
+    "tick_ms": 5,
+    "car": [{"at_m": [0, 0], "role": "leader"}, {"at_m": [0.5, 0]}],
+}
+
+
+class Page:
+    """A page that calls its session when it is due, and draws the pictures unless it ``is_slow``."""
+
+    def __init__(self) -> None:
+        self.session = WorldSession("0" * 32, lambda message: build_world(message, DrivenCars(), 100))
+        self.now_s = 0.0
+        self.is_slow = False
+        self.answers: list[object] = [*self.session.connect()]
+
+    def send(self, message) -> None:
+        self.answers += self.session.receive(message)
+
+    def look(self, seconds: float) -> None:
+        """Let time pass."""
+        end_s = self.now_s + seconds
+        while (wait_s := self.session.wait_s(self.now_s)) is not None and self.now_s + wait_s <= end_s:
+            self.now_s += wait_s
+            for answer in self.session.advance(self.now_s):
+                self.answers.append(Picture(answer) if isinstance(answer, bytes) else answer)
+                if isinstance(answer, bytes) and not self.is_slow:
+                    self.session.receive(Shown(self.answers[-1].number))
+            self.session.took(0.001)
+        self.now_s = end_s
+
+    def take(self, kind: type) -> list:
+        """The answers of a kind since the last call; all others are dropped."""
+        found = [answer for answer in self.answers if isinstance(answer, kind)]
+        self.answers.clear()
+        return found
+
+
+@pytest.fixture
+def page() -> Page:
+    page = Page()
+    page.send(SetWorld(MAT, IMAGE))
+    return page
+
+
+def test_before_the_first_world_there_are_no_cars() -> None:
+    page = Page()
+    assert page.answers == [Hello("0" * 32, False, 0)]
+    assert page.session.wait_s(0.0) is None
+    with pytest.raises(MotorcadeError, match="no world"):
+        page.send(Play())
+
+
+def test_a_world_that_stands_still_is_shown_once(page: Page) -> None:
+    page.look(1)
+    assert len(page.take(Picture)) == 1
+    assert page.session.wait_s(page.now_s) is None
+
+
+def test_a_world_in_play_sends_30_pictures_and_4_states_a_second(page: Page) -> None:
+    page.send(Play())
+    page.look(1)
+    page.take(Picture)
+    page.look(10)
+    answers = list(page.answers)
+    assert len([each for each in answers if isinstance(each, Picture)]) == pytest.approx(10 / PICTURE_S, abs=2)
+    assert len([each for each in answers if isinstance(each, State)]) == pytest.approx(10 / STATE_S, rel=0.2)
+    assert page.take(State)[-1].t_ms == pytest.approx(11_000, abs=300)
+    page.send(Pause())
+    page.look(1)
+    page.take(Picture)
+    page.look(10)
+    assert page.answers == []
+
+
+def test_the_details_of_a_watched_car_come_ten_times_a_second(page: Page) -> None:
+    page.send(Watch(1))
+    page.send(Play())
+    page.take(CarDetails)
+    page.look(10)
+    assert len(page.take(CarDetails)) == pytest.approx(10 / CAR_S, rel=0.35)
+
+
+def test_a_page_that_draws_nothing_gets_two_pictures_and_then_the_newest(page: Page) -> None:
+    page.is_slow = True
+    page.send(Play())
+    page.look(1)
+    assert [picture.number for picture in page.take(Picture)] == [1, 2]
+    page.send(Shown(2))
+    page.look(PICTURE_S * 2)
+    (newest,) = [picture for picture in page.take(Picture) if picture.number == 3]
+    assert newest.t_ms > 900
+
+
+def test_a_picture_that_was_never_sent_can_not_be_drawn(page: Page) -> None:
+    page.is_slow = True
+    page.send(Shown(1000))
+    page.send(Play())
+    page.look(1)
+    assert len(page.take(Picture)) == 2
+
+
+def test_a_page_that_connects_again_finds_its_world(page: Page) -> None:
+    page.send(Step(100))
+    page.look(1)
+    page.take(Picture)
+    page.answers += page.session.connect()
+    hello, state = page.answers
+    assert (hello.resumed, hello.cars, state.t_ms) == (True, 2, 500)
+    page.look(1)
+    (picture,) = page.take(Picture)
+    assert (picture.number, picture.t_ms) == (1, 500)
+
+
+def test_the_past_is_shown_until_the_present_is_asked_for(page: Page) -> None:
+    page.send(Step(100))
+    page.send(Seek(240))
+    page.look(1)
+    assert page.take(Picture)[-1].t_ms == 200
+    page.send(Seek(None))
+    page.look(1)
+    assert page.take(Picture)[-1].t_ms == 500
+
+
+@pytest.mark.parametrize("message", [Watch(2), Move(2, 0.0, 0.0)])
+def test_a_message_about_a_car_that_does_not_exist_is_refused(page: Page, message) -> None:
+    with pytest.raises(MotorcadeError) as refusal:
+        page.send(message)
+    assert refusal.value.code == "bad-world"
+    page.send(Step(1))
+    assert page.take(State)[-1].t_ms == 5

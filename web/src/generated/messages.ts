@@ -1,0 +1,497 @@
+/** Messages between the page and its service. Written by scripts/generate.py; don't edit. */
+
+/** A language's tag, such as en or zh. */
+export type Language = string;
+
+/** A text in every language that the service has. */
+export interface Sentence {
+  en: string;
+  [language: Language]: string | undefined;
+}
+
+/** Blockly's `serialization.workspaces` state; the page reads it through Blockly alone. */
+export type WorkspaceState = Record<string, unknown>;
+
+/** A motorcade-mat/1 document. */
+export interface MatDocument {
+  format: "motorcade-mat/1";
+  name: string;
+  [key: string]: unknown;
+}
+
+/** A request without arguments, or an answer without content. */
+export type Nothing = Record<string, never>;
+
+/** What this shell can do beside what every shell can; the page shows only what is there. */
+export interface Capabilities {
+  serial_ports: boolean;
+  films: boolean;
+  real_cars: boolean;
+  most_cars: number;
+}
+
+/** The fields of the two kinds of words. */
+export interface Formats {
+  header: WordField[];
+  control: WordField[];
+}
+
+/** A field of a word: its bits, and its title. */
+export interface WordField {
+  name: string;
+  high: number;
+  low: number;
+  title: Sentence;
+}
+
+/** A profile, and the durations that its steps can have. */
+export interface ProfileFigures {
+  name: string;
+  durations_ms: number[];
+  dwell_ms: number[];
+  speeds_mm_s: number[];
+  turn_rates_deg_s: number[];
+  avoid_radii_mm: number[];
+  idle_state_ms: number;
+  infrared: Infrared;
+  serial: Serial;
+  body: Body;
+  servo: Servo;
+  motor: Motor;
+  drive: DriveLimits;
+  seconds: Seconds;
+}
+
+/** Range of a frame, its unit, and the pauses between frames. */
+export interface Infrared {
+  range_mm: number;
+  unit_us: number;
+  gap_ms: number;
+  relay_period_ms: number;
+  sense_ms: number;
+}
+
+/** The serial line; always 8 data bits, no parity, 1 stop bit. */
+export interface Serial {
+  baud: number;
+}
+
+/** The car's size and what its sensors reach; angles are half of the cone, in degrees. */
+export interface Body {
+  diameter_mm: number;
+  wheel_base_mm: number;
+  ultrasonic_cone_deg: number;
+  ultrasonic_range_mm: number;
+  pir_range_mm: number;
+  pir_half_angle_deg: number;
+}
+
+/** The steering servo's period and pulse widths, and how far it turns the front wheels at 0 and 180 degrees. */
+export interface Servo {
+  period_ms: number;
+  pulse_0_deg_us: number;
+  pulse_90_deg_us: number;
+  pulse_180_deg_us: number;
+  steering_deg: number;
+}
+
+/** The drive motor's largest PWM duty. */
+export interface Motor {
+  pwm_max: number;
+}
+
+/** Limits of a car that is steered over a network; see docs/profiles.md. */
+export interface DriveLimits {
+  failsafe_ms: number;
+  watchdog_ms: number;
+  hand_over_ms: number;
+  commands_per_s: number;
+}
+
+/** The durations that a step can have. */
+export interface Seconds {
+  least: number;
+  step: number;
+  most: number;
+}
+
+/** What both editors hold. */
+export interface Blocks {
+  leader: WorkspaceState;
+  followers?: WorkspaceState | null;
+  profile?: string;
+}
+
+/** What the page shows of a program; ``image`` is None where the program can't be compiled. */
+export interface Compiled {
+  diagnostics: Diagnostic[];
+  image: string | null;
+  dwell_ms: number;
+  states: number;
+  follower_words: number;
+  most: number;
+  costliest: Costs;
+  words: Word[];
+  timeline: Timeline;
+}
+
+/** A diagnostic of a program; without a block it is about the whole editor. */
+export interface Diagnostic {
+  code: string;
+  severity: "error" | "warning";
+  sentence: Sentence;
+  path: string;
+  block: string | null;
+  editor: "leader" | "followers" | null;
+}
+
+/** The costliest block of each editor; None where an editor makes no words. */
+export interface Costs {
+  leader: Costliest | null;
+  followers: Costliest | null;
+}
+
+/** The block that makes the most words. */
+export interface Costliest {
+  block: string | null;
+  count: number;
+}
+
+/** A word, its fields by name, and the block that it comes from. */
+export interface Word {
+  hex: string;
+  part: "header" | "leader" | "followers";
+  values: Record<string, number>;
+  block: string | null;
+  fields_of?: Record<string, string>;
+}
+
+/** When each word of the leader's and the followers' rounds runs. */
+export interface Timeline {
+  leader: Span[];
+  followers: Span[];
+}
+
+/** When a word runs, counted from the beginning of its round. */
+export interface Span {
+  word: number;
+  begin_ms: number;
+  end_ms: number;
+}
+
+/** An image's bytes, as base64. */
+export interface Image {
+  image: string;
+}
+
+/** What the page works on; ``range_mm`` is how far infrared reaches, None for as far as the profile says. */
+export interface Project {
+  leader: WorkspaceState;
+  followers: WorkspaceState | null;
+  profile: string;
+  mat: MatDocument | null;
+  range_mm: number | null;
+}
+
+/** The text of a project's file. */
+export interface Text {
+  text: string;
+}
+
+/** An example program, and what it shows. */
+export interface Example {
+  id: string;
+  title: Sentence;
+  about: Sentence;
+}
+
+/** An example program. */
+export interface ExampleName {
+  id: string;
+}
+
+/** A mat. */
+export interface MatToCheck {
+  mat: MatDocument;
+}
+
+/** How many cars a mat has, and which of them lead. */
+export interface MatCars {
+  cars: number;
+  leads: number[];
+}
+
+/** A port to upload through; ``kind`` is serial or virtual. */
+export interface Port {
+  port: string;
+  description: string;
+  kind: "serial" | "virtual";
+}
+
+/** A project of the library: when it was last saved (ISO 8601, UTC), and how many versions there are. */
+export interface LibraryEntry {
+  name: string;
+  saved_at: string;
+  versions: number;
+}
+
+/** A version of a project; the newest where none is named. */
+export interface ProjectVersion {
+  name: string;
+  version?: number | null;
+}
+
+/** A project of the library, by its name there. */
+export interface StoredProject {
+  leader: WorkspaceState;
+  followers: WorkspaceState | null;
+  profile: string;
+  mat: MatDocument | null;
+  range_mm: number | null;
+  name: string;
+}
+
+/** A project, and its name in the library. */
+export interface ProjectToSave {
+  name: string;
+  project: Project;
+}
+
+/** The number of the version that holds what was saved. */
+export interface SavedVersion {
+  version: number;
+}
+
+/** A project of the library. */
+export interface ProjectName {
+  name: string;
+}
+
+/** A version of a project, and when it was saved (ISO 8601, UTC). */
+export interface Version {
+  version: number;
+  saved_at: string;
+}
+
+/** Why a request was refused, by `motorcade.errors.MotorcadeError.to_dict`; a program also has diagnostics. */
+export interface ErrorAnswer {
+  code: string;
+  details: Record<string, unknown>;
+  sentence: Sentence;
+  diagnostics?: Diagnostic[];
+}
+
+/** Send an image to the car at a port, or (``readback``) fetch the image that it holds. */
+export interface UploadOrder {
+  port?: string;
+  image?: string | null;
+  verify?: boolean;
+  readback?: boolean;
+  profile?: string;
+}
+
+/** Build a world; without an image all cars stand still. */
+export interface SetWorld {
+  do: "set";
+  mat: MatDocument;
+  image?: string | null;
+  profile?: string;
+  seed?: number;
+  range_mm?: number | null;
+}
+
+/** Go on, ``speed`` simulated seconds in a real one. */
+export interface Play {
+  do: "play";
+  speed?: number;
+}
+
+/** Stop the world's time. */
+export interface Pause {
+  do: "pause";
+}
+
+/** Go on by so many ticks. */
+export interface Step {
+  do: "step";
+  ticks?: number;
+}
+
+/** Begin again. */
+export interface Reset {
+  do: "reset";
+  seed?: number;
+}
+
+/** Speak a word that all cars hear. */
+export interface Speak {
+  do: "say";
+  word: "stop" | "go";
+}
+
+/** Change what is around the cars. */
+export interface Furnish {
+  do: "furnish";
+  mat: MatDocument;
+  range_mm?: number | null;
+}
+
+/** Put a car elsewhere. */
+export interface Move {
+  do: "move";
+  car: number;
+  x_m: number;
+  y_m: number;
+  heading_deg?: number;
+}
+
+/** Send the details of a car, or of none. */
+export interface Watch {
+  do: "watch";
+  car?: number | null;
+}
+
+/** Show a moment of the past, or the present. */
+export interface Seek {
+  do: "seek";
+  t_ms?: number | null;
+}
+
+/** Give a car that was driven by hand back to its program. */
+export interface Resume {
+  do: "resume";
+  car: number;
+}
+
+/** The newest picture that the page has drawn. */
+export interface Shown {
+  do: "shown";
+  frame: number;
+}
+
+/** The first answer, and the first after each SetWorld; without a world nothing but the first three is known. */
+export interface Hello {
+  is: "hello";
+  session: string;
+  resumed: boolean;
+  cars: number;
+  leads?: number[];
+  tick_ms?: number;
+  radius_m?: number;
+  range_m?: number;
+}
+
+/** How time passes. */
+export interface State {
+  is: "state";
+  playing: boolean;
+  speed: number;
+  t_ms: number;
+  shown_ms: number | null;
+  earliest_ms: number;
+  seed: number;
+  counts: Record<string, number>;
+  rate: number;
+  held: number[];
+}
+
+/** The details of the watched car: the word that it executes or holds, and its counts since the beginning. */
+export interface CarDetails {
+  is: "car";
+  car: number;
+  leads: boolean;
+  word: string | null;
+  values: Record<string, number> | null;
+  index: number;
+  runs: boolean;
+  since_ms: number | null;
+  frames: number;
+  heard: number;
+  lost: Record<string, number>;
+  hears: HeardFrame | null;
+}
+
+/** A frame, the car that sent it, and when it was heard. */
+export interface HeardFrame {
+  word: string;
+  car: number;
+  t_ms: number;
+}
+
+/** The world waits until the simulator is compiled for this computer. */
+export interface Compiling {
+  is: "compiling";
+}
+
+/** What was refused, and why. */
+export interface Refused {
+  is: "error";
+  code: string;
+  details: Record<string, unknown>;
+  sentence: Sentence;
+}
+
+/** The car holds the image; ``answer`` is what it answered. */
+export interface Verified {
+  outcome: "verified";
+  answer: string;
+}
+
+/** All bytes were sent, and the car was not asked whether they arrived. */
+export interface NotVerified {
+  outcome: "not-verified";
+}
+
+/** The car's image. */
+export interface ImageRead {
+  outcome: "image";
+  image: string;
+}
+
+/** Why it failed. */
+export interface Failed {
+  outcome: "failed";
+  error: ErrorAnswer;
+}
+
+/** So many bytes were sent. */
+export interface Progress {
+  sent: number;
+  of: number;
+  retry?: RetryNotice | null;
+}
+
+/** Another try, the ``number``-th of ``of``, and why. */
+export interface RetryNotice {
+  number: number;
+  of: number;
+  sentence: Sentence;
+}
+
+export type WorldMessage = SetWorld | Play | Pause | Step | Reset | Speak | Furnish | Move | Watch | Seek | Resume | Shown;
+
+export type WorldAnswer = Hello | State | CarDetails | Compiling | Refused;
+
+export type Outcome = Verified | NotVerified | ImageRead | Failed;
+
+export type UploadAnswer = Progress | Verified | NotVerified | ImageRead | Failed;
+
+/** Every request: `POST /api/<name>` with its message gives its answer. */
+export interface Requests {
+  "capabilities": { message: Nothing; answer: Capabilities };
+  "formats": { message: Nothing; answer: Formats };
+  "profiles": { message: Nothing; answer: ProfileFigures[] };
+  "compile": { message: Blocks; answer: Compiled };
+  "decompile": { message: Image; answer: Project };
+  "open": { message: Text; answer: Project };
+  "save-text": { message: Project; answer: Text };
+  "examples": { message: Nothing; answer: Example[] };
+  "example": { message: ExampleName; answer: Project };
+  "check-mat": { message: MatToCheck; answer: MatCars };
+  "ports": { message: Nothing; answer: Port[] };
+  "projects/list": { message: Nothing; answer: LibraryEntry[] };
+  "projects/read": { message: ProjectVersion; answer: StoredProject };
+  "projects/write": { message: ProjectToSave; answer: SavedVersion };
+  "projects/history": { message: ProjectName; answer: Version[] };
+  "projects/delete": { message: ProjectName; answer: Nothing };
+}
