@@ -1,4 +1,4 @@
-"""What the board does when it is switched on: it is a car."""
+"""Run the car when the board is switched on."""
 
 from motorcade.boards.on_chip.power_on import main
 

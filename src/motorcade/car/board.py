@@ -1,7 +1,7 @@
-"""The contract of a board: all that the loop of a car asks of the hardware under it.
+"""The contract of a board: all that the loop of a car needs from its hardware.
 
-Portable. A board for new hardware derives from Board and overrides what it has;
-what it doesn't override is a sensor that finds nothing or an actuator that isn't there.
+Portable. A board for new hardware derives from Board and overrides what the hardware has. A method that isn't
+overridden is a sensor that finds nothing, or an actuator that isn't there.
 """
 
 from motorcade.car.brain import VOICE_GO, VOICE_STOP
@@ -21,7 +21,7 @@ def make_levels(
     relay_period_ms: int,
     sense_ms: int,
 ) -> tuple[int, ...]:
-    """The profile's integers in the order that `motorcade.car.brain` reads them: 4, 8, 4 and five single ones."""
+    """Return the profile's integers in the order that `motorcade.car.brain` reads them: 4, 8, 4 and five single ones."""
     if len(durations_ms) != 4 or len(dwells_ms) != 8 or len(avoid_radii_mm) != 4:
         raise ValueError("a profile has 4 durations, 8 dwells and 4 avoidance radii")
     singles = (idle_state_ms, unit_us, gap_ms, relay_period_ms, sense_ms)
@@ -42,60 +42,62 @@ class Board:
     levels: tuple[int, ...] = ()
 
     def now_ms(self) -> int:
-        """The clock: milliseconds that wrap at 2^30."""
+        """Return the clock's reading: milliseconds that wrap at 2^30."""
         raise OSError("this board has no clock: override now_ms")
 
     def load_image(self) -> bytes | None:
-        """The stored image's bytes, or None where none was ever stored."""
+        """Return the stored image's bytes, None where none was ever stored."""
         return None
 
     def store_image(self, data: bytes) -> None:
-        """Keep ``data`` so that a cut of power leaves the old image or this one, whole. Raises OSError."""
+        """Store ``data`` so that a cut of power leaves the old image or this one, whole. Raises OSError."""
 
     def read_serial(self) -> bytes:
-        """The bytes that came since the last call; ``b""`` for none. Never waits."""
+        """Return the bytes that came since the last call, ``b""`` for none. Never wait."""
         return b""
 
     def write_serial(self, data: bytes) -> None:
-        """Send ``data`` to whoever is at the other end of the serial line."""
+        """Send ``data`` over the serial line."""
 
     def received_frames(self) -> list[int] | tuple[int, ...]:
-        """The 32-bit infrared frames that ended since the last call, parity unchecked, in order."""
+        """Return the 32-bit infrared frames that ended since the last call, in order, parity unchecked."""
         return ()
 
     def senses_carrier(self) -> bool:
-        """Whether infrared of other cars is on the air around this one."""
+        """Return whether infrared of other cars is on the air."""
         return False
 
     def is_sending(self) -> bool:
-        """Whether this car's own frame is on the air."""
+        """Return whether this car's own frame is on the air."""
         return False
 
     def send_frame(self, frame: int) -> None:
         """Begin to send 32 bits by infrared; called only while nothing is being sent."""
 
     def obstacle_mm(self) -> int:
-        """Distance to the nearest obstacle ahead."""
+        """Return the distance to the nearest obstacle ahead; NOTHING_IN_SIGHT_MM for none."""
         return NOTHING_IN_SIGHT_MM
 
     def sees_person(self) -> bool:
-        """Whether the PIR sensor sees somebody."""
+        """Return whether the PIR sensor detects somebody."""
         return False
 
     def heard_voice(self) -> int:
-        """What was said since the last call: NO_VOICE, VOICE_STOP or VOICE_GO of `motorcade.car.brain`."""
+        """Return the word heard since the last call: NO_VOICE, VOICE_STOP or VOICE_GO of `motorcade.car.brain`."""
         return 0
 
     def set_wheels(self, direction: int, speed_level: int) -> None:
-        """Drive forward (0) or turn on the spot, left (1) or right (2), at level 0 (stand still) to 3."""
+        """Drive forward (0) or turn on the spot, left (1) or right (2), at level 0 (stop) to 3."""
 
     def set_led(self, which: int) -> None:
         """Light LED 0 to 3 and no other; 4 for none."""
 
     def note(self, kind: str, at_ms: int, word: int, detail: int | str) -> None:
-        """Something happened that an observer may want to know; real hardware needn't care.
+        """Report an event to observers; hardware may ignore it.
 
-        ``kind`` is image (one was taken; ``word`` is its number of bytes), state,
-        start, over, frame, heard or lost; ``detail`` is a state's index, or why a
-        frame was lost: parity, reserved or deaf.
+        Args:
+            kind: image (one was stored), state, start, over, frame, heard or lost.
+            at_ms: when it happened.
+            word: the word; the number of bytes for ``image``.
+            detail: a state's index, or why a frame was lost: parity, reserved or deaf.
         """

@@ -1,8 +1,7 @@
 """The contract of a drivable car's hardware: a motor and a steering servo.
 
-Portable. A board for new hardware derives from DriveBoard and overrides what it
-has. Its methods may be called from two threads, one at a time; only ``neutral``
-may also come while another of them hangs.
+Portable. A board for new hardware derives from DriveBoard and overrides what the hardware has. Two threads may call its
+methods, one at a time; only ``neutral`` may also be called while another method hangs.
 """
 
 # For the type checker alone: MicroPython has no typing.
@@ -12,13 +11,13 @@ if MYPY:
 
 
 class DriveBoard:
-    """One drivable car's hardware. Every method may raise OSError: the car then stands still until it works again.
+    """One drivable car's hardware. Every method may raise OSError: the car then stops until the method works again.
 
-    A car that holds a codeword image runs it from being switched on, whoever drives, with its LED, its infrared and
-    its uploads. Only its wheels obey somebody else meanwhile.
+    A car that holds a codeword image runs it from the moment it is switched on, whoever drives: its LED, infrared and
+    uploads go on. Only its wheels obey the driver.
 
     Attributes:
-        has_program: whether the image has something to drive by; an upload may change it.
+        has_program: whether the image can drive the car; an upload may change it.
     """
 
     has_program = False
@@ -38,32 +37,32 @@ class DriveBoard:
         raise OSError("this board has no wheels: override neutral")
 
     def battery_mv(self) -> int | None:
-        """The battery's voltage in mV; None where nothing measures it."""
+        """Return the battery's voltage in mV; None where nothing measures it."""
         return None
 
     def begin_program(self) -> None:
-        """Give the wheels to the codeword image, where it has come to by now. Called only where ``has_program``."""
+        """Give the wheels to the codeword image, at its present state. Called only where ``has_program`` is true."""
 
     def check_program(self) -> None:
-        """Raise OSError where the image has the wheels and what runs it is dead or hangs: nobody else would stop them.
+        """Raise OSError where the image has the wheels and its program is dead or hangs; it must never wait.
 
-        Called every 50 ms or more often while the image has the wheels. Never waits.
+        Called every 50 ms or more often while the image has the wheels: nothing else would stop them.
         """
 
     def end_program(self) -> None:
         """Take the wheels from the codeword image; ``neutral`` or ``apply`` follows at once."""
 
     def keep_alive(self) -> None:
-        """All is well: for a hardware watchdog. Called every 50 ms or more often, until something is wrong."""
+        """Reset a hardware watchdog. Called every 50 ms or more often as long as nothing is wrong."""
 
     def rescue(self) -> "tuple[str, Sequence[str]] | None":
-        """What another process shall call to make the wheels stand still once this process is dead.
+        """Return what another process has to call to stop the wheels once this process is dead.
 
         Returns:
-            ``"module:function"`` and its arguments, texts; None where the hardware stops by itself.
+            ``"module:function"`` and its arguments, which are texts; None where the hardware stops by itself.
         """
         return None
 
     def close(self) -> None:
-        """Neutral, and the hardware is free for others."""
+        """Stop, and release the hardware."""
         self.neutral()
