@@ -54,14 +54,14 @@ def checked(kind: type, folder: Path) -> list[str]:
     return check_board(tin_board, reopen, wait_ms, hear=lambda frame: tin.to_report.append(frame), say=say)
 
 
-def test_a_board_that_keeps_the_contract_passes_and_has_its_image_again(tmp_path):
+def test_a_correct_board_passes_and_gets_its_image_back(tmp_path):
     board = TinBoard(Tin(), tmp_path)
     board.store_image(SMALL)
     assert checked(TinBoard, tmp_path) == []
     assert board.load_image() == SMALL
 
 
-def test_where_no_image_was_the_empty_one_is_left(tmp_path):
+def test_a_board_without_an_image_holds_the_empty_one_after_the_check(tmp_path):
     assert checked(TinBoard, tmp_path) == []
     assert TinBoard(Tin(), tmp_path).load_image() == bytes(4)
 
@@ -90,7 +90,7 @@ def test_a_micropython_car_passes(chip, platform, is_leader):
 
 
 @pytest.mark.parametrize(("kind", "says"), BROKEN, ids=lambda value: getattr(value, "__name__", None))
-def test_a_board_that_breaks_the_contract_is_told_how(kind, says, tmp_path, monkeypatch):
+def test_each_broken_board_gets_a_sentence_that_names_its_fault(kind, says, tmp_path, monkeypatch):
     if kind in REAL_TIME:
         # Clocks are set ahead only where no other thread would see it; those that other tests left may.
         monkeypatch.setattr(threading, "active_count", lambda: 1)
@@ -103,7 +103,7 @@ def test_a_board_that_breaks_the_contract_is_told_how(kind, says, tmp_path, monk
     assert len(breaches) <= limit
 
 
-def test_a_cut_is_told_with_its_place(tmp_path):
+def test_a_fault_found_by_a_cut_of_power_names_the_line(tmp_path):
     (sentence,) = checked(WritesOverSlowly, tmp_path)
     assert "of broken_boards.py" in sentence
     assert "rename it" in sentence

@@ -34,7 +34,7 @@ def board(clock, **more):
     )
 
 
-def test_a_car_of_nothing_but_a_clock_meets_the_contract():
+def test_a_car_with_only_a_clock_keeps_the_contract():
     clock = Clock()
     car = board(clock)
     clock.now_s = 1.0005

@@ -105,7 +105,7 @@ def rig(kind, store):
 
 
 @every_line
-def test_a_car_without_a_program_gives_back_the_empty_image(rig):
+def test_a_car_without_a_program_returns_the_empty_image(rig):
     assert rig.readback(4) == NO_PROGRAM
 
 
@@ -274,7 +274,7 @@ class Port:
         pass
 
 
-def test_a_port_that_goes_away_is_silent_and_comes_back():
+def test_a_port_that_goes_away_gives_no_bytes_and_is_opened_again():
     clock, port = Clock(), Port()
     clock.now_s = 0.0
     line = SerialLine(port.open, clock)
@@ -293,7 +293,7 @@ def test_a_port_that_goes_away_is_silent_and_comes_back():
     assert (port.written, port.opened) == (b"kept", 2)
 
 
-def test_a_port_is_looked_for_once_a_second_until_it_is_there_again():
+def test_a_lost_port_is_tried_once_a_second():
     clock, port, tries = Clock(), Port(), []
     clock.now_s = 0.0
 
@@ -310,7 +310,7 @@ def test_a_port_is_looked_for_once_a_second_until_it_is_there_again():
     assert tries == [0.0, 1.0, 2.0, 3.0, 4.0]
 
 
-def test_an_answer_that_nobody_takes_doesnt_hold_the_car_up():
+def test_an_answer_that_nobody_reads_does_not_block_the_car():
     port = Port()
     line = SerialLine(port.open, Clock())
     port.is_full = True

@@ -28,7 +28,7 @@ def alone(**more):
 
 @pytest.mark.parametrize(("direction", "sign"), [(1, 1), (0, -1)])
 @pytest.mark.parametrize(("speed", "metres"), [(255, 0.6), (128, 0.6 * 128 / 255), (0, 0)])
-def test_straight_on_it_goes_as_fast_as_its_duty_says(direction, sign, speed, metres):
+def test_a_car_driven_straight_has_the_speed_of_its_duty(direction, sign, speed, metres):
     cars = alone()
     cars.drive(0, 90, direction, speed)
     cars.run(2000)
@@ -39,7 +39,7 @@ def test_straight_on_it_goes_as_fast_as_its_duty_says(direction, sign, speed, me
 
 @pytest.mark.parametrize(("angle_deg", "side"), [(180, 1), (135, 1), (0, -1)])
 @pytest.mark.parametrize("direction", [0, 1])
-def test_a_steered_car_goes_round_the_circle_of_a_bicycle(angle_deg, side, direction):
+def test_a_steered_car_follows_the_circle_of_the_bicycle_model(angle_deg, side, direction):
     cars = alone()
     cars.drive(0, angle_deg, direction, 255)
     steered = np.tan(np.radians(CLASSROOM.servo.steering_deg * abs(angle_deg - 90) / 90))
@@ -59,7 +59,7 @@ def test_a_steered_car_goes_round_the_circle_of_a_bicycle(angle_deg, side, direc
     assert side * (y_m.max() + y_m.min()) > radius_m
 
 
-def test_it_does_not_enter_what_it_is_driven_into():
+def test_a_driven_car_stops_at_walls_and_obstacles():
     wall_m = 0.12
     cars = alone(tick_ms=20, walls=((wall_m, -2, wall_m, 2),))
     cars.run(2000)
@@ -72,7 +72,7 @@ def test_it_does_not_enter_what_it_is_driven_into():
     assert cars.counts()["touching_ms"][0] > 500
 
 
-def test_it_shoves_others_and_others_hear_and_see_it():
+def test_a_driven_car_pushes_other_cars_and_is_seen_and_received():
     cars = table(STANDING, None, [Pose(0, 0), Pose(0.3, 0)])
     cars.drive(0, 90, 1, 255)
     cars.run(2000)
@@ -81,7 +81,7 @@ def test_it_shoves_others_and_others_hear_and_see_it():
     assert pushed - pushing >= 2 * RADIUS_M - 0.012
 
 
-def test_a_driven_leader_goes_on_sending_and_shining_and_counting_its_states():
+def test_a_driven_leader_keeps_sending_and_running_its_states():
     program = [together(forward(2), led(1, 2)), left(2)]
     driven, free = (table(program, Followers([forward(2)]), [Pose(0, 0), Pose(0, 0.5)]) for _ in range(2))
     driven.drive(0)
@@ -91,7 +91,7 @@ def test_a_driven_leader_goes_on_sending_and_shining_and_counting_its_states():
     assert shown.x_m[0] < 0.1 < other.x_m[0]
 
 
-def test_a_driven_follower_hears_its_words_and_obeys_its_driver():
+def test_a_driven_follower_receives_words_and_obeys_its_driver():
     cars = table([wait(3)], Followers([together(forward(3), led(2, 3))]), [Pose(0, 0), Pose(-0.3, 0)])
     cars.run(500)
     assert cars.snapshot().wheels[1] == FORWARD
@@ -102,7 +102,7 @@ def test_a_driven_follower_hears_its_words_and_obeys_its_driver():
     assert shown.x_m[1] < -0.3
 
 
-def test_given_back_it_does_what_its_program_has_come_to():
+def test_a_released_car_continues_its_program_at_the_present_state():
     driven, free = (table([forward(2), right(2), forward(2)], None, [Pose(0, 0)]) for _ in range(2))
     driven.drive(0, 90, 1, 0)
     for cars in (driven, free):
@@ -114,7 +114,7 @@ def test_given_back_it_does_what_its_program_has_come_to():
     assert wheels(driven, 500) == wheels(free, 500)
 
 
-def test_slipping_wheels_spread_driven_cars_too():
+def test_wheel_slip_affects_driven_cars():
     cars = leaders(STANDING, [Pose(0, float(y)) for y in range(60)], tick_ms=20, physics=Physics(wheel_noise=0.05))
     for car in range(60):
         cars.drive(car, 90, 1, 255)
@@ -126,14 +126,14 @@ def test_slipping_wheels_spread_driven_cars_too():
     assert shown.x_m.mean() == pytest.approx(2.7, rel=0.03)
 
 
-def test_reset_sends_the_driver_away():
+def test_reset_ends_driving():
     cars = table([forward(3)], None, [Pose(0, 0)])
     cars.drive(0)
     cars.reset()
     assert set(wheels(cars, 1000)) == {FORWARD}
 
 
-def test_what_cannot_be_driven_is_refused_in_a_sentence():
+def test_driving_a_car_that_does_not_exist_is_an_error():
     with pytest.raises(MotorcadeError, match="no car 1; allowed: 0 to 0"):
         alone().drive(1)
     with pytest.raises(MotorcadeError, match="no car -1"):
@@ -146,7 +146,7 @@ def test_what_cannot_be_driven_is_refused_in_a_sentence():
 # Boards
 
 
-def test_a_board_steers_at_the_next_tick_and_yields_to_the_program_when_told():
+def test_a_board_acts_at_the_next_tick_and_gives_the_wheels_to_the_program():
     cars, driven = table([forward(3)], None, [Pose(0, 0)]), DrivenCars()
     board = driven.board(0, has_program=True)
 
@@ -166,7 +166,7 @@ def test_a_board_steers_at_the_next_tick_and_yields_to_the_program_when_told():
     assert after(lambda: None) == DRIVEN + 2
 
 
-def test_a_board_waits_for_its_car():
+def test_a_board_without_its_car_waits():
     driven = DrivenCars()
     driven.board(5, has_program=True).apply(90, 1, 255)
     cars = alone()
@@ -175,7 +175,7 @@ def test_a_board_waits_for_its_car():
     assert cars.snapshot().x_m[0] == 0
 
 
-def test_a_live_world_keeps_pace_with_the_clock_and_forgets_what_it_cannot_make_up_for():
+def test_a_live_world_follows_the_clock_and_drops_a_long_lag():
     at_s = [0.0]
     live = LiveWorld(alone(tick_ms=20), lambda: at_s[0])
     live.board(0).apply(90, 1, 255)
@@ -189,7 +189,7 @@ def test_a_live_world_keeps_pace_with_the_clock_and_forgets_what_it_cannot_make_
     assert live.snapshot().x_m[0] == pytest.approx(0.3 * 1.28 + 0.3 * 0.25, abs=0.0122)
 
 
-def test_a_live_world_compiles_nothing_once_time_goes_on(monkeypatch):
+def test_a_live_world_compiles_before_its_time_starts(monkeypatch):
     callers = {name: [] for name in ("run_one", "read_leds")}
     goes_on = threading.Event()
 

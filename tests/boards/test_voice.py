@@ -41,7 +41,7 @@ def heard(*chunks: bytes) -> list[int]:
         ([b"UU", b"U", b"U"], [VOICE_GO, NO_VOICE, VOICE_GO]),
     ],
 )
-def test_a_modules_bytes_become_words_however_they_come(chunks, says):
+def test_a_modules_bytes_become_words_in_chunks_of_any_size(chunks, says):
     assert heard(*chunks) == says
 
 
@@ -84,7 +84,7 @@ class Typist:
         (["go\n", "stop\n", "go\n"], VOICE_STOP),
     ],
 )
-def test_who_types_a_word_says_it_once(typed, says):
+def test_a_typed_word_is_heard_once(typed, says):
     typist = Typist()
     source = KeyboardVoice(typist)
     for line in typed:
@@ -93,11 +93,11 @@ def test_who_types_a_word_says_it_once(typed, says):
     assert source.heard_voice() == NO_VOICE
 
 
-def test_the_map_that_comes_with_motorcade_is_valid():
+def test_the_shipped_voice_map_is_valid():
     assert load_voice_map(SHIPPED) == VoiceMap(9600, ((b"\xaa\x01", VOICE_STOP), (b"\xaa\x02", VOICE_GO)))
 
 
-def test_a_module_may_send_text_and_several_words_may_say_the_same():
+def test_a_module_may_send_text_and_several_patterns_may_mean_one_word():
     text = HEAD + STOP + '[[word]]\nsays = "stop"\ntext = "停\\r\\n"\n[[word]]\nsays = "go"\nbytes = "ff"\n'
     expected = ((b"\xaa\x01", VOICE_STOP), ("停\r\n".encode(), VOICE_STOP), (b"\xff", VOICE_GO))
     assert parse_voice_map(text, "v.toml") == VoiceMap(9600, expected)
@@ -131,11 +131,11 @@ def test_a_module_may_send_text_and_several_words_may_say_the_same():
         (HEAD + STOP + STOP.replace("stop", "go"), "AA 01 is part of AA 01"),
     ],
 )
-def test_a_map_that_cannot_be_is_refused_in_a_sentence(text, says):
+def test_a_wrong_voice_map_is_refused_with_a_sentence(text, says):
     with pytest.raises(MotorcadeError, match=says):
         parse_voice_map(text, "v.toml")
 
 
-def test_a_map_that_is_not_there_is_named(tmp_path):
+def test_a_missing_voice_map_is_named(tmp_path):
     with pytest.raises(MotorcadeError, match=r"missing\.toml can't be read"):
         load_voice_map(tmp_path / "missing.toml")

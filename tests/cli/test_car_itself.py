@@ -80,7 +80,7 @@ def dial(address):
     return socket.create_connection((host, int(port)), timeout=DEADLINE_S)
 
 
-def test_a_simulated_leader_takes_a_program_keeps_it_and_begins_it_anew(tmp_path):
+def test_a_simulated_leader_stores_a_program_and_runs_it_after_a_restart(tmp_path):
     with car(tmp_path, "--tcp", "127.0.0.1:0") as leader:
         assert leader.begin["role"] == "leader"
         assert leader.begin["store"] == str(tmp_path / "car.image")
@@ -108,7 +108,7 @@ def test_a_signal_ends_a_car_with_exit_code_0(tmp_path, number, line):
         assert leader.process.stderr.read() == ""
 
 
-def test_a_follower_keeps_an_image_and_leaves_it_to_leaders_to_run_it(tmp_path):
+def test_a_follower_stores_an_image_and_does_not_run_it(tmp_path):
     with car(tmp_path, "--role", "follower", "--number", "7", "--tcp", "127.0.0.1:0") as follower:
         assert follower.begin["role"] == "follower"
         for _ in range(2):
@@ -120,7 +120,7 @@ def test_a_follower_keeps_an_image_and_leaves_it_to_leaders_to_run_it(tmp_path):
     assert (tmp_path / "car.image").read_bytes() == IMAGE
 
 
-def test_a_car_with_a_damaged_store_says_so_and_takes_another_program(tmp_path):
+def test_a_car_with_a_damaged_store_reports_it_and_takes_an_upload(tmp_path):
     (tmp_path / "car.image").write_bytes(b"\x01\x02")
     with car(tmp_path, "--tcp", "127.0.0.1:0") as leader:
         with dial(leader.begin["port"]) as line:
@@ -164,7 +164,7 @@ def test_a_car_takes_uploads_at_a_serial_port(tmp_path):
         (1, ("--pins", VOICES), 'format is "motorcade-voice/1"'),
     ],
 )
-def test_a_car_that_cannot_begin_says_why(tmp_path, code, options, says):
+def test_a_car_that_cannot_start_says_why(tmp_path, code, options, says):
     assert says in refusal(code, "car", "run", "--store", tmp_path / "car.image", *options)
 
 
@@ -181,7 +181,7 @@ def test_a_computer_without_pins_is_exit_code_3(command):
     assert "--board simulated" in refusal(3, "car", *command)
 
 
-def test_a_microcontrollers_pin_file_is_not_a_linux_cars(tmp_path):
+def test_a_pin_file_of_a_microcontroller_is_refused(tmp_path):
     pico = PINS.parents[1] / "micropython" / "rp2040.toml"
     assert "install-firmware" in refusal(1, "car", "run", "--store", tmp_path / "car.image", "--pins", pico)
     assert "install-firmware" in refusal(1, "car", "neutral", "--pins", pico)

@@ -87,7 +87,7 @@ def upload(told: dict, image: bytes) -> None:
         assert answers.readline() == ok_line(image)
 
 
-def test_a_car_takes_a_program_yields_to_its_driver_and_takes_it_up_again(
+def test_a_car_runs_a_program_obeys_its_driver_and_continues_the_program(
     tmp_path: Path, files: tuple[Path, Path]
 ) -> None:
     with served(tmp_path, files) as (process, told, pins):
@@ -123,7 +123,7 @@ def test_a_car_takes_a_program_yields_to_its_driver_and_takes_it_up_again(
     assert (tmp_path / "car.image").read_bytes() == TURNS_LEFT
 
 
-def test_a_car_begins_in_neutral_with_the_image_that_it_kept(tmp_path: Path, files: tuple[Path, Path]) -> None:
+def test_a_car_starts_in_neutral_with_its_stored_image(tmp_path: Path, files: tuple[Path, Path]) -> None:
     (tmp_path / "car.image").write_bytes(AHEAD)
     with served(tmp_path, files) as (_, told, pins):
         pins.until(LEDS_AT, ONE_LIT)
@@ -133,7 +133,7 @@ def test_a_car_begins_in_neutral_with_the_image_that_it_kept(tmp_path: Path, fil
             pins.until(WHEELS, STRAIGHT)
 
 
-def test_what_a_cars_program_cannot_be_given_is_said_in_a_sentence(files: tuple[Path, Path], tmp_path: Path) -> None:
+def test_wrong_options_are_refused_with_a_sentence(files: tuple[Path, Path], tmp_path: Path) -> None:
     real = ("drive", "serve", "--port", "0", "--board", "raspberry-pi", "--pins", files[0])
     assert "a simulated one leads" in refusal(2, "drive", "serve", "--port", "0", "--role", "follower")
     both = ("--upload-tcp", "127.0.0.1:0", "--upload-serial", "/dev/ttyS9")

@@ -72,7 +72,7 @@ def small_car(monkeypatch):
     return few
 
 
-def test_a_running_car_gets_its_firmware_and_then_only_what_differs():
+def test_a_running_car_gets_all_files_first_and_then_only_changed_ones():
     with board(runsCar=True) as at:
         told = data("install-firmware", "--port", at.port, "--json")
         counts = {"files": len(ESP32), "copied": len(ESP32), "bytes": sum(map(len, ESP32.values()))}
@@ -101,14 +101,14 @@ def test_every_folder_on_the_board_is_a_package():
     assert {f"{folder}/__init__.py" for folder in folders} <= set(ESP32)
 
 
-def test_what_the_pupil_had_in_main_py_is_kept(small_car):
+def test_a_main_py_of_the_user_is_kept_under_another_name(small_car):
     with board(files={"/main.py": "print('my robot')"}) as at:
         data("install-firmware", "--port", at.port, "--json")
         assert at.look().files == {**small_car, "main_before_motorcade.py": b"print('my robot')"}
 
 
 @pytest.mark.parametrize("bytes_before", [700, 1500, 3000, 5000])
-def test_a_board_that_goes_away_in_the_middle_is_no_car_until_the_next_try(small_car, bytes_before):
+def test_a_board_that_goes_away_during_the_install_does_not_start(small_car, bytes_before):
     with board(diesAfter=bytes_before, files={"/main.py": "import motorcade"}) as at:
         assert "run the same command again" in refusal(9, "install-firmware", "--port", at.port)
         half = at.look()
@@ -132,7 +132,7 @@ def test_a_board_that_goes_away_in_the_middle_is_no_car_until_the_next_try(small
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else None,
 )
-def test_each_failure_has_its_sentence_and_its_exit_code(small_car, monkeypatch, options, code, says):
+def test_each_failure_has_a_sentence_and_an_exit_code(small_car, monkeypatch, options, code, says):
     if code == 5:
         monkeypatch.setattr(board_prompt, "_ANSWER_WITHIN_S", 1)
     with board(**options) as at:
@@ -142,7 +142,7 @@ def test_each_failure_has_its_sentence_and_its_exit_code(small_car, monkeypatch,
         assert not at.look().restarted
 
 
-def test_a_flash_that_fails_is_told_with_the_boards_own_words(small_car):
+def test_a_failing_flash_is_reported_with_the_boards_message(small_car):
     with board(files={"/lib": "a file where a folder should be"}) as at:
         told = refusal(8, "install-firmware", "--port", at.port)
         assert "could not write lib/motorcade" in told.replace("/lib", "lib")
@@ -157,7 +157,7 @@ def test_pins_of_another_chip_are_refused_before_anything_is_written():
         assert at.look().files == {}
 
 
-def test_a_port_that_is_not_there_or_no_port(tmp_path):
+def test_a_missing_port_and_a_wrong_port_name_are_errors(tmp_path):
     assert "There is no port" in refusal(3, "install-firmware", "--port", "/dev/there-is-none")
     assert "not the name of a port" in refusal(3, "install-firmware", "--port", "nonsense://x")
     assert "Is the cable in" in refusal(3, "install-firmware", "--port", "socket://127.0.0.1:9")
@@ -180,7 +180,7 @@ def test_without_mpremote_it_says_how_to_get_it(monkeypatch):
     assert "pip install 'motorcade[firmware]'" in refusal(2, "install-firmware", "--port", "P")
 
 
-def test_a_failure_is_told_in_chinese_too(small_car):
+def test_a_failure_has_a_chinese_sentence(small_car):
     with board(freeBytes=0) as at:
         told = run("install-firmware", "--port", at.port, "--language", "zh")
         assert "板子还剩 0 KB" in told.err

@@ -19,7 +19,7 @@ def refused(text: str, voice=VOICE_MAP) -> str:
     return str(problem.value)
 
 
-def test_settings_that_no_chip_can_fulfil_are_refused_in_a_sentence():
+def test_settings_that_the_chip_does_not_support_are_refused():
     assert "--voice-map" in refused(ESP32 + "[voice]\nreceive = 16\n", voice=None)
     at_17 = ESP32.replace("led_0 = 18", "led_0 = 17")
     assert "GPIO17" in refused(at_17 + "[voice]\nreceive = 16\n")

@@ -44,7 +44,7 @@ def test_the_compiled_brain_finds_the_same_integers(on_cpython: list[str]) -> No
     assert lines_of("run_compiled.py") == on_cpython
 
 
-def test_the_run_meets_every_case(on_cpython: list[str]) -> None:
+def test_the_run_covers_every_case(on_cpython: list[str]) -> None:
     assert len({line for line in on_cpython if line.startswith("step ")}) == STEPS // EVERY
     totals = [line for line in on_cpython if line.startswith("total ")]
     assert totals
@@ -139,7 +139,7 @@ def test_the_brain_is_plain_functions_of_integers() -> None:
     assert list(faults_of((SOURCE / "car" / "brain.py").read_text(encoding="utf-8"))) == []
 
 
-def test_how_long_it_rests_is_told_by_plain_functions_that_ask_the_brain_alone() -> None:
+def test_the_next_wakeup_is_computed_by_plain_functions_of_the_brain() -> None:
     of_the_brain = {"motorcade.car"} | {f"brain.{name}" for name in vars(brain)}
     assert set(faults_of((SOURCE / "car" / "next_wakeup.py").read_text(encoding="utf-8"))) <= of_the_brain
 
@@ -161,5 +161,5 @@ def test_how_long_it_rests_is_told_by_plain_functions_that_ask_the_brain_alone()
         ("from motorcade.car.board import Board", "motorcade.car.board"),
     ],
 )
-def test_more_than_a_plain_function_is_a_fault(source: str, fault: str) -> None:
+def test_anything_beyond_plain_functions_is_a_fault(source: str, fault: str) -> None:
     assert list(faults_of(source)) == [fault]

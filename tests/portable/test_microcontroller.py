@@ -302,7 +302,7 @@ def settled(changes: list[tuple[int, object]]) -> list[tuple[int, object]]:
     return [change for place, change in enumerate(lasting) if not place or lasting[place - 1][1] != change[1]]
 
 
-def test_it_does_what_a_plain_car_does(played) -> None:
+def test_the_car_behaves_as_a_plain_car(played) -> None:
     chip, role, printed = played
     seen, ticks_us = seen_and_ticks(printed)
     pins, plain = by_kind(seen), by_kind(plain_car(chip, role, ticks_us))
@@ -318,7 +318,7 @@ def test_it_does_what_a_plain_car_does(played) -> None:
     assert len(wheels) > 4
 
 
-def test_its_frames_are_as_long_as_the_protocol_says(played) -> None:
+def test_its_frames_have_the_length_of_the_protocol(played) -> None:
     _, _, printed = played
     seen, _ = seen_and_ticks(printed)
     for _, durations_us in by_kind(seen)["infrared"]:
@@ -329,7 +329,7 @@ def test_its_frames_are_as_long_as_the_protocol_says(played) -> None:
     assert printed[-1] == "carrier 38000"
 
 
-def test_the_minute_meets_what_it_is_for(played) -> None:
+def test_the_minute_covers_every_case(played) -> None:
     _, role, printed = played
     kinds = by_kind(seen_and_ticks(printed)[0])
     answers = [answer for _, answer in kinds["line"]]

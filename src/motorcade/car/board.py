@@ -21,7 +21,7 @@ def make_levels(
     relay_period_ms: int,
     sense_ms: int,
 ) -> tuple[int, ...]:
-    """Return the profile's integers in the order that `motorcade.car.brain` reads them: 4, 8, 4 and five single ones."""
+    """Return the profile's integers in the order that `motorcade.car.brain` reads: 4, 8, 4 and five single ones."""
     if len(durations_ms) != 4 or len(dwells_ms) != 8 or len(avoid_radii_mm) != 4:
         raise ValueError("a profile has 4 durations, 8 dwells and 4 avoidance radii")
     singles = (idle_state_ms, unit_us, gap_ms, relay_period_ms, sense_ms)

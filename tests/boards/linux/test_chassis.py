@@ -31,13 +31,13 @@ def chassis(pins):
     ("angle_deg", "duties"),
     [(90, (180, 180)), (45, (180, 90)), (0, (180, 0)), (135, (90, 180)), (180, (0, 180)), (89, (180, 178))],
 )
-def test_the_inner_motor_turns_the_slower_the_further_it_is_steered(angle_deg, duties):
+def test_the_inner_motor_is_slower_in_tighter_bends(angle_deg, duties):
     assert motor_duties(angle_deg, 1, 180) == duties
     assert motor_duties(angle_deg, 0, 180) == tuple(-duty for duty in duties)
 
 
 @given(st.integers(0, 180), st.integers(0, 1), st.integers(0, 255))
-def test_two_motors_are_steered_alike_to_both_sides_and_never_faster_than_the_word_says(angle_deg, direction, speed):
+def test_steering_two_motors_is_symmetric_and_never_exceeds_the_words_speed(angle_deg, direction, speed):
     left, right = motor_duties(angle_deg, direction, speed)
     assert (right, left) == motor_duties(180 - angle_deg, direction, speed)
     assert max(abs(left), abs(right)) == speed
@@ -111,7 +111,7 @@ def test_neutral_stops_the_wheels_and_centres_the_steering(chassis, pins):
 
 
 @pytest.mark.parametrize("text", [ENABLED, STEERED + DUTIES], ids=["two motors", "a servo"])
-def test_no_motor_gets_more_than_its_profile_allows_whoever_drives(chassis, pins, text):
+def test_no_motor_exceeds_the_duty_of_its_profile(chassis, pins, text):
     wheels = chassis(text, WEAK)
     wheels.set(0, 3)
     assert shown(pins, LEFT_MOTOR) == (255, 0, 60)
@@ -121,5 +121,5 @@ def test_no_motor_gets_more_than_its_profile_allows_whoever_drives(chassis, pins
     assert shown(pins, LEFT_MOTOR) == (255, 0, 60)
 
 
-def test_a_car_of_lights_alone_has_no_wheels(chassis):
+def test_a_pin_file_without_motors_gives_no_wheels(chassis):
     assert chassis("[leds]\nled_0 = 17\n") is None

@@ -86,7 +86,7 @@ def test_a_servos_pulses_are_not_rounded_to_whole_percents(kernel):
     board.close()
 
 
-def test_each_of_255_duties_is_its_own(kernel):
+def test_all_255_duties_differ(kernel):
     board = opened()
     kernel.pwm.clear()
     for speed in range(1, 256):
@@ -95,7 +95,7 @@ def test_each_of_255_duties_is_its_own(kernel):
     board.close()
 
 
-def test_a_steered_cars_rescue_pulls_its_motors_pins_low(kernel):
+def test_the_rescue_of_a_steered_car_pulls_its_motor_pins_low(kernel):
     board = opened(gpio_chip=3)
     where, arguments = board.rescue()
     assert kernel.opened == [3]
@@ -126,7 +126,7 @@ def test_a_car_with_a_servo_runs_its_words(kernel):
     board.close()
 
 
-def test_a_pin_that_fails_is_an_error_that_the_drive_knows(kernel):
+def test_a_failing_pin_raises_an_oserror(kernel):
     board = opened()
     kernel.fails = True
     with pytest.raises(OSError, match=r"GPIO19 can't be driven: .*bad PWM"):
@@ -135,7 +135,7 @@ def test_a_pin_that_fails_is_an_error_that_the_drive_knows(kernel):
     board.close()
 
 
-def test_another_computers_lines_go_by_their_numbers(kernel):
+def test_lines_of_another_computer_have_their_numbers(kernel):
     factory = gpio_chip.open_gpio(LINUX)
     assert kernel.opened == [0]
     with Servo(231, min_pulse_width=0.0005, max_pulse_width=0.0025, pin_factory=factory):
@@ -157,7 +157,7 @@ def test_importing_lgpio_leaves_no_pipe_in_the_working_directory(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_chip_that_one_may_not_use_names_the_group(kernel, monkeypatch):
+def test_a_gpiochip_without_permission_names_the_group(kernel, monkeypatch):
     def refuse(chip):
         raise LGPIO.error("can not open gpiochip")
 

@@ -8,7 +8,7 @@ from support.mock_pi import ENABLED, FORWARD_1_S, RECEIVER, SENSORS, beam, wheel
 from support.strategies import CLASSROOM
 
 
-def test_a_frame_at_the_receiver_becomes_the_word_that_the_follower_does(car, clock, pins):
+def test_a_follower_runs_the_word_of_a_received_frame(car, clock, pins):
     made = car(ENABLED + SENSORS)
     loop = Car(made.board)
     loop.tick()
@@ -64,7 +64,7 @@ def test_noise_makes_the_air_busy_for_no_longer_than_a_frames_space(car, clock, 
     assert not board.senses_carrier()
 
 
-def test_a_car_doesnt_hear_itself_but_hears_others_right_behind(car, clock, pins):
+def test_a_car_ignores_its_own_frame_and_receives_the_next_one(car, clock, pins):
     made = car(SENSORS)
     made.sender.busy = True
     beam(clock, pins, FORWARD_1_S)
@@ -77,7 +77,7 @@ def test_a_car_doesnt_hear_itself_but_hears_others_right_behind(car, clock, pins
     assert made.board.received_frames() == [0x2AAAAAAA]
 
 
-def test_what_a_car_misses_while_it_sends_is_made_up_by_nothing(car, clock, pins):
+def test_frames_that_overlap_a_cars_own_frame_are_lost(car, clock, pins):
     made = car(SENSORS)
     pin, durations = pins.pin(RECEIVER), frame_durations_us(FORWARD_1_S)
 
@@ -99,7 +99,7 @@ def test_what_a_car_misses_while_it_sends_is_made_up_by_nothing(car, clock, pins
     assert made.board.received_frames() == []
 
 
-def test_an_edge_that_was_lost_costs_its_frame_alone(car, clock, pins):
+def test_a_lost_edge_loses_only_its_frame(car, clock, pins):
     board = car(SENSORS).board
     board.received_frames()
     receiver = board._infrared
@@ -114,7 +114,7 @@ def test_an_edge_that_was_lost_costs_its_frame_alone(car, clock, pins):
     assert board.received_frames() == [FORWARD_1_S, FORWARD_1_S]
 
 
-def test_a_leader_broadcasts_its_followers_words(car, clock, pins):
+def test_a_leader_sends_its_followers_words(car, clock, pins):
     image = bytes.fromhex("00010100 A4800000")
     made = car(SENSORS, is_leader=True, image=image)
     loop = Car(made.board)

@@ -45,7 +45,7 @@ def test_a_frame_is_one_write_of_its_marks_and_spaces(sender, pipe, frame):
     assert sender.ended_s == 7.5
 
 
-def test_a_car_sends_until_the_kernel_has_sent(pipe):
+def test_a_car_is_sending_until_the_kernel_has_sent(pipe):
     # A full pipe is a kernel that takes its time.
     os.set_blocking(pipe[1], False)
     filled = 0
@@ -66,7 +66,7 @@ def test_a_car_sends_until_the_kernel_has_sent(pipe):
     sender.close()
 
 
-def test_a_device_that_fails_is_told_of_at_the_next_frame(pipe):
+def test_a_failing_device_raises_at_the_next_frame(pipe):
     sender = LircSender(os.open(os.devnull, os.O_RDONLY), 560, lambda: 0.0)
     sender.send(0)
     assert sender.wait(DEADLINE_S)
@@ -105,7 +105,7 @@ def test_the_device_that_sends_is_found_among_others_and_set_to_38_khz(tmp_path)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
-def test_where_no_device_sends_the_sentence_says_how_to_get_one(tmp_path):
+def test_without_a_sending_device_the_sentence_says_how_to_get_one(tmp_path):
     control, told = devices(tmp_path, lirc0=ONLY_RECEIVES)
     with pytest.raises(MotorcadeError, match="dtoverlay=pwm-ir-tx"):
         open_sender(tmp_path, control)

@@ -152,7 +152,7 @@ def made(clock, pins):
 # Program and driver
 
 
-def test_a_car_stands_still_until_its_program_is_told_to_drive(made, pins):
+def test_a_car_stands_still_until_the_driver_starts_its_program(made, pins):
     car = made()
     assert car.state == "ready"
     assert (wheels(pins), shown(pins, LEDS_AT)) == (ALL_STILL, ONE_LIT)
@@ -160,7 +160,7 @@ def test_a_car_stands_still_until_its_program_is_told_to_drive(made, pins):
     assert (wheels(pins), shown(pins, LEDS_AT)) == (ALL_STILL, THREE_LIT)
 
 
-def test_a_driver_takes_the_wheels_at_once_and_all_else_of_the_program_goes_on(made, pins):
+def test_a_driver_takes_the_wheels_at_once_and_the_program_goes_on(made, pins):
     car = made()
     car.seat.resume_program()
     assert (car.state, wheels(pins)) == ("program", STRAIGHT)
@@ -196,7 +196,7 @@ def test_a_car_with_a_servo_runs_its_program_and_is_driven_too(made, pins):
     assert now() == (1500, (0, 0, 0))
 
 
-def test_a_leader_that_is_driven_goes_on_telling_its_followers(made, pins):
+def test_a_driven_leader_keeps_sending_to_its_followers(made, pins):
     image = bytes.fromhex("01010100 65800000 A4800000")
     car = made(image=image)
     before = len(car.sender.frames)
@@ -206,7 +206,7 @@ def test_a_leader_that_is_driven_goes_on_telling_its_followers(made, pins):
     assert len(car.sender.frames) > before + 5
 
 
-def test_a_follower_that_is_driven_holds_what_it_hears_meanwhile(made, clock, pins):
+def test_a_driven_follower_holds_the_words_it_receives(made, clock, pins):
     car = made(is_leader=False, image=None)
     assert car.board.has_program
     car.seat.command(BACKS)
@@ -219,7 +219,7 @@ def test_a_follower_that_is_driven_holds_what_it_hears_meanwhile(made, clock, pi
     assert (car.state, wheels(pins)) == ("program", ALL_STILL)
 
 
-def test_an_emergency_stop_stops_the_program_until_it_is_lifted_and_told_to_drive(made, pins):
+def test_after_an_emergency_stop_the_program_drives_only_when_started_again(made, pins):
     car = made()
     car.seat.resume_program()
     car.seat.stop()
@@ -234,7 +234,7 @@ def test_an_emergency_stop_stops_the_program_until_it_is_lifted_and_told_to_driv
     assert wheels(pins) == TURNING_RIGHT
 
 
-def test_a_driver_who_falls_silent_doesnt_leave_the_wheels_to_the_program(made, pins):
+def test_a_silent_driver_does_not_give_the_program_the_wheels(made, pins):
     car = made()
     car.seat.resume_program()
     car.seat.command(BENDS_LEFT)
@@ -252,7 +252,7 @@ def test_a_driver_who_falls_silent_doesnt_leave_the_wheels_to_the_program(made, 
 # Uploads
 
 
-def test_an_upload_while_somebody_drives_is_kept_and_leaves_the_wheels_alone(made, pins):
+def test_an_upload_while_somebody_drives_is_stored_and_does_not_move_the_wheels(made, pins):
     car = made(image=None)
     assert not car.board.has_program
     with pytest.raises(DriveError, match="no program"):
@@ -268,7 +268,7 @@ def test_an_upload_while_somebody_drives_is_kept_and_leaves_the_wheels_alone(mad
     assert wheels(pins) == TURNING_LEFT
 
 
-def test_a_leader_that_only_sends_has_no_program_to_drive_by(made):
+def test_a_leader_without_states_has_no_program(made):
     car = made(image=TURNS_LEFT)
     assert car.board.has_program
     car.line.sent.append(bytes.fromhex("00010100 A4800000"))
@@ -276,7 +276,7 @@ def test_a_leader_that_only_sends_has_no_program_to_drive_by(made):
     assert not car.board.has_program
 
 
-def test_a_car_stands_still_while_its_card_takes_an_image_and_then_runs_it(made, pins):
+def test_a_programmed_car_stands_still_while_its_image_is_stored(made, pins):
     car = made()
     car.seat.resume_program()
     car.saves_slowly.clear()
@@ -351,7 +351,7 @@ def test_a_part_that_fails_stops_the_programs_wheels_until_it_works_again(made, 
     assert [noted[3] for noted in car.noted if noted[0] == "fault"] == ["the LEDs are out"]
 
 
-def test_who_guards_the_wheels_knows_before_the_program_moves_them(made, pins):
+def test_the_motor_guard_is_asked_before_the_program_moves_the_wheels(made, pins):
     car, told = made(), []
     car.drive.ask_before_moving(lambda: told.append(wheels(pins)))
     car.seat.resume_program()
@@ -372,7 +372,7 @@ def test_who_guards_the_wheels_knows_before_the_program_moves_them(made, pins):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such watchdog")
-def test_a_car_is_closed_in_neutral_and_gives_all_that_it_held_back(made, pins, tmp_path):
+def test_a_closed_car_is_in_neutral_and_has_released_its_hardware(made, pins, tmp_path):
     device = tmp_path / "watchdog"
     os.mkfifo(device)
     reader = os.open(device, os.O_RDONLY | os.O_NONBLOCK)
@@ -391,6 +391,6 @@ def test_a_car_is_closed_in_neutral_and_gives_all_that_it_held_back(made, pins, 
     assert not thread.is_alive()
 
 
-def test_a_pin_file_without_wheels_makes_no_driven_car(made):
+def test_a_pin_file_without_wheels_is_refused(made):
     with pytest.raises(MotorcadeError, match="no wheels"):
         made(LEDS)

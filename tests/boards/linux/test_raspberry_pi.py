@@ -50,7 +50,7 @@ def test_a_motor_has_no_power_while_its_direction_changes(car, pins):
     assert [round(state.state * 255) for state in watched[12].states[before[12] :]] == [0, 85]
 
 
-def test_one_led_is_lit_at_a_time_and_none_where_none_is_wanted(car, pins):
+def test_one_led_is_lit_at_a_time_or_none(car, pins):
     board = car(LEDS).board
     for which in range(4):
         board.set_led(which)
@@ -59,7 +59,7 @@ def test_one_led_is_lit_at_a_time_and_none_where_none_is_wanted(car, pins):
     assert shown(pins, LEDS_AT) == (0, 0, 0, 0)
 
 
-def test_a_car_with_few_parts_does_without_the_others(car, pins):
+def test_missing_parts_find_nothing_and_do_nothing(car, pins):
     board = car("[leds]\nled_2 = 22\n").board
     board.set_wheels(0, 3)
     board.set_led(1)
@@ -89,7 +89,7 @@ def test_the_board_keeps_the_contract(car, clock, pins, parts):
     assert check_board(made.board, wait_ms=wait_ms, hear=hear, say=say) == []
 
 
-def test_an_uploaded_program_drives_the_pins_and_is_kept(car, clock, pins):
+def test_an_uploaded_program_drives_the_pins_and_is_stored(car, clock, pins):
     program = Program([together(forward(2, speed=3), led(1, 1)), left(1, speed=1), right(1, speed=2)])
     image = compile_program(program).image
     made = car(ENABLED + LEDS, is_leader=True)
@@ -113,7 +113,7 @@ def test_an_uploaded_program_drives_the_pins_and_is_kept(car, clock, pins):
 
 
 @pytest.mark.parametrize("ends", ["asked to", "by a fault", "by Ctrl-C"])
-def test_a_car_ends_in_neutral_however_it_ends(car, clock, pins, ends):
+def test_a_car_always_ends_in_neutral(car, clock, pins, ends):
     image = compile_program(Program([together(forward(3, speed=3), led(0, 3))])).image
     made = car(ENABLED + LEDS, is_leader=True, image=image)
     ticks = []
@@ -140,7 +140,7 @@ def test_a_car_ends_in_neutral_however_it_ends(car, clock, pins, ends):
 # Sensors
 
 
-def test_a_person_is_seen_as_long_as_the_sensor_says(car, pins):
+def test_a_person_is_seen_while_the_sensor_is_high(car, pins):
     board = car(SENSORS).board
     assert not board.sees_person()
     pins.pin(PIR).drive_high()
@@ -172,7 +172,7 @@ class Trigger(MockPWMPin):
     ("distance_mm", "says"),
     [(20, 20), (150, 150), (1200, 1200), (1990, 1990), (2001, NOTHING_IN_SIGHT_MM), (6500, NOTHING_IN_SIGHT_MM)],
 )
-def test_the_way_ahead_is_measured_by_the_time_of_its_echo(car, clock, pins, distance_mm, says):
+def test_the_echos_duration_gives_the_distance(car, clock, pins, distance_mm, says):
     trigger = pins.pin(23, pin_class=Trigger)
     trigger.prepare(clock, pins.pin(24), distance_mm)
     board = car(SENSORS).board
@@ -180,5 +180,5 @@ def test_the_way_ahead_is_measured_by_the_time_of_its_echo(car, clock, pins, dis
     assert board.obstacle_mm() == pytest.approx(says, abs=1)
 
 
-def test_a_sensor_that_has_measured_nothing_yet_sees_nothing(car):
+def test_nothing_is_in_sight_before_the_first_echo(car):
     assert car(SENSORS).board.obstacle_mm() == NOTHING_IN_SIGHT_MM

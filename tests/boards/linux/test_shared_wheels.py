@@ -69,7 +69,7 @@ def thaw(hardware, thread):
     assert not thread.is_alive()
 
 
-def test_the_program_has_the_wheels_where_it_has_come_to(shared, hardware):
+def test_the_wheels_get_the_programs_latest_setpoint(shared, hardware):
     shared.neutral()
     shared.set(*AHEAD)
     shared.set(*TURN)
@@ -83,7 +83,7 @@ def test_the_program_has_the_wheels_where_it_has_come_to(shared, hardware):
     assert hardware.done[-1] == DRIVEN
 
 
-def test_wheels_are_stopped_while_the_program_hangs_in_them_and_stay_so_when_it_thaws(shared, hardware):
+def test_neutral_stops_wheels_in_which_the_program_hangs_for_good(shared, hardware):
     programmed(shared)
     thread = hanging(hardware, shared.set, *TURN)
     shared.neutral()
@@ -94,7 +94,7 @@ def test_wheels_are_stopped_while_the_program_hangs_in_them_and_stay_so_when_it_
         shared.check_program()
 
 
-def test_a_command_waits_in_vain_for_wheels_in_which_the_program_hangs(shared, hardware):
+def test_a_command_fails_while_the_program_hangs_in_the_wheels(shared, hardware):
     programmed(shared)
     thread = hanging(hardware, shared.set, *TURN)
     shared.end_program()
@@ -104,7 +104,7 @@ def test_a_command_waits_in_vain_for_wheels_in_which_the_program_hangs(shared, h
     assert hardware.done[-2:] == [TURN, "neutral"]
 
 
-def test_wheels_are_stopped_while_the_program_is_let_go_and_hangs(shared, hardware):
+def test_neutral_stops_a_program_that_hangs_as_it_begins(shared, hardware):
     shared.set(*AHEAD)
     thread = hanging(hardware, shared.begin_program)
     shared.neutral()
@@ -112,7 +112,7 @@ def test_wheels_are_stopped_while_the_program_is_let_go_and_hangs(shared, hardwa
     assert hardware.done == ["neutral", AHEAD, "neutral"]
 
 
-def test_a_write_of_the_programs_that_fails_stops_the_wheels_and_is_told(shared, hardware):
+def test_a_failing_write_of_the_program_stops_the_wheels_and_is_reported(shared, hardware):
     programmed(shared)
     hardware.problem = OSError("the cable is out")
     shared.set(*TURN)
@@ -127,13 +127,13 @@ def test_a_write_of_the_programs_that_fails_stops_the_wheels_and_is_told(shared,
     assert hardware.done[-1] == TURN
 
 
-def test_a_fault_of_the_program_is_none_of_the_drivers(shared, hardware):
+def test_a_fault_of_the_program_does_not_stop_the_driver(shared, hardware):
     shared.apply(*DRIVEN)
     shared.fail(OSError("the LEDs are out"))
     assert hardware.done == [DRIVEN]
 
 
-def test_a_program_at_rest_stands_still_and_goes_on_as_it_then_wants_to(shared, hardware):
+def test_a_paused_program_stands_still_and_then_continues(shared, hardware):
     programmed(shared)
     with shared.paused():
         shared.set(*TURN)

@@ -46,7 +46,7 @@ def test_a_cut_of_power_at_any_byte_leaves_the_old_image_or_the_new_one(atomic_r
     assert found[0] == old
 
 
-def test_after_a_cut_the_next_image_is_stored_all_the_same():
+def test_after_a_cut_the_next_image_is_stored():
     flash = Flash()
     for _ in cuts(flash, SMALL, LARGE):
         ImageFile("car.image", flash, flash.open).save(LARGE)

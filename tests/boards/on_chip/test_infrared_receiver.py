@@ -25,13 +25,13 @@ def jittered(frame: int, percents: list[int]) -> list[int]:
 
 
 @given(st.integers(0, 0xFFFFFFFF), st.lists(st.integers(78, 122), min_size=67, max_size=67), st.integers(1, 40))
-def test_a_frame_is_heard_however_its_edges_jitter(frame, percents, tick_ms):
+def test_a_frame_with_jitter_is_received(frame, percents, tick_ms):
     a_bench = bench()
     assert heard(board_of(a_bench), a_bench, jittered(frame, percents), tick_ms) == [frame]
 
 
 @given(st.lists(st.integers(50, 12_000), min_size=1, max_size=99).filter(lambda noise: len(noise) % 2 == 1))
-def test_noise_is_dropped_and_the_frame_behind_it_heard(noise_us):
+def test_noise_is_dropped_and_the_frame_after_it_received(noise_us):
     a_bench = bench()
     board = board_of(a_bench)
     assert heard(board, a_bench, noise_us) == []
@@ -39,7 +39,7 @@ def test_noise_is_dropped_and_the_frame_behind_it_heard(noise_us):
 
 
 @pytest.mark.parametrize("cut", [1, 2, 33, 66])
-def test_a_frame_that_is_cut_off_is_dropped_and_the_next_one_heard(cut):
+def test_a_cut_off_frame_is_dropped_and_the_next_one_received(cut):
     a_bench = bench()
     board = board_of(a_bench)
     whole = frame_durations_us(FRAME)
@@ -47,7 +47,7 @@ def test_a_frame_that_is_cut_off_is_dropped_and_the_next_one_heard(cut):
     assert heard(board, a_bench, whole) == [FRAME]
 
 
-def test_a_loop_that_was_away_for_long_loses_what_it_missed_and_hears_the_next_frame():
+def test_a_loop_that_was_late_loses_old_frames_and_receives_the_next_one():
     a_bench = bench()
     board = board_of(a_bench)
     whole = frame_durations_us(FRAME)
@@ -77,7 +77,7 @@ def test_a_frame_with_a_pulse_too_short_for_its_interrupts_is_dropped_not_guesse
     assert heard(board, a_bench, durations_us) == [FRAME]
 
 
-def test_a_car_that_sent_once_hears_for_ever_after():
+def test_a_car_that_sent_once_receives_again_for_good():
     a_bench = bench()
     board = board_of(a_bench)
     board.send_frame(FRAME)
@@ -87,7 +87,7 @@ def test_a_car_that_sent_once_hears_for_ever_after():
     assert heard(board, a_bench, frame_durations_us(FRAME)) == [FRAME]
 
 
-def test_the_air_is_taken_from_a_frames_first_mark_to_its_last_and_no_longer():
+def test_the_air_is_busy_from_a_frames_first_mark_to_its_last():
     a_bench = bench()
     board = board_of(a_bench)
     durations_us = frame_durations_us(FRAME)
@@ -101,7 +101,7 @@ def test_the_air_is_taken_from_a_frames_first_mark_to_its_last_and_no_longer():
     assert senses == {at_us: 10_000 <= at_us < end_us for at_us in senses}
 
 
-def test_noise_takes_the_air_for_no_longer_than_a_frames_longest_space():
+def test_noise_makes_the_air_busy_for_at_most_a_frames_longest_space():
     a_bench = bench()
     board = board_of(a_bench)
     a_bench.hear(0, [300])
@@ -114,7 +114,7 @@ def test_noise_takes_the_air_for_no_longer_than_a_frames_longest_space():
 
 
 @pytest.mark.parametrize(("text", "platform"), [(ESP32, "esp32"), (RP2040, "rp2")])
-def test_a_car_does_not_hear_itself_and_hears_again_when_it_has_sent(text, platform):
+def test_a_car_ignores_its_own_frame_and_receives_again_after_it(text, platform):
     a_bench = bench(text=text, platform=platform)
     board = board_of(a_bench)
     begin_us = a_bench.chip.now_us

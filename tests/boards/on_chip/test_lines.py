@@ -23,11 +23,11 @@ def ends_at_the_prompt(data: bytes, byte_us: int = 87) -> bool:
 
 
 @pytest.mark.parametrize("knock", [b"\r\x03\r\x01", b"\x03\x03\x03", b"\r\x03\x03", b"\x03\r\x03\r"])
-def test_three_ctrl_c_or_returns_behind_a_silence_end_the_car(knock):
+def test_three_bytes_of_ctrl_c_and_return_after_a_silence_end_the_car(knock):
     assert ends_at_the_prompt(knock)
 
 
-def test_what_comes_behind_the_knock_is_left_for_the_prompt():
+def test_bytes_after_the_interrupt_are_left_for_the_prompt():
     a_bench = bench()
     board = board_of(a_bench)
     a_bench.usb.arrive(b"\r\x03\r\x01")
@@ -37,14 +37,14 @@ def test_what_comes_behind_the_knock_is_left_for_the_prompt():
 
 
 @given(images(), st.integers(0, 8))
-def test_no_image_ends_the_car_not_even_cut_off(image, kept):
+def test_no_image_and_no_part_of_one_ends_the_car(image, kept):
     assert not ends_at_the_prompt(image[:kept] if kept else image[:400])
 
 
 @pytest.mark.parametrize("data", [b"\x03", b"\r\x03", b"\r\r\r", b"x\x03\x03\x03", SMALL + b"\x03\x03\x03"])
-def test_fewer_or_later_ones_do_not(data):
+def test_fewer_or_later_bytes_do_not_end_the_car(data):
     assert not ends_at_the_prompt(data)
 
 
-def test_ctrl_c_apart_by_more_than_the_silence_does_not():
+def test_ctrl_c_bytes_with_pauses_between_do_not_end_the_car():
     assert not ends_at_the_prompt(b"\x03\x03", byte_us=510_000)

@@ -14,7 +14,7 @@ from support.chip_benches import FRAME, SMALL, bench
 from support.strategies import CLASSROOM
 
 
-def test_a_car_runs_until_it_is_stopped_and_then_stands_still_in_the_dark(capsys):
+def test_a_stopped_car_switches_its_wheels_and_leds_off(capsys):
     flash = Flash()
     flash.files["car.image"] = SMALL
     a_bench = bench(is_leader=True, flash=flash)
@@ -28,7 +28,7 @@ def test_a_car_runs_until_it_is_stopped_and_then_stands_still_in_the_dark(capsys
     assert capsys.readouterr().out == ""
 
 
-def test_a_knock_leaves_the_prompt_with_its_ctrl_c(capsys):
+def test_an_interrupt_returns_to_a_prompt_that_obeys_ctrl_c(capsys):
     a_bench, characters = bench(is_leader=True), []
     a_bench.chip.at(90_000, lambda: characters.append(a_bench.usb.interrupt_character))
     a_bench.chip.at(100_000, a_bench.usb.arrive, b"\x03\x03\x03")
@@ -50,7 +50,7 @@ def test_a_board_without_its_settings_says_how_to_get_them(content, capsys):
     assert "install-firmware" in capsys.readouterr().out
 
 
-def test_a_car_that_fails_stands_still_says_so_and_starts_again(capsys):
+def test_a_failing_car_stops_prints_the_error_and_restarts(capsys):
     a_bench = bench(is_leader=True)
 
     def fail():
@@ -62,7 +62,7 @@ def test_a_car_that_fails_stands_still_says_so_and_starts_again(capsys):
     assert a_bench.chip.duties[25] == 0
 
 
-def test_a_car_without_a_number_takes_its_chips():
+def test_a_car_without_a_number_gets_one_from_its_chip():
     first, second = (bench().open().board.number for _ in range(2))
     assert first == second
     a_bench = bench()
@@ -70,7 +70,7 @@ def test_a_car_without_a_number_takes_its_chips():
     assert a_bench.open().board.number != first
 
 
-def test_parts_that_are_not_there_find_nothing_and_do_nothing():
+def test_missing_parts_find_nothing_and_do_nothing():
     text = 'format = "motorcade-pins/1"\nname = "Bare"\nchip = "esp32"\n[leds]\nled_2 = 21\n'
     wanted = settings_of(parse_pins(text, "bare.toml"), CLASSROOM, False)
     full = bench()

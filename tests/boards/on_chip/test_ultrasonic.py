@@ -16,7 +16,7 @@ def distances(a_bench: Bench, asked_for_ms: int) -> list[int]:
 
 
 @pytest.mark.parametrize("distance_mm", [30, 150, 399, 1200, 1999])
-def test_the_distance_is_right_to_the_millimetre_and_nothing_is_waited_for(distance_mm):
+def test_the_distance_is_exact_and_reading_it_does_not_wait(distance_mm):
     a_bench = bench()
     a_bench.show_obstacle(0, distance_mm)
     board = board_of(a_bench)
@@ -29,14 +29,14 @@ def test_the_distance_is_right_to_the_millimetre_and_nothing_is_waited_for(dista
 
 
 @pytest.mark.parametrize("distance_mm", [None, 2100])
-def test_beyond_its_range_there_is_nothing(distance_mm):
+def test_a_distance_beyond_the_range_counts_as_nothing(distance_mm):
     a_bench = bench()
     a_bench.show_obstacle(0, distance_mm)
     assert set(distances(a_bench, 300)) == {NOTHING_IN_SIGHT_MM}
     assert a_bench.sonar.pings >= 4
 
 
-def test_an_obstacle_that_goes_is_forgotten_and_an_old_answer_is_none():
+def test_a_distance_is_dropped_when_it_is_old():
     a_bench = bench()
     a_bench.show_obstacle(0, 150)
     a_bench.clock.sleep_ms(1)
@@ -47,7 +47,7 @@ def test_an_obstacle_that_goes_is_forgotten_and_an_old_answer_is_none():
     assert board.obstacle_mm() == NOTHING_IN_SIGHT_MM
 
 
-def test_an_answer_from_before_a_pause_says_nothing():
+def test_a_distance_from_before_a_pause_is_dropped():
     a_bench = bench()
     a_bench.show_obstacle(0, 150)
     board = board_of(a_bench)
