@@ -32,8 +32,8 @@ studio.add_to(app)
 
 
 def main() -> NoReturn:
-    """Run the command line; every failure ends in one sentence and its exit code."""
-    _speak_utf8()
+    """Run the command line; an error ends it with one sentence and its exit code."""
+    _use_utf8()
     requested_language.set("")
     try:
         app()
@@ -46,8 +46,8 @@ def main() -> NoReturn:
     sys.exit(0)
 
 
-def _speak_utf8() -> None:
-    """UTF-8 into files and pipes whatever the system's habit; on a terminal what it can't show becomes '?'."""
+def _use_utf8() -> None:
+    """Write UTF-8 into files and pipes on every system; a terminal shows '?' for what it can't show."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             if stream.isatty():

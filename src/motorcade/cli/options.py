@@ -1,4 +1,4 @@
-"""What several commands share: their options, and how files become images."""
+"""Options, input and output that several commands share."""
 
 import json
 import os
@@ -33,17 +33,17 @@ ProfileOption = Annotated[
 
 
 def wants_json(as_json: bool) -> bool:
-    """Whether to print JSON: asked for, or nobody is looking."""
+    """Return whether to print JSON: --json is given, or standard output is no terminal."""
     return as_json or sys.stdout is None or not sys.stdout.isatty()
 
 
 def print_json(data: Any) -> None:
-    """One JSON document on standard output."""
+    """Print a JSON document on standard output."""
     print_text(json.dumps(data, ensure_ascii=False) + "\n")
 
 
 def print_table(table: "RenderableType") -> None:
-    """What Rich draws, on standard output."""
+    """Print what Rich draws on standard output."""
     from rich.console import Console
 
     console = Console()
@@ -53,23 +53,23 @@ def print_table(table: "RenderableType") -> None:
 
 
 def print_text(text: str) -> None:
-    """Text on standard output; a reader that has left already is no error."""
+    """Print text on standard output; it is no error if the reader has closed the pipe."""
     try:
         print(text, end="", flush=True)
     except BrokenPipeError:
-        # Python flushes once more when it ends, and would complain then.
+        # Python flushes again when it ends, which would print an error.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def profile_named(name: str) -> "Profile":
-    """A built-in profile, or the one in a .toml file."""
+    """Return a built-in profile, or the one in a .toml file."""
     from motorcade.config.profile import load_profile
 
     return load_profile(name, Path())
 
 
 def compile_project(data: bytes, folder: Path) -> "tuple[Compiled, Profile]":
-    """The compiled project of a file in ``folder``, and its cars' profile. Raises ProgramError."""
+    """Compile the project in ``data``, of a file in ``folder``; return it with its profile. Raises ProgramError."""
     from motorcade.config.profile import load_profile
     from motorcade.errors import MotorcadeError
     from motorcade.program.compiler import compile_program
@@ -85,9 +85,10 @@ def compile_project(data: bytes, folder: Path) -> "tuple[Compiled, Profile]":
 
 
 def image_of(source: Path, profile_name: str, language: str) -> "tuple[bytes, Profile]":
-    """The image in a file, or compiled from the project in it; diagnostics go to standard error.
+    """Return the image in a file, or compile the project in it, and the profile.
 
-    ``profile_name`` is for an image; a project names its own. A project's errors end the command.
+    Diagnostics are printed on standard error; errors among them end the command.
+    ``profile_name`` is the profile of an image; a project names its own.
     """
     from rich.console import Console
 
@@ -111,7 +112,7 @@ def image_of(source: Path, profile_name: str, language: str) -> "tuple[bytes, Pr
 
 
 def words_in(source: Path) -> tuple[int, ...]:
-    """The words in an image file. Raises ImageError, or MotorcadeError where it is a project."""
+    """Return the words in an image file. Raises ImageError, or MotorcadeError where it is a project."""
     from motorcade.words.image import bytes_to_words
 
     data = read_file(source)
@@ -121,7 +122,7 @@ def words_in(source: Path) -> tuple[int, ...]:
 
 
 def read_file(path: Path) -> bytes:
-    """The bytes of a file, of which no project or image has more than 16 MiB."""
+    """Return the bytes of a file. Raises MotorcadeError for more than 16 MiB, which no project or image has."""
     with path.open("rb") as file:
         data = file.read(_MOST_BYTES + 1)
     if len(data) > _MOST_BYTES:
@@ -130,7 +131,7 @@ def read_file(path: Path) -> bytes:
 
 
 def write_file(path: Path, data: bytes, source: Path | None = None) -> None:
-    """Write ``data``, whole or not at all, but never over ``source``."""
+    """Write ``data`` whole or not at all. Raises MotorcadeError where ``path`` is the file ``source``."""
     from motorcade.config.files import replace_file
 
     if source and path.exists() and path.samefile(source):
@@ -142,7 +143,7 @@ def write_file(path: Path, data: bytes, source: Path | None = None) -> None:
 
 
 def whole_number(text: str, name: str | Phrase) -> int:
-    """``text`` as an integer: decimal, 0x hex or 0b binary."""
+    """Return ``text`` as an integer: decimal, 0x hexadecimal or 0b binary. Raises MotorcadeError."""
     for base in (0, 10):
         try:
             return int(text, base)

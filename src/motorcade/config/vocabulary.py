@@ -10,7 +10,7 @@ from motorcade.words.field import Field, WordFormat
 from motorcade.words.formats import FORMATS, fingerprint
 
 LONGEST = 40
-# Each part begins with a letter, so that a_1 and a1 don't both become a1 where Kaitai writes them in one.
+# Each part begins with a letter: Kaitai joins the parts, and both a_1 and a1 would become a1.
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z][a-z0-9]*)*")
 
 _C = """
@@ -21,7 +21,7 @@ not_eq nullptr operator or or_eq private protected public register reinterpret_c
 signed sizeof static static_assert static_cast struct switch template this thread_local throw true try typedef typeid
 typename typeof typeof_unqual union unsigned using virtual void volatile wchar_t while xor xor_eq
 """
-# Compilers, Windows and Qt define these words away.
+# Compilers, Windows and Qt define these words as macros.
 _C_MACROS = "emit errno far interface linux near signals slots small stderr stdin stdout unix"
 _LUA = """
 and break do else elseif end false for function goto if in local nil not or repeat return then true until while
@@ -36,7 +36,7 @@ extends false finally for function if implements import in instanceof interface 
 prototype public return static super switch this throw true try typeof var void while with yield
 """
 _KAITAI = "close from_bytes from_file from_io"
-# The dissector has filters of these names beside those of the fields.
+# The dissector has filters with these names besides those of the fields.
 _WIRESHARK = "refused warning word"
 _TAKEN = {
     "C": _C,
@@ -92,12 +92,12 @@ MOTORCADE = Vocabulary("words", FORMATS)
 
 
 def fingerprint_text(word_format: WordFormat) -> str:
-    """The fingerprint as it stands in every export: ``0x`` and 8 digits."""
+    """Return the fingerprint as every export writes it: ``0x`` and 8 digits."""
     return f"0x{fingerprint(word_format):08X}"
 
 
 def field_notes(of: Field) -> str:
-    """All that is said about a field beside its name and bits, in one line."""
+    """Return a line that describes a field, without its name and bits, in English."""
     notes = [of.meaning]
     if of.unit:
         notes.append(f"in {of.unit}")

@@ -1,1 +1,1 @@
-"""The words for other tools: each target is made from the declared formats alone, with the same bytes everywhere."""
+"""The words for other tools: every file is made from the declared formats, with the same bytes on every machine."""

@@ -1,7 +1,7 @@
-"""A C99 header, which is C++ too: encode, decode and check, in code that a 16-bit AVR and a desktop both read right.
+"""A header for C99 and C++ that encodes, decodes and checks words, on a 16-bit AVR as on a desktop.
 
-Everything is shifts of uint32_t by fewer than 32 bits, so neither the width of
-int nor the order of bytes or of bit fields matters.
+It only shifts uint32_t by fewer than 32 bits, so neither the width of int nor the
+order of bytes or of bit fields matters.
 """
 
 from motorcade.config.vocabulary import Vocabulary, field_notes, fingerprint_text
@@ -31,7 +31,7 @@ static inline uint32_t motorcade_word_from_bytes(const uint8_t *bytes)
 
 
 def c_header(vocabulary: Vocabulary) -> str:
-    """The header's text."""
+    """Return the text of the header."""
     guard = f"{vocabulary.file_stem.upper()}_H"
     first = vocabulary.formats[-1]
     names = ", ".join(word_format.name for word_format in vocabulary.formats)
@@ -84,7 +84,7 @@ def _type_bits(field: Field) -> int:
 
 
 def _comment(text: str) -> str:
-    """``text`` where it can neither end the comment nor begin another."""
+    """Change ``text`` so that it neither ends a comment nor begins another."""
     return text.replace("*/", "* /").replace("/*", "/ *")
 
 
@@ -142,7 +142,7 @@ static inline enum {prefix}_fault {prefix}_check(const struct {prefix} *values)
 
 
 def _refused(field: Field) -> str:
-    """A condition that holds where the member is what the field doesn't allow; empty where its C type can't be."""
+    """Return a condition that is true for a refused value; empty where every value of the C type is allowed."""
     value = f"values->{field.name}"
     conditions = []
     if field.only:

@@ -24,7 +24,10 @@ seq:
 
 
 def json_schema(vocabulary: Vocabulary) -> str:
-    """The schema's text. Fields of an only format stand at its top, those of several under ``$defs`` each."""
+    """Return the JSON Schema of what `motorcade decode` prints below ``fields``.
+
+    It describes a single format at its top, several formats below ``$defs``.
+    """
     schema: dict[str, Any] = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
     if len(vocabulary.formats) == 1:
         schema |= _format_schema(vocabulary.formats[0])
@@ -73,7 +76,11 @@ def _pair_schema(field: Field) -> dict[str, Any]:
 
 
 def kaitai(vocabulary: Vocabulary) -> str:
-    """The .ksy text: an image where the formats make one, else words up to the end; each format is a type."""
+    """Return the text of a .ksy file, from which Kaitai Struct makes parsers in a dozen languages.
+
+    It describes an image where the formats make one, else words up to the end. Each format is
+    a type that checks what ``decode`` checks; reserved bits are read and not checked.
+    """
     if vocabulary.has_images:
         title, sequence = "An image, and the words that Motorcade's cars share", _IMAGE
     else:
@@ -112,12 +119,12 @@ def _type(word_format: WordFormat) -> list[str]:
 
 
 def _number(field: Field, name: str) -> str:
-    """The field as an integer: Kaitai reads a single bit as a truth value."""
+    """Return the field as an integer, because Kaitai reads a single bit as a boolean."""
     return f"({name} ? 1 : 0)" if field.width == 1 else name
 
 
 def _allowed_expression(field: Field) -> str:
-    """An expression that is true of `_`, the value just read, where the field allows it; empty where it allows all."""
+    """Return an expression that is true where the field allows the value ``_``; empty where it allows all."""
     value = _number(field, "_")
     if field.only:
         return " or ".join(f"{value} == {raw}" for raw, _ in field.only)
@@ -133,7 +140,7 @@ def _allowed_expression(field: Field) -> str:
 
 
 def _pair_expressions(word_format: WordFormat, field: Field) -> list[str]:
-    """What must hold once ``field`` is read and the other one of its pair was read before."""
+    """Return what must be true when ``field`` is read after the other field of its pair."""
     conditions = []
     for paired in word_format.paired:
         other = word_format.field(paired.goes_with)

@@ -1,7 +1,7 @@
-"""Golden vectors: words and what they say, and what is refused, for anyone's own implementation.
+"""Golden vectors: good and refused words with their fields, to test other implementations.
 
-They are worked out from the declared formats: each field at its limits and bit by
-bit, then mixtures drawn by a CRC-32, which is the same on every machine.
+They are computed from the declared formats: each field at its limits and bit by
+bit, then mixtures that a CRC-32 draws, which is the same on every machine.
 """
 
 import json
@@ -25,7 +25,10 @@ _NOTE = (
 
 
 class Erratum(NamedTuple):
-    """One of them. ``words`` are pairs of a format's name and a word that is right by what was decided."""
+    """An error or a gap in the two seeds, and the decision.
+
+    ``words`` are pairs of the name of a format and a word that is right by the decision.
+    """
 
     where: str
     says: str
@@ -89,7 +92,7 @@ ERRATA = (
 
 
 def vectors(vocabulary: Vocabulary) -> str:
-    """The vectors' text, a JSON document."""
+    """Return the vectors as the text of a JSON document."""
     by_name = {word_format.name: word_format for word_format in vocabulary.formats}
     document: dict[str, Any] = {
         "format": "motorcade-vectors/1",
@@ -115,7 +118,7 @@ def vectors(vocabulary: Vocabulary) -> str:
 
 
 def _lines_of(document: dict[str, Any]) -> str:
-    """``document`` as JSON with a line for each vector, so that a difference is one line long."""
+    """Write ``document`` as JSON with a line for each vector, so that a diff shows single vectors."""
     parts = []
     for key, value in document.items():
         if isinstance(value, list):
@@ -139,7 +142,7 @@ def _words(word_format: WordFormat) -> Iterator[dict[str, Any]]:
 
 
 def _good_values(word_format: WordFormat) -> Iterator[dict[str, int]]:
-    """Values that mostly make words: all defaults, each field in turn, all at their most, then mixtures."""
+    """Yield values that mostly make words: all defaults, each field in turn, all at their limits, then mixtures."""
     yield {}
     for field in word_format.fields:
         for raw in (*_limits(field), *(1 << bit for bit in range(field.width))):
@@ -169,12 +172,12 @@ def _drawn(field: Field, seed: str) -> int:
     return choices[0] + number % (choices[1] - choices[0] + 1)
 
 
-def _paired(word_format: WordFormat, values: dict[str, int], told: Field) -> dict[str, int]:
-    """``values`` with the other one of each pair that ``told`` is in made 0, or not 0, as it is."""
+def _paired(word_format: WordFormat, values: dict[str, int], changed: Field) -> dict[str, int]:
+    """Make the other field of each pair of ``changed`` 0 where ``changed`` is 0, and not 0 where it isn't."""
     for field in word_format.paired:
-        if told.name in (field.name, field.goes_with):
-            other = word_format.field(field.goes_with if told is field else field.name)
-            values[other.name] = _least(other) if values[told.name] else 0
+        if changed.name in (field.name, field.goes_with):
+            other = word_format.field(field.goes_with if changed is field else field.name)
+            values[other.name] = _least(other) if values[changed.name] else 0
     return values
 
 
@@ -186,7 +189,7 @@ def _all_paired(word_format: WordFormat, values: dict[str, int]) -> dict[str, in
 
 
 def _least(field: Field) -> int:
-    """The field's smallest raw value above 0."""
+    """Return the smallest raw value above 0 of the field."""
     return min([raw for raw in _limits(field) if raw] + ([1] if field.allows(1) else []), default=0)
 
 

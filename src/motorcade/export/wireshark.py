@@ -1,6 +1,6 @@
-"""A dissector for Wireshark in Lua: words on TCP connections, and captured images.
+"""A Wireshark dissector in Lua for words on TCP connections and for captured images.
 
-What is generated is the table of fields; the code that reads by it stands in `templates/wireshark.lua`.
+Only its table of fields is generated; the code that uses the table is in `templates/wireshark.lua`.
 """
 
 import re
@@ -9,7 +9,7 @@ from importlib import resources
 from motorcade.config.vocabulary import Vocabulary, fingerprint_text
 from motorcade.words.field import Field, WordFormat
 
-# Where a car listens for drive commands unless told.
+# The TCP port on which a car listens for drive commands by default.
 DRIVE_PORT = 5005
 _STREAMS = {"drive": DRIVE_PORT}
 _USE_OWN = """\
@@ -20,7 +20,7 @@ _USE = f"""\
 
 
 def wireshark(vocabulary: Vocabulary) -> str:
-    """The dissector's text."""
+    """Return the text of the dissector."""
     parts_of_images = ("header", "control") if vocabulary.has_images else ()
     names = [word_format.name for word_format in vocabulary.formats]
     streams = [name for name in names if name not in parts_of_images]
@@ -74,7 +74,7 @@ def _field(field: Field) -> str:
 
 
 def _lua(value: str | int | bool) -> str:
-    """``value`` as Lua writes it; only printable text comes here, so quotes and backslashes are all there is to do."""
+    """Write ``value`` in Lua. Texts are printable, so only quotes and backslashes are escaped."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int):

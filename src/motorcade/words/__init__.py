@@ -1,1 +1,1 @@
-"""What a word is: its fields, its image, its frame on the air, its way over a serial line. Portable and pure."""
+"""What a word is: its fields, its image, its infrared frame, its upload over a serial line. Portable, without I/O."""

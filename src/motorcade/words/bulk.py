@@ -1,8 +1,8 @@
-"""Arrays of words: a column for each field, decoded and encoded many millions of words a second.
+"""Decode and encode arrays of words: a column for each field, hundreds of millions of words a second.
 
-Two kernels do the same from the same table of fields. NumPy's works in blocks
-that stay in the processor's cache, mostly on integers as narrow as the fields;
-Numba's goes over the words once, on every core. Numba is imported when it is first used.
+Two kernels give the same results from the same table of fields. The NumPy kernel
+works in blocks that fit into the cache, mostly on integers as narrow as the fields;
+the Numba kernel reads the words once, on every core. Numba is imported on first use.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,9 +16,9 @@ import numpy.typing as npt
 
 from motorcade.words.field import WORD_BITS, WORD_MASK, Field, WordFormat
 
-# 256 KiB of words and what is made of them stay in a core's second cache.
+# 256 KiB of words and their columns fit into the second cache of a core.
 BLOCK_WORDS = 1 << 16
-# Below this, NumPy is done long before Numba would be imported.
+# Below this number NumPy finishes before Numba is imported.
 NUMBA_WORDS = 1 << 20
 
 Words = npt.NDArray[np.uint32]
@@ -27,10 +27,10 @@ KernelName = Literal["numpy", "numba"]
 
 
 class _Kernel(NamedTuple):
-    """Both functions take the words, fields whose columns are of one dtype, and these columns.
+    """Two functions that take the words, fields whose columns have one dtype, and these columns.
 
-    ``decode`` fills the columns, rows of one matrix. ``encode`` sets the fields' bits, 0 so far, in the
-    words, and says whether any value has bits beyond its field's: told on the way, it costs next to nothing.
+    ``decode`` fills the columns, which are rows of one matrix. ``encode`` sets the bits of the fields in the
+    words, where they are 0, and returns whether any value has more bits than its field.
     """
 
     decode: Callable[[Words, Sequence[Field], Column], None]
@@ -40,24 +40,24 @@ class _Kernel(NamedTuple):
 def decode_columns(
     word_format: WordFormat, words: npt.ArrayLike, strict: bool = False, kernel: KernelName | None = None
 ) -> dict[str, Column]:
-    """The fields of many words.
+    """Decode the fields of many words.
 
     Args:
-        word_format: what the words are.
+        word_format: the format of the words.
         words: shape (n,), integers 0 to 4294967295 of any dtype; native uint32 isn't copied.
-        strict: refuse reserved bits that are set; else they are kept, in columns of their own.
+        strict: refuse reserved bits that are set; otherwise the columns of reserved fields hold them.
         kernel: ``"numpy"`` or ``"numba"``; None takes Numba where it is installed and n is a million or more.
 
     Returns:
         By name, in the format's order, a column of shape (n,) for each field: uint8
         where the field has up to 8 bits, uint16 where it has more. Columns of one
-        dtype share their memory's owner; copy a column to keep it alone.
+        dtype share one block of memory; copy a column to keep only that one.
 
     Raises:
         WordError: for the first word that the scalar ``decode`` refuses: first by ranges, then by pairs.
         TypeError: the words aren't integers of at most 64 bits.
-        ValueError: they aren't one-dimensional, or there is no such kernel.
-        ImportError: Numba is asked for and can't be imported.
+        ValueError: the words aren't one-dimensional, or there is no such kernel.
+        ImportError: ``kernel`` is ``"numba"`` and Numba can't be imported.
     """
     native = _native_words(word_format, words)
     chosen = _kernel(kernel, len(native))
@@ -77,12 +77,12 @@ def decode_columns(
 def encode_columns(
     word_format: WordFormat, columns: Mapping[str, npt.ArrayLike], kernel: KernelName | None = None
 ) -> Words:
-    """The words that hold many values of each field.
+    """Encode words from many values of each field.
 
     Args:
-        word_format: what the words are.
-        columns: by field name, integers of any dtype, all of shape (n,); what ``decode_columns``
-            returns isn't copied. Fields left out take their default.
+        word_format: the format of the words.
+        columns: by field name, integers of any dtype, all of shape (n,); columns that
+            ``decode_columns`` returned aren't copied. Fields left out take their default.
         kernel: as for ``decode_columns``.
 
     Returns:
@@ -90,9 +90,9 @@ def encode_columns(
 
     Raises:
         WordError: for the first row that the scalar ``encode`` refuses: first by ranges, then by pairs.
-        TypeError: a name is none of the format's fields, or a column isn't integers of at most 64 bits.
+        TypeError: a name is no field of the format, or a column isn't integers of at most 64 bits.
         ValueError: a column isn't one-dimensional or not as long as the others, or there is no such kernel.
-        ImportError: Numba is asked for and can't be imported.
+        ImportError: ``kernel`` is ``"numba"`` and Numba can't be imported.
     """
     given = {name: _integers(name, column) for name, column in columns.items()}
     count = _common_length(word_format, given)
@@ -136,7 +136,7 @@ def _common_length(word_format: WordFormat, columns: Mapping[str, npt.NDArray[An
 
 
 def _read_only(array: npt.NDArray[Any], dtype: np.dtype[Any]) -> npt.NDArray[Any]:
-    """``array`` as Numba is to see all of them, writable or not: what differs is compiled anew."""
+    """Return a read-only view of ``array``: Numba compiles anew for an array of another kind."""
     view = np.require(array, dtype, ("C", "A")).view()
     view.flags.writeable = False
     return view
@@ -151,7 +151,7 @@ def _fields_by_dtype(fields: Sequence[Field]) -> list[tuple[np.dtype[Any], list[
 
 @cache
 def _allowed(field: Field, strict: bool) -> Sequence[int]:
-    """The raw values that may stand in ``field``, ascending; a range where none is left out between them."""
+    """Return the raw values that ``field`` may hold, ascending; a range where they have no gaps."""
     if strict and field.reserved:
         return range(1)
     if not field.restricted:
@@ -162,7 +162,7 @@ def _allowed(field: Field, strict: bool) -> Sequence[int]:
 
 
 def _first_refused(column: npt.NDArray[Any], allowed: Sequence[int]) -> int | None:
-    """The row of the first value that isn't ``allowed``."""
+    """Return the row of the first value that isn't ``allowed``."""
     if not column.size:
         return None
     if isinstance(allowed, range):
@@ -182,7 +182,7 @@ def _first_row_refused(fields: Sequence[Field], columns: Mapping[str, npt.NDArra
 
 
 def _check_pairs(word_format: WordFormat, words: Words) -> None:
-    """Raise the WordError of the first word in which a field is 0 and the one that it goes with isn't, or isn't."""
+    """Raise the WordError of the first word in which only one of two paired fields is 0."""
     if word_format.paired:
         first_rows = np.unique(words, return_index=True)[1]
         for word in words[np.sort(first_rows)].tolist():
@@ -190,7 +190,7 @@ def _check_pairs(word_format: WordFormat, words: Words) -> None:
 
 
 def _windows(fields: Sequence[Field], bits: int) -> list[list[Field]]:
-    """Neighbouring fields together as far as they fit ``bits`` bits."""
+    """Group neighbouring fields that fit into ``bits`` bits together."""
     windows: list[list[Field]] = []
     for field in fields:
         if windows and windows[-1][0].high - field.low < bits:
@@ -227,7 +227,7 @@ def _encode_numpy(words: Words, fields: Sequence[Field], columns: Sequence[Colum
         for window in windows:
             window_bits = column_of[window[0]][part].copy()
             for above, field in pairwise(window):
-                # A product, as NumPy's left shift of narrow integers is eight times slower.
+                # A product, because the left shift of narrow integers in NumPy is eight times slower.
                 window_bits *= 1 << above.low - field.low
                 window_bits |= column_of[field][part]
             block |= window_bits.astype(np.uint32) << window[-1].low
@@ -236,13 +236,13 @@ def _encode_numpy(words: Words, fields: Sequence[Field], columns: Sequence[Colum
 
 @cache
 def _numba_loops() -> tuple[Any, Any]:
-    """Numba's loops for decoding and encoding: compiled once, then kept beside this file.
+    """Return the loops of Numba for decoding and encoding, compiled once and cached on disk.
 
-    They go over slices: only with indices from 0 does the compiler find them fit for SIMD.
+    They work on slices, because the compiler uses SIMD only for indices from 0.
     """
     from numba import njit, prange
 
-    # A block's words stay in a core's first cache while all of its columns are gone over.
+    # The words of a block stay in the first cache of a core while all columns are filled.
     size = 4096
 
     @njit(parallel=True, cache=True)
@@ -264,7 +264,7 @@ def _numba_loops() -> tuple[Any, Any]:
             for row in range(len(lows)):
                 low, column, seen = lows[row], columns[row][part], np.uint32(0)
                 for index in range(len(target)):
-                    raw = np.uint32(column[index])  # else Numba widens to 64 bits
+                    raw = np.uint32(column[index])  # otherwise Numba widens to 64 bits
                     seen |= raw
                     target[index] |= raw << low
                 spilled[block] |= seen & ~masks[row]
@@ -278,7 +278,7 @@ def _decode_numba(words: Words, fields: Sequence[Field], columns: Column) -> Non
 
 
 def _encode_numba(words: Words, fields: Sequence[Field], columns: Sequence[Column]) -> bool:
-    # As many as a word can have, or else each number of columns would be compiled anew.
+    # Always as many columns as a word can have: each other number would be compiled anew.
     padding = [columns[0]] * (WORD_BITS - len(columns))
     return bool(_numba_loops()[1](words, *_lows_and_masks(fields), (*columns, *padding)))
 

@@ -1,9 +1,8 @@
-"""A word format, declared once as data, and the code that reads and writes it.
+"""A word format: a table of fields, and the functions that encode and decode words by it.
 
-Portable: runs on CPython and MicroPython. Each format writes the source of its
-own ``encode`` and ``decode`` from its table of fields when it is defined, as
-the standard library's dataclasses do, so that a format costs no more at run
-time than shifts written by hand.
+Portable. When a format is defined it generates the source of its ``encode`` and
+``decode`` from its fields, as the dataclasses of the standard library do. So they
+are as fast as shifts written by hand.
 """
 
 import sys
@@ -24,13 +23,13 @@ TABLE_BITS = 9
 
 
 class WordError(MotorcadeError):
-    """A word, or a value meant for one, that its format doesn't allow.
+    """A word, or a value of a field, that the format doesn't allow.
 
     Args:
         field: name of the field at fault, or the format's name where it is the whole word.
-        value: what was given.
-        allowed: what would have been allowed: a Phrase, or names that no language changes.
-        code: the error's code.
+        value: the value that was given.
+        allowed: which values are allowed: a Phrase, or names, which are the same in every language.
+        code: the code of the error.
     """
 
     def __init__(self, field: str, value: object, allowed: "Phrase | str", code: str = "word-value") -> None:
@@ -40,20 +39,20 @@ class WordError(MotorcadeError):
 
     @property
     def allowed(self) -> str:
-        """What would have been allowed, in English."""
+        """Which values are allowed, in English."""
         return str(self.details["allowed"])
 
 
 class Values:
-    """Which raw values a field may hold, and what they mean.
+    """The raw values that a field may hold.
 
     Args:
         minimum, maximum: the allowed range; all that the bits hold unless given.
         one_hot: at most one bit may be set.
         only: allowed raw values by name, as ``((1, "speed and direction"),)``; others are refused.
         default: the raw value where a caller gives none.
-        unit: of what the raw value counts, such as ``"deg"``; empty for levels, counts and flags.
-        reserved: carries nothing; strict decoding refuses a value other than 0.
+        unit: the unit of the raw value, such as ``"deg"``; empty for levels, counts and flags.
+        reserved: has no meaning; strict decoding refuses a value other than 0.
     """
 
     def __init__(
@@ -83,11 +82,11 @@ class Field:
     """Consecutive bits of a word.
 
     Args:
-        name: the field's name in code, tables and JSON.
-        high, low: its first and last bit; 31 is the word's most significant.
+        name: its name in code, tables and JSON.
+        high, low: its first and last bit; bit 31 is the most significant.
         meaning: one phrase for tables and documentation.
-        source: where it comes from, such as ``"seed 000, c3"``.
-        values: the raw values that it may hold; their attributes are the field's too.
+        source: the document that defines it, such as ``"seed 000, c3"``.
+        values: the raw values that it may hold; the field has their attributes, too.
         needs: name of the one-bit field without which this one should be 0.
         goes_with: name of the field that is 0 exactly where this one is 0.
 
@@ -131,12 +130,12 @@ class Field:
 
     @property
     def restricted(self) -> bool:
-        """True where some values that fit the bits are still refused."""
+        """Whether some values that fit into the bits are refused."""
         return self.minimum > 0 or self.maximum < self.raw_mask or self.one_hot or bool(self.only)
 
     @property
     def allowed(self) -> Phrase:
-        """What this field may hold."""
+        """The values that this field may hold."""
         if self.only:
             choices = [Phrase("value-with-name", value=value, name=name) for value, name in self.only]
             phrase = choices[0]
@@ -148,7 +147,7 @@ class Field:
         return Phrase("values-from-to", minimum=self.minimum, maximum=self.maximum)
 
     def allowed_beside(self, other: int) -> Phrase:
-        """What this field may hold where the one that it goes with holds ``other``."""
+        """Return the values that this field may hold where the field ``goes_with`` holds ``other``."""
         if not other:
             return Phrase("zero-without-others", others=self.goes_with.replace("_", " "))
         if self.one_hot:
@@ -156,7 +155,7 @@ class Field:
         return Phrase("values-from-to", minimum=max(1, self.minimum), maximum=self.maximum)
 
     def allows(self, raw: int) -> bool:
-        """Whether the integer ``raw`` may stand in this field."""
+        """Return whether this field may hold the integer ``raw``."""
         if self.only:
             return any(raw == value for value, _ in self.only)
         if self.one_hot and raw & (raw - 1):
@@ -168,20 +167,20 @@ class WordFormat:
     """A 32-bit word as a table of fields, most significant first.
 
     Args:
-        name: what users call the format.
+        name: the name of the format for users.
         fields: the Fields; they must cover bits 31 to 0 without overlap or hole.
 
     Attributes:
-        paired: the fields that go with another one.
+        paired: the fields that have ``goes_with``.
         values: the named tuple that ``decode`` returns, one raw integer a field.
         decode: ``decode(word, strict=False)`` -> values. Reserved bits are kept;
-            with ``strict`` they are refused. Raises WordError.
+            ``strict`` refuses them. Raises WordError.
         encode: ``encode(name=raw, ...)`` -> word; fields left out take their
             default. Raises WordError for a value out of range and TypeError for
-            a name that is none of its fields.
+            a name that is no field.
 
     Raises:
-        ValueError: when it is defined, for fields that are not one 32-bit word.
+        ValueError: the fields don't make one 32-bit word.
     """
 
     def __init__(self, name: str, fields: "Iterable[Field]") -> None:
@@ -191,10 +190,10 @@ class WordFormat:
         self.values: Callable[..., Any] = namedtuple(name[0].upper() + name[1:], [field.name for field in self.fields])  # type: ignore[misc]
         self.reserved_mask = sum(field.word_mask for field in self.fields if field.reserved)
         self.paired = tuple(field for field in self.fields if field.goes_with)
-        # Underscores keep these names apart from those of fields, which are encode's parameters.
+        # Fields are the parameters of encode: the underscores keep these names different from theirs.
         space: dict[str, Any] = {
             "_values": self.values,
-            # tuple.__new__ skips the named tuple's own constructor, half of the cost of a decode.
+            # tuple.__new__ skips the constructor of the named tuple, which is half of the cost of a decode.
             "_new": getattr(tuple, "__new__", None) or (lambda cls, raw: cls(*raw)),
             "_refuse_word": self._refuse_word,
             "_refuse": self._refuse,
@@ -206,14 +205,14 @@ class WordFormat:
         self.encode: Callable[..., int] = space["encode"]
 
     def field(self, name: str) -> Field:
-        """The Field called ``name``. Raises WordError that lists the names there are."""
+        """Return the Field called ``name``. Raises WordError."""
         for field in self.fields:
             if field.name == name:
                 return field
         raise WordError(self.name, name, ", ".join([field.name for field in self.fields]), "no-such-field")
 
     def warnings(self, word: int) -> "list[Phrase]":
-        """A Phrase for each field of ``word`` that decodes but that no well-made word has set."""
+        """Return a Phrase for each field of ``word`` that is set without effect."""
         phrases = []
         for field in self.fields:
             raw = word >> field.low & field.raw_mask
@@ -257,16 +256,16 @@ class WordFormat:
         for field in self.paired:
             condition = f"(found.{field.name} == 0) != (found.{field.goes_with} == 0)"
             lines.append(f"    if {condition}: _refuse_unpaired({field.name!r}, found)")
-        # Strictness comes last: what is reserved depends on what else the word is.
+        # Reserved bits come last: a word that is refused for another reason is refused for that.
         lines += [strict, "    return found"]
         return "\n".join(lines)
 
     def _decoded_runs(self, space: "dict[str, Any]") -> list[str]:
-        """Expressions for runs of fields, each a tuple of raw values; their tables go into ``space``.
+        """Return expressions for runs of fields, each a tuple of raw values; put their tables into ``space``.
 
-        A run of three or more narrow fields is looked up in a table of ready tuples,
-        which halves the time of a control word's decode. Where memory is
-        scarce (MicroPython) every field is shifted out instead.
+        A run of three or more narrow fields is looked up in a table of tuples, which
+        halves the time to decode a control word. MicroPython has little memory: there
+        every field is shifted out instead.
         """
         runs: list[list[Field]] = []
         for field in self.fields:
@@ -290,7 +289,7 @@ class WordFormat:
     def _encode_source(self) -> str:
         names = [field.name for field in self.fields]
         lines = ["def encode({}):".format(", ".join(f"{f.name}={f.default}" for f in self.fields))]
-        # A value doesn't fit where anything is left of it behind its bits; values
+        # A value doesn't fit if a shift by the width of its field leaves a rest; values
         # of one width are tested together.
         spills = []
         for width in sorted({field.width for field in self.fields}):
@@ -300,12 +299,12 @@ class WordFormat:
         made = "({},)".format(", ".join(names))
         lines.append("    try:")
         lines.append("        if {}: _refuse(0, {})".format(" or ".join(spills + restricted), made))
-        # A value that can't be shifted is no integer: _refuse finds which.
+        # A value that can't be shifted is no integer: _refuse finds it.
         lines.append(f"    except TypeError: _refuse(0, {made})")
         for field in self.paired:
             condition = f"({field.name} == 0) != ({field.goes_with} == 0)"
             lines.append(f"    if {condition}: _refuse_unpaired({field.name!r}, {made})")
-        # The upper half is put together first, in integers of one machine digit.
+        # The upper half is combined first, in integers of one digit of CPython.
         upper = [f"{f.name} << {f.low - 16}" for f in self.fields if f.low >= 16]
         lower = [f"{f.name} << {f.low}" for f in self.fields if f.low < 16]
         halves = ["({}) << 16".format(" | ".join(upper))] if upper else []
@@ -316,7 +315,7 @@ class WordFormat:
         raise WordError(self.name, word, Phrase("values-from-to", minimum=0, maximum=WORD_MASK), "not-32-bits")
 
     def _refuse(self, word: int, raws: tuple[int, ...] | None) -> None:
-        """Raise the WordError that a generated function found a reason for: in ``raws``, or strictly in ``word``."""
+        """Raise the WordError for the first refused value of ``raws``, or for reserved bits of ``word``."""
         if raws is None:
             raws = tuple(word >> field.low & field.raw_mask for field in self.fields)
             for field, raw in zip(self.fields, raws):
@@ -327,14 +326,14 @@ class WordFormat:
                 raise WordError(field.name, raw, field.allowed)
 
     def _refuse_unpaired(self, name: str, raws: tuple[int, ...]) -> None:
-        """Raise the WordError of the field called ``name``, in ``raws``, which is 0 where its pair isn't, or isn't."""
+        """Raise the WordError for the field called ``name``: in ``raws``, only one of the pair is 0."""
         by_name = dict(zip([field.name for field in self.fields], raws))
         field = self.field(name)
         raise WordError(name, by_name[name], field.allowed_beside(by_name[field.goes_with]))
 
 
 def _condition(field: Field, name: str) -> str:
-    """Source of an expression that is true where ``name`` holds a value that fits but is refused."""
+    """Return source that is true where ``name`` holds a value that fits but is refused."""
     conditions = []
     if field.only:
         conditions.append(" and ".join(f"{name} != {value}" for value, _ in field.only))
@@ -348,13 +347,13 @@ def _condition(field: Field, name: str) -> str:
 
 
 def _bits(name: str, high: int, low: int) -> str:
-    """Source of the bits ``high`` to ``low`` of the word called ``name``."""
+    """Return the source of the bits ``high`` to ``low`` of the word called ``name``."""
     shifted = f"{name} >> {low}" if low else name
     return shifted if high == WORD_BITS - 1 else f"{shifted} & {(1 << high - low + 1) - 1}"
 
 
 def _merged(expressions: list[str]) -> list[str]:
-    """``["(a,)", "(b,)", "t[c]"]`` -> ``["(a, b,)", "t[c]"]``: one tuple for neighbours that are shifted out."""
+    """Join neighbouring tuples: ``["(a,)", "(b,)", "t[c]"]`` becomes ``["(a, b,)", "t[c]"]``."""
     merged: list[str] = []
     for expression in expressions:
         if merged and merged[-1].startswith("(") and expression.startswith("("):

@@ -1,4 +1,4 @@
-"""The three words that Motorcade's parts share, each declared once.
+"""The three word formats of Motorcade, each declared once, and the fingerprints of formats.
 
 Sources: seed 000 (h1-h3, c1-c9) for HEADER and CONTROL, seed 001 for DRIVE.
 """
@@ -68,7 +68,7 @@ FORMATS = (HEADER, CONTROL, DRIVE)
 
 
 def format_named(name: str) -> WordFormat:
-    """The WordFormat called ``name``: header, control or drive. Raises WordError."""
+    """Return the WordFormat called ``name``: header, control or drive. Raises WordError."""
     for word_format in FORMATS:
         if word_format.name == name:
             return word_format
@@ -76,16 +76,20 @@ def format_named(name: str) -> WordFormat:
 
 
 def fingerprint(word_format: WordFormat) -> int:
-    """The CRC-32 of `canonical_text` in UTF-8: 0 to 4294967295."""
+    """Return the CRC-32 of `canonical_text` in UTF-8 (0 to 4294967295).
+
+    Two ends with the same fingerprint give words the same meaning. It finds accidents,
+    not malice: of two different declarations, one pair in 2^32 has the same.
+    """
     return crc32(canonical_text(word_format).encode())
 
 
 def canonical_text(word_format: WordFormat) -> str:
-    """All that decides what a word says, a line for the format and one for each field.
+    """Return everything that decides the meaning of a word: a line for the format and one for each field.
 
-    A field's line holds name, first and last bit, smallest and largest raw value, and,
-    where it has them, its unit and rules. What is only said about a field
-    (its meaning, source, default) isn't there: other phrases make no other word.
+    The line of a field holds name, first and last bit, smallest and largest raw value, and
+    its unit and rules where it has them. Its meaning, source and default are left out:
+    they don't change the word.
     """
     lines = [word_format.name]
     for field in word_format.fields:

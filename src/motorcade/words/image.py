@@ -1,7 +1,6 @@
-"""An image: a header word, the leader's control words and the followers', and its bytes.
+"""An image: a header word, the control words of the leader and of the followers, and their bytes.
 
-Portable. Source: seed 000, general part; every word goes over a wire most
-significant byte first.
+Portable. Source: seed 000, general part. Words are sent most significant byte first.
 """
 
 import struct
@@ -15,7 +14,7 @@ WORD_BYTES = 4
 _PACKING = {"big": ">I", "little": "<I"}
 
 Image = namedtuple("Image", ("leader", "followers", "dwell_level"))
-"""What an image holds.
+"""The content of an image.
 
 ``leader`` and ``followers`` are tuples of control words; ``dwell_level`` is 0 to 7,
 or -1 where there are no follower words.
@@ -27,30 +26,30 @@ class ImageError(MotorcadeError):
 
 
 def pack(word: int, byte_order: str = "big") -> bytes:
-    """The four bytes of ``word`` (0 to 4294967295). ``byte_order`` is big or little; KeyError else."""
+    """Return the four bytes of ``word`` (0 to 4294967295). Raises KeyError unless ``byte_order`` is big or little."""
     return struct.pack(_PACKING[byte_order], word)
 
 
 def unpack(data: bytes, byte_order: str = "big") -> int:
-    """The word in four bytes."""
+    """Return the word in four bytes."""
     word: int = struct.unpack(_PACKING[byte_order], data)[0]
     return word
 
 
 def words_to_bytes(words: tuple[int, ...]) -> bytes:
-    """An image's bytes, or any words', most significant byte first."""
+    """Return the bytes of words, most significant byte first."""
     return b"".join([pack(word) for word in words])
 
 
 def bytes_to_words(data: bytes) -> tuple[int, ...]:
-    """The words in ``data``. Raises ImageError unless it is a whole number of words."""
+    """Return the words in ``data``. Raises ImageError unless it is a whole number of words."""
     if len(data) % WORD_BYTES:
         raise ImageError("image-cut-off", reason=Phrase("part-of-a-word", count=len(data)))
     return tuple([unpack(data[i : i + WORD_BYTES]) for i in range(0, len(data), WORD_BYTES)])
 
 
 def image_words(image: Image) -> tuple[int, ...]:
-    """The words of an Image, header first. Raises WordError: too many words, or no dwell level for them."""
+    """Return the words of an Image, header first. Raises WordError: too many words, or no dwell level for them."""
     if image.followers and not 0 <= image.dwell_level <= 7:
         raise WordError("dwell_level", image.dwell_level, Phrase("values-from-to", minimum=0, maximum=7))
     dwell = 1 << image.dwell_level if image.followers else 0
@@ -59,12 +58,12 @@ def image_words(image: Image) -> tuple[int, ...]:
 
 
 def announced_words(header: int) -> int:
-    """How many words an image with this header word has, the header included."""
+    """Return how many words an image with this header word has, the header included."""
     return 1 + (header >> 24) + (header >> 16 & 255)
 
 
 def check_header(header: int) -> None:
-    """Raises ImageError where no image can begin with this header word."""
+    """Raise ImageError where no image can begin with this header word."""
     try:
         HEADER.decode(header, True)
     except WordError as error:
@@ -72,7 +71,7 @@ def check_header(header: int) -> None:
 
 
 def parse_image(words: tuple[int, ...]) -> Image:
-    """The Image in ``words``, every word checked.
+    """Check every word and return the Image in ``words``.
 
     Raises:
         ImageError: too few or too many words, a header that isn't one, or a
@@ -97,12 +96,12 @@ def parse_image(words: tuple[int, ...]) -> Image:
 
 
 def parse_image_bytes(data: bytes) -> Image:
-    """The Image in ``data``. Raises ImageError."""
+    """Return the Image in ``data``. Raises ImageError."""
     return parse_image(bytes_to_words(data))
 
 
 def check_control(word: int, position: int) -> None:
-    """Raises ImageError where an image can't have this control word ``position`` words behind its header."""
+    """Raise ImageError where an image can't have this control word, ``position`` words after its header."""
     try:
         values = CONTROL.decode(word, True)
     except WordError as error:
@@ -112,7 +111,7 @@ def check_control(word: int, position: int) -> None:
 
 
 def refused_image(reason: str) -> "ImageError | None":
-    """The ImageError that a car names by its brief form (``image-word position=3 word=0x40000001``); None else."""
+    """Return the ImageError whose brief form a car sent (``image-word position=3 word=0x40000001``), else None."""
     try:
         numbers = dict([part.split("=") for part in reason.split()[1:]])
         if reason.startswith("image-header "):

@@ -1,9 +1,9 @@
-"""A word on the air: parity, air time, and the marks and spaces of its frame.
+"""A word as an infrared frame: parity, air time, marks and spaces.
 
-Portable; the functions of integers are compiled into the simulator too. A
-frame has the shape of the NEC remote control's, with 32 free bits: a mark of 16
-units, a space of 8, then each bit, most significant first, as a mark of 1 unit
-and a space of 1 (a zero) or 3 (a one), and one mark to end. A unit is 560 µs.
+Portable; the engine compiles the functions of integers, too. A frame has the
+shape of an NEC remote control's, with 32 free bits: a mark of 16 units and a
+space of 8, then for each bit, most significant first, a mark of 1 unit and a
+space of 1 (a zero) or 3 (a one), and one mark at the end. A unit is 560 µs.
 """
 
 UNIT_US = 560
@@ -15,7 +15,7 @@ _FIXED_UNITS = HEADER_MARK_UNITS + HEADER_SPACE_UNITS + 32 * (1 + ZERO_SPACE_UNI
 
 
 def ones(word: int) -> int:
-    """How many of the 32 bits are set."""
+    """Return how many of the 32 bits are set."""
     word = word - (word >> 1 & 0x55555555)
     word = (word & 0x33333333) + (word >> 2 & 0x33333333)
     word = (word + (word >> 4)) & 0x0F0F0F0F
@@ -24,23 +24,23 @@ def ones(word: int) -> int:
 
 
 def to_frame(word: int) -> int:
-    """``word`` as it goes on the air: bit 0 set or cleared for an even number of ones (seed 000, c9)."""
+    """Return the frame of ``word``: bit 0 makes the number of ones even (seed 000, c9)."""
     word = word & 0xFFFFFFFE
     return word | (ones(word) & 1)
 
 
 def parity_is_even(frame: int) -> int:
-    """1 where a frame holds an even number of ones, as every good one does, else 0."""
+    """Return 1 where the number of ones in a frame is even, as in every good frame, else 0."""
     return 1 - (ones(frame) & 1)
 
 
 def air_us(frame: int, unit_us: int) -> int:
-    """How long a frame takes on the air in µs: with 560 µs units 49,840 (all zeros) to 85,680 (all ones)."""
+    """Return the duration of a frame in µs: with units of 560 µs 49,840 (all zeros) to 85,680 (all ones)."""
     return (_FIXED_UNITS + (ONE_SPACE_UNITS - ZERO_SPACE_UNITS) * ones(frame)) * unit_us
 
 
 def frame_durations_us(frame: int, unit_us: int = UNIT_US) -> list[int]:
-    """The frame's 67 durations in µs: mark, space, mark, ... mark."""
+    """Return the 67 durations of a frame in µs: mark, space, mark, ... mark."""
     units = [HEADER_MARK_UNITS, HEADER_SPACE_UNITS]
     for bit in range(31, -1, -1):
         units.append(1)
@@ -50,12 +50,13 @@ def frame_durations_us(frame: int, unit_us: int = UNIT_US) -> list[int]:
 
 
 class FrameReceiver:
-    """Marks and spaces in, frames out; pure, and in step again at the next header whatever came before.
+    """Find frames in marks and spaces. After noise it finds the next frame by its header.
 
     Args:
         unit_us: the sender's unit.
-        tolerance_percent: how far a header's mark and space may be off. The spaces
-            of bits are told apart halfway between a zero's and a one's.
+        tolerance_percent: how far the mark and the space of a header may differ from
+            their nominal duration. The spaces of bits are distinguished halfway
+            between the one of a zero and the one of a one.
     """
 
     def __init__(self, unit_us: int = UNIT_US, tolerance_percent: int = 25) -> None:
@@ -67,7 +68,7 @@ class FrameReceiver:
         self._bits = 0
 
     def receive_mark(self, duration_us: int) -> None:
-        """The carrier was there for ``duration_us``."""
+        """Take a mark: the carrier was on for ``duration_us``."""
         if self._about(duration_us, HEADER_MARK_UNITS):
             self._restart()
             self._in_header = True
@@ -78,7 +79,7 @@ class FrameReceiver:
             self._restart()
 
     def receive_space(self, duration_us: int) -> None:
-        """The carrier was away for ``duration_us``, between two marks."""
+        """Take a space between two marks: the carrier was off for ``duration_us``."""
         if self._in_header:
             self._in_header = False
             self._bits_left = 32 if self._about(duration_us, HEADER_SPACE_UNITS) else None
@@ -91,7 +92,7 @@ class FrameReceiver:
             self._bits_left -= 1
 
     def next_frame(self) -> int | None:
-        """The next whole frame as 32 bits, its parity not yet checked; None when there is none."""
+        """Return the next whole frame as 32 bits, its parity unchecked; None where there is none."""
         return self._frames.pop(0) if self._frames else None
 
     def _restart(self) -> None:

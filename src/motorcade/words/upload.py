@@ -1,10 +1,10 @@
-"""Serial upload, both ends: bytes and the clock in, events out; no port is touched here.
+"""Both ends of a serial upload: they take bytes and the time, and return events; they open no port.
 
-Portable: the car's end runs on a microcontroller. An image carries its own
-length in its header, and the car answers one ASCII line:
+Portable: the end of the car runs on a microcontroller. The header of an image
+gives its length, and the car answers with one ASCII line:
 ``OK words=<n> crc32=<8 hex>`` or ``ERR <reason>``. The uploader compares the
 CRC-32 (zlib's) with its own. A check request (`motorcade.words.check`) before
-an image lets the car compare it too, before it gives up the image that it has.
+an image makes the car compare it too, before it replaces the image that it has.
 """
 
 from binascii import crc32
@@ -27,9 +27,9 @@ SILENCE_MS = 500
 ANSWER_WITHIN_MS = 2000
 READBACK_HEADER = 0x000000FF
 READBACK_REQUEST = pack(READBACK_HEADER)
-# The image of a car that never got one.
+# The image of a car that never received one.
 NO_PROGRAM = pack(0)
-# How the reasons begin that a car gives for refusing bytes, besides the brief form of an ImageError.
+# The beginnings of the reasons for which a car refuses bytes. Another reason is the brief form of an ImageError.
 CUT_OFF = "cut off after"
 NOT_EMPTY = "the empty image has"
 CHANGED_REQUEST = "the check request was changed"
@@ -37,24 +37,24 @@ OTHER_CHECKSUM = "the checksum is"
 CANT_STORE = "the image could not be stored"
 _LONGEST_LINE = 200
 
-# What a car's end reports.
+# The events of the end of a car.
 IMAGE = "image"
 READBACK = "readback"
 CHECK = "check"
 REFUSED = "refused"
-# What an uploader's end reports besides REFUSED.
+# The outcomes of the end of an uploader, besides REFUSED.
 VERIFIED = "verified"
 NOT_VERIFIED = "not verified"
 MISMATCH = "mismatch"
 SILENT = "silent"
 
 CarEvent = namedtuple("CarEvent", ("kind", "image", "answer"))
-"""What the car's shell does next.
+"""What the caller of a CarEnd has to do.
 
 IMAGE: store ``image`` (bytes), then send ``answer``. READBACK: send the stored
 image's bytes. CHECK: send `motorcade.words.check.ready_line` of ``answer`` and the
-stored image. REFUSED: send ``answer``; the stored image stays. Where none was ever
-stored it is NO_PROGRAM.
+stored image. REFUSED: send ``answer`` and keep the stored image. Before the first
+image is stored, the stored image is NO_PROGRAM.
 """
 
 Outcome = namedtuple("Outcome", ("kind", "detail"))
@@ -65,17 +65,17 @@ Outcome = namedtuple("Outcome", ("kind", "detail"))
 
 
 def ok_line(image: bytes) -> bytes:
-    """The car's answer to an image that it holds now."""
+    """Return the answer of a car to an image that it holds now."""
     return f"OK words={len(image) // WORD_BYTES} crc32={crc32(image):08x}\n".encode()
 
 
 def error_line(reason: str) -> bytes:
-    """The car's answer to bytes that it doesn't take; ``reason`` is one ASCII line."""
+    """Return the answer of a car to bytes that it refuses; ``reason`` is one ASCII line."""
     return f"ERR {reason}\n".encode()
 
 
 class CarEnd:
-    """What a car does with the bytes from its serial port."""
+    """The end of a car: it finds images and requests in the bytes from a serial port."""
 
     def __init__(self) -> None:
         self._buffer = b""
@@ -86,10 +86,10 @@ class CarEnd:
         self._events: list[CarEvent] = []
 
     def receive_data(self, data: bytes, now_ms: int) -> None:
-        """Take bytes that came at ``now_ms``; call it with ``b""`` now and then so that silence is noticed."""
+        """Take bytes that came at ``now_ms``; call it with ``b""`` from time to time so that it notices silence."""
         quiet_ms = elapsed_ms(now_ms, self._last_byte_ms)
         if quiet_ms >= SILENCE_MS:
-            self._hear_silence()
+            self._end_by_silence()
         if quiet_ms >= CHECK_LASTS_MS:
             self._announced = None
         if not data:
@@ -100,10 +100,10 @@ class CarEnd:
             self._advance()
 
     def next_event(self) -> CarEvent | None:
-        """The next CarEvent, or None."""
+        """Return the next CarEvent, or None."""
         return self._events.pop(0) if self._events else None
 
-    def _hear_silence(self) -> None:
+    def _end_by_silence(self) -> None:
         if self._buffer == NO_PROGRAM and self._announced is None:
             self._events.append(CarEvent(IMAGE, NO_PROGRAM, ok_line(NO_PROGRAM)))
         elif self._buffer:
@@ -112,52 +112,54 @@ class CarEnd:
         self._skipping = False
 
     def _advance(self) -> None:
-        going_on = True
-        while going_on and len(self._buffer) >= WORD_BYTES:
+        goes_on = True
+        while goes_on and len(self._buffer) >= WORD_BYTES:
             header = unpack(self._buffer[:WORD_BYTES])
             try:
                 if header == READBACK_HEADER:
                     self._take(WORD_BYTES)
                     self._events.append(CarEvent(READBACK, b"", b""))
                 elif header == CHECK_HEADER:
-                    going_on = self._take_check()
+                    goes_on = self._take_check()
                 else:
-                    going_on = self._take_image(header)
+                    goes_on = self._take_image(header)
             except ImageError as error:
-                going_on = self._turn_down(error.brief())
+                goes_on = self._refuse_until_silence(error.brief())
 
     def _take_check(self) -> bool:
-        """True where the whole request was there."""
+        """Take a check request from the buffer. Return True where it was whole."""
         if len(self._buffer) < CHECK_BYTES:
             return False
         found = read_check(self._take(CHECK_BYTES))
         if found is None:
-            return self._turn_down(f"{CHANGED_REQUEST} on the way")
+            return self._refuse_until_silence(f"{CHANGED_REQUEST} on the way")
         self._announced = found[0]
         self._events.append(CarEvent(CHECK, b"", check_words(found[0], found[1])))
         return True
 
     def _take_image(self, header: int) -> bool:
-        """True where a whole image was there and more may follow it."""
+        """Take an image from the buffer. Return True where it was whole and more may follow it."""
         check_header(header)
         length = announced_words(header) * WORD_BYTES
         here = len(self._buffer)
         if here < length:
             return False
         if header == 0 and self._announced is None:
-            # Zeros are what a break or a loose cable leaves: an image only where they are four between silences.
+            # A break or a loose cable makes zeros: they are an image only where four stand between two silences.
             if here > length:
-                return self._turn_down(f"{NOT_EMPTY} {length} bytes, {here} are here")
+                return self._refuse_until_silence(f"{NOT_EMPTY} {length} bytes, {here} are here")
             return False
         image = self._buffer[:length]
         parse_image_bytes(image)
         if self._announced is not None and crc32(image) != self._announced:
-            return self._turn_down(f"{OTHER_CHECKSUM} {crc32(image):08x}, {self._announced:08x} was announced")
+            return self._refuse_until_silence(
+                f"{OTHER_CHECKSUM} {crc32(image):08x}, {self._announced:08x} was announced"
+            )
         self._events.append(CarEvent(IMAGE, image, ok_line(image)))
         if self._announced is None:
             self._take(length)
             return True
-        # What follows an image that was announced was announced by nobody.
+        # What follows an announced image was not announced.
         self._announced = None
         self._skip()
         return False
@@ -171,10 +173,10 @@ class CarEnd:
         self._buffer = b""
         self._skipping = True
 
-    def _turn_down(self, reason: str) -> bool:
-        """Refuse what is here and all that comes before a silence; False: there is nothing to go on with."""
-        # Where one word is wrong the rest can't be trusted to begin at a word;
-        # silence is the only mark that the next image has.
+    def _refuse_until_silence(self, reason: str) -> bool:
+        """Refuse what is in the buffer and everything that comes before a silence. Return False."""
+        # After a wrong word the rest may not begin at a word: only silence marks where
+        # the next image begins.
         self._refuse(reason)
         self._skip()
         return False
@@ -184,63 +186,70 @@ class CarEnd:
 
 
 class Lines:
-    """Bytes as they come, in lines."""
+    """Splits bytes into lines."""
 
     def __init__(self) -> None:
         self._line = b""
 
     def split(self, data: bytes) -> list[bytes]:
-        """The lines that ``data`` completes, each without its end; of a very long one the last 200 bytes."""
+        """Return the lines that ``data`` completes, without their ends; of a very long line the last 200 bytes."""
         parts = (self._line + data).split(b"\n")
         self._line = parts[-1][-_LONGEST_LINE:]
         return [part[-_LONGEST_LINE:] for part in parts[:-1]]
 
 
 def refusal(line: bytes) -> str | None:
-    """The reason in the car's ERR line, None where ``line`` is none."""
+    """Return the reason in an ERR line of a car, None where ``line`` is no such line."""
     at = line.find(b"ERR ")
-    # Behind other text it is a board's own message; behind noise it is an answer.
+    # After other text it is a message of the board itself; after noise it is an answer.
     if at == 0 or (at > 0 and not 32 <= line[at - 1] < 127):
         return printable(line[at + 4 :])
     return None
 
 
-class UploaderEnd:
-    """What an uploader makes of the car's answer to ``image`` (bytes).
+class _End:
+    """What both ends of a computer share: an Outcome, returned once."""
 
-    Send ``image``, call ``finish_sending``, then feed what comes back until
-    ``next_event`` gives the Outcome.
+    def __init__(self) -> None:
+        self._outcome: Outcome | None = None
+        self._is_returned = False
+
+    def next_event(self) -> Outcome | None:
+        """Return the Outcome once; None before it is known and afterwards."""
+        if self._outcome is None or self._is_returned:
+            return None
+        self._is_returned = True
+        return self._outcome
+
+
+class UploaderEnd(_End):
+    """The end of an uploader: it understands the answer of the car to ``image`` (bytes).
+
+    Send ``image``, call ``finish_sending``, then pass on what comes back until
+    ``next_event`` returns the Outcome.
     """
 
     def __init__(self, image: bytes, verify: bool = True) -> None:
+        super().__init__()
         self.image = image
         self._verify = verify
         self._lines = Lines()
         self._sent_ms: int | None = None
-        self._outcome: Outcome | None = None
-        self._told = False
 
     def finish_sending(self, now_ms: int) -> None:
-        """The last byte left at ``now_ms``: from here on the car's answer is due."""
+        """Note that the last byte was sent at ``now_ms``: the answer of the car is due from then on."""
         self._sent_ms = now_ms
         if not self._verify and self._outcome is None:
             self._outcome = Outcome(NOT_VERIFIED, Phrase("sent-not-verified"))
 
     def receive_data(self, data: bytes, now_ms: int) -> None:
-        """Take bytes that came back by ``now_ms``; ``b""`` lets a missing answer be noticed."""
+        """Take bytes that came back by ``now_ms``; call it with ``b""`` so that it notices a missing answer."""
         for line in self._lines.split(data):
             self._take_line(line)
         if self._outcome is not None or self._sent_ms is None:
             return
         if elapsed_ms(now_ms, self._sent_ms) >= ANSWER_WITHIN_MS:
             self._outcome = Outcome(SILENT, Phrase("no-answer-within", duration_ms=ANSWER_WITHIN_MS))
-
-    def next_event(self) -> Outcome | None:
-        """The Outcome, once, or None while it is open."""
-        if self._outcome is None or self._told:
-            return None
-        self._told = True
-        return self._outcome
 
     def _take_line(self, line: bytes) -> None:
         if self._outcome is not None:
@@ -260,17 +269,16 @@ class UploaderEnd:
             self._outcome = Outcome(MISMATCH, Phrase("other-answer", answer=printable(answer), expected=expected))
 
 
-class ReadbackEnd:
-    """What a reader makes of the bytes that follow READBACK_REQUEST; its Outcome's detail is the image."""
+class ReadbackEnd(_End):
+    """The end of a reader: it understands the bytes that follow READBACK_REQUEST. The Outcome's detail is the image."""
 
     def __init__(self, now_ms: int) -> None:
+        super().__init__()
         self._buffer = b""
         self._last_ms = now_ms
-        self._outcome: Outcome | None = None
-        self._told = False
 
     def receive_data(self, data: bytes, now_ms: int) -> None:
-        """Take bytes that came by ``now_ms``; ``b""`` lets a missing answer be noticed."""
+        """Take bytes that came by ``now_ms``; call it with ``b""`` so that it notices a missing answer."""
         if self._outcome is not None:
             return
         if data:
@@ -283,13 +291,6 @@ class ReadbackEnd:
             else:
                 phrase = Phrase("no-answer-within", duration_ms=ANSWER_WITHIN_MS)
             self._outcome = Outcome(SILENT, phrase)
-
-    def next_event(self) -> Outcome | None:
-        """The Outcome, once, or None while it is open."""
-        if self._outcome is None or self._told:
-            return None
-        self._told = True
-        return self._outcome
 
     def _advance(self) -> None:
         if self._buffer[:4] == b"ERR ":
@@ -310,5 +311,5 @@ class ReadbackEnd:
 
 
 def printable(line: bytes) -> str:
-    """ASCII text of ``line``; bytes that noise put there become question marks."""
+    """Return ``line`` as ASCII text; other bytes, which come from noise, become question marks."""
     return "".join([chr(byte) if 32 <= byte < 127 else "?" for byte in line]).strip()
