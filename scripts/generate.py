@@ -16,7 +16,7 @@ from motorcade.config.check import published
 from motorcade.config.vocabulary import MOTORCADE
 from motorcade.export.targets import TARGETS, export
 from motorcade.mats.schema import mat_schema
-from motorcade.program.schema import program_schema
+from motorcade.program.model import program_schema
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -38,7 +38,7 @@ GENERATED = {
     "docs/drive-states.svg": lambda: arbiter_svg("en"),
     "docs/drive-states.zh.svg": lambda: arbiter_svg("zh"),
     "docs/motorcade-mat-1.schema.json": lambda: _json(published(mat_schema())),
-    "docs/motorcade-program-1.schema.json": lambda: _json(program_schema()),
+    "docs/motorcade-program-1.schema.json": lambda: _json(published(program_schema())),
     "web/src/generated/messages.ts": message_types,
     **wiring_files(),
     **_exports(),

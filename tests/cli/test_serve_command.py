@@ -22,7 +22,6 @@ from motorcade.cli.driving_texts import SERVED, STATES
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.engine.world import World
 from motorcade.locales import command_line_text, languages
-from motorcade.program.diagnostics import LANGUAGES
 from motorcade.words.formats import DRIVE
 from support.command_line import refusal, run
 
@@ -154,7 +153,7 @@ def test_a_car_speaks_chinese_to_who_serves_it(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("table", [SERVED, STATES])
 def test_both_languages_fill_in_the_same(table: dict[str, dict[str, str]]) -> None:
-    assert set(table) == set(LANGUAGES)
+    assert set(table) == set(languages())
     fields = {
         language: {key: {name for _, name, _, _ in Formatter().parse(text)} for key, text in texts.items()}
         for language, texts in table.items()

@@ -204,7 +204,7 @@ def test_decompile_for_a_profile_of_ones_own_prints_a_project_that_compiles(imag
 
 
 def test_decompile_refuses_a_leader_that_accepts_infrared(image):
-    assert "word 1 (0xC0000000) lets the leader accept infrared" in refusal(
+    assert "word 1 (0xC0000000) makes the leader accept infrared" in refusal(
         1, "decompile", image(0x01000000, 0xC0000000)
     )
 

@@ -22,7 +22,7 @@ from motorcade.config.files import parse
 from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
 from motorcade.mats.schema import mat_schema
-from motorcade.program.schema import program_schema
+from motorcade.program.model import program_schema
 
 STEP = {
     "type": "object",
@@ -166,7 +166,14 @@ def test_every_keyword_of_a_schema_is_one_that_is_checked(schema):
         ("a = " + "9" * 5000, "TOML", "it is not TOML: Exceeds the limit"),
         ("a = " + "[" * 100_000, "TOML", "it is not TOML: its brackets are nested too deeply"),
         ("a." * 200 + "a = 1", "TOML", "it is not TOML: its brackets are nested too deeply"),
-        ('{"a": }', "JSON", "it is not JSON: line 1, column 7: Expecting value"),
+        ('{"a": }', "JSON", "it is not JSON: line 1, column 7: a value is missing"),
+        ('{"a": 1,}', "JSON", "it is not JSON: line 1, column 9: a key in double quotation marks is missing"),
+        ('{"a": 1 "b": 2}', "JSON", "it is not JSON: line 1, column 9: a comma is missing"),
+        ('{"a" 1}', "JSON", "it is not JSON: line 1, column 6: a colon is missing"),
+        ("{} {}", "JSON", "it is not JSON: line 1, column 4: there is more text after the end"),
+        ('["a', "JSON", "it is not JSON: line 1, column 2: a text has no closing quotation mark"),
+        ('["a\nb"]', "JSON", "it is not JSON: line 1, column 4: a text has a line break or a tab"),
+        (r'["\a"]', "JSON", "it is not JSON: line 1, column 3: a backslash is followed by what it can't be"),
         ('{"a": NaN}', "JSON", "it is not JSON: NaN is not a number of JSON's"),
         ('{"a": ' + "9" * 5000 + "}", "JSON", "it is not JSON: Exceeds the limit"),
         ("[" * 100_000, "JSON", "it is not JSON: its brackets are nested too deeply"),

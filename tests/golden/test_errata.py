@@ -5,7 +5,7 @@ import pytest
 from motorcade import Program, compile_program, forward, led, left, pir, repeat, together, voice
 from motorcade.car import brain
 from motorcade.config.profile import built_in_profile, levels_of
-from motorcade.program.diagnostics import MESSAGES
+from motorcade.locales import catalogue
 from motorcade.words.field import WordError
 from motorcade.words.formats import CONTROL, DRIVE, HEADER
 from motorcade.words.image import ImageError, pack, parse_image, unpack
@@ -144,10 +144,10 @@ def test_the_message_about_256_steps_says_serial():
     compiled = compile_program(Program([repeat(256, forward(1))]))
     (diagnostic,) = compiled.diagnostics
     assert (diagnostic.code, diagnostic.severity) == ("too-many-states", "error")
-    assert "所用的串行模块数目已经大于255" in diagnostic.message("zh")
-    assert "serial modules in use are more than 255" in diagnostic.message("en")
-    assert "并行" not in MESSAGES["too-many-states"]["zh"]
-    assert "parallel" not in MESSAGES["too-many-states"]["en"]
+    assert "所用的串行模块数目已经大于255" in diagnostic.sentence("zh")
+    assert "serial modules in use are more than 255" in diagnostic.sentence("en")
+    assert "并行" not in catalogue("zh")["errors"]["too-many-states"]
+    assert "parallel" not in catalogue("en")["errors"]["too-many-states"]
     assert compiled.words == ()
 
 

@@ -233,7 +233,7 @@ def assert_in_chinese(problem: MotorcadeError) -> None:
     ("text", "kind", "said"),
     [
         ("x", "TOML", "mat m is not TOML: Expected"),
-        ("{", "JSON", "mat m is not JSON: line 1, column 2: Expecting"),
+        ("{", "JSON", "mat m is not JSON: line 1, column 2: a key in double quotation marks is missing"),
         (
             '{"name": "a", "name": "b"}',
             "JSON",

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from motorcade import Followers, Program, ProgramError, compile_program
 from motorcade import forward as drive
+from motorcade.locales import languages
 from motorcade.program.blocks import MOST_DEEP, MOST_IN_A_ROW, blocks_of, program_of
-from motorcade.program.diagnostics import LANGUAGES
 from motorcade.program.steps import led, left, pir, repeat, together, voice, wait
 from support.strategies import JSON, programs
 
@@ -49,7 +49,7 @@ def diagnostic(leader, told=None):
     with pytest.raises(ProgramError) as refused:
         program_of(leader, told)
     (only,) = refused.value.diagnostics
-    assert all(only.message(language) for language in LANGUAGES)
+    assert all(only.sentence(language) for language in languages())
     return only
 
 
@@ -110,7 +110,7 @@ def test_a_leader_with_infrared_settings_gets_the_seeds_prompt_on_that_block(acc
     blocks = workspace(WAIT, holding("repeat", infrared(DRIVE, accept_ir=accept_ir, forward=forward)))
     said = diagnostic(blocks)
     assert (said.code, said.id) == ("leader-accepts-ir", "ir")
-    assert "无法设置主机接受红外信息" in said.message("zh")
+    assert "无法设置主机接受红外信息" in said.sentence("zh")
 
 
 @pytest.mark.parametrize(
@@ -224,7 +224,7 @@ def test_damaged_blocks_never_do_worse_than_a_sentence(data):
         diagnostics = compile_program(program_of(leader, told)).diagnostics
     except ProgramError as refused:
         diagnostics = refused.diagnostics
-    assert all(each.message(language) for each in diagnostics for language in LANGUAGES)
+    assert all(each.sentence(language) for each in diagnostics for language in languages())
 
 
 def test_what_is_wrong_with_a_step_is_found_by_its_block():

@@ -26,8 +26,8 @@ from motorcade import (
     wait,
 )
 from motorcade.config.profile import Profile
+from motorcade.locales import languages
 from motorcade.program.compiler import Compiled
-from motorcade.program.diagnostics import LANGUAGES
 from motorcade.program.steps import Step
 from motorcade.words.formats import CONTROL
 from support.strategies import BRISK, CLASSROOM, rows, sums
@@ -206,10 +206,10 @@ def test_what_cannot_be_is_said_with_its_place_and_block(program: Program, code:
     (diagnostic,) = compiled.diagnostics
     assert (diagnostic.code, diagnostic.severity, diagnostic.path) == (code, "error", path)
     assert diagnostic.id == (None if path == "followers.dwell_seconds" else "b")
-    assert re.search(said, diagnostic.message("en"))
-    assert not re.search(r"{\w+}", "".join(diagnostic.message(language) for language in LANGUAGES))
+    assert re.search(said, diagnostic.sentence("en"))
+    assert not re.search(r"{\w+}", "".join(diagnostic.sentence(language) for language in languages()))
     assert compiled.words == ()
-    with pytest.raises(ProgramError, match=re.escape(diagnostic.message("en"))):
+    with pytest.raises(ProgramError, match=re.escape(diagnostic.sentence("en"))):
         _ = compiled.image
 
 
@@ -229,7 +229,7 @@ def test_what_cannot_be_is_said_with_its_place_and_block(program: Program, code:
 def test_what_may_surprise_is_warned_of(program: Program, code: str, path: str) -> None:
     compiled = compile_program(program)
     assert [(each.code, each.severity, each.path) for each in compiled.diagnostics] == [(code, "warning", path)]
-    assert not re.search(r"{\w+}", "".join(compiled.diagnostics[0].message(language) for language in LANGUAGES))
+    assert not re.search(r"{\w+}", "".join(compiled.diagnostics[0].sentence(language) for language in languages()))
     assert compiled.words
     assert compiled.image
 
@@ -257,15 +257,15 @@ def test_a_duration_that_cannot_be_is_said_with_its_neighbours(profile: Profile,
     compiled = compile_program(Program([wait(duration_ms / 1000)]), profile)
     assert bool(compiled.words) == (below == above)
     if below != above:
-        assert compiled.diagnostics[0].message().endswith(f"{below / 1000:g} s or {above / 1000:g} s.")
+        assert compiled.diagnostics[0].sentence().endswith(f"{below / 1000:g} s or {above / 1000:g} s.")
 
 
 def test_steps_without_a_dwell_in_common_are_said_to_disagree() -> None:
     profile = replace(CLASSROOM, durations_ms=(0, 400, 600, 1000), dwell_ms=(400, 600, *CLASSROOM.dwell_ms[2:]))
     (diagnostic,) = compile_program(Program([wait(1)], [led(0, 0.4), led(1, 0.6)]), profile).diagnostics
     assert (diagnostic.code, diagnostic.path) == ("dwell-not-expressible", "followers.steps")
-    assert "in common" in diagnostic.message()
-    assert "0.4, 0.6" in diagnostic.message("zh")
+    assert "in common" in diagnostic.sentence()
+    assert "0.4, 0.6" in diagnostic.sentence("zh")
 
 
 @pytest.mark.parametrize(
@@ -279,7 +279,7 @@ def test_blocks_that_cannot_go_together_are_said_with_the_lengths_that_could(ste
     profile = replace(CLASSROOM, durations_ms=(0, 3000, 5000, 7000))
     (diagnostic,) = compile_program(Program([step]), profile).diagnostics
     assert diagnostic.code == "duration-not-expressible"
-    assert diagnostic.message().endswith(f"nearest that can: {nearest}.")
+    assert diagnostic.sentence().endswith(f"nearest that can: {nearest}.")
 
 
 def test_a_repeat_beyond_all_counting_is_answered() -> None:
@@ -293,7 +293,7 @@ def test_a_repeat_beyond_all_counting_is_answered() -> None:
     except ProgramError as error:
         diagnostics = error.diagnostics
     assert diagnostics
-    assert all(each.message(language) for each in diagnostics for language in LANGUAGES)
+    assert all(each.sentence(language) for each in diagnostics for language in languages())
 
 
 def test_words_that_only_a_shorter_dwell_can_say_are_counted_as_they_are() -> None:
@@ -301,4 +301,4 @@ def test_words_that_only_a_shorter_dwell_can_say_are_counted_as_they_are() -> No
     steps = [together(forward(3), led(1, 2)), together(forward(3), led(2, 2))] * 50
     (diagnostic,) = compile_program(Program([wait(1)], steps), profile).diagnostics
     assert diagnostic.code == "too-many-words"
-    assert re.search("300 words.* needs 3 of them", diagnostic.message())
+    assert re.search("300 words.* needs 3 of them", diagnostic.sentence())

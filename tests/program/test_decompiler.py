@@ -22,7 +22,7 @@ from motorcade import (
     voice,
 )
 from motorcade.config.profile import Profile
-from motorcade.program.decompiler import DecompileError
+from motorcade.errors import MotorcadeError
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, ImageError, image_words, parse_image
 from support.strategies import BRISK, CLASSROOM, programs
@@ -124,9 +124,9 @@ def test_a_project_that_came_back_finds_its_profile_again(tmp_path: Path) -> Non
 def test_a_word_that_no_step_says_is_named(leader: list[int], followers: list[int], position: int, said: str) -> None:
     words = image_words(Image(leader, followers, 0 if followers else -1))
     name = f"word {position} (0x{words[position]:08X})"
-    with pytest.raises(DecompileError, match=re.escape(name) + f".*{said}") as caught:
+    with pytest.raises(MotorcadeError, match=re.escape(name) + f".*{said}") as caught:
         decompile(words)
-    assert caught.value.message("zh").startswith(f"第 {position} 个码字（0x{words[position]:08X}）")
+    assert caught.value.sentence("zh").startswith(f"第 {position} 个码字（0x{words[position]:08X}）")
 
 
 @given(st.lists(st.integers(0, 0xFFFFFFFF), max_size=4), st.lists(st.integers(0, 0xFFFFFFFF), max_size=4))
@@ -139,7 +139,7 @@ def test_any_image_comes_back_or_has_its_word_named(leader: list[int], followers
     assert parse_image(words)
     try:
         assert_comes_back(words)
-    except DecompileError as error:
+    except MotorcadeError as error:
         assert re.match(r"word [1-8] \(0x[0-9A-F]{8}\) ", str(error))  # noqa: PT017
 
 

@@ -100,7 +100,7 @@ def print_diagnostics(console: Console, diagnostics: Iterable[Diagnostic], langu
         line.append(f"{each.path}: " if each.path else "")
         style = "bold red" if each.severity == "error" else "bold yellow"
         line.append(command_line_text(each.severity, language), style=style)
-        line.append(f" {each.code}: {each.message(language)}")
+        line.append(f" {each.code}: {each.sentence(language)}")
         console.print(line, soft_wrap=True)
 
 

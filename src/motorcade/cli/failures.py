@@ -2,7 +2,6 @@
 
 from motorcade.errors import MotorcadeError
 from motorcade.outcomes import (
-    PROGRAM_ERROR,
     USAGE,
 )
 
@@ -15,12 +14,7 @@ def exit_code(problem: Exception) -> int | None:
     """The exit code for an exception whose text is meant for the user; None for a fault of ours."""
     if isinstance(problem, MotorcadeError):
         return problem.exit_code
-    from motorcade.program.decompiler import DecompileError
-    from motorcade.program.diagnostics import ProgramError
-
     codes = (
-        (ProgramError, PROGRAM_ERROR),
-        (DecompileError, PROGRAM_ERROR),
         (UsageError, USAGE),
         (OSError, USAGE),
     )
@@ -29,10 +23,6 @@ def exit_code(problem: Exception) -> int | None:
 
 def sentence(problem: Exception, language: str) -> str:
     """What is wrong, in ``language`` where it has a sentence for it."""
-    from motorcade.program.decompiler import DecompileError
-
     if isinstance(problem, MotorcadeError):
         return problem.sentence(language)
-    if isinstance(problem, DecompileError):
-        return problem.message(language)
     return str(problem)

@@ -7,7 +7,7 @@ Motorcade's own, and `published` leaves them out. Pure Python, so that it also r
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from math import inf
 from typing import Any, NamedTuple
@@ -87,70 +87,127 @@ def load(document: Any, schema: Schema, file: Text, text: str | None = None) -> 
 
 
 def check(document: Any, schema: Schema) -> tuple[Any, list[Fault]]:
-    """Return ``document`` with the default of each key that is absent, and all its faults in document order.
+    """Return ``document`` with the default of each key that is absent, and all its faults.
 
     A whole number that is written with a point, such as 2.0, becomes an integer where the schema wants one. The value
-    is of use only where there are no faults.
+    is of use only where there are no faults. The schema is prepared when it is first used, and must not change then.
     """
-    checker = _Checker(schema.get("$defs", {}))
-    return checker.value(document, schema, ()), checker.faults
+    if id(schema) not in _PREPARED:
+        _PREPARED[id(schema)] = _Node(schema, schema.get("$defs", {}), {})
+    faults: list[Fault] = []
+    return _PREPARED[id(schema)].check(document, None, faults), faults
 
 
-class _Checker:
-    def __init__(self, definitions: Mapping[str, Schema]) -> None:
-        self._definitions = definitions
-        self.faults: list[Fault] = []
+# Where a value is, as it is built up on the way there: its key and the place around it.
+_At = tuple[Any, str | int] | None
 
-    def value(self, value: Any, schema: Schema, place: Place) -> Any:
-        while "$ref" in schema:
-            schema = self._definitions[schema["$ref"].rpartition("/")[2]]
-        if not fits(value, schema):
-            self.faults.append(Fault("not-allowed", place, shown(value), allowed(schema)))
-        elif isinstance(value, dict):
-            return self._table(value, schema, place)
-        elif isinstance(value, list | tuple):
-            return self._list(value, schema, place)
-        elif isinstance(value, float) and schema.get("type") == "integer":
+
+def _place(at: _At) -> Place:
+    keys: list[str | int] = []
+    while at is not None:
+        at, key = at
+        keys.append(key)
+    return tuple(reversed(keys))
+
+
+class _Node:
+    """A schema that is prepared for checking; ``nodes`` holds those of the definitions that it refers to."""
+
+    def __init__(self, schema: Schema, definitions: Mapping[str, Schema], nodes: dict[str, "_Node"]) -> None:
+        def node_of(part: Schema) -> _Node:
+            if "$ref" not in part:
+                return _Node(part, definitions, nodes)
+            name = part["$ref"].rpartition("/")[2]
+            if name not in nodes:
+                nodes[name] = _Node.__new__(_Node)
+                nodes[name].__init__(definitions[name], definitions, nodes)  # type: ignore[misc]
+            return nodes[name]
+
+        self.schema = schema
+        # What fits at a glance, for speed; `fits` decides the rest.
+        plain = {"integer": (int,), "number": (int, float)} if "exclusiveMinimum" not in schema else {}
+        self._numbers = plain.get(schema.get("type", ""), ()) if isinstance(schema.get("type"), str) else ()
+        self._least, self._most = schema.get("minimum", -inf), schema.get("maximum", inf)
+        self._texts = frozenset(each for each in schema.get("enum", ()) if isinstance(each, str))
+        self._is_table = schema.get("type") == "object"
+        self._properties = {key: node_of(part) for key, part in schema.get("properties", {}).items()}
+        others = schema.get("additionalProperties", True)
+        self._is_closed = others is False
+        self._others = node_of(others) if isinstance(others, dict) else None
+        self._required = tuple(schema.get("required", ()))
+        self._dependent = tuple(schema.get("dependentRequired", {}).items())
+        self._kinds = frozenset(each["required"][0] for each in schema.get("oneOf", ()))
+        parts = schema.get("properties", {}).items()
+        self._defaults = tuple((key, part["default"]) for key, part in parts if "default" in part)
+        self._first = tuple(node_of(part) for part in schema.get("prefixItems", ()))
+        self._rest = node_of(schema["items"]) if "items" in schema else None
+
+    def check(self, value: Any, at: _At, faults: list[Fault]) -> Any:
+        """Return ``value`` with its defaults; what is wrong is appended to ``faults``."""
+        kind = type(value)
+        if kind is dict and self._is_table:
+            return self._table(value, at, faults)
+        if kind in self._numbers and self._least <= value <= self._most and value < inf:
+            return value
+        if kind is str and value in self._texts:
+            return value
+        if not fits(value, self.schema):
+            faults.append(Fault("not-allowed", _place(at), shown(value), allowed(self.schema)))
+        elif kind is dict:
+            return self._table(value, at, faults)
+        elif kind is list or kind is tuple:
+            return self._list(value, at, faults)
+        elif isinstance(value, float) and self.schema.get("type") == "integer":
             return int(value)
         return value
 
-    def _table(self, table: dict[str, Any], schema: Schema, place: Place) -> dict[str, Any]:
-        properties, others = schema.get("properties", {}), schema.get("additionalProperties", True)
-        known = ", ".join(properties) or Phrase("nothing")
-        if others is False:
-            self.faults += [Fault("unknown-key", (*place, key), "", known) for key in table if key not in properties]
-        needed = [*schema.get("required", ())]
-        needed += [key for given, keys in schema.get("dependentRequired", {}).items() if given in table for key in keys]
+    def _table(self, table: dict[str, Any], at: _At, faults: list[Fault]) -> dict[str, Any]:
+        checked, properties, is_known, present = {}, self._properties, True, 0
+        for key, value in table.items():
+            node = properties.get(key, self._others)
+            if key in self._kinds:
+                present += 1
+            if node is not None:
+                checked[key] = node.check(value, (at, key), faults)
+            elif self._is_closed:
+                is_known = False
+                known = ", ".join(properties) or Phrase("nothing")
+                faults.append(Fault("unknown-key", _place((at, key)), "", known))
+            else:
+                checked[key] = value
+        needed = self._required
+        if self._dependent:
+            needed += tuple(key for given, keys in self._dependent if given in table for key in keys)
         for key in needed:
             if key not in table:
-                self.faults.append(Fault("missing-key", (*place, key), "", allowed(properties[key])))
-        if kinds := [each["required"][0] for each in schema.get("oneOf", ())]:
-            present = [key for key in kinds if key in table]
-            if len(present) > 1:
-                self.faults.append(Fault("several-keys", place, ", ".join(present), ", ".join(kinds)))
-            elif not present and all(key in properties for key in table):
-                self.faults.append(Fault("no-key", place, "", ", ".join(kinds)))
-        checked = {}
-        for key, value in table.items():
-            part = properties.get(key, others)
-            checked[key] = self.value(value, part, (*place, key)) if isinstance(part, dict) else value
-        for key, part in properties.items():
-            if key not in table and "default" in part:
-                checked[key] = self.value(deepcopy(part["default"]), part, (*place, key))
+                faults.append(Fault("missing-key", _place((at, key)), "", allowed(properties[key].schema)))
+        if present != 1 and self._kinds:
+            kinds = ", ".join(key for key in properties if key in self._kinds)
+            if present:
+                given = ", ".join(key for key in table if key in self._kinds)
+                faults.append(Fault("several-keys", _place(at), given, kinds))
+            elif is_known:
+                faults.append(Fault("no-key", _place(at), "", kinds))
+        for key, default in self._defaults:
+            if key not in table:
+                checked[key] = properties[key].check(deepcopy(default), (at, key), faults)
         return checked
 
-    def _list(self, values: list[Any] | tuple[Any, ...], schema: Schema, place: Place) -> list[Any]:
-        first, rest = schema.get("prefixItems", ()), schema.get("items", {})
-        if schema.get("uniqueItems"):
+    def _list(self, values: Sequence[Any], at: _At, faults: list[Fault]) -> list[Any]:
+        if self.schema.get("uniqueItems"):
             seen: set[str] = set()
             for index, value in enumerate(values):
                 if (text := json.dumps(value, default=str)) in seen:
-                    self.faults.append(Fault("repeated-value", (*place, index), shown(value)))
+                    faults.append(Fault("repeated-value", _place((at, index)), shown(value)))
                 seen.add(text)
-        return [
-            self.value(value, first[index] if index < len(first) else rest, (*place, index))
-            for index, value in enumerate(values)
-        ]
+        checked = []
+        for index, value in enumerate(values):
+            node = self._first[index] if index < len(self._first) else self._rest
+            checked.append(value if node is None else node.check(value, (at, index), faults))
+        return checked
+
+
+_PREPARED: dict[int, _Node] = {}
 
 
 def fits(value: Any, schema: Schema) -> bool:

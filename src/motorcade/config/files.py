@@ -15,10 +15,22 @@ Kind = Literal["TOML", "JSON"]
 # Deeper than anyone nests tables, lists or blocks by hand, and short of what Python's stack takes.
 DEEPEST = 100
 _LONGEST_KEY = 40
+# What Python's reader of JSON says, and the phrase for it.
+_JSON_REASONS = (
+    ("Expecting value", "json-no-value"),
+    ("Expecting property name", "json-no-key"),
+    ("Expecting ','", "json-no-comma"),
+    ("Expecting ':'", "json-no-colon"),
+    ("Illegal trailing comma", "json-last-comma"),
+    ("Extra data", "json-more"),
+    ("Unterminated string", "json-open-text"),
+    ("Invalid control character", "json-line-break"),
+    ("Invalid \\", "json-backslash"),
+)
 
 
 def read_text(path: Path, file: str | Phrase) -> str:
-    """The UTF-8 text at ``path``; ``file`` is what errors call it. Raises MotorcadeError unreadable-file."""
+    """Return the UTF-8 text at ``path``; ``file`` is what errors call it. Raises MotorcadeError unreadable-file."""
     try:
         return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
@@ -28,17 +40,23 @@ def read_text(path: Path, file: str | Phrase) -> str:
     raise MotorcadeError("unreadable-file", file=file, reason=reason)
 
 
-def parse(data: bytes | str, kind: Kind, file: str | Phrase) -> Any:
-    """The document in a file's bytes or text; ``file`` is what errors call it.
+def parse(data: bytes | str, kind: Kind, file: str | Phrase, deepest: int | None = DEEPEST) -> Any:
+    """Return the document in a file's bytes or text.
+
+    Args:
+        data: the file's content.
+        kind: TOML or JSON.
+        file: what errors call it.
+        deepest: how deep it may nest; None for as deep as Python's reader goes.
 
     Raises:
         MotorcadeError: file-syntax, with the reason, where it is not TOML or JSON, not UTF-8 or nested deeper than
-            DEEPEST; duplicate-key where JSON has a key twice in one pair of braces.
+            ``deepest``; duplicate-key where JSON has a key twice in one pair of braces.
     """
     try:
         text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
         document = _from_toml(text) if kind == "TOML" else _from_json(text, file)
-        if not _is_deeper(document):
+        if deepest is None or not is_deeper(document, deepest):
             return document
         reason = Phrase("too-deep")
     except UnicodeError:
@@ -78,7 +96,8 @@ def _from_json(text: str, file: str | Phrase) -> Any:
         document = json.loads(text, parse_constant=refuse_constant, object_pairs_hook=without_doubles)
     except json.JSONDecodeError as problem:
         where = {"line": problem.lineno, "column": problem.colno}
-        raise _BadSyntaxError("json-syntax", **where, reason=problem.msg) from None
+        reason = next((key for beginning, key in _JSON_REASONS if problem.msg.startswith(beginning)), "json-mistake")
+        raise _BadSyntaxError("json-syntax", **where, reason=Phrase(reason)) from None
     except ValueError as problem:  # a number with thousands of digits
         raise _BadSyntaxError("bad-number", number=str(problem)[:40]) from None
     if "\\ud" in text.lower():
@@ -87,17 +106,19 @@ def _from_json(text: str, file: str | Phrase) -> Any:
     return document
 
 
-def _is_deeper(document: Any) -> bool:
-    """Whether ``document`` nests deeper than DEEPEST."""
+def is_deeper(document: Any, deepest: int) -> bool:
+    """Whether ``document`` nests more than ``deepest`` tables or lists."""
     level = [document]
-    for _ in range(DEEPEST):
+    for _ in range(deepest):
         level = [
             child
             for parent in level
             if isinstance(parent, dict | list)
             for child in (parent.values() if isinstance(parent, dict) else parent)
         ]
-    return bool(level)
+        if not level:
+            return False
+    return True
 
 
 def place_text(place: tuple[str | int, ...]) -> str | Phrase:

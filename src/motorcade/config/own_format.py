@@ -196,7 +196,7 @@ class _Reader:
         try:
             check_name(name)
         except MotorcadeError as error:
-            self._refuse(place, "bad-name", reason=error)
+            self._refuse(place, "format-name-refused", reason=error)
 
     def _refuse_value(self, place: Place, value: object, most: int) -> NoReturn:
         key = next(part for part in reversed(place) if part in ("range", "values"))

@@ -11,9 +11,8 @@ from itertools import groupby
 from typing import Any
 
 from motorcade.program.diagnostics import ProgramError, error
-from motorcade.program.model import Followers, Program, program_from_dict
-from motorcade.program.schema import FORMAT
-from motorcade.program.steps import KINDS, PirStep, RepeatStep, Step, TogetherStep, VoiceStep
+from motorcade.program.model import FORMAT, Followers, Program, program_from_dict
+from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, own_fields
 
 Workspace = dict[str, Any]
 Block = dict[str, Any]
@@ -116,8 +115,8 @@ class _Reader:
         if kind == TogetherStep.kind:
             document[kind] = self._steps(_inside(block, path), f"{path}.{kind}", depth + 1, inside=True)
             return document
-        # In a together these two last as long as it does.
-        no_fields = inside and kind in (VoiceStep.kind, PirStep.kind)
+        # In a together these last as long as it does.
+        no_fields = inside and KINDS[kind].accompanies
         document[kind] = {} if no_fields else _read_fields(block, path, KINDS[kind])
         if kind == RepeatStep.kind:
             document[kind]["steps"] = self._steps(_inside(block, path), f"{path}.{kind}.steps", depth + 1)
@@ -210,12 +209,8 @@ def _read_fields(block: Block, path: str, kind: Any) -> dict[str, Any]:
 
 @cache
 def _fields_of(kind: type[Step]) -> tuple[tuple[str, str, bool], ...]:
-    """Each field of a kind: its name in a block, its name in the step, and whether it is a menu of levels."""
-    schemas = kind.own_schemas()
-    return tuple(
-        (name.upper(), name, kind is not RepeatStep and schema.get("type") == "integer")
-        for name, schema in schemas.items()
-    )
+    """Return each field of a kind: its name in a block, its name in the step, and whether it is a menu of levels."""
+    return tuple((each.name.upper(), each.name, "menu" in each.metadata) for each in own_fields(kind))
 
 
 def _chosen(value: Any, meanings: Mapping[str, Any]) -> Any:

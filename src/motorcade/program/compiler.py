@@ -4,13 +4,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from motorcade.config.profile import Profile, built_in_profile
-from motorcade.program.diagnostics import Diagnostic, ProgramError, error, has_errors, phrase, warning
-from motorcade.program.expansion import Expander, Item, Row, cut_for_leader
+from motorcade.errors import Phrase
+from motorcade.program.diagnostics import Diagnostic, ProgramError, error, has_errors, warning
+from motorcade.program.expansion import (
+    Expander,
+    Item,
+    Round,
+    Row,
+    best_round,
+    can_be_sent,
+    cut_for_leader,
+    literal_round,
+    longest_dwell_ms,
+)
 from motorcade.program.model import Followers, Program
-from motorcade.program.parts import control_word, slice_of
-from motorcade.program.rounds import Round, best_round, fits, literal_round, longest_dwell_ms
+from motorcade.program.parts import MOST_PIECES, control_word, durations_in, slice_of, to_ms
 from motorcade.program.steps import Step
-from motorcade.program.timing import MOST_PIECES, to_ms
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
 
@@ -153,26 +162,26 @@ class _Followers:
             return self._literal_round(row.items, followers.dwell_seconds)
         found = best_round(row.items, self._profile)
         if found is None:
-            item = next((item for item in row.items if not fits(item, self._profile)), None)
+            item = next((item for item in row.items if not can_be_sent(item, self._profile)), None)
             if item is None:
-                self._no_dwell("followers.steps", None, phrase("steps-disagree"))
+                self._no_dwell("followers.steps", None, Phrase("steps-disagree"))
             else:
                 seconds = f"{item.total_ms / 1000:g}"
                 takes_time = any(item.durations_ms)
-                reason = phrase("step-not-a-dwell", seconds=seconds) if takes_time else phrase("step-takes-no-time")
+                reason = Phrase("step-not-a-dwell", seconds=seconds) if takes_time else Phrase("step-takes-no-time")
                 self._no_dwell(item.path, item.id, reason)
         return found
 
     def _literal_round(self, items: list[Item], dwell_seconds: float) -> Round | None:
         dwell_ms = to_ms(dwell_seconds)
         if dwell_ms not in self._profile.dwell_ms:
-            reason = phrase("dwell-not-a-level", seconds=f"{dwell_seconds:g}")
+            reason = Phrase("dwell-not-a-level", seconds=f"{dwell_seconds:g}")
             self._no_dwell("followers.dwell_seconds", None, reason)
             return None
         found = literal_round(items, dwell_ms, self._profile)
         if isinstance(found, int):
             item = items[found]
-            self._no_dwell(item.path, item.id, phrase("step-not-one-word", seconds=f"{item.total_ms / 1000:g}"))
+            self._no_dwell(item.path, item.id, Phrase("step-not-one-word", seconds=f"{item.total_ms / 1000:g}"))
             return None
         return found
 
@@ -199,10 +208,8 @@ class _Followers:
 
 
 def length_ms(word: int, profile: Profile) -> int:
-    """How long a car is busy with a word that the compiler made."""
-    values = CONTROL.decode(word)
-    levels = (values.motor_duration, values.led_duration, values.avoid_duration)
-    return profile.durations_ms[max(levels)] or profile.idle_state_ms
+    """Return how long a car is busy with a word that the compiler made, in milliseconds."""
+    return max(durations_in(word, profile.durations_ms)) or profile.idle_state_ms
 
 
 def _too_many(code: str, path: str, steps: Sequence[Step], count: int, costs: list[int]) -> Diagnostic:

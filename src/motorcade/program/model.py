@@ -1,20 +1,94 @@
-"""A program for a leader and its followers, and the JSON that it is kept in.
+"""A program for a leader and its followers, and the project file that holds it: JSON, its schema and its check.
 
-Everything else (blocks, compiler, decompiler) makes or takes this model.
+Blocks, compiler and decompiler all make or take this model.
 """
 
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from motorcade.program.diagnostics import Phrase, ProgramError, error, phrase
-from motorcade.program.schema import BESIDE, FORMAT, check_shape
-from motorcade.program.steps import KINDS, LONGEST_S, SHORTEST_DWELL_S, RepeatStep, Step, TogetherStep, as_steps
+from motorcade.config.check import Fault, Schema, check, choice, fits, flag, table
+from motorcade.config.files import DEEPEST, is_deeper, parse, place_text
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.program.diagnostics import Diagnostic, ProgramError, error
+from motorcade.program.steps import (
+    COMMON,
+    KINDS,
+    LONGEST_S,
+    SECONDS,
+    SHORTEST_DWELL_S,
+    SIMPLE_KINDS,
+    RepeatStep,
+    Step,
+    TogetherStep,
+    as_steps,
+    own_fields,
+)
 
-# Deeper than anyone nests blocks by hand, and short of what the parser's stack takes.
-DEEPEST = 100
+FORMAT = "motorcade-program/1"
+# What may stand beside a program in its file, for the page alone.
+BESIDE = {
+    "mat": "The mat that it drives on, as docs/mats.md says.",
+    "view": "Where the page's blocks stand, and comments on them.",
+}
+_DWELL = {**SECONDS, "minimum": SHORTEST_DWELL_S}
+
+
+@cache
+def program_schema() -> Schema:
+    """Return the JSON Schema (draft 2020-12) of ``*.motorcade.json``, made from the steps' declarations."""
+    leader = {key: schema for key, schema in COMMON.items() if key != "forward"}
+    followers = table(
+        ("dwell_seconds",),
+        accept_ir=flag(default=True),
+        forward=flag(default=False),
+        dwell_seconds=_DWELL,
+        steps={"type": "array", "items": {"$ref": "#/$defs/follower_step"}},
+    )
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Motorcade program",
+        "description": "What a leader car and its followers do.",
+        **table(
+            tuple(BESIDE),
+            format=choice(FORMAT),
+            profile={"type": "string", "default": "classroom"},
+            leader={"type": "array", "items": {"$ref": "#/$defs/leader_step"}},
+            followers={**followers, "type": ["object", "null"], "default": None},
+            **{name: {"type": "object", "description": what} for name, what in BESIDE.items()},
+        ),
+        "$defs": {
+            "leader_step": _step("leader_step", leader),
+            "follower_step": _step("follower_step", COMMON),
+            "part": _one_of({kind.kind: _fields_of(kind, inside=True) for kind in SIMPLE_KINDS}, {"id": COMMON["id"]}),
+        },
+    }
+
+
+def _step(name: str, common: dict[str, Schema]) -> Schema:
+    kinds = {kind.kind: _fields_of(kind) for kind in SIMPLE_KINDS}
+    kinds[TogetherStep.kind] = {"type": "array", "items": {"$ref": "#/$defs/part"}}
+    steps = {"type": "array", "items": {"$ref": f"#/$defs/{name}"}}
+    kinds[RepeatStep.kind] = _fields_of(RepeatStep, steps=steps)
+    return _one_of(kinds, common)
+
+
+def _one_of(kinds: dict[str, Schema], common: dict[str, Schema]) -> Schema:
+    return {
+        "type": "object",
+        "properties": {**kinds, **common},
+        "oneOf": [{"required": [kind]} for kind in kinds],
+        "additionalProperties": False,
+    }
+
+
+def _fields_of(kind: type[Step], inside: bool = False, **more: Schema) -> Schema:
+    """Return the schema of a step's own object; a step that accompanies others has no fields inside a together."""
+    own = () if inside and kind.accompanies else own_fields(kind)
+    return table(**{each.name: each.metadata["schema"] for each in own}, **more)
 
 
 @dataclass(frozen=True)
@@ -22,11 +96,11 @@ class Followers:
     """What the followers do.
 
     Attributes:
-        steps: done in order, for ever.
-        accept_ir: whether they go on listening; a step may differ.
-        forward: whether they pass their words on; a step may differ.
-        dwell_seconds: how long each word is sent, every step being one word. None, the
-            usual case, lets the compiler pick.
+        steps: done in order, over and over.
+        accept_ir: whether they go on listening; a step may have another setting.
+        forward: whether they pass their words on; a step may have another setting.
+        dwell_seconds: how long each word is sent, where every step is one word. With None, the usual case, the
+            compiler chooses.
     """
 
     steps: tuple[Step, ...]
@@ -42,7 +116,7 @@ class Followers:
         dwell_seconds: float | None = None,
     ):
         _check_flags(accept_ir=accept_ir, forward=forward)
-        if dwell_seconds is not None and not _is_duration(dwell_seconds):
+        if dwell_seconds is not None and not fits(dwell_seconds, _DWELL):
             raise ValueError(
                 f"followers: dwell_seconds is {dwell_seconds!r}; allowed: {SHORTEST_DWELL_S} to {LONGEST_S}"
             )
@@ -98,7 +172,7 @@ class Program:
 
 
 def read_program(data: bytes | str) -> Program:
-    """The Program in a project file's bytes or text.
+    """Return the Program in a project file's bytes or text.
 
     Raises:
         ProgramError: with every diagnostic that there is to say about its shape.
@@ -107,47 +181,63 @@ def read_program(data: bytes | str) -> Program:
 
 
 def read_document(data: bytes | str) -> Any:
-    """The parsed JSON of a project file, in which no key stands twice. Raises ProgramError."""
+    """Return the parsed JSON of a project file, in which no key is twice. Raises ProgramError."""
     try:
-        text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
-        document = json.loads(text, parse_constant=_refuse_constant, object_pairs_hook=_without_doubles)
-        if "\\ud" in text.lower():
-            # Half a surrogate pair is legal in JSON, yet no file or schema can hold it.
-            json.dumps(document, ensure_ascii=False).encode()
-    except ProgramError:
-        raise
-    except json.JSONDecodeError as problem:
-        where = phrase("syntax", line=problem.lineno, column=problem.colno, reason=problem.msg)
-        raise _not_json(where) from None
-    except UnicodeError:
-        raise _not_json(phrase("not-text")) from None
-    except RecursionError:
-        raise _not_json(phrase("too-deep")) from None
-    except ValueError as problem:  # a number with thousands of digits
-        raise _not_json(phrase("bad-number", number=str(problem)[:40])) from None
-    return document
+        return parse(data, "JSON", "", deepest=None)
+    except MotorcadeError as problem:
+        if problem.code == "duplicate-key":
+            name = problem.details["key"]
+            raise ProgramError([error("duplicate-field", name, name=name)]) from None
+        raise _not_json(problem.details["reason"]) from None
 
 
 def program_from_dict(document: Any) -> Program:
-    """The Program in parsed JSON. What stands beside it there is not looked into. Raises ProgramError."""
+    """Return the Program in parsed JSON. What stands beside it there is not looked into. Raises ProgramError."""
     if isinstance(document, dict):
         document = {
             name: {} if name in BESIDE and isinstance(value, dict) else value for name, value in document.items()
         }
-    if _depth(document) > DEEPEST:
-        raise _not_json(phrase("too-deep"))
-    try:
-        diagnostics = check_shape(document)
-    except UnicodeError:  # half a surrogate pair
-        raise _not_json(phrase("not-text")) from None
-    if diagnostics:
-        raise ProgramError(diagnostics)
-    followers = document.get("followers")
+    if is_deeper(document, DEEPEST):
+        raise _not_json(Phrase("too-deep"))
+    checked, faults = check(document, program_schema())
+    if faults:
+        raise ProgramError(_diagnostic(fault, document) for fault in faults)
+    followers = checked["followers"]
     return Program(
-        leader=_steps_from(document["leader"]),
+        leader=_steps_from(checked["leader"]),
         followers=followers and Followers(**{**followers, "steps": _steps_from(followers["steps"])}),
-        profile=document.get("profile", "classroom"),
+        profile=checked["profile"],
     )
+
+
+def _diagnostic(fault: Fault, document: Any) -> Diagnostic:
+    """Return a fault under the codes of programs, which are part of the format."""
+    place, key = fault.place, fault.place[-1] if fault.place else ""
+    if fault.code == "unknown-key":
+        step_id = _id_at(document, place[:-1])
+        return error("unknown-field", _path(place), step_id, name=key, allowed=fault.allowed)
+    if fault.code == "missing-key":
+        return error("missing-field", _path(place[:-1]), _id_at(document, place[:-1]), name=key)
+    path, step_id = _path(place), _id_at(document, place)
+    if fault.code == "no-key":
+        return error("missing-field", path, step_id, name=Phrase("one-kind", kinds=fault.allowed))
+    if fault.code == "several-keys":
+        return error("several-kinds", path, step_id, kinds=fault.allowed, present=fault.value)
+    return error("out-of-range", path, step_id, value=fault.value, allowed=fault.allowed)
+
+
+def _path(place: tuple[str | int, ...]) -> str:
+    return str(place_text(place)) if place else ""
+
+
+def _id_at(document: Any, place: tuple[str | int, ...]) -> str | None:
+    """Return the id of the innermost step around ``place``."""
+    found, here = None, document
+    for part in place:
+        here = here[part]
+        if isinstance(here, dict) and isinstance(here.get("id"), str):
+            found = here["id"]
+    return found
 
 
 def _steps_from(documents: list[dict[str, Any]]) -> list[Step]:
@@ -155,28 +245,25 @@ def _steps_from(documents: list[dict[str, Any]]) -> list[Step]:
 
 
 def _step_from(document: dict[str, Any]) -> Step:
-    more = {key: document[key] for key in ("id", "accept_ir", "forward") if key in document}
     kind = next(key for key in document if key in KINDS)
     content = document[kind]
     if kind == TogetherStep.kind:
-        return TogetherStep(tuple(_steps_from(content)), **more)
-    if kind == RepeatStep.kind:
-        return RepeatStep(int(content["times"]), tuple(_steps_from(content["steps"])), **more)
-    # JSON knows one kind of number: 2.0 is a level as good as 2.
-    levels = {name: int(content[name]) for name in ("speed", "which", "radius") if name in content}
-    return KINDS[kind](**{**content, **levels}, **more)
+        content = {"steps": tuple(_steps_from(content))}
+    elif kind == RepeatStep.kind:
+        content["steps"] = tuple(_steps_from(content["steps"]))
+    return KINDS[kind].of_checked({**document, **content})
 
 
 def _step_as_dict(step: Step) -> dict[str, Any]:
     if isinstance(step, TogetherStep):
         document: dict[str, Any] = {step.kind: [_step_as_dict(part) for part in step.steps]}
     else:
-        own = {name: getattr(step, name) for name in step.own_schemas()}
+        own = {each.name: getattr(step, each.name) for each in own_fields(type(step))}
         content = {name: value for name, value in own.items() if value is not None}
         if isinstance(step, RepeatStep):
             content["steps"] = [_step_as_dict(part) for part in step.steps]
         document = {step.kind: content}
-    for name in ("id", "accept_ir", "forward"):
+    for name in COMMON:
         if getattr(step, name) is not None:
             document[name] = getattr(step, name)
     return document
@@ -188,39 +275,5 @@ def _check_flags(**flags: object) -> None:
             raise ValueError(f"followers: {name} is {value!r}; allowed: True or False")
 
 
-def _is_duration(seconds: object) -> bool:
-    return (
-        isinstance(seconds, (int, float)) and not isinstance(seconds, bool) and SHORTEST_DWELL_S <= seconds <= LONGEST_S
-    )
-
-
-def _depth(document: Any) -> int:
-    """How deeply ``document`` nests, counted no further than DEEPEST + 1."""
-    level, depth = [document], 0
-    while level and depth <= DEEPEST:
-        depth += 1
-        level = [
-            child
-            for parent in level
-            if isinstance(parent, (dict, list))
-            for child in (parent.values() if isinstance(parent, dict) else parent)
-        ]
-    return depth
-
-
-def _without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """A JSON object; Python's own reader would silently keep only the last of two equal keys."""
-    document = dict(pairs)
-    if len(document) < len(pairs):
-        names = [name for name, _ in pairs]
-        double = next(name for name in names if names.count(name) > 1)
-        raise ProgramError([error("duplicate-field", double, name=double)])
-    return document
-
-
-def _refuse_constant(name: str) -> None:
-    raise _not_json(phrase("bad-number", number=name))
-
-
-def _not_json(reason: Phrase) -> ProgramError:
+def _not_json(reason: Any) -> ProgramError:
     return ProgramError([error("not-json", "", reason=reason)])

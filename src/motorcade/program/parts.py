@@ -1,136 +1,286 @@
-"""A step as the blocks of a control word, with their durations."""
+"""What steps put into control words: their bits, and how their durations are made of the car's levels."""
 
-from typing import NamedTuple
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import lru_cache
+from heapq import heappop, heappush
+from math import ceil, floor
+from typing import Any, NamedTuple
 
-from motorcade.program.steps import (
-    DIRECTIONS,
-    AvoidStep,
-    DriveStep,
-    LedStep,
-    PirStep,
-    Step,
-    TogetherStep,
-    VoiceStep,
-    WaitStep,
-)
-from motorcade.program.timing import to_ms
+from motorcade.program.steps import SIMPLE_KINDS, AccompanyingStep, Step, TogetherStep, WaitStep, own_fields
 from motorcade.words.formats import CONTROL
 
-_encode = CONTROL.encode
-_DIRECTION_OF = {name: number for number, name in enumerate(DIRECTIONS)}
+# No program holds more words than this, so no step is cut into more pieces.
+MOST_PIECES = 255
 
 
-class Motor(NamedTuple):
-    """c3: direction 0-3, speed level, how long."""
+class Part(NamedTuple):
+    """What one step puts into a control word.
 
-    direction: int
-    speed: int
+    Attributes:
+        bits: its bits of the word, in their place, without those of the duration.
+        duration_low: the lowest bit of its duration's field; -1 where it has none.
+        duration_ms: how long it lasts; 0 where it has no duration.
+    """
+
+    bits: int
+    duration_low: int
     duration_ms: int
 
 
-class Light(NamedTuple):
-    """c4: which LED, how long."""
-
-    which: int
-    duration_ms: int
+Parts = tuple[Part, ...]
 
 
-class Avoidance(NamedTuple):
-    """c5: radius level, how long."""
+class _Layout(NamedTuple):
+    """Where the values of one kind of step are in a control word.
 
-    radius: int
-    duration_ms: int
+    Attributes:
+        bits: what the kind sets in every step.
+        mask: the fields that it sets.
+        own_mask: all fields that it fills.
+        places: of each value its name, lowest bit and mask, and the names of its raw values where it has some.
+        duration_low: the lowest bit of its duration's field; -1 where it has none.
+    """
+
+    bits: int
+    mask: int
+    own_mask: int
+    places: tuple[tuple[str, int, int, tuple[str, ...]], ...]
+    duration_low: int
 
 
-class Parts(NamedTuple):
-    """All that one step does at once."""
+def word_fields(kind: type[Step]) -> tuple[str, ...]:
+    """Return the fields of the control word that steps of ``kind`` fill, the most significant first."""
+    used = {*kind.sets, *(each.metadata["word"] for each in own_fields(kind) if "word" in each.metadata)}
+    return tuple(each.name for each in CONTROL.fields if each.name in used)
 
-    motor: Motor | None = None
-    light: Light | None = None
-    guard: Avoidance | None = None
-    voice: bool = False
-    pir: bool = False
 
-    @property
-    def durations_ms(self) -> tuple[int, ...]:
-        """How long each block that there is lasts."""
-        return tuple([block.duration_ms for block in (self.motor, self.light, self.guard) if block is not None])
+def _layout_of(kind: type[Step]) -> _Layout:
+    places, duration_low = [], -1
+    for each in own_fields(kind):
+        if "word" not in each.metadata:
+            continue
+        field = CONTROL.field(each.metadata["word"])
+        if each.name == "seconds":
+            duration_low = field.low
+        else:
+            places.append((each.name, field.low, field.raw_mask, tuple(each.metadata["schema"].get("enum", ()))))
+    return _Layout(
+        bits=sum(raw << CONTROL.field(name).low for name, raw in kind.sets.items()),
+        mask=sum(CONTROL.field(name).word_mask for name in kind.sets),
+        own_mask=sum(CONTROL.field(name).word_mask for name in word_fields(kind)),
+        places=tuple(places),
+        duration_low=duration_low,
+    )
+
+
+_LAYOUTS = {kind: _layout_of(kind) for kind in SIMPLE_KINDS}
+_ACCEPT_IR_AT, _FORWARD_AT = CONTROL.field("accept_ir").low, CONTROL.field("forward").low
+_LEVEL_MASK = CONTROL.field("motor_duration").raw_mask
+_DURATIONS_AT = sorted({layout.duration_low for layout in _LAYOUTS.values()} - {-1}, reverse=True)
+# In the order of their bits. Of two kinds that fill the same fields, the one that sets more of them comes first.
+_LOOKED_FOR = sorted(SIMPLE_KINDS, key=lambda kind: (-CONTROL.field(word_fields(kind)[0]).low, -len(kind.sets)))
 
 
 def parts_of(step: Step) -> Parts:
-    """The Parts of a step that is no Repeat, has no two parts of one kind and lasts whole milliseconds."""
-    motor = light = guard = None
-    voice = pir = False
-    for part in step.steps if isinstance(step, TogetherStep) else (step,):
-        if isinstance(part, DriveStep):
-            motor = Motor(_DIRECTION_OF[part.direction], part.speed, _ms(part.seconds))
-        elif isinstance(part, LedStep):
-            light = Light(part.which, _ms(part.seconds))
-        elif isinstance(part, AvoidStep):
-            guard = Avoidance(part.radius, _ms(part.seconds))
-        elif isinstance(part, WaitStep):
-            motor = Motor(0, 0, _ms(part.seconds))
-        elif isinstance(part, (VoiceStep, PirStep)):
-            voice = voice or isinstance(part, VoiceStep)
-            pir = pir or isinstance(part, PirStep)
-            if part.seconds is not None:
-                motor = Motor(0, 0, _ms(part.seconds))
-    return Parts(motor, light, guard, voice, pir)
+    """Return the parts of a step that is no repeat, has no two parts of one group and lasts whole milliseconds.
+
+    Parts with a duration come first, from the word's most significant bits on.
+    """
+    parts = []
+    for each in step.steps if isinstance(step, TogetherStep) else (step,):
+        parts.append(_part_of(each))
+        if isinstance(each, AccompanyingStep) and each.seconds is not None:
+            parts.append(_part_of(WaitStep(each.seconds)))
+    return tuple(sorted(parts, key=lambda part: (-part.duration_low, -part.bits)))
+
+
+def _part_of(step: Any) -> Part:
+    bits, _, _, places, duration_low = _LAYOUTS[type(step)]
+    for name, low, _, names in places:
+        value = getattr(step, name)
+        bits |= (names.index(value) if names else value) << low
+    if duration_low < 0:
+        return Part(bits, -1, 0)
+    duration_ms = to_ms(step.seconds)
+    if duration_ms is None:
+        raise ValueError(f"{step.seconds} s are no whole milliseconds")
+    return Part(bits, duration_low, duration_ms)
+
+
+def durations_of(parts: Parts) -> tuple[int, ...]:
+    """Return how long each part that has a duration lasts, in milliseconds."""
+    return tuple([duration_ms for _, low, duration_ms in parts if low >= 0])
+
+
+def with_durations(parts: Parts, durations_ms: Iterable[int]) -> Parts:
+    """Return ``parts`` with other durations, one for each part that has one."""
+    given = iter(durations_ms)
+    return tuple([Part(bits, low, next(given) if low >= 0 else 0) for bits, low, _ in parts])
 
 
 def slice_of(parts: Parts, begin_ms: int, length_ms: int) -> Parts:
-    """What of ``parts`` falls into the piece that begins at ``begin_ms``.
+    """Return what of ``parts`` falls into the piece that begins at ``begin_ms`` and lasts ``length_ms``.
 
-    A block that is over by then is gone; one that lasts no time is in the first piece.
+    A part that is over by then is gone; one that lasts no time is in the first piece.
     """
-    motor, light, guard, voice, pir = parts
-    if motor is not None:
-        left = motor[2] - begin_ms
-        motor = Motor(motor[0], motor[1], min(left, length_ms)) if left > 0 or begin_ms == 0 else None
-    if light is not None:
-        left = light[1] - begin_ms
-        light = Light(light[0], min(left, length_ms)) if left > 0 or begin_ms == 0 else None
-    if guard is not None:
-        left = guard[1] - begin_ms
-        guard = Avoidance(guard[0], min(left, length_ms)) if left > 0 or begin_ms == 0 else None
-    return Parts(motor, light, guard, voice, pir)
+    left = []
+    for part in parts:
+        bits, low, duration_ms = part
+        if low < 0:
+            left.append(part)
+        elif duration_ms > begin_ms or begin_ms == 0:
+            left.append(Part(bits, low, min(duration_ms - begin_ms, length_ms)))
+    return tuple(left)
 
 
 def control_word(parts: Parts, levels: dict[int, int], accept_ir: int, forward: int) -> int:
-    """The control word of ``parts``, each duration of which is a key of ``levels`` (ms -> level).
+    """Return the control word of ``parts``, each duration of which is a key of ``levels`` (ms -> level).
 
     Raises:
         KeyError: a duration is no level.
     """
-    motor, light, guard, voice, pir = parts
-    direction = speed = motor_level = which = light_level = radius = guard_level = 0
-    if motor is not None:
-        direction, speed, motor_level = motor[0], motor[1], levels[motor[2]]
-    if light is not None:
-        which, light_level = light[0], levels[light[1]]
-    if guard is not None:
-        radius, guard_level = guard[0], levels[guard[1]]
-    return int(
-        _encode(
-            accept_ir,
-            forward,
-            0 if motor is None else 1,
-            direction,
-            speed,
-            motor_level,
-            which,
-            light_level,
-            0 if guard is None else 1,
-            radius,
-            guard_level,
-            1 if voice else 0,
-            1 if pir else 0,
-        )
-    )
+    word = accept_ir << _ACCEPT_IR_AT | forward << _FORWARD_AT
+    for bits, low, duration_ms in parts:
+        word |= bits if low < 0 else bits | levels[duration_ms] << low
+    return word
 
 
-def _ms(seconds: float) -> int:
-    duration_ms = to_ms(seconds)
-    if duration_ms is None:
-        raise ValueError(f"{seconds} s are no whole milliseconds")
-    return duration_ms
+def durations_in(word: int, levels_ms: tuple[int, ...]) -> tuple[int, ...]:
+    """Return how long each part of a control word lasts, in milliseconds; 0 for one that the word hasn't."""
+    return tuple([levels_ms[word >> low & _LEVEL_MASK] for low in _DURATIONS_AT])
+
+
+def step_in(word: int, levels_ms: tuple[int, ...], longest_ms: int | None = None) -> Step:
+    """Return the step that a control word holds.
+
+    Args:
+        word: the control word.
+        levels_ms: the durations of levels 0 to 3.
+        longest_ms: cuts the step's parts to this length.
+    """
+    found: dict[str, Step] = {}
+    for kind in _LOOKED_FOR:
+        layout = _LAYOUTS[kind]
+        is_there = word & layout.own_mask if not layout.mask else word & layout.mask == layout.bits
+        if kind.group not in found and is_there:
+            values: dict[str, Any] = {}
+            for name, low, mask, names in layout.places:
+                raw = word >> low & mask
+                values[name] = names[raw] if names else raw
+            if layout.duration_low >= 0:
+                duration_ms = levels_ms[word >> layout.duration_low & _LEVEL_MASK]
+                values["seconds"] = to_seconds(duration_ms if longest_ms is None else min(duration_ms, longest_ms))
+            found[kind.group] = kind(**values)
+    steps = list(found.values())
+    companions = [step for step in steps if isinstance(step, AccompanyingStep)]
+    if len(steps) == 1 and not companions:
+        return steps[0]
+    if len(steps) == 2 and len(companions) == 1 and isinstance(steps[0], WaitStep):
+        return replace(companions[0], seconds=steps[0].seconds)
+    return TogetherStep(tuple(steps))
+
+
+def to_seconds(duration_ms: int) -> float:
+    """Return whole seconds as an integer, others as a float."""
+    return duration_ms // 1000 if duration_ms % 1000 == 0 else duration_ms / 1000
+
+
+@lru_cache(maxsize=4096)
+def to_ms(seconds: float) -> int | None:
+    """``seconds`` in whole milliseconds, or None where they are none."""
+    duration_ms = round(seconds * 1000)
+    return duration_ms if abs(duration_ms - seconds * 1000) < 1e-6 else None
+
+
+@lru_cache(maxsize=4096)
+def cut(
+    durations_ms: tuple[int, ...], lengths_ms: tuple[int, ...], levels_ms: tuple[int, ...]
+) -> tuple[int, ...] | None:
+    """Cut blocks that start together into the fewest pieces that words can hold.
+
+    Each piece lasts one of ``lengths_ms``; a block either goes on through the
+    whole piece or ends in it after one of ``levels_ms``. Among cuts of the same
+    number of pieces, the one that is longest first.
+
+    Args:
+        durations_ms: how long each block lasts.
+        lengths_ms: allowed lengths of a piece, above 0.
+        levels_ms: allowed durations of a block in a piece.
+
+    Returns:
+        The pieces' lengths in order, or None where there is no such cut. Blocks
+        that last no time at all make no piece.
+    """
+    total_ms = max(durations_ms, default=0)
+    if total_ms == 0:
+        return ()
+    if total_ms in lengths_ms and all(duration in levels_ms for duration in durations_ms):
+        return (total_ms,)
+    longest_first = sorted(lengths_ms, reverse=True)
+    if not longest_first or total_ms > MOST_PIECES * longest_first[0]:
+        return None
+    came_from: dict[int, tuple[int, int]] = {}
+    reached = [0]
+    while reached and total_ms not in came_from:
+        beyond = []
+        for begin in reached:
+            for length in longest_first:
+                end = begin + length
+                if end > total_ms or end in came_from:
+                    continue
+                if all(d <= begin or d >= end or d - begin in levels_ms for d in durations_ms):
+                    came_from[end] = (begin, length)
+                    beyond.append(end)
+        reached = beyond
+    if total_ms not in came_from:
+        return None
+    pieces = []
+    at = total_ms
+    while at:
+        at, length = came_from[at]
+        pieces.append(length)
+    return tuple(reversed(pieces))
+
+
+def pieces_needed(duration_ms: int, levels_ms: tuple[int, ...]) -> int:
+    """How many pieces a duration beyond MOST_PIECES takes at the least."""
+    return -(-duration_ms // levels_ms[-1])
+
+
+@lru_cache(maxsize=4096)
+def is_sum(duration_ms: int, levels_ms: tuple[int, ...]) -> bool:
+    """Whether levels add up to ``duration_ms``."""
+    return duration_ms >= _smallest_sums(levels_ms).get(duration_ms % levels_ms[1], duration_ms + 1)
+
+
+def nearest_sums(duration_s: float, levels_ms: tuple[int, ...]) -> tuple[float, float]:
+    """The largest sum of levels below ``duration_s`` (at least 0) and the smallest above it, in seconds."""
+    below_ms = ceil(duration_s * 1000 - 1e-6) - 1
+    above_ms = floor(duration_s * 1000 + 1e-6) + 1
+    step_ms = levels_ms[1]
+    below, above = [0], []
+    for residue, smallest in _smallest_sums(levels_ms).items():
+        if smallest <= below_ms:
+            below.append(below_ms - (below_ms - residue) % step_ms)
+        above.append(max(smallest, above_ms + (residue - above_ms) % step_ms))
+    return max(below) / 1000, min(above) / 1000
+
+
+@lru_cache(maxsize=64)
+def _smallest_sums(levels_ms: tuple[int, ...]) -> dict[int, int]:
+    """For each remainder modulo the shortest duration the smallest sum of levels that leaves it.
+
+    Every larger number with that remainder is a sum too: add the shortest duration.
+    """
+    step_ms = levels_ms[1]
+    smallest: dict[int, int] = {}
+    open_sums = [0]
+    while open_sums:
+        found = heappop(open_sums)
+        if found % step_ms in smallest:
+            continue
+        smallest[found % step_ms] = found
+        for level in levels_ms[2:]:
+            heappush(open_sums, found + level)
+    return smallest

@@ -1,28 +1,41 @@
-"""The steps that a program is made of, and the short names to write them with in Python.
+"""The kinds of steps: each is declared here once, with all that other parts need to know of it.
 
-Each step's fields and ranges are declared here once; the JSON Schema and the
-checks come from these declarations. Sources: seed 000, c3-c7.
+A kind is a frozen dataclass. Each field has a JSON Schema (``schema``) and the field of the control word that its value
+goes into (``word``); the class attributes hold the rest. From these declarations come the schema of project files and
+the checks (`program.model`), the bits of a word and the step that a word holds (`program.parts`), the blocks of the
+page, the colours of a word's bits and the table in docs/programs.md (`scripts/step_files.py`), and the names in Python.
+CONTRIBUTING.md lists what else a new kind needs.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, fields
-from functools import cache
+from dataclasses import MISSING, dataclass, field, fields
 from typing import Any, ClassVar
 
+from motorcade.config.check import Schema, allowed, choice, fits, flag, number, whole
 from motorcade.words.formats import CONTROL
 
-DIRECTIONS = ("forward", "left", "right", "random")
-
-
-def _level(field_name: str) -> dict[str, Any]:
-    control_field = CONTROL.field(field_name)
-    return {"schema": {"type": "integer", "minimum": control_field.minimum, "maximum": control_field.maximum}}
-
-
-_TYPES = {"boolean": bool, "string": str}
 LONGEST_S = 86400
 SHORTEST_DWELL_S = 0.001
-SECONDS = {"type": "number", "minimum": 0, "maximum": LONGEST_S}
+SECONDS = number(0, LONGEST_S)
+DIRECTIONS = ("forward", "left", "right", "random")
+# What a step of any kind may have.
+COMMON: dict[str, Schema] = {"id": {"type": "string"}, "accept_ir": flag(), "forward": flag()}
+
+
+def _choice(word: str, names: tuple[str, ...]) -> Any:
+    """One of ``names``, whose position goes into the field ``word``."""
+    return field(metadata={"schema": choice(*names), "word": word})
+
+
+def _level(word: str, menu: str, first: int = 0) -> Any:
+    """A level that goes into the field ``word``; the page offers a menu of levels, of which ``first`` is chosen."""
+    bits = CONTROL.field(word)
+    return field(metadata={"schema": whole(bits.minimum, bits.maximum), "word": word, "menu": menu, "first": first})
+
+
+def _seconds(word: str) -> Any:
+    """A duration, whose level goes into the field ``word``."""
+    return field(metadata={"schema": SECONDS, "word": word})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,27 +44,46 @@ class Step:
 
     Attributes:
         id: the block that it came from.
-        accept_ir, forward: for a follower's step only; None takes what the followers' program says.
+        accept_ir, forward: for a follower's step only; None takes the setting of the followers' program.
+        kind: the kind's name in JSON, in a block's type and in locales.
+        category: the drawer of the page that has its block; blocks of one category have one colour.
+        group: the part of a control word that it fills; a car has one of each, so two steps of one group can't start
+            together.
+        sets: fields of the control word that are the same in every step of the kind.
+        accompanies: the step has a bit of the word and no time of its own. In a together it lasts as long as the steps
+            beside it. Alone it has ``seconds``, for which the car stands still.
     """
 
     kind: ClassVar[str] = ""
-    id: str | None = field(default=None, metadata={"schema": {"type": "string"}})
-    accept_ir: bool | None = field(default=None, metadata={"schema": {"type": "boolean"}})
-    forward: bool | None = field(default=None, metadata={"schema": {"type": "boolean"}})
-
-    def __post_init__(self) -> None:
-        own: Any = type(self)
-        for name, schema, optional in _declared(own):
-            value = getattr(self, name)
-            if not (value is None and optional) and not _fits(value, schema):
-                raise ValueError(f"{self.kind}: {name} is {value!r}; allowed: {_allowed(schema)}")
+    category: ClassVar[str] = ""
+    group: ClassVar[str] = ""
+    sets: ClassVar[dict[str, int]] = {}
+    accompanies: ClassVar[bool] = False
+    id: str | None = None
+    accept_ir: bool | None = None
+    forward: bool | None = None
 
     @classmethod
-    def own_schemas(cls) -> dict[str, dict[str, Any]]:
-        """The JSON Schema of each field that this kind has beyond those of every step."""
-        common = {each.name for each in fields(Step)}
-        own = [each for each in fields(cls) if each.name not in common and "schema" in each.metadata]
-        return {each.name: each.metadata["schema"] for each in own}
+    def of_checked(cls, values: dict[str, Any]) -> "Step":
+        """Return a step of values that have been checked; the constructor would check them again."""
+        step = object.__new__(cls)
+        for name, default in _DEFAULTS[cls]:
+            object.__setattr__(step, name, values.get(name, default))
+        return step
+
+    def __post_init__(self) -> None:
+        for name, schema in COMMON.items():
+            if (value := getattr(self, name)) is not None:
+                _check(self, name, value, schema)
+        for each in own_fields(type(self)):
+            value = getattr(self, each.name)
+            if value is not None or each.default is not None:
+                _check(self, each.name, value, each.metadata["schema"])
+
+
+def _check(step: Step, name: str, value: object, schema: Schema) -> None:
+    if not fits(value, schema) or (isinstance(value, float) and schema.get("type") == "integer"):
+        raise ValueError(f"{step.kind}: {name} is {value!r}; allowed: {allowed(schema)}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,9 +91,12 @@ class DriveStep(Step):
     """Drive or turn for some seconds; speed level 0 stands still, 3 is fastest (c3)."""
 
     kind: ClassVar[str] = "drive"
-    direction: str = field(metadata={"schema": {"enum": list(DIRECTIONS)}})
-    speed: int = field(metadata=_level("motor_speed"))
-    seconds: float = field(metadata={"schema": SECONDS})
+    category: ClassVar[str] = "drive"
+    group: ClassVar[str] = "motor"
+    sets: ClassVar[dict[str, int]] = {"motor_enable": 1}
+    direction: str = _choice("motor_direction", DIRECTIONS)
+    speed: int = _level("motor_speed", "speed", first=2)
+    seconds: float = _seconds("motor_duration")
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +104,10 @@ class WaitStep(Step):
     """Stand still for some seconds (c3 at speed 0)."""
 
     kind: ClassVar[str] = "wait"
-    seconds: float = field(metadata={"schema": SECONDS})
+    category: ClassVar[str] = "drive"
+    group: ClassVar[str] = "motor"
+    sets: ClassVar[dict[str, int]] = {"motor_enable": 1, "motor_direction": 0, "motor_speed": 0}
+    seconds: float = _seconds("motor_duration")
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +115,10 @@ class LedStep(Step):
     """Light one of the LEDs 0 to 3 for some seconds (c4)."""
 
     kind: ClassVar[str] = "led"
-    which: int = field(metadata=_level("led_which"))
-    seconds: float = field(metadata={"schema": SECONDS})
+    category: ClassVar[str] = "light"
+    group: ClassVar[str] = "led"
+    which: int = _level("led_which", "light")
+    seconds: float = _seconds("led_duration")
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,31 +126,47 @@ class AvoidStep(Step):
     """Avoid obstacles nearer than radius level 0 to 3 for some seconds (c5)."""
 
     kind: ClassVar[str] = "avoid"
-    radius: int = field(metadata=_level("avoid_radius"))
-    seconds: float = field(metadata={"schema": SECONDS})
+    category: ClassVar[str] = "sense"
+    group: ClassVar[str] = "avoid"
+    sets: ClassVar[dict[str, int]] = {"avoid_enable": 1}
+    radius: int = _level("avoid_radius", "radius")
+    seconds: float = _seconds("avoid_duration")
 
 
 @dataclass(frozen=True, slots=True)
-class VoiceStep(Step):
-    """Listen for 'stop' and 'go' (c6): as part of a together, or standing still for some seconds."""
+class AccompanyingStep(Step):
+    """What the kinds that accompany others share."""
+
+    accompanies: ClassVar[bool] = True
+    seconds: float | None = field(default=None, metadata={"schema": SECONDS})
+
+
+@dataclass(frozen=True, slots=True)
+class VoiceStep(AccompanyingStep):
+    """Listen for 'stop' and 'go' (c6)."""
 
     kind: ClassVar[str] = "voice"
-    seconds: float | None = field(default=None, metadata={"schema": SECONDS})
+    category: ClassVar[str] = "sense"
+    group: ClassVar[str] = "voice"
+    sets: ClassVar[dict[str, int]] = {"voice": 1}
 
 
 @dataclass(frozen=True, slots=True)
-class PirStep(Step):
-    """Stand still while a person is sensed (c7): as part of a together, or for some seconds."""
+class PirStep(AccompanyingStep):
+    """Stand still while a person is sensed (c7)."""
 
     kind: ClassVar[str] = "pir"
-    seconds: float | None = field(default=None, metadata={"schema": SECONDS})
+    category: ClassVar[str] = "sense"
+    group: ClassVar[str] = "pir"
+    sets: ClassVar[dict[str, int]] = {"pir": 1}
 
 
 @dataclass(frozen=True, slots=True)
 class TogetherStep(Step):
-    """Steps of different kinds that start at once; lasts as long as its longest."""
+    """Steps of different groups that start at once; it lasts as long as its longest."""
 
     kind: ClassVar[str] = "together"
+    category: ClassVar[str] = "order"
     steps: tuple[Step, ...]
 
     def __post_init__(self) -> None:
@@ -118,9 +174,9 @@ class TogetherStep(Step):
         for part in as_steps(self.steps):
             if part.accept_ir is not None or part.forward is not None:
                 raise ValueError("together: accept_ir and forward belong to the whole of it, not to a part")
-            if isinstance(part, (TogetherStep, RepeatStep)):
+            if isinstance(part, TogetherStep | RepeatStep):
                 raise ValueError(f"together: {part.kind} can't be part of it")
-            if isinstance(part, (VoiceStep, PirStep)) and part.seconds is not None:
+            if isinstance(part, AccompanyingStep) and part.seconds is not None:
                 raise ValueError(f"together: {part.kind} lasts as long as the others, so it takes no seconds here")
 
 
@@ -129,7 +185,8 @@ class RepeatStep(Step):
     """Steps done over and over."""
 
     kind: ClassVar[str] = "repeat"
-    times: int = field(metadata={"schema": {"type": "integer", "minimum": 1, "maximum": 1_000_000_000}})
+    category: ClassVar[str] = "order"
+    times: int = field(metadata={"schema": whole(1, 1_000_000_000), "first": 2})
     steps: tuple[Step, ...]
 
     def __post_init__(self) -> None:
@@ -138,8 +195,15 @@ class RepeatStep(Step):
 
 
 SIMPLE_KINDS: tuple[type[Step], ...] = (DriveStep, WaitStep, LedStep, AvoidStep, VoiceStep, PirStep)
-ALL_KINDS: tuple[type[Step], ...] = (*SIMPLE_KINDS, TogetherStep, RepeatStep)
-KINDS = {kind.kind: kind for kind in ALL_KINDS}
+_ALL_KINDS: tuple[type[Step], ...] = (*SIMPLE_KINDS, TogetherStep, RepeatStep)
+KINDS = {kind.kind: kind for kind in _ALL_KINDS}
+
+# The names in Python. Where the class itself reads well, it is the name.
+wait = WaitStep
+led = LedStep
+avoid = AvoidStep
+voice = VoiceStep
+pir = PirStep
 
 
 def forward(seconds: float, speed: int = 2, **more: Any) -> DriveStep:
@@ -162,31 +226,6 @@ def wander(seconds: float, speed: int = 2, **more: Any) -> DriveStep:
     return DriveStep("random", speed, seconds, **more)
 
 
-def wait(seconds: float, **more: Any) -> WaitStep:
-    """Stand still."""
-    return WaitStep(seconds, **more)
-
-
-def led(which: int, seconds: float, **more: Any) -> LedStep:
-    """Light LED 0 to 3."""
-    return LedStep(which, seconds, **more)
-
-
-def avoid(radius: int, seconds: float, **more: Any) -> AvoidStep:
-    """Keep away from obstacles; radius is level 0 to 3."""
-    return AvoidStep(radius, seconds, **more)
-
-
-def voice(seconds: float | None = None, **more: Any) -> VoiceStep:
-    """Listen for 'stop' and 'go'."""
-    return VoiceStep(seconds, **more)
-
-
-def pir(seconds: float | None = None, **more: Any) -> PirStep:
-    """Stand still while a person is sensed."""
-    return PirStep(seconds, **more)
-
-
 def together(*steps: Step, **more: Any) -> TogetherStep:
     """Start these at once."""
     return TogetherStep(steps, **more)
@@ -198,7 +237,7 @@ def repeat(times: int, *steps: Step, **more: Any) -> RepeatStep:
 
 
 def as_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
-    """``steps`` as a tuple. Raises TypeError that names what is no step."""
+    """Return ``steps`` as a tuple. Raises TypeError, which names what is no step."""
     if isinstance(steps, Step):
         raise TypeError(f"{steps.kind} stands alone; put steps into a list, such as [forward(3), left(1)]")
     made = tuple(steps)
@@ -208,27 +247,14 @@ def as_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
     return made
 
 
-@cache
-def _declared(kind: Any) -> tuple[tuple[str, dict[str, Any], bool], ...]:
-    """Each checked field of a kind: its name, its schema, and whether it may be None."""
-    checked = [each for each in fields(kind) if "schema" in each.metadata]
-    return tuple((each.name, each.metadata["schema"], each.default is None) for each in checked)
+def own_fields(kind: type[Step]) -> tuple[Any, ...]:
+    """Return the dataclass fields of a kind that have a schema: all but id, the settings and the steps inside."""
+    return _OWN_FIELDS[kind]
 
 
-def _fits(value: Any, schema: dict[str, Any]) -> bool:
-    if "enum" in schema:
-        return value in schema["enum"]
-    if schema["type"] in _TYPES:
-        return isinstance(value, _TYPES[schema["type"]])
-    number = (int, float) if schema["type"] == "number" else int
-    if not isinstance(value, number) or isinstance(value, bool):
-        return False
-    return bool(schema["minimum"] <= value <= schema["maximum"])
-
-
-def _allowed(schema: dict[str, Any]) -> str:
-    if "enum" in schema:
-        return ", ".join(schema["enum"])
-    if schema["type"] in _TYPES:
-        return {"boolean": "True or False", "string": "text"}[schema["type"]]
-    return f"{schema['minimum']} to {schema['maximum']}"
+_OWN_FIELDS = {kind: tuple(each for each in fields(kind) if "schema" in each.metadata) for kind in _ALL_KINDS}
+# None where a field has no default.
+_DEFAULTS = {
+    kind: tuple((each.name, None if each.default is MISSING else each.default) for each in fields(kind))
+    for kind in _ALL_KINDS
+}

@@ -12,7 +12,7 @@ from msgspec import Meta, Struct, field
 from motorcade.config.profile import Profile
 from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
-from motorcade.program.timing import MOST_PIECES
+from motorcade.program.parts import MOST_PIECES
 
 T = TypeVar("T")
 # A text in every language that has a catalogue.

@@ -15,8 +15,8 @@ from motorcade.program.compiler import compile_program, length_ms
 from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.model import Program
-from motorcade.program.steps import RepeatStep, Step, TogetherStep
-from motorcade.program.timing import MOST_PIECES
+from motorcade.program.parts import MOST_PIECES, word_fields
+from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep
 from motorcade.service.documents import project_of
 from motorcade.service.messages import (
     Blocks,
@@ -42,11 +42,8 @@ from motorcade.words.image import bytes_to_words, words_to_bytes
 
 # Of an error in a file only so many diagnostics are told; the others often follow from them.
 _MOST_TOLD = 3
-# A waiting car stands still, which are bits of the motor.
-_FIELDS = {
-    kind: [each.name for each in CONTROL.fields if each.name.startswith(prefix)]
-    for kind, prefix in {"drive": "motor", "wait": "motor", "led": "led", "avoid": "avoid"}.items()
-} | {"voice": ["voice"], "pir": ["pir"]}
+# The fields of the control word that a step of each kind fills.
+_FIELDS = {kind.kind: word_fields(kind) for kind in SIMPLE_KINDS}
 
 
 def profile_named(name: str) -> Profile:
@@ -116,7 +113,7 @@ def error_answer(problem: Exception) -> ErrorAnswer:
     if isinstance(problem, ProgramError):
         first = problem.diagnostics[:_MOST_TOLD]
         told = {
-            language: "\n".join(f"{each.path}: {each.message(language)}".removeprefix(": ") for each in first)
+            language: "\n".join(f"{each.path}: {each.sentence(language)}".removeprefix(": ") for each in first)
             for language in languages()
         }
         return ErrorAnswer(first[0].code, {}, told, diagnostics_in_all_languages(problem.diagnostics))
@@ -142,8 +139,8 @@ def diagnostics_in_all_languages(diagnostics: Iterable[program_diagnostics.Diagn
 
 def _diagnostic_sentence(diagnostic: program_diagnostics.Diagnostic, language: str) -> str:
     if diagnostic.code in catalogue(FIRST)["page"]["errors"]:
-        return error_sentence(diagnostic.code, dict(diagnostic.arguments), language, "page")
-    return diagnostic.message(language)
+        return error_sentence(diagnostic.code, diagnostic.details, language, "page")
+    return diagnostic.sentence(language)
 
 
 def _words(compiled: CompiledProgram, program: Program) -> list[Word]:
@@ -174,7 +171,7 @@ def _costliest(compiled: CompiledProgram, too_many: str, prefix: str, steps: Seq
     """Which of ``steps``, whose paths begin with ``prefix``, makes the most words."""
     for each in compiled.diagnostics:
         if each.code == too_many:
-            return Costliest(each.id, dict(each.arguments)["cost"])
+            return Costliest(each.id, each.details["cost"])
     counts = Counter(
         int(path.removeprefix(prefix).partition("]")[0]) for path, _ in compiled.origins if path.startswith(prefix)
     )
