@@ -1,4 +1,4 @@
-"""What a simulated car's camera shows: floor, walls, obstacles, cars with LEDs, and people, where they are."""
+"""The camera of a simulated car shows floor, walls, obstacles, cars with LEDs, and people at their places."""
 
 import io
 from dataclasses import replace
@@ -22,21 +22,21 @@ def seen(cars: World, car: int = 0) -> np.ndarray:
 
 
 def shown(poses: list[Pose], steps: list | None = None, **more: object) -> np.ndarray:
-    """What car 0 sees a moment after the beginning."""
+    """The picture of car 0 shortly after the start."""
     cars = table(steps or [wait(3)], None, poses, **more)
     cars.run(20)
     return seen(cars)
 
 
 def columns(picture: np.ndarray, nothing: np.ndarray) -> np.ndarray:
-    """In which columns something stands."""
+    """The columns in which something stands."""
     return np.flatnonzero((np.abs(picture - nothing) > 25).any(axis=(0, 2)))
 
 
 EMPTY = shown([Pose(0, 0)])
 
 
-def test_there_is_sky_above_and_floor_below() -> None:
+def test_the_sky_is_above_and_the_floor_below() -> None:
     assert EMPTY.shape == (view.HEIGHT, view.WIDTH, 3)
     assert EMPTY[0, :, 2].mean() > EMPTY[0, :, 0].mean() + 50
     assert EMPTY[-1].mean() > 150
@@ -45,7 +45,7 @@ def test_there_is_sky_above_and_floor_below() -> None:
 
 
 @pytest.mark.parametrize(("y_m", "side"), [(0.3, -1), (0.0, 0), (-0.3, 1)])
-def test_a_car_stands_where_it_is_and_gets_larger_as_it_comes_near(y_m: float, side: int) -> None:
+def test_a_car_appears_at_its_place_and_larger_when_it_is_nearer(y_m: float, side: int) -> None:
     far, near = (columns(shown([Pose(0, 0), Pose(x_m, y_m)]), EMPTY) for x_m in (1.5, 0.8))
     assert len(near) > 1.3 * len(far) > 0
     assert np.sign(round((near.mean() - view.WIDTH / 2) / 10)) == side
@@ -54,13 +54,13 @@ def test_a_car_stands_where_it_is_and_gets_larger_as_it_comes_near(y_m: float, s
     assert near.mean() == pytest.approx(expected, abs=3)
 
 
-def test_it_sees_neither_itself_nor_what_is_behind_or_far_away() -> None:
+def test_the_camera_shows_neither_its_car_nor_what_is_behind_or_far_away() -> None:
     for pose in (Pose(-0.5, 0), Pose(0.0, 0.5), Pose(60, 0)):
         assert len(columns(shown([Pose(0, 0), pose]), EMPTY)) == 0
 
 
-def test_leds_shine_in_their_colours() -> None:
-    """The leader before the camera lights one after the other."""
+def test_leds_have_their_colours() -> None:
+    """The leader in front of the camera lights one LED after the other."""
     for which, colour in enumerate(LEDS):
         cars = table([led(which, 3)], None, [Pose(0.5, 0), Pose(0, 0)])
         cars.run(20)
@@ -71,7 +71,7 @@ def test_leds_shine_in_their_colours() -> None:
     assert np.abs(seen(cars, 1) - wanted).sum(axis=2).min() > 60
 
 
-def test_lamps_tell_front_from_back() -> None:
+def test_lamps_are_white_in_front_and_red_at_the_back() -> None:
     def reds(heading: float) -> int:
         picture = shown([Pose(0, 0), Pose(0.5, 0, heading)])
         return int(((picture[..., 0] > 200) & (picture[..., 1:] < 60).all(axis=2)).sum())
@@ -80,7 +80,7 @@ def test_lamps_tell_front_from_back() -> None:
     assert reds(np.pi) == 0
 
 
-def test_walls_hide_what_is_behind_them_and_nothing_before_them() -> None:
+def test_walls_hide_what_is_behind_them_and_nothing_in_front() -> None:
     wall = (1.0, -3.0, 1.0, 3.0)
     poses = [Pose(0, 0), Pose(1.5, 0)]
     alone = shown(poses[:1], walls=(wall,))
@@ -97,32 +97,31 @@ def test_walls_hide_what_is_behind_them_and_nothing_before_them() -> None:
         {"people": (Person(((0.0, 1.0, 0.0),)),)},
     ],
 )
-def test_obstacles_and_people_stand_before_the_horizon(more: dict) -> None:
+def test_obstacles_and_people_appear_in_front_of_the_horizon(more: dict) -> None:
     picture = shown([Pose(0, 0)], **more)
     there = columns(picture, EMPTY)
     assert len(there) > 20
     assert there.mean() == pytest.approx(view.WIDTH / 2, abs=2)
     if "people" in more:
-        # Head and shoulders above the walls' height.
+        # People are taller than walls.
         assert (np.abs(picture[0] - EMPTY[0]) > 25).any()
 
 
 def test_the_floor_ends_at_the_mats_edge() -> None:
     mat = replace(open_table([Pose(0.5, 1.0)]), size_m=(1.0, 2.0))
     picture = seen(world(mat, [wait(3)]))
-    # 42 cm ahead of the camera; beyond it the floor is another one.
+    # The edge is 42 cm ahead of the camera; beyond it the floor has another colour.
     bottom, far = picture[-1].mean(axis=0), picture[int(view.HEIGHT * 0.5)].mean(axis=0)
     assert np.abs(bottom - far).max() > 20
 
 
-def test_a_picture_is_drawn_whatever_is_in_the_way() -> None:
-    """At a wall, in an obstacle, on another car."""
+def test_a_picture_is_drawn_at_a_wall_in_an_obstacle_and_on_another_car() -> None:
     for more in ({"walls": ((0.0751, -1, 0.0751, 1),)}, {"discs": ((0.1, 0.0, 0.3),)}, {"walls": ((-1, 0, 1, 0),)}):
         assert shown([Pose(0, 0)], **more).shape == EMPTY.shape
     assert shown([Pose(0, 0), Pose(0, 0)]).shape == EMPTY.shape
 
 
-def test_a_live_worlds_camera_gives_jpeg_files() -> None:
+def test_the_camera_of_a_live_world_makes_jpeg_files() -> None:
     mat = playground()
     check_mat(mat, CLASSROOM)
     live = LiveWorld(World(mat, [bytes(4)]), lambda: 0.0)

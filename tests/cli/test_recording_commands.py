@@ -30,7 +30,7 @@ def lines(*arguments):
 
 
 @pytest.mark.parametrize("ending", ["mcap", "parquet"])
-def test_replay_tells_a_pipe_the_run_its_moments_and_its_events(ending, folder):
+def test_replay_prints_the_run_its_moments_and_its_events(ending, folder):
     first, *others = lines("replay", folder / f"run.{ending}")
     assert (first["type"], first["mat"], first["seed"], first["cars"]) == ("run", "a table with a wall", 7, 6)
     moments = [line for line in others if line["type"] == "cars"]
@@ -40,7 +40,7 @@ def test_replay_tells_a_pipe_the_run_its_moments_and_its_events(ending, folder):
     assert moments[0]["x_m"][0] == 1.0
     assert moments[-1]["counts"]["frames"] == sum(event["kind"] == "frame" for event in events)
     assert all(set(event) == {"type", "t_ms", "car", "kind", "why", "word", "other"} for event in events)
-    # In the order of time: all that happened up to a moment stands before it, and nothing else.
+    # In the order of time: the events up to a moment are before it, and no others.
     before_ms = -1
     for line in others:
         if line["type"] == "cars":
@@ -50,7 +50,7 @@ def test_replay_tells_a_pipe_the_run_its_moments_and_its_events(ending, folder):
             assert before_ms < line["t_ms"] <= before_ms + 100
 
 
-def test_both_kinds_of_file_tell_the_same(folder):
+def test_both_formats_give_the_same_lines(folder):
     (one, *ones), (other, *others) = (lines("replay", folder / f"run.{ending}") for ending in ("mcap", "parquet"))
     assert one == other
     assert len(ones) == len(others)
@@ -88,7 +88,7 @@ def test_plot_draws_one_kind_or_all(kind, folder, tmp_path):
     "arguments",
     [("replay",), ("replay", "--video", "{folder}/cut.gif"), ("plot", "-o", "{folder}/cut.png")],
 )
-def test_a_cut_off_file_is_shown_as_far_as_it_goes_and_said_to_be_cut_off(arguments, folder):
+def test_a_cut_off_file_is_read_as_far_as_possible_and_reported(arguments, folder):
     command, *options = (argument.format(folder=folder) for argument in arguments)
     ran = run(command, folder / "cut.mcap", *options)
     assert ran.code == 0
@@ -99,7 +99,7 @@ def test_a_cut_off_file_is_shown_as_far_as_it_goes_and_said_to_be_cut_off(argume
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a pipe that was left is another error on Windows")
-def test_a_reader_may_leave_early(folder):
+def test_replay_ends_quietly_when_its_reader_leaves(folder):
     command = [sys.executable, "-m", "motorcade", "replay", str(folder / "cut.mcap")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as replay:
         assert replay.stdout.readline().startswith(b'{"type": "run"')
@@ -121,7 +121,7 @@ def test_a_reader_may_leave_early(folder):
         (("plot", "{folder}/run.mcap", "-o", "gone/a.png"), "there is no folder gone"),
     ],
 )
-def test_what_cannot_be_done_is_said_in_a_sentence(arguments, sentence, folder):
+def test_a_refusal_is_one_sentence(arguments, sentence, folder):
     (folder / "other.mcap").write_bytes(b"GIF89a and so on, nothing to replay")
     assert sentence in refusal(2, *(argument.format(folder=folder) for argument in arguments))
 
@@ -135,7 +135,7 @@ def test_what_cannot_be_done_is_said_in_a_sentence(arguments, sentence, folder):
         (("plot", "{folder}/run.mcap", "-o", "{folder}/a.png"), "matplotlib"),
     ],
 )
-def test_a_missing_library_is_named_with_the_command_that_brings_it(arguments, missing, folder, monkeypatch):
+def test_a_missing_library_is_named_with_the_command_that_installs_it(arguments, missing, folder, monkeypatch):
     ours = ("motorcade.runs.mcap_file", "motorcade.runs.parquet_file", "motorcade.runs.video", "motorcade.runs.plots")
     for module in list(sys.modules):
         if module.partition(".")[0] == missing or module in (*ours, "motorcade.runs.drawing"):

@@ -40,7 +40,7 @@ def rows_of(plan):
     return [row for table in tables for row in table.to_pylist()]
 
 
-# What a specification says
+# Specifications
 
 
 def test_a_grid_has_every_combination_and_its_last_parameter_varies_fastest():
@@ -52,7 +52,7 @@ def test_a_grid_has_every_combination_and_its_last_parameter_varies_fastest():
     ]
 
 
-def test_a_name_may_stand_in_quotes_or_not():
+def test_a_name_may_have_quotes_or_not():
     assert spec("[grid]\nphysics.wheel_noise = [0]") == spec('[grid]\n"physics.wheel_noise" = [0]')
 
 
@@ -84,7 +84,7 @@ def test_draws_fill_their_range_and_whole_numbers_reach_both_ends():
     assert rates[200] == pytest.approx(1e-3, rel=0.3)
 
 
-def test_a_draw_depends_on_no_other():
+def test_a_draw_depends_on_no_other_draw():
     first = drawn("cars = {from = 1, to = 1000}", count=5)
     more = drawn("tick_ms = {from = 1, to = 2}\ncars = {from = 1, to = 1000}", count=9)
     assert [point["cars"] for point in more[:5]] == [point["cars"] for point in first]
@@ -153,7 +153,7 @@ def test_seconds_are_a_duration(seconds):
         ("[grid]\ntick_ms = [1, 40]\nprofile.body.diameter_mm = [40]", "tick_ms = 40, profile.body.diameter_mm = 40: "),
     ],
 )
-def test_values_that_cannot_be_together_are_refused_before_anything_runs(text, says):
+def test_values_that_do_not_fit_each_other_are_refused_before_anything_runs(text, says):
     with pytest.raises(MotorcadeError) as refused:
         plan_of(text)
     assert says in str(refused.value)
@@ -176,7 +176,7 @@ def test_parameters_reach_the_world():
     assert batch.profile == expected
 
 
-def test_a_run_is_that_of_a_world_of_its_own_and_is_measured_as_documented():
+def test_a_run_equals_that_of_a_single_world_and_is_measured_as_documented():
     grid = "seeds = [4, 7]\n[grid]\ncars = [6]\nphysics.bit_error_rate = [0.01]\nphysics.wheel_noise = [0.2]"
     plan = plan_of(grid, seconds="1.5", image=PASSED_ON)
     rows, (batch,) = rows_of(plan), plan.task(0).batches
@@ -220,7 +220,7 @@ def test_the_informed_hold_the_word_that_the_leader_sent_last():
     assert informed(300, image=compile_program(Program(leader=[forward(1)])).image) is None
 
 
-def test_the_nearest_leader_counts_and_followers_alone_are_far_from_none():
+def test_the_distance_is_to_the_nearest_leader_and_empty_without_leaders():
     poses = [Pose(0, 0), Pose(3, 0), Pose(0.5, 0), Pose(2, 0)]
     still = compile_program(Program(leader=[led(0, 1)])).image
     mat = dataclasses.replace(open_table(poses), starts=Starts.of(poses, [True, True, False, False]))
@@ -231,7 +231,7 @@ def test_the_nearest_leader_counts_and_followers_alone_are_far_from_none():
     assert (row["leader_distance_m"], row["informed_share"], row["lost_share"]) == (None, None, None)
 
 
-def test_where_tasks_are_cut_changes_no_row(monkeypatch):
+def test_the_size_of_tasks_changes_no_row(monkeypatch):
     text = "seeds = 7\n[grid]\ncars = [1, 9]\nphysics.wheel_noise = [0.1, 0.2]"
     whole = plan_of(text, seconds="0.2")
     assert whole.tasks == 1
@@ -244,7 +244,7 @@ def test_where_tasks_are_cut_changes_no_row(monkeypatch):
     assert rows_of(cut) == rows
 
 
-def test_what_shows_only_in_a_run_is_named_with_its_point(monkeypatch):
+def test_a_run_that_fails_is_named_with_its_point(monkeypatch):
     def too_large(*arguments, **options):
         raise MemoryError
 
@@ -256,15 +256,15 @@ def test_what_shows_only_in_a_run_is_named_with_its_point(monkeypatch):
         run_task(plan.task(0))
 
 
-def test_a_worker_with_another_motorcade_is_refused():
+def test_a_worker_with_other_code_is_refused():
     with pytest.raises(MotorcadeError, match="another Motorcade than this computer"):
         run_task(dataclasses.replace(plan_of().task(0), code="of yesterday"))
 
 
-# What is kept
+# Finished tasks
 
 
-def test_parts_of_another_sweep_are_refused_and_what_has_changed_is_named(tmp_path):
+def test_parts_of_another_sweep_are_refused_and_the_change_is_named(tmp_path):
     table = tmp_path / "out.parquet"
     with Store(table, plan_of("seeds = 2")).opened():
         pass

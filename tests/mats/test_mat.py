@@ -1,4 +1,4 @@
-"""Mats: what a file says is what there is."""
+"""Mats: a file's content becomes a mat."""
 
 import json
 import tomllib
@@ -87,7 +87,7 @@ wheel_noise = 0.1
 """
 
 
-def test_every_key_arrives_where_it_belongs() -> None:
+def test_every_key_reaches_its_attribute() -> None:
     read = parse_mat(EVERYTHING, "everything", "TOML")
     x_m, y_m = [2, 2.5, 4.25, 4.75, 4.25, 4.75], [1, 1, 3.25, 3.25, 3.75, 3.75]
     heading = np.radians([90, 0, -90, -90, -90, -90])
@@ -111,11 +111,11 @@ def test_every_key_arrives_where_it_belongs() -> None:
     check_mat(read, CLASSROOM)
 
 
-def test_what_a_file_leaves_out_is_plain() -> None:
+def test_keys_that_are_left_out_have_defaults() -> None:
     assert mat(CAR) == Mat("n", Starts(np.ones(1), np.ones(1), np.zeros(1), np.zeros(1, bool), (("car[0]", 1),)))
 
 
-def test_toml_and_json_hold_the_same_keys() -> None:
+def test_toml_and_json_have_the_same_keys() -> None:
     texts = [EVERYTHING, *(each.read_text(encoding="utf-8") for each in EXAMPLES if each.suffix == ".toml")]
     for text in texts:
         as_json = json.dumps(tomllib.loads(text))
@@ -134,7 +134,7 @@ def test_there_are_a_dozen_examples_of_both_kinds() -> None:
     assert sum(path.suffix == ".json" for path in EXAMPLES) >= 2
 
 
-def test_the_page_names_every_key_and_every_example() -> None:
+def test_the_docs_name_every_key_and_every_example() -> None:
     page = (ROOT / "docs" / "mats.md").read_text(encoding="utf-8")
     root = json.loads((ROOT / "docs" / "motorcade-mat-1.schema.json").read_text(encoding="utf-8"))["properties"]
     tables = [part.get("items", part).get("properties", {}) for part in root.values()]
@@ -144,7 +144,7 @@ def test_the_page_names_every_key_and_every_example() -> None:
         assert f"`{path.name}`" in page
 
 
-def test_a_file_may_begin_with_a_byte_order_mark_and_end_in_capitals(tmp_path: Path) -> None:
+def test_a_file_may_have_a_byte_order_mark_and_an_ending_in_capitals(tmp_path: Path) -> None:
     path = tmp_path / "MAT.TOML"
     path.write_text(HEAD + CAR, encoding="utf-8-sig")
     assert read_mat(path) == mat(CAR)
@@ -160,7 +160,7 @@ def test_a_file_may_begin_with_a_byte_order_mark_and_end_in_capitals(tmp_path: P
     ],
     ids=["triangle", "star", "spiral", "a corner on a straight side"],
 )
-def test_an_obstacle_may_have_any_outline_that_does_not_meet_itself(corners: str) -> None:
+def test_an_obstacle_may_have_any_outline_that_does_not_cross_itself(corners: str) -> None:
     points = json.loads(corners)
     for first in range(len(points)):
         turned = points[first:] + points[:first]
@@ -175,7 +175,7 @@ def test_the_first_car_of_an_open_table_leads() -> None:
     assert table.starts != Starts.of([Pose(0, 0, 1), Pose(1, 2)], [True, True])
 
 
-def test_starts_are_not_to_be_changed_and_of_one_length() -> None:
+def test_starts_are_read_only_and_equal_in_length() -> None:
     starts = open_table([Pose(0, 0)]).starts
     with pytest.raises(ValueError, match="read-only"):
         starts.x_m[0] = 1

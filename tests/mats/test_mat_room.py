@@ -1,4 +1,4 @@
-"""Room on a mat: cars that have none are found, and crowds find theirs."""
+"""Room on a mat: cars without room are found, and crowds are placed where there is room."""
 
 import math
 from dataclasses import replace
@@ -28,7 +28,7 @@ LATTICE = st.lists(st.tuples(st.integers(-12, 12), st.integers(-12, 12)), min_si
 
 @settings(max_examples=200)
 @given(LATTICE)
-def test_cars_that_start_in_each_other_are_found(points: list[tuple[int, int]]) -> None:
+def test_cars_that_overlap_at_the_start_are_found(points: list[tuple[int, int]]) -> None:
     poses = [Pose(x * 0.05, y * 0.05) for x, y in points]
     x_m, y_m = (np.array(values) for values in zip(*((pose.x, pose.y) for pose in poses), strict=True))
     if apart_m(x_m, y_m) > BODY_M - 1e-6:
@@ -38,7 +38,7 @@ def test_cars_that_start_in_each_other_are_found(points: list[tuple[int, int]]) 
             check_mat(open_table(poses), CLASSROOM)
 
 
-def test_two_cars_are_near_in_whatever_direction_and_place() -> None:
+def test_near_cars_are_found_in_every_direction_and_place() -> None:
     dice = np.random.RandomState(1)
     for angle in np.linspace(0, math.tau, 240):
         x_m, y_m = dice.random_sample(2)
@@ -52,7 +52,7 @@ def test_two_cars_are_near_in_whatever_direction_and_place() -> None:
                     check_mat(open_table(poses), CLASSROOM)
 
 
-def test_the_one_car_among_many_that_has_no_room_is_named() -> None:
+def test_the_only_car_without_room_among_many_is_named() -> None:
     crowd = mat(f"[[crowd]]\ncars = 90000\n{AREA.replace('5, 5', '75, 75')}")
     x_m, y_m = crowd.starts.x_m.copy(), crowd.starts.y_m.copy()
     x_m[70_000] += 0.12
@@ -95,7 +95,7 @@ def test_a_car_has_room_in_the_bay_of_an_obstacle_but_not_in_its_arms(
             check_mat(there, CLASSROOM)
 
 
-def test_touching_is_no_overlap() -> None:
+def test_cars_that_touch_do_not_overlap() -> None:
     touching = 'size_m = [2.1, 1.35]\nedge = "wall"\n[[crowd]]\ncars = 126\nspacing_m = 0.15\n'
     check_mat(mat(touching), CLASSROOM)
     # As floats 1.075 - 1 is below 0.075, and 0.6 - 0.45 below 0.15.
@@ -113,7 +113,7 @@ def test_touching_is_no_overlap() -> None:
     seed=st.integers(0, 2**32 - 1),
     data=st.data(),
 )
-def test_a_crowd_stands_apart_inside_its_area_with_its_leaders_or_has_no_room(
+def test_a_crowd_is_placed_apart_inside_its_area_with_its_leaders_or_has_no_room(
     cars: int, width_m: float, height_m: float, spacing_m: float, placement: str, seed: int, data: st.DataObject
 ) -> None:
     leaders = data.draw(st.integers(0, cars))
@@ -138,12 +138,12 @@ def test_a_crowd_stands_apart_inside_its_area_with_its_leaders_or_has_no_room(
     assert mat(body).starts == starts
 
 
-def test_a_random_crowd_is_another_with_another_seed_and_the_same_for_ever() -> None:
+def test_a_random_crowd_depends_on_its_seed_and_never_changes() -> None:
     body = f'[[crowd]]\ncars = 40\nplacement = "random"\nheading_deg = "random"\n{AREA}'
     one, other = mat(body + "seed = 1").starts, mat(body + "seed = 2").starts
     assert not np.allclose(one.x_m, other.x_m)
     assert len(set(one.heading.tolist())) == 40
-    # Written down once: nobody's recording changes with a new version of anything.
+    # Fixed values: recordings must not change with a new version of any library.
     assert np.round([one.x_m[0], one.y_m[0], one.heading[0]], 6).tolist() == [0.189664, 0.137169, 2.450491]
 
 
@@ -162,7 +162,7 @@ def test_a_crowd_keeps_clear_of_what_stands_there_and_of_single_cars() -> None:
 
 
 @pytest.mark.parametrize(("placement", "off_m"), [("grid", 1e-9), ("random", 0.3)])
-def test_leaders_stand_in_the_middle_of_equal_parts_of_the_crowd(placement: str, off_m: float) -> None:
+def test_leaders_are_in_the_middle_of_equal_parts_of_the_crowd(placement: str, off_m: float) -> None:
     starts = mat(f'[[crowd]]\ncars = 400\nleaders = 16\nplacement = "{placement}"\n{AREA}').starts
     x_m, y_m = starts.x_m[starts.leads], starts.y_m[starts.leads]
     squares = {(int(x // 1.25), int(y // 1.25)) for x, y in zip(x_m, y_m, strict=True)}

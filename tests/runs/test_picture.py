@@ -10,7 +10,7 @@ from PIL import Image
 from motorcade.errors import MotorcadeError
 from motorcade.runs import video
 from motorcade.runs.palette import LEADER, rgb
-from motorcade.runs.plots import Thinned, draw_plots, draw_tracks
+from motorcade.runs.plots import Thinned, draw_plots
 from motorcade.runs.recording import Description, InMemoryRecording
 from motorcade.runs.video import SIZES, draw_film
 from support.recorded_run import crowd, record, world
@@ -47,7 +47,7 @@ def share_of(colour, path, tolerance=12):
 
 @pytest.mark.parametrize("kind", ["tracks", "words", "air"])
 @pytest.mark.parametrize("run", ["recording", "many"])
-def test_a_plot_of_each_kind_is_a_picture_with_something_on_it(kind, run, request, tmp_path):
+def test_a_plot_of_each_kind_is_a_picture_with_many_colours(kind, run, request, tmp_path):
     path = tmp_path / "plot.png"
     done = []
     drawn = request.getfixturevalue(run)
@@ -65,28 +65,28 @@ def test_the_three_plots_share_a_picture(recording, tmp_path):
 
 
 def test_tracks_show_the_leader_in_red_and_the_wall_in_dark_grey(recording, tmp_path):
-    draw_tracks(recording, tmp_path / "tracks.png")
+    draw_plots(recording, tmp_path / "tracks.png", ["tracks"])
     assert share_of(LEADER, tmp_path / "tracks.png") > 0.0005
     assert share_of("#3a3a3a", tmp_path / "tracks.png") > 0.005
 
 
-def test_words_spread_in_their_colour(many, tmp_path):
-    """A word reaches half of the cars of a square in the time in which a circle grows to half of its area."""
+def test_a_spreading_word_is_drawn_in_its_colour(many, tmp_path):
+    """The word reaches half of the cars of a square when its circle has half of the square's area."""
     draw_plots(many, tmp_path / "words.png", ["words"])
     held, none = (share_of(colour, tmp_path / "words.png") for colour in ("#1f77b4", "#c4c4c4"))
     assert held > 0.2
     assert none > 0.2
 
 
-def test_words_are_called_as_the_caller_says(recording, tmp_path):
+def test_the_caller_names_the_words(recording, tmp_path):
     named = []
     draw_plots(recording, tmp_path / "words.svg", ["words"], lambda word: named.append(word) or f"word {word & 1}")
     assert len(named) == len(set(named)) >= 3
 
 
 @pytest.mark.parametrize("name", ["plot.svg", "plot.pdf"])
-def test_pictures_come_as_svg_and_pdf_too(name, recording, tmp_path):
-    draw_tracks(recording, tmp_path / name)
+def test_pictures_are_also_written_as_svg_and_pdf(name, recording, tmp_path):
+    draw_plots(recording, tmp_path / name, ["tracks"])
     assert (tmp_path / name).read_bytes()[:5] in (b"<?xml", b"%PDF-")
 
 
@@ -124,7 +124,7 @@ def test_an_mp4_has_an_image_for_each_moment(recording, tmp_path):
     assert size == SIZES[".mp4"][0]
     assert len(images) == len(done) == 31
     assert done[-1] == 3000
-    # Below the clock, places that a car has left are white.
+    # Below the title, places that a car has left are white.
     first, last = (image[60:].min(axis=2) for image in (images[0], images[-1]))
     assert np.count_nonzero((first < 200) & (last > 240)) > 1000
     _, seconds = imageio_ffmpeg.count_frames_and_secs(str(path))
@@ -162,7 +162,7 @@ def test_a_gif_that_is_too_long_is_refused_in_a_sentence(recording, tmp_path, mo
     assert not list(tmp_path.iterdir())
 
 
-def test_a_film_that_fails_leaves_the_old_one(recording, tmp_path, monkeypatch):
+def test_a_film_that_fails_leaves_the_old_file(recording, tmp_path, monkeypatch):
     (tmp_path / "run.mp4").write_bytes(b"old")
     monkeypatch.setattr(imageio_ffmpeg, "write_frames", mock.Mock(side_effect=OSError("the disk is full\nand more")))
     with pytest.raises(MotorcadeError, match=r"run.mp4 can't be drawn: the disk is full$"):
@@ -171,5 +171,5 @@ def test_a_film_that_fails_leaves_the_old_one(recording, tmp_path, monkeypatch):
     assert (tmp_path / "run.mp4").read_bytes() == b"old"
 
 
-def test_the_description_of_a_run_survives_its_texts(recording):
+def test_a_description_is_read_back_from_its_texts(recording):
     assert Description.from_texts(recording.about.to_texts()) == recording.about

@@ -1,4 +1,4 @@
-"""Recordings: what is written is what is read, also where a run was cut off."""
+"""Recordings: they are read back as they were written, also where a run was cut off."""
 
 import json
 import shutil
@@ -46,7 +46,7 @@ def assert_same_moments(found, expected):
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_what_was_recorded_is_read_back(ending, folder, kept):
+def test_a_recording_is_read_back(ending, folder, kept):
     recording = open_recording(folder / f"run.{ending}")
     assert_same_moments(list(recording.moments()), list(kept.moments()))
     assert [moment.t_ms for moment in recording.moments()] == list(range(0, 3001, 100))
@@ -67,14 +67,14 @@ def test_the_run_is_described(ending, folder, kept):
     assert bytes.fromhex(about.images[0])[0] == 2
 
 
-def test_people_are_where_their_path_says():
+def test_people_are_on_their_paths():
     about = Description.of(world(), 100)
     assert about.people_at(0) == [(3.5, 0.5)]
     assert about.people_at(1000) == about.people_at(3000) == [(3.5, 1.5)]
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_the_last_moment_is_recorded_however_the_slices_fall(ending, tmp_path):
+def test_the_last_moment_is_recorded_with_any_slices(ending, tmp_path):
     cars = world()
     with Recorder(tmp_path / f"run.{ending}", cars, every_ms=500) as recorder:
         for _ in range(7):
@@ -123,7 +123,7 @@ def test_moments_go_to_the_disk_while_the_run_goes_on(ending, growing, tmp_path)
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_a_killed_process_leaves_what_it_had_written(ending, tmp_path):
+def test_a_killed_process_leaves_a_readable_part(ending, tmp_path):
     cars = world()
     (tmp_path / "killed").mkdir()
     with Recorder(tmp_path / f"run.{ending}", cars) as recorder:
@@ -143,7 +143,7 @@ def test_a_killed_process_leaves_what_it_had_written(ending, tmp_path):
 
 
 @pytest.mark.parametrize("share", [0.3, 0.6, 0.9, 0.99])
-def test_a_cut_off_file_is_read_as_far_as_it_goes(share, tmp_path):
+def test_a_cut_off_file_is_read_as_far_as_possible(share, tmp_path):
     whole = record([tmp_path / "run.mcap"], world(), duration_ms=15_000)
     data = (tmp_path / "run.mcap").read_bytes()
     (tmp_path / "cut.mcap").write_bytes(data[: int(len(data) * share)])
@@ -155,7 +155,7 @@ def test_a_cut_off_file_is_read_as_far_as_it_goes(share, tmp_path):
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_a_damaged_file_is_never_read_as_if_it_were_whole(ending, folder, kept, tmp_path):
+def test_a_damaged_file_is_reported_as_damaged(ending, folder, kept, tmp_path):
     data = bytearray((folder / f"run.{ending}").read_bytes())
     data[3000 if ending == "mcap" else 500] ^= 0xFF
     (tmp_path / f"run.{ending}").write_bytes(data)
@@ -166,7 +166,7 @@ def test_a_damaged_file_is_never_read_as_if_it_were_whole(ending, folder, kept, 
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_a_run_that_is_interrupted_leaves_a_whole_recording(ending, tmp_path):
+def test_an_interrupted_run_leaves_a_complete_recording(ending, tmp_path):
     cars = world()
 
     def interrupted():
@@ -183,7 +183,7 @@ def test_a_run_that_is_interrupted_leaves_a_whole_recording(ending, tmp_path):
     assert not list(tmp_path.glob("*.part"))
 
 
-def test_an_older_recording_stays_until_the_new_one_is_whole(tmp_path):
+def test_an_older_recording_stays_until_the_new_one_is_complete(tmp_path):
     path = tmp_path / "run.parquet"
     record([path], world(seeds=1), duration_ms=200)
     with Recorder(path, world(seeds=2)):
@@ -191,7 +191,7 @@ def test_an_older_recording_stays_until_the_new_one_is_whole(tmp_path):
     assert open_recording(path).about.seed == 2
 
 
-# files that can't be
+# files that are refused
 
 
 @pytest.mark.parametrize(
@@ -206,7 +206,7 @@ def test_an_older_recording_stays_until_the_new_one_is_whole(tmp_path):
         ("gone/a.parquet", None, "can't be read: No such file or directory"),
     ],
 )
-def test_a_file_of_another_kind_is_refused_in_a_sentence(name, content, sentence, tmp_path):
+def test_a_file_of_another_format_is_refused_in_a_sentence(name, content, sentence, tmp_path):
     if content is not None:
         (tmp_path / name).write_bytes(content)
     with pytest.raises(MotorcadeError) as refused:
@@ -215,12 +215,12 @@ def test_a_file_of_another_kind_is_refused_in_a_sentence(name, content, sentence
     assert sentence in str(refused.value)
 
 
-def test_the_events_alone_are_no_run(folder, kept):
+def test_the_events_file_alone_is_refused(folder, kept):
     with pytest.raises(MotorcadeError, match="holds only a part of a run"):
         open_recording(folder / "run.events.parquet")
 
 
-def test_a_table_of_something_else_is_no_run(tmp_path, folder, kept):
+def test_a_table_of_something_else_is_refused(tmp_path, folder, kept):
     table = pq.read_table(folder / "run.parquet").replace_schema_metadata({"pandas": "{}"})
     pq.write_table(table, tmp_path / "other.parquet")
     with pytest.raises(MotorcadeError, match="holds no run of Motorcade"):
@@ -237,7 +237,7 @@ def test_a_table_of_something_else_is_no_run(tmp_path, folder, kept):
         ("run.csv", "its name must end in .mcap, .parquet, .mp4, .gif, .png, .svg or .pdf"),
     ],
 )
-def test_where_nothing_can_be_written_the_run_does_not_begin(name, sentence, tmp_path):
+def test_a_run_does_not_begin_where_a_file_cannot_be_written(name, sentence, tmp_path):
     (tmp_path / "folder.mcap").mkdir()
     old = tmp_path / "run.parquet"
     old.write_bytes(b"old")
@@ -265,7 +265,7 @@ def test_parquet_has_a_row_for_each_car_and_moment(folder, kept):
     assert pq.read_schema(folder / "run.parquet").metadata[b"motorcade.mat"].decode() == MAT.name
 
 
-def test_mcap_holds_messages_that_fit_their_schemas_and_foxgloves_names(folder, kept):
+def test_mcap_messages_fit_their_schemas_and_have_foxgloves_names(folder, kept):
     with (folder / "run.mcap").open("rb") as file:
         reader = make_reader(file, validate_crcs=True)
         (metadata,) = reader.iter_metadata()
@@ -306,7 +306,7 @@ def test_the_scene_shows_each_car_where_it_is(folder, kept):
     assert len(mat[0]["cubes"]) == 8
 
 
-def test_many_cars_are_darts_of_few_colours(tmp_path):
+def test_many_cars_are_triangles_of_few_colours(tmp_path):
     from motorcade.runs.foxglove import Scene
 
     many = crowd(2500, 4)
@@ -318,7 +318,7 @@ def test_many_cars_are_darts_of_few_colours(tmp_path):
 
 
 @pytest.mark.parametrize("keeps", [True, False])
-def test_films_and_pictures_are_drawn_once_the_run_is_over(keeps, tmp_path):
+def test_films_and_pictures_are_drawn_at_the_end_of_the_run(keeps, tmp_path):
     cars = world()
     kept = InMemoryRecording(Description.of(cars, 100)) if keeps else None
     with Recorder([kept, tmp_path / "run.gif", tmp_path / "run.png"], cars) as recorder:

@@ -1,8 +1,8 @@
-"""What a camera on the front of a simulated car sees, drawn by NumPy: floor, walls, obstacles, cars with LEDs, people.
+"""Draw the picture of a camera on the front of a simulated car: floor, walls, obstacles, cars with LEDs, people.
 
-A pinhole camera that looks along the car's heading. The floor is worked out per pixel. Walls and obstacles stand
-upright and are equally high, so in each column the nearest of them hides all others. Cars and people turn the same
-side to everyone: they are drawn as boards, the farthest first, in those columns in which nothing nearer stands.
+It is a pinhole camera that looks along the car's heading, computed with NumPy. The floor is computed for each pixel.
+Walls and obstacles are upright and equally high, so in each column the nearest hides all others. Cars and people look
+the same from every side: they are billboards, drawn from the farthest to the nearest where nothing hides them.
 """
 
 import io
@@ -29,10 +29,10 @@ _CAR_M = 0.1
 _LED_M = 0.02
 _PERSON_M = (0.17, 1.5)
 _TILE_M = 0.25
-# Beyond it everything has the colour of the haze.
+# Beyond this distance everything has the colour of haze.
 _HAZE_M = 8.0
 _NEAR_M = 0.02
-_MOST_BOARDS = 200
+_MOST_BILLBOARDS = 200
 _QUALITY = 70
 
 _SKY, _HAZE = (150, 190, 225), (205, 215, 222)
@@ -44,8 +44,8 @@ _LAMP, _TAIL = (255, 250, 220), (220, 30, 30)
 _LED_COLOURS: list[RGB] = [(int(each[1:3], 16), int(each[3:5], 16), int(each[5:7], 16)) for each in LEDS]
 
 
-class _Board(NamedTuple):
-    """Something drawn upright: how far it is ahead and to the left, its half width, where it begins and ends."""
+class _Billboard(NamedTuple):
+    """A flat upright picture: its distance ahead and to the left, half its width, its lower and upper end; metres."""
 
     ahead: float
     aside: float
@@ -56,7 +56,7 @@ class _Board(NamedTuple):
 
 
 class _Seen(NamedTuple):
-    """A wall or an obstacle by column: how far ahead it is (inf: not there), how light, and its colour."""
+    """A wall or an obstacle in each column: its distance ahead (inf where it isn't), its brightness, its colour."""
 
     far_m: Floats
     light: Floats
@@ -64,7 +64,7 @@ class _Seen(NamedTuple):
 
 
 class Scene:
-    """The mat of a run, made ready to be looked at.
+    """Draws the pictures of the cameras of a run.
 
     Args:
         about: the run.
@@ -74,8 +74,7 @@ class Scene:
     def __init__(self, about: Description, width: int = WIDTH, height: int = HEIGHT):
         self._about = about
         self._radius_m = about.diameter_m / 2
-        self._leads = np.zeros(about.cars, bool)
-        self._leads[list(about.leaders)] = True
+        self._leads = about.is_leader()
         walls = [(*wall, 0) for wall in about.walls]
         if about.walled and about.size_m:
             (w, h) = about.size_m
@@ -87,7 +86,7 @@ class Scene:
         self._focus = width / 2 / math.tan(math.radians(_HALF_VIEW_DEG))
         self._horizon = height * 0.42
         self._width, self._height = width, height
-        # How far to the left a column's ray has come a metre ahead, and how far ahead a row's ray meets the floor.
+        # For each column: how far left its ray is, one metre ahead. For each row: how far ahead it meets the floor.
         self._slopes = (width / 2 - 0.5 - np.arange(width)) / self._focus
         rows = np.arange(height) + 0.5 - self._horizon
         self._floor_rows = np.flatnonzero(rows > 0.5)
@@ -97,15 +96,15 @@ class Scene:
         self._background = np.repeat(above.astype(np.float32)[:, None, :], width, axis=1)
 
     def draw(self, now: Moment, car: int) -> NDArray[np.uint8]:
-        """The picture of a car's camera at a moment: (height, width, 3), red, green and blue."""
+        """Draw the picture of a car's camera at a moment: (height, width, 3), red, green and blue."""
         heading = float(now.heading[car])
         cos, sin = math.cos(heading), math.sin(heading)
         x, y = float(now.x_m[car]) + self._radius_m * cos, float(now.y_m[car]) + self._radius_m * sin
         picture = self._background.copy()
         self._draw_floor(picture, x, y, cos, sin)
         depths = self._draw_walls(picture, x, y, cos, sin)
-        for board in self._boards(now, car, x, y, cos, sin):
-            self._draw_board(picture, depths, board)
+        for billboard in self._billboards(now, car, x, y, cos, sin):
+            self._draw_billboard(picture, depths, billboard)
         seen: NDArray[np.uint8] = np.clip(picture, 0, 255).astype(np.uint8)
         return seen
 
@@ -113,7 +112,7 @@ class Scene:
         ahead = self._floor_m[:, None]
         aside = ahead * self._slopes
         floor_x, floor_y = x + ahead * cos - aside * sin, y + ahead * sin + aside * cos
-        # A line gets as wide as a pixel far away, and fades where lines come too close.
+        # Far away a line is one pixel wide, and it fades where lines are too close together.
         wide = np.maximum(0.006, self._floor_m / self._focus * 1.2)[:, None]
         near_x, near_y = (np.abs((each / _TILE_M + 0.5) % 1 - 0.5) * _TILE_M for each in (floor_x, floor_y))
         lines = (np.minimum(near_x, near_y) < wide) * np.clip(1.5 - ahead / 4, 0, 1)
@@ -126,7 +125,7 @@ class Scene:
         picture[self._floor_rows] = _hazy(shaded, np.broadcast_to(ahead, lines.shape))
 
     def _draw_walls(self, picture: Colours, x: float, y: float, cos: float, sin: float) -> Floats:
-        """Draws the nearest wall or obstacle of each column; gives how far ahead that is."""
+        """Draw the nearest wall or obstacle of each column; return its distance ahead."""
         depths = np.full(self._width, np.inf)
         colours = np.zeros((self._width, 3), np.float32)
         for far, light, colour in (*self._seen_walls(x, y, cos, sin), *self._seen_discs(x, y, cos, sin)):
@@ -168,65 +167,69 @@ class Scene:
             seen.append(_Seen(np.where(hits, far, np.inf), 1 - 0.45 * np.abs(off), _OBSTACLE))
         return seen
 
-    def _boards(self, now: Moment, car: int, x: float, y: float, cos: float, sin: float) -> list[_Board]:
-        """Cars and people in view, the farthest first."""
+    def _billboards(self, now: Moment, car: int, x: float, y: float, cos: float, sin: float) -> list[_Billboard]:
+        """The billboards of cars and people in view, the farthest first."""
         dx, dy = now.x_m.astype(float) - x, now.y_m.astype(float) - y
         ahead, aside = dx * cos + dy * sin, dy * cos - dx * sin
         wide = abs(self._slopes[0])
         in_view = (ahead > _NEAR_M) & (ahead < _HAZE_M) & (np.abs(aside) < ahead * wide + self._radius_m)
         in_view[car] = False
         near = np.flatnonzero(in_view)
-        near = near[np.argsort(ahead[near])][:_MOST_BOARDS]
-        boards = [board for k in near for board in self._car(now, int(k), float(ahead[k]), float(aside[k]), cos, sin)]
+        near = near[np.argsort(ahead[near])][:_MOST_BILLBOARDS]
+        billboards = [
+            billboard for k in near for billboard in self._car(now, int(k), float(ahead[k]), float(aside[k]), cos, sin)
+        ]
         for person_x, person_y in self._about.people_at(now.t_ms):
             to_x, to_y = person_x - x, person_y - y
             half_m, high_m = _PERSON_M
-            boards.append(_Board(to_x * cos + to_y * sin, to_y * cos - to_x * sin, half_m, 0.0, high_m, _PERSON))
-        return sorted((board for board in boards if board.ahead > _NEAR_M), key=lambda board: -board.ahead)
+            billboards.append(
+                _Billboard(to_x * cos + to_y * sin, to_y * cos - to_x * sin, half_m, 0.0, high_m, _PERSON)
+            )
+        return sorted((each for each in billboards if each.ahead > _NEAR_M), key=lambda each: -each.ahead)
 
-    def _car(self, now: Moment, k: int, ahead: float, aside: float, cos: float, sin: float) -> list[_Board]:
-        """A car's body, its LED on top, and those of its lamps that look this way: white ones in front, red behind."""
+    def _car(self, now: Moment, k: int, ahead: float, aside: float, cos: float, sin: float) -> list[_Billboard]:
+        """A car's body, its LED on top, and the visible of its lamps: white in front, red at the back."""
         radius = self._radius_m
-        body = _Board(ahead, aside, radius, 0.01, _CAR_M, _LEADER if self._leads[k] else _FOLLOWER)
-        boards = [body]
+        body = _Billboard(ahead, aside, radius, 0.01, _CAR_M, _LEADER if self._leads[k] else _FOLLOWER)
+        billboards = [body]
         led = int(now.led[k])
         if led < len(_LED_COLOURS):
-            boards.append(_Board(ahead - 1e-4, aside, _LED_M, _CAR_M, _CAR_M + 2 * _LED_M, _LED_COLOURS[led]))
+            billboards.append(_Billboard(ahead - 1e-4, aside, _LED_M, _CAR_M, _CAR_M + 2 * _LED_M, _LED_COLOURS[led]))
         look_x, look_y = math.cos(now.heading[k]), math.sin(now.heading[k])
         along, across = look_x * cos + look_y * sin, look_y * cos - look_x * sin
         for end, colour in ((1, _LAMP), (-1, _TAIL)):
             for side in (0.5, -0.5):
-                # Where on the round body it is, seen from here: a lamp on the far side is hidden by the body.
+                # The lamp's place on the round body, seen from here; the body hides lamps on its far side.
                 lamp_along = radius * (end * along * 0.87 - side * across)
                 lamp_across = radius * (end * across * 0.87 + side * along)
                 if lamp_along * ahead + lamp_across * aside < 0:
-                    boards.append(_Board(ahead - 1e-4, aside + lamp_across, radius * 0.12, 0.04, 0.06, colour))
-        return boards
+                    billboards.append(_Billboard(ahead - 1e-4, aside + lamp_across, radius * 0.12, 0.04, 0.06, colour))
+        return billboards
 
-    def _draw_board(self, picture: Colours, depths: Floats, board: _Board) -> None:
-        scale = self._focus / board.ahead
-        middle = self._width / 2 - board.aside * scale
-        left, right = (round(middle + sign * board.half_m * scale) for sign in (-1, 1))
-        top = max(round(self._horizon + (_CAMERA_M - board.high_m) * scale), 0)
-        bottom = min(round(self._horizon + (_CAMERA_M - board.low_m) * scale), self._height)
+    def _draw_billboard(self, picture: Colours, depths: Floats, billboard: _Billboard) -> None:
+        scale = self._focus / billboard.ahead
+        middle = self._width / 2 - billboard.aside * scale
+        left, right = (round(middle + sign * billboard.half_m * scale) for sign in (-1, 1))
+        top = max(round(self._horizon + (_CAMERA_M - billboard.high_m) * scale), 0)
+        bottom = min(round(self._horizon + (_CAMERA_M - billboard.low_m) * scale), self._height)
         columns = np.arange(max(left, 0), min(max(right, left + 1), self._width))
-        columns = columns[depths[columns] > board.ahead]
+        columns = columns[depths[columns] > billboard.ahead]
         if not len(columns) or bottom <= top:
             return
-        # Round, as the light says.
-        off = np.clip((columns + 0.5 - middle) / max(board.half_m * scale, 0.5), -1, 1)
-        shades = np.array(board.colour, np.float32) * (1 - 0.45 * off**2)[:, None].astype(np.float32)
-        picture[top:bottom, columns] = _hazy(shades, np.full(len(columns), board.ahead))
+        # Shading makes it look round.
+        off = np.clip((columns + 0.5 - middle) / max(billboard.half_m * scale, 0.5), -1, 1)
+        shades = np.array(billboard.colour, np.float32) * (1 - 0.45 * off**2)[:, None].astype(np.float32)
+        picture[top:bottom, columns] = _hazy(shades, np.full(len(columns), billboard.ahead))
 
 
 def _hazy(colours: Colours, far_m: Floats) -> Colours:
-    """The colours as they look from so far."""
+    """Mix the colours with haze, by distance."""
     share = (np.clip(far_m / _HAZE_M, 0, 1) ** 2)[..., None].astype(np.float32)
     return np.asarray(colours + (np.array(_HAZE, np.float32) - colours) * share, np.float32)
 
 
 def to_jpeg(picture: NDArray[np.uint8]) -> bytes:
-    """A picture's JPEG file."""
+    """Encode a picture as a JPEG file."""
     file = io.BytesIO()
     Image.fromarray(picture).save(file, "JPEG", quality=_QUALITY)
     return file.getvalue()

@@ -267,11 +267,6 @@ def _count(number: int, noun: str) -> str:
     return f"{'One' if number == 1 else f'{number:,}'} {noun}{'' if number == 1 else 's'}"
 
 
-def draw_tracks(recording: Recording, path: str | Path, progress: Progress = lambda done_ms: None) -> None:
-    """Write a picture of the cars' tracks and last positions; see `draw_plots`."""
-    draw_plots(recording, path, ["tracks"], progress=progress)
-
-
 def draw_plots(
     recording: Recording,
     path: str | Path,

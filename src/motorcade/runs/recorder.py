@@ -59,9 +59,9 @@ def draw(recording: Recording, path: Path, progress: Progress = lambda done_ms: 
 
         draw_film(recording, path, progress=progress)
     else:
-        from motorcade.runs.plots import draw_tracks
+        from motorcade.runs.plots import draw_plots
 
-        draw_tracks(recording, path, progress=progress)
+        draw_plots(recording, path, ["tracks"], progress=progress)
 
 
 class Recorder:
