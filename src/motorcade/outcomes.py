@@ -64,6 +64,10 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (USAGE, 400, ("not-a-keys-name", "keys-named-twice", "keys-exist", "not-a-car-address", "authority-unreadable")),
     (USAGE, 400, ("authority-key-kind", "keys-of-wrong-role", "not-a-keys-file", "keys-locked", "keys-unreadable")),
     (USAGE, 400, ("keys-without-authority", "authority-certificate-unreadable", "camera-of-car")),
+    (USAGE, 400, ("address-without-keys", "uploads-in-reach", "pins-and-board", "options-of-simulated-cars")),
+    (USAGE, 400, ("options-of-real-cars", "nobody-named", "not-a-car", "car-name-without-keys")),
+    (USAGE, 400, ("not-part-of-a-command", "keyboard-needs-terminal", "cars-of-one-name", "camera-without-car")),
+    (USAGE, 400, ("not-a-car-name", "not-a-telemetry-port", "not-name-and-host", "not-name-and-url")),
     # Sticks and cameras.
     (PORT_NOT_FOUND, 400, ("no-sdl", "sdl-fails", "not-a-gamepad", "gamepad-not-opened")),
     (PORT_NOT_FOUND, 503, ("camera-driver-missing", "no-camera", "no-picture", "camera-gives-no-answer")),

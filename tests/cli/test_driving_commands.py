@@ -42,7 +42,7 @@ def test_send_drives_one_command_after_the_other_and_then_stands(car):
 
 def test_send_says_on_a_terminal_what_it_did(car):
     ran = run("drive", "send", *at(car), "throttle=0.4,seconds=0.1", "seconds=0.1", stdout=Terminal())
-    assert (ran.code, ran.out) == (0, f"0.2 s sent to 127.0.0.1:{car.port}; it is standing\n")
+    assert (ran.code, ran.out) == (0, f"0.2 s sent to 127.0.0.1:{car.port}; its state is standing\n")
 
 
 @pytest.mark.parametrize("part", ["throttle=1.1", "throttle=x", "speed=1", "seconds=0", "seconds=nan", "throttle", ""])

@@ -91,7 +91,7 @@ def test_the_studio_takes_cars_by_address_too(tmp_path: Path) -> None:
         (["ada=1.2.3.4:5005/0"], "'0' is no telemetry port of ada"),
         (["3=1.2.3.4"], "'3' is no name for a car"),
         (["ada=1.2.3.4", "ada=1.2.3.5"], "two cars are called ada"),
-        (["ada=1.2.3.4", "--camera", "bo=http://1.2.3.4/"], "--camera is for bo, and no car is called so"),
+        (["ada=1.2.3.4", "--camera", "bo=http://1.2.3.4/"], "--camera is for bo, and no car has that name"),
         (["ada=1.2.3.4", "--camera", "ada=file:///etc/passwd"], "--camera of ada: 'file:///etc/passwd' is no address"),
         (["ada=1.2.3.4", "--camera", "ada=http://1.2.3.4:x/"], "--camera of ada: "),
         (["ada=1.2.3.4", "--keys", "nowhere.pem"], "the keys nowhere.pem can't be read"),

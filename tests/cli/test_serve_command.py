@@ -12,13 +12,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
-from string import Formatter
 from threading import Timer
 
 import pytest
 from numba.core import event
 
-from motorcade.cli.driving_texts import SERVED, STATES
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.engine.world import World
 from motorcade.locales import command_line_text, languages
@@ -138,27 +136,17 @@ def test_a_car_speaks_chinese_to_who_serves_it(tmp_path: Path) -> None:
                 assert any("停住；127.0.0.1:" in line for line in process.stderr)
             if os.name == "posix":
                 process.send_signal(signal.SIGTERM)
-                assert process.communicate(timeout=DEADLINE_S)[0] == SERVED["zh"]["stands"] + "\n"
+                assert process.communicate(timeout=DEADLINE_S)[0] == command_line_text("serve-ended", "zh") + "\n"
         finally:
             process.kill()
     refused = refusal(2, "drive", "serve", "--language", "zh", "--keys", tmp_path / "car-ada.pem", "--insecure-lan")
-    assert refused == SERVED["zh"]["keys-and-lan"]
+    assert refused == "--keys 与 --insecure-lan 不能同时使用"
     refused = refusal(1, "drive", "serve", "--language", "zh", "--profile", "porsche")
     assert refused == "没有车型 'porsche'；内置车型：classroom"
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         refused = refusal(2, "drive", "serve", "--language", "zh", "--port", port)
         assert refused.startswith(f"端口 {port} 已被占用。小车可能已在运行")
-
-
-@pytest.mark.parametrize("table", [SERVED, STATES])
-def test_both_languages_fill_in_the_same(table: dict[str, dict[str, str]]) -> None:
-    assert set(table) == set(languages())
-    fields = {
-        language: {key: {name for _, name, _, _ in Formatter().parse(text)} for key, text in texts.items()}
-        for language, texts in table.items()
-    }
-    assert fields["zh"] == fields["en"]
 
 
 def test_the_group_names_what_it_has() -> None:

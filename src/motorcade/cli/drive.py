@@ -1,4 +1,4 @@
-"""The command of a car that is driven: drive serve; the drivers' commands are in `motorcade.cli.driving`.
+"""The command `drive serve`; the drivers' commands are in `motorcade.cli.driving`.
 
 It imports what it needs when it runs, so that the other commands start at once.
 """
@@ -23,13 +23,21 @@ from motorcade.cli.car_options import (
     VoiceMapOption,
     VoiceOption,
 )
-from motorcade.cli.driving_texts import SERVED
-from motorcade.cli.failures import UsageError
+from motorcade.cli.driving import StickName, open_stick
 from motorcade.cli.language import Language, resolve_locale
-from motorcade.cli.options import Json, ProfileOption, compiling_announced, image_of, print_text, profile_named
+from motorcade.cli.options import (
+    Json,
+    ProfileOption,
+    compiling_announced,
+    host_and_port,
+    image_of,
+    print_text,
+    profile_named,
+)
 from motorcade.cli.recordings import needs_extra
 from motorcade.cli.remote import Looks
-from motorcade.cli.stick import StickName, stick_at_the_car
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.locales import command_line_text
 
 if TYPE_CHECKING:
     import socket
@@ -114,9 +122,9 @@ def serve_command(
     language: Language = "",
     as_json: Json = False,
 ) -> None:
-    """Be a car that is driven: take commands, and stand still when they stop.
+    """Serve a car that is driven over a network; it stands still when no commands come.
 
-    A real car also holds an image and runs it, by which it drives where it is left to it.
+    A real car also holds an image and runs it; on request the image drives.
     """
     import asyncio
 
@@ -124,37 +132,38 @@ def serve_command(
     from motorcade.cli.serving import ServeOptions, serve
     from motorcade.drive.listener import bind
 
-    spoken = resolve_locale(language)
-    texts = SERVED[spoken]
+    locale = resolve_locale(language)
+    options = CarOptions(role, number, upload_serial, upload_tcp, store, voice, voice_map)
     if keys and insecure_lan:
-        raise UsageError(texts["keys-and-lan"])
+        raise MotorcadeError("options-exclude-each-other", first="--keys", second="--insecure-lan")
     if (pins is None) != (board == BoardName.SIMULATED):
-        raise UsageError(texts["pins"])
+        raise MotorcadeError("pins-and-board")
     if pins and (mat or program):
-        raise UsageError(texts["simulated-only"])
-    asked = CarOptions(role, number, upload_serial, upload_tcp, store, voice, voice_map)
-    _check_asked(asked, pins is not None, stick, texts)
-    chosen, at_the_car = profile_named(profile), stick_at_the_car(stick) if stick else None
+        raise MotorcadeError("options-of-simulated-cars")
+    _check_options(options, pins is not None, stick)
+    chosen, source = profile_named(profile), open_stick(stick) if stick else None
     tls = _tls(keys)
     second = telemetry_port if telemetry_port is not None else port and port + 1
-    with ExitStack() as held:
-        commands, telemetry = (held.enter_context(bind(host, each)) for each in (port, second))
-        _check_reach(commands, tls, insecure_lan, texts)
-        page = held.enter_context(bind(host, web)) if web is not None else None
+    with ExitStack() as resources:
+        commands, telemetry = (resources.enter_context(bind(host, each)) for each in (port, second))
+        _check_reach(commands, tls, insecure_lan, locale)
+        page = resources.enter_context(bind(host, web)) if web is not None else None
         if page:
             load_page()
-        notes: deque[str] = deque()
-        fitted = _fitted(held, asked, chosen, notes, insecure_lan, texts) if pins else None
-        if pins and fitted:
-            car, sees = _real(fitted, pins, chosen, gpio_chip, watchdog), eye(camera) if page else None
+        notes: deque[Phrase | str] = deque()
+        parts = _open_parts(resources, options, chosen, notes, insecure_lan) if pins else None
+        if pins and parts:
+            car, pictures = _open_real(parts, pins, chosen, gpio_chip, watchdog), eye(camera) if page else None
         else:
-            image, chosen = image_of(program, profile, spoken) if program else (bytes(4), chosen)
-            car, sees = _simulated(held, chosen, mat, image)
-        door = Web(page, host, https(keys), sees) if page else None
-        offer = ServeOptions(commands, telemetry, tls, byte_order, as_json, door, at_the_car, fitted, notes, spoken)
-        asyncio.run(serve(car, chosen, offer))
+            image, chosen = image_of(program, profile, locale) if program else (bytes(4), chosen)
+            car, pictures = _open_simulated(resources, chosen, mat, image)
+        page_options = Web(page, host, https(keys), pictures) if page else None
+        serve_options = ServeOptions(
+            commands, telemetry, tls, byte_order, as_json, page_options, source, parts, notes, locale
+        )
+        asyncio.run(serve(car, chosen, serve_options))
     if not as_json:
-        print_text(texts["stands"] + "\n")
+        print_text(command_line_text("serve-ended", locale) + "\n")
 
 
 def _tls(keys: Path | None) -> "ssl.SSLContext | None":
@@ -165,64 +174,63 @@ def _tls(keys: Path | None) -> "ssl.SSLContext | None":
     return server_context(keys)
 
 
-def _check_reach(
-    listener: "socket.socket", tls: "ssl.SSLContext | None", insecure_lan: bool, texts: dict[str, str]
-) -> None:
-    """Refuse an address that others reach, unless it is clear who of them may drive."""
+def _check_reach(listener: "socket.socket", tls: "ssl.SSLContext | None", insecure_lan: bool, locale: str) -> None:
+    """Refuse an address that other computers reach, unless it is clear who may drive. Raises MotorcadeError."""
     from motorcade.drive.listener import is_loopback
 
     if is_loopback(listener) or tls:
         return
     host = listener.getsockname()[0]
     if not insecure_lan:
-        raise UsageError(texts["no-keys"].format(host=host))
-    print(texts["open"].format(host=host), file=sys.stderr, flush=True)
+        raise MotorcadeError("address-without-keys", host=host)
+    print(command_line_text("serve-insecure", locale, host=host), file=sys.stderr, flush=True)
 
 
-def _check_asked(asked: CarOptions, is_real: bool, stick: StickName | None, texts: dict[str, str]) -> None:
-    if not is_real and asked != CarOptions():
-        raise UsageError(texts["real-only"])
-    if asked.serial and asked.tcp:
-        raise UsageError(texts["two-lines"])
-    if asked.voice == KEYBOARD and stick == StickName.KEYBOARD:
-        raise UsageError(texts["one-keyboard"])
+def _check_options(options: CarOptions, is_real: bool, stick: StickName | None) -> None:
+    if not is_real and options != CarOptions():
+        raise MotorcadeError("options-of-real-cars")
+    if options.serial and options.tcp:
+        raise MotorcadeError("options-exclude-each-other", first="--upload-serial", second="--upload-tcp")
+    if options.voice == KEYBOARD and stick == StickName.KEYBOARD:
+        raise MotorcadeError("options-exclude-each-other", first="--voice keyboard", second="--stick keyboard")
 
 
-def _fitted(
-    held: ExitStack, asked: CarOptions, profile: "Profile", notes: deque[str], insecure_lan: bool, texts: dict[str, str]
+def _open_parts(
+    resources: ExitStack, options: CarOptions, profile: "Profile", notes: deque[Phrase | str], insecure_lan: bool
 ) -> "CarParts":
-    """A real car's equipment; uploads and faults of its program are noted."""
+    """Open a real car's equipment; uploads and faults of its program are noted. Raises MotorcadeError."""
     import ipaddress
 
     from motorcade.cli.car_options import open_parts
-    from motorcade.cli.options import host_and_port
 
     def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
         if kind == "image":
-            notes.append(texts["image"].format(bytes=word))
+            notes.append(Phrase("serve-image", bytes=word))
         elif kind == "fault":
             notes.append(str(detail))
 
-    fitted = open_parts(held, asked, profile, observe)
-    if asked.tcp and not insecure_lan:
-        host, _ = host_and_port(fitted.address.removeprefix("socket://"))
+    parts = open_parts(resources, options, profile, observe)
+    if options.tcp and not insecure_lan:
+        host, _ = host_and_port(parts.address.removeprefix("socket://"))
         if not ipaddress.ip_address(host.partition("%")[0]).is_loopback:
-            raise UsageError(texts["open-uploads"].format(host=host))
-    return fitted
+            raise MotorcadeError("uploads-in-reach", host=host)
+    return parts
 
 
-def _real(
-    fitted: "CarParts", pins: Path, profile: "Profile", gpio_chip: int | None, watchdog: Path | None
+def _open_real(
+    parts: "CarParts", pins: Path, profile: "Profile", gpio_chip: int | None, watchdog: Path | None
 ) -> "DriveBoard":
     with needs_extra("a car's pins", "pi"):
         from motorcade.boards.linux.opening import open_drive
     from motorcade.config.pins import load_pins
 
-    return open_drive(fitted.equipment, load_pins(pins), profile, gpio_chip, watchdog)
+    return open_drive(parts.equipment, load_pins(pins), profile, gpio_chip, watchdog)
 
 
-def _simulated(held: ExitStack, profile: "Profile", mat: Path | None, image: bytes) -> "tuple[DriveBoard, Source]":
-    """The first car of a world of its own, which goes on until ``held`` is closed, and what it sees."""
+def _open_simulated(
+    resources: ExitStack, profile: "Profile", mat: Path | None, image: bytes
+) -> "tuple[DriveBoard, Source]":
+    """Start a simulated world. Returns its first car and that car's pictures; closing ``resources`` ends the world."""
     with needs_extra("a simulated car"):
         from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera
         from motorcade.engine.world import World
@@ -231,5 +239,5 @@ def _simulated(held: ExitStack, profile: "Profile", mat: Path | None, image: byt
     place = read_mat(mat) if mat else playground()
     check_mat(place, profile)
     with compiling_announced():
-        live = held.enter_context(LiveWorld(World(place, [image], profile, threads=1)))
+        live = resources.enter_context(LiveWorld(World(place, [image], profile, threads=1)))
     return live.board(0), SimulatedCamera(live, 0)

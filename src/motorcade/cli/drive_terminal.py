@@ -1,17 +1,17 @@
-"""What `motorcade drive connect` shows and which keys it takes."""
+"""The terminal of `motorcade drive connect`: what it shows, and what its keys do."""
 
 import time
 from contextlib import suppress
 
 from blessed import Terminal
 
-from motorcade.cli.driving_texts import STATES
 from motorcade.cli.keyboard import Keyboard
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.connection import CarError
 from motorcade.drive.input.deadman import CLEAR, QUIT, RELEASE, REQUEST, RESUME, STOP, DeadmanSwitch, StickSource
 from motorcade.drive.wire import Telemetry
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.locales import command_line_text
 from motorcade.timing import monotonic_ms
 
 # A car takes 100 commands a second.
@@ -19,56 +19,15 @@ _LOOK_S = 0.02
 _DRAW_S = 0.1
 _USUAL_SIZE = 80, 24
 
-TEXTS = {
-    "en": {
-        "title": "Driving {car}",
-        "away": "{car} is away; trying again. It stands still meanwhile.",
-        "let-go": "Let go of the keys or the stick, then drive on.",
-        "pad": "gamepad: {name}; its right button is the emergency stop, Start lifts it",
-        "no-pad": "No gamepad is there: plug one in.",
-        "state": "state",
-        "driver": "driver",
-        "nobody": "nobody",
-        "waits": "{name} waits for the wheel",
-        "wheels": "wheels",
-        "applied": "{angle}°, {way} {speed}",
-        "ahead": "ahead",
-        "back": "back",
-        "age": "last command {age} ms ago",
-        "battery": "battery",
-        "keys": "{drive}space emergency stop · c lift it · t take the wheel · g give it back · p program · q leave",
-        "drive-keys": "arrows or WASD drive · + - throttle {throttle:.0%} · ",
-    },
-    "zh": {
-        "title": "正在驾驶 {car}",
-        "away": "{car} 已断开，正在重试。其间它停在原地。",
-        "let-go": "请先松开按键或摇杆，再继续驾驶。",
-        "pad": "手柄：{name}；右侧按钮为紧急停止，Start 解除",
-        "no-pad": "没有手柄：请插入一个。",
-        "state": "状态",
-        "driver": "驾驶者",
-        "nobody": "无",
-        "waits": "{name} 在等待方向盘",
-        "wheels": "车轮",
-        "applied": "{angle}°，{way} {speed}",
-        "ahead": "前进",
-        "back": "后退",
-        "age": "上一条指令在 {age} 毫秒前",
-        "battery": "电池",
-        "keys": "{drive}空格 紧急停止 · c 解除 · t 取得方向盘 · g 交还 · p 程序 · q 离开",
-        "drive-keys": "方向键或 WASD 驾驶 · + - 油门 {throttle:.0%} · ",
-    },
-}
-
 
 class DriveTerminal:
-    """A terminal that drives a car.
+    """Drive a car from a terminal.
 
     Args:
-        car: what the car is called on the screen.
-        keyboard: its keys.
-        language: en or zh.
-        pad: what drives in place of the keys, which still give the orders.
+        car: the car's name on the screen.
+        keyboard: the terminal's keys.
+        language: of the texts.
+        pad: what steers in place of the keys, which still give the orders.
     """
 
     def __init__(self, car: str, keyboard: Keyboard, language: str, pad: StickSource | None = None) -> None:
@@ -76,26 +35,25 @@ class DriveTerminal:
         self._keyboard = keyboard
         self._pad = pad
         self._language = language
-        self._texts = TEXTS[language] | STATES[language]
         self._switch = DeadmanSwitch()
         self._device: str | None = None
         self._notice: MotorcadeError | None = None
         self._is_done = False
 
     def drive(self, client: BlockingDriveClient) -> None:
-        """Drive until the user leaves."""
+        """Drive until the user quits."""
         terminal = self._keyboard.terminal
         with terminal.fullscreen(), terminal.hidden_cursor():
             drawn_s = 0.0
             while not self._is_done:
                 time.sleep(_LOOK_S)
-                is_away = not self._steer(client)
+                is_away = self._steer(client)
                 if time.monotonic() - drawn_s >= _DRAW_S:
                     drawn_s = time.monotonic()
                     self._draw(terminal, client, is_away)
 
     def _steer(self, client: BlockingDriveClient) -> bool:
-        """Tell the car what the hand wants; False while it is away."""
+        """Send the car what keys and stick command. Returns whether the car can't be reached."""
         keys = self._keyboard.read()
         stick = self._pad.read() if self._pad else keys
         if stick.device != self._device:
@@ -104,11 +62,11 @@ class DriveTerminal:
         for order in (*keys.orders, *(stick.orders if stick is not keys else ())):
             with suppress(CarError):
                 self._obey(order, client)
-        wish = self._switch.update(stick.axes, monotonic_ms())
-        if wish is not None:
+        axes = self._switch.update(stick.axes, monotonic_ms())
+        if axes is not None:
             with suppress(CarError):
-                client.drive(*wish)
-        return client.connected
+                client.drive(*axes)
+        return not client.connected
 
     def _obey(self, order: str, client: BlockingDriveClient) -> None:
         if order == QUIT:
@@ -125,38 +83,42 @@ class DriveTerminal:
         orders[order]()
 
     def _draw(self, terminal: Terminal, client: BlockingDriveClient, is_away: bool) -> None:
-        # A terminal at a serial line doesn't know its size.
+        # A terminal at a serial line has no known size.
         width, height = terminal.width or _USUAL_SIZE[0], terminal.height or _USUAL_SIZE[1]
-        lines = [self._texts["title"].format(car=self._car), *self._stick_lines(), ""]
+        lines = [self._text("title", car=self._car), *self._stick_lines(), ""]
         if is_away:
-            lines.append(self._texts["away"].format(car=self._car))
+            lines.append(self._text("away", car=self._car))
         elif client.telemetry:
-            lines += self._told(client.telemetry)
+            lines += self._telemetry_lines(client.telemetry)
             if client.waits_for_release or (self._device and self._switch.must_rest):
-                lines.append(terminal.bold(self._texts["let-go"]))
-        drives = "" if self._pad else self._texts["drive-keys"].format(throttle=self._keyboard.throttle)
-        lines += ["", *terminal.wrap(self._texts["keys"].format(drive=drives), width)]
+                lines.append(terminal.bold(self._text("let-go")))
+        drives = "" if self._pad else self._text("drive-keys", throttle=self._keyboard.throttle)
+        lines += ["", *terminal.wrap(self._text("keys", drive=drives), width)]
         shown = [terminal.truncate(line, width) + terminal.clear_eol for line in lines[:height]]
         print(terminal.home + "\r\n".join(shown) + terminal.clear_eos, end="", flush=True)
 
     def _stick_lines(self) -> list[str]:
         if self._pad is None:
             return []
-        line = self._texts["pad"].format(name=self._device) if self._device else self._texts["no-pad"]
+        line = self._text("pad", name=self._device) if self._device else self._text("no-pad")
         return [line, *([self._notice.sentence(self._language)] if self._notice else [])]
 
-    def _told(self, telemetry: Telemetry) -> list[str]:
-        texts = self._texts
-        way = texts["ahead" if telemetry.direction else "back"]
+    def _telemetry_lines(self, telemetry: Telemetry) -> list[str]:
+        way = self._text("ahead" if telemetry.direction else "back")
+        state = Phrase(f"car-state-{telemetry.state}").sentence(self._language)
+        wheels = self._text("applied", angle=telemetry.angle_deg, way=way, speed=telemetry.speed)
         lines = [
-            f"{texts['state']}: {texts.get(telemetry.state, telemetry.state)}",
-            f"{texts['driver']}: {telemetry.driver or texts['nobody']}",
-            f"{texts['wheels']}: " + texts["applied"].format(angle=telemetry.angle_deg, way=way, speed=telemetry.speed),
+            f"{self._text('state')}: {state}",
+            f"{self._text('driver')}: {telemetry.driver or self._text('nobody')}",
+            f"{self._text('wheels')}: {wheels}",
         ]
         if telemetry.age_ms is not None:
-            lines.append(texts["age"].format(age=telemetry.age_ms))
+            lines.append(self._text("age", age=telemetry.age_ms))
         if telemetry.wanted_by:
-            lines.append(texts["waits"].format(name=telemetry.wanted_by))
+            lines.append(self._text("waits", name=telemetry.wanted_by))
         if telemetry.battery_mv is not None:
-            lines.append(f"{texts['battery']}: {telemetry.battery_mv / 1000:.2f} V")
+            lines.append(f"{self._text('battery')}: {telemetry.battery_mv / 1000:.2f} V")
         return lines
+
+    def _text(self, key: str, **details: object) -> str:
+        return command_line_text(f"terminal-{key}", self._language, **details)

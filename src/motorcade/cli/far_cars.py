@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import typer
 
 from motorcade.cli.driving import address_of
-from motorcade.cli.failures import UsageError
 from motorcade.cli.options import Json, print_json, print_text
 from motorcade.cli.recordings import needs_extra
 from motorcade.cli.remote import https
@@ -103,20 +102,20 @@ def remote_command(
 
 
 def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) -> Named:
-    """The cars that the command line names. Raises UsageError, KeysError."""
+    """The cars that the command line names. Raises MotorcadeError."""
     from motorcade.cameras.web import WebCamera
     from motorcade.drive.tls.keys import client_context, visitor_context
 
-    urls = dict(_pair(each, "NAME=URL, such as ada=http://192.168.1.20:7700/camera") for each in cameras)
+    urls = dict(_pair(each, "not-name-and-url") for each in cameras)
     trust = visitor_context(keys) if urls else None
     cars = tuple(_car(text, urls) for text in texts)
     names = [car.name for car in cars]
     for name in names:
         if names.count(name) > 1:
-            raise UsageError(f"two cars are called {name}; give each a name of its own")
+            raise MotorcadeError("cars-of-one-name", name=name)
     for name, url in urls.items():
         if name not in names:
-            raise UsageError(f"--camera is for {name}, and no car is called so")
+            raise MotorcadeError("camera-without-car", name=name)
         try:
             WebCamera(url, trust)
         except MotorcadeError as problem:
@@ -127,20 +126,18 @@ def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) 
 def _car(text: str, urls: dict[str, str]) -> "RemoteCar":
     from motorcade.server.remote.remote_cars import RemoteCar, is_name
 
-    name, where = _pair(text, f"{_METAVAR}, such as ada=192.168.1.20")
+    name, where = _pair(text, "not-name-and-host", form=_METAVAR)
     if not is_name(name):
-        raise UsageError(
-            f"'{name[:60]}' is no name for a car; allowed: up to 40 letters, digits and hyphens, no number"
-        )
+        raise MotorcadeError("not-a-car-name", name=name)
     where, slash, telemetry = where.partition("/")
     host, port = address_of(where)
     if slash and not (telemetry.isascii() and telemetry.isdigit() and 0 < int(telemetry) < 65536):
-        raise UsageError(f"'{telemetry[:60]}' is no telemetry port of {name}; allowed: 1 to 65535")
+        raise MotorcadeError("not-a-telemetry-port", text=telemetry, name=name)
     return RemoteCar(name, host, port, int(telemetry) if slash else None, urls.get(name))
 
 
-def _pair(text: str, allowed: str) -> tuple[str, str]:
+def _pair(text: str, code: str, **details: str) -> tuple[str, str]:
     name, equals, value = text.partition("=")
     if not equals or not name or not value:
-        raise UsageError(f"'{text[:60]}' is not {allowed}")
+        raise MotorcadeError(code, text=text, **details)
     return name, value

@@ -1,4 +1,4 @@
-"""A terminal's keys as a stick, for a driver at a car and for one far away."""
+"""Read a terminal's keys as a stick, at a car or far from it."""
 
 import sys
 import time
@@ -9,7 +9,6 @@ from typing import Self
 from blessed import Terminal
 from blessed.keyboard import Keystroke
 
-from motorcade.cli.failures import UsageError
 from motorcade.drive.input.deadman import (
     AHEAD,
     BACK,
@@ -24,32 +23,33 @@ from motorcade.drive.input.deadman import (
     KeyStick,
     Reading,
 )
+from motorcade.errors import MotorcadeError
 
 THROTTLE, HOLD_S = 0.4, 0.25
 _STEERS = {"w": AHEAD, "s": BACK, "a": LEFT, "d": RIGHT}
 _ARROWS = {"KEY_UP": AHEAD, "KEY_DOWN": BACK, "KEY_LEFT": LEFT, "KEY_RIGHT": RIGHT}
 _ORDERS = {" ": STOP, "c": CLEAR, "g": RELEASE, "t": REQUEST, "p": RESUME, "q": QUIT}
-# Terminals that tell of releases send Ctrl-C as a key too.
+# Terminals that report releases send Ctrl-C as a key too.
 _QUITS = ("KEY_CTRL_C", "KEY_ESCAPE")
 _STEP, _LEAST = 0.05, 0.05
 _QUERY_S = 0.3
 
 
 def check_terminal() -> None:
-    """Raise UsageError where nobody sits at a keyboard."""
+    """Check that input and output are a terminal. Raises MotorcadeError."""
     if not (sys.stdin and sys.stdin.isatty() and sys.stdout and sys.stdout.isatty()):
-        raise UsageError("driving with the keyboard needs a terminal; a script drives with `motorcade drive send`")
+        raise MotorcadeError("keyboard-needs-terminal")
 
 
 class Keyboard:
     """The keyboard of this terminal: ``with Keyboard() as keyboard: ...``, all in one thread.
 
     Args:
-        throttle: what a key gives, 0 to 1; the user changes it.
-        hold_s: as `KeyStick` takes it.
+        throttle: the throttle of a key, 0 to 1; the user changes it.
+        hold_s: see `KeyStick`.
 
     Attributes:
-        terminal: to write to.
+        terminal: where to write.
     """
 
     def __init__(self, throttle: float = THROTTLE, hold_s: float = HOLD_S) -> None:
@@ -60,7 +60,7 @@ class Keyboard:
         self._modes = ExitStack()
 
     def __enter__(self) -> Self:
-        """Take single keys from now on."""
+        """Read single keys from now on."""
         with ExitStack() as modes:
             modes.enter_context(self.terminal.cbreak())
             modes.enter_context(
@@ -74,22 +74,22 @@ class Keyboard:
     def __exit__(
         self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Leave the terminal as it was."""
+        """Restore the terminal."""
         self._modes.close()
 
     def read(self) -> Reading:
-        """What the keys say now."""
+        """What the keys command now."""
         orders = []
         while key := self.terminal.inkey(timeout=0):
             if order := self._take(key):
-                # What isn't driving ends driving first.
+                # An order releases the keys first.
                 self._stick.release_all()
                 orders.append(order)
         throttle, steering = self._stick.axes(time.monotonic())
         return Reading("keyboard", (throttle * self.throttle, steering), tuple(orders))
 
     def _take(self, key: Keystroke) -> str | None:
-        """Note a key; gives back the order that it is, if it is one."""
+        """Note a key. Returns the order that it is, or None."""
         if key.name in _QUITS:
             return QUIT
         letter = str(key.key_value).lower()

@@ -1,4 +1,4 @@
-"""A car that is served: its doors and its page, until a signal ends it. Apart, since asyncio is slow to import."""
+"""Serve a car and its page until a signal ends it. A file of its own, because asyncio is slow to import."""
 
 import asyncio
 import signal
@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, AsyncExitStack, contextmanager
 from typing import TYPE_CHECKING, NamedTuple
 
-from motorcade.cli.driving_texts import SERVED, STATES
 from motorcade.cli.options import print_json, print_text
 from motorcade.cli.remote import Web, page_served
 from motorcade.drive.input.local import reading_input
@@ -20,6 +19,7 @@ from motorcade.drive.safety.watchdog import watched
 from motorcade.drive.server import DriveServer, serving
 from motorcade.drive.session import CarControl
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.locales import command_line_text
 from motorcade.timing import monotonic_ms
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from motorcade.drive.input.deadman import StickSource
     from motorcade.drive.wire import Telemetry
 
-_LOOK_S, _LAST_WORD_S = 0.1, 1.0
+_PERIOD_S, _LAST_LINE_S = 0.1, 1.0
 _ENDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 
 
@@ -41,11 +41,11 @@ class ServeOptions(NamedTuple):
         tls: for both; None for none.
         byte_order: of commands.
         as_json: whether to print JSON.
-        web: its page's door, if it has one.
-        stick: what drives at the car itself, if anything does.
-        fitted: what a real car's program was given; None for a simulated car.
-        notes: sentences for the log, which others add to.
-        language: en or zh.
+        web: where its page is served, if it has one.
+        stick: what steers at the car itself, if anything does.
+        parts: a real car's equipment; None for a simulated car.
+        notes: sentences for the log; other threads append to it.
+        language: of what is printed.
     """
 
     commands: socket.socket
@@ -55,47 +55,50 @@ class ServeOptions(NamedTuple):
     as_json: bool
     web: Web | None
     stick: "AbstractContextManager[StickSource] | None"
-    fitted: "CarParts | None"
-    notes: deque[str]
+    parts: "CarParts | None"
+    notes: deque[Phrase | str]
     language: str
 
 
-async def serve(board: "DriveBoard", profile: "Profile", offer: ServeOptions) -> None:
+async def serve(board: "DriveBoard", profile: "Profile", options: ServeOptions) -> None:
     """Serve until a signal ends it."""
-    drive = CarControl(board, monotonic_ms, profile)
-    server = DriveServer(drive, offer.byte_order)
+    control = CarControl(board, monotonic_ms, profile)
+    server = DriveServer(control, options.byte_order)
     ended, loop = asyncio.Event(), asyncio.get_running_loop()
 
     def end() -> None:
         loop.call_soon_threadsafe(ended.set)
 
     def report(sentence: Phrase | MotorcadeError) -> None:
-        _log(sentence.sentence(offer.language))
+        _log(sentence.sentence(options.language))
 
     _on_signals(end)
-    async with AsyncExitStack() as held:
-        await held.enter_async_context(watched(drive))
-        doors = await held.enter_async_context(serving(server, offer.commands, offer.telemetry, offer.tls))
-        if offer.stick:
-            await held.enter_async_context(reading_input(drive, offer.stick, report, end))
-        url = await held.enter_async_context(page_served(drive, offer.web)) if offer.web else None
-        held.enter_context(_logged(drive.telemetry, offer.notes, offer.language))
-        (host, port), (_, telemetry_port) = (door.address for door in doors)
-        _tell_begin(host, port, telemetry_port, url, offer)
+    async with AsyncExitStack() as resources:
+        await resources.enter_async_context(watched(control))
+        listeners = await resources.enter_async_context(
+            serving(server, options.commands, options.telemetry, options.tls)
+        )
+        if options.stick:
+            await resources.enter_async_context(reading_input(control, options.stick, report, end))
+        url = await resources.enter_async_context(page_served(control, options.web)) if options.web else None
+        resources.enter_context(_logging(control.telemetry, options.notes, options.language))
+        (host, port), (_, telemetry_port) = (each.address for each in listeners)
+        _print_addresses(host, port, telemetry_port, url, options)
         await ended.wait()
 
 
-def _tell_begin(host: str, port: int, telemetry_port: int, url: str | None, offer: ServeOptions) -> None:
-    fitted = offer.fitted
-    if offer.as_json:
-        told = {"host": host, "port": port, "telemetry_port": telemetry_port, "tls": offer.tls is not None}
-        kept = {"uploads": fitted.address, "store": str(fitted.store)} if fitted else {}
-        print_json(told | ({"url": url} if url else {}) | kept)
+def _print_addresses(host: str, port: int, telemetry_port: int, url: str | None, options: ServeOptions) -> None:
+    parts, language = options.parts, options.language
+    if options.as_json:
+        addresses = {"host": host, "port": port, "telemetry_port": telemetry_port, "tls": options.tls is not None}
+        uploads = {"uploads": parts.address, "store": str(parts.store)} if parts else {}
+        print_json(addresses | ({"url": url} if url else {}) | uploads)
         return
-    texts = SERVED[offer.language]
-    uploads = texts["uploads"].format(address=fitted.address) if fitted and fitted.address else ""
-    more = uploads + (texts["page"].format(url=url) if url else "")
-    print_text(texts["serves"].format(host=host, port=port, telemetry_port=telemetry_port, more=more) + "\n")
+    more = command_line_text("serve-uploads", language, address=parts.address) if parts and parts.address else ""
+    if url:
+        more += command_line_text("serve-page", language, url=url)
+    ports = {"host": host, "port": port, "telemetry_port": telemetry_port}
+    print_text(command_line_text("serve-begins", language, **ports, more=more) + "\n")
 
 
 def _on_signals(end: Callable[[], None]) -> None:
@@ -105,46 +108,50 @@ def _on_signals(end: Callable[[], None]) -> None:
 
 
 @contextmanager
-def _logged(telemetry: "Callable[[], Telemetry]", notes: deque[str], language: str) -> Iterator[None]:
-    """Say who drives and what state the car is in, whenever that changes: a terminal that hangs doesn't stop a car."""
+def _logging(telemetry: "Callable[[], Telemetry]", notes: deque[Phrase | str], language: str) -> Iterator[None]:
+    """Print driver and state whenever they change, in a thread: a terminal that hangs doesn't stop the car."""
     over = threading.Event()
-    told = (telemetry, _shown(telemetry()), notes, language, over)
-    thread = threading.Thread(target=_log_changes, args=told, name="log", daemon=True)
+    arguments = (telemetry, _visible(telemetry()), notes, language, over)
+    thread = threading.Thread(target=_log_changes, args=arguments, name="log", daemon=True)
     thread.start()
     try:
         yield
     finally:
         over.set()
-        thread.join(_LAST_WORD_S)
+        thread.join(_LAST_LINE_S)
 
 
 def _log_changes(
     telemetry: "Callable[[], Telemetry]",
     last: tuple[object, ...],
-    notes: deque[str],
+    notes: deque[Phrase | str],
     language: str,
     over: threading.Event,
 ) -> None:
     is_over = False
     while not is_over:
-        is_over = over.wait(_LOOK_S)
+        is_over = over.wait(_PERIOD_S)
         while notes:
-            _log(notes.popleft())
-        told = telemetry()
-        if _shown(told) != last:
-            _log(_line(told, language))
-        last = _shown(told)
+            note = notes.popleft()
+            _log(note if isinstance(note, str) else note.sentence(language))
+        now = telemetry()
+        if _visible(now) != last:
+            _log(_line(now, language))
+        last = _visible(now)
 
 
-def _line(told: "Telemetry", language: str) -> str:
-    texts, state = SERVED[language], STATES[language][told.state]
-    line = texts["drives" if told.driver else "nobody"].format(state=state, driver=told.driver)
-    return texts["fault"].format(told=line, fault=told.last_fault) if told.last_fault else line
+def _line(telemetry: "Telemetry", language: str) -> str:
+    state = Phrase(f"car-state-{telemetry.state}")
+    key = "serve-driver" if telemetry.driver else "serve-no-driver"
+    line = command_line_text(key, language, state=state, driver=telemetry.driver)
+    if not telemetry.last_fault:
+        return line
+    return command_line_text("serve-fault", language, line=line, fault=telemetry.last_fault)
 
 
-def _shown(told: "Telemetry") -> tuple[object, ...]:
-    """What is worth a line when it changes."""
-    return told.driver, told.state in ("standing", "moving") or told.state, told.last_fault
+def _visible(telemetry: "Telemetry") -> tuple[object, ...]:
+    """What is printed when it changes."""
+    return telemetry.driver, telemetry.state in ("standing", "moving") or telemetry.state, telemetry.last_fault
 
 
 def _log(sentence: str) -> None:
