@@ -31,7 +31,7 @@ def pins(clock):
 
 @pytest.fixture
 def car(clock, pins):
-    """Makes a car from the text of a pin file: its board, line, sender, and what was stored."""
+    """Make cars from the text of a pin file; each has its board, line, sender, and the images that it stored."""
     boards = []
 
     def make(text: str, is_leader: bool = False, image: bytes | None = None) -> SimpleNamespace:

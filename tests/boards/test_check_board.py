@@ -1,4 +1,4 @@
-"""check_board: boards that keep the contract pass, and each that breaks it is told how, in a sentence."""
+"""check_board: a correct board passes, and each broken board gets a sentence that says what is wrong."""
 
 import re
 import threading
@@ -40,7 +40,7 @@ def test_a_board_in_fewer_than_a_hundred_lines_passes():
 
 
 def checked(kind: type, folder: Path) -> list[str]:
-    """What check_board says of a board of ``kind`` on a tin."""
+    """Return what check_board finds in a board of ``kind``."""
     tin = Tin()
     tin_board = kind(tin, folder)
 
@@ -92,13 +92,13 @@ def test_a_micropython_car_passes(chip, platform, is_leader):
 @pytest.mark.parametrize(("kind", "says"), BROKEN, ids=lambda value: getattr(value, "__name__", None))
 def test_each_broken_board_gets_a_sentence_that_names_its_fault(kind, says, tmp_path, monkeypatch):
     if kind in REAL_TIME:
-        # Clocks are set ahead only where no other thread would see it; those that other tests left may.
+        # check_board sets clocks ahead only where there are no other threads; other tests may have left some.
         monkeypatch.setattr(threading, "active_count", lambda: 1)
         breaches = check_board(kind(Tin(), tmp_path), reopen=partial(kind, Tin(), tmp_path))
     else:
         breaches = checked(kind, tmp_path)
     assert any(says in sentence for sentence in breaches), breaches
-    # One fault is told in one sentence or two, and not blamed on the rest.
+    # One fault gives one or two sentences, and none about other methods.
     limit = len(breaches) if kind in (NotDerived, WheelsByOne, NotesStates, WheelsOfThreeSpeeds) else 2
     assert len(breaches) <= limit
 

@@ -69,7 +69,7 @@ def test_a_car_waits_before_each_tick_and_closes_its_voice_at_the_end():
         clock.now_s += seconds
 
     run(board(clock, voice=voice), wait, lambda: clock.now_s >= 100.1)
-    # A car looks often enough to find the air free for as long as its profile asks.
+    # A car ticks often enough to sense that the air is free for as long as its profile demands.
     assert max(waits) * 1000 < CLASSROOM.infrared.sense_ms
     assert voice.closed
 
@@ -144,7 +144,7 @@ def test_a_watchdog_gets_signs_of_life_and_is_disarmed_at_the_end(tmp_path):
     watchdog.keep_alive()
     watchdog.keep_alive()
     assert os.read(reader, 100) == b"\0\0"
-    # Its documentation: without a V before the end, the computer restarts.
+    # The kernel's documentation: without a V before the end, the computer restarts.
     watchdog.close()
     assert os.read(reader, 100) == b"V"
     os.close(reader)

@@ -1,4 +1,4 @@
-"""Cars that somebody drives: the bicycle's way, and a brain that goes on beneath it."""
+"""Simulated cars that somebody drives: they follow the bicycle model, and their brain goes on."""
 
 import threading
 from dataclasses import replace
@@ -17,7 +17,7 @@ from support.strategies import CLASSROOM
 from support.tables import FORWARD, hearers, leaders, table, wheels
 
 RADIUS_M = CLASSROOM.body.diameter_mm / 2000
-# What the fastest car drives in a tick of 20 ms.
+# The distance of the fastest car in a tick of 20 ms.
 TICK_M = 0.006
 STANDING = [wait(3)]
 
@@ -55,7 +55,7 @@ def test_a_steered_car_follows_the_circle_of_the_bicycle_model(angle_deg, side, 
     assert np.ptp(x_m) == pytest.approx(2 * radius_m, abs=1e-3)
     assert np.ptp(y_m) == pytest.approx(2 * radius_m, abs=1e-3)
     assert np.hypot(x_m[-1], y_m[-1]) < 1e-3
-    # The circle lies to the side to which the wheels are turned, whichever way it is driven round.
+    # The circle lies on the side to which the wheels are turned, in both driving directions.
     assert side * (y_m.max() + y_m.min()) > radius_m
 
 
@@ -63,7 +63,7 @@ def test_a_driven_car_stops_at_walls_and_obstacles():
     wall_m = 0.12
     cars = alone(tick_ms=20, walls=((wall_m, -2, wall_m, 2),))
     cars.run(2000)
-    # First straight from where it stood, then round and round against the wall.
+    # First straight ahead, then along the wall.
     for angle_deg in (90, 180, 120, 0):
         cars.drive(0, angle_deg, 1, 255)
         for _ in range(200):
@@ -109,7 +109,7 @@ def test_a_released_car_continues_its_program_at_the_present_state():
         cars.run(2500)
     driven.give_back(0)
     assert wheels(driven, 3000) == wheels(free, 3000)
-    # Again is harmless.
+    # A second call changes nothing.
     driven.give_back(0)
     assert wheels(driven, 500) == wheels(free, 500)
 
@@ -182,7 +182,7 @@ def test_a_live_world_follows_the_clock_and_drops_a_long_lag():
     for _ in range(100):
         at_s[0] += 0.013
         live.advance()
-    # 1.3 s, of which less than a tick is owed.
+    # 1.3 s less the part of a tick that is left.
     assert live.snapshot().x_m[0] == pytest.approx(0.3 * 1.28, abs=0.0062)
     at_s[0] += 60
     live.advance()

@@ -1,4 +1,4 @@
-"""Voices: a keyboard, a module on a UART, and the file that says what it sends."""
+"""Voice sources: a keyboard, and a module on a UART with the file that lists its bytes."""
 
 import threading
 from pathlib import Path
@@ -19,7 +19,7 @@ PATTERNS = ((b"\xaa\x01", VOICE_STOP), (b"\xaa\x02", VOICE_GO), (b"halt\r\n", VO
 
 
 def heard(*chunks: bytes) -> list[int]:
-    """What a module's bytes say, asked after each chunk."""
+    """Return the voices heard after each chunk of a module's bytes."""
     waiting = list(chunks)
     source = SerialVoice(lambda: waiting.pop(0), PATTERNS)
     return [source.heard_voice() for _ in chunks]
@@ -33,11 +33,11 @@ def heard(*chunks: bytes) -> list[int]:
         ([b"ha", b"lt\r", b"\n"], [NO_VOICE, NO_VOICE, VOICE_STOP]),
         ([b"\x00\xff\xaa\xaa\x02\x99"], [VOICE_GO]),
         ([b"\xaa\x03\x01\x02"], [NO_VOICE]),
-        # Whoever says both means stop, in any order.
+        # Where both words are heard, it is stop, in any order.
         ([b"\xaa\x01\xaa\x02"], [VOICE_STOP]),
         ([b"\xaa\x02\xaa\x01"], [VOICE_STOP]),
         ([b"\xaa\x02\xaa\x02"], [VOICE_GO]),
-        # A byte belongs to one word.
+        # A byte belongs to one pattern.
         ([b"UU", b"U", b"U"], [VOICE_GO, NO_VOICE, VOICE_GO]),
     ],
 )

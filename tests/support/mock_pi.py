@@ -1,4 +1,4 @@
-"""A Raspberry Pi on gpiozero's mock pins: its pin files, what its pins show, and the time that a test sets."""
+"""A Raspberry Pi on gpiozero's mock pins: its pin files, the state of its pins, and a clock that a test sets."""
 
 from motorcade.words.infrared import air_us, frame_durations_us, to_frame
 
@@ -26,7 +26,7 @@ FORWARD_1_S = to_frame(0xE4800000)
 
 
 class Clock:
-    """Seconds that pass only where a test says so."""
+    """A clock in seconds that only a test moves."""
 
     now_s = 100.0
 
@@ -35,7 +35,7 @@ class Clock:
 
 
 class Line:
-    """A line for uploads: bytes to the car, and what it answered."""
+    """A line for uploads: bytes to the car, and its answers."""
 
     def __init__(self) -> None:
         self.sent = b""
@@ -50,7 +50,7 @@ class Line:
 
 
 class Sender:
-    """An infrared sender that remembers, and sends for as long as a frame takes, or a test says."""
+    """An infrared sender that notes its frames; it is busy for a frame's length, or for as long as a test says."""
 
     ended_s = 0.0
     busy = False
@@ -72,7 +72,7 @@ class Sender:
 
 
 def shown(pins, numbers):
-    """What is at the pins: 0 and 1, or a PWM's duty of 255."""
+    """Return the state of the pins, or a PWM's duty, of 255."""
     return tuple(round(pins.pin(number).state * 255, 3) for number in numbers)
 
 
@@ -85,7 +85,7 @@ def pulse_us(pins, pin=19):
 
 
 def beam(clock, pins, frame, unit_us=560):
-    """Let a frame reach the receiver, which pulls its pin down while there is carrier."""
+    """Send a frame to the receiver, whose output is low while there is carrier."""
     pin = pins.pin(RECEIVER)
     for at, duration_us in enumerate(frame_durations_us(frame, unit_us)):
         (pin.drive_high if at % 2 else pin.drive_low)()

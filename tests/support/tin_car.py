@@ -81,7 +81,7 @@ class TinBoard(Board):
 
 
 class RealClock(TinBoard):
-    """A tin in real time."""
+    """A tin board with a real clock."""
 
     def now_ms(self):
         self.tin.now_s = time.monotonic()

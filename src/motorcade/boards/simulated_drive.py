@@ -63,7 +63,7 @@ class DrivenCars:
         """Return the board of a car."""
         return self._boards.setdefault(car, SimulatedBoard(has_program))
 
-    def held(self, cars: int) -> list[int]:
+    def driven(self, cars: int) -> list[int]:
         """Return, in order, which of the first ``cars`` somebody drives."""
         return sorted(car for car, board in list(self._boards.items()) if car < cars and board.setpoint is not None)
 

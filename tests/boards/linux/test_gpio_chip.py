@@ -65,12 +65,12 @@ def kernel(monkeypatch):
 
 
 def car_equipment(is_leader=True):
-    """What a car has that holds no image."""
+    """Return the equipment of a car without an image."""
     return Equipment(is_leader, 0, levels_of(CLASSROOM), Line(), None, lambda data: None)
 
 
 def opened(text=STEERED, is_leader=True, **options):
-    """A car that is driven."""
+    """Open a car that is driven."""
     return open_drive(car_equipment(is_leader), parse_pins(text, "car.toml"), CLASSROOM, **options)
 
 
@@ -79,7 +79,7 @@ def test_a_servos_pulses_are_not_rounded_to_whole_percents(kernel):
     pulses_us = []
     for angle_deg in (0, 1, 90, 180):
         board.apply(angle_deg, 1, 0)
-        # The library takes up the last that it is told, at the end of a pulse's 20 ms.
+        # At the end of a pulse's 20 ms lgpio uses the last duty that it got.
         frequency, duty = [asked[1:] for asked in kernel.pwm if asked[0] == 19][-1]
         pulses_us.append(duty / 100 / frequency * 1e6)
     assert pulses_us == pytest.approx([500, 511.111, 1500, 2500], abs=0.01)

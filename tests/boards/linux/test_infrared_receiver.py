@@ -1,4 +1,4 @@
-"""A Raspberry Pi hears frames at its receiver's pin as they were sent, and its car broadcasts and obeys them."""
+"""A Raspberry Pi receives frames at its pin as they were sent; its car sends and obeys them."""
 
 import pytest
 
@@ -86,7 +86,7 @@ def test_frames_that_overlap_a_cars_own_frame_are_lost(car, clock, pins):
             (pin.drive_high if at % 2 else pin.drive_low)()
             clock.now_s += duration_us / 1e6
 
-    # 20 bits; then the car sends; then what would make them 32.
+    # 20 bits, then the car's own frame, then bits that would complete the 32.
     play(durations[:42])
     assert made.board.received_frames() == []
     made.sender.busy = True

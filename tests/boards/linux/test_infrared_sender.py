@@ -1,4 +1,4 @@
-"""Infrared out by the kernel's device, which is a pipe here: what is written to it, and for how long."""
+"""Infrared out by the kernel's device, which is a pipe here: what is written to it, and how long that takes."""
 
 import os
 import struct
@@ -14,7 +14,7 @@ from motorcade.words.infrared import frame_durations_us
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="LIRC is Linux's")
 DEADLINE_S = 60
 FRAME_BYTES = 67 * 4
-# linux/lirc.h, and what a pwm-ir-tx and a receiver say of themselves.
+# linux/lirc.h, and the features of a pwm-ir-tx and of a receiver.
 GET_FEATURES, SET_SEND_CARRIER = 0x80046900, 0x40046913
 SENDS, ONLY_RECEIVES = 0x00000102, 0x00040000
 
@@ -46,7 +46,7 @@ def test_a_frame_is_one_write_of_its_marks_and_spaces(sender, pipe, frame):
 
 
 def test_a_car_is_sending_until_the_kernel_has_sent(pipe):
-    # A full pipe is a kernel that takes its time.
+    # A full pipe stands for a kernel that is still sending.
     os.set_blocking(pipe[1], False)
     filled = 0
     try:
@@ -80,7 +80,7 @@ def name_of(device):
 
 
 def devices(folder, **features):
-    """Files that stand for LIRC devices; gives the control that answers for them, and what it was told."""
+    """Make files that stand for LIRC devices; return the ioctl that answers for them, and its calls."""
     for name in features:
         (folder / name).touch()
     told = []

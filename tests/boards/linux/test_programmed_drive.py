@@ -1,4 +1,4 @@
-"""A Raspberry Pi's car that is driven and runs its own image: who has the wheels, and what goes on meanwhile."""
+"""A car with a Raspberry Pi that is driven and runs its own image: who has the wheels, and what goes on."""
 
 import os
 import sys
@@ -45,7 +45,7 @@ TWO_STATES = compile_program(
     Program([together(forward(2, speed=3), led(1, 2)), together(right(2, speed=2), led(3, 2))])
 ).image
 TURNS_LEFT = compile_program(Program([left(3, speed=1)])).image
-# What two motors show.
+# The pins of two motors.
 ALL_STILL = ((0, 0, 0), (0, 0, 0))
 STRAIGHT, TURNING_RIGHT = ((255, 0, 255), (255, 0, 255)), ((255, 0, 34), (0, 255, 34))
 TURNING_LEFT, DRIVEN_LEFT = ((0, 255, 17), (255, 0, 17)), ((255, 0, 100), (255, 0, 200))
@@ -53,7 +53,7 @@ ONE_LIT, THREE_LIT = (0, 255, 0, 0), (0, 0, 0, 255)
 
 
 class Line:
-    """A line for uploads, by which the test also lets the car's thread go on, hang or die."""
+    """A line for uploads, by which a test also makes the car's thread go on, hang or die."""
 
     def __init__(self) -> None:
         self.sent: deque[bytes] = deque()
@@ -79,7 +79,7 @@ class Line:
         self.answered += data
 
     def close(self) -> None:
-        """Nothing is held."""
+        """There is nothing to close."""
 
 
 def until(condition):
@@ -90,14 +90,14 @@ def until(condition):
 
 
 class Car:
-    """A car at a bench, its ``drive``, and the ``seat`` of one who drives it."""
+    """A car, its ``control``, and the ``session`` of a driver."""
 
     def __init__(self, clock, pins, text, image, is_leader, watchdog=None) -> None:
-        self.line, self.sender, self.stored, self.noted = Line(), Sender(clock), [], []
+        self.line, self.sender, self.stored, self.events = Line(), Sender(clock), [], []
         self.saves_slowly = threading.Event()
         self.saves_slowly.set()
         self._clock = clock
-        # In the middle of a millisecond, so that no sum of floats falls short of the next.
+        # In the middle of a millisecond, so that rounding errors of sums don't matter.
         clock.now_s += 0.0005
         equipment = Equipment(
             is_leader,
@@ -106,13 +106,13 @@ class Car:
             self.line,
             image,
             self._save,
-            observe=lambda *noted: self.noted.append(noted),
+            observe=lambda *event: self.events.append(event),
             clock_s=clock,
         )
         wiring = parse_pins(HEAD + text, "test.toml")
         self.board = ProgrammedDrive(equipment, wiring, CLASSROOM, pins, self.sender, watchdog)
-        self.drive = CarControl(self.board, lambda: int(clock() * 1000) & TICKS_MASK, CLASSROOM)
-        self.seat = self.drive.join("ada")
+        self.control = CarControl(self.board, lambda: int(clock() * 1000) & TICKS_MASK, CLASSROOM)
+        self.session = self.control.join("ada")
         self.go_on()
 
     def _save(self, data: bytes) -> None:
@@ -120,7 +120,7 @@ class Car:
         self.stored.append(data)
 
     def go_on(self, milliseconds: int = 0) -> None:
-        """Let time pass, and the car's thread take note of it."""
+        """Let time pass, and wait until the car's thread has ticked."""
         while milliseconds >= 0:
             step_ms = min(milliseconds, 50)
             self._clock.now_s += step_ms / 1000
@@ -130,12 +130,12 @@ class Car:
 
     @property
     def state(self) -> str:
-        return self.drive.telemetry().state
+        return self.control.telemetry().state
 
 
 @pytest.fixture
 def made(clock, pins):
-    """Makes a car; at the end it is closed."""
+    """Make cars, which are closed at the end."""
     cars = []
 
     def make(text=ENABLED + LEDS + SENSORS, image=TWO_STATES, is_leader=True, **more) -> Car:
@@ -146,7 +146,7 @@ def made(clock, pins):
     for car in cars:
         car.line.may_go.set()
         car.saves_slowly.set()
-        car.drive.close()
+        car.control.close()
 
 
 # Program and driver
@@ -162,19 +162,19 @@ def test_a_car_stands_still_until_the_driver_starts_its_program(made, pins):
 
 def test_a_driver_takes_the_wheels_at_once_and_the_program_goes_on(made, pins):
     car = made()
-    car.seat.resume_program()
+    car.session.resume_program()
     assert (car.state, wheels(pins)) == ("program", STRAIGHT)
-    car.seat.command(STILL)
+    car.session.command(STILL)
     assert (car.state, wheels(pins)) == ("program", STRAIGHT)
-    car.seat.command(BENDS_LEFT)
+    car.session.command(BENDS_LEFT)
     assert (car.state, wheels(pins)) == ("moving", DRIVEN_LEFT)
     for _ in range(9):
         car.go_on(250)
-        car.seat.command(BENDS_LEFT)
+        car.session.command(BENDS_LEFT)
         assert wheels(pins) == DRIVEN_LEFT
     # By now the program is in its second state.
     assert shown(pins, LEDS_AT) == THREE_LIT
-    car.seat.resume_program()
+    car.session.resume_program()
     assert (car.state, wheels(pins)) == ("program", TURNING_RIGHT)
     car.go_on(2000)
     assert (wheels(pins), shown(pins, LEDS_AT)) == (STRAIGHT, ONE_LIT)
@@ -186,13 +186,13 @@ def test_a_car_with_a_servo_runs_its_program_and_is_driven_too(made, pins):
 
     car = made(STEERED + DUTIES)
     assert now() == (1500, (0, 0, 0))
-    car.seat.resume_program()
+    car.session.resume_program()
     assert now() == (1500, (255, 0, 255))
     car.go_on(2000)
     assert now() == (500, (255, 0, 34))
-    car.seat.command(BENDS_LEFT)
+    car.session.command(BENDS_LEFT)
     assert now() == (2000, (255, 0, 200))
-    car.seat.stop()
+    car.session.stop()
     assert now() == (1500, (0, 0, 0))
 
 
@@ -201,7 +201,7 @@ def test_a_driven_leader_keeps_sending_to_its_followers(made, pins):
     car = made(image=image)
     before = len(car.sender.frames)
     for _ in range(8):
-        car.seat.command(BENDS_LEFT)
+        car.session.command(BENDS_LEFT)
         car.go_on(250)
     assert len(car.sender.frames) > before + 5
 
@@ -209,11 +209,11 @@ def test_a_driven_leader_keeps_sending_to_its_followers(made, pins):
 def test_a_driven_follower_holds_the_words_it_receives(made, clock, pins):
     car = made(is_leader=False, image=None)
     assert car.board.has_program
-    car.seat.command(BACKS)
+    car.session.command(BACKS)
     beam(clock, pins, FORWARD_1_S)
     car.go_on()
     assert wheels(pins) == ((0, 255, 70), (0, 255, 70))
-    car.seat.resume_program()
+    car.session.resume_program()
     assert wheels(pins) == ((255, 0, 102), (255, 0, 102))
     car.go_on(1000)
     assert (car.state, wheels(pins)) == ("program", ALL_STILL)
@@ -221,31 +221,31 @@ def test_a_driven_follower_holds_the_words_it_receives(made, clock, pins):
 
 def test_after_an_emergency_stop_the_program_drives_only_when_started_again(made, pins):
     car = made()
-    car.seat.resume_program()
-    car.seat.stop()
+    car.session.resume_program()
+    car.session.stop()
     assert (car.state, wheels(pins)) == ("stopped", ALL_STILL)
     car.go_on(2000)
     assert (wheels(pins), shown(pins, LEDS_AT)) == (ALL_STILL, THREE_LIT)
     with pytest.raises(DriveError):
-        car.seat.resume_program()
-    car.seat.clear()
+        car.session.resume_program()
+    car.session.clear()
     assert wheels(pins) == ALL_STILL
-    car.seat.resume_program()
+    car.session.resume_program()
     assert wheels(pins) == TURNING_RIGHT
 
 
 def test_a_silent_driver_does_not_give_the_program_the_wheels(made, pins):
     car = made()
-    car.seat.resume_program()
-    car.seat.command(BENDS_LEFT)
+    car.session.resume_program()
+    car.session.command(BENDS_LEFT)
     car.go_on(300)
-    car.drive.tick()
+    car.control.tick()
     assert (car.state, wheels(pins)) == ("moving", DRIVEN_LEFT)
     car.go_on(1)
-    car.drive.tick()
+    car.control.tick()
     assert (car.state, wheels(pins)) == ("failsafe", ALL_STILL)
     car.go_on(3000)
-    car.drive.tick()
+    car.control.tick()
     assert wheels(pins) == ALL_STILL
 
 
@@ -256,15 +256,15 @@ def test_an_upload_while_somebody_drives_is_stored_and_does_not_move_the_wheels(
     car = made(image=None)
     assert not car.board.has_program
     with pytest.raises(DriveError, match="no program"):
-        car.seat.resume_program()
-    car.seat.command(BENDS_LEFT)
+        car.session.resume_program()
+    car.session.command(BENDS_LEFT)
     car.line.sent.append(TURNS_LEFT)
     until(lambda: car.line.answered == ok_line(TURNS_LEFT))
     assert car.stored == [TURNS_LEFT]
     assert wheels(pins) == DRIVEN_LEFT
     assert car.board.has_program
     car.go_on()
-    car.seat.resume_program()
+    car.session.resume_program()
     assert wheels(pins) == TURNING_LEFT
 
 
@@ -278,17 +278,17 @@ def test_a_leader_without_states_has_no_program(made):
 
 def test_a_programmed_car_stands_still_while_its_image_is_stored(made, pins):
     car = made()
-    car.seat.resume_program()
+    car.session.resume_program()
     car.saves_slowly.clear()
     car.line.sent.append(TURNS_LEFT)
     until(lambda: wheels(pins) == ALL_STILL)
     car._clock.now_s += 5
-    car.drive.tick()
+    car.control.tick()
     assert car.state == "program"
     car.saves_slowly.set()
     until(lambda: wheels(pins) == TURNING_LEFT)
     car.go_on()
-    car.drive.tick()
+    car.control.tick()
     assert (car.state, wheels(pins)) == ("program", TURNING_LEFT)
 
 
@@ -297,44 +297,44 @@ def test_a_programmed_car_stands_still_while_its_image_is_stored(made, pins):
 
 def test_wheels_stop_within_the_watchdogs_time_where_the_program_hangs(made, pins):
     car = made()
-    car.seat.resume_program()
+    car.session.resume_program()
     car.line.may_go.clear()
     assert car.line.hangs.wait(DEADLINE_S)
-    # Looked at every 50 ms: 149 ms old at one look is less than 200 at the next.
+    # A check every 50 ms: what is 149 ms old at one check is less than 200 ms old at the next.
     car._clock.now_s += 0.149
-    car.drive.tick()
+    car.control.tick()
     assert (car.state, wheels(pins)) == ("program", STRAIGHT)
     car._clock.now_s += 0.05
-    car.drive.tick()
+    car.control.tick()
     assert (car.state, wheels(pins)) == ("failsafe", ALL_STILL)
-    assert "stuck for 199 ms" in car.drive.telemetry().last_fault
-    car.seat.resume_program()
+    assert "stuck for 199 ms" in car.control.telemetry().last_fault
+    car.session.resume_program()
     assert (car.state, wheels(pins)) == ("failsafe", ALL_STILL)
     car.line.may_go.set()
     car.go_on()
-    car.seat.resume_program()
+    car.session.resume_program()
     assert (car.state, wheels(pins)) == ("program", STRAIGHT)
 
 
 def test_wheels_stop_where_the_program_dies_and_the_driver_drives_on(made, pins):
     car = made()
-    car.seat.resume_program()
+    car.session.resume_program()
     car.line.problem = ZeroDivisionError("one by none")
     until(lambda: wheels(pins) == ALL_STILL)
-    car.drive.tick()
+    car.control.tick()
     assert car.state == "failsafe"
-    assert "ended by ZeroDivisionError: one by none; serve the car anew" in car.drive.telemetry().last_fault
-    until(lambda: car.noted[-1][0] == "fault")
-    car.seat.command(STILL)
-    car.seat.command(BENDS_LEFT)
+    assert "ended by ZeroDivisionError: one by none; serve the car anew" in car.control.telemetry().last_fault
+    until(lambda: car.events[-1][0] == "fault")
+    car.session.command(STILL)
+    car.session.command(BENDS_LEFT)
     assert wheels(pins) == DRIVEN_LEFT
-    car.seat.resume_program()
+    car.session.resume_program()
     assert (car.state, wheels(pins)) == ("failsafe", ALL_STILL)
 
 
 def test_a_part_that_fails_stops_the_programs_wheels_until_it_works_again(made, pins, monkeypatch):
     car = made()
-    car.seat.resume_program()
+    car.session.resume_program()
 
     def fail(which):
         raise OSError("the LEDs are out")
@@ -343,28 +343,28 @@ def test_a_part_that_fails_stops_the_programs_wheels_until_it_works_again(made, 
         broken.setattr(car.board._board, "set_led", fail)
         car._clock.now_s += 2
         until(lambda: wheels(pins) == ALL_STILL)
-        car.drive.tick()
-        assert (car.state, car.drive.telemetry().last_fault) == ("failsafe", "the LEDs are out")
+        car.control.tick()
+        assert (car.state, car.control.telemetry().last_fault) == ("failsafe", "the LEDs are out")
     car.go_on()
-    car.seat.resume_program()
+    car.session.resume_program()
     assert (car.state, wheels(pins)) == ("program", TURNING_RIGHT)
-    assert [noted[3] for noted in car.noted if noted[0] == "fault"] == ["the LEDs are out"]
+    assert [event[3] for event in car.events if event[0] == "fault"] == ["the LEDs are out"]
 
 
-def test_the_motor_guard_is_asked_before_the_program_moves_the_wheels(made, pins):
-    car, told = made(), []
-    car.drive.ask_before_moving(lambda: told.append(wheels(pins)))
-    car.seat.resume_program()
-    assert (told, wheels(pins), car.drive.moves) == ([ALL_STILL], STRAIGHT, True)
-    car.seat.stop()
-    assert not car.drive.moves
+def test_the_motor_guard_is_called_before_the_program_moves_the_wheels(made, pins):
+    car, asked = made(), []
+    car.control.call_before_moving(lambda: asked.append(wheels(pins)))
+    car.session.resume_program()
+    assert (asked, wheels(pins), car.control.moves) == ([ALL_STILL], STRAIGHT, True)
+    car.session.stop()
+    assert not car.control.moves
 
     def fail():
         raise OSError("the guard is gone")
 
-    car.drive.ask_before_moving(fail)
-    car.seat.clear()
-    car.seat.resume_program()
+    car.control.call_before_moving(fail)
+    car.session.clear()
+    car.session.resume_program()
     assert (car.state, wheels(pins)) == ("failsafe", ALL_STILL)
 
 
@@ -377,15 +377,15 @@ def test_a_closed_car_is_in_neutral_and_has_released_its_hardware(made, pins, tm
     os.mkfifo(device)
     reader = os.open(device, os.O_RDONLY | os.O_NONBLOCK)
     car = made(watchdog=HardwareWatchdog(device))
-    held = [pins.pin(number) for number in (*LEFT_MOTOR, *RIGHT_MOTOR, *LEDS_AT)]
-    car.seat.resume_program()
-    car.drive.beat()
+    released = [pins.pin(number) for number in (*LEFT_MOTOR, *RIGHT_MOTOR, *LEDS_AT)]
+    car.session.resume_program()
+    car.control.beat()
     thread = next(each for each in threading.enumerate() if each.name == "car program")
-    car.drive.close()
-    car.drive.close = lambda: None
+    car.control.close()
+    car.control.close = lambda: None
     assert os.read(reader, 100) == b"\0V"
     os.close(reader)
-    assert [(pin.state, pin.function) for pin in held] == [(0, "input")] * 10
+    assert [(pin.state, pin.function) for pin in released] == [(0, "input")] * 10
     assert pins.pins == {}
     assert car.sender.closed
     assert not thread.is_alive()

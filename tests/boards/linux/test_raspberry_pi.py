@@ -1,4 +1,4 @@
-"""A swarm's car on a Raspberry Pi turns its words into pins, and what its pins say into words."""
+"""A car with a Raspberry Pi: words change its pins, and its pins change what it does."""
 
 import threading
 
@@ -72,7 +72,7 @@ def test_missing_parts_find_nothing_and_do_nothing(car, pins):
     assert not board.senses_carrier()
 
 
-# The whole way
+# A whole car
 
 
 @pytest.mark.parametrize("parts", [ENABLED + LEDS + SENSORS, LEDS], ids=["all parts", "LEDs alone"])
@@ -150,7 +150,7 @@ def test_a_person_is_seen_while_the_sensor_is_high(car, pins):
 
 
 class Trigger(MockPWMPin):
-    """The trigger of a sensor whose echo comes back from an obstacle at ``distance_mm``."""
+    """A trigger pin whose sensor gets an echo from an obstacle at ``distance_mm``."""
 
     def prepare(self, clock, echo, distance_mm):
         self.clock, self.echo, self.distance_mm = clock, echo, distance_mm

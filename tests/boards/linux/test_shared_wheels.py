@@ -1,4 +1,4 @@
-"""Wheels that a driver and a program share stop where the hardware hangs or fails in the middle of a write."""
+"""Wheels that a driver and a program share stop where a write to the hardware hangs or fails."""
 
 import threading
 
@@ -11,7 +11,7 @@ STILL, AHEAD, TURN, DRIVEN = (0, 0), (0, 3), (1, 2), (90, 1, 255)
 
 
 class Hardware:
-    """Notes what it did; a write hangs, or fails, where a test wants it to."""
+    """Note each write; a write hangs or fails where a test asks for it."""
 
     def __init__(self) -> None:
         self.done = []
@@ -33,7 +33,7 @@ class Hardware:
         self._write((angle_deg, direction, speed))
 
     def neutral(self):
-        # What stops the wheels mustn't be what hangs.
+        # This write doesn't hang: the tests hang the program's.
         self.done.append("neutral")
 
 
@@ -55,7 +55,7 @@ def programmed(shared):
 
 
 def hanging(hardware, call, *arguments):
-    """``call`` in a thread of its own, which hangs in the hardware."""
+    """Run ``call`` in a thread, which hangs in the hardware."""
     hardware.hangs = True
     thread = threading.Thread(target=call, args=arguments, daemon=True)
     thread.start()

@@ -1,4 +1,4 @@
-"""The image in the flash: whole or the one before, however the power is cut and however little room there is."""
+"""The image in the flash: the new one or the old one, whole, after any cut of power and in a full flash."""
 
 import pytest
 from hypothesis import given
@@ -14,7 +14,7 @@ EMPTY = bytes(4)
 
 
 def cuts(flash: Flash, old: bytes | None, new: bytes):
-    """What is found after each cut of power while ``new`` replaces ``old``."""
+    """Return what is found after each cut of power while ``new`` replaces ``old``."""
     for steps in range(len(new) + 100):
         flash.files.clear()
         flash.cut_after = None

@@ -1,4 +1,4 @@
-"""Frames that a MicroPython car hears: through jitter, noise and late interrupts, and never its own."""
+"""Frames that a MicroPython car receives: with jitter, noise and late interrupts, and never its own."""
 
 import pytest
 from driven_car import Bench
@@ -10,7 +10,7 @@ from support.chip_benches import ESP32, FRAME, RP2040, bench, board_of
 
 
 def heard(board, a_bench: Bench, durations_us, tick_ms: int = 5) -> list[int]:
-    """The frames that the board finds in marks and spaces that begin now."""
+    """Return the frames that the board receives from marks and spaces that begin now."""
     frames = []
     a_bench.hear(a_bench.chip.now_us, durations_us)
     until_us = a_bench.chip.now_us + sum(durations_us) + 20_000

@@ -1,4 +1,4 @@
-"""The line that uploads come by: three Ctrl-C behind a silence end the car, and no image does."""
+"""The line for uploads: three Ctrl-C after a silence end the car, and no image does."""
 
 import pytest
 from hypothesis import given

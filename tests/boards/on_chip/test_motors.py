@@ -1,4 +1,4 @@
-"""Motors that a MicroPython car drives: by their pins, and without power while a direction changes."""
+"""Motors of a MicroPython car: their pins, and no power while a direction changes."""
 
 from motorcade.boards.on_chip.motors import Motor
 from support.chip_benches import bench, board_of

@@ -1,4 +1,4 @@
-"""A MicroPython car from power on to its end: with few parts, without settings, with faults."""
+"""A MicroPython car from power-on to its end: with few parts, without settings, with faults."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""The distance that a MicroPython car measures: right, waited for by nobody, and forgotten when it is old."""
+"""The distance that a MicroPython car measures: exact, read without waiting, and dropped when it is old."""
 
 import pytest
 from driven_car import Bench

@@ -85,7 +85,7 @@ def check_sensors(probe: Probe) -> None:
     voices = "NO_VOICE, VOICE_STOP or VOICE_GO of motorcade.car.brain: 0, 1 or 2"
     heard = probe.answer("heard_voice", _is_voice, voices)
     if heard and probe.answer("heard_voice", _is_voice, voices) == heard:
-        probe.breach(f"heard_voice() gave {heard} twice; what was said is told once, and then NO_VOICE")
+        probe.breach(f"heard_voice() gave {heard} twice; each word is given once, and then NO_VOICE")
 
 
 def check_line(probe: Probe, say: "Callable[[bytes], Any] | None") -> None:
@@ -106,7 +106,7 @@ def check_line(probe: Probe, say: "Callable[[bytes], Any] | None") -> None:
     except BoardFailedError:
         return
     if came != _SENT:
-        probe.breach(f"read_serial() gave {brief(came)} in all where {_SENT!r} was sent; each byte is told once")
+        probe.breach(f"read_serial() gave {brief(came)} in all where {_SENT!r} was sent; each byte is given once")
 
 
 def check_actuators(probe: Probe) -> None:
@@ -152,8 +152,8 @@ def check_hearing(probe: Probe, hear: "Callable[[int], Any]") -> None:
         except BoardFailedError:
             return
         if heard != [frame]:
-            told = ", ".join([f"0x{each:08X}" for each in heard[:_TRIES]]) or "none"
-            probe.breach(f"received_frames() gave {told} in all where {what} 0x{frame:08X} was sent once")
+            shown = ", ".join([f"0x{each:08X}" for each in heard[:_TRIES]]) or "none"
+            probe.breach(f"received_frames() gave {shown} in all where {what} 0x{frame:08X} was sent once")
 
 
 def is_image_or_none(value: object) -> bool:
@@ -174,7 +174,7 @@ def _take_frames(probe: Probe) -> "list[int]":
     frames = probe.answer("received_frames", _are_frames, _FRAMES) or ()
     again = (probe.answer("received_frames", _are_frames, _FRAMES) or ()) if frames else ()
     if frames and list(frames) == list(again):
-        probe.breach("received_frames() gave the same frames twice; each frame is told once: empty the list")
+        probe.breach("received_frames() gave the same frames twice; each frame is given once: empty the list")
     return list(frames)
 
 

@@ -166,7 +166,7 @@ class StudioWorld:
 
     def driven(self) -> list[int]:
         """The cars whose wheels their own program doesn't have."""
-        return self._driven.held(self.cars)
+        return self._driven.driven(self.cars)
 
     def leads(self) -> list[int]:
         """The cars that lead."""
