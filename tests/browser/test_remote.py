@@ -241,7 +241,7 @@ def test_of_two_real_cars_one_goes_away_and_the_other_drives_on(open_at, car_url
         expect(watcher.cars_that("otherDrives", "ada", "bo")).to_be_visible()
         going.close()
         expect(driver.cars_that("away", "ada").and_(driver.cars_that("moving", "bo"))).to_be_visible()
-        expect(driver.page.get_by_text("The car went out of reach")).to_be_visible()
+        expect(driver.page.get_by_text("The car is out of reach")).to_be_visible()
         expect(watcher.page.get_by_text("无法再联系到小车")).to_be_visible()
         assert bo.board.moves
         watcher.page.keyboard.press("Space")

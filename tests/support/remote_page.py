@@ -3,13 +3,13 @@
 import json
 
 
-class Line:
-    """One WebSocket."""
+class PageSocket:
+    """The WebSocket of a page."""
 
     def __init__(self, socket):
         self._socket = socket
 
-    def say(self, do, **values):
+    def send(self, do, **values):
         self._socket.send_text(json.dumps({"do": do} | values))
 
     def until(self, kind, holds=lambda message: True):
@@ -29,7 +29,7 @@ class Line:
         """A picture came."""
 
 
-class RemotePage(Line):
+class RemotePage(PageSocket):
     """The remote's page."""
 
     def car(self, name, holds=lambda car: True):
@@ -39,7 +39,7 @@ class RemotePage(Line):
 
     def drive(self, *cars, throttle=1.0):
         """Moves the stick, and waits until the server has heard of it."""
-        self.say("drive", cars=cars, throttle=throttle, steering=0.0)
+        self.send("drive", cars=cars, throttle=throttle, steering=0.0)
         self.until("heard")
 
     def push(self, *cars, throttle=1.0):

@@ -93,10 +93,10 @@ class _LeavableSocket(WebSocketsSansIOProtocol):
             super().shutdown()
 
 
-class _Guest(Server):
+class _EmbeddedServer(Server):
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Signals are the host's."""
+        """Leave signals to the program around it."""
         yield
 
 
@@ -106,7 +106,7 @@ async def served(
 ) -> AsyncIterator[None]:
     """Serve at a listening socket while the block runs; it answers when the block begins."""
     answers = asyncio.Event()
-    server = _Guest(app, settings, answers.set, tls)
+    server = _EmbeddedServer(app, settings, answers.set, tls)
     serving = asyncio.ensure_future(server.serve(sockets=[listener]))
     waiting = asyncio.ensure_future(answers.wait())
     try:

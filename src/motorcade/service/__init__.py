@@ -1,1 +1,1 @@
-"""The studio: the page's server. It compiles, simulates and uploads what the page's blocks say."""
+"""Everything that a page may ask for, without HTTP: requests, a world in play, uploads, storage."""

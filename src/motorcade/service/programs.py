@@ -40,8 +40,8 @@ from motorcade.words.field import WordFormat
 from motorcade.words.formats import CONTROL, HEADER
 from motorcade.words.image import bytes_to_words, words_to_bytes
 
-# Of an error in a file only so many diagnostics are told; the others often follow from them.
-_MOST_TOLD = 3
+# Of an error in a file only so many diagnostics are in the sentence; the others often follow from them.
+_MOST_SHOWN = 3
 # The fields of the control word that a step of each kind fills.
 _FIELDS = {kind.kind: word_fields(kind) for kind in SIMPLE_KINDS}
 
@@ -109,14 +109,14 @@ def compile_blocks(blocks: Blocks) -> Compiled:
 
 
 def error_answer(problem: Exception) -> ErrorAnswer:
-    """What the page is told of an error. Takes MotorcadeError and ProgramError; an error of ours becomes 'internal'."""
+    """The answer for an error: MotorcadeError, ProgramError, or 'internal' for any other."""
     if isinstance(problem, ProgramError):
-        first = problem.diagnostics[:_MOST_TOLD]
-        told = {
+        first = problem.diagnostics[:_MOST_SHOWN]
+        sentence = {
             language: "\n".join(f"{each.path}: {each.sentence(language)}".removeprefix(": ") for each in first)
             for language in languages()
         }
-        return ErrorAnswer(first[0].code, {}, told, diagnostics_in_all_languages(problem.diagnostics))
+        return ErrorAnswer(first[0].code, {}, sentence, diagnostics_in_all_languages(problem.diagnostics))
     if not isinstance(problem, MotorcadeError):
         problem = MotorcadeError("internal")
     return ErrorAnswer(**problem.to_dict("page"))

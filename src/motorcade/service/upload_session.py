@@ -120,7 +120,7 @@ def check_order(order: UploadOrder) -> Profile:
 
 
 def retry_notice(retry: Retry, size: int) -> Progress:
-    """What a page is told of another try to send ``size`` bytes."""
+    """The notice of another try to send ``size`` bytes."""
     return Progress(0, size, RetryNotice(retry.number, retry.of, sentences(retry)))
 
 

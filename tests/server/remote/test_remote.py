@@ -83,7 +83,7 @@ class Page:
         self._socket = socket
         self.hello = self.until("hello")
 
-    def say(self, do, **values):
+    def send(self, do, **values):
         self._socket.send_text(json.dumps({"do": do} | values))
 
     def until(self, kind, holds=lambda message: True):
@@ -99,7 +99,7 @@ class Page:
 
     def drive(self, throttle, steering=0.0, number=0):
         """Moves the stick, and waits until the server has heard of it."""
-        self.say("drive", cars=["1"], throttle=throttle, steering=steering, number=number)
+        self.send("drive", cars=["1"], throttle=throttle, steering=steering, number=number)
         self.until("heard", lambda heard: heard["number"] == number)
 
 
@@ -123,10 +123,10 @@ def visit():
         client.__exit__(None, None, None)
 
 
-def test_sticks_become_what_the_wheels_do(visit):
+def test_the_stick_moves_the_wheels(visit):
     rig = visit()
     with rig.page() as page:
-        page.say("join", car="1")
+        page.send("join", car="1")
         page.drive(0.0, number=1)
         page.drive(0.5, -1.0, number=2)
         told = page.car(lambda car: car["speed"])
@@ -136,91 +136,91 @@ def test_sticks_become_what_the_wheels_do(visit):
         assert rig.wheels.applied[-1] == (0, 0, 255)
 
 
-def test_a_page_that_goes_leaves_standing_wheels(visit):
+def test_the_car_stands_still_when_its_page_leaves(visit):
     rig = visit()
     with rig.page() as page:
-        page.say("join", car="1")
+        page.send("join", car="1")
         page.drive(1.0)
     assert rig.wheels.applied[-1] == "neutral"
     assert rig.drive.telemetry().watchers == 0
 
 
-def test_of_sticks_that_come_at_once_only_the_last_counts(visit):
+def test_of_sticks_that_arrive_together_only_the_last_counts(visit):
     rig = visit()
     with rig.page() as page:
-        page.say("join", car="1")
+        page.send("join", car="1")
         for number in range(200):
-            page.say("drive", cars=["1"], throttle=1.0 if number < 199 else 0.0, steering=0.0, number=number)
+            page.send("drive", cars=["1"], throttle=1.0 if number < 199 else 0.0, steering=0.0, number=number)
         page.until("heard", lambda heard: heard["number"] == 199)
     moved = [each for each in rig.wheels.applied if each == (90, 1, 255)]
     assert len(moved) < 20
 
 
-def test_who_has_no_seat_drives_nothing(visit):
+def test_a_page_that_is_not_connected_to_a_car_drives_nothing(visit):
     rig = visit()
     with rig.page() as page:
         page.drive(1.0)
-        page.say("request", car="1")
+        page.send("request", car="1")
         assert page.until("error")["code"] == "not-at-car"
     assert rig.wheels.applied == ["neutral"]
 
 
-def test_one_drives_and_others_watch_until_they_are_given_the_wheel(visit):
+def test_one_page_drives_and_the_others_watch_until_it_releases(visit):
     rig = visit()
     with rig.page() as one, rig.page() as other:
         for page in (one, other):
-            page.say("join", car="1")
+            page.send("join", car="1")
         one.drive(1.0, number=1)
         other.drive(-1.0, number=2)
         assert rig.wheels.applied[-1] == (90, 1, 255)
         assert other.car(lambda car: car["you"]["watching"])["driver"] == one.hello["you"]
-        other.say("request", car="1")
+        other.send("request", car="1")
         assert other.car(lambda car: car["wanted_by"])["you"]["waits"]
-        one.say("release", car="1")
+        one.send("release", car="1")
         assert other.car(lambda car: car["driver"] == other.hello["you"])["you"]["drives"]
 
 
-def test_anyone_may_stop_the_car_and_it_stays_stopped(visit):
+def test_every_page_may_stop_the_car_and_it_stays_stopped(visit):
     rig = visit()
     with rig.page() as driver, rig.page() as watcher:
         for page in (driver, watcher):
-            page.say("join", car="1")
+            page.send("join", car="1")
         driver.drive(1.0, number=1)
-        watcher.say("stop", cars=["1"])
+        watcher.send("stop", cars=["1"])
         watcher.car(lambda car: car["state"] == "stopped")
         driver.drive(1.0, number=2)
         assert rig.wheels.applied[-1] == "neutral"
-        watcher.say("clear", car="1")
+        watcher.send("clear", car="1")
         watcher.car(lambda car: car["state"] == "failsafe")
         driver.drive(0.0, number=3)
         driver.drive(1.0, number=4)
         assert rig.wheels.applied[-1] == (90, 1, 255)
 
 
-def test_a_program_yields_to_a_stick_and_goes_on_when_told(visit):
+def test_a_stick_takes_over_from_the_program_and_resume_gives_it_back(visit):
     rig = visit()
     with rig.page() as page:
-        page.say("join", car="1")
-        page.say("resume", car="1")
+        page.send("join", car="1")
+        page.send("resume", car="1")
         page.car(lambda car: car["state"] == "program")
         assert rig.wheels.runs_program
         page.drive(0.3, number=1)
         page.car(lambda car: car["state"] == "moving")
         assert not rig.wheels.runs_program
-        page.say("resume", car="1")
+        page.send("resume", car="1")
         page.car(lambda car: car["state"] == "program")
 
 
-def test_a_full_car_says_so_in_both_languages(visit):
+def test_a_full_car_refuses_another_page_in_every_language(visit):
     rig = visit()
     for number in range(9):
         rig.drive.join(f"watcher {number}")
     with rig.page() as page:
-        page.say("join", car="1")
+        page.send("join", car="1")
         told = page.until("error")
         assert told["sentence"]["en"] == DriveError("full", seats=9).sentence("en")
         assert told["sentence"]["zh"] == DriveError("full", seats=9).sentence("zh")
-        page.say("join", car="2")
+        page.send("join", car="2")
         assert page.until("error")["code"] == "car-not-listed"
 
 
@@ -237,21 +237,21 @@ def test_a_full_car_says_so_in_both_languages(visit):
         "[" * 5000,
     ],
 )
-def test_what_makes_no_sense_is_refused_and_changes_nothing(visit, said):
+def test_an_invalid_message_is_refused_and_changes_nothing(visit, said):
     rig = visit()
     with rig.page() as page:
-        page.say("join", car="1")
+        page.send("join", car="1")
         page._socket.send_text(said)
         assert page.until("error")["code"] in ("bad-message", "message-too-deep")
         page.drive(0.5, number=1)
     assert rig.wheels.applied[1] == (90, 1, 128)
 
 
-def test_a_page_that_shouts_is_left(visit):
+def test_a_page_that_sends_too_fast_is_disconnected(visit):
     rig = visit(messages_a_second=20, clock=lambda: 0.0)
     with rig.page() as page:
         for _ in range(41):
-            page.say("join", car="1")
+            page.send("join", car="1")
         closed = page._socket.receive()
         while closed["type"] != "websocket.close":
             closed = page._socket.receive()
@@ -261,7 +261,7 @@ def test_a_page_that_shouts_is_left(visit):
 # Pictures
 
 
-def test_the_camera_shows_pictures_one_after_the_other(visit):
+def test_the_camera_sends_pictures_one_after_the_other(visit):
     """The first parts of an answer without end."""
     rig = visit(camera=lambda: Camera(Dots(), rate_hz=200))
     seen, enough = [], threading.Event()
@@ -304,13 +304,13 @@ def test_a_snapshot_is_one_picture(visit):
         ("/nowhere/at/all", 404, "not-found"),
     ],
 )
-def test_what_is_not_there_says_so(visit, path, status, code):
+def test_an_address_without_content_is_refused(visit, path, status, code):
     answer = visit().client.get(path)
     assert (answer.status_code, answer.json()["error"]["code"]) == (status, code)
 
 
 @pytest.mark.parametrize("rate", ["0", "-1", "31", "nan", "many"])
-def test_a_pace_that_can_not_be_is_refused(visit, rate):
+def test_an_invalid_rate_is_refused(visit, rate):
     answer = visit(camera=lambda: Camera(Dots())).client.get(f"/camera?rate={rate}")
     assert (answer.status_code, answer.json()["error"]["code"]) == (400, "bad-request")
 
@@ -330,7 +330,7 @@ def test_a_page_of_another_site_drives_nothing(visit):
     assert denied(rig, host="evil.example:7700") == (403, "foreign-host")
     assert denied(rig, **{"sec-fetch-site": "cross-site"}) == (403, "foreign-origin")
     with rig.page(origin=HERE) as page:
-        page.say("join", car="1")
+        page.send("join", car="1")
     assert rig.client.get("/camera", headers={"sec-fetch-site": "cross-site"}).status_code == 403
 
 
@@ -346,10 +346,10 @@ def test_another_machine_needs_the_token(visit):
     shown = rig.client.get(f"/drive?token={TOKEN}")
     assert (shown.status_code, shown.headers["location"]) == (303, "/drive")
     with rig.page() as page:
-        page.say("join", car="1")
+        page.send("join", car="1")
 
 
-def test_over_https_the_token_never_goes_out_in_the_open(visit):
+def test_over_https_the_cookie_is_secure(visit):
     shown = visit("https://192.168.1.5:7700", token=TOKEN).client.get(f"/drive?token={TOKEN}")
     assert "Secure" in shown.headers["set-cookie"].split("; ")
 

@@ -92,7 +92,7 @@ def served(*cars, keys=None):
             with client.websocket_connect(f"ws://{HERE}/drive/ws") as socket:
                 page = RemotePage(socket)
                 for car in sits:
-                    page.say("join", car=car)
+                    page.send("join", car=car)
                 for car in sits:
                     page.car(car)
                 yield page
@@ -154,7 +154,7 @@ def test_a_car_that_is_not_there_is_a_sentence_and_holds_nobody_up(bo, nowhere):
         assert why["zh"].startswith(f"127.0.0.1:{nowhere} 处没有小车回答（")
         page.drive("ada", "bo")
         page.push("bo")
-        page.say("request", car="ada")
+        page.send("request", car="ada")
         assert page.until("error")["sentence"]["en"].startswith("No car answers")
 
 
@@ -215,9 +215,9 @@ def test_a_car_that_another_drives_holds_up_nobody(pages, bo):
         told = page.car("bo", lambda car: car["you"]["watching"])
         assert told["driver"] not in (None, told["you"]["name"])
         assert not bo.board.was_told(FULL)
-        page.say("request", car="bo")
+        page.send("request", car="bo")
         page.car("bo", lambda car: car["you"]["waits"] or car["you"]["drives"])
-        other.say("release", car="bo")
+        other.send("release", car="bo")
         page.push("ada", "bo")
 
 
@@ -228,13 +228,13 @@ def test_the_emergency_stop_reaches_all_and_those_that_are_away_when_they_are_ba
         between.cut(nowhere)
         page.car("ada", lambda car: car["why"])
         # One at which the page doesn't sit doesn't keep it from the others.
-        page.say("stop", cars=["cy", "ada", "bo"])
+        page.send("stop", cars=["cy", "ada", "bo"])
         assert page.until("error")["code"] == "not-at-car"
         page.car("bo", lambda car: car["state"] == "stopped")
         between.mend()
         page.car("ada", lambda car: car["state"] == "stopped")
         for car in ("ada", "bo"):
-            page.say("clear", car=car)
+            page.send("clear", car=car)
             page.car(car, lambda car: car["state"] == "failsafe")
         page.push("ada", "bo")
 
@@ -242,7 +242,7 @@ def test_the_emergency_stop_reaches_all_and_those_that_are_away_when_they_are_ba
 def test_what_a_car_refuses_is_a_sentence_in_both_languages(pages):
     with pages("ada") as page:
         page.car("ada", lambda car: car["state"] == "ready")
-        page.say("resume", car="ada")
+        page.send("resume", car="ada")
         said = page.until("error")["sentence"]
     assert [DriveError("no-program").sentence(language) in said[language] for language in ("en", "zh")] == [True, True]
 
@@ -250,7 +250,7 @@ def test_what_a_car_refuses_is_a_sentence_in_both_languages(pages):
 def test_a_page_reaches_no_address_that_its_owner_did_not_name(ada, bo):
     with served(at("ada", ada)) as pages, pages() as page:
         for car in (f"127.0.0.1:{bo.port}", f"bo=127.0.0.1:{bo.port}", "bo", ""):
-            page.say("join", car=car)
+            page.send("join", car=car)
             assert page.until("error")["code"] == "car-not-listed"
     assert not bo.server.commands
 
@@ -292,7 +292,7 @@ def test_a_camera_that_fails_says_so_in_both_languages(nowhere):
             assert answer.json()["error"]["code"] == code
 
 
-def test_a_car_takes_no_more_pages_than_it_has_seats(nowhere):
+def test_a_car_takes_at_most_nine_pages(nowhere):
     async def come():
         cars = RemoteCars([RemoteCar("ada", "127.0.0.1", nowhere)])
         controls = [await cars.connect("ada", f"page {number}") for number in range(9)]

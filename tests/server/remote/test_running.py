@@ -87,7 +87,7 @@ def running(source, tls=None, wheels=None):
         loop.close()
 
 
-def test_who_looked_away_is_shown_few_old_pictures_and_then_the_newest():
+def test_a_stalled_viewer_gets_few_old_pictures_and_then_the_newest():
     source = Numbered()
     with running(source) as address, socket.create_connection(address) as viewer:
         viewer.settimeout(PATIENCE_S)
@@ -122,7 +122,7 @@ def test_of_a_burst_after_a_stall_few_sticks_are_executed_and_the_last_one_is():
     assert len(wheels.applied) < 20
 
 
-def test_the_page_comes_by_https_and_its_socket_too(tmp_path):
+def test_the_page_and_its_socket_are_served_by_https(tmp_path):
     make_keys(tmp_path, [CarKeys("ada")], ["lin"], datetime.now(UTC))
     trust = ssl.create_default_context(cafile=str(tmp_path / "authority.crt"))
     with running(Numbered(), https_context(tmp_path / "car-ada.pem")) as (host, port):
@@ -133,14 +133,14 @@ def test_the_page_comes_by_https_and_its_socket_too(tmp_path):
             assert json.loads(line.recv(PATIENCE_S))["is"] in ("hello", "telemetry")
 
 
-def hang_up_when_nobody_new_is_let_in(line, address):
+def close_when_no_more_connections_are_accepted(line, address):
     with suppress(ConnectionError):
         while True:
             socket.create_connection(address, PATIENCE_S).close()
     line.close()
 
 
-def test_a_server_ends_in_peace_while_somebody_is_leaving(tmp_path):
+def test_a_server_ends_without_an_error_while_a_page_is_leaving(tmp_path):
     make_keys(tmp_path, [CarKeys("ada")], ["lin"], datetime.now(UTC))
     trust = ssl.create_default_context(cafile=str(tmp_path / "authority.crt"))
     with running(Numbered(), https_context(tmp_path / "car-ada.pem")) as (host, port):
@@ -156,7 +156,7 @@ def test_a_server_ends_in_peace_while_somebody_is_leaving(tmp_path):
         # The goodbye is answered, but the end of the encryption isn't: to the server somebody is still there.
         while page.close_rcvd is None:
             page.receive_data(line.recv(1000))
-        leaving = threading.Thread(target=hang_up_when_nobody_new_is_let_in, args=(line, (host, port)))
+        leaving = threading.Thread(target=close_when_no_more_connections_are_accepted, args=(line, (host, port)))
         leaving.start()
     leaving.join(PATIENCE_S)
     assert not leaving.is_alive()

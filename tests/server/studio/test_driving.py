@@ -13,7 +13,7 @@ from motorcade.server.remote.remote_cars import RemoteCar
 from motorcade.server.studio.app import Settings, make_app
 from support.driven_car import PATIENT, DrivenCar
 from support.pictures import Picture
-from support.remote_page import Line, RemotePage
+from support.remote_page import PageSocket, RemotePage
 
 KEY, OTHER = "0" * 32, "1" * 32
 HERE = "127.0.0.1:7700"
@@ -29,7 +29,7 @@ TWO = {**MAT, "car": MAT["car"][:2]}
 IMAGE = "AQEBAGWAAAC1AAAA"
 
 
-class Page(Line):
+class Page(PageSocket):
     """The studio's page, which has set a world.
 
     Attributes:
@@ -39,17 +39,17 @@ class Page(Line):
     def __init__(self, socket):
         super().__init__(socket)
         self.wheels = [0] * len(MAT["car"])
-        self.say("set", mat=MAT, image=IMAGE)
+        self.send("set", mat=MAT, image=IMAGE)
         self.until("hello", lambda hello: hello["cars"])
 
     def look(self, picture):
         seen = Picture(picture)
         self.wheels = seen.moment.wheels.tolist()
-        self.say("shown", frame=seen.number)
+        self.send("shown", frame=seen.number)
 
     def car(self, number, holds):
         """The details of a car when something holds of them."""
-        self.say("watch", car=number)
+        self.send("watch", car=number)
         return self.until("car", lambda car: car["car"] == number and holds(car))
 
 
@@ -91,31 +91,31 @@ def test_leaders_are_listed_first_and_all_have_cameras(client):
 
 def test_a_driven_leader_goes_on_sending_and_takes_up_its_program_when_told(client):
     with page(client) as studio, remote(client) as driver:
-        studio.say("play")
-        driver.say("join", car="1")
+        studio.send("play")
+        driver.send("join", car="1")
         assert driver.car("1", lambda car: True)["state"] == "program"
         driver.push("1", throttle=0.5)
         frames = studio.car(1, lambda car: car["frames"] > 0)["frames"]
         assert studio.car(1, lambda car: car["frames"] > frames)["frames"]
         assert studio.car(0, lambda car: car["heard"] > 0)["heard"]
-        driver.say("resume", car="1")
+        driver.send("resume", car="1")
         driver.car("1", lambda car: car["state"] == "program")
 
 
 def test_several_cars_are_driven_by_one_stick(client):
     with page(client) as studio, remote(client) as driver:
-        studio.say("play")
+        studio.send("play")
         for car in ("0", "1", "2"):
-            driver.say("join", car=car)
+            driver.send("join", car=car)
         push_until_seen(driver, studio, 0, 1, 2)
         assert len(driver.until("telemetry")["cars"]) == 3
 
 
 def driven_and_left(client, studio, car="1"):
     """Somebody drives a car, and leaves."""
-    studio.say("play")
+    studio.send("play")
     with remote(client) as driver:
-        driver.say("join", car=car)
+        driver.send("join", car=car)
         push_until_seen(driver, studio, int(car))
     studio.until("state", lambda state: state["held"] == [int(car)])
 
@@ -124,9 +124,9 @@ def test_a_car_that_its_driver_left_stands_until_somebody_tells_it_to_go_on(clie
     with page(client) as studio, remote(client) as later:
         driven_and_left(client, studio)
         # Whoever sits there next finds it standing, and may tell it.
-        later.say("join", car="1")
+        later.send("join", car="1")
         assert later.car("1", lambda car: True)["state"] in ("failsafe", "ready")
-        later.say("resume", car="1")
+        later.send("resume", car="1")
         later.car("1", lambda car: car["state"] == "program")
         studio.until("state", lambda state: not state["held"])
 
@@ -134,26 +134,26 @@ def test_a_car_that_its_driver_left_stands_until_somebody_tells_it_to_go_on(clie
 def test_the_page_of_the_world_lets_a_car_go_on_that_everybody_has_left(client):
     with page(client) as studio, remote(client) as later:
         driven_and_left(client, studio)
-        studio.say("resume", car=1)
+        studio.send("resume", car=1)
         studio.until("state", lambda state: not state["held"])
         with remote(client) as stopper:
-            stopper.say("join", car="1")
-            stopper.say("stop", cars=["1"])
+            stopper.send("join", car="1")
+            stopper.send("stop", cars=["1"])
             stopper.car("1", lambda car: car["state"] == "stopped")
-        studio.say("resume", car=1)
-        later.say("join", car="1")
+        studio.send("resume", car=1)
+        later.send("join", car="1")
         assert later.car("1", lambda car: True)["state"] == "program"
         # One that nobody ever drove needs no telling.
-        studio.say("resume", car=2)
+        studio.send("resume", car=2)
         studio.until("state", lambda state: not state["held"])
 
 
 def test_the_page_of_the_world_takes_no_car_from_its_driver(client):
     with page(client) as studio, remote(client) as driver:
-        studio.say("play")
-        driver.say("join", car="1")
+        studio.send("play")
+        driver.send("join", car="1")
         driver.push("1")
-        studio.say("resume", car=1)
+        studio.send("resume", car=1)
         assert DriveError("not-yours").sentence("zh") == studio.until("error")["sentence"]["zh"]
         driver.push("1")
 
@@ -162,50 +162,50 @@ def test_the_page_of_the_world_takes_no_car_from_its_driver(client):
 def test_beginning_again_gives_back_the_cars_that_everybody_has_left(client, change):
     with page(client) as studio, remote(client) as driver, remote(client) as stopper:
         driven_and_left(client, studio)
-        driver.say("join", car="0")
+        driver.send("join", car="0")
         push_until_seen(driver, studio, 0)
-        studio.say(**change)
+        studio.send(**change)
         studio.until("state", lambda state: state["held"] == [0] and state["t_ms"] < 1000)
         # But the emergency stop holds until somebody lifts it.
-        stopper.say("join", car="1")
-        stopper.say("stop", cars=["1"])
+        stopper.send("join", car="1")
+        stopper.send("stop", cars=["1"])
         stopper.car("1", lambda car: car["state"] == "stopped")
-        stopper.say("leave", car="1")
-        studio.say(**change)
+        stopper.send("leave", car="1")
+        studio.send(**change)
         studio.until("state", lambda state: state["held"] == [0, 1])
 
 
 def test_an_emergency_stop_outlives_who_pressed_it(client):
     with page(client), remote(client) as later:
         with remote(client) as driver:
-            driver.say("join", car="1")
-            driver.say("stop", cars=["1"])
+            driver.send("join", car="1")
+            driver.send("stop", cars=["1"])
             driver.car("1", lambda car: car["state"] == "stopped")
-        later.say("join", car="1")
+        later.send("join", car="1")
         assert later.car("1", lambda car: True)["state"] == "stopped"
 
 
 def test_a_world_that_stands_still_is_set_going_by_the_remote(client):
     with page(client) as studio, remote(client) as driver:
-        driver.say("join", car="1")
+        driver.send("join", car="1")
         assert driver.car("1", lambda car: True)["paused"]
-        driver.say("start")
+        driver.send("start")
         driver.car("1", lambda car: not car["paused"])
         studio.until("state", lambda state: state["playing"])
 
 
 def test_a_driver_stays_through_reset_and_through_another_world(client):
     with page(client) as studio, remote(client) as driver:
-        studio.say("play")
-        driver.say("join", car="1")
+        studio.send("play")
+        driver.send("join", car="1")
         push_until_seen(driver, studio, 1)
         for change in ({"do": "reset", "seed": 3}, {"do": "set", "mat": TWO, "image": IMAGE}):
-            studio.say(**change)
-            studio.say("play")
+            studio.send(**change)
+            studio.send("play")
             # What is under way of the world before.
             studio.until("state", lambda state: state["playing"] and state["t_ms"] < 1000)
             push_until_seen(driver, studio, 1)
-        driver.say("join", car="2")
+        driver.send("join", car="2")
         assert driver.until("error")["code"] == "car-not-listed"
 
 
@@ -220,7 +220,7 @@ def test_the_only_world_needs_no_name_and_one_of_several_does(client):
 @pytest.mark.parametrize("car", ["3", "-1", "x", "", "²", "1e3"])
 def test_a_car_that_is_not_there_is_refused(client, car):
     with page(client), remote(client) as driver:
-        driver.say("join", car=car)
+        driver.send("join", car=car)
         assert driver.until("error")["code"] == "car-not-listed"
         assert client.get(f"/camera/snapshot.jpg?session={KEY}&car={car}").status_code == 404
 
@@ -229,10 +229,10 @@ def test_each_car_shows_what_it_sees_while_its_world_plays_or_stands(client):
     with page(client) as studio:
         first, leader = (picture(client, car) for car in (0, 1))
         assert first != leader
-        studio.say("move", car=0, x_m=3, y_m=2, heading_deg=180)
+        studio.send("move", car=0, x_m=3, y_m=2, heading_deg=180)
         studio.until("state")
         assert picture(client, 0) != first
-        studio.say("play")
+        studio.send("play")
         assert picture(client, 1)
 
 
@@ -255,13 +255,13 @@ def test_real_cars_are_listed_behind_the_simulated_ones_and_driven_with_them(tmp
                 assert driver.until("error")["code"] == "no-world"
             with page(client) as studio, remote(client) as driver:
                 assert [each["car"] for each in driver.until("hello")["cars"]] == ["1", "0", "2", "ada"]
-                driver.say("join", car="1")
-                driver.say("join", car="ada")
+                driver.send("join", car="1")
+                driver.send("join", car="ada")
                 assert driver.car("1")["paused"]
                 assert not driver.car("ada")["paused"]
-                driver.say("start")
+                driver.send("start")
                 driver.push("1", "ada")
-                driver.say("stop", cars=["1", "ada"])
+                driver.send("stop", cars=["1", "ada"])
                 for name in ("1", "ada"):
                     driver.car(name, lambda car: car["state"] == "stopped")
                 assert picture(client, 1)

@@ -45,7 +45,7 @@ class Page:
     def __init__(self, socket):
         self._socket = socket
 
-    def say(self, do: str, **values) -> None:
+    def send(self, do: str, **values) -> None:
         self._socket.send_text(json.dumps({"do": do, **values}))
 
     def next(self):
@@ -62,7 +62,7 @@ class Page:
         while True:
             what, values = self.next()
             if what == "picture":
-                self.say("shown", frame=values.number)
+                self.send("shown", frame=values.number)
             if what == kind and holds(values):
                 return values
 
@@ -104,15 +104,15 @@ def test_a_page_sets_a_world_and_sees_it_drive(client) -> None:
         }
         first = mine.until("picture")
         assert (first.t_ms, first.flags, first.cars) == (0, FIRST, 3)
-        mine.say("play", speed=16)
+        mine.send("play", speed=16)
         driven = mine.until("picture", lambda picture: picture.t_ms > 500)
         assert driven.moment.x_m[0] > 0.05
         assert mine.until("state", lambda state: state["counts"]["heard"] > 0)["playing"]
-        mine.say("pause")
+        mine.send("pause")
         assert not mine.until("state", lambda state: not state["playing"])["playing"]
 
 
-def test_a_page_is_told_that_its_world_waits_for_the_simulator(client, monkeypatch):
+def test_a_page_is_notified_while_the_simulator_is_compiled(client, monkeypatch):
     def compile_first(*arguments):
         with event.trigger_event("numba:compile"):
             return build_world(*arguments)
@@ -120,7 +120,7 @@ def test_a_page_is_told_that_its_world_waits_for_the_simulator(client, monkeypat
     build_world = sessions.build_world
     monkeypatch.setattr(sessions, "build_world", compile_first)
     with page(client) as mine:
-        mine.say(**SET)
+        mine.send(**SET)
         assert mine.until("compiling") == {}
         assert mine.until("hello")["cars"] == 3
 
@@ -128,38 +128,38 @@ def test_a_page_is_told_that_its_world_waits_for_the_simulator(client, monkeypat
 def test_steps_and_the_past(client) -> None:
     with page(client) as mine:
         mine.set()
-        mine.say("step", ticks=100)
+        mine.send("step", ticks=100)
         assert mine.until("state", lambda state: state["t_ms"])["t_ms"] == 500
-        mine.say("seek", t_ms=240)
+        mine.send("seek", t_ms=240)
         assert mine.until("picture", lambda picture: picture.flags & PAST).t_ms == 200
-        mine.say("seek", t_ms=None)
+        mine.send("seek", t_ms=None)
         assert mine.until("picture", lambda picture: not picture.flags & PAST).t_ms == 500
-        mine.say("reset", seed=7)
+        mine.send("reset", seed=7)
         assert mine.until("state", lambda state: state["t_ms"] == 0)["seed"] == 7
 
 
 def test_cars_are_moved_the_mat_is_furnished_and_a_car_is_watched(client) -> None:
     with page(client) as mine:
         mine.set(image=None)
-        mine.say("move", car=2, x_m=-1, y_m=0.25, heading_deg=90)
+        mine.send("move", car=2, x_m=-1, y_m=0.25, heading_deg=90)
         moved = mine.until("picture", lambda picture: picture.moment.x_m[2] < 0)
         assert (moved.moment.x_m[2], moved.moment.y_m[2]) == (-1, 0.25)
         full = {"size_m": [1, 1], "crowd": [{"cars": 5000}]}
-        mine.say("furnish", mat=MAT | full | {"wall": [{"from_m": [0.2, -1], "to_m": [0.2, 1]}]}, range_mm=2000)
-        mine.say("watch", car=2)
+        mine.send("furnish", mat=MAT | full | {"wall": [{"from_m": [0.2, -1], "to_m": [0.2, 1]}]}, range_mm=2000)
+        mine.send("watch", car=2)
         while (heard := mine.next())[0] != "car":
             assert heard[0] != "error", heard
         told = heard[1]
         assert (told["car"], told["word"], told["heard"]) == (2, None, 0)
-        mine.say("say", word="stop")
-        mine.say("step")
+        mine.send("say", word="stop")
+        mine.send("step")
         assert mine.until("state", lambda state: state["t_ms"] == 5)
 
 
 def test_a_page_that_draws_nothing_gets_two_pictures_and_then_the_newest(client) -> None:
     with page(client) as mine:
         mine.set()
-        mine.say("play", speed=16)
+        mine.send("play", speed=16)
         got = []
         while len(got) < 2:
             what, values = mine.next()
@@ -169,7 +169,7 @@ def test_a_page_that_draws_nothing_gets_two_pictures_and_then_the_newest(client)
             what, values = mine.next()
             assert what == "state"
             states.append(values["t_ms"])
-        mine.say("shown", frame=got[-1].number)
+        mine.send("shown", frame=got[-1].number)
         following = mine.until("picture")
         assert following.number == got[-1].number + 1
         assert following.t_ms >= states[-1] > got[-1].t_ms
@@ -181,7 +181,7 @@ def test_a_page_that_draws_nothing_gets_two_pictures_and_then_the_newest(client)
 def test_a_page_that_is_loaded_again_finds_its_world(client) -> None:
     with page(client) as mine:
         mine.set()
-        mine.say("step", ticks=100)
+        mine.send("step", ticks=100)
         told = mine.until("picture", lambda picture: picture.t_ms == 500).events.tolist()
     with page(client) as mine:
         assert mine.until("hello")["resumed"]
@@ -191,7 +191,7 @@ def test_a_page_that_is_loaded_again_finds_its_world(client) -> None:
         assert found.events.tolist() == told
 
 
-def test_a_page_that_stays_away_loses_its_world(client, monkeypatch) -> None:
+def test_the_world_of_a_page_that_stays_away_is_dropped(client, monkeypatch) -> None:
     monkeypatch.setattr(sessions, "GRACE_S", 0)
     with page(client) as mine:
         mine.set()
@@ -209,7 +209,7 @@ def test_a_second_page_with_the_session_takes_it_over(client, monkeypatch) -> No
             assert first.until("error")["code"] == "taken-over"
             with pytest.raises(WebSocketDisconnect):
                 first.next()
-            second.say("step")
+            second.send("step")
             assert second.until("state", lambda state: state["t_ms"])["t_ms"] == 5
             # The first one's end takes nothing from the second.
             with page(client) as third:
@@ -221,9 +221,9 @@ def test_sessions_do_not_meet(client) -> None:
     with page(client) as mine, page(client, OTHER) as its:
         mine.set()
         its.set(mat=MAT | {"car": MAT["car"][:1]})
-        mine.say("step", ticks=100)
+        mine.send("step", ticks=100)
         mine.until("state", lambda state: state["t_ms"] == 500)
-        its.say("step")
+        its.send("step")
         assert its.until("state", lambda state: state["t_ms"])["t_ms"] == 5
 
 
@@ -251,7 +251,7 @@ def test_sessions_do_not_meet(client) -> None:
         (json.dumps({"do": "say", "word": "x" * (1 << 20)}), "message-too-long", "smaller"),
     ],
 )
-def test_what_cannot_be_is_refused_in_two_languages_and_the_world_goes_on(client, text, code, says) -> None:
+def test_an_invalid_message_is_refused_in_every_language_and_the_world_goes_on(client, text, code, says) -> None:
     with page(client) as mine:
         mine.set()
         mine._socket.send_text(text)
@@ -259,17 +259,17 @@ def test_what_cannot_be_is_refused_in_two_languages_and_the_world_goes_on(client
         assert error["code"] == code
         assert says in error["sentence"]["en"]
         assert "。" in error["sentence"]["zh"]
-        mine.say("step")
+        mine.send("step")
         assert mine.until("state", lambda state: state["t_ms"])["t_ms"] == 5
 
 
-def test_bytes_are_no_message(client) -> None:
+def test_a_binary_message_is_refused(client) -> None:
     with page(client) as mine:
         mine._socket.send_bytes(b"\0")
         assert mine.until("error")["code"] == "bad-message"
 
 
-def test_what_waits_for_a_page_that_takes_nothing_is_bounded_and_its_state_the_newest() -> None:
+def test_the_queue_of_a_page_that_reads_nothing_is_bounded_and_has_the_newest_state() -> None:
     waiting, sent = Outbox(), []
     for t_ms in range(1000):
         waiting.put(State(True, 1.0, t_ms, None, 0, 0, {}, 1.0, []))
@@ -289,21 +289,21 @@ def test_what_waits_for_a_page_that_takes_nothing_is_bounded_and_its_state_the_n
     assert sent[-1] == 1008
 
 
-def test_a_page_without_a_world_is_told_so(client) -> None:
+def test_a_message_before_the_first_world_is_refused(client) -> None:
     with page(client) as mine:
-        mine.say("play")
+        mine.send("play")
         assert mine.until("error")["code"] == "no-world"
 
 
 @pytest.mark.parametrize("key", ["", "x" * 32, KEY + "0", KEY.upper()])
-def test_a_page_without_a_proper_session_is_sent_away(client, key) -> None:
+def test_a_page_without_a_valid_session_is_disconnected(client, key) -> None:
     with page(client, key) as mine:
         assert mine.until("error")["code"] == "bad-session"
         with pytest.raises(WebSocketDisconnect):
             mine.next()
 
 
-def test_a_full_server_forgets_those_who_left_and_refuses_when_all_look(tmp_path) -> None:
+def test_a_full_server_forgets_pages_that_left_and_refuses_when_all_are_connected(tmp_path) -> None:
     with server(tmp_path, most_sessions=1) as client:
         with page(client) as mine:
             mine.set()
@@ -314,10 +314,10 @@ def test_a_full_server_forgets_those_who_left_and_refuses_when_all_look(tmp_path
             its.set()
 
 
-def test_a_page_that_says_too_much_is_cut_off(tmp_path) -> None:
+def test_a_page_that_sends_too_fast_is_disconnected(tmp_path) -> None:
     with server(tmp_path, messages_a_second=5, clock=lambda: 0.0) as client, page(client) as mine:
         for _ in range(11):
-            mine.say("shown", frame=0)
+            mine.send("shown", frame=0)
         assert mine.until("error")["code"] == "too-many-messages"
         with pytest.raises(WebSocketDisconnect):
             mine.next()
@@ -326,7 +326,7 @@ def test_a_page_that_says_too_much_is_cut_off(tmp_path) -> None:
 def test_the_timeline_is_a_table(client) -> None:
     with page(client) as mine:
         mine.set()
-        mine.say("step", ticks=100)
+        mine.send("step", ticks=100)
         mine.until("state", lambda state: state["t_ms"])
         answer = client.get(f"/api/world/{KEY}/timeline.csv")
     rows = list(csv.DictReader(io.StringIO(answer.text)))
@@ -341,7 +341,7 @@ def test_a_run_becomes_a_film(client, file, begins) -> None:
     with page(client) as mine:
         mine.set()
         assert client.get(f"/api/world/{KEY}/{file}").json()["error"]["code"] == "nothing-to-draw"
-        mine.say("step", ticks=100)
+        mine.send("step", ticks=100)
         mine.until("state", lambda state: state["t_ms"])
         answer = client.get(f"/api/world/{KEY}/{file}?seconds=0.3")
     assert answer.content.startswith(begins)
@@ -349,7 +349,7 @@ def test_a_run_becomes_a_film(client, file, begins) -> None:
 
 
 @pytest.mark.parametrize("file", ["timeline.csv", "run.gif"])
-def test_nothing_is_to_be_had_of_a_world_that_is_not_there(client, file) -> None:
+def test_a_world_that_does_not_exist_has_no_downloads(client, file) -> None:
     answer = client.get(f"/api/world/{OTHER}/{file}")
     assert (answer.status_code, answer.json()["error"]["code"]) == (404, "no-world")
 
@@ -369,12 +369,12 @@ def test_a_heavy_world_does_not_hold_up_a_light_one(client, monkeypatch) -> None
     monkeypatch.setattr(Playback, "advance", take_long)
     with page(client) as its, page(client, OTHER) as mine:
         its.set(mat=heavy)
-        its.say("play", speed=16)
+        its.send("play", speed=16)
         assert begun.wait(DEADLINE_S)
         try:
             mine.set()
             for ticks in range(1, 11):
-                mine.say("step")
+                mine.send("step")
                 mine.until("state", lambda state, ticks=ticks: state["t_ms"] == 5 * ticks)
             assert not held_up
         finally:

@@ -1,1 +1,1 @@
-"""The remote: pages that drive cars by hand, and show what their cameras see."""
+"""The remote: pages that drive cars and show the pictures of their cameras."""

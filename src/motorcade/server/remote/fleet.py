@@ -1,7 +1,7 @@
 """The cars that a server offers to pages, and a page's control of one of them, wherever the car is."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 from motorcade.cameras.broadcast import Camera
 from motorcade.drive.input.deadman import stick_word
@@ -10,6 +10,8 @@ from motorcade.errors import MotorcadeError
 
 # A page may be connected to so many cars at once, and so many cameras of a world may be open.
 MOST_CARS = 16
+# Operations of a session of `motorcade.drive`, by their names there.
+Action = Literal["request", "release", "stop", "clear", "resume_program"]
 
 
 class PageControl(Protocol):
@@ -21,20 +23,8 @@ class PageControl(Protocol):
     def steer(self, throttle: float, steering: float) -> None:
         """Where the stick is now, both axes -1 to 1; a car that can't be reached stands still."""
 
-    async def request(self) -> None:
-        """Ask to drive."""
-
-    async def release(self) -> None:
-        """Stop driving, or stop waiting to drive."""
-
-    async def stop(self) -> None:
-        """Emergency stop."""
-
-    async def clear(self) -> None:
-        """Lift the emergency stop."""
-
-    async def resume_program(self) -> None:
-        """Give the car back to its own program."""
+    async def act(self, action: Action) -> None:
+        """Ask to drive, to stop driving or waiting, for the emergency stop, for its end, or for the car's program."""
 
     def telemetry(self) -> dict[str, Any]:
         """The car's `motorcade.drive.wire.Telemetry` by name, and beside that:
@@ -79,25 +69,9 @@ class LocalControl:
         """Move the stick."""
         self._session.command(stick_word(throttle, steering))
 
-    async def request(self) -> None:
-        """Ask to drive."""
-        self._session.request()
-
-    async def release(self) -> None:
-        """Stop driving, or stop waiting to drive."""
-        self._session.release()
-
-    async def stop(self) -> None:
-        """Emergency stop."""
-        self._session.stop()
-
-    async def clear(self) -> None:
-        """Lift the emergency stop."""
-        self._session.clear()
-
-    async def resume_program(self) -> None:
-        """Give the car back to its own program."""
-        self._session.resume_program()
+    async def act(self, action: Action) -> None:
+        """Ask something of the car. Raises MotorcadeError where it refuses."""
+        getattr(self._session, action)()
 
     def telemetry(self) -> dict[str, Any]:
         """The car's telemetry, and what concerns this page (see `PageControl.telemetry`)."""

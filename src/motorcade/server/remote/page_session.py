@@ -12,7 +12,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motorcade.errors import MotorcadeError
 from motorcade.server.http import next_message, until_one_ends
-from motorcade.server.remote.fleet import MOST_CARS, Fleet, PageControl
+from motorcade.server.remote.fleet import MOST_CARS, Action, Fleet, PageControl
 from motorcade.server.request_filter import ServerSettings
 from motorcade.timing import to_ticks
 
@@ -89,6 +89,12 @@ class Start(_Message):
     """Have the cars' world go on where it stands still."""
 
 
+_ACTIONS: dict[type[_Message], Action] = {
+    Request: "request",
+    Release: "release",
+    Clear: "clear",
+    Resume: "resume_program",
+}
 Message = Join | Leave | DriveMessage | Request | Release | Stop | Clear | Resume | Start
 
 
@@ -155,14 +161,8 @@ class PageSession:
             case Leave():
                 if message.car in self._controls:
                     self._controls.pop(message.car).leave()
-            case Request():
-                self._ask(self._control(message.car).request())
-            case Release():
-                self._ask(self._control(message.car).release())
-            case Clear():
-                self._ask(self._control(message.car).clear())
-            case Resume():
-                self._ask(self._control(message.car).resume_program())
+            case Request() | Release() | Clear() | Resume():
+                self._ask(self._control(message.car).act(_ACTIONS[type(message)]))
             case Start():
                 await self._fleet.start()
                 await self._greet()
@@ -182,7 +182,7 @@ class PageSession:
         """Stop all cars to which the page is connected; only then refuse the others."""
         for name in names:
             if name in self._controls:
-                self._ask(self._controls[name].stop())
+                self._ask(self._controls[name].act("stop"))
         for name in names:
             self._control(name)
 

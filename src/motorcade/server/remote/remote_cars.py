@@ -13,7 +13,7 @@ from motorcade.drive.client import DriveClient
 from motorcade.drive.connection import CarError, CarRefusesError
 from motorcade.drive.session import MOST_SESSIONS, DriveError
 from motorcade.errors import MotorcadeError
-from motorcade.server.remote.fleet import ListedCar, PageControl
+from motorcade.server.remote.fleet import Action, ListedCar, PageControl
 from motorcade.service.messages import sentences
 
 _AGAIN_S = 0.1
@@ -72,16 +72,19 @@ class RemoteControl:
         if not self._owes_stop:
             self._client.steer(throttle, steering)
 
-    async def request(self) -> None:
-        """Ask to drive."""
-        await self._client.request()
+    async def act(self, action: Action) -> None:
+        """Ask something of the car. Raises MotorcadeError where it refuses.
 
-    async def release(self) -> None:
-        """Stop driving, or stop waiting to drive."""
-        await self._client.release()
+        A car out of reach is stopped as soon as it can be reached again, unless the stop is lifted before.
+        """
+        if action == "stop":
+            await self._stop()
+            return
+        if action == "clear":
+            self._owes_stop = False
+        await getattr(self._client, action)()
 
-    async def stop(self) -> None:
-        """Emergency stop; a car out of reach is stopped as soon as it can be reached again."""
+    async def _stop(self) -> None:
         if self._owes_stop:
             return
         self._owes_stop = True
@@ -94,15 +97,6 @@ class RemoteControl:
                 raise
             except CarError:
                 await asyncio.sleep(_AGAIN_S)
-
-    async def clear(self) -> None:
-        """Lift the emergency stop."""
-        self._owes_stop = False
-        await self._client.clear()
-
-    async def resume_program(self) -> None:
-        """Give the car back to its own program."""
-        await self._client.resume_program()
 
     def telemetry(self) -> dict[str, Any]:
         """The last telemetry, and what concerns this page (see `PageControl.telemetry`)."""
