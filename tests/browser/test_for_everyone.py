@@ -108,7 +108,7 @@ def test_two_fingers_zoom_the_mat(open_page) -> None:
     studio = open_page(size=PHONE, has_touch=True, is_mobile=True, project=EXAMPLE)
     tab(studio, "mat").tap()
     mat = studio.page.get_by_role("application", name=studio.say("mat.canvas"))
-    scale = mat.locator(".mat-scale")
+    scale = mat.locator("[data-part=scale]")
     before, box = scale.bounding_box(), studio.box(mat)
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     finger = studio.context.new_cdp_session(studio.page)
@@ -141,7 +141,7 @@ def test_who_wishes_for_less_motion_gets_none_but_the_cars(open_page) -> None:
 
 def test_what_cannot_be_fetched_is_told_and_leaves_the_rest(open_page) -> None:
     studio = open_page(project=EXAMPLE)
-    studio.forgive("ERR_FAILED", "dynamically imported module", "<Fence>")
+    studio.forgive("ERR_FAILED", "dynamically imported module", "<ErrorBoundary>")
     studio.page.route("**/MatPanel*.js", lambda route: route.abort())
     studio.page.reload()
     told = studio.page.get_by_role("alert").filter(has_text=studio.say("app.failed"))

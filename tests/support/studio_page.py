@@ -94,9 +94,10 @@ class StudioPage:
     def wait_until_ready(self) -> None:
         """Blocks, words and cars are there, even where a small screen doesn't show them at once."""
         words = self.page.get_by_role("rowheader", include_hidden=True)
-        expect(words.or_(self.page.locator(".diagnostics li"))).not_to_have_count(0)
+        diagnostics = self.page.get_by_role("list", name=self.say("words.diagnostics"), include_hidden=True)
+        expect(words.or_(diagnostics)).not_to_have_count(0)
         expect(self.page.locator("#mat-play")).to_be_enabled(timeout=FIRST_WORLD_MS)
-        expect(self.page.locator(".mat-canvas canvas")).to_be_attached()
+        expect(self.page.locator("#mat canvas").first).to_be_attached()
 
     def take(self, project: dict[str, Any]) -> None:
         """Another project in place of what is there, as by a link that is opened in the same page."""

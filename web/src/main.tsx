@@ -1,7 +1,7 @@
-import "./app/styles.css";
+import "./ui/tokens.css";
 import { createRoot } from "react-dom/client";
 import { App } from "./app/App";
-import { startLanguages } from "./i18n";
+import { start } from "./app/start";
 
-startLanguages();
+start();
 createRoot(document.getElementById("root")!).render(<App />);

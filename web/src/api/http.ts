@@ -1,6 +1,6 @@
 /** The server's answers, typed. A server that isn't there is told to the whole page. */
 
-import { useStudio } from "../app/store";
+import { useStudio } from "../state/studio";
 import type { Blocks, ErrorAnswer, Project, Requests, Sentence } from "../generated/messages";
 
 /** What the server refused, in its own words. */

@@ -1,6 +1,6 @@
 /** Looks for a server that is gone until it is back, and tells both. */
 
-import { useStudio } from "../app/store";
+import { useStudio } from "../state/studio";
 import * as api from "./http";
 
 const EVERY_MS = 1500;

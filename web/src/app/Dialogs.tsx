@@ -1,33 +1,34 @@
 import { lazy, Suspense } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { answer, useQuestion } from "./asking";
-import { Sheet } from "./controls";
-import { Fence, reload } from "./Fence";
-import { tell } from "./telling";
+import { type DialogName, notify, openDialog, useDialogs } from "../state/dialogs";
+import { ErrorBoundary, reload } from "../ui/areas";
+import { Sheet } from "../ui/controls";
+import buttons from "../ui/buttons.module.css";
+import controls from "../ui/controls.module.css";
+import { classes } from "../ui/classes";
 
-const DIALOGS = {
+const projectDialogs = () => import("../projects/ProjectDialogs");
+const DIALOGS: Record<DialogName, React.ComponentType<{ onClose: () => void }>> = {
   upload: lazy(async () => ({ default: (await import("../upload/UploadDialog")).UploadDialog })),
-  library: lazy(async () => ({ default: (await import("../projects/LibraryDialog")).LibraryDialog })),
-  examples: lazy(async () => ({ default: (await import("../projects/ExamplesDialog")).ExamplesDialog })),
-  share: lazy(async () => ({ default: (await import("../projects/ShareDialog")).ShareDialog })),
+  library: lazy(async () => ({ default: (await projectDialogs()).LibraryDialog })),
+  examples: lazy(async () => ({ default: (await projectDialogs()).ExamplesDialog })),
+  share: lazy(async () => ({ default: (await projectDialogs()).ShareDialog })),
   help: lazy(async () => ({ default: (await import("./HelpDialog")).HelpDialog })),
 };
 
-export type DialogName = keyof typeof DIALOGS;
-
-function Asking() {
+function QuestionDialog() {
   const { t } = useTranslation();
-  const question = useQuestion((state) => state.question);
+  const question = useDialogs((dialogs) => dialogs.question);
   if (!question) return null;
   return (
-    <Sheet title={question.title} onClose={() => answer(false)} role="alertdialog">
+    <Sheet title={question.title} onClose={() => question.answer(false)} role="alertdialog">
       <p>{question.text}</p>
-      <footer className="sheet-foot">
-        <Button className="button" autoFocus onPress={() => answer(false)}>
+      <footer className={controls.sheetFoot}>
+        <Button className={buttons.button} autoFocus onPress={() => question.answer(false)}>
           {t("app.cancel")}
         </Button>
-        <Button className="button primary" onPress={() => answer(true)}>
+        <Button className={classes(buttons.button, buttons.primary)} onPress={() => question.answer(true)}>
           {question.yes}
         </Button>
       </footer>
@@ -35,20 +36,30 @@ function Asking() {
   );
 }
 
-/** The dialog that is open, and the question above it. One that can't be fetched, as while the server is away, is not. */
-export function Dialogs({ open, onClose }: { open: DialogName | null; onClose: () => void }) {
+function OpenDialog({ name, onClose }: { name: DialogName; onClose: () => void }) {
+  const Dialog = DIALOGS[name];
+  return (
+    <Suspense>
+      <Dialog onClose={onClose} />
+    </Suspense>
+  );
+}
+
+/** The open dialog, and the question above it. A dialog that can't be fetched is closed with a notice. */
+export function Dialogs() {
   const { t } = useTranslation();
-  const Open = open && DIALOGS[open];
+  const open = useDialogs((dialogs) => dialogs.open);
+  const close = () => openDialog(null);
   const fail = () => {
-    tell(t("app.failed"), "error", { label: t("app.reload"), run: reload });
-    onClose();
+    notify(t("app.failed"), "error", { label: t("app.reload"), run: reload });
+    close();
   };
   return (
     <>
-      <Fence key={open} onFailure={fail}>
-        <Suspense>{Open && <Open onClose={onClose} />}</Suspense>
-      </Fence>
-      <Asking />
+      <ErrorBoundary key={open} onFailure={fail}>
+        {open && <OpenDialog name={open} onClose={close} />}
+      </ErrorBoundary>
+      <QuestionDialog />
     </>
   );
 }

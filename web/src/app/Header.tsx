@@ -1,51 +1,169 @@
-import { Button, Input, TextField } from "react-aria-components";
+import {
+  Button,
+  Header as MenuTitle,
+  Input,
+  Menu,
+  MenuItem,
+  MenuSection,
+  MenuTrigger,
+  Popover,
+  type Selection,
+  Separator,
+  TextField,
+} from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { IconButton } from "./controls";
-import { FileMenu } from "./FileMenu";
-import { Icon } from "./icons";
-import { Logo } from "./Logo";
-import { SettingsMenu } from "./SettingsMenu";
-import { useStudio } from "./store";
-import type { DialogName } from "./Dialogs";
+import type { Language } from "../api/types";
+import { changeLanguage, LANGUAGES, nameOf } from "../i18n";
+import { exportCsv, exportPicture, openFile, saveFile, saveToLibrary } from "../projects/actions";
+import { startNew } from "../projects/project";
+import { openDialog } from "../state/dialogs";
+import { THEMES, type ThemeName, useSettings } from "../state/settings";
+import { useStudio } from "../state/studio";
+import { IconButton } from "../ui/controls";
+import { Icon } from "../ui/icons";
+import css from "./app.module.css";
+import buttons from "../ui/buttons.module.css";
+import controls from "../ui/controls.module.css";
+import { classes } from "../ui/classes";
 
-/** The project's name, what can be done with it, and how the page looks and speaks. */
-export function Header({ onDialog }: { onDialog: (dialog: DialogName) => void }) {
+/** A leader and two followers. */
+function Logo() {
+  return (
+    <svg className={css.logo} viewBox="0 0 32 32" aria-hidden="true">
+      <rect width="32" height="32" rx="8" fill="var(--accent)" />
+      <path d="M16 4.5 22.5 17h-13z" fill="var(--on-accent)" />
+      <path d="M8.5 18 12 26H5zM23.5 18 27 26H20z" fill="#ffc94d" />
+    </svg>
+  );
+}
+
+function FileMenu() {
+  const { t } = useTranslation();
+  const save = async () => {
+    if (!(await saveToLibrary())) openDialog("library");
+  };
+  const item = (key: "new" | "open" | "examples" | "library" | "save" | "saveFile" | "share", run: () => void) => (
+    <MenuItem className={controls.menuItem} id={key} onAction={run}>
+      {t(`menu.${key}`)}
+    </MenuItem>
+  );
+  const exported = (key: "csv" | "svg" | "png" | "print", run: () => void) => (
+    <MenuItem className={controls.menuItem} id={key} onAction={run}>
+      {t(`export.${key}`)}
+    </MenuItem>
+  );
+  return (
+    <MenuTrigger>
+      <Button className={classes(buttons.button, buttons.quietButton)}>
+        <Icon name="file" />
+        <span className={css.buttonText}>{t("menu.project")}</span>
+      </Button>
+      <Popover className={controls.popover} placement="bottom start">
+        <Menu className={controls.menu} aria-label={t("menu.project")}>
+          {item("new", () => void startNew())}
+          {item("open", () => void openFile())}
+          {item("examples", () => openDialog("examples"))}
+          <Separator className={controls.menuLine} />
+          {item("save", () => void save())}
+          {item("library", () => openDialog("library"))}
+          {item("saveFile", () => void saveFile())}
+          {item("share", () => openDialog("share"))}
+          <Separator className={controls.menuLine} />
+          <MenuSection>
+            <MenuTitle className={controls.menuTitle}>{t("export.title")}</MenuTitle>
+            {exported("csv", exportCsv)}
+            {exported("svg", () => void exportPicture("svg"))}
+            {exported("png", () => void exportPicture("png"))}
+            {exported("print", () => window.print())}
+          </MenuSection>
+        </Menu>
+      </Popover>
+    </MenuTrigger>
+  );
+}
+
+const only = (selection: Selection) => (selection === "all" ? undefined : [...selection][0]);
+
+function SettingsMenu() {
+  const { t, i18n } = useTranslation();
+  const theme = useSettings((settings) => settings.theme);
+  return (
+    <MenuTrigger>
+      <IconButton icon="settings" label={t("settings.title")} />
+      <Popover className={controls.popover} placement="bottom end">
+        <Menu className={controls.menu} aria-label={t("settings.title")}>
+          <MenuSection
+            selectionMode="single"
+            disallowEmptySelection
+            selectedKeys={[i18n.language]}
+            onSelectionChange={(keys) => changeLanguage(only(keys) as Language)}
+          >
+            <MenuTitle className={controls.menuTitle}>{t("settings.language")}</MenuTitle>
+            {LANGUAGES.map((language) => (
+              <MenuItem key={language} id={language} className={controls.menuItem} lang={language}>
+                <Icon name="done" />
+                {nameOf(language)}
+              </MenuItem>
+            ))}
+          </MenuSection>
+          <MenuSection
+            selectionMode="single"
+            disallowEmptySelection
+            selectedKeys={[theme]}
+            onSelectionChange={(keys) => useSettings.setState({ theme: only(keys) as ThemeName })}
+          >
+            <MenuTitle className={controls.menuTitle}>{t("settings.theme")}</MenuTitle>
+            {THEMES.map((name) => (
+              <MenuItem key={name} id={name} className={controls.menuItem}>
+                <Icon name="done" />
+                {t(`settings.${name}`)}
+              </MenuItem>
+            ))}
+          </MenuSection>
+        </Menu>
+      </Popover>
+    </MenuTrigger>
+  );
+}
+
+/** The project's name and menu, and the settings of the page. */
+export function Header() {
   const { t } = useTranslation();
   const name = useStudio((studio) => studio.name);
   const unsaved = useStudio((studio) => studio.unsaved);
   return (
-    <header className="header">
-      <h1 className="brand">
+    <header className={css.header}>
+      <h1 className={css.brand}>
         <Logo />
         <span>{t("app.title")}</span>
       </h1>
       <TextField
-        className="project-name"
+        className={css.projectName}
         aria-label={t("project.name")}
         value={name}
         onChange={(text) => useStudio.setState({ name: text })}
       >
         <Input maxLength={80} placeholder={t("project.unnamed")} />
       </TextField>
-      <span className="unsaved" role="status">
+      <span className={css.unsaved} role="status">
         {unsaved && t("project.unsaved")}
       </span>
-      <div className="header-tools">
-        <FileMenu onDialog={onDialog} />
-        <Button className="button quiet-button roomy" onPress={() => onDialog("examples")}>
+      <div className={css.headerTools}>
+        <FileMenu />
+        <Button className={classes(buttons.button, buttons.quietButton, css.roomy)} onPress={() => openDialog("examples")}>
           <Icon name="examples" />
           {t("menu.examplesShort")}
         </Button>
-        <Button className="button quiet-button roomy" onPress={() => onDialog("share")}>
+        <Button className={classes(buttons.button, buttons.quietButton, css.roomy)} onPress={() => openDialog("share")}>
           <Icon name="share" />
           {t("menu.shareShort")}
         </Button>
-        <Button className="button primary" onPress={() => onDialog("upload")}>
+        <Button className={classes(buttons.button, buttons.primary)} onPress={() => openDialog("upload")}>
           <Icon name="upload" />
-          <span className="button-text">{t("upload.open")}</span>
+          <span className={css.buttonText}>{t("upload.open")}</span>
         </Button>
         <SettingsMenu />
-        <IconButton icon="help" label={t("help.title")} onPress={() => onDialog("help")} />
+        <IconButton icon="help" label={t("help.title")} onPress={() => openDialog("help")} />
       </div>
     </header>
   );

@@ -1,8 +1,56 @@
+import * as Blockly from "blockly/core";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { Sheet } from "./controls";
-import { useSettings } from "./settings";
-import { editorShortcuts } from "./shortcuts";
+import { useSettings } from "../state/settings";
+import { Sheet } from "../ui/controls";
+import dialogs from "./dialogs.module.css";
+import buttons from "../ui/buttons.module.css";
+
+interface Shortcut {
+  name: string;
+  text: string;
+  keys: string[];
+}
+
+const spelled = (key: string) =>
+  key
+    .split("+")
+    .map((part) => (/^\d+$/.test(part) ? nameOfCode(Number(part)) : part))
+    .join(" + ");
+
+const NAMES: Record<number, string> = {
+  8: "Backspace",
+  9: "Tab",
+  13: "Enter",
+  27: "Esc",
+  32: "Space",
+  33: "Page Up",
+  34: "Page Down",
+  35: "End",
+  36: "Home",
+  37: "←",
+  38: "↑",
+  39: "→",
+  40: "↓",
+  46: "Delete",
+  93: "Menu",
+  121: "F10",
+  191: "/",
+};
+
+function nameOfCode(code: number): string {
+  return NAMES[code] ?? String.fromCharCode(code);
+}
+
+/** Blockly's keyboard shortcuts that have a text, each with its keys. */
+function editorShortcuts(): Shortcut[] {
+  const registry = Blockly.ShortcutRegistry.registry;
+  return Object.values(registry.getRegistry()).flatMap(({ name, displayText }) => {
+    const text = typeof displayText === "function" ? displayText() : displayText;
+    const keys = registry.getKeyCodesByShortcutName(name).map(spelled);
+    return text && keys.length ? [{ name, text, keys: [...new Set(keys)] }] : [];
+  });
+}
 
 const TOPICS = ["blocks", "words", "mat", "upload"] as const;
 const PAGE_KEYS = { tab: "Tab", blocks: "← ↑ → ↓", words: "← ↑ → ↓", divider: "← →", help: "/" } as const;
@@ -19,7 +67,7 @@ export function HelpDialog({ onClose }: { onClose: () => void }) {
   ];
   return (
     <Sheet title={t("help.title")} onClose={onClose} wide>
-      <ul className="help-topics">
+      <ul className={dialogs.helpTopics}>
         {TOPICS.map((topic) => (
           <li key={topic}>
             <b>{t(`help.topics.${topic}.title`)}</b> {t(`help.topics.${topic}.text`)}
@@ -27,7 +75,7 @@ export function HelpDialog({ onClose }: { onClose: () => void }) {
         ))}
       </ul>
       <Button
-        className="button"
+        className={buttons.button}
         onPress={() => {
           onClose();
           useSettings.setState({ toured: false });
@@ -36,7 +84,7 @@ export function HelpDialog({ onClose }: { onClose: () => void }) {
         {t("tour.again")}
       </Button>
       <h3>{t("help.shortcuts")}</h3>
-      <dl className="shortcuts">
+      <dl className={dialogs.shortcuts}>
         {rows.map(({ name, text, keys }) => (
           <div key={name}>
             <dt>{text}</dt>

@@ -1,22 +1,27 @@
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { IconButton } from "./controls";
-import { Icon } from "./icons";
-import { dismiss, useNotices } from "./telling";
-import { useStudio } from "./store";
+import { IconButton } from "../ui/controls";
+import { Icon } from "../ui/icons";
+import { dismiss, useDialogs } from "../state/dialogs";
+import { useStudio } from "../state/studio";
+import css from "./app.module.css";
+import dialogs from "./dialogs.module.css";
+import buttons from "../ui/buttons.module.css";
+import { classes } from "../ui/classes";
 
-/** Short words to the user, in a corner and in the screen reader's ear. */
+
+/** Notices in a corner of the page; screen readers read them out. */
 export function Notices() {
   const { t } = useTranslation();
-  const notices = useNotices((state) => state.notices);
+  const notices = useDialogs((state) => state.notices);
   return (
-    <div className="notices" role="log" aria-live="polite" aria-label={t("app.notices")}>
+    <div className={dialogs.notices} role="log" aria-live="polite" aria-label={t("app.notices")}>
       {notices.map(({ id, text, tone, action }) => (
-        <div key={id} className={`notice ${tone}`}>
+        <div key={id} className={dialogs.notice} data-tone={tone}>
           <span>{text}</span>
           {action && (
             <Button
-              className="button small"
+              className={classes(buttons.button, buttons.small)}
               onPress={() => {
                 dismiss(id);
                 action.run();
@@ -36,7 +41,7 @@ export function ServerBanner() {
   const { t } = useTranslation();
   const gone = useStudio((studio) => studio.serverGone);
   return (
-    <div className="server-banner" role="alert">
+    <div className={css.serverBanner} role="alert">
       {gone && (
         <p>
           <Icon name="warning" />

@@ -1,11 +1,13 @@
 import { useEffect, useState } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { FIRST_STEPS } from "../projects/blank";
-import { take } from "../projects/opening";
-import { IconButton } from "./controls";
-import { useSettings } from "./settings";
-import { useStudio, type View } from "./store";
+import { FIRST_STEPS, take } from "../projects/project";
+import { IconButton } from "../ui/controls";
+import { useSettings } from "../state/settings";
+import { useStudio, type View } from "../state/studio";
+import dialogs from "./dialogs.module.css";
+import buttons from "../ui/buttons.module.css";
+import { classes } from "../ui/classes";
 
 const STEPS = ["blocks", "words", "drive"] as const;
 const VIEWS: Record<(typeof STEPS)[number], View> = { blocks: "leader", words: "words", drive: "mat" };
@@ -48,7 +50,7 @@ export function Tour() {
     end();
   };
   return (
-    <aside className="tour" aria-labelledby="tour-title">
+    <aside className={dialogs.tour} aria-labelledby="tour-title">
       <header>
         <b id="tour-title">{t(`tour.${step}.title`)}</b>
         <IconButton icon="close" label={t("tour.skip")} onPress={end} />
@@ -56,7 +58,7 @@ export function Tour() {
       <p aria-live="polite">{t(`tour.${step}.text`)}</p>
       <footer>
         <span>{t("tour.step", { at: at + 1, of: STEPS.length })}</span>
-        <Button className="button primary" onPress={next}>
+        <Button className={classes(buttons.button, buttons.primary)} onPress={next}>
           {t(`tour.${step}.next`)}
         </Button>
       </footer>

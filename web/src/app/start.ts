@@ -1,19 +1,45 @@
 /** What happens once, when the page opens. */
 
 import i18next from "i18next";
+import * as Blockly from "blockly/core";
 import { loadFigures, watchPresence } from "../api/presence";
 import { registerClipboard } from "../blocks/clipboard";
 import { defineBlocks } from "../blocks/definitions";
 import { setBlocklyLanguage } from "../blocks/messages";
-import { printWholeBlocks } from "../blocks/printing";
+import { startPrinting } from "../blocks/picture";
+import { startThemes } from "../blocks/workspaces";
+import { startLanguages } from "../i18n";
 import { openSharedLink } from "../projects/actions";
 import { findKept, keepEveryChange } from "../projects/autosave";
-import { BLANK } from "../projects/blank";
-import { markSaved, markUnsaved, take, watchUnsaved } from "../projects/opening";
+import { BLANK, markSaved, markUnsaved, take, watchUnsaved } from "../projects/project";
+import { notify, openDialog } from "../state/dialogs";
+import { startSettings } from "../state/settings";
+import { useStudio } from "../state/studio";
 import { compileEveryChange } from "../words/compiling";
-import { registerHelp } from "./shortcuts";
-import { useStudio } from "./store";
-import { tell } from "./telling";
+
+const HELP_SHORTCUT = "list_shortcuts";
+
+function registerHelpKey(): void {
+  const registry = Blockly.ShortcutRegistry.registry;
+  if (registry.getRegistry()[HELP_SHORTCUT]) return;
+  registry.register({
+    name: HELP_SHORTCUT,
+    keyCodes: [Blockly.utils.KeyCodes.SLASH],
+    callback: () => {
+      openDialog("help");
+      return true;
+    },
+  });
+}
+
+/** Before anything is drawn: settings, languages, and what watches the stores. */
+export function start(): void {
+  startSettings();
+  startLanguages();
+  startThemes();
+  compileEveryChange();
+  watchPresence(() => notify(i18next.t("server.back"), "success"));
+}
 
 let place = "";
 
@@ -24,21 +50,21 @@ async function openFirstProject(): Promise<void> {
   if (!kept?.unsaved) return;
   useStudio.setState({ unsaved: true });
   const time = new Date(kept.at).toLocaleTimeString(i18next.language, { hour: "2-digit", minute: "2-digit" });
-  tell(i18next.t("project.restored", { time }));
+  notify(i18next.t("project.restored", { time }));
 }
 
-/** The profile's figures and Blockly's words are there: the editors can be drawn. */
+/** Load what the editors need to be drawn: the profile's figures and Blockly's messages. */
 export async function prepare(): Promise<void> {
   await Promise.all([loadFigures(), setBlocklyLanguage(i18next.language)]);
   defineBlocks(useStudio.getState().profileFigures!);
   registerClipboard();
-  registerHelp();
-  printWholeBlocks();
+  registerHelpKey();
+  startPrinting();
   await openFirstProject();
 }
 
-/** The editors stand and hold what was kept. */
-export function begin(): void {
+/** The editors exist and hold the project: from now on, changes are stored and links are opened. */
+export function openEditors(): void {
   if (useStudio.getState().unsaved) markUnsaved();
   else markSaved();
   watchUnsaved();
@@ -46,6 +72,3 @@ export function begin(): void {
   void openSharedLink();
   window.addEventListener("hashchange", () => void openSharedLink());
 }
-
-compileEveryChange();
-watchPresence(() => tell(i18next.t("server.back"), "success"));

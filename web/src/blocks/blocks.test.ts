@@ -2,7 +2,7 @@ import * as Blockly from "blockly/core";
 import { beforeAll, describe, expect, it } from "vitest";
 import type { Profile } from "../api/types";
 import { startLanguages } from "../i18n";
-import { FIRST_STEPS } from "../projects/blank";
+import { FIRST_STEPS } from "../projects/project";
 import { refusal, typesIn } from "./clipboard";
 import { BLOCK_TYPES, defineBlocks } from "./definitions";
 import { canStandIn, toolboxOf } from "./toolbox";

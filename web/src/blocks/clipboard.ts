@@ -3,7 +3,7 @@
 import * as Blockly from "blockly/core";
 import i18next from "i18next";
 import type { EditorName } from "../api/types";
-import { tell } from "../app/telling";
+import { notify } from "../state/dialogs";
 import { canStandIn, hatOf } from "./toolbox";
 import { editorOf } from "./workspaces";
 
@@ -35,7 +35,7 @@ function paste(focused: Blockly.WorkspaceSvg): boolean {
   const state = (copied as Partial<Blockly.clipboard.BlockCopyData>).blockState;
   const reason = state ? refusal(editor, state) : null;
   if (reason) {
-    tell(i18next.t(reason), "warning");
+    notify(i18next.t(reason), "warning");
     return true;
   }
   const { left, top, width, height } = workspace.getMetricsManager().getViewMetrics(true);

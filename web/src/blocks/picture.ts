@@ -1,6 +1,9 @@
-/** The blocks of an editor as a picture that stands by itself. */
+/** The blocks of an editor as a picture: for a file, and for paper, which has no scrollbars. */
 
 import { svgResize, utils, type WorkspaceSvg } from "blockly/core";
+import { useSettings } from "../state/settings";
+import css from "./blocks.module.css";
+import { liveWorkspaces } from "./workspaces";
 
 export interface Picture {
   svg: string;
@@ -52,4 +55,24 @@ export async function pngOf({ svg, width, height }: Picture): Promise<Blob> {
   return new Promise((resolve, reject) => {
     canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error("the browser made no picture"))), "image/png");
   });
+}
+
+function showPictures(): void {
+  document.documentElement.dataset.theme = "light";
+  for (const [, workspace] of liveWorkspaces()) {
+    const picture = new DOMParser().parseFromString(pictureOf(workspace).svg, "image/svg+xml").documentElement;
+    picture.classList.add(css.printed!);
+    workspace.getInjectionDiv().parentElement?.after(document.adoptNode(picture));
+  }
+}
+
+function removePictures(): void {
+  document.documentElement.dataset.theme = useSettings.getState().theme;
+  for (const picture of document.querySelectorAll(`.${css.printed!}`)) picture.remove();
+}
+
+/** While the page is printed, show each editor as a picture of all its blocks, in light colours. */
+export function startPrinting(): void {
+  window.addEventListener("beforeprint", showPictures);
+  window.addEventListener("afterprint", removePictures);
 }

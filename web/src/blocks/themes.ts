@@ -1,7 +1,7 @@
 /** The blocks' colours in each of the page's themes; white or black text on them has at least 4.5:1. */
 
 import * as Blockly from "blockly/core";
-import type { ThemeName } from "../app/settings";
+import type { ThemeName } from "../state/settings";
 
 type Style = "hat" | "drive" | "light" | "sense" | "order" | "infrared";
 type Colours = Record<Style, [primary: string, secondary: string, tertiary: string]>;

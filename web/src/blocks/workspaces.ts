@@ -1,14 +1,12 @@
-/** Blockly's workspaces, one an editor: made, filled, read, and found again by name. */
+/** Blockly's workspaces, one for each editor: create, fill, read and search them. */
 
 import * as Blockly from "blockly/core";
 import i18next from "i18next";
 import { EDITORS, type EditorName, type WorkspaceState } from "../api/types";
-import { useStudio } from "../app/store";
-import { useSettings } from "../app/settings";
+import { useSettings } from "../state/settings";
+import { useStudio } from "../state/studio";
 import { hatOf, toolboxOf } from "./toolbox";
 import { themeOf } from "./themes";
-
-Blockly.Scrollbar.scrollbarThickness = Blockly.Touch.TOUCH_ENABLED ? 12 : 8;
 
 const live = new Map<EditorName, Blockly.WorkspaceSvg>();
 
@@ -122,10 +120,14 @@ export function showBlock(editor: EditorName, id: string): void {
   Blockly.getFocusManager().focusNode(block);
 }
 
-useSettings.subscribe((settings, before) => {
-  if (settings.theme === before.theme) return;
-  for (const workspace of live.values()) workspace.setTheme(themeOf(settings.theme));
-});
+/** Give the workspaces each new theme. To be called once. */
+export function startThemes(): void {
+  Blockly.Scrollbar.scrollbarThickness = Blockly.Touch.TOUCH_ENABLED ? 12 : 8;
+  useSettings.subscribe((settings, before) => {
+    if (settings.theme === before.theme) return;
+    for (const workspace of live.values()) workspace.setTheme(themeOf(settings.theme));
+  });
+}
 
 /** The block and all that stands inside it, but not what hangs below. */
 export function withInner(editor: EditorName, id: string): Set<string> {
@@ -133,4 +135,28 @@ export function withInner(editor: EditorName, id: string): Set<string> {
   if (!block) return new Set();
   const after = new Set(block.getNextBlock()?.getDescendants(false));
   return new Set(block.getDescendants(false).filter((each) => !after.has(each)).map((each) => each.id));
+}
+
+const plain = (text: string) => text.toLocaleLowerCase().replace(/\s+/g, " ").trim();
+
+/** The block's own text, without that of the blocks inside it. */
+function textOf(block: Blockly.BlockSvg): string {
+  const fields = block.inputList.flatMap((input) => (input.isVisible() ? input.fieldRow : []));
+  return plain(fields.map((field) => field.getText()).join(" "));
+}
+
+/** The blocks whose text, comment or kind holds all words of the query, from top to bottom. */
+export function findBlocks(workspace: Blockly.WorkspaceSvg, query: string): Blockly.BlockSvg[] {
+  const words = plain(query).split(" ").filter(Boolean);
+  if (words.length === 0) return [];
+  return workspace.getAllBlocks(true).filter((block) => {
+    const text = `${textOf(block)} ${plain(block.getCommentText() ?? "")} ${block.type.replace("motorcade_", "")}`;
+    return words.every((word) => text.includes(word));
+  });
+}
+
+/** The text of the block with this id; empty where it is gone. */
+export function findText(editor: EditorName, id: string): string {
+  const block = workspaceOf(editor)?.getBlockById(id);
+  return block ? textOf(block) : "";
 }

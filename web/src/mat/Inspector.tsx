@@ -2,17 +2,20 @@ import { Button, Input, Label, Link, NumberField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { type CarDetails, type Why, WHYS } from "../api/world";
-import { useStudio } from "../app/store";
-import { clock } from "../timeline/lanes";
+import { useStudio } from "../state/studio";
+import { clock } from "../timeline/events";
 import { bitsOf, groupOf } from "../words/bits";
 import { fieldMeaning } from "../words/meaning";
 import { duplicateChosen, removeChosen, turnCar } from "./actions";
-import { colourWords, css } from "./colours";
-import { PieceInspector } from "./PieceInspector";
+import { colourWords, hexColour } from "./colours";
+import { PieceInspector, Voices } from "./PieceInspector";
 import type { Session } from "./session";
 import { choose, useMat } from "./store";
-import { ToolButton, ToolSwitch } from "./ToolButton";
-import { Voices } from "./Voices";
+import { ToolButton, ToolSwitch } from "./fields";
+import fields from "./fields.module.css";
+import css from "./mat.module.css";
+import buttons from "../ui/buttons.module.css";
+import { classes } from "../ui/classes";
 
 const TURN_DEG = 15;
 
@@ -26,8 +29,8 @@ export function Inspector({ session, words }: InspectorProps) {
   const chosen = useMat((now) => now.chosen);
   const car = chosen && "car" in chosen ? chosen.car : null;
   return (
-    <div className="mat-inspector">
-      <div className="mat-row">
+    <div className={css.inspector}>
+      <div className={css.row}>
         <CarPicker session={session} car={car} />
         {chosen && (
           <>
@@ -52,10 +55,10 @@ function CarPicker({ session, car }: { session: Session; car: number | null }) {
     session.watch();
   };
   return (
-    <div className="mat-row">
+    <div className={css.row}>
       <ToolButton icon="left" label={t("mat.previousCar")} isDisabled={!cars} onPress={() => pick((car ?? 1) - 1)} />
       <NumberField
-        className="mat-field beside"
+        className={classes(fields.field, fields.beside)}
         value={car ?? NaN}
         minValue={0}
         maxValue={Math.max(0, cars - 1)}
@@ -77,14 +80,14 @@ function CarInspector({ session, car, words }: InspectorProps & { car: number })
   const leads = useMat(({ hello }) => hello?.leads?.includes(car) ?? false);
   return (
     <section aria-label={t("mat.car", { number: car })}>
-      <div className="mat-row">
+      <div className={css.row}>
         <h3>
           {t("mat.car", { number: car })} · {leads ? t("mat.things.leader") : t("mat.things.follower")}
         </h3>
         <ToolSwitch label={t("mat.follow")} isSelected={followed} onChange={(on) => useMat.setState({ followed: on })} />
         <ToolButton icon="turnLeft" label={t("mat.turnLeft")} onPress={() => turnCar(session, car, TURN_DEG)} />
         <ToolButton icon="turnRight" label={t("mat.turnRight")} onPress={() => turnCar(session, car, -TURN_DEG)} />
-        <Link className="button small" href={`/drive?session=${session.name}&car=${car}`} target="_blank">
+        <Link className={classes(buttons.button, buttons.small)} href={`/drive?session=${session.name}&car=${car}`} target="_blank">
           {t("mat.drive")}
         </Link>
       </div>
@@ -104,10 +107,10 @@ function Held({ session, car }: { session: Session; car: number | null }) {
   if (!held.length) return null;
   const named = held.slice(0, MOST_NAMED).join(", ") + (held.length > MOST_NAMED ? " …" : "");
   return (
-    <p className="mat-place">
+    <p >
       {t("mat.held", { cars: named })}{" "}
       {car !== null && held.includes(car) && (
-        <Button className="button small" onPress={() => session.say({ do: "resume", car })}>
+        <Button className={classes(buttons.button, buttons.small)} onPress={() => session.send({ do: "resume", car })}>
           {t("mat.resume")}
         </Button>
       )}
@@ -121,7 +124,7 @@ function Place() {
   const pose = useMat((now) => now.pose);
   if (!pose) return null;
   const metres = (value: number) => value.toFixed(2);
-  return <p className="mat-place">{t("mat.place", { x: metres(pose.x_m), y: metres(pose.y_m), heading: pose.heading_deg })}</p>;
+  return <p >{t("mat.place", { x: metres(pose.x_m), y: metres(pose.y_m), heading: pose.heading_deg })}</p>;
 }
 
 function Details({ details, words }: { details: CarDetails; words: readonly CompiledWord[] }) {
@@ -131,13 +134,13 @@ function Details({ details, words }: { details: CarDetails; words: readonly Comp
   const colour = word === null ? undefined : colourWords(words).byWord.get(parseInt(word, 16));
   return (
     <>
-      <p className="mat-word">
-        <span className="mat-swatch" style={{ background: colour === undefined ? "var(--quiet)" : css(colour) }} />
+      <p className={css.word}>
+        <span className={css.swatch} style={{ background: colour === undefined ? "var(--quiet)" : hexColour(colour) }} />
         {word === null ? t("mat.noWord") : <code>{word.toUpperCase()}</code>}
         {word !== null && <span>{details.runs ? t("mat.runs", { count: details.index }) : t("mat.over")}</span>}
       </p>
       {word !== null && values && <Fields hex={word} values={values} leads={details.leads} />}
-      <dl className="mat-counters">
+      <dl className={css.counters}>
         <Counter title={t("mat.sent")} count={details.frames} />
         <Counter title={t("mat.heard")} count={details.heard} />
         {losses.map((why) => (
@@ -170,10 +173,10 @@ function Fields({ hex, values, leads }: FieldsProps) {
   const { formats, profileFigures } = useStudio();
   if (!formats || !profileFigures) return null;
   const word: CompiledWord = { hex, values, part: leads ? "leader" : "followers", block: null };
-  const fields = formats.control.filter(({ name }) => groupOf(name) !== "reserved" && groupOf(name) !== "parity");
+  const shown = formats.control.filter(({ name }) => groupOf(name) !== "reserved" && groupOf(name) !== "parity");
   return (
-    <ul className="mat-fields">
-      {fields.map((field) => (
+    <ul className={css.fields}>
+      {shown.map((field) => (
         <li key={field.name} data-set={(values[field.name] ?? 0) !== 0 || undefined}>
           <code style={{ background: `var(--bits-${groupOf(field.name)})` }}>{bitsOf(word, field)}</code>
           <span>{fieldMeaning(word, field, profileFigures)}</span>

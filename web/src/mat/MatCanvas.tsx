@@ -1,16 +1,17 @@
 import { type KeyboardEvent, useEffect, useRef, useState } from "react";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
+import { useStudio } from "../state/studio";
 import { dragTo, duplicateChosen, moveBy, removeChosen, turnCar } from "./actions";
 import { type Camera, panned, scaleBar, zoomed } from "./camera";
 import { colourWords } from "./colours";
 import { FURNITURE, listOf, type Mat, type PieceId } from "./document";
-import { gripAt } from "./pick";
-import { attachPointers } from "./pointer";
+import { attachPointers, gripAt } from "./pointer";
 import { Scene } from "./scene";
 import type { Session } from "./session";
 import { choose, type Chosen, endEdit, redoEdit, undoEdit, useMat } from "./store";
-import { ToolButton } from "./ToolButton";
+import { ToolButton } from "./fields";
+import css from "./mat.module.css";
 
 const PAN_PX = 60;
 const NUDGE_M = 0.05;
@@ -34,10 +35,11 @@ function pieceOfChosen(chosen: Chosen): PieceId | null {
   return chosen && "piece" in chosen ? chosen.piece : null;
 }
 
-/** Show the scene what the store holds, now and whenever that changes. */
+/** Copy the stores into the scene, now and whenever they change, and act on its pointers. */
 function connect(scene: Scene, session: Session): () => void {
   const show = () => {
-    const { mat, chosen, tracks, air, followed, hello, rangeMm } = useMat.getState();
+    const { mat, rangeMm } = useStudio.getState();
+    const { chosen, tracks, air, followed, hello } = useMat.getState();
     const car = chosen && "car" in chosen ? chosen.car : null;
     scene.setMat(mat, pieceOfChosen(chosen));
     scene.choose(car);
@@ -51,14 +53,15 @@ function connect(scene: Scene, session: Session): () => void {
   session.onPicture = (picture) => scene.take(picture);
   if (session.picture) scene.take(session.picture);
   show();
-  const end = useMat.subscribe((now, before) => {
-    const shown = ["mat", "chosen", "tracks", "air", "followed", "hello", "rangeMm"] as const;
-    if (shown.some((key) => now[key] !== before[key])) show();
-  });
-  const hands = attachPointers(scene.host, scene, {
+  const shown = ["chosen", "tracks", "air", "followed", "hello"] as const;
+  const ends = [
+    useMat.subscribe((now, before) => shown.some((key) => now[key] !== before[key]) && show()),
+    useStudio.subscribe((now, before) => (now.mat !== before.mat || now.rangeMm !== before.rangeMm) && show()),
+  ];
+  const detach = attachPointers(scene.host, scene, {
     gripAt: (point, reachPx) => {
-      const { mat, chosen, hello: now, tMs } = useMat.getState();
-      const sight = { mat, chosen, drawn: scene.motion.drawn, radiusM: now?.radius_m ?? 0.075, tMs };
+      const { chosen, hello: now, tMs } = useMat.getState();
+      const sight = { mat: useStudio.getState().mat, chosen, drawn: scene.motion.drawn, radiusM: now?.radius_m ?? 0.075, tMs };
       return gripAt(sight, point, reachPx / scene.camera.scale);
     },
     onChoose: (grip) => {
@@ -69,8 +72,8 @@ function connect(scene: Scene, session: Session): () => void {
     onDrop: endEdit,
   });
   return () => {
-    end();
-    hands();
+    for (const end of ends) end();
+    detach();
     session.onHello = session.onPicture = null;
   };
 }
@@ -81,14 +84,14 @@ function allThings(mat: Mat, cars: number): NonNullable<Chosen>[] {
 }
 
 function chooseNext(session: Session, step: 1 | -1): void {
-  const { mat, hello, chosen } = useMat.getState();
-  const things = allThings(mat, hello?.cars ?? 0);
+  const { hello, chosen } = useMat.getState();
+  const things = allThings(useStudio.getState().mat, hello?.cars ?? 0);
   const now = things.findIndex((each) => JSON.stringify(each) === JSON.stringify(chosen));
   choose(things.at((now + step + things.length) % things.length) ?? null);
   session.watch();
 }
 
-/** Gives whether the key meant something here. */
+/** Act on a key; false for a key that means nothing here. */
 function press(event: KeyboardEvent, scene: Scene, session: Session): boolean {
   const { chosen } = useMat.getState();
   const command = event.ctrlKey || event.metaKey;
@@ -157,14 +160,14 @@ export function MatCanvas({ session, words, onScene }: MatCanvasProps) {
 
   useEffect(() => scene?.setColours(colourWords(words)), [scene, words]);
 
-  // A browser that can't draw at all is told of where parts that can't be fetched are.
+  // The boundary around the mat shows that it can't be drawn.
   if (failure) throw failure;
 
   const bar = camera && scaleBar(camera);
   const zoom = (factor: number) => scene?.look(zoomed(scene.camera, scene.size, factor));
   return (
     <div
-      className="mat-canvas"
+      className={css.canvas}
       ref={host}
       role="application"
       tabIndex={0}
@@ -181,11 +184,11 @@ export function MatCanvas({ session, words, onScene }: MatCanvasProps) {
         {t("mat.keys")}
       </span>
       {bar && (
-        <div className="mat-scale" style={{ width: bar.pixels }} aria-hidden="true">
+        <div className={css.scale} data-part="scale" style={{ width: bar.pixels }} aria-hidden="true">
           {bar.metres >= 1 ? t("mat.metres", { count: bar.metres }) : t("mat.centimetres", { count: Math.round(bar.metres * 100) })}
         </div>
       )}
-      <div className="mat-zoom">
+      <div className={css.zoom}>
         <ToolButton icon="plus" label={t("mat.zoomIn")} onPress={() => zoom(ZOOM)} />
         <ToolButton icon="minus" label={t("mat.zoomOut")} onPress={() => zoom(1 / ZOOM)} />
         <ToolButton icon="fit" label={t("mat.fit")} onPress={() => scene?.fit()} />

@@ -3,9 +3,11 @@ import { createPortal } from "react-dom";
 import { useTranslation } from "react-i18next";
 import { type NewKind, NEW_KINDS, place } from "./actions";
 import { toWorld } from "./camera";
-import { MatIcon } from "./icons";
+import { Icon } from "../ui/icons";
 import type { Scene } from "./scene";
 import type { Session } from "./session";
+import fields from "./fields.module.css";
+import css from "./mat.module.css";
 
 interface Carried {
   kind: NewKind;
@@ -52,19 +54,19 @@ export const Palette = memo(function Palette({ session, scene }: { session: Sess
     button.onpointerup = button.onpointercancel = end;
   };
   return (
-    <div className="mat-palette" role="toolbar" aria-label={t("mat.palette")} aria-orientation="vertical">
+    <div className={css.palette} role="toolbar" aria-label={t("mat.palette")} aria-orientation="vertical">
       {NEW_KINDS.map((kind) => (
         <button
           key={kind}
           type="button"
-          className="mat-button plain"
+          className={fields.button}
           aria-label={t("mat.add", { what: t(`mat.things.${kind}`) })}
           title={t("mat.add", { what: t(`mat.things.${kind}`) })}
           disabled={!scene}
           onPointerDown={(event) => take(kind, event)}
           onClick={() => placeInMiddle(kind)}
         >
-          <MatIcon name={kind} />
+          <Icon name={kind} />
         </button>
       ))}
       {carried && <Ghost {...carried} />}
@@ -74,12 +76,12 @@ export const Palette = memo(function Palette({ session, scene }: { session: Sess
 
 function Ghost({ kind, x, y }: Carried) {
   useEffect(() => {
-    document.body.classList.add("mat-carrying");
-    return () => document.body.classList.remove("mat-carrying");
+    document.body.classList.add(css.carrying!);
+    return () => document.body.classList.remove(css.carrying!);
   }, []);
   return createPortal(
-    <div className="mat-ghost" style={{ left: x, top: y }} aria-hidden="true">
-      <MatIcon name={kind} />
+    <div className={css.ghost} style={{ left: x, top: y }} aria-hidden="true">
+      <Icon name={kind} />
     </div>,
     document.body,
   );

@@ -1,26 +1,28 @@
 import { ListBox, ListBoxItem } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { FURNITURE, handlesOf, listOf, type Mat, type Person, pieceOf, type PieceId, reshaped } from "./document";
-import { canGrow, canLose, retimed, withoutPoint, withPointAfter, withRepeats } from "./paths";
-import { Quantity } from "./Quantity";
+import { useStudio } from "../state/studio";
+import { canGrow, canLose, FURNITURE, handlesOf, listOf, type Mat, type Person, pieceOf, type PieceId, reshaped, retimed, type Voice, without, withoutPoint, withPointAfter, withRepeats } from "./document";
+import { Quantity, ToolButton, ToolSwitch } from "./fields";
 import { choose, editMat, endEdit, useMat } from "./store";
-import { ToolButton, ToolSwitch } from "./ToolButton";
+import css from "./mat.module.css";
+import controls from "../ui/controls.module.css";
+import { classes } from "../ui/classes";
 
 const MOST_POINTS = 24;
 
 /** All furniture by name, and the chosen piece's points as numbers: what pointers do, keys do here. */
 export function PieceInspector() {
   const { t } = useTranslation();
-  const mat = useMat((now) => now.mat);
+  const mat = useStudio(({ mat }) => mat);
   const chosen = useMat((now) => now.chosen);
   const piece = chosen && "piece" in chosen ? chosen.piece : null;
   const all = FURNITURE.flatMap((kind) => listOf(mat, kind).map((_, place): PieceId => ({ kind, place })));
-  if (all.length === 0) return <p className="mat-quiet">{t("mat.noFurniture")}</p>;
+  if (all.length === 0) return <p className={controls.quiet}>{t("mat.noFurniture")}</p>;
   const key = ({ kind, place }: PieceId) => `${kind} ${place}`;
   return (
     <>
       <ListBox
-        className="mat-things"
+        className={css.things}
         aria-label={t("mat.furniture")}
         selectionMode="single"
         selectedKeys={piece ? [key(piece)] : []}
@@ -30,7 +32,7 @@ export function PieceInspector() {
         }}
       >
         {all.map((each) => (
-          <ListBoxItem key={key(each)} id={key(each)} className="mat-thing">
+          <ListBoxItem key={key(each)} id={key(each)} className={css.thing}>
             {t(`mat.things.${each.kind}`)} {each.place + 1}
           </ListBoxItem>
         ))}
@@ -42,13 +44,13 @@ export function PieceInspector() {
 
 function Points({ id }: { id: PieceId }) {
   const { t } = useTranslation();
-  const mat = useMat((now) => now.mat);
+  const mat = useStudio(({ mat }) => mat);
   const piece = pieceOf(mat, id);
   if (!piece) return null;
   const points = handlesOf(id.kind, piece);
   const path = id.kind === "person" ? (piece as Person).path : null;
   return (
-    <div className="mat-points">
+    <div className={css.points}>
       {path && (
         <ToolSwitch
           label={t("mat.repeats")}
@@ -57,7 +59,7 @@ function Points({ id }: { id: PieceId }) {
         />
       )}
       {points.slice(0, MOST_POINTS).map(([x, y], handle) => (
-        <div key={handle} className="mat-row" role="group" aria-label={t("mat.point", { number: handle + 1 })}>
+        <div key={handle} className={css.row} role="group" aria-label={t("mat.point", { number: handle + 1 })}>
           <b aria-hidden="true">{handle + 1}</b>
           {path && (
             <Quantity
@@ -95,4 +97,81 @@ function Points({ id }: { id: PieceId }) {
 function change(mat: Mat): void {
   editMat(mat);
   endEdit();
+}
+
+const WORDS = ["stop", "go"] as const;
+const LATER_S = 2;
+const HEARD_M = 1;
+const SMALLEST_M = 0.01;
+
+/** What is said on the mat of itself: which word, when, and where it is heard. */
+export function Voices() {
+  const { t } = useTranslation();
+  const mat = useStudio(({ mat }) => mat);
+  const voices = mat.voice ?? [];
+  const change = (voice: readonly Voice[]) => {
+    editMat(voice.length ? { ...mat, voice } : without(mat, "voice"));
+    endEdit();
+  };
+  const add = () => {
+    const last = voices.at(-1);
+    change([...voices, { at_s: last ? last.at_s + LATER_S : LATER_S, word: last?.word === "stop" ? "go" : "stop" }]);
+  };
+  return (
+    <section aria-labelledby="mat-voices">
+      <h3 id="mat-voices">{t("mat.voices")}</h3>
+      {voices.length === 0 && <p className={controls.quiet}>{t("mat.noVoices")}</p>}
+      {voices.map((voice, place) => (
+        <OneVoice
+          key={place}
+          number={place + 1}
+          voice={voice}
+          middle={mat.size_m ? [mat.size_m[0] / 2, mat.size_m[1] / 2] : [0, 0]}
+          onChange={(changed) => change(voices.with(place, changed))}
+          onRemove={() => change(voices.toSpliced(place, 1))}
+        />
+      ))}
+      <ToolButton icon="plus" label={t("mat.addVoice")} wide onPress={add} />
+    </section>
+  );
+}
+
+interface OneVoiceProps {
+  number: number;
+  voice: Voice;
+  middle: readonly [number, number];
+  onChange: (voice: Voice) => void;
+  onRemove: () => void;
+}
+
+function OneVoice({ number, voice, middle, onChange, onRemove }: OneVoiceProps) {
+  const { t } = useTranslation();
+  const { at_s, word, centre_m, radius_m } = voice;
+  const everywhere = centre_m === undefined;
+  const toggle = (on: boolean) =>
+    onChange(on ? without(voice, "centre_m", "radius_m") : { ...voice, centre_m: middle, radius_m: HEARD_M });
+  return (
+    <div className={classes(css.row, css.voice)} role="group" aria-label={t("mat.voice", { number })}>
+      {WORDS.map((each) => (
+        <ToolButton
+          key={each}
+          icon={each}
+          label={t(`mat.${each}`)}
+          wide
+          aria-pressed={each === word}
+          onPress={() => onChange({ ...voice, word: each })}
+        />
+      ))}
+      <Quantity label={t("mat.pointTime")} value={at_s} step={0.1} least={0} onChange={(to) => onChange({ ...voice, at_s: to })} />
+      <ToolSwitch label={t("mat.everywhere")} isSelected={everywhere} onChange={toggle} />
+      {centre_m && radius_m !== undefined && (
+        <>
+          <Quantity label={t("mat.pointX")} value={centre_m[0]} onChange={(x) => onChange({ ...voice, centre_m: [x, centre_m[1]] })} />
+          <Quantity label={t("mat.pointY")} value={centre_m[1]} onChange={(y) => onChange({ ...voice, centre_m: [centre_m[0], y] })} />
+          <Quantity label={t("mat.voiceRadius")} value={radius_m} least={SMALLEST_M} most={2000} onChange={(to) => onChange({ ...voice, radius_m: to })} />
+        </>
+      )}
+      <ToolButton icon="trash" label={t("mat.removeVoice", { number })} onPress={onRemove} />
+    </div>
+  );
 }

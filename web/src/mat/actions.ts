@@ -1,9 +1,10 @@
-/** What a user does to cars and furniture, by pointer, keys or buttons. */
+/** What pointer, keys and buttons do to cars and furniture. */
 
 import { poseIn } from "../api/world";
+import { useStudio } from "../state/studio";
 import { addedCar, carsOf, MOST_ONE_BY_ONE, oneByOne, removedCar, withCar } from "./cars";
 import { added, type Car, duplicated, type FurnitureKind, type Mat, moved, type Point, removed, reshaped, rounded } from "./document";
-import type { Grip } from "./pick";
+import type { Grip } from "./pointer";
 import type { Session } from "./session";
 import { choose, editMat, endEdit, useMat } from "./store";
 
@@ -11,9 +12,10 @@ export type NewKind = FurnitureKind | "leader" | "follower";
 export const NEW_KINDS: readonly NewKind[] = ["leader", "follower", "wall", "disc", "polygon", "person"];
 const BESIDE_M = 0.25;
 
-/** The document with each car on its own, so that one of them can change; null where there are too many. */
+/** The document with each car written on its own, so that one of them can change; null where there are too many. */
 function separate(session: Session): Mat | null {
-  const { mat, hello } = useMat.getState();
+  const { mat } = useStudio.getState();
+  const { hello } = useMat.getState();
   if (!mat.crowd) return mat;
   const at = session.starts ?? session.picture;
   const { leaders, followers } = carsOf(mat);
@@ -25,7 +27,7 @@ function isBeginning(session: Session): boolean {
   return session.picture?.tMs === 0 && !session.picture.past;
 }
 
-/** At the beginning a car's place is where it starts; later it is only lifted, and a reset brings it back. */
+/** Put a car elsewhere. At the beginning of a run that is its new start; later, a reset puts it back. */
 export function putCar(session: Session, car: number, [x, y]: Point, headingDeg: number): void {
   const at_m: Point = [rounded(x), rounded(y)];
   const mat = isBeginning(session) ? separate(session) : null;
@@ -46,7 +48,7 @@ export function moveBy(session: Session, grip: Grip, dx: number, dy: number): vo
     if (pose) putCar(session, grip.car, [pose.at[0] + dx, pose.at[1] + dy], pose.headingDeg);
     return;
   }
-  editMat(moved(useMat.getState().mat, grip.piece, dx, dy), `move ${grip.piece.kind} ${grip.piece.place}`);
+  editMat(moved(useStudio.getState().mat, grip.piece, dx, dy), `move ${grip.piece.kind} ${grip.piece.place}`);
 }
 
 export function dragTo(session: Session, grip: Grip, to: Point, by: Point): void {
@@ -55,7 +57,7 @@ export function dragTo(session: Session, grip: Grip, to: Point, by: Point): void
     if (pose) putCar(session, grip.car, to, pose.headingDeg);
   } else if ("handle" in grip) {
     const { kind, place } = grip.piece;
-    editMat(reshaped(useMat.getState().mat, grip.piece, grip.handle, to), `shape ${kind} ${place} ${grip.handle}`);
+    editMat(reshaped(useStudio.getState().mat, grip.piece, grip.handle, to), `shape ${kind} ${place} ${grip.handle}`);
   } else {
     moveBy(session, grip, ...by);
   }
@@ -69,7 +71,7 @@ export function turnCar(session: Session, car: number, degrees: number): void {
 export function place(session: Session, kind: NewKind, at: Point): void {
   endEdit();
   if (kind !== "leader" && kind !== "follower") {
-    const { mat, id } = added(useMat.getState().mat, kind, at);
+    const { mat, id } = added(useStudio.getState().mat, kind, at);
     editMat(mat);
     choose({ piece: id });
     return;
@@ -78,13 +80,14 @@ export function place(session: Session, kind: NewKind, at: Point): void {
 }
 
 function addCar(session: Session, car: Car): void {
-  const { mat, number } = addedCar(separate(session) ?? useMat.getState().mat, car);
+  const { mat, number } = addedCar(separate(session) ?? useStudio.getState().mat, car);
   editMat(mat);
   choose({ car: number });
 }
 
 export function removeChosen(session: Session): void {
-  const { chosen, mat } = useMat.getState();
+  const { mat } = useStudio.getState();
+  const { chosen } = useMat.getState();
   endEdit();
   if (!chosen) return;
   if ("piece" in chosen) editMat(removed(mat, chosen.piece));
@@ -97,7 +100,8 @@ export function removeChosen(session: Session): void {
 }
 
 export function duplicateChosen(session: Session): void {
-  const { chosen, mat } = useMat.getState();
+  const { mat } = useStudio.getState();
+  const { chosen } = useMat.getState();
   endEdit();
   if (!chosen) return;
   if ("piece" in chosen) {
@@ -112,7 +116,8 @@ export function duplicateChosen(session: Session): void {
 
 /** Where the cars stand now becomes where they start. */
 export function startHere(session: Session): void {
-  const { mat, hello } = useMat.getState();
+  const { mat } = useStudio.getState();
+  const { hello } = useMat.getState();
   const { picture } = session;
   if (!picture || picture.cars > MOST_ONE_BY_ONE) return;
   endEdit();

@@ -5,7 +5,7 @@ import { NO_LED, type Picture } from "../api/world";
 import { carColour, LEDS, type WordColours } from "./colours";
 import type { Drawn } from "./motion";
 import type { Textures } from "./textures";
-import type { MatTheme } from "./theme";
+import type { MatTheme } from "./colours";
 
 /** Cars and people stay visible when a whole hall is seen. */
 const LEAST_PX = 9;

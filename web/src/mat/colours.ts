@@ -1,4 +1,4 @@
-/** A colour for each word, the same ones as in the pictures and films of a run. */
+/** The mat's colours: of the theme, from the page's style sheets, and of each word, as in pictures and films of a run. */
 
 import type { CompiledWord } from "../api/types";
 import { Flag, NO_INDEX } from "../api/world";
@@ -47,6 +47,53 @@ export function carColour(colours: WordColours, index: number, flags: number): n
 }
 
 /** `#rrggbb`. */
-export function css(colour: number): string {
+export function hexColour(colour: number): string {
   return `#${colour.toString(16).padStart(6, "0")}`;
+}
+
+/** The mat's colours, from the page's style sheets, so that light, dark and high contrast reach the canvas too. */
+
+const NAMES = [
+  "ground",
+  "floor",
+  "grid",
+  "edge",
+  "wall",
+  "obstacle",
+  "person",
+  "track",
+  "ring",
+  "range",
+  "lost",
+  "accent",
+] as const;
+
+export type MatTheme = Record<(typeof NAMES)[number], string>;
+
+/** A probe's colour, since a custom property itself is text that may name other properties. */
+export function readTheme(element: HTMLElement): MatTheme {
+  const probe = document.createElement("span");
+  probe.hidden = true;
+  element.append(probe);
+  const colours = NAMES.map((name) => {
+    probe.style.color = `var(--mat-${name})`;
+    return [name, getComputedStyle(probe).color];
+  });
+  probe.remove();
+  return Object.fromEntries(colours) as MatTheme;
+}
+
+const PREFERENCES = ["(prefers-color-scheme: dark)", "(prefers-contrast: more)", "(forced-colors: active)"];
+
+/** Call back whenever the colours may have changed; gives what ends it. */
+export function watchTheme(changed: () => void): () => void {
+  const observer = new MutationObserver(changed);
+  observer.observe(document.documentElement, { attributes: true });
+  observer.observe(document.body, { attributes: true });
+  const queries = PREFERENCES.map((query) => matchMedia(query));
+  queries.forEach((query) => query.addEventListener("change", changed));
+  return () => {
+    observer.disconnect();
+    queries.forEach((query) => query.removeEventListener("change", changed));
+  };
 }

@@ -1,6 +1,8 @@
 import { describe, expect, it } from "vitest";
+import * as cars from "./cars";
 import * as edit from "./document";
-import type { FurnitureKind, Mat } from "./document";
+import { canLose, type FurnitureKind, type Mat, type PieceId, retimed, withoutPoint, withPointAfter, withRepeats } from "./document";
+
 
 const EMPTY: Mat = { format: "motorcade-mat/1", name: "Table", size_m: [4, 3], edge: "wall" };
 
@@ -60,4 +62,112 @@ it.each([0, 0.05, 0.5, 0.95])("a loss of %f is found again", (share) => {
   expect(edit.lossOf(mat)).toBeCloseTo(share, 3);
   expect(mat.physics?.collisions).toBe(false);
   expect("bit_error_rate" in mat.physics!).toBe(share > 0);
+});
+
+const WALKER: PieceId = { kind: "person", place: 0 };
+const BOX: PieceId = { kind: "polygon", place: 0 };
+const MAT: Mat = {
+  format: "motorcade-mat/1",
+  name: "m",
+  person: [{ path: [[0, 0, 0], [4, 1, 0], [8, 0, 0]], repeats: true }],
+  polygon: [{ corners_m: [[0, 0], [1, 0], [1, 1]] }],
+};
+const pathOf = (mat: Mat) => mat.person![0]!.path;
+
+it("a path gets a point halfway to the next, and one farther on at its end", () => {
+  expect(pathOf(withPointAfter(MAT, WALKER, 0))).toEqual([[0, 0, 0], [2, 0.5, 0], [4, 1, 0], [8, 0, 0]]);
+  expect(pathOf(withPointAfter(MAT, WALKER, 2)).at(-1)).toEqual([10, 0.5, 0]);
+});
+
+it("a box gets a corner, behind its last one too", () => {
+  expect(withPointAfter(MAT, BOX, 2).polygon![0]!.corners_m).toEqual([[0, 0], [1, 0], [1, 1], [0.5, 0.5]]);
+});
+
+it("a path without its first point begins at 0 s again", () => {
+  expect(pathOf(withoutPoint(MAT, WALKER, 0))).toEqual([[0, 1, 0], [4, 0, 0]]);
+});
+
+it("no piece loses a point that it needs", () => {
+  expect([canLose(WALKER, 1), canLose(WALKER, 2), canLose(BOX, 3), canLose({ kind: "wall", place: 0 }, 2)]).toEqual([
+    false,
+    true,
+    false,
+    false,
+  ]);
+});
+
+it("a point's new time takes along those behind it, and times always rise", () => {
+  expect(pathOf(retimed(MAT, WALKER, 1, 6)).map(([t]) => t)).toEqual([0, 6, 10]);
+  expect(pathOf(retimed(MAT, WALKER, 2, 1)).map(([t]) => t)).toEqual([0, 4, 4.1]);
+  expect(pathOf(retimed(MAT, WALKER, 0, 5))).toEqual(pathOf(MAT));
+});
+
+it("a walk is repeated or not", () => expect(withRepeats(MAT, WALKER, false).person![0]!.repeats).toBe(false));
+
+const TABLE: Mat = {
+  format: "motorcade-mat/1",
+  name: "Table",
+  size_m: [4, 3],
+  car: [{ at_m: [2, 1.5], role: "leader" }, { at_m: [1, 1] }, { at_m: [3, 1] }],
+  crowd: [{ cars: 5, leaders: 1, corner_m: [0.4, 0.4], size_m: [1.2, 2.2], spacing_m: 0.4 }],
+};
+
+describe("the number of followers", () => {
+  it.each([0, 1, 2, 5, 6, 7, 15, 40, 300, 1000])("becomes %i, and no leader is lost", (wished) => {
+    expect(cars.carsOf(cars.withFollowers(TABLE, wished))).toEqual({ leaders: 2, followers: wished });
+  });
+
+  it("falls at the cost of crowds before cars that somebody placed", () => {
+    expect(cars.withFollowers(TABLE, 3).car).toEqual(TABLE.car);
+    expect(cars.withFollowers(TABLE, 1).car).toEqual(TABLE.car!.slice(0, 2));
+  });
+
+  it("rises within the crowd's area where there is room, else all over the mat", () => {
+    expect(cars.withFollowers(TABLE, 10).crowd![0]).toMatchObject({ cars: 9, corner_m: [0.4, 0.4] });
+    expect(cars.withFollowers(TABLE, 40).crowd![0]).not.toHaveProperty("corner_m");
+    expect(cars.withFollowers(TABLE, 40).size_m).toEqual(TABLE.size_m);
+  });
+
+  it("lets the mat grow around its middle where cars would touch", () => {
+    const grown = cars.withFollowers(TABLE, 1000);
+    const [width, height] = grown.size_m!;
+    expect(grown.crowd![0]!.spacing_m).toBe(0.2);
+    expect(width * height).toBeGreaterThan(1000 * 0.2 ** 2);
+    expect(grown.car![0]!.at_m).toEqual([width / 2, height / 2].map((each) => expect.closeTo(each, 3) as number));
+  });
+
+  it("stands around the first car on a plane without end", () => {
+    const plane: Mat = { format: "motorcade-mat/1", name: "Plane", car: [{ at_m: [9, 9], role: "leader" }] };
+    const [crowd] = cars.withFollowers(plane, 50).crowd!;
+    expect(crowd!.corner_m![0] + crowd!.size_m![0] / 2).toBeCloseTo(9, 2);
+  });
+});
+
+it("cars written down one by one keep numbers, places and roles", () => {
+  const placed = { x: [0.1234, 2, 3], y: [1, 2, 3], heading: [0, Math.PI / 2, -Math.PI] };
+  const mat = cars.oneByOne(TABLE, placed, new Set([1]));
+  expect(mat).not.toHaveProperty("crowd");
+  expect(mat.car).toEqual([
+    { at_m: [0.123, 1] },
+    { at_m: [2, 2], heading_deg: 90, role: "leader" },
+    { at_m: [3, 3], heading_deg: -180 },
+  ]);
+});
+
+it("a car is added, changed and removed", () => {
+  const { mat, number } = cars.addedCar(TABLE, { at_m: [0, 0] });
+  expect(mat.car![number]).toEqual({ at_m: [0, 0] });
+  expect(cars.withCar(mat, number, { at_m: [1, 0] }).car![number]).toEqual({ at_m: [1, 0] });
+  expect(cars.removedCar(mat, number)).toEqual(TABLE);
+});
+
+it("only what cars begin with needs a new world", () => {
+  expect(cars.beginning({ ...TABLE, wall: [{ from_m: [0, 0], to_m: [1, 1] }] })).toBe(cars.beginning(TABLE));
+  expect(cars.beginning(cars.withFollowers(TABLE, 3))).not.toBe(cars.beginning(TABLE));
+});
+
+it("the slider reaches 0, each small number, and 1,000", () => {
+  const reached = new Set(Array.from({ length: cars.SLIDER_STEPS + 1 }, (_, position) => cars.followersAt(position)));
+  for (const each of [0, 1, 2, 3, 5, 10, 1000]) expect(reached).toContain(each);
+  for (const each of [0, 1, 500, 1000]) expect(cars.followersAt(cars.positionOf(each))).toBeGreaterThanOrEqual(each);
 });

@@ -3,7 +3,7 @@
 import { Container, Graphics, Sprite } from "pixi.js";
 import { type Disc, handlesOf, listOf, type Mat, type Person, personAt, pieceOf, type PieceId, type Polygon } from "./document";
 import type { Textures } from "./textures";
-import type { MatTheme } from "./theme";
+import type { MatTheme } from "./colours";
 
 const WALL_MM = 24;
 const PERSON_MM = 420;

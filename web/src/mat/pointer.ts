@@ -1,11 +1,86 @@
-/** Mouse, pen and fingers on the mat: drag things, or the mat itself; wheel and two fingers zoom. */
+/** Mouse, pen and fingers on the mat: find what lies under them, drag it or the mat itself, and zoom. */
 
 import { panned, toWorld, zoomed } from "./camera";
-import type { Point } from "./document";
-import type { Grip } from "./pick";
+import { type Disc, FURNITURE, handlesOf, listOf, type Mat, type Person, personAt, pieceOf, type Piece, type PieceId, type Point, type Polygon, type Wall } from "./document";
+import type { Drawn } from "./motion";
 import type { Scene } from "./scene";
+import type { Chosen } from "./store";
 
-export interface Hands {
+export type Grip = { car: number } | { piece: PieceId } | { piece: PieceId; handle: number };
+
+export interface Sight {
+  mat: Mat;
+  drawn: Drawn;
+  radiusM: number;
+  chosen: Chosen;
+  tMs: number;
+}
+
+/** Within `reach` metres; a chosen piece's handles come first, then cars, then what lies above. */
+export function gripAt(sight: Sight, point: Point, reach: number): Grip | null {
+  const { mat, chosen } = sight;
+  if (chosen && "piece" in chosen) {
+    const handle = handleAt(mat, chosen.piece, point, reach);
+    if (handle >= 0) return { piece: chosen.piece, handle };
+  }
+  const car = carAt(sight, point, reach);
+  if (car !== null) return { car };
+  for (const kind of FURNITURE.toReversed()) {
+    const place = listOf(mat, kind).findLastIndex((piece) => distanceTo(kind, piece, point, sight.tMs) <= reach);
+    if (place >= 0) return { piece: { kind, place } };
+  }
+  return null;
+}
+
+function handleAt(mat: Mat, id: PieceId, point: Point, reach: number): number {
+  const piece = pieceOf(mat, id);
+  return piece ? handlesOf(id.kind, piece).findIndex((each) => distance(each, point) <= reach) : -1;
+}
+
+function carAt({ drawn, radiusM }: Sight, [x, y]: Point, reach: number): number | null {
+  let nearest: number | null = null;
+  let least = Math.max(radiusM, reach);
+  for (let k = 0; k < drawn.x.length; k++) {
+    const away = Math.hypot(drawn.x[k]! - x, drawn.y[k]! - y);
+    if (away > least) continue;
+    nearest = k;
+    least = away;
+  }
+  return nearest;
+}
+
+const PERSON_M = 0.2;
+
+function distanceTo(kind: PieceId["kind"], piece: Piece, point: Point, tMs: number): number {
+  if (kind === "wall") return distanceToLine((piece as Wall).from_m, (piece as Wall).to_m, point);
+  if (kind === "disc") return distance((piece as Disc).centre_m, point) - (piece as Disc).radius_m;
+  if (kind === "person") return distance(personAt(piece as Person, tMs), point) - PERSON_M;
+  const { corners_m } = piece as Polygon;
+  if (isInside(corners_m, point)) return 0;
+  return Math.min(...corners_m.map((corner, k) => distanceToLine(corner, corners_m[(k + 1) % corners_m.length]!, point)));
+}
+
+function distance([ax, ay]: Point, [bx, by]: Point): number {
+  return Math.hypot(ax - bx, ay - by);
+}
+
+function distanceToLine(from: Point, to: Point, point: Point): number {
+  const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+  const along = ((point[0] - from[0]) * dx + (point[1] - from[1]) * dy) / (dx * dx + dy * dy || 1);
+  const share = Math.min(1, Math.max(0, along));
+  return distance([from[0] + dx * share, from[1] + dy * share], point);
+}
+
+function isInside(corners: readonly Point[], [x, y]: Point): boolean {
+  let inside = false;
+  corners.forEach(([ax, ay], k) => {
+    const [bx, by] = corners[(k + 1) % corners.length]!;
+    if (ay > y !== by > y && x < ax + ((y - ay) / (by - ay)) * (bx - ax)) inside = !inside;
+  });
+  return inside;
+}
+
+export interface PointerActions {
   gripAt: (point: Point, reachPx: number) => Grip | null;
   onChoose: (grip: Grip | null) => void;
   onDrag: (grip: Grip, to: Point, by: Point) => void;
@@ -21,7 +96,7 @@ interface Finger {
   y: number;
 }
 
-export function attachPointers(host: HTMLElement, scene: Scene, hands: Hands): () => void {
+export function attachPointers(host: HTMLElement, scene: Scene, actions: PointerActions): () => void {
   const fingers = new Map<number, Finger>();
   let grip: Grip | null = null;
   let begun: Finger | null = null;
@@ -47,13 +122,13 @@ export function attachPointers(host: HTMLElement, scene: Scene, hands: Hands): (
     dragging = false;
     last = world(finger);
     const kind = event.pointerType as keyof typeof REACH_PX;
-    grip = hands.gripAt(last, REACH_PX[kind]);
+    grip = actions.gripAt(last, REACH_PX[kind]);
   }
 
   function move(event: PointerEvent) {
     const before = fingers.get(event.pointerId);
     if (!before) {
-      if (isMat(event)) host.style.cursor = hands.gripAt(world(at(event)), REACH_PX.mouse) ? "pointer" : "grab";
+      if (isMat(event)) host.style.cursor = actions.gripAt(world(at(event)), REACH_PX.mouse) ? "pointer" : "grab";
       return;
     }
     const finger = at(event);
@@ -64,11 +139,11 @@ export function attachPointers(host: HTMLElement, scene: Scene, hands: Hands): (
 
   function drag(before: Finger, finger: Finger) {
     if (!dragging && begun && Math.hypot(finger.x - begun.x, finger.y - begun.y) < CLICK_PX) return;
-    if (!dragging && grip) hands.onChoose(grip);
+    if (!dragging && grip) actions.onChoose(grip);
     dragging = true;
     if (grip) {
       const to = world(finger);
-      hands.onDrag(grip, to, [to[0] - last[0], to[1] - last[1]]);
+      actions.onDrag(grip, to, [to[0] - last[0], to[1] - last[1]]);
       last = to;
     } else scene.look(panned(scene.camera, finger.x - before.x, finger.y - before.y));
   }
@@ -84,8 +159,8 @@ export function attachPointers(host: HTMLElement, scene: Scene, hands: Hands): (
 
   function up(event: PointerEvent) {
     if (!fingers.delete(event.pointerId) || fingers.size) return;
-    if (!dragging && event.type === "pointerup") hands.onChoose(grip);
-    else hands.onDrop();
+    if (!dragging && event.type === "pointerup") actions.onChoose(grip);
+    else actions.onDrop();
     grip = begun = null;
   }
 

@@ -3,7 +3,7 @@
 import "pixi.js/unsafe-eval";
 import { autoDetectRenderer, Container, type Renderer } from "pixi.js";
 import type { Hello, Picture } from "../api/world";
-import { AirLayer } from "./airLayer";
+import { AirLayer } from "./traceLayers";
 import { boxOf, type Camera, fitted, type Size } from "./camera";
 import { CarLayer } from "./carLayer";
 import type { WordColours } from "./colours";
@@ -11,8 +11,8 @@ import type { Mat, PieceId } from "./document";
 import { FurnitureLayer } from "./furnitureLayer";
 import { Motion } from "./motion";
 import { makeTextures } from "./textures";
-import { type MatTheme, readTheme, watchTheme } from "./theme";
-import { TrackLayer } from "./trackLayer";
+import { type MatTheme, readTheme, watchTheme } from "./colours";
+import { TrackLayer } from "./traceLayers";
 
 /** Where drawing takes longer, pictures are drawn as they come, without steps between them. */
 const SLOW_MS = 14;

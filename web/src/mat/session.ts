@@ -1,11 +1,13 @@
-/** The page's side of its world: tells the server what differs from what it knows, and hands on what it answers. */
+/** The page's side of its world: sends the server what differs from what it has, and takes its answers and pictures. */
 
-import type { CompiledWord } from "../api/types";
+import { type CompiledWord, type EditorName, EDITORS } from "../api/types";
 import {
   type Answer,
   type Command,
+  Flag,
   type Hello,
   type Link,
+  NO_INDEX,
   type Picture,
   type Pose,
   poseIn,
@@ -13,68 +15,89 @@ import {
   WorldConnection,
   type WorldState,
 } from "../api/world";
+import { type Studio, useStudio } from "../state/studio";
 import { EventStore } from "../timeline/events";
-import { beginning } from "./cars";
+import { beginning, type Placed } from "./cars";
 import type { Mat } from "./document";
-import type { Placed } from "./cars";
-import { runningBlocks, type Running, sameRunning } from "./running";
-import { chosenCar, type OnPicture, useMat } from "./store";
+import { chosenCar, useMat } from "./store";
 
-const KEPT_BEGINNING = "motorcade.world.beginning";
-const SYNC_MS = 120;
-const SEEK_MS = 25;
-const TOLD_EVERY_MS = 120;
-/** After a reload the blocks come later than the world that still runs them. */
-const PATIENCE_MS = 4000;
+type Running = Studio["running"];
 
-export interface Program {
-  image: string | null;
-  words: readonly CompiledWord[];
-  profile: string;
+export function runningBlocks(picture: Picture, words: readonly CompiledWord[]): Running {
+  const executed = new Uint8Array(words.length);
+  for (let k = 0; k < picture.cars; k++) {
+    const index = picture.index[k]!;
+    if (index !== NO_INDEX && picture.flags[k]! & Flag.runs) executed[index] = 1;
+  }
+  const running = new Map<EditorName, Set<string>>(EDITORS.map((editor) => [editor, new Set()]));
+  words.forEach(({ part, block, fields_of }, place) => {
+    if (!executed[place] || part === "header") return;
+    const blocks = running.get(part)!;
+    if (block !== null) blocks.add(block);
+    for (const each of Object.values(fields_of ?? {})) blocks.add(each);
+  });
+  return new Map(EDITORS.map((editor) => [editor, [...running.get(editor)!].sort()]));
 }
 
-/** A short sign of a long text: equal texts have equal signs. */
-function signOf(text: string): string {
-  let sign = 0x811c9dc5;
-  for (let k = 0; k < text.length; k++) sign = Math.imul(sign ^ text.charCodeAt(k), 0x01000193);
-  return `${text.length}:${sign >>> 0}`;
+export function sameRunning(a: Running, b: Running): boolean {
+  return EDITORS.every((editor) => (a.get(editor) ?? []).join() === (b.get(editor) ?? []).join());
+}
+
+const BEGINNING_KEY = "motorcade.world.beginning";
+const SYNC_MS = 120;
+const SEEK_MS = 25;
+const SHOW_EVERY_MS = 120;
+/** After a reload the blocks come this much later, at most, than the world that still runs them. */
+const BLOCKS_LATE_MS = 4000;
+
+/** A hash of a text (FNV-1a), with its length. */
+function hashOf(text: string): string {
+  let hash = 0x811c9dc5;
+  for (let k = 0; k < text.length; k++) hash = Math.imul(hash ^ text.charCodeAt(k), 0x01000193);
+  return `${text.length}:${hash >>> 0}`;
 }
 
 export class Session {
   readonly name = sessionOfWindow();
   readonly events = new EventStore();
-  /** Where the cars stood at the beginning, once that was seen. */
+  /** Where the cars stood at the beginning, once a picture showed it. */
   starts: Placed | null = null;
   picture: Picture | null = null;
-  onPicture: OnPicture | null = null;
+  /** Called with each picture, which is too often for React. */
+  onPicture: ((picture: Picture) => void) | null = null;
   onHello: ((hello: Hello) => void) | null = null;
 
   private connection: WorldConnection | null = null;
-  private onRunning: ((running: Running) => void) | null = null;
-  private program: Program = { image: null, words: [], profile: "classroom" };
-  private running: Running = new Map();
-  private told: { beginning: string | null; mat: Mat | null; rangeMm: number | null } | null = null;
+  private unsubscribe: (() => void) | null = null;
+  /** What the server has of the mat; null until it answers. */
+  private sent: { beginning: string | null; mat: Mat | null; rangeMm: number | null } | null = null;
   private movedStarts = false;
-  /** To play was asked for, and no state of the world tells of it yet. */
-  private asked = false;
-  private patientUntil = 0;
+  /** Play was requested, and no state of the world shows it yet. */
+  private playRequested = false;
+  private waitUntil = 0;
   private timer: ReturnType<typeof setTimeout> | undefined;
   private seeking: ReturnType<typeof setTimeout> | undefined;
-  private telling: ReturnType<typeof setTimeout> | undefined;
-  private toldAt = 0;
+  private showing: ReturnType<typeof setTimeout> | undefined;
+  private shownAt = 0;
 
+  /** Connect, and send each change of the program and the mat. */
   open(): void {
+    this.unsubscribe = useStudio.subscribe((now, before) => {
+      const differs = now.compiled?.image !== before.compiled?.image || now.profile !== before.profile;
+      if (differs || now.mat !== before.mat || now.rangeMm !== before.rangeMm) this.sync();
+    });
     this.connection = new WorldConnection(this.name, {
-      onPicture: (picture) => this.take(picture),
-      onAnswer: (answer) => this.hear(answer),
-      onLink: (link) => this.linked(link),
+      onPicture: (picture) => this.receivePicture(picture),
+      onAnswer: (answer) => this.receive(answer),
+      onLink: (link) => this.linkChanged(link),
     });
   }
 
   close(): void {
+    this.unsubscribe?.();
     clearTimeout(this.timer);
     clearTimeout(this.seeking);
-    clearTimeout(this.telling);
+    clearTimeout(this.showing);
     this.connection?.close();
   }
 
@@ -82,16 +105,7 @@ export class Session {
     this.connection?.comeBack();
   }
 
-  tellRunning(onRunning: (running: Running) => void): void {
-    this.onRunning = onRunning;
-  }
-
-  setProgram(program: Program): void {
-    this.program = program;
-    this.sync();
-  }
-
-  /** Tell the server what differs, a moment later: edits come in bursts. */
+  /** Send what differs, a moment later: edits come in bursts. */
   sync(): void {
     clearTimeout(this.timer);
     this.timer = setTimeout(() => this.syncNow(), SYNC_MS);
@@ -101,13 +115,13 @@ export class Session {
     this.connection?.send({ do: "shown", frame });
   }
 
-  say(command: Command): void {
-    this.asked = command.do === "play" || (this.asked && command.do !== "pause");
+  send(command: Command): void {
+    this.playRequested = command.do === "play" || (this.playRequested && command.do !== "pause");
     this.connection?.send(command);
   }
 
   play(): void {
-    this.say({ do: "play", speed: useMat.getState().speed });
+    this.send({ do: "play", speed: useMat.getState().speed });
   }
 
   setSpeed(speed: number): void {
@@ -117,87 +131,87 @@ export class Session {
 
   reset(): void {
     if (this.movedStarts) this.begin(false);
-    else this.say({ do: "reset", seed: useMat.getState().seed });
+    else this.send({ do: "reset", seed: useMat.getState().seed });
   }
 
   /** Put a car elsewhere; `mat` where that is its new start. */
   move(car: number, pose: Pose, mat: Mat | null): void {
-    this.say({ do: "move", car, ...pose });
-    if (!mat || !this.told) return;
-    this.told = { ...this.told, beginning: this.signOfBeginning(mat), mat };
+    this.send({ do: "move", car, ...pose });
+    if (!mat || !this.sent) return;
+    this.sent = { ...this.sent, beginning: this.hashOfBeginning(mat), mat };
     this.movedStarts = true;
   }
 
-  private signOfBeginning(mat: Mat): string {
-    const { image, profile } = this.program;
-    return signOf(JSON.stringify([image, profile, beginning(mat)]));
+  private hashOfBeginning(mat: Mat): string {
+    const { compiled, profile } = useStudio.getState();
+    return hashOf(JSON.stringify([compiled?.image ?? null, profile, beginning(mat)]));
   }
 
   private syncNow(): void {
-    const { mat, rangeMm } = useMat.getState();
-    if (!this.told) return;
-    const wait = this.program.image === null ? this.patientUntil - Date.now() : 0;
+    const { mat, rangeMm, compiled } = useStudio.getState();
+    if (!this.sent) return;
+    const wait = !compiled?.image ? this.waitUntil - Date.now() : 0;
     if (wait > 0) {
       this.timer = setTimeout(() => this.syncNow(), wait);
       return;
     }
-    if (this.told.beginning !== this.signOfBeginning(mat)) {
-      this.begin(this.asked || (useMat.getState().state?.playing ?? false));
-    } else if (this.told.mat !== mat || this.told.rangeMm !== rangeMm) {
+    if (this.sent.beginning !== this.hashOfBeginning(mat)) {
+      this.begin(this.playRequested || (useMat.getState().state?.playing ?? false));
+    } else if (this.sent.mat !== mat || this.sent.rangeMm !== rangeMm) {
       useMat.setState({ problem: null });
-      this.say({ do: "furnish", mat, range_mm: rangeMm });
-      this.told = { ...this.told, mat, rangeMm };
+      this.send({ do: "furnish", mat, range_mm: rangeMm });
+      this.sent = { ...this.sent, mat, rangeMm };
     }
   }
 
-  /** A world anew, which then goes on as the one before did. */
+  /** Set a new world, which plays if the one before did. */
   private begin(playing: boolean): void {
-    const { mat, seed, rangeMm } = useMat.getState();
-    const { image, profile } = this.program;
+    const { mat, rangeMm, compiled, profile } = useStudio.getState();
+    const { seed } = useMat.getState();
     useMat.setState({ problem: null });
-    this.say({ do: "set", image, mat, profile, seed, range_mm: rangeMm });
-    this.told = { beginning: this.signOfBeginning(mat), mat, rangeMm };
-    sessionStorage.setItem(KEPT_BEGINNING, this.told.beginning!);
+    this.send({ do: "set", image: compiled?.image ?? null, mat, profile, seed, range_mm: rangeMm });
+    this.sent = { beginning: this.hashOfBeginning(mat), mat, rangeMm };
+    sessionStorage.setItem(BEGINNING_KEY, this.sent.beginning!);
     this.movedStarts = false;
     this.starts = null;
     if (playing) this.play();
   }
 
-  /** Scrubbing asks for more moments than can be shown: only the newest wish of a short while is told. */
+  /** Show a stored moment; null for the present. Scrubbing asks for more than can be shown: only the newest is sent. */
   seek(tMs: number | null): void {
     clearTimeout(this.seeking);
-    this.seeking = setTimeout(() => this.say({ do: "seek", t_ms: tMs }), SEEK_MS);
+    this.seeking = setTimeout(() => this.send({ do: "seek", t_ms: tMs }), SEEK_MS);
   }
 
   watch(): void {
-    this.say({ do: "watch", car: chosenCar() });
-    this.tell();
+    this.send({ do: "watch", car: chosenCar() });
+    this.show();
   }
 
-  private linked(link: Link): void {
-    if (link !== "open") this.told = null;
+  private linkChanged(link: Link): void {
+    if (link !== "open") this.sent = null;
     useMat.setState({ link, compiling: false });
   }
 
-  private hear(answer: Answer): void {
-    if (answer.is === "hello") this.greet(answer);
-    if (answer.is === "state") this.hearState(answer);
+  private receive(answer: Answer): void {
+    if (answer.is === "hello") this.receiveHello(answer);
+    if (answer.is === "state") this.receiveState(answer);
     if (answer.is === "car" && answer.car === chosenCar()) useMat.setState({ details: answer });
     if (answer.is === "error") useMat.setState({ problem: answer, compiling: false });
     if (answer.is === "compiling") useMat.setState({ compiling: true });
   }
 
-  private hearState(state: WorldState): void {
+  private receiveState(state: WorldState): void {
     const tMs = state.shown_ms ?? state.t_ms;
-    if (state.playing) this.asked = false;
+    if (state.playing) this.playRequested = false;
     useMat.setState({ state, tMs, seed: state.seed, ...(state.playing && { speed: state.speed }) });
   }
 
-  private greet(hello: Hello): void {
-    if (!this.told) {
-      const kept = hello.resumed ? sessionStorage.getItem(KEPT_BEGINNING) : null;
-      this.told = { beginning: kept, mat: null, rangeMm: null };
-      this.patientUntil = hello.resumed ? Date.now() + PATIENCE_MS : 0;
+  private receiveHello(hello: Hello): void {
+    if (!this.sent) {
+      const stored = hello.resumed ? sessionStorage.getItem(BEGINNING_KEY) : null;
+      this.sent = { beginning: stored, mat: null, rangeMm: null };
+      this.waitUntil = hello.resumed ? Date.now() + BLOCKS_LATE_MS : 0;
       this.sync();
     }
     const car = chosenCar();
@@ -207,26 +221,26 @@ export class Session {
     this.onHello?.(hello);
   }
 
-  private take(picture: Picture): void {
+  private receivePicture(picture: Picture): void {
     if (picture.cars !== useMat.getState().hello?.cars) return;
     this.picture = picture;
     if (picture.tMs === 0 && !picture.past) this.starts = picture;
     this.events.take(picture);
     this.onPicture?.(picture);
-    const running = runningBlocks(picture, this.program.words);
-    if (!sameRunning(running, this.running)) this.onRunning?.(running);
-    this.running = running;
-    const wait = picture.past || picture.fresh ? 0 : this.toldAt + TOLD_EVERY_MS - performance.now();
-    clearTimeout(this.telling);
-    if (wait <= 0) this.tell();
-    else this.telling = setTimeout(() => this.tell(), wait);
+    const { compiled, running: before } = useStudio.getState();
+    const running = runningBlocks(picture, compiled?.words ?? []);
+    if (!sameRunning(running, before)) useStudio.setState({ running });
+    const wait = picture.past || picture.fresh ? 0 : this.shownAt + SHOW_EVERY_MS - performance.now();
+    clearTimeout(this.showing);
+    if (wait <= 0) this.show();
+    else this.showing = setTimeout(() => this.show(), wait);
   }
 
-  /** What the newest picture shows, for those who can't follow each; the last of a row is always told. */
-  private tell(): void {
+  /** Copy what the newest picture shows into the store, which React follows; after a burst the last one always. */
+  private show(): void {
     const { picture } = this;
     if (!picture) return;
-    this.toldAt = performance.now();
+    this.shownAt = performance.now();
     const car = chosenCar();
     useMat.setState({ tMs: picture.tMs, past: picture.past, pose: car === null ? null : poseIn(picture, car) });
   }

@@ -1,7 +1,8 @@
-/** What the mat's parts share: how the world goes, what is chosen, and the document that is being edited. */
+/** What the parts of the mat share: the state of the world, the view, and the edits of the document that can be undone. */
 
 import { create } from "zustand";
-import type { CarDetails, Hello, Link, Picture, Pose, WorldProblem, WorldState } from "../api/world";
+import type { CarDetails, Hello, Link, Pose, WorldProblem, WorldState } from "../api/world";
+import { useStudio } from "../state/studio";
 import type { Mat, PieceId } from "./document";
 
 export type Chosen = { car: number } | { piece: PieceId } | null;
@@ -11,10 +12,10 @@ export interface MatState {
   hello: Hello | null;
   state: WorldState | null;
   problem: WorldProblem | null;
-  /** The world waits for the simulator, which is being compiled. */
+  /** The world waits for the simulator to be compiled. */
   compiling: boolean;
   details: CarDetails | null;
-  /** Of the picture that is shown, told a few times a second. */
+  /** The time of the picture that is shown, updated a few times a second. */
   tMs: number;
   past: boolean;
   /** Where the chosen car is in that picture. */
@@ -25,10 +26,7 @@ export interface MatState {
   air: boolean;
   speed: number;
   seed: number;
-  /** null: as far as the profile says. */
-  rangeMm: number | null;
-
-  mat: Mat;
+  /** Earlier and later versions of the project's mat, which itself is `useStudio.mat`. */
   undo: readonly Mat[];
   redo: readonly Mat[];
 }
@@ -51,8 +49,6 @@ export const useMat = create<MatState>(() => ({
   air: true,
   speed: 1,
   seed: 0,
-  rangeMm: null,
-  mat: { format: "motorcade-mat/1", name: "Table" },
   undo: [],
   redo: [],
 }));
@@ -66,38 +62,44 @@ export function chosenCar(): number | null {
   return chosen && "car" in chosen ? chosen.car : null;
 }
 
-/** Another document, as after opening a project: nothing of before can be undone. */
-export function loadMat(mat: Mat): void {
-  useMat.setState({ mat, undo: [], redo: [], chosen: null });
-}
+/** The last edit's name, as long as another edit with this name belongs to it. */
+let joining: string | null = null;
 
-let merging: string | null = null;
-
-/** Edits with the same name one after another, such as the steps of a drag, are undone together. */
+/** Change the mat. Edits with the same name one after another, such as the steps of a drag, are undone together. */
 export function editMat(mat: Mat, name: string | null = null): void {
-  const { mat: before, undo } = useMat.getState();
+  const { mat: before } = useStudio.getState();
   if (mat === before) return;
-  const joins = name !== null && name === merging;
-  merging = name;
-  useMat.setState({ mat, undo: joins ? undo : [...undo, before].slice(-MOST_UNDO), redo: [] });
+  const joins = name !== null && name === joining;
+  joining = name;
+  useMat.setState(({ undo }) => ({ undo: joins ? undo : [...undo, before].slice(-MOST_UNDO), redo: [] }));
+  useStudio.setState({ mat });
 }
 
-/** What comes next is another edit, even where it has the same name. */
+/** The next edit is a new one, even if it has the same name. */
 export function endEdit(): void {
-  merging = null;
+  joining = null;
+}
+
+/** Another project was opened: its mat has no earlier versions. */
+export function forgetEdits(): void {
+  endEdit();
+  useMat.setState({ undo: [], redo: [], chosen: null });
 }
 
 export function undoEdit(): void {
-  const { mat, undo, redo } = useMat.getState();
+  const { undo, redo } = useMat.getState();
+  const { mat } = useStudio.getState();
   endEdit();
-  if (undo.length) useMat.setState({ mat: undo.at(-1)!, undo: undo.slice(0, -1), redo: [...redo, mat], chosen: null });
+  if (!undo.length) return;
+  useMat.setState({ undo: undo.slice(0, -1), redo: [...redo, mat], chosen: null });
+  useStudio.setState({ mat: undo.at(-1)! });
 }
 
 export function redoEdit(): void {
-  const { mat, undo, redo } = useMat.getState();
+  const { undo, redo } = useMat.getState();
+  const { mat } = useStudio.getState();
   endEdit();
-  if (redo.length) useMat.setState({ mat: redo.at(-1)!, redo: redo.slice(0, -1), undo: [...undo, mat], chosen: null });
+  if (!redo.length) return;
+  useMat.setState({ redo: redo.slice(0, -1), undo: [...undo, mat], chosen: null });
+  useStudio.setState({ mat: redo.at(-1)! });
 }
-
-/** Called with each picture: too often for React. */
-export type OnPicture = (picture: Picture) => void;

@@ -1,25 +1,25 @@
-/** What the menus do with the open project. */
+/** What the menus do with the open project: open, save, share and export. */
 
 import i18next from "i18next";
 import * as api from "../api/http";
-import { tell } from "../app/telling";
-import { useStudio } from "../app/store";
+import { pictureOf, pngOf } from "../blocks/picture";
 import { liveWorkspaces } from "../blocks/workspaces";
 import { inLanguage } from "../i18n";
+import { notify } from "../state/dialogs";
+import { useStudio } from "../state/studio";
 import { wordsCsv } from "../words/csv";
-import { chooseFile, download, fileName } from "./downloads";
-import { markSaved, markUnsaved, openProject, replaceBy } from "./opening";
+import { markSaved, markUnsaved, openProject, replaceBy } from "./project";
 import { fragmentOf, projectIn } from "./share";
 
 const PROJECT_ENDING = ".motorcade.json";
 
-/** Runs what may fail, and tells the user where it does. */
+/** Run a task; show the user a notice where the server refuses it or is gone. */
 export async function attempt(task: () => Promise<void>): Promise<void> {
   try {
     await task();
   } catch (error) {
-    if (error instanceof api.RefusedError) tell(inLanguage(error.sentence), "error");
-    else if (error instanceof api.GoneError) tell(i18next.t("server.needed"), "warning");
+    if (error instanceof api.RefusedError) notify(inLanguage(error.sentence), "error");
+    else if (error instanceof api.GoneError) notify(i18next.t("server.needed"), "warning");
     else throw error;
   }
 }
@@ -48,7 +48,7 @@ export async function saveToLibrary(): Promise<boolean> {
   await attempt(async () => {
     const { version } = await api.saveProject(name, openProject());
     markSaved();
-    tell(i18next.t("library.saved", { name, version }), "success");
+    notify(i18next.t("library.saved", { name, version }), "success");
   });
   return true;
 }
@@ -64,7 +64,7 @@ export function openSharedLink(): Promise<void> {
   const { hash, pathname, search } = location;
   if (!hash) return Promise.resolve();
   return attempt(async () => {
-    const shared = await projectIn(hash).catch(() => tell(i18next.t("share.damaged"), "error"));
+    const shared = await projectIn(hash).catch(() => notify(i18next.t("share.damaged"), "error"));
     if (!shared) return;
     history.replaceState(null, "", pathname + search);
     const opened = await api.open(shared.text);
@@ -74,17 +74,43 @@ export function openSharedLink(): Promise<void> {
 
 export function exportCsv(): void {
   const { compiled, formats, name } = useStudio.getState();
-  if (!compiled?.words.length || !formats) tell(i18next.t("export.noWords"), "warning");
+  if (!compiled?.words.length || !formats) notify(i18next.t("export.noWords"), "warning");
   // Spreadsheets take a file for UTF-8 by its mark.
   else download(fileName(name, ".csv"), `\ufeff${wordsCsv(compiled.words, formats)}`, "text/csv;charset=utf-8");
 }
 
 export async function exportPicture(kind: "svg" | "png"): Promise<void> {
-  const { pictureOf, pngOf } = await import("../blocks/picture");
-  for (const [editor, workspace] of liveWorkspaces()) {
+    for (const [editor, workspace] of liveWorkspaces()) {
     const picture = pictureOf(workspace);
     const name = fileName(`${useStudio.getState().name || "motorcade"} ${editor}`, `.${kind}`);
     if (kind === "svg") download(name, picture.svg, "image/svg+xml");
     else download(name, await pngOf(picture), "image/png");
   }
+}
+
+function download(name: string, content: BlobPart, type: string): void {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([content], { type }));
+  link.download = name;
+  link.click();
+  // The browser takes the content when it starts the download, after this turn.
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+/** A file's name that every system takes. */
+function fileName(name: string, ending: string): string {
+  // eslint-disable-next-line no-control-regex
+  const plain = name.replace(/[\\/:*?"<>|\u0000-\u001f]/g, " ").trim().slice(0, 80);
+  return `${plain || "motorcade"}${ending}`;
+}
+
+function chooseFile(accept: string): Promise<File | null> {
+  return new Promise((resolve) => {
+    const input = document.createElement("input");
+    input.type = "file";
+    input.accept = accept;
+    input.addEventListener("change", () => resolve(input.files?.[0] ?? null));
+    input.addEventListener("cancel", () => resolve(null));
+    input.click();
+  });
 }

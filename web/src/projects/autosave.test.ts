@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { useStudio } from "../app/store";
+import { useStudio } from "../state/studio";
 import { findKept, keepEveryChange, keptOf, parseKept } from "./autosave";
 
 describe("what was kept", () => {

@@ -1,8 +1,9 @@
 import { useEffect, useId, useState } from "react";
-import { THEMES, useSettings, type ThemeName } from "../app/settings";
-import { Icon } from "../app/icons";
+import { THEMES, useSettings, type ThemeName } from "../state/settings";
+import { Icon } from "../ui/icons";
 import { type Told, useRemote } from "./link";
 import { changeLanguage, LANGUAGES, nameOf, useLanguage, useTexts } from "./texts";
+import css from "./remote.module.css";
 
 /** A car hears nothing for longer: it has stopped by itself. */
 const WEAK_MS = 300;
@@ -40,8 +41,8 @@ function LinkState() {
         ? t("linkIdle")
         : t("linkGood", { ms: Math.round(roundTripMs) });
   return (
-    <p className="link-state" data-kind={kind} aria-label={`${t("link")}: ${text}`} role="img">
-      <span className="dot" />
+    <p className={css.linkState} data-kind={kind} aria-label={`${t("link")}: ${text}`} role="img">
+      <span className={css.dot} />
       {text}
     </p>
   );
@@ -53,11 +54,11 @@ function Settings() {
   const theme = useSettings(({ theme }) => theme);
   const ids = [useId(), useId()];
   return (
-    <details className="settings">
+    <details className={css.settings}>
       <summary aria-label={t("settings")}>
         <Icon name="settings" />
       </summary>
-      <div className="settings-sheet">
+      <div className={css.settingsSheet}>
         <label htmlFor={ids[0]}>{t("languages")}</label>
         <select id={ids[0]} value={language} onChange={(event) => changeLanguage(event.target.value)}>
           {LANGUAGES.map((each) => (
@@ -87,7 +88,7 @@ function Settings() {
 export function Bar() {
   const t = useTexts();
   return (
-    <header className="bar">
+    <header className={css.bar}>
       <h1>{t("title")}</h1>
       <LinkState />
       <Settings />

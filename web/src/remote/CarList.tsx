@@ -1,7 +1,8 @@
-import { Icon } from "../app/icons";
+import { Icon } from "../ui/icons";
 import { link } from "./driving";
 import { type Told, useRemote } from "./link";
 import { type Key, useTexts } from "./texts";
+import css from "./remote.module.css";
 
 /** What a car is called on the page. */
 export function useCarName(): (car: string) => string {
@@ -37,10 +38,10 @@ export function CarList({ shown, onChoose }: CarListProps) {
   const others = listed.filter(({ car }) => !seats.includes(car));
   if (listed.length < 2) return null;
   return (
-    <section className="cars" aria-label={t("cars")}>
+    <section className={css.cars} aria-label={t("cars")}>
       <ul>
         {seats.map((car) => (
-          <li key={car} className="chip">
+          <li key={car} className={css.chip}>
             <button
               type="button"
               aria-pressed={car === shown}
@@ -50,7 +51,7 @@ export function CarList({ shown, onChoose }: CarListProps) {
               {nameOf(car)}
             </button>
             {told[car] && (
-              <span className="brief" data-state={told[car].state}>
+              <span className={css.brief} data-state={told[car].state}>
                 {t(inShort(told[car]))}
               </span>
             )}

@@ -1,8 +1,11 @@
 import { useState } from "react";
-import { Icon } from "../app/icons";
+import { Icon } from "../ui/icons";
 import { link, pilot } from "./driving";
 import { useRemote } from "./link";
 import { useTexts } from "./texts";
+import css from "./remote.module.css";
+import buttons from "../ui/buttons.module.css";
+import { classes } from "../ui/classes";
 
 const LEAST_PERCENT = 20;
 const FIRST_PERCENT = 60;
@@ -13,7 +16,7 @@ function Limit() {
   const t = useTexts();
   const [percent, setPercent] = useState(FIRST_PERCENT);
   return (
-    <label className="limit">
+    <label className={css.limit}>
       {t("limit", { percent })}
       <input
         type="range"
@@ -34,7 +37,7 @@ function Limit() {
 export function Stop() {
   const t = useTexts();
   return (
-    <button type="button" className="stop" onClick={() => link.stopAll()}>
+    <button type="button" className={css.stop} onClick={() => link.stopAll()}>
       {t("stop")}
       <kbd>{t("stopAbout")}</kbd>
     </button>
@@ -47,26 +50,26 @@ export function Controls({ car }: { car: string | null }) {
   const told = useRemote(({ told }) => (car === null ? undefined : told[car]));
   const stopped = told?.state === "stopped";
   return (
-    <div className="controls">
+    <div className={css.controls}>
       {car !== null && (
-        <div className="asks">
+        <div className={css.asks}>
           {stopped && (
-            <button type="button" className="button primary" onClick={() => link.ask("clear", car)}>
+            <button type="button" className={classes(buttons.button, buttons.primary)} onClick={() => link.ask("clear", car)}>
               {t("clear")}
             </button>
           )}
           {told && !told.you.drives && told.driver !== null && !told.you.waits && (
-            <button type="button" className="button" onClick={() => link.ask("request", car)}>
+            <button type="button" className={buttons.button} onClick={() => link.ask("request", car)}>
               {t("request")}
             </button>
           )}
           {(told?.you.drives ?? told?.you.waits) && (
-            <button type="button" className="button" onClick={() => link.ask("release", car)}>
+            <button type="button" className={buttons.button} onClick={() => link.ask("release", car)}>
               {t("release")}
             </button>
           )}
           {told && !stopped && told.state !== "program" && told.state !== "away" && (
-            <button type="button" className="button" onClick={() => link.ask("resume", car)}>
+            <button type="button" className={buttons.button} onClick={() => link.ask("resume", car)}>
               <Icon name="blocks" />
               {t("resume")}
             </button>

@@ -1,6 +1,8 @@
 import { link } from "./driving";
 import { useRemote } from "./link";
 import { useLanguage, useTexts } from "./texts";
+import css from "./remote.module.css";
+import buttons from "../ui/buttons.module.css";
 
 const FULL_DUTY = 255;
 
@@ -13,8 +15,8 @@ export function Notices({ car }: { car: string | null }) {
   const others = told?.driver != null && !told.you.drives;
   const speed = told ? Math.round((told.speed / FULL_DUTY) * 100) : 0;
   return (
-    <div className="notices">
-      <p className="state" role="status" data-state={told?.state}>
+    <div className={css.notices}>
+      <p className={css.state} role="status" data-state={told?.state}>
         {told ? t(told.state) : " "}
         {told?.state === "moving" && (
           <meter aria-label={t("speed")} min={0} max={100} value={speed}>
@@ -22,27 +24,27 @@ export function Notices({ car }: { car: string | null }) {
           </meter>
         )}
         {told?.battery_mv != null && (
-          <span className="battery">{t("battery", { volts: (told.battery_mv / 1000).toFixed(1) })}</span>
+          <span className={css.battery}>{t("battery", { volts: (told.battery_mv / 1000).toFixed(1) })}</span>
         )}
       </p>
       <div role="log">
-        {!open && <p className="notice wrong">{t("lostAbout")}</p>}
-        {told?.why && <p className="notice wrong">{told.why[language] ?? told.why.en}</p>}
+        {!open && <p className={css.notice} data-wrong>{t("lostAbout")}</p>}
+        {told?.why && <p className={css.notice} data-wrong>{told.why[language] ?? told.why.en}</p>}
         {told?.paused && (
-          <p className="notice">
+          <p className={css.notice}>
             {t("paused")}
-            <button type="button" className="button" onClick={() => link.start()}>
+            <button type="button" className={buttons.button} onClick={() => link.start()}>
               {t("start")}
             </button>
           </p>
         )}
-        {others && <p className="notice">{told.you.waits ? t("waits") : t("othersDrive")}</p>}
-        {told?.you.drives && told.wanted_by !== null && <p className="notice">{t("wanted")}</p>}
-        {told?.last_fault && <p className="notice wrong">{t("fault", { fault: told.last_fault })}</p>}
+        {others && <p className={css.notice}>{told.you.waits ? t("waits") : t("othersDrive")}</p>}
+        {told?.you.drives && told.wanted_by !== null && <p className={css.notice}>{t("wanted")}</p>}
+        {told?.last_fault && <p className={css.notice} data-wrong>{t("fault", { fault: told.last_fault })}</p>}
         {problem && (
-          <p className="notice wrong">
+          <p className={css.notice} data-wrong>
             {problem[language] ?? problem.en}
-            <button type="button" className="button" onClick={() => useRemote.setState({ problem: null })}>
+            <button type="button" className={buttons.button} onClick={() => useRemote.setState({ problem: null })}>
               {t("dismiss")}
             </button>
           </p>

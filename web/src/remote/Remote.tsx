@@ -8,6 +8,7 @@ import { useLanguage, useTexts } from "./texts";
 import { Stick } from "./Stick";
 import { useRemote } from "./link";
 import { View } from "./View";
+import css from "./remote.module.css";
 
 let begun = false;
 
@@ -27,14 +28,14 @@ export function Remote() {
   }, [language, t]);
   const shown = chosen !== null && seats.includes(chosen) ? chosen : (seats[0] ?? null);
   return (
-    <div className="remote">
+    <div className={css.remote}>
       <Bar />
       <main>
-        <div className="seeing">
+        <div className={css.seeing}>
           <CarList shown={shown} onChoose={choose} />
-          {shown === null ? <p className="empty">{t("noCars")}</p> : <View car={shown} name={nameOf(shown)} />}
+          {shown === null ? <p className={css.empty}>{t("noCars")}</p> : <View car={shown} name={nameOf(shown)} />}
         </div>
-        <div className="driving">
+        <div className={css.driving}>
           <Notices car={shown} />
           <Stick />
           <Stop />

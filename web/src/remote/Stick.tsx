@@ -3,6 +3,7 @@ import { pilot } from "./driving";
 import { fingerAxes } from "./handles";
 import { STILL, type Axes } from "./pilot";
 import { useTexts } from "./texts";
+import css from "./remote.module.css";
 
 /** The share of the pad's half that the knob can go. */
 const REACH = 0.72;
@@ -31,10 +32,10 @@ export function Stick() {
 
   const { throttle, steering } = axes ?? STILL;
   return (
-    <div className="stick">
+    <div className={css.stick}>
       <div
         ref={pad}
-        className="pad"
+        className={css.pad}
         data-held={axes !== null || undefined}
         role="application"
         aria-label={t("stick")}
@@ -50,13 +51,13 @@ export function Stick() {
         onLostPointerCapture={letGo}
         onContextMenu={(event) => event.preventDefault()}
       >
-        <span className="cross" />
+        <span className={css.cross} />
         <span
-          className="knob"
+          className={css.knob}
           style={{ left: `${50 + steering * REACH * 50}%`, top: `${50 - throttle * REACH * 50}%` }}
         />
       </div>
-      <p id="stick-about" className="about">
+      <p id="stick-about" className={css.about}>
         {t("stickAbout")}
       </p>
     </div>

@@ -2,6 +2,7 @@ import { useEffect, useState } from "react";
 import { address } from "./driving";
 import { useRemote } from "./link";
 import { useTexts } from "./texts";
+import css from "./remote.module.css";
 
 const AGAIN_MS = 2000;
 
@@ -24,9 +25,9 @@ export function View({ car, name }: { car: string; name: string }) {
   const visible = useVisible();
   const [tries, setTries] = useState(0);
   const source = `${address("/camera", car)}#${tries}`;
-  if (!sees) return <p className="empty">{t("noCamera", { name })}</p>;
+  if (!sees) return <p className={css.empty}>{t("noCamera", { name })}</p>;
   return (
-    <div className="view">
+    <div className={css.view}>
       {open && visible && (
         <img
           key={source}

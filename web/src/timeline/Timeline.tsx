@@ -1,14 +1,14 @@
-import "./timeline.css";
 import { type PointerEvent, useEffect, useRef, useState } from "react";
 import { useTranslation } from "react-i18next";
 import { type CompiledWord } from "../api/types";
-import { colourWords, css } from "../mat/colours";
+import { colourWords, hexColour } from "../mat/colours";
 import type { Session } from "../mat/session";
 import { choose, chosenCar, useMat } from "../mat/store";
-import { watchTheme } from "../mat/theme";
-import { type Window, windowAt } from "./lanes";
+import { watchTheme } from "../mat/colours";
+import { type Window, windowAt } from "./events";
 import { AXIS_PX, LANE_PX, lookOf, paint } from "./painting";
 import { TimelineTools } from "./TimelineTools";
+import css from "./timeline.module.css";
 
 const UNKNOWN = "#6e6e6e";
 const REPAINT_MS = 66;
@@ -17,13 +17,13 @@ export function Timeline({ session, words }: { session: Session; words: readonly
   const [spanMs, setSpanMs] = useState(20_000);
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   return (
-    <section className="timeline" aria-label={t("timeline.title")}>
+    <section className={css.timeline} aria-label={t("timeline.title")}>
       <TimelineTools session={session} spanMs={spanMs} onSpan={setSpanMs} />
       <Lanes session={session} words={words} spanMs={spanMs} cars={cars} />
-      <p className="timeline-legend">
-        <span className="sent">{t("timeline.sent")}</span>
-        <span className="heard">{t("timeline.heard")}</span>
-        <span className="lost">{t("timeline.lost")}</span>
+      <p className={css.legend}>
+        <span data-event="sent">{t("timeline.sent")}</span>
+        <span data-event="heard">{t("timeline.heard")}</span>
+        <span>{t("timeline.lost")}</span>
       </p>
     </section>
   );
@@ -49,7 +49,7 @@ function Lanes({ session, words, spanMs, cars }: LanesProps) {
     const { byWord } = colourWords(words);
     const colourOf = (word: number) => {
       const colour = byWord.get(word);
-      return colour === undefined ? UNKNOWN : css(colour);
+      return colour === undefined ? UNKNOWN : hexColour(colour);
     };
     let look = lookOf(element);
     let painted = "";
@@ -114,9 +114,9 @@ function Lanes({ session, words, spanMs, cars }: LanesProps) {
   };
   const names = Array.from({ length: rows.count }, (_, row) => rows.first + row).filter((car) => car < cars);
   return (
-    <div className="timeline-lanes" ref={scroller} tabIndex={0} role="group" aria-label={t("timeline.lanes")}>
-      <div className="timeline-view">
-        <div className="timeline-names" style={{ paddingTop: AXIS_PX }}>
+    <div className={css.lanes} ref={scroller} tabIndex={0} role="group" aria-label={t("timeline.lanes")}>
+      <div className={css.view}>
+        <div className={css.names} style={{ paddingTop: AXIS_PX }}>
           <div style={{ marginTop: -rows.offsetPx }}>
             {names.map((car) => (
               <button

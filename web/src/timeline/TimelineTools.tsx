@@ -1,12 +1,15 @@
 import { useState } from "react";
-import { Button, Label, ListBox, ListBoxItem, Menu, MenuItem, MenuTrigger, Popover, Select, SelectValue, Slider, SliderThumb, SliderTrack } from "react-aria-components";
+import { Button, Menu, MenuItem, MenuTrigger, Popover, Slider, SliderThumb, SliderTrack } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { MatIcon } from "../mat/icons";
+import { Icon } from "../ui/icons";
 import type { Session } from "../mat/session";
 import { chosenCar, useMat } from "../mat/store";
-import { ToolButton } from "../mat/ToolButton";
-import type { CarEvent } from "./events";
-import { clock, type Jump, jumpTo } from "./lanes";
+import { Choice, ToolButton } from "../mat/fields";
+import { type CarEvent, clock, type Jump, jumpTo } from "./events";
+import fields from "../mat/fields.module.css";
+import panel from "../mat/mat.module.css";
+import css from "./timeline.module.css";
+import { classes } from "../ui/classes";
 
 const SPANS_S = [5, 10, 20, 60, 300];
 const JUMPS: readonly Jump[] = ["word", "heard", "lost"];
@@ -29,9 +32,9 @@ export function TimelineTools({ session, spanMs, onSpan }: ToolsProps) {
     if (to) session.seek(to.tMs);
   };
   return (
-    <div className="timeline-tools">
+    <div className={css.tools}>
       <Scrubber session={session} />
-      <div className="mat-row">
+      <div className={panel.row}>
         <ToolButton icon="left" label={t("timeline.previous")} onPress={() => jump(false)} />
         <Choice label={t("timeline.jump")} value={kind} all={JUMPS} name={(each) => t(`timeline.kinds.${each}`)} onChange={setKind} />
         <ToolButton icon="right" label={t("timeline.next")} onPress={() => jump(true)} />
@@ -44,15 +47,15 @@ export function TimelineTools({ session, spanMs, onSpan }: ToolsProps) {
         />
         <Downloads session={session} />
       </div>
-      <p className="timeline-event" aria-live="polite">
-        {event && past ? <Told event={event} /> : t("timeline.howTo")}
+      <p className={css.event} aria-live="polite">
+        {event && past ? <EventText event={event} /> : t("timeline.howTo")}
       </p>
     </div>
   );
 }
 
-/** An event in words, for those who can't tell it from the lanes. */
-function Told({ event: { tMs, car, kind, why, word, other } }: { event: CarEvent }) {
+/** An event as a sentence, for those who can't read the lanes. */
+function EventText({ event: { tMs, car, kind, why, word, other } }: { event: CarEvent }) {
   const { t } = useTranslation();
   const hex = word.toString(16).padStart(8, "0").toUpperCase();
   const what = kind === "lost" && why ? t(`mat.lost.${why}`) : t(`timeline.events.${kind}`, { word: hex, car: other });
@@ -64,9 +67,9 @@ function Scrubber({ session }: { session: Session }) {
   const { tMs, past, state } = useMat();
   const most = Math.max(state?.t_ms ?? 0, past ? 0 : tMs, 1);
   return (
-    <div className="mat-row">
+    <div className={panel.row}>
       <Slider
-        className="mat-slider"
+        className={fields.slider}
         aria-label={t("timeline.scrub")}
         minValue={Math.min(state?.earliest_ms ?? 0, most - 1)}
         maxValue={most}
@@ -74,41 +77,12 @@ function Scrubber({ session }: { session: Session }) {
         value={Math.min(tMs, most)}
         onChange={(to) => session.seek(to)}
       >
-        <SliderTrack className="mat-track">
-          <SliderThumb className="mat-thumb" aria-label={`${t("timeline.scrub")} ${clock(tMs)}`} />
+        <SliderTrack className={fields.track}>
+          <SliderThumb className={fields.thumb} aria-label={`${t("timeline.scrub")} ${clock(tMs)}`} />
         </SliderTrack>
       </Slider>
       <ToolButton icon="present" label={t("timeline.present")} wide isDisabled={!past} onPress={() => session.seek(null)} />
     </div>
-  );
-}
-
-interface ChoiceProps<T extends string> {
-  label: string;
-  value: T;
-  all: readonly T[];
-  name: (each: T) => string;
-  onChange: (chosen: T) => void;
-}
-
-function Choice<T extends string>({ label, value, all, name, onChange }: ChoiceProps<T>) {
-  return (
-    <Select className="mat-select" value={value} onChange={(key) => onChange(key as T)}>
-      <Label className="visually-hidden">{label}</Label>
-      <Button className="mat-button wide">
-        <SelectValue />
-        <MatIcon name="right" />
-      </Button>
-      <Popover className="mat-popover">
-        <ListBox>
-          {all.map((each) => (
-            <ListBoxItem key={each} id={each} className="mat-option">
-              {name(each)}
-            </ListBoxItem>
-          ))}
-        </ListBox>
-      </Popover>
-    </Select>
   );
 }
 
@@ -119,14 +93,14 @@ function Downloads({ session }: { session: Session }) {
   const names = [t("timeline.csv"), t("timeline.gif", { count: FILM_S }), t("timeline.mp4", { count: FILM_S })];
   return (
     <MenuTrigger>
-      <Button className="mat-button wide" isDisabled={isEmpty}>
-        <MatIcon name="download" />
+      <Button className={classes(fields.button, fields.wide)} isDisabled={isEmpty}>
+        <Icon name="download" />
         <span>{t("timeline.download")}</span>
       </Button>
-      <Popover className="mat-popover">
+      <Popover className={fields.popover}>
         <Menu aria-label={t("timeline.download")}>
           {files.map((file, place) => (
-            <MenuItem key={file} className="mat-option" href={`/api/world/${session.name}/${file}`} download={file.split("?")[0]}>
+            <MenuItem key={file} className={fields.option} href={`/api/world/${session.name}/${file}`} download={file.split("?")[0]}>
               {names[place]}
             </MenuItem>
           ))}

@@ -1,4 +1,4 @@
-/** What happened to the cars, the newest of it: a ring of rows, each linked to its car's row before. */
+/** The events of all cars: a ring of the newest, and how many of them fit into a lane of so many pixels. */
 
 import { EVENT_COLUMNS, EventColumn, KINDS, type EventKind, type Picture, type Why, WHYS } from "../api/world";
 
@@ -79,4 +79,89 @@ export class EventStore {
       other: this.rows[at + EventColumn.other]!,
     };
   }
+}
+
+export interface Window {
+  beginMs: number;
+  endMs: number;
+}
+
+/** The shown moment stays this far from the right edge, so that there is something to see coming. */
+const LEAD_SHARE = 0.08;
+
+/** The window that ends a little after the present; or, in the past, the one that the past moment was in. */
+export function windowAt(before: Window | null, spanMs: number, tMs: number, past: boolean): Window {
+  const fits = before !== null && before.endMs - before.beginMs === spanMs;
+  if (fits && past && tMs >= before.beginMs && tMs <= before.endMs) return before;
+  const endMs = past ? tMs + spanMs / 2 : Math.max(spanMs, tMs + spanMs * LEAD_SHARE);
+  const beginMs = Math.max(0, endMs - spanMs);
+  return { beginMs, endMs: beginMs + spanMs };
+}
+
+export interface Span {
+  beginMs: number;
+  endMs: number;
+  word: number;
+}
+
+export const Mark = { frame: 1, heard: 2, lost: 4 } as const;
+
+export interface Lane {
+  spans: Span[];
+  /** What happened in each pixel, as a sum of marks: thousands of frames become one column. */
+  marks: Uint8Array;
+}
+
+/** `events` come newest first; a word that isn't over lasts until now. */
+export function packLane(events: Iterable<CarEvent>, window: Window, nowMs: number, pixels: number): Lane {
+  const lane: Lane = { spans: [], marks: new Uint8Array(pixels) };
+  let endMs = nowMs;
+  for (const event of events) {
+    const { kind, tMs, word } = event;
+    if (kind === "over") endMs = tMs;
+    if (kind === "state" || kind === "start") {
+      if (tMs < window.endMs && endMs > window.beginMs) lane.spans.push({ beginMs: tMs, endMs, word });
+      endMs = tMs;
+      if (tMs <= window.beginMs) break;
+    }
+    if (kind in Mark && tMs >= window.beginMs && tMs < window.endMs) {
+      const column = Math.floor(((tMs - window.beginMs) / (window.endMs - window.beginMs)) * pixels);
+      lane.marks[column]! |= Mark[kind as keyof typeof Mark];
+    }
+  }
+  lane.spans.reverse();
+  return lane;
+}
+
+export type Jump = "word" | "heard" | "lost";
+const JUMPS: Record<Jump, readonly EventKind[]> = { word: ["state", "start"], heard: ["heard"], lost: ["lost"] };
+
+/** The next or the last event of a kind, seen from a moment. */
+export function jumpTo(events: Iterable<CarEvent>, kind: Jump, fromMs: number, forward: boolean): CarEvent | null {
+  let next: CarEvent | null = null;
+  for (const event of events) {
+    if (!JUMPS[kind].includes(event.kind)) continue;
+    if (forward && event.tMs > fromMs) next = event;
+    if (!forward && event.tMs < fromMs) return event;
+    if (forward && event.tMs <= fromMs) break;
+  }
+  return next;
+}
+
+/** Round distances between the axis's labels, so that they don't meet. */
+const STEPS_MS = [100, 200, 500, 1000, 2000, 5000, 10_000, 20_000, 30_000, 60_000, 120_000, 300_000, 600_000];
+
+export function ticksOf(window: Window, pixels: number, leastPx = 64): { atMs: number[]; stepMs: number } {
+  const least = ((window.endMs - window.beginMs) / Math.max(1, pixels)) * leastPx;
+  const stepMs = STEPS_MS.find((step) => step >= least) ?? STEPS_MS.at(-1)!;
+  const atMs: number[] = [];
+  for (let at = Math.ceil(window.beginMs / stepMs) * stepMs; at <= window.endMs; at += stepMs) atMs.push(at);
+  return { atMs, stepMs };
+}
+
+/** As on a stop-watch: 1:05.0, or 1:05 where tenths don't matter. */
+export function clock(ms: number, tenths = true): string {
+  const seconds = Math.floor(ms / 1000);
+  const shown = `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`;
+  return tenths ? `${shown}.${Math.floor((ms % 1000) / 100)}` : shown;
 }

@@ -1,7 +1,7 @@
 /** Draws lanes below each other: words as bars above, frames as ticks below, told apart by height as well as colour. */
 
 import type { EventStore } from "./events";
-import { clock, type Lane, Mark, packLane, ticksOf, type Window } from "./lanes";
+import { clock, type Lane, Mark, packLane, ticksOf, type Window } from "./events";
 
 export const LANE_PX = 34;
 export const AXIS_PX = 22;

@@ -1,8 +1,8 @@
 import { describe, expect, it } from "vitest";
 import { KINDS, type EventKind } from "../api/world";
-import { pictureOf } from "../mat/pictures";
+import { pictureOf } from "../mat/testPictures";
 import { type CarEvent, EventStore } from "./events";
-import { clock, jumpTo, Mark, packLane, ticksOf, windowAt } from "./lanes";
+import { clock, jumpTo, Mark, packLane, ticksOf, windowAt } from "./events";
 
 type Row = [tMs: number, car: number, kind: EventKind, word?: number];
 

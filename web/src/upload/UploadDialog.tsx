@@ -3,15 +3,18 @@ import { Button, Label, ProgressBar, RadioButton, RadioField, RadioGroup } from 
 import { useTranslation } from "react-i18next";
 import * as api from "../api/http";
 import type { Port } from "../api/types";
-import { Check, Sheet } from "../app/controls";
-import { useSettings } from "../app/settings";
-import { useStudio } from "../app/store";
+import { Check, Sheet } from "../ui/controls";
+import { useSettings } from "../state/settings";
+import { useStudio } from "../state/studio";
 import { inLanguage } from "../i18n";
 import { attempt } from "../projects/actions";
-import { markUnsaved, replaceBy } from "../projects/opening";
-import { Result } from "./Result";
-import { CutOffError, transfer, transferBySerial, type Order, type Outcome, type Progress } from "./transfer";
-import { hasWebSerial, requestPort } from "./web-serial";
+import { markUnsaved, replaceBy } from "../projects/project";
+import { CutOffError, hasWebSerial, requestPort, transfer, transferBySerial, type Order, type Outcome, type Progress } from "./transfer";
+import { Icon } from "../ui/icons";
+import buttons from "../ui/buttons.module.css";
+import controls from "../ui/controls.module.css";
+import css from "./upload.module.css";
+import { classes } from "../ui/classes";
 
 /** The choice that stands for a port of the browser's. */
 const BROWSER_PORT = "browser:";
@@ -52,11 +55,11 @@ function PortChoice({ ports, chosen, onChoose }: PortChoiceProps) {
   }));
   if (hasWebSerial()) choices.push({ port: BROWSER_PORT, title: t("upload.browser"), about: t("upload.browserAbout") });
   return (
-    <RadioGroup value={chosen} onChange={onChoose} className="ports">
+    <RadioGroup value={chosen} onChange={onChoose} className={css.ports}>
       <Label>{t("upload.port")}</Label>
       {choices.map(({ port, title, about }) => (
         <RadioField key={port} value={port}>
-          <RadioButton className="port">
+          <RadioButton className={css.port}>
             <b>{title}</b>
             <span>{about}</span>
           </RadioButton>
@@ -105,34 +108,34 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
   return (
     <Sheet title={t("upload.title")} onClose={onClose}>
       <PortChoice ports={ports} chosen={port ?? ""} onChoose={setWished} />
-      <Button className="link" onPress={() => void look()}>
+      <Button className={buttons.link} onPress={() => void look()}>
         {t("upload.look")}
       </Button>
       <Check checked={verify} onChange={setVerify}>
         {t("upload.verify")}
       </Check>
       {progress && (
-        <ProgressBar className="progress" value={progress.sent} maxValue={progress.of || 1} isIndeterminate={!progress.of}>
+        <ProgressBar  value={progress.sent} maxValue={progress.of || 1} isIndeterminate={!progress.of}>
           {({ percentage }) => (
             <>
               <Label>{t(progress.of ? "upload.sending" : "upload.waiting", { sent: progress.sent, of: progress.of })}</Label>
-              <span className="progress-bar">
+              <span className={css.progressBar}>
                 <span style={{ width: `${percentage ?? 30}%` }} />
               </span>
-              {progress.retry && <p className="quiet">{inLanguage(progress.retry.sentence)}</p>}
+              {progress.retry && <p className={controls.quiet}>{inLanguage(progress.retry.sentence)}</p>}
             </>
           )}
         </ProgressBar>
       )}
       {outcome && <Result outcome={outcome} onOpen={(read) => void openAsBlocks(read)} />}
-      {!image && <p className="quiet">{t("upload.noImage")}</p>}
+      {!image && <p className={controls.quiet}>{t("upload.noImage")}</p>}
       {/* A button that is disabled under the finger would drop the focus out of the dialog: these only wait. */}
-      <footer className="sheet-foot">
-        <Button className="button" isPending={busy} isDisabled={port === null} onPress={() => void run({ readback: true })}>
+      <footer className={controls.sheetFoot}>
+        <Button className={buttons.button} isPending={busy} isDisabled={port === null} onPress={() => void run({ readback: true })}>
           {t("upload.readBack")}
         </Button>
         <Button
-          className="button primary"
+          className={classes(buttons.button, buttons.primary)}
           isPending={busy}
           isDisabled={port === null || !image}
           onPress={() => image && void run({ image, verify })}
@@ -141,5 +144,50 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
         </Button>
       </footer>
     </Sheet>
+  );
+}
+
+interface ResultProps {
+  outcome: Outcome | "cut-off";
+  onOpen: (image: string) => void;
+}
+
+/** The outcome of a transfer; it claims no more than what is known. */
+function Result({ outcome, onOpen }: ResultProps) {
+  const { t } = useTranslation();
+  if (outcome === "cut-off") {
+    return <ResultBox tone="error" title={t("upload.failed")} text={t("upload.cutOff")} />;
+  }
+  switch (outcome.outcome) {
+    case "verified":
+      return <ResultBox tone="success" title={t("upload.verified")} text={outcome.answer} />;
+    case "not-verified":
+      return <ResultBox tone="warning" title={t("upload.notVerified")} text={t("upload.notVerifiedAbout")} />;
+    case "failed":
+      return <ResultBox tone="error" title={t("upload.failed")} text={inLanguage(outcome.error.sentence)} />;
+    case "image":
+      return (
+        <div className={css.result} data-tone="success" role="status">
+          <Icon name="done" />
+          <div>
+            <b>{t("upload.read", { words: Math.floor((outcome.image.length * 3) / 16) })}</b>
+            <Button className={classes(buttons.button, buttons.small)} onPress={() => onOpen(outcome.image)}>
+              {t("upload.openAsBlocks")}
+            </Button>
+          </div>
+        </div>
+      );
+  }
+}
+
+function ResultBox({ tone, title, text }: { tone: "success" | "warning" | "error"; title: string; text: string }) {
+  return (
+    <div className={css.result} data-tone={tone} role={tone === "error" ? "alert" : "status"}>
+      <Icon name={tone === "success" ? "done" : tone} />
+      <div>
+        <b>{title}</b>
+        <p>{text}</p>
+      </div>
+    </div>
   );
 }

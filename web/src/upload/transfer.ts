@@ -1,8 +1,49 @@
-/** An image on its way to a car, or back: the server speaks with the car, the page tells how it goes. */
+/** Transfer an image to or from a car: the server runs the protocol, through its own port or one of the browser's. */
 
 import { socketUrl } from "../api/http";
 import type { Outcome, Progress, UploadAnswer } from "../generated/messages";
-import { carryBytes, type SerialPort } from "./web-serial";
+
+/** A port of the browser's Web Serial. */
+export interface SerialPort {
+  open(options: { baudRate: number }): Promise<void>;
+  close(): Promise<void>;
+  readonly readable: ReadableStream<Uint8Array<ArrayBuffer>>;
+  readonly writable: WritableStream<Uint8Array>;
+}
+
+interface Serial {
+  requestPort(): Promise<SerialPort>;
+}
+
+function serial(): Serial | undefined {
+  return (navigator as Navigator & { serial?: Serial }).serial;
+}
+
+export const hasWebSerial = (): boolean => serial() !== undefined;
+
+/** The port that the user points at; null where they change their mind. */
+export async function requestPort(): Promise<SerialPort | null> {
+  return (await serial()?.requestPort().catch(() => null)) ?? null;
+}
+
+/** Hands on what the port says, and writes what it is given, in its order. */
+export function carryBytes(port: SerialPort, onBytes: (bytes: Uint8Array<ArrayBuffer>) => void) {
+  const reader = port.readable.getReader();
+  const writer = port.writable.getWriter();
+  const reading = (async () => {
+    for (let next = await reader.read(); !next.done; next = await reader.read()) onBytes(next.value);
+  })().catch(() => undefined);
+  return {
+    write: (bytes: ArrayBuffer) => void writer.write(new Uint8Array(bytes)).catch(() => undefined),
+    close: async () => {
+      await reader.cancel().catch(() => undefined);
+      await reading;
+      reader.releaseLock();
+      await writer.close().catch(() => undefined);
+      await port.close().catch(() => undefined);
+    },
+  };
+}
 
 export type Order = { image: string; verify: boolean } | { readback: true };
 

@@ -1,12 +1,120 @@
-import { useEffect, useRef, useState, type KeyboardEvent } from "react";
+import { memo, type CSSProperties, type KeyboardEvent, type RefObject, useEffect, useRef, useState } from "react";
+import { flushSync } from "react-dom";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord, EditorName, Field, Formats, Profile } from "../api/types";
-import { useStudio } from "../app/store";
-import { withInner } from "../blocks/workspaces";
-import { hasBlockIn, spansOf } from "./bits";
+import { showBlock, withInner } from "../blocks/workspaces";
+import { useStudio } from "../state/studio";
+import { bitsOf, blockOf, groupOf, hasBlockIn, isLit, spansOf } from "./bits";
 import { fieldMeaning } from "./meaning";
-import { useRows } from "./rows";
-import { leadToBlock, WordRow, type Place } from "./WordRow";
+import controls from "../ui/controls.module.css";
+import css from "./words.module.css";
+
+const ROW_PX = 30;
+const SPARE = 6;
+
+/** Which rows are in sight: to draw all 511 words of 15 fields would cost each edit a tenth of a second. */
+function useRows(scroller: RefObject<HTMLElement | null>, count: number) {
+  const [seen, setSeen] = useState({ top: 0, height: 600, all: false });
+
+  useEffect(() => {
+    const element = scroller.current!;
+    const look = () => setSeen((before) => ({ ...before, top: element.scrollTop, height: element.clientHeight }));
+    const print = (all: boolean) => () => flushSync(() => setSeen((before) => ({ ...before, all })));
+    const [before, after] = [print(true), print(false)];
+    const resized = new ResizeObserver(look);
+    resized.observe(element);
+    element.addEventListener("scroll", look, { passive: true });
+    window.addEventListener("beforeprint", before);
+    window.addEventListener("afterprint", after);
+    return () => {
+      resized.disconnect();
+      element.removeEventListener("scroll", look);
+      window.removeEventListener("beforeprint", before);
+      window.removeEventListener("afterprint", after);
+    };
+  }, [scroller]);
+
+  const first = seen.all ? 0 : Math.max(0, Math.min(count - 1, Math.floor(seen.top / ROW_PX) - SPARE));
+  const last = seen.all ? count : Math.min(count, Math.ceil((seen.top + seen.height) / ROW_PX) + SPARE);
+  const bringIntoView = (row: number) => {
+    const { scrollTop = 0, clientHeight = 0 } = scroller.current ?? {};
+    const top = row * ROW_PX;
+    // The table's head lies above its first row.
+    const bottom = top + 2 * ROW_PX;
+    if (top < scrollTop) scroller.current?.scrollTo({ top });
+    else if (bottom > scrollTop + clientHeight) scroller.current?.scrollTo({ top: bottom - clientHeight });
+  };
+  return { first, last, height: count * ROW_PX, offset: first * ROW_PX, bringIntoView };
+}
+
+/** Where in the table the user is. */
+interface Place {
+  row: number;
+  field: number;
+  /** Got there by the keyboard: the focus follows. */
+  walked?: boolean;
+}
+
+interface WordRowProps {
+  index: number;
+  word: CompiledWord;
+  fields: readonly Field[];
+  profile: Profile;
+  lit: ReadonlySet<string>;
+  /** The user's place where it is in this row. */
+  place: Place | null;
+  onPlace: (place: Place) => void;
+}
+
+/** To the block that a field comes from. */
+function leadToBlock(word: CompiledWord, field: string): void {
+  const block = blockOf(word, field);
+  if (word.part !== "header" && block) showBlock(word.part, block);
+}
+
+/** Made anew only where its word, or what is lit of it, changes: its many labels cost more than all the rest. */
+const WordRow = memo(function WordRow(props: WordRowProps) {
+  const { index, word, fields, profile, lit, place, onPlace } = props;
+  const { t } = useTranslation();
+  const row = useRef<HTMLDivElement>(null);
+  const active = place && Math.min(place.field, fields.length - 1);
+
+  useEffect(() => {
+    if (place?.walked) row.current?.querySelector<HTMLElement>('[tabindex="0"]')?.focus();
+  }, [place]);
+
+  return (
+    <div role="row" aria-rowindex={index + 1} className={css.word} data-part={word.part} ref={row}>
+      <span role="rowheader" className={css.name}>
+        <span className={css.index}>{index}</span>
+        <span className={css.hex}>{word.hex.toUpperCase()}</span>
+        <span className={controls.visuallyHidden}>{t(`parts.${word.part}`)}</span>
+      </span>
+      {fields.map((field, at) => (
+        <span
+          key={field.name}
+          role="gridcell"
+          tabIndex={at === active ? 0 : -1}
+          className={css.field}
+          data-group={groupOf(field.name)}
+          style={{ "--bits": `var(--bits-${groupOf(field.name)})` } as CSSProperties}
+          data-field={field.name}
+          data-lit={isLit(word, field.name, lit) || undefined}
+          data-set={(word.values[field.name] ?? 0) !== 0 || undefined}
+          aria-label={fieldMeaning(word, field, profile)}
+          // The style sheet shows the bits: read out, they would drown what they mean.
+          data-bits={bitsOf(word, field)}
+          onClick={() => {
+            onPlace({ row: index, field: at });
+            leadToBlock(word, field.name);
+          }}
+          onPointerEnter={() => onPlace({ row: index, field: at })}
+          onFocus={() => onPlace({ row: index, field: at })}
+        />
+      ))}
+    </div>
+  );
+});
 
 interface WordTableProps {
   words: readonly CompiledWord[];
@@ -66,15 +174,15 @@ export function WordTable({ words, formats, profile }: WordTableProps) {
 
   return (
     <>
-      <div className="word-scroller" ref={scroller}>
-        <div className="word-head" aria-hidden="true">
+      <div className={css.scroller} ref={scroller}>
+        <div className={css.tableHead} aria-hidden="true">
           {spansOf(formats.control).map(({ group, fields }, index) => (
-            <span key={index} className={`span ${group}`} style={{ "--bits": fields.at(0)!.high - fields.at(-1)!.low + 1, "--gaps": fields.length - 1 } as React.CSSProperties}>
+            <span key={index} className={css.span} data-group={group} style={{ "--bits": fields.at(0)!.high - fields.at(-1)!.low + 1, "--gaps": fields.length - 1 } as CSSProperties}>
               <small>{t(`groups.${group}`)}</small>
             </span>
           ))}
         </div>
-        <div role="grid" aria-label={t("words.table")} aria-rowcount={words.length} className="word-grid" style={{ height }} onKeyDown={walk}>
+        <div role="grid" aria-label={t("words.table")} aria-rowcount={words.length} className={css.grid} style={{ height }} onKeyDown={walk}>
           <div role="rowgroup" style={{ transform: `translateY(${offset}px)` }}>
             {words.slice(first, last).map((each, index) => (
               <WordRow
@@ -91,7 +199,7 @@ export function WordTable({ words, formats, profile }: WordTableProps) {
           </div>
         </div>
       </div>
-      <p className="word-detail" aria-hidden="true">
+      <p className={css.detail} aria-hidden="true">
         <b>{t("words.word", { index: row })}</b> {fieldMeaning(word, field, profile)}
       </p>
     </>

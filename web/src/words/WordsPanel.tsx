@@ -1,12 +1,78 @@
 import { useEffect } from "react";
+import { Button, Label, Meter } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { useStudio } from "../app/store";
-import { wordsShown } from "./compiling";
-import { Diagnostics } from "./Diagnostics";
-import { Gauge } from "./Gauge";
+import type { Costliest, Diagnostic, EditorName } from "../api/types";
+import { findText, showBlock } from "../blocks/workspaces";
+import { inLanguage } from "../i18n";
+import { useStudio } from "../state/studio";
+import { Icon } from "../ui/icons";
+import { measureEdit } from "./compiling";
 import { WordTable } from "./WordTable";
+import { classes } from "../ui/classes";
+import areas from "../ui/areas.module.css";
+import buttons from "../ui/buttons.module.css";
+import css from "./words.module.css";
 
-/** What the blocks are compiled to, with every change. */
+interface GaugeProps {
+  editor: EditorName;
+  used: number;
+  most: number;
+  costliest: Costliest | null;
+}
+
+/** From this share of the limit on, the block that needs most words is named. */
+const NEAR = 0.75;
+
+function Gauge({ editor, used, most, costliest }: GaugeProps) {
+  const { t } = useTranslation();
+  const near = used >= most * NEAR;
+  const block = costliest?.block;
+  return (
+    <div className={css.gauge} data-level={used > most ? "over" : near ? "near" : "fine"}>
+      <Meter value={Math.min(used, most)} maxValue={most} valueLabel={t("words.used", { used, most })}>
+        {({ percentage, valueText }) => (
+          <>
+            <Label>{t(`words.${editor}Used`)}</Label>
+            <span className={css.gaugeBar}>
+              <span className={css.gaugeFill} data-editor={editor} style={{ width: `${percentage}%` }} />
+            </span>
+            <span className={css.gaugeValue}>{valueText}</span>
+          </>
+        )}
+      </Meter>
+      {near && block && (
+        <Button className={buttons.link} onPress={() => showBlock(editor, block)}>
+          {t("words.costliest", { block: findText(editor, block), count: costliest.count })}
+        </Button>
+      )}
+    </div>
+  );
+}
+
+/** The compiler's diagnostics, each with a link to its block. */
+function Diagnostics({ diagnostics }: { diagnostics: readonly Diagnostic[] }) {
+  const { t } = useTranslation();
+  return (
+    <ul className={css.diagnostics} aria-label={t("words.diagnostics")}>
+      {diagnostics.map(({ code, severity, sentence, path, block, editor }, index) => (
+        <li key={`${code} ${path} ${index}`} data-severity={severity}>
+          <Icon name={severity} />
+          {block && editor ? (
+            <Button className={css.diagnostic} onPress={() => showBlock(editor, block)}>
+              <b>{t(`editors.${editor}`)}</b> {inLanguage(sentence)}
+            </Button>
+          ) : (
+            <span className={css.diagnostic}>
+              {editor && <b>{t(`editors.${editor}`)}</b>} {inLanguage(sentence)}
+            </span>
+          )}
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+/** The words of the program, compiled anew with every change. */
 export function WordsPanel() {
   const { t } = useTranslation();
   const compiled = useStudio((studio) => studio.compiled);
@@ -14,14 +80,14 @@ export function WordsPanel() {
   const profile = useStudio((studio) => studio.profileFigures);
   const followed = useStudio((studio) => studio.followers !== null);
 
-  useEffect(wordsShown, [compiled]);
+  useEffect(measureEdit, [compiled]);
 
   return (
     <>
-      <header className="pane-head">
+      <header className={classes(areas.paneHead, css.head)}>
         <h2 id="words-title">{t("words.title")}</h2>
         {compiled && (
-          <div className="gauges">
+          <div className={css.gauges}>
             <Gauge editor="leader" used={compiled.states} most={compiled.most} costliest={compiled.costliest.leader} />
             {followed && (
               <Gauge
@@ -38,7 +104,7 @@ export function WordsPanel() {
       {compiled && compiled.words.length > 0 && formats && profile ? (
         <WordTable words={compiled.words} formats={formats} profile={profile} />
       ) : (
-        <p className="words-empty">{t("words.none")}</p>
+        <p className={css.empty}>{t("words.none")}</p>
       )}
     </>
   );

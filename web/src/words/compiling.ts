@@ -1,55 +1,56 @@
-/** Sends each change to the compiler: the newest at once, those that it overtook never. */
+/** Send each change to the compiler. Only the newest counts: while an answer is awaited, older ones are skipped. */
 
 import * as api from "../api/http";
 import type { EditorName, WorkspaceState } from "../api/types";
-import { tell } from "../app/telling";
-import { useStudio } from "../app/store";
 import { markDiagnostics } from "../blocks/marks";
 import { read, workspaceOf } from "../blocks/workspaces";
 import { inLanguage } from "../i18n";
+import { notify } from "../state/dialogs";
+import { useStudio } from "../state/studio";
 import { sharedWords } from "./bits";
 
-/** After an edit, for how long others are taken together with the next one. */
-const GATHER_MS = 50;
-export const SHOWN = "motorcade:edit-to-words";
+/** For how long the edits that follow one are collected before they are sent together. */
+const COLLECT_MS = 50;
+/** The name under which the browser's performance tools list the times from edits to words. */
+const MEASURE = "motorcade:edit-to-words";
 
-let gathering: ReturnType<typeof setTimeout> | undefined;
+let collecting: ReturnType<typeof setTimeout> | undefined;
 let underWay = false;
 let wanted = false;
-/** When the oldest edit was made that is not on its way yet, and that of the words in the store. */
+/** The time of the oldest edit that was not sent yet, and of the edit that the words in the store answer. */
 let editedAt: number | null = null;
 let answersEditOf: number | null = null;
-let touchedAt = 0;
-const touchedEditors = new Set<EditorName>();
+let firstEditAt = 0;
+const edited = new Set<EditorName>();
 
-/** Some block of the editor changed. What follows on an edit at once, as while somebody types, is gathered. */
-export function touched(editor: EditorName): void {
-  if (touchedEditors.size === 0) touchedAt = performance.now();
-  touchedEditors.add(editor);
+/** Note that a block of the editor changed; edits in quick succession, as while typing, are sent together. */
+export function noteEdit(editor: EditorName): void {
+  if (edited.size === 0) firstEditAt = performance.now();
+  edited.add(editor);
   // All events of one change come in one turn.
-  if (gathering === undefined) queueMicrotask(take);
+  if (collecting === undefined) queueMicrotask(collect);
 }
 
-function take(): void {
-  flush();
-  gathering = setTimeout(() => {
-    gathering = undefined;
-    if (touchedEditors.size) take();
-  }, GATHER_MS);
+function collect(): void {
+  collectEdits();
+  collecting = setTimeout(() => {
+    collecting = undefined;
+    if (edited.size) collect();
+  }, COLLECT_MS);
 }
 
-/** Takes what the editors hold into the store now, for who can't wait for the next compilation. */
-export function flush(): void {
-  clearTimeout(gathering);
-  gathering = undefined;
+/** Copy what the editors hold into the store now, for callers that need the newest state. */
+export function collectEdits(): void {
+  clearTimeout(collecting);
+  collecting = undefined;
   const changed: Partial<Record<EditorName, WorkspaceState>> = {};
-  for (const editor of touchedEditors) {
+  for (const editor of edited) {
     const state = workspaceOf(editor) && read(editor);
     if (state && JSON.stringify(state) !== JSON.stringify(useStudio.getState()[editor])) changed[editor] = state;
   }
-  touchedEditors.clear();
+  edited.clear();
   if (Object.keys(changed).length === 0) return;
-  editedAt ??= touchedAt;
+  editedAt ??= firstEditAt;
   useStudio.setState(changed);
 }
 
@@ -69,7 +70,7 @@ async function compileNewest(): Promise<void> {
       useStudio.setState({ compiled });
       markDiagnostics(compiled.diagnostics);
     } catch (error) {
-      if (error instanceof api.RefusedError) tell(inLanguage(error.sentence), "error");
+      if (error instanceof api.RefusedError) notify(inLanguage(error.sentence), "error");
     }
   }
   underWay = false;
@@ -82,9 +83,9 @@ export function compileEveryChange(): void {
   });
 }
 
-/** Called when the words of the newest edit stand in the page; the browser's performance tools list the times. */
-export function wordsShown(): void {
+/** To be called when the words of the newest edit are shown: it measures the time since the edit. */
+export function measureEdit(): void {
   const start = answersEditOf;
   answersEditOf = null;
-  if (start !== null) requestAnimationFrame(() => performance.measure(SHOWN, { start }));
+  if (start !== null) requestAnimationFrame(() => performance.measure(MEASURE, { start }));
 }

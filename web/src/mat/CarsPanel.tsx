@@ -1,0 +1,103 @@
+import { memo, useRef } from "react";
+import { Input, Label, NumberField } from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import { useStudio } from "../state/studio";
+import { startHere } from "./actions";
+import { carsOf, followersAt, MOST_FOLLOWERS, MOST_ONE_BY_ONE, positionOf, SLIDER_STEPS, withFollowers } from "./cars";
+import { lossOf, type Mat, withLoss } from "./document";
+import type { Session } from "./session";
+import { editMat, endEdit, useMat } from "./store";
+import { NumberSlider, ToolButton, ToolSwitch } from "./fields";
+import fields from "./fields.module.css";
+import { classes } from "../ui/classes";
+
+const SCALE = { positions: SLIDER_STEPS, positionOf, valueAt: followersAt };
+const MOST_LOSS = 0.95;
+const MOST_RANGE_MM = 5000;
+const MOST_SEED = 2 ** 32 - 1;
+
+export const CarsPanel = memo(function CarsPanel({ session }: { session: Session }) {
+  const { t } = useTranslation();
+  const mat = useStudio((studio) => studio.mat);
+  const rangeMm = useStudio((studio) => studio.rangeMm);
+  const { tracks, air, hello } = useMat();
+  const loss = lossOf(mat);
+  return (
+    <div className={fields.swarm}>
+      <Followers />
+      <NumberSlider
+        label={t("mat.loss")}
+        value={Math.round(loss * 100) / 100}
+        most={MOST_LOSS}
+        step={0.01}
+        format={{ style: "percent", maximumFractionDigits: 0 }}
+        onChange={(share) => editMat(withLoss(mat, share), "loss")}
+        onEnd={endEdit}
+      />
+      <NumberSlider
+        label={t("mat.range")}
+        value={rangeMm ?? Math.round((hello?.range_m ?? 1) * 1000)}
+        least={50}
+        most={MOST_RANGE_MM}
+        step={50}
+        format={{ style: "unit", unit: "millimeter" }}
+        onChange={(range) => useStudio.setState({ rangeMm: range })}
+      />
+      <Seed session={session} />
+      <div >
+        <ToolSwitch label={t("mat.tracks")} isSelected={tracks} onChange={(on) => useMat.setState({ tracks: on })} />
+        <ToolSwitch label={t("mat.air")} isSelected={air} onChange={(on) => useMat.setState({ air: on })} />
+      </div>
+      <ToolButton
+        icon="present"
+        label={t("mat.startHere")}
+        wide
+        isDisabled={!hello || hello.cars > MOST_ONE_BY_ONE}
+        onPress={() => startHere(session)}
+      />
+    </div>
+  );
+});
+
+/** While the slider moves, each number is made from the mat of its beginning: one that grew for 1,000 cars shrinks again. */
+function Followers() {
+  const { t } = useTranslation();
+  const mat = useStudio(({ mat }) => mat);
+  const base = useRef<{ from: Mat; made: Mat } | null>(null);
+  return (
+    <NumberSlider
+      label={t("mat.followers")}
+      value={Math.min(MOST_FOLLOWERS, carsOf(mat).followers)}
+      most={MOST_FOLLOWERS}
+      scale={SCALE}
+      onChange={(wanted) => {
+        const from = base.current?.made === mat ? base.current.from : mat;
+        const made = withFollowers(from, wanted);
+        base.current = { from, made };
+        editMat(made, "followers");
+      }}
+    />
+  );
+}
+
+function Seed({ session }: { session: Session }) {
+  const { t } = useTranslation();
+  const seed = useMat((now) => now.seed);
+  return (
+    <NumberField
+      className={classes(fields.field, fields.beside)}
+      value={seed}
+      minValue={0}
+      maxValue={MOST_SEED}
+      formatOptions={{ useGrouping: false }}
+      onChange={(typed) => {
+        if (Number.isNaN(typed)) return;
+        useMat.setState({ seed: typed });
+        session.reset();
+      }}
+    >
+      <Label>{t("mat.seed")}</Label>
+      <Input />
+    </NumberField>
+  );
+}

@@ -1,0 +1,176 @@
+/** The buttons, switches, lists, sliders and number fields of the mat. */
+
+import {
+  Button,
+  type ButtonProps,
+  Input,
+  Label,
+  ListBox,
+  ListBoxItem,
+  NumberField,
+  Popover,
+  Select,
+  SelectValue,
+  Slider,
+  SliderThumb,
+  SliderTrack,
+  ToggleButton,
+  Tooltip,
+  TooltipTrigger,
+} from "react-aria-components";
+import { Icon, type IconName } from "../ui/icons";
+import fields from "./fields.module.css";
+import controls from "../ui/controls.module.css";
+import { classes } from "../ui/classes";
+
+interface ToolButtonProps extends Omit<ButtonProps, "children" | "className"> {
+  icon: IconName;
+  label: string;
+  /** Words beside the picture: the label itself, or shorter ones. */
+  wide?: boolean | string;
+  tone?: "main" | "plain";
+}
+
+export function ToolButton({ icon, label, wide = false, tone = "plain", ...props }: ToolButtonProps) {
+  const button = (
+    <Button {...props} className={classes(fields.button, tone === "main" && fields.main, wide !== false && fields.wide)} aria-label={wide === true ? undefined : label}>
+      <Icon name={icon} />
+      {wide !== false && <span>{wide === true ? label : wide}</span>}
+    </Button>
+  );
+  if (wide === true) return button;
+  return (
+    <TooltipTrigger delay={500}>
+      {button}
+      <Tooltip className={controls.tooltip}>{label}</Tooltip>
+    </TooltipTrigger>
+  );
+}
+
+interface ToolSwitchProps {
+  label: string;
+  isSelected: boolean;
+  onChange: (isSelected: boolean) => void;
+}
+
+export function ToolSwitch({ label, isSelected, onChange }: ToolSwitchProps) {
+  return (
+    <ToggleButton className={fields.toggle} isSelected={isSelected} onChange={onChange}>
+      <span className={fields.tick} aria-hidden="true" />
+      {label}
+    </ToggleButton>
+  );
+}
+
+interface ChoiceProps<T extends string> {
+  label: string;
+  value: T;
+  all: readonly T[];
+  name: (each: T) => string;
+  onChange: (chosen: T) => void;
+}
+
+/** A list of which one entry is chosen. */
+export function Choice<T extends string>({ label, value, all, name, onChange }: ChoiceProps<T>) {
+  return (
+    <Select className={fields.select} value={value} onChange={(key) => onChange(key as T)}>
+      <Label className={controls.visuallyHidden}>{label}</Label>
+      <Button className={classes(fields.button, fields.wide)}>
+        <SelectValue />
+        <Icon name="right" />
+      </Button>
+      <Popover className={fields.popover}>
+        <ListBox>
+          {all.map((each) => (
+            <ListBoxItem key={each} id={each} className={fields.option}>
+              {name(each)}
+            </ListBoxItem>
+          ))}
+        </ListBox>
+      </Popover>
+    </Select>
+  );
+}
+
+interface NumberSliderProps {
+  label: string;
+  value: number;
+  most: number;
+  least?: number;
+  step?: number;
+  /** Where the slider stands for a value, where that isn't the value itself; in whole steps up to `positions`. */
+  scale?: { positions: number; positionOf: (value: number) => number; valueAt: (position: number) => number };
+  format?: Intl.NumberFormatOptions;
+  onChange: (value: number) => void;
+  onEnd?: () => void;
+}
+
+/** A slider for the hand, and a field beside it for a certain number. */
+export function NumberSlider(props: NumberSliderProps) {
+  const { label, value, most, least = 0, step = 1, scale, format, onChange, onEnd } = props;
+  const valueAt = scale?.valueAt ?? ((position: number) => position);
+  return (
+    <div className={fields.number}>
+      <Slider
+        className={fields.slider}
+        aria-label={label}
+        value={scale ? scale.positionOf(value) : value}
+        minValue={scale ? 0 : least}
+        maxValue={scale?.positions ?? most}
+        step={scale ? 1 : step}
+        onChange={(position) => onChange(valueAt(position))}
+        onChangeEnd={() => onEnd?.()}
+      >
+        <SliderTrack className={fields.track}>
+          <SliderThumb className={fields.thumb} />
+        </SliderTrack>
+      </Slider>
+      <NumberField
+        className={fields.field}
+        value={value}
+        minValue={least}
+        maxValue={most}
+        {...(format && { formatOptions: format })}
+        onChange={(typed) => {
+          if (!Number.isNaN(typed)) onChange(typed);
+          onEnd?.();
+        }}
+      >
+        <Label>{label}</Label>
+        <Input />
+      </NumberField>
+    </div>
+  );
+}
+
+interface QuantityProps {
+  label: string;
+  value: number;
+  least?: number;
+  most?: number;
+  step?: number;
+  isDisabled?: boolean;
+  onChange: (value: number) => void;
+}
+
+/** A number of metres or seconds; its label says which. */
+export function Quantity({ label, value, least = -2000, most = 100_000, step = 0.01, isDisabled = false, onChange }: QuantityProps) {
+  return (
+    <NumberField
+      className={classes(fields.field, fields.beside)}
+      value={value}
+      step={step}
+      minValue={least}
+      maxValue={most}
+      isDisabled={isDisabled}
+      formatOptions={{ maximumFractionDigits: 3 }}
+      onChange={(typed) => {
+        // A field that is left rounds to its steps, which is nobody's wish to move a thing.
+        if (Math.abs(typed - value) > step / 2) onChange(typed);
+      }}
+    >
+      <Label>{label}</Label>
+      <Input />
+    </NumberField>
+  );
+}

@@ -1,0 +1,58 @@
+import { expect, it } from "vitest";
+import { changeLanguage, startLanguages } from "../i18n";
+import { describe, Losses, Pace, summarize } from "./Narration";
+import { pictureOf } from "./testPictures";
+
+startLanguages();
+const [FORWARD, LEFT] = [2, 5];
+const SUMMARY = summarize(
+  pictureOf([{ wheels: FORWARD }, { wheels: FORWARD, led: 1 }, { wheels: FORWARD }, { wheels: FORWARD }, { wheels: LEFT }, {}]),
+  new Set([0]),
+);
+
+it("counts what leaders and followers do", () => {
+  expect(SUMMARY.leaders).toEqual({ forward: 1, left: 0, right: 0, driven: 0, still: 0 });
+  expect(SUMMARY.followers).toEqual({ forward: 3, left: 1, right: 0, driven: 0, still: 1 });
+  expect(SUMMARY.lit).toBe(1);
+});
+
+it("describes it in both languages", () => {
+  changeLanguage("en");
+  expect(describe(SUMMARY, 4, 5)).toBe(
+    "The leader drives forward; 3 followers drive forward; 1 follower turns left; 1 follower stands still; " +
+      "1 car shines; 4 frames lost in the last 5 seconds.",
+  );
+  changeLanguage("zh");
+  expect(describe(SUMMARY, 0, 5)).toBe("1 台主机前进；3 台从机前进；1 台从机左转；1 台从机静止；1 辆小车亮灯。");
+});
+
+it("announces changes, each no earlier than the one before could be announced", () => {
+  const pace = new Pace(3000);
+  const announced = (
+    [
+      [0, "forward"],
+      [1000, "forward"],
+      [1200, "left"],
+      [3000, "left"],
+      [3500, "forward"],
+      [5900, "left"],
+      [6000, "left"],
+      [6200, "forward"],
+    ] as const
+  ).filter(([ms, what]) => pace.due(what, ms));
+  expect(announced).toEqual([
+    [0, "forward"],
+    [3000, "left"],
+    [6200, "forward"],
+  ]);
+});
+
+it("losses are those of the last seconds, and start at zero with each world", () => {
+  const losses = new Losses(5000);
+  const take = (t_ms: number, lost: number) => {
+    const counts = { frames: 99, lost_parity: lost, lost_collision: 1 };
+    return losses.take({ is: "state", playing: true, speed: 1, t_ms, shown_ms: null, earliest_ms: 0, seed: 0, counts, rate: 1, held: [] });
+  };
+  expect([take(0, 0), take(2000, 3), take(6000, 4), take(9000, 4)]).toEqual([0, 3, 4, 1]);
+  expect([take(0, 0), take(100, 2)]).toEqual([0, 2]);
+});

@@ -1,0 +1,183 @@
+/** What cars leave behind them: tracks on the floor, and infrared frames as rings that grow from their senders. */
+
+import { Container, Graphics, Sprite } from "pixi.js";
+import { EVENT_COLUMNS, EventColumn, Flag, KINDS, type Picture, WHYS } from "../api/world";
+import type { MatTheme } from "./colours";
+import type { Drawn } from "./motion";
+import type { Textures } from "./textures";
+
+const FRAME = KINDS.indexOf("frame");
+const LOST = KINDS.indexOf("lost");
+const COLLISION = WHYS.indexOf("collision");
+const RING_MS = 600;
+/** More rings on top of each other would hide the cars, and be slow where no graphics processor draws. */
+const MOST_RINGS = 60;
+const MOST_RANGES = 12;
+
+interface Ring {
+  sprite: Sprite;
+  car: number;
+  begunAt: number;
+}
+
+export type OnLost = (car: number, collided: boolean) => void;
+
+export class AirLayer {
+  readonly view = new Container();
+  private readonly ranges = new Graphics();
+  private readonly rings: Ring[] = [];
+  private readonly idle: Sprite[] = [];
+  private rangeMm = 1000;
+  private leads: readonly number[] = [];
+  private senders: number[] = [];
+  chosen: number | null = null;
+  shown = true;
+
+  constructor(
+    private readonly textures: Textures,
+    private theme: MatTheme,
+    private readonly still: () => boolean,
+  ) {
+    this.view.addChild(this.ranges);
+  }
+
+  setTheme(theme: MatTheme): void {
+    this.theme = theme;
+  }
+
+  setCars(leads: readonly number[]): void {
+    this.leads = leads;
+    while (this.rings.length) this.end(this.rings.pop()!);
+  }
+
+  setRange(metres: number): void {
+    this.rangeMm = metres * 1000;
+  }
+
+  take(picture: Picture, atMs: number, onLost: OnLost): void {
+    const { events } = picture;
+    for (let at = 0; at < events.length; at += EVENT_COLUMNS) {
+      const kind = events[at + EventColumn.kind]!;
+      const car = events[at + EventColumn.car]!;
+      if ((kind & 255) === FRAME && this.shown && !this.still()) this.begin(car, atMs);
+      else if ((kind & 255) === LOST) onLost(car, ((kind >> 8) & 255) === COLLISION);
+    }
+    this.senders = [];
+    if (!this.still()) return;
+    picture.flags.forEach((flags, car) => flags & Flag.sends && this.senders.push(car));
+  }
+
+  private begin(car: number, atMs: number): void {
+    if (this.rings.length >= MOST_RINGS) this.end(this.rings.shift()!);
+    const sprite = this.idle.pop() ?? new Sprite(this.textures.ring);
+    sprite.anchor.set(0.5);
+    this.view.addChild(sprite);
+    this.rings.push({ sprite, car, begunAt: atMs });
+  }
+
+  private end(ring: Ring): void {
+    this.view.removeChild(ring.sprite);
+    this.idle.push(ring.sprite);
+  }
+
+  /** Draw a moment; true while a ring is still growing. */
+  draw(drawn: Drawn, scale: number, atMs: number): boolean {
+    while (this.rings[0] && atMs - this.rings[0].begunAt > RING_MS) this.end(this.rings.shift()!);
+    for (const { sprite, car, begunAt } of this.rings) {
+      const age = (atMs - begunAt) / RING_MS;
+      sprite.tint = this.theme.ring;
+      sprite.alpha = 0.8 * (1 - age);
+      sprite.position.set(drawn.x[car]! * 1000, drawn.y[car]! * 1000);
+      sprite.scale.set((2 * this.rangeMm * (0.08 + 0.92 * age)) / sprite.texture.width);
+    }
+    this.drawRanges(drawn, scale);
+    return this.rings.length > 0;
+  }
+
+  private drawRanges(drawn: Drawn, scale: number): void {
+    this.ranges.clear();
+    if (!this.shown) return;
+    const around = this.leads.length <= MOST_RANGES ? new Set(this.leads) : new Set<number>();
+    if (this.chosen !== null) around.add(this.chosen);
+    for (const car of around) {
+      if (car >= drawn.x.length) continue;
+      this.ranges.circle(drawn.x[car]! * 1000, drawn.y[car]! * 1000, this.rangeMm);
+    }
+    if (around.size) this.ranges.fill({ color: this.theme.range, alpha: 0.06 });
+    if (around.size) this.ranges.stroke({ width: 1.5 / scale, color: this.theme.range, alpha: 0.55 });
+    for (const car of this.senders) {
+      const radius = Math.min(this.rangeMm, 160);
+      this.ranges.circle(drawn.x[car]! * 1000, drawn.y[car]! * 1000, radius);
+    }
+    if (this.senders.length) this.ranges.stroke({ width: 2 / scale, color: this.theme.ring });
+  }
+}
+
+const STEP_M = 0.04;
+const LIFTED_M = 1;
+const LINES_A_STRIP = 600;
+const MOST_STRIPS = 60;
+
+export class TrackLayer {
+  readonly view = new Container();
+  private lastX = new Float32Array();
+  private lastY = new Float32Array();
+  private lastMs = 0;
+  private lines: number[] = [];
+  private open: Graphics | null = null;
+  shown = true;
+
+  constructor(private theme: MatTheme) {}
+
+  setTheme(theme: MatTheme): void {
+    this.theme = theme;
+    this.clear();
+  }
+
+  clear(): void {
+    for (const strip of this.view.removeChildren()) strip.destroy();
+    this.lastX = this.lastY = new Float32Array();
+    this.lines = [];
+    this.open = null;
+  }
+
+  take(picture: Picture): void {
+    if (picture.past || !this.shown) return;
+    // A car that moves while time stands still is moved by the user.
+    const isMovedByUser = picture.tMs === this.lastMs;
+    this.lastMs = picture.tMs;
+    if (picture.fresh || isMovedByUser || this.lastX.length !== picture.cars) {
+      if (!isMovedByUser) this.clear();
+      this.lastX = picture.x.slice();
+      this.lastY = picture.y.slice();
+      return;
+    }
+    const before = this.lines.length;
+    for (let k = 0; k < picture.cars; k++) this.follow(k, picture.x[k]!, picture.y[k]!);
+    if (this.lines.length > before) this.drawStrip();
+  }
+
+  private follow(k: number, x: number, y: number): void {
+    const distance = Math.hypot(x - this.lastX[k]!, y - this.lastY[k]!);
+    if (distance < STEP_M) return;
+    if (distance < LIFTED_M) this.lines.push(this.lastX[k]!, this.lastY[k]!, x, y);
+    this.lastX[k] = x;
+    this.lastY[k] = y;
+  }
+
+  private drawStrip(): void {
+    this.open ??= this.view.addChild(new Graphics());
+    this.open.clear();
+    for (let at = 0; at < this.lines.length; at += 4) {
+      this.open.moveTo(this.lines[at]! * 1000, this.lines[at + 1]! * 1000);
+      this.open.lineTo(this.lines[at + 2]! * 1000, this.lines[at + 3]! * 1000);
+    }
+    this.open.stroke({ width: 14, color: this.theme.track });
+    if (this.lines.length < LINES_A_STRIP * 4) return;
+    this.open = null;
+    this.lines = [];
+    const strips = this.view.children;
+    if (strips.length > MOST_STRIPS) this.view.removeChildAt(0).destroy();
+    strips.forEach((strip, place) => (strip.alpha = 1 - (strips.length - place) / (MOST_STRIPS + 4)));
+  }
+}

@@ -1,0 +1,179 @@
+import { useCallback, useEffect, useState } from "react";
+import { Button, Input, Label, TextField } from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import * as api from "../api/http";
+import type { Example, SavedProject, Version } from "../api/types";
+import { inLanguage } from "../i18n";
+import { confirm } from "../state/dialogs";
+import { useStudio } from "../state/studio";
+import { IconButton, Sheet } from "../ui/controls";
+import { attempt, saveToLibrary, shareLink } from "./actions";
+import { replaceBy } from "./project";
+import css from "./projects.module.css";
+import buttons from "../ui/buttons.module.css";
+import controls from "../ui/controls.module.css";
+import { classes } from "../ui/classes";
+
+function useMoment(): (moment: string) => string {
+  const { i18n } = useTranslation();
+  const format = new Intl.DateTimeFormat(i18n.language, { dateStyle: "medium", timeStyle: "short" });
+  return (moment) => format.format(new Date(moment));
+}
+
+async function openSaved(name: string, version: number | undefined, onClose: () => void): Promise<void> {
+  await attempt(async () => {
+    const project = await api.savedProject(name, version);
+    onClose();
+    await replaceBy({ ...project, name });
+  });
+}
+
+function Versions({ name, onClose }: { name: string; onClose: () => void }) {
+  const { t } = useTranslation();
+  const moment = useMoment();
+  const [versions, setVersions] = useState<Version[]>([]);
+  useEffect(() => void attempt(async () => setVersions(await api.versions(name))), [name]);
+  return (
+    <ol className={css.versions} aria-label={t("library.versionsOf", { name })}>
+      {versions.map(({ version, saved_at }) => (
+        <li key={version}>
+          <span>{t("library.version", { version, moment: moment(saved_at) })}</span>
+          <Button className={classes(buttons.button, buttons.small)} onPress={() => void openSaved(name, version, onClose)}>
+            {t("library.restore")}
+          </Button>
+        </li>
+      ))}
+    </ol>
+  );
+}
+
+interface EntryProps {
+  project: SavedProject;
+  onClose: () => void;
+  onDeleted: () => void;
+}
+
+function Entry({ project: { name, saved_at, versions }, onClose, onDeleted }: EntryProps) {
+  const { t } = useTranslation();
+  const moment = useMoment();
+  const [unfolded, setUnfolded] = useState(false);
+  const remove = async () => {
+    const question = { title: t("library.deleteTitle", { name }), text: t("library.deleteText"), yes: t("library.delete") };
+    if (!(await confirm(question))) return;
+    await attempt(async () => {
+      await api.deleteProject(name);
+    });
+    onDeleted();
+  };
+  return (
+    <li >
+      <div className={css.libraryRow}>
+        <Button className={css.libraryOpen} onPress={() => void openSaved(name, undefined, onClose)}>
+          <b>{name}</b>
+          <span>{moment(saved_at)}</span>
+        </Button>
+        <Button className={classes(buttons.button, buttons.small)} aria-expanded={unfolded} onPress={() => setUnfolded(!unfolded)}>
+          {t("library.versions", { count: versions })}
+        </Button>
+        <IconButton icon="trash" label={t("library.deleteNamed", { name })} onPress={() => void remove()} />
+      </div>
+      {unfolded && <Versions name={name} onClose={onClose} />}
+    </li>
+  );
+}
+
+/** The projects in the server's folder, each with every version that was saved. */
+export function LibraryDialog({ onClose }: { onClose: () => void }) {
+  const { t } = useTranslation();
+  const name = useStudio((studio) => studio.name);
+  const [projects, setProjects] = useState<SavedProject[] | null>(null);
+  const load = useCallback(() => attempt(async () => setProjects(await api.projects())), []);
+  useEffect(() => void load(), [load]);
+  const save = async () => {
+    await saveToLibrary();
+    await load();
+  };
+  return (
+    <Sheet title={t("library.title")} onClose={onClose} wide>
+      <form
+        className={css.librarySave}
+        onSubmit={(event) => {
+          event.preventDefault();
+          void save();
+        }}
+      >
+        <TextField value={name} onChange={(text) => useStudio.setState({ name: text })} autoFocus>
+          <Label>{t("library.saveAs")}</Label>
+          <Input maxLength={80} placeholder={t("project.unnamed")} />
+        </TextField>
+        <Button type="submit" className={classes(buttons.button, buttons.primary)} isDisabled={!name.trim()}>
+          {t("library.save")}
+        </Button>
+      </form>
+      {projects?.length === 0 && <p className={controls.quiet}>{t("library.empty")}</p>}
+      <ul className={css.library} aria-label={t("library.list")}>
+        {projects?.map((project) => (
+          <Entry key={project.name} project={project} onClose={onClose} onDeleted={() => void load()} />
+        ))}
+      </ul>
+    </Sheet>
+  );
+}
+
+/** Programs to begin with. */
+export function ExamplesDialog({ onClose }: { onClose: () => void }) {
+  const { t } = useTranslation();
+  const [examples, setExamples] = useState<Example[]>([]);
+  useEffect(() => void attempt(async () => setExamples(await api.examples())), []);
+  const take = (example: Example) =>
+    attempt(async () => {
+      const project = await api.example(example.id);
+      onClose();
+      await replaceBy({ ...project, name: inLanguage(example.title) });
+    });
+  return (
+    <Sheet title={t("examples.title")} onClose={onClose} wide>
+      <p className={controls.quiet}>{t("examples.about")}</p>
+      <ul className={css.examples}>
+        {examples.map((example) => (
+          <li key={example.id}>
+            <Button className={css.example} onPress={() => void take(example)}>
+              <b>{inLanguage(example.title)}</b>
+              <span>{inLanguage(example.about)}</span>
+            </Button>
+          </li>
+        ))}
+      </ul>
+    </Sheet>
+  );
+}
+
+/** A link that holds the project itself. */
+export function ShareDialog({ onClose }: { onClose: () => void }) {
+  const { t } = useTranslation();
+  const [link, setLink] = useState("");
+  const [copied, setCopied] = useState(false);
+  useEffect(() => void attempt(async () => setLink(await shareLink())), []);
+  const copy = () =>
+    navigator.clipboard.writeText(link).then(
+      () => setCopied(true),
+      () => setCopied(false),
+    );
+  return (
+    <Sheet title={t("share.title")} onClose={onClose}>
+      <p>{t("share.about")}</p>
+      <div className={css.shareRow}>
+        <TextField value={link} isReadOnly>
+          <Label>{t("share.link")}</Label>
+          <Input onFocus={(event) => event.target.select()} />
+        </TextField>
+        <Button className={classes(buttons.button, buttons.primary)} onPress={() => void copy()} isDisabled={!link}>
+          {t("share.copy")}
+        </Button>
+      </div>
+      <p role="status" className={controls.quiet}>
+        {copied ? t("share.copied") : t("share.length", { count: link.length })}
+      </p>
+    </Sheet>
+  );
+}

@@ -1,0 +1,109 @@
+/** The open project: new ones, opening another in its place, and whether it is saved. */
+
+import i18next from "i18next";
+import type { OpenedProject, Project, WorkspaceState } from "../api/types";
+import { confirm } from "../state/dialogs";
+import { EMPTY_MAT, type Studio, useStudio } from "../state/studio";
+import { collectEdits } from "../words/compiling";
+
+export const BLANK: OpenedProject = { name: "", leader: {}, followers: null, profile: "classroom", mat: EMPTY_MAT, range_mm: null };
+
+const drive = (id: string, direction: string, seconds: number, next?: object) => ({
+  type: "motorcade_drive",
+  id,
+  fields: { DIRECTION: direction, SPEED: "2", SECONDS: seconds },
+  ...(next && { next: { block: next } }),
+});
+
+/** Forward for three seconds, left for one: what a first look at the blocks shows. */
+export const FIRST_STEPS: Pick<OpenedProject, "leader" | "followers"> = {
+  leader: {
+    blocks: {
+      languageVersion: 0,
+      blocks: [
+        {
+          type: "motorcade_leader",
+          id: "motorcade_leader",
+          x: 24,
+          y: 24,
+          next: { block: drive("first-forward", "forward", 3, drive("first-left", "left", 1)) },
+        },
+      ],
+    },
+  },
+  followers: null,
+};
+
+const SAVED_PARTS = ["name", "leader", "followers", "mat", "rangeMm"] as const;
+type SavedParts = Pick<Studio, (typeof SAVED_PARTS)[number]>;
+/** The project as a file or the library holds it; "nowhere" for one that came by a link or from autosave. */
+let saved: SavedParts | "nowhere" | null = null;
+
+export const sameProject = (a: SavedParts, b: SavedParts) => SAVED_PARTS.every((part) => a[part] === b[part]);
+
+/** Edits that were undone make new objects with equal contents. */
+const equalProjects = (a: SavedParts, b: SavedParts) =>
+  SAVED_PARTS.every((part) => a[part] === b[part] || JSON.stringify(a[part]) === JSON.stringify(b[part]));
+
+/** The open project as the server takes it, with the very newest edits. */
+export function openProject(): Project {
+  collectEdits();
+  const { leader, followers, profile, mat, rangeMm } = useStudio.getState();
+  return { leader, followers, profile, mat, range_mm: rangeMm };
+}
+
+export function take(project: OpenedProject, parkedFollowers: WorkspaceState | null = null): void {
+  useStudio.setState(({ generation }) => ({
+    name: project.name ?? "",
+    leader: project.leader,
+    followers: project.followers,
+    parkedFollowers,
+    profile: project.profile,
+    mat: project.mat ?? EMPTY_MAT,
+    rangeMm: project.range_mm ?? null,
+    compiled: null,
+    selection: null,
+    generation: generation + 1,
+  }));
+}
+
+/** Takes another project in place of this one, once the user agrees to lose what isn't saved. */
+export async function replaceBy(project: OpenedProject): Promise<boolean> {
+  collectEdits();
+  if (useStudio.getState().unsaved) {
+    const agreed = await confirm({
+      title: i18next.t("project.replaceTitle"),
+      text: i18next.t("project.replaceText"),
+      yes: i18next.t("project.replaceYes"),
+    });
+    if (!agreed) return false;
+  }
+  take(project);
+  // The editors fill themselves in the same turn; what they then hold is the saved project.
+  setTimeout(markSaved);
+  return true;
+}
+
+export function startNew(): Promise<boolean> {
+  return replaceBy(BLANK);
+}
+
+export function markSaved(): void {
+  collectEdits();
+  saved = useStudio.getState();
+  useStudio.setState({ unsaved: false });
+}
+
+export function watchUnsaved(): void {
+  useStudio.subscribe((now, before) => {
+    if (saved === null || sameProject(now, before)) return;
+    const unsaved = saved === "nowhere" || !equalProjects(now, saved);
+    if (unsaved !== now.unsaved) useStudio.setState({ unsaved });
+  });
+}
+
+/** What is open stands in no file: restored work, or what came by a link. */
+export function markUnsaved(): void {
+  saved = "nowhere";
+  useStudio.setState({ unsaved: true });
+}

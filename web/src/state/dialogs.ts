@@ -1,0 +1,60 @@
+/** What is shown above the page: a dialog, a question, and notices. */
+
+import { create } from "zustand";
+
+export type DialogName = "upload" | "library" | "examples" | "share" | "help";
+export type Tone = "info" | "success" | "warning" | "error";
+
+export interface Notice {
+  id: number;
+  text: string;
+  tone: Tone;
+  action?: { label: string; run: () => void };
+}
+
+/** A question that must be answered before something is lost. */
+export interface Question {
+  title: string;
+  text: string;
+  yes: string;
+  answer: (agreed: boolean) => void;
+}
+
+interface Dialogs {
+  open: DialogName | null;
+  question: Question | null;
+  notices: Notice[];
+}
+
+export const useDialogs = create<Dialogs>(() => ({ open: null, question: null, notices: [] }));
+
+export function openDialog(open: DialogName | null): void {
+  useDialogs.setState({ open });
+}
+
+/** Ask the user; true if they agree. A second question answers the first one with no. */
+export function confirm(question: Omit<Question, "answer">): Promise<boolean> {
+  useDialogs.getState().question?.answer(false);
+  return new Promise((resolve) => {
+    const answer = (agreed: boolean) => {
+      useDialogs.setState({ question: null });
+      resolve(agreed);
+    };
+    useDialogs.setState({ question: { ...question, answer } });
+  });
+}
+
+const SHOWN_MS = 8000;
+let lastId = 0;
+
+/** Show a notice, which screen readers read out. An error stays until it is dismissed; others go by themselves. */
+export function notify(text: string, tone: Tone = "info", action?: Notice["action"]): void {
+  const id = ++lastId;
+  const others = useDialogs.getState().notices.filter((notice) => notice.text !== text);
+  useDialogs.setState({ notices: [...others.slice(-2), { id, text, tone, action }] });
+  if (tone !== "error") setTimeout(() => dismiss(id), action ? 3 * SHOWN_MS : SHOWN_MS);
+}
+
+export function dismiss(id: number): void {
+  useDialogs.setState(({ notices }) => ({ notices: notices.filter((notice) => notice.id !== id) }));
+}

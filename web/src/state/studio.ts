@@ -1,0 +1,71 @@
+/** The open project, what it was compiled to, and which part of the page is shown. */
+
+import { create } from "zustand";
+import type { Capabilities, Compiled, EditorName, Formats, Profile, WorkspaceState } from "../api/types";
+import type { Mat } from "../mat/document";
+
+export interface Selection {
+  editor: EditorName;
+  block: string;
+}
+
+/** The areas of the page; a narrow screen shows one at a time. */
+export type View = EditorName | "words" | "mat";
+
+export interface Studio {
+  name: string;
+  /** Blockly's workspaces own the blocks; this is their latest state. */
+  leader: WorkspaceState;
+  /** null where only the leader is programmed. */
+  followers: WorkspaceState | null;
+  /** The followers' blocks after they were switched off, to be put back when they are switched on again. */
+  parkedFollowers: WorkspaceState | null;
+  profile: string;
+  mat: Mat;
+  /** How far infrared reaches, in millimetres; null: as far as the profile says. */
+  rangeMm: number | null;
+  /** Whether the project differs from what a file or the library holds. */
+  unsaved: boolean;
+  /** Counts the projects opened: with each, the editors are filled anew. */
+  generation: number;
+
+  profileFigures: Profile | null;
+  formats: Formats | null;
+  /** What the shell that answers can do. */
+  capabilities: Capabilities | null;
+  compiled: Compiled | null;
+  selection: Selection | null;
+  /** The blocks that some car executes now. */
+  running: ReadonlyMap<EditorName, readonly string[]>;
+  serverGone: boolean;
+  view: View;
+}
+
+export const EMPTY_MAT: Mat = {
+  format: "motorcade-mat/1",
+  name: "Table",
+  size_m: [4, 3],
+  edge: "wall",
+  car: [{ at_m: [2.3, 1.5], role: "leader" }],
+  crowd: [{ cars: 6, corner_m: [1.2, 0.9], size_m: [0.8, 1.2], spacing_m: 0.4 }],
+};
+
+export const useStudio = create<Studio>(() => ({
+  name: "",
+  leader: {},
+  followers: null,
+  parkedFollowers: null,
+  profile: "classroom",
+  mat: EMPTY_MAT,
+  rangeMm: null,
+  unsaved: false,
+  generation: 0,
+  profileFigures: null,
+  formats: null,
+  capabilities: null,
+  compiled: null,
+  selection: null,
+  running: new Map(),
+  serverGone: false,
+  view: "leader",
+}));

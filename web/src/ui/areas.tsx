@@ -1,0 +1,83 @@
+/** What frames the areas of the page: a divider between two, and a boundary around one that may fail. */
+
+import { Component, useRef, type KeyboardEvent, type PointerEvent, type ReactNode } from "react";
+import areas from "./areas.module.css";
+
+interface DividerProps {
+  label: string;
+  /** The share, 0 to 1, of the area before the divider; of the one after it where `reversed`. */
+  share: number;
+  onShare: (share: number) => void;
+  orientation: "vertical" | "horizontal";
+  reversed?: boolean;
+}
+
+const LEAST = 0.15;
+const STEP = 0.02;
+const clamp = (share: number) => Math.min(1 - LEAST, Math.max(LEAST, share));
+
+/** A bar between two areas, moved by dragging or by arrow keys. */
+export function Divider({ label, share, onShare, orientation, reversed = false }: DividerProps) {
+  const bar = useRef<HTMLDivElement>(null);
+
+  const drag = (event: PointerEvent) => {
+    if (!bar.current?.hasPointerCapture(event.pointerId)) return;
+    const box = bar.current.parentElement!.getBoundingClientRect();
+    const before =
+      orientation === "vertical" ? (event.clientX - box.left) / box.width : (event.clientY - box.top) / box.height;
+    onShare(clamp(reversed ? 1 - before : before));
+  };
+  const press = (event: KeyboardEvent) => {
+    const keys = orientation === "vertical" ? ["ArrowLeft", "ArrowRight"] : ["ArrowUp", "ArrowDown"];
+    const way = keys.indexOf(event.key) * 2 - 1;
+    if (!keys.includes(event.key)) return;
+    event.preventDefault();
+    onShare(clamp(share + (reversed ? -way : way) * STEP));
+  };
+
+  return (
+    <div
+      ref={bar}
+      className={areas.divider}
+      role="separator"
+      tabIndex={0}
+      aria-label={label}
+      aria-orientation={orientation}
+      aria-valuenow={Math.round(share * 100)}
+      aria-valuemin={LEAST * 100}
+      aria-valuemax={(1 - LEAST) * 100}
+      onPointerDown={(event) => bar.current?.setPointerCapture(event.pointerId)}
+      onPointerMove={drag}
+      onKeyDown={press}
+    />
+  );
+}
+
+interface ErrorBoundaryProps {
+  /** Shown in place of the children once they failed. */
+  fallback?: ReactNode;
+  onFailure?: () => void;
+  children: ReactNode;
+}
+
+/** Contain an error of its children, such as a part of the page that can't be fetched, so that the rest stays. */
+export class ErrorBoundary extends Component<ErrorBoundaryProps, { failed: boolean }> {
+  override state = { failed: false };
+
+  static getDerivedStateFromError(): { failed: boolean } {
+    return { failed: true };
+  }
+
+  override componentDidCatch(): void {
+    this.props.onFailure?.();
+  }
+
+  override render(): ReactNode {
+    return this.state.failed ? this.props.fallback : this.props.children;
+  }
+}
+
+/** Load the page again: a browser doesn't fetch a failed part of a page a second time. Autosave keeps the work. */
+export function reload(): void {
+  location.reload();
+}

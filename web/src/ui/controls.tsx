@@ -1,0 +1,84 @@
+/** Buttons and dialogs as they look everywhere on the page. */
+
+import type { ReactNode } from "react";
+import {
+  Button,
+  CheckboxButton,
+  CheckboxField,
+  Dialog,
+  Heading,
+  Modal,
+  ModalOverlay,
+  Tooltip,
+  TooltipTrigger,
+  type ButtonProps,
+} from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import { classes } from "./classes";
+import { Icon, type IconName } from "./icons";
+import buttons from "./buttons.module.css";
+import controls from "./controls.module.css";
+
+interface IconButtonProps extends Omit<ButtonProps, "children"> {
+  icon: IconName;
+  /** Read out and shown on hover and focus. */
+  label: string;
+}
+
+export function IconButton({ icon, label, ...props }: IconButtonProps) {
+  return (
+    <TooltipTrigger delay={500}>
+      <Button {...props} className={buttons.iconButton} aria-label={label}>
+        <Icon name={icon} />
+      </Button>
+      <Tooltip className={controls.tooltip}>{label}</Tooltip>
+    </TooltipTrigger>
+  );
+}
+
+interface CheckProps {
+  id?: string;
+  checked: boolean;
+  onChange: (checked: boolean) => void;
+  small?: boolean;
+  children: ReactNode;
+}
+
+export function Check({ id, checked, onChange, small = false, children }: CheckProps) {
+  return (
+    <CheckboxField id={id} isSelected={checked} onChange={onChange}>
+      <CheckboxButton className={controls.checkbox} data-small={small || undefined}>
+        <span className={controls.checkboxBox}>
+          <Icon name="done" />
+        </span>
+        {children}
+      </CheckboxButton>
+    </CheckboxField>
+  );
+}
+
+interface SheetProps {
+  title: string;
+  onClose: () => void;
+  children: ReactNode;
+  wide?: boolean;
+  role?: "dialog" | "alertdialog";
+}
+
+/** A dialog above the page; Escape and a click beside it close it. */
+export function Sheet({ title, onClose, children, wide = false, role = "dialog" }: SheetProps) {
+  const { t } = useTranslation();
+  return (
+    <ModalOverlay className={controls.overlay} isOpen isDismissable={role === "dialog"} onOpenChange={(open) => open || onClose()}>
+      <Modal className={classes(controls.sheet, wide && controls.wide)}>
+        <Dialog role={role} className={controls.sheetBody}>
+          <header className={controls.sheetHead}>
+            <Heading slot="title">{title}</Heading>
+            <IconButton icon="close" label={t("app.close")} onPress={onClose} />
+          </header>
+          {children}
+        </Dialog>
+      </Modal>
+    </ModalOverlay>
+  );
+}
