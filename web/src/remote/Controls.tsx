@@ -1,20 +1,78 @@
-import { useState } from "react";
-import { Icon } from "../ui/icons";
-import { link, pilot } from "./driving";
-import { useRemote } from "./link";
-import { useTexts } from "./texts";
-import css from "./remote.module.css";
+import { type PointerEvent, useRef, useState } from "react";
 import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
+import { Icon } from "../ui/icons";
+import { deadman, FIRST_LIMIT, link } from "./driving";
+import { AT_REST, type Axes, fingerAxes } from "./input";
+import { useRemote } from "./link";
+import css from "./remote.module.css";
+import { useTexts } from "./texts";
+
+/** How far the knob can go, as a share of the pad's half. */
+const REACH = 0.72;
+
+/** A pad on which a finger steers; the knob springs back on release. */
+export function Stick() {
+  const t = useTexts();
+  const pad = useRef<HTMLDivElement>(null);
+  const [axes, setAxes] = useState<Axes | null>(null);
+
+  function follow(event: PointerEvent): void {
+    const box = pad.current!.getBoundingClientRect();
+    const reach = (box.width / 2) * REACH;
+    const now = fingerAxes(
+      (event.clientX - box.left - box.width / 2) / reach,
+      (event.clientY - box.top - box.height / 2) / reach,
+    );
+    setAxes(now);
+    deadman.hold("stick", now);
+  }
+
+  function release(): void {
+    setAxes(null);
+    deadman.release("stick");
+  }
+
+  const { throttle, steering } = axes ?? AT_REST;
+  return (
+    <div className={css.stick}>
+      <div
+        ref={pad}
+        className={css.pad}
+        data-held={axes !== null || undefined}
+        role="application"
+        aria-label={t("stick")}
+        aria-describedby="stick-about"
+        tabIndex={0}
+        onPointerDown={(event) => {
+          event.currentTarget.setPointerCapture(event.pointerId);
+          follow(event);
+        }}
+        onPointerMove={(event) => axes && follow(event)}
+        onPointerUp={release}
+        onPointerCancel={release}
+        onLostPointerCapture={release}
+        onContextMenu={(event) => event.preventDefault()}
+      >
+        <span className={css.cross} />
+        <span
+          className={css.knob}
+          style={{ left: `${50 + steering * REACH * 50}%`, top: `${50 - throttle * REACH * 50}%` }}
+        />
+      </div>
+      <p id="stick-about" className={css.about}>
+        {t("stickAbout")}
+      </p>
+    </div>
+  );
+}
 
 const LEAST_PERCENT = 20;
-const FIRST_PERCENT = 60;
 const STEP_PERCENT = 10;
-pilot.limit = FIRST_PERCENT / 100;
 
 function Limit() {
   const t = useTexts();
-  const [percent, setPercent] = useState(FIRST_PERCENT);
+  const [percent, setPercent] = useState(FIRST_LIMIT * 100);
   return (
     <label className={css.limit}>
       {t("limit", { percent })}
@@ -26,14 +84,14 @@ function Limit() {
         value={percent}
         onChange={(event) => {
           setPercent(Number(event.target.value));
-          pilot.limit = Number(event.target.value) / 100;
+          deadman.limit = Number(event.target.value) / 100;
         }}
       />
     </label>
   );
 }
 
-/** The emergency stop of all cars, in reach however far the page is scrolled. */
+/** The emergency stop of all cars, which stays in sight when the page is scrolled. */
 export function Stop() {
   const t = useTexts();
   return (
@@ -44,32 +102,32 @@ export function Stop() {
   );
 }
 
-/** What else can be asked of a car. */
+/** The requests to a car, and the limit of the speed. */
 export function Controls({ car }: { car: string | null }) {
   const t = useTexts();
-  const told = useRemote(({ told }) => (car === null ? undefined : told[car]));
-  const stopped = told?.state === "stopped";
+  const telemetry = useRemote(({ telemetry }) => (car === null ? undefined : telemetry[car]));
+  const stopped = telemetry?.state === "stopped";
   return (
     <div className={css.controls}>
       {car !== null && (
         <div className={css.asks}>
           {stopped && (
-            <button type="button" className={classes(buttons.button, buttons.primary)} onClick={() => link.ask("clear", car)}>
+            <button type="button" className={classes(buttons.button, buttons.primary)} onClick={() => link.request("clear", car)}>
               {t("clear")}
             </button>
           )}
-          {told && !told.you.drives && told.driver !== null && !told.you.waits && (
-            <button type="button" className={buttons.button} onClick={() => link.ask("request", car)}>
+          {telemetry && !telemetry.you.drives && telemetry.driver !== null && !telemetry.you.waits && (
+            <button type="button" className={buttons.button} onClick={() => link.request("request", car)}>
               {t("request")}
             </button>
           )}
-          {(told?.you.drives ?? told?.you.waits) && (
-            <button type="button" className={buttons.button} onClick={() => link.ask("release", car)}>
+          {(telemetry?.you.drives ?? telemetry?.you.waits) && (
+            <button type="button" className={buttons.button} onClick={() => link.request("release", car)}>
               {t("release")}
             </button>
           )}
-          {told && !stopped && told.state !== "program" && told.state !== "away" && (
-            <button type="button" className={buttons.button} onClick={() => link.ask("resume", car)}>
+          {telemetry && !stopped && telemetry.state !== "program" && telemetry.state !== "away" && (
+            <button type="button" className={buttons.button} onClick={() => link.request("resume", car)}>
               <Icon name="blocks" />
               {t("resume")}
             </button>

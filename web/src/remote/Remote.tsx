@@ -1,32 +1,151 @@
-import { useEffect, useState } from "react";
-import { Bar } from "./Bar";
-import { CarList, useCarName } from "./CarList";
-import { Controls, Stop } from "./Controls";
-import { begin } from "./driving";
-import { Notices } from "./Notices";
-import { useLanguage, useTexts } from "./texts";
-import { Stick } from "./Stick";
-import { useRemote } from "./link";
-import { View } from "./View";
+import { useEffect, useId, useState } from "react";
+import { THEMES, useSettings, type ThemeName } from "../state/settings";
+import { Icon } from "../ui/icons";
+import { CarList, Notices, useCarName } from "./Cars";
+import { Controls, Stick, Stop } from "./Controls";
+import { address } from "./driving";
+import { type Telemetry, useRemote } from "./link";
 import css from "./remote.module.css";
+import { changeLanguage, LANGUAGES, nameOf, useLanguage, useTexts } from "./texts";
 
-let begun = false;
+/** A car that receives nothing for longer has stopped by itself. */
+const WEAK_MS = 300;
+const LOOK_EVERY_MS = 250;
+
+/** For how long the server has sent nothing, updated from time to time. */
+function useSilenceMs(): number {
+  const [silenceMs, setSilenceMs] = useState(0);
+  useEffect(() => {
+    const timer = setInterval(() => {
+      setSilenceMs(performance.now() - useRemote.getState().receivedAtMs);
+    }, LOOK_EVERY_MS);
+    return () => clearInterval(timer);
+  }, []);
+  return silenceMs;
+}
+
+/** For how long the server has received nothing of its most silent car; a car that is away is shown as such. */
+function carsSilenceMs(telemetry: Record<string, Telemetry>): number {
+  return Math.max(0, ...Object.values(telemetry).map((car) => (car.state === "away" ? 0 : car.silent_ms)));
+}
+
+function LinkState() {
+  const t = useTexts();
+  const open = useRemote(({ open }) => open);
+  const roundTripMs = useRemote(({ roundTripMs }) => roundTripMs);
+  const silenceMs = Math.max(useSilenceMs(), useRemote(({ telemetry }) => carsSilenceMs(telemetry)));
+  const worst = Math.round(Math.max(roundTripMs ?? 0, silenceMs > WEAK_MS ? silenceMs : 0));
+  const kind = !open ? "lost" : worst > WEAK_MS ? "weak" : "good";
+  const text = !open
+    ? t("linkLost")
+    : kind === "weak"
+      ? t("linkWeak", { ms: worst })
+      : roundTripMs === null
+        ? t("linkIdle")
+        : t("linkGood", { ms: Math.round(roundTripMs) });
+  return (
+    <p className={css.linkState} data-kind={kind} aria-label={`${t("link")}: ${text}`} role="img">
+      <span className={css.dot} />
+      {text}
+    </p>
+  );
+}
+
+function Settings() {
+  const t = useTexts();
+  const language = useLanguage(({ language }) => language);
+  const theme = useSettings(({ theme }) => theme);
+  const ids = [useId(), useId()];
+  return (
+    <details className={css.settings}>
+      <summary aria-label={t("settings")}>
+        <Icon name="settings" />
+      </summary>
+      <div className={css.settingsSheet}>
+        <label htmlFor={ids[0]}>{t("languages")}</label>
+        <select id={ids[0]} value={language} onChange={(event) => changeLanguage(event.target.value)}>
+          {LANGUAGES.map((each) => (
+            <option key={each} value={each} lang={each}>
+              {nameOf(each)}
+            </option>
+          ))}
+        </select>
+        <label htmlFor={ids[1]}>{t("themes")}</label>
+        <select
+          id={ids[1]}
+          value={theme}
+          onChange={(event) => useSettings.setState({ theme: event.target.value as ThemeName })}
+        >
+          {THEMES.map((each) => (
+            <option key={each} value={each}>
+              {t(each)}
+            </option>
+          ))}
+        </select>
+      </div>
+    </details>
+  );
+}
+
+/** The page's name, the state of the connection, and the page's settings. */
+function Bar() {
+  const t = useTexts();
+  return (
+    <header className={css.bar}>
+      <h1>{t("title")}</h1>
+      <LinkState />
+      <Settings />
+    </header>
+  );
+}
+
+const AGAIN_MS = 2000;
+
+/** Whether the page is visible. */
+function useVisible(): boolean {
+  const [visible, setVisible] = useState(!document.hidden);
+  useEffect(() => {
+    const look = () => setVisible(!document.hidden);
+    document.addEventListener("visibilitychange", look);
+    return () => document.removeEventListener("visibilitychange", look);
+  }, []);
+  return visible;
+}
+
+/** The picture of a car's camera, loaded only while the page is visible. */
+function View({ car, name }: { car: string; name: string }) {
+  const t = useTexts();
+  const open = useRemote(({ open }) => open);
+  const sees = useRemote(({ cars }) => cars.find((each) => each.car === car)?.sees ?? false);
+  const visible = useVisible();
+  const [tries, setTries] = useState(0);
+  const source = `${address("/camera", car)}#${tries}`;
+  if (!sees) return <p className={css.empty}>{t("noCamera", { name })}</p>;
+  return (
+    <div className={css.view}>
+      {open && visible && (
+        <img
+          key={source}
+          src={source}
+          alt={t("camera", { name })}
+          onError={() => setTimeout(() => setTries((count) => count + 1), AGAIN_MS)}
+        />
+      )}
+    </div>
+  );
+}
 
 /** The whole page: what the cars see, who drives them, and the stick. */
 export function Remote() {
   const t = useTexts();
   const language = useLanguage(({ language }) => language);
-  const seats = useRemote(({ seats }) => seats);
+  const joined = useRemote(({ joined }) => joined);
   const [chosen, choose] = useState<string | null>(null);
   const nameOf = useCarName();
   useEffect(() => {
-    if (!begun) begin();
-    begun = true;
-  }, []);
-  useEffect(() => {
     document.title = `${t("title")} · Motorcade`;
   }, [language, t]);
-  const shown = chosen !== null && seats.includes(chosen) ? chosen : (seats[0] ?? null);
+  const shown = chosen !== null && joined.includes(chosen) ? chosen : (joined[0] ?? null);
   return (
     <div className={css.remote}>
       <Bar />

@@ -1,7 +1,7 @@
-/** The connection to the cars: it comes back by itself, and knows how old what it tells is. */
+/** The connection to the cars: it comes back by itself, and knows how old its telemetry is. */
 
 import { create } from "zustand";
-import type { Axes } from "./pilot";
+import type { Axes } from "./input";
 
 export interface ListedCar {
   car: string;
@@ -13,7 +13,7 @@ export interface ListedCar {
 
 export type Sentence = Record<string, string>;
 
-export interface Told {
+export interface Telemetry {
   state: "ready" | "standing" | "moving" | "failsafe" | "stopped" | "program" | "away";
   angle_deg: number;
   direction: number;
@@ -22,9 +22,9 @@ export interface Told {
   wanted_by: string | null;
   battery_mv: number | null;
   last_fault: string;
-  /** Its world stands still. */
+  /** Its simulated world is paused. */
   paused: boolean;
-  /** Since the server last heard of it. */
+  /** Since the server last received something of it. */
   silent_ms: number;
   /** Why it is away, where that is known. */
   why: Sentence | null;
@@ -33,36 +33,36 @@ export interface Told {
 
 type Message =
   | { is: "hello"; cars: ListedCar[] }
-  | { is: "telemetry"; cars: Record<string, Told> }
+  | { is: "telemetry"; cars: Record<string, Telemetry> }
   | { is: "heard"; number: number }
   | { is: "error"; sentence: Sentence };
 
 interface Remote {
   open: boolean;
-  listed: ListedCar[];
-  /** The cars at which we sit, in the order in which we came. */
-  seats: string[];
-  told: Record<string, Told>;
-  /** From a stick sent to the answer that it was heard. */
+  cars: ListedCar[];
+  /** The cars that this page has joined, in that order; one stick drives them all. */
+  joined: string[];
+  telemetry: Record<string, Telemetry>;
+  /** From sending a stick to the answer that it was received. */
   roundTripMs: number | null;
-  /** When the car was last heard of. */
-  heardMs: number;
+  /** When the last message of the server came. */
+  receivedAtMs: number;
   problem: Sentence | null;
 }
 
 export const useRemote = create<Remote>(() => ({
   open: false,
-  listed: [],
-  seats: [],
-  told: {},
+  cars: [],
+  joined: [],
+  telemetry: {},
   roundTripMs: null,
-  heardMs: 0,
+  receivedAtMs: 0,
   problem: null,
 }));
 
 const FIRST_WAIT_MS = 300;
 const LONGEST_WAIT_MS = 4000;
-/** Enough for those under way. */
+/** More than are ever under way at once. */
 const MOST_UNANSWERED = 64;
 
 type Socket = Pick<WebSocket, "send" | "close" | "readyState"> & EventTarget;
@@ -72,71 +72,74 @@ export class Link {
   private number = 0;
   private sentMs = new Map<number, number>();
   private waitMs = FIRST_WAIT_MS;
-  /** The car to sit at first. */
-  private wished: string | null;
+  /** The car to join first; null for the first of the list. */
+  private firstCar: string | null = null;
 
   constructor(
     private readonly connect: () => Socket,
     private readonly now: () => number,
-    wished: string | null,
-  ) {
-    this.wished = wished;
+  ) {}
+
+  /** Connect, again and again; join `firstCar`, or the first car of the list. */
+  open(firstCar: string | null): void {
+    this.firstCar = firstCar;
+    this.connectAgain();
   }
 
-  begin(): void {
+  private connectAgain(): void {
     const socket = this.connect();
     this.socket = socket;
     socket.addEventListener("message", (event) => {
-      this.take(JSON.parse((event as MessageEvent<string>).data) as Message);
+      this.receive(JSON.parse((event as MessageEvent<string>).data) as Message);
     });
     socket.addEventListener("close", () => {
-      useRemote.setState({ open: false, told: {}, roundTripMs: null });
+      useRemote.setState({ open: false, telemetry: {}, roundTripMs: null });
       this.sentMs.clear();
-      setTimeout(() => this.begin(), this.waitMs);
+      setTimeout(() => this.connectAgain(), this.waitMs);
       this.waitMs = Math.min(this.waitMs * 2, LONGEST_WAIT_MS);
     });
   }
 
-  sit(car: string): void {
-    useRemote.setState(({ seats }) => ({ seats: seats.includes(car) ? seats : [...seats, car] }));
-    this.say({ do: "join", car });
+  join(car: string): void {
+    useRemote.setState(({ joined }) => ({ joined: joined.includes(car) ? joined : [...joined, car] }));
+    this.send({ do: "join", car });
   }
 
   leave(car: string): void {
-    useRemote.setState(({ seats }) => ({ seats: seats.filter((seat) => seat !== car) }));
-    this.say({ do: "leave", car });
+    useRemote.setState(({ joined }) => ({ joined: joined.filter((each) => each !== car) }));
+    this.send({ do: "leave", car });
   }
 
-  /** Something about one car. */
-  ask(what: "request" | "release" | "clear" | "resume", car: string): void {
-    this.say({ do: what, car });
+  /** Request something about one car. */
+  request(what: "request" | "release" | "clear" | "resume", car: string): void {
+    this.send({ do: what, car });
   }
 
   start(): void {
-    this.say({ do: "start" });
+    this.send({ do: "start" });
   }
 
   stopAll(): void {
-    this.say({ do: "stop", cars: useRemote.getState().seats });
+    this.send({ do: "stop", cars: useRemote.getState().joined });
   }
 
   drive({ throttle, steering }: Axes): void {
-    const cars = useRemote.getState().seats;
+    const cars = useRemote.getState().joined;
     if (cars.length === 0 || this.socket?.readyState !== WebSocket.OPEN) return;
     this.number += 1;
     this.sentMs.set(this.number, this.now());
     this.sentMs.delete(this.number - MOST_UNANSWERED);
-    this.say({ do: "drive", cars, throttle, steering, number: this.number });
+    this.send({ do: "drive", cars, throttle, steering, number: this.number });
   }
 
-  private say(message: Record<string, unknown>): void {
+  private send(message: Record<string, unknown>): void {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
-  private take(message: Message): void {
-    useRemote.setState({ heardMs: this.now() });
-    if (message.is === "hello") this.greet(message.cars);
-    else if (message.is === "telemetry") useRemote.setState({ told: message.cars });
+  private receive(message: Message): void {
+    useRemote.setState({ receivedAtMs: this.now() });
+    if (message.is === "hello") this.receiveHello(message.cars);
+    else if (message.is === "telemetry") useRemote.setState({ telemetry: message.cars });
     else if (message.is === "error") useRemote.setState({ problem: message.sentence });
     else {
       const sentMs = this.sentMs.get(message.number);
@@ -145,14 +148,14 @@ export class Link {
     }
   }
 
-  private greet(listed: ListedCar[]): void {
-    const { seats } = useRemote.getState();
+  private receiveHello(cars: ListedCar[]): void {
+    const { joined } = useRemote.getState();
     this.waitMs = FIRST_WAIT_MS;
-    useRemote.setState({ open: true, listed, problem: null });
-    const there = listed.map(({ car }) => car);
-    const first = seats.length > 0 ? [] : there.filter((car) => car === this.wished || (!this.wished && car === there[0]));
-    this.wished = null;
-    useRemote.setState({ seats: [] });
-    for (const car of [...seats.filter((seat) => there.includes(seat)), ...first]) this.sit(car);
+    useRemote.setState({ open: true, cars, problem: null });
+    const there = cars.map(({ car }) => car);
+    const first = joined.length > 0 ? [] : there.filter((car) => car === this.firstCar || (!this.firstCar && car === there[0]));
+    this.firstCar = null;
+    useRemote.setState({ joined: [] });
+    for (const car of [...joined.filter((car) => there.includes(car)), ...first]) this.join(car);
   }
 }

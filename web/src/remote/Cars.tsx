@@ -1,0 +1,133 @@
+import buttons from "../ui/buttons.module.css";
+import { Icon } from "../ui/icons";
+import { link } from "./driving";
+import { type Telemetry, useRemote } from "./link";
+import css from "./remote.module.css";
+import { type Key, useLanguage, useTexts } from "./texts";
+
+/** The car's name on the page. */
+export function useCarName(): (car: string) => string {
+  const t = useTexts();
+  const cars = useRemote(({ cars }) => cars);
+  return (car) => {
+    const found = cars.find((each) => each.car === car);
+    const leads = found?.leads ?? null;
+    if (found?.name) return found.name;
+    return leads === null ? t("car") : t(leads ? "leader" : "follower", { car });
+  };
+}
+
+/** What a car does, as the key of a short text. */
+function shortText({ state, driver, you }: Telemetry): Key {
+  if (state === "failsafe") return "stoppedItself";
+  return driver !== null && !you.drives && state !== "stopped" ? "otherDrives" : state;
+}
+
+interface CarListProps {
+  /** The car whose camera is shown. */
+  shown: string | null;
+  onChoose: (car: string) => void;
+}
+
+/** The cars that are driven, all by one stick; the camera of one of them is shown. */
+export function CarList({ shown, onChoose }: CarListProps) {
+  const t = useTexts();
+  const nameOf = useCarName();
+  const cars = useRemote(({ cars }) => cars);
+  const joined = useRemote(({ joined }) => joined);
+  const telemetry = useRemote(({ telemetry }) => telemetry);
+  const others = cars.filter(({ car }) => !joined.includes(car));
+  if (cars.length < 2) return null;
+  return (
+    <section className={css.cars} aria-label={t("cars")}>
+      <ul>
+        {joined.map((car) => (
+          <li key={car} className={css.chip}>
+            <button
+              type="button"
+              aria-pressed={car === shown}
+              aria-label={t("look", { name: nameOf(car) })}
+              onClick={() => onChoose(car)}
+            >
+              {nameOf(car)}
+            </button>
+            {telemetry[car] && (
+              <span className={css.brief} data-state={telemetry[car].state}>
+                {t(shortText(telemetry[car]))}
+              </span>
+            )}
+            <button type="button" aria-label={t("leave", { name: nameOf(car) })} onClick={() => link.leave(car)}>
+              <Icon name="close" />
+            </button>
+          </li>
+        ))}
+      </ul>
+      <select
+        value=""
+        aria-label={t("addCar")}
+        onChange={(event) => {
+          link.join(event.target.value);
+          // The next arrow key is meant for the cars.
+          event.target.blur();
+        }}
+      >
+        <option value="">{t("addCar")}</option>
+        {others.map(({ car }) => (
+          <option key={car} value={car}>
+            {nameOf(car)}
+          </option>
+        ))}
+      </select>
+    </section>
+  );
+}
+
+const FULL_DUTY = 255;
+
+/** What the car does and who drives it, and below, what is wrong. */
+export function Notices({ car }: { car: string | null }) {
+  const t = useTexts();
+  const language = useLanguage(({ language }) => language);
+  const { open, problem } = useRemote();
+  const telemetry = useRemote(({ telemetry }) => (car === null ? undefined : telemetry[car]));
+  const others = telemetry?.driver != null && !telemetry.you.drives;
+  const speed = telemetry ? Math.round((telemetry.speed / FULL_DUTY) * 100) : 0;
+  return (
+    <div className={css.notices}>
+      <p className={css.state} role="status" data-state={telemetry?.state}>
+        {telemetry ? t(telemetry.state) : " "}
+        {telemetry?.state === "moving" && (
+          <meter aria-label={t("speed")} min={0} max={100} value={speed}>
+            {speed}
+          </meter>
+        )}
+        {telemetry?.battery_mv != null && (
+          <span className={css.battery}>{t("battery", { volts: (telemetry.battery_mv / 1000).toFixed(1) })}</span>
+        )}
+      </p>
+      <div role="log">
+        {!open && <p className={css.notice} data-wrong>{t("lostAbout")}</p>}
+        {telemetry?.why && <p className={css.notice} data-wrong>{telemetry.why[language] ?? telemetry.why.en}</p>}
+        {telemetry?.paused && (
+          <p className={css.notice}>
+            {t("paused")}
+            <button type="button" className={buttons.button} onClick={() => link.start()}>
+              {t("start")}
+            </button>
+          </p>
+        )}
+        {others && <p className={css.notice}>{telemetry.you.waits ? t("waits") : t("othersDrive")}</p>}
+        {telemetry?.you.drives && telemetry.wanted_by !== null && <p className={css.notice}>{t("wanted")}</p>}
+        {telemetry?.last_fault && <p className={css.notice} data-wrong>{t("fault", { fault: telemetry.last_fault })}</p>}
+        {problem && (
+          <p className={css.notice} data-wrong>
+            {problem[language] ?? problem.en}
+            <button type="button" className={buttons.button} onClick={() => useRemote.setState({ problem: null })}>
+              {t("dismiss")}
+            </button>
+          </p>
+        )}
+      </div>
+    </div>
+  );
+}
