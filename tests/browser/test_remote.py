@@ -193,7 +193,7 @@ def test_the_leader_of_a_swarm_is_driven_while_its_followers_hear_it(open_page) 
     remote.button("start").click()
     expect(remote.button("start")).to_be_hidden()
     remote.page.get_by_label(remote.say("addCar")).select_option("1")
-    both = studio.page.get_by_text("The leader drives as somebody steers; 1 follower drives as somebody steers")
+    both = studio.page.get_by_text("The leader is driven by hand; 1 follower is driven by hand")
     remote.hold("ArrowUp", both)
     remote.page.get_by_role("button", name="Leave Follower 1").click()
     # It listens to its leader, who goes on sending.
@@ -205,11 +205,11 @@ def test_the_leader_of_a_swarm_is_driven_while_its_followers_hear_it(open_page) 
     assert remote.faults == []
     # Whom everybody has left the studio's page tells to go on.
     remote.page.close()
-    held = studio.page.get_by_text("By hand until told to go on: 0, 1")
+    held = studio.page.get_by_text("Driven by hand; the program waits: 0, 1")
     expect(held).to_be_visible()
     expect(held).to_be_visible()
     studio.page.get_by_role("button", name="Let its program drive").click()
-    expect(studio.page.get_by_text("By hand until told to go on: 1")).to_be_visible()
+    expect(studio.page.get_by_text("Driven by hand; the program waits: 1")).to_be_visible()
     expect(held).to_be_hidden()
 
 

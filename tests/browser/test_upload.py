@@ -115,7 +115,7 @@ def test_an_upload_that_nobody_checked_is_not_called_verified(open_page) -> None
     studio.page.get_by_role("button", name="Upload", exact=True).click()
     dialog = studio.dialog("upload.title")
     dialog.get_by_text("Virtual car", exact=True).click()
-    dialog.get_by_text("Check that the car got it all").click()
+    dialog.get_by_text("Check that the car received everything").click()
     dialog.get_by_role("button", name="Upload").click()
     expect(dialog.get_by_role("status")).to_contain_text("Sent, not verified.")
 
