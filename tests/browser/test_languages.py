@@ -156,12 +156,16 @@ def test_a_third_language_is_one_file(browser, page_built, locales_with_a_third,
     build = tmp_path / "page"
     hatch_build.npm_run(ROOT, "bundle", "--outDir", str(build))
     with running_studio(tmp_path / "library", environment={**os.environ}) as process:
-        studio = StudioPage.open(browser, process.url, project=TOO_LONG, build=build)
+        studio = StudioPage.open(browser, process.url, project=FOLLOWED, build=build)
         studio.choose("Language and colours", item="Esperanto")
         expect(studio.page.locator("html")).to_have_attribute("lang", "eo")
         expect(studio.page.get_by_role("heading", name="«Words»", exact=True)).to_be_visible()
         expect(studio.page.get_by_role("region", name="«Leader»", exact=True)).to_contain_text("«drive")
-        diagnostics = studio.page.get_by_role("list", name=f"«{catalogue('en')['page']['words']['diagnostics']}»")
-        expect(diagnostics.get_by_role("listitem")).not_to_have_count(0)
+        # A refusal of the server is shown in the language too.
+        studio.forgive("400 (Bad Request)")
+        studio.page.get_by_role("textbox", name="«Project name»").fill(" . ")
+        studio.choose("«Project»", item="«Save to the library»")
+        refusal = f"«{catalogue('en')['errors']['bad-project-name'].partition('{')[0]}"
+        expect(studio.page.get_by_role("log", name="«Messages»")).to_contain_text(refusal)
         studio.context.close()
         assert studio.faults == []
