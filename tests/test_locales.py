@@ -19,7 +19,7 @@ from support.command_line import PARADE, run
 SOURCE = Path(locales.FOLDER).parent
 FILES = sorted(SOURCE.rglob("*.py"))
 LANGUAGES = sorted(file.stem for file in locales.FOLDER.glob("*.json"))
-# What makes a diagnostic of a program, in files that import it.
+# What makes a diagnostic of a program.
 DIAGNOSTICS = {"error", "warning"}
 HOME_OF_DIAGNOSTICS = "motorcade.program.diagnostics"
 
