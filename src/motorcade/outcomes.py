@@ -21,6 +21,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
         USAGE,
         400,
         (
+            "extra-not-installed",
             "field-given-twice",
             "file-not-writable",
             "file-too-large",

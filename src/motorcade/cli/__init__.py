@@ -9,8 +9,9 @@ import typer
 from motorcade import __version__
 from motorcade.cli import car, drive, experiments, firmware, recordings, studio, uploads, words
 from motorcade.cli import simulate as cars
-from motorcade.cli.failures import exit_code, sentence
 from motorcade.cli.language import current_language, requested_language
+from motorcade.errors import MotorcadeError
+from motorcade.outcomes import USAGE
 
 app = typer.Typer(
     name="motorcade",
@@ -37,12 +38,10 @@ def main() -> NoReturn:
     requested_language.set("")
     try:
         app()
-    except Exception as problem:
-        code = exit_code(problem)
-        if code is None:
-            raise
-        print(f"motorcade: {sentence(problem, current_language())}", file=sys.stderr)
-        sys.exit(code)
+    except (MotorcadeError, OSError) as error:
+        sentence = error.sentence(current_language()) if isinstance(error, MotorcadeError) else str(error)
+        print(f"motorcade: {sentence}", file=sys.stderr)
+        sys.exit(error.exit_code if isinstance(error, MotorcadeError) else USAGE)
     sys.exit(0)
 
 

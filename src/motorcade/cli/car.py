@@ -25,8 +25,7 @@ from motorcade.cli.car_options import (
     open_parts,
 )
 from motorcade.cli.language import Language, current_language, resolve_locale
-from motorcade.cli.options import Json, ProfileOption, print_json, profile_named, wants_json
-from motorcade.cli.recordings import needs_extra
+from motorcade.cli.options import Json, ProfileOption, needs_extra, print_json, profile_named, wants_json
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import command_line_text
 
@@ -100,7 +99,7 @@ def run_command(
 
 def neutral_command(pins: Pins, gpio_chip: GpioChip = None, as_json: Json = False) -> None:
     """Stop the wheels of a car whose program has died, for the kernel keeps its pins as they were."""
-    with needs_extra("a car's pins", "pi"):
+    with needs_extra("pins", "pi"):
         from motorcade.boards.linux.opening import stop_wheels
     from motorcade.config.pins import load_pins
 
@@ -156,7 +155,7 @@ def _board(equipment: "Equipment", pins: Path | None, profile: "Profile", gpio_c
 
     if pins is None:
         return ComputerBoard(equipment)
-    with needs_extra("a car's pins", "pi"):
+    with needs_extra("pins", "pi"):
         from motorcade.boards.linux.opening import open_car
     from motorcade.config.pins import load_pins
 

@@ -31,10 +31,10 @@ from motorcade.cli.options import (
     compiling_announced,
     host_and_port,
     image_of,
+    needs_extra,
     print_text,
     profile_named,
 )
-from motorcade.cli.recordings import needs_extra
 from motorcade.cli.remote import Looks
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import command_line_text
@@ -220,7 +220,7 @@ def _open_parts(
 def _open_real(
     parts: "CarParts", pins: Path, profile: "Profile", gpio_chip: int | None, watchdog: Path | None
 ) -> "DriveBoard":
-    with needs_extra("a car's pins", "pi"):
+    with needs_extra("pins", "pi"):
         from motorcade.boards.linux.opening import open_drive
     from motorcade.config.pins import load_pins
 
@@ -231,7 +231,7 @@ def _open_simulated(
     resources: ExitStack, profile: "Profile", mat: Path | None, image: bytes
 ) -> "tuple[DriveBoard, Source]":
     """Start a simulated world. Returns its first car and that car's pictures; closing ``resources`` ends the world."""
-    with needs_extra("a simulated car"):
+    with needs_extra("simulated-car"):
         from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera
         from motorcade.engine.world import World
         from motorcade.mats import check_mat, playground, read_mat

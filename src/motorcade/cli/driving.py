@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from motorcade.cli.language import Language, current_language, resolve_locale
-from motorcade.cli.options import Json, print_json, wants_json
-from motorcade.cli.recordings import needs_extra
+from motorcade.cli.options import Json, needs_extra, print_json, wants_json
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import command_line_text
 
@@ -71,7 +70,7 @@ def connect_command(
     language: Language = "",
 ) -> None:
     """Drive with the keyboard or a gamepad: hold a key and the car drives, release it and the car stops."""
-    with needs_extra("driving with the keyboard", "drive"):
+    with needs_extra("keyboard", "drive"):
         from motorcade.cli.drive_terminal import DriveTerminal
         from motorcade.cli.keyboard import Keyboard, check_terminal
     from motorcade.drive.blocking_client import BlockingDriveClient
@@ -130,7 +129,7 @@ def keys_command(
     as_json: Json = False,
 ) -> None:
     """Make the keys by which cars and drivers prove to each other who they are."""
-    with needs_extra("making keys", "drive"):
+    with needs_extra("making-keys", "drive"):
         from motorcade.drive.tls.certificates import make_keys
     if not car and not driver:
         raise MotorcadeError("nobody-named")
@@ -160,7 +159,7 @@ def open_stick(name: StickName) -> "AbstractContextManager[StickSource]":
     """A stick at this computer, to be opened. Raises MotorcadeError where there is none."""
     if name == StickName.GAMEPAD:
         return _gamepad()
-    with needs_extra("driving with the keyboard", "drive"):
+    with needs_extra("keyboard", "drive"):
         from motorcade.cli.keyboard import Keyboard, check_terminal
 
     check_terminal()
@@ -168,7 +167,7 @@ def open_stick(name: StickName) -> "AbstractContextManager[StickSource]":
 
 
 def _gamepad() -> "Gamepad":
-    with needs_extra("a gamepad", "gamepad"):
+    with needs_extra("gamepad", "gamepad"):
         from motorcade.drive.input.gamepad import Gamepad
 
         return Gamepad()

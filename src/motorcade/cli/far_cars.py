@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import typer
 
 from motorcade.cli.driving import address_of
-from motorcade.cli.options import Json, print_json, print_text
-from motorcade.cli.recordings import needs_extra
+from motorcade.cli.options import Json, needs_extra, print_json, print_text
 from motorcade.cli.remote import https
 from motorcade.errors import MotorcadeError
 
@@ -75,7 +74,7 @@ def remote_command(
     as_json: Json = False,
 ) -> None:
     """Drive cars that are served elsewhere, one or several at once, in a browser."""
-    with needs_extra("the remote", "drive"):
+    with needs_extra("remote", "drive"):
         from motorcade.drive.listener import is_loopback
         from motorcade.server.remote.app import make_remote
         from motorcade.server.remote.remote_cars import RemoteCars

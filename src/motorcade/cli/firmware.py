@@ -11,8 +11,7 @@ import typer
 
 from motorcade.cli.car_options import Role
 from motorcade.cli.language import Language, resolve_locale
-from motorcade.cli.options import Json, ProfileOption, print_json, profile_named, wants_json
-from motorcade.cli.recordings import needs_extra
+from motorcade.cli.options import Json, ProfileOption, needs_extra, print_json, profile_named, wants_json
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import command_line_text
 
@@ -68,7 +67,7 @@ def install_firmware_command(
         voice = load_voice_map(voice_map) if voice_map else None
         return settings_of(pin_map, chosen, role == Role.LEADER, number, voice)
 
-    with needs_extra("installing firmware", "firmware"):
+    with needs_extra("firmware", "firmware"):
         from motorcade.cli.console import progress_bar
         from motorcade.config.pins import load_pins
         from motorcade.firmware.install import default_pins, install

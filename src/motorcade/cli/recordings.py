@@ -9,7 +9,6 @@ import math
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
 from enum import StrEnum
 from operator import itemgetter
 from pathlib import Path
@@ -17,9 +16,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli.failures import UsageError
 from motorcade.cli.language import current_language
-from motorcade.cli.options import Json, print_json, print_text
+from motorcade.cli.options import Json, needs_extra, print_json, print_text
 from motorcade.errors import MotorcadeError
 from motorcade.locales import command_line_text
 
@@ -41,17 +39,6 @@ def add_to(app: typer.Typer) -> None:
     """Register the commands."""
     app.command("replay")(replay_command)
     app.command("plot")(plot_command)
-
-
-@contextmanager
-def needs_extra(what: str, extra: str = "sim") -> Iterator[None]:
-    """A library of the ``extra`` that is missing ends in a sentence that says how to get it."""
-    try:
-        yield
-    except ModuleNotFoundError as missing:
-        if not missing.name or missing.name.startswith("motorcade"):
-            raise
-        raise UsageError(f"{what} needs {missing.name}: pip install 'motorcade[{extra}]'") from None
 
 
 def replay_command(

@@ -9,7 +9,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from motorcade.cli.recordings import needs_extra
+from motorcade.cli.options import needs_extra
 
 if TYPE_CHECKING:
     from motorcade.cameras.broadcast import Source
@@ -62,7 +62,7 @@ def eye(looks: Looks) -> "Source | None":
 
 def load_page() -> None:
     """Import what the page needs, as long as no car waits for it. Raises UsageError where an extra isn't installed."""
-    with needs_extra("the car's page", "drive"):
+    with needs_extra("car-page", "drive"):
         import motorcade.server.remote.app
         import motorcade.server.running  # noqa: F401
 

@@ -10,8 +10,16 @@ from typing import Annotated
 import typer
 
 from motorcade.cli.language import Language, current_language, resolve_locale
-from motorcade.cli.options import Json, ProfileOption, Source, image_of, print_json, print_table, wants_json
-from motorcade.cli.recordings import needs_extra
+from motorcade.cli.options import (
+    Json,
+    ProfileOption,
+    Source,
+    image_of,
+    needs_extra,
+    print_json,
+    print_table,
+    wants_json,
+)
 from motorcade.errors import MotorcadeError
 
 

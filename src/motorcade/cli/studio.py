@@ -15,8 +15,7 @@ from typing import Annotated
 import typer
 
 from motorcade.cli.far_cars import Cameras, DriverKeys, named_cars
-from motorcade.cli.options import Json, print_json
-from motorcade.cli.recordings import needs_extra
+from motorcade.cli.options import Json, needs_extra, print_json
 from motorcade.errors import MotorcadeError
 
 
@@ -44,7 +43,7 @@ def studio_command(
     as_json: Json = False,
 ) -> None:
     """Program with blocks in the browser, watch the cars do it, and upload it."""
-    with needs_extra("the studio", "studio"):
+    with needs_extra("studio", "studio"):
         from motorcade.drive.listener import is_loopback
         from motorcade.server.running import names_of, serve_alone, url_of
         from motorcade.server.studio.app import Settings, make_app
