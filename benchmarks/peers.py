@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numba
 import numpy as np
-from hall import TICK_MS, hall, programs
-from quiet import Contestant
+from crowd_scenario import TICK_MS, crowd_mat, programs
+from timing import Contestant
 
 from motorcade.config.profile import built_in_profile
 from motorcade.mats import Mat
@@ -38,8 +38,8 @@ def ir_sim(cars: int, collisions: str, ticks: int) -> Contestant:
         import irsim
     # JSON is YAML.
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "hall.yaml"
-        path.write_text(json.dumps(_ir_sim_world(hall(cars), collisions)), encoding="utf-8")
+        path = Path(folder) / "crowd.yaml"
+        path.write_text(json.dumps(_ir_sim_world(crowd_mat(cars), collisions)), encoding="utf-8")
         env = irsim.make(str(path), display=False, disable_all_plot=True, log_level="ERROR", seed=1)
     dice = np.random.RandomState(1)
     ways = [
@@ -92,7 +92,7 @@ def vmas(cars: int, worlds: int, ticks: int) -> Contestant | None:
         from vmas.simulator.utils import ScenarioUtils
     except ImportError:
         return None
-    half = hall(cars).size_m[0] / 2
+    half = crowd_mat(cars).size_m[0] / 2
 
     class Hall(BaseScenario):
         def make_world(self, batch_dim: int, device: torch.device, **_: object) -> World:
@@ -130,7 +130,7 @@ def vmas(cars: int, worlds: int, ticks: int) -> Contestant | None:
 
 
 def plain_loop(cars: int, ticks: int) -> Contestant:
-    world = PlainWorld(hall(cars), programs(), built_in_profile("classroom"))
+    world = PlainWorld(crowd_mat(cars), programs(), built_in_profile("classroom"))
     return Contestant(cars * ticks, lambda: world.run(ticks * TICK_MS))
 
 

@@ -1,10 +1,9 @@
 """Crowds of cars: how many car-steps a second, and how that compares. Run it with ``python benchmarks/swarm.py``.
 
-A car-step is one car and one tick of 20 ms. Every repetition of a crowd begins
-anew, lives for five seconds, so that words have spread, and is timed for the next
-four, all in one call; small crowds many times one after the other. All that a
-mat can hold is on it, and all physics but noise (`hall`). Contestants take turns,
-figures are medians of repetitions during which others left the machine alone.
+A car-step is one car and one tick of 20 ms. Every repetition resets a crowd, runs it for five seconds so that words
+have spread, and times the next four seconds in one call; small crowds run many times in a row. The mat holds everything
+that a mat can hold, and all physics is on except wheel noise (`crowd_scenario`). Contestants take turns. The figures
+are medians of the repetitions during which other processes left the machine idle.
 """
 
 import argparse
@@ -14,11 +13,11 @@ from collections.abc import Callable, Iterator
 from statistics import mean
 
 import numpy as np
-from hall import TICK_MS, hall, neighbours, programs
+from crowd_scenario import TICK_MS, crowd_mat, neighbours, programs
 from peers import ir_sim, memory_roof, plain_loop, vmas
-from quiet import Contestant, take_turns
 from rich.console import Console
 from rich.table import Table
+from timing import Contestant, take_turns
 
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.layout import rules_of
@@ -26,7 +25,7 @@ from motorcade.engine.world import World
 
 WARM_MS = 5_000
 TIMED_MS = 4_000
-FEWEST_STEPS = 12_000_000  # in a repetition, so that it takes a while
+FEWEST_STEPS = 12_000_000  # in a repetition, so that it is long enough to time
 SHOWN_WORLDS = 200
 TURNS, QUICK_TURNS = 5, 3
 ONE_WORLD_GOALS = {1_000_000: (2, 40, 20), 100_000: (2, 40, 20), 1_000: (1, 15, 8), 100: (1, 12, 6)}
@@ -45,7 +44,7 @@ class Crowd:
     """``worlds`` worlds of ``cars`` cars each, stepped by ``threads`` threads."""
 
     def __init__(self, cars: int, threads: int, worlds: int = 1) -> None:
-        mat, images = hall(cars), programs()
+        mat, images = crowd_mat(cars), programs()
         copies = max(FEWEST_STEPS * TICK_MS // (cars * worlds * TIMED_MS), 1)
         seeds = np.arange(copies * worlds).reshape(copies, worlds)
         self.worlds = [World(mat, images, seeds=each.tolist(), threads=threads) for each in seeds]
@@ -66,8 +65,8 @@ class Crowd:
         counts = [world.counts() for world in self.worlds]
         return {name: float(sum(each[name].sum() for each in counts)) for name in counts[0]}
 
-    def life(self) -> str:
-        """What the cars did while they were timed last."""
+    def activity(self) -> str:
+        """What the cars did during the last repetition."""
         shown = [(world, k) for world in self.worlds for k in range(world.worlds)][:SHOWN_WORLDS]
         snapshots = [world.snapshot(k) for world, k in shown]
         near = mean(neighbours(each.x_m, each.y_m) for each in snapshots)
@@ -85,7 +84,7 @@ def fresh_start() -> Contestant:
 
 
 def result(figure: float, goal: float, floor: float | None = None, *, least: bool = True) -> str:
-    """Whether a figure is at least its goal, or at most where ``least`` is False."""
+    """Say whether a figure is at least its goal, or at most its goal where ``least`` is False."""
     sign = 1 if least else -1
     if sign * figure >= sign * goal:
         return "[green]met[/]"
@@ -107,24 +106,24 @@ class Report:
     """The table, row by row."""
 
     def __init__(self, turns: int) -> None:
-        title = f"Crowds of cars: medians (least–most) of {turns} quiet repetitions, or of all where too few were"
+        title = f"Crowds of cars: medians (least–most) of {turns} quiet repetitions, or of all where too few were quiet"
         self.table = Table("", "figure", "goal", "floor", "result", "quiet", "the cars*", title=title)
         self.table.caption = (
-            "* others within 1 m of a car, share of cars that drive; frames begun, frames heard by a car a second; "
+            "* cars within 1 m of a car, share of cars that drive; frames begun and frames heard by a car in a second; "
             "share of time in touch with something"
         )
 
     def crowd(self, name: str, crowd: Crowd, goal: float, floor: float) -> None:
         it = crowd.contestant
         marks = (f"≥ {goal:g} M/s", f"{floor:g} M/s", result(it.rate / 1e6, goal, floor))
-        self.table.add_row(name, rates(it), *marks, it.repetitions, crowd.life())
+        self.table.add_row(name, rates(it), *marks, it.repetitions, crowd.activity())
 
     def figure(self, name: str, figure: str, goal: str = "", floor: str = "", met: str = "", quiet: str = "") -> None:
         self.table.add_row(name, figure, goal, floor, met, quiet)
 
     def peer(self, name: str, peer: Contestant, ours: Contestant) -> None:
         ratio = ours.rate / peer.rate
-        self.table.add_row(name, rates(peer, 4), "", "", f"ours is {ratio:,.0f} ×", peer.repetitions)
+        self.table.add_row(name, rates(peer, 4), "", "", f"Motorcade: {ratio:,.0f} ×", peer.repetitions)
 
 
 def one_world(cars: int, threads: int) -> str:
@@ -138,10 +137,10 @@ def crowds(quick: bool) -> dict[str, Crowd]:
 
 
 def bytes_a_step(crowd: Crowd) -> float:
-    """About what a car-step moves between processor and memory.
+    """Estimate how many bytes a car-step moves between processor and memory.
 
-    In a tick about every cache line of all arrays holds a car that is looked at, and every car's place is
-    written; to sort them, all rows are gathered and put back.
+    In a tick nearly every cache line of all arrays holds a car whose turn it is, and the place of every car is written;
+    sorting gathers all rows and puts them back.
     """
     world = crowd.worlds[0]
     rules = rules_of(world.mat, built_in_profile("classroom"), world.images)
@@ -206,7 +205,7 @@ def add_peers(report: Report, peers: dict[str, tuple[Contestant | None, Contesta
 
 
 def peers_of(one: dict[str, Crowd], many: Crowd) -> dict[str, tuple[Contestant | None, Contestant]]:
-    """Each with the crowd of ours that it is compared to."""
+    """Other simulators, each with the crowd that it is compared to."""
     hundred, thousand = one[one_world(100, 1)].contestant, one[one_world(1_000, 1)].contestant
     return {
         "IR-SIM, 100 robots, collisions found": (ir_sim(100, "unobstructed", 200), hundred),
@@ -217,7 +216,7 @@ def peers_of(one: dict[str, Crowd], many: Crowd) -> dict[str, tuple[Contestant |
             vmas(16, many.worlds[0].worlds, 4),
             many.contestant,
         ),
-        "our plain loop (CPython), 100 cars": (plain_loop(100, 25), hundred),
+        "the plain loop (CPython), 100 cars": (plain_loop(100, 25), hundred),
     }
 
 
@@ -228,14 +227,14 @@ def contestants_of(
     yield from ((name, peer) for name, (peer, _) in peers.items() if peer)
 
 
-def measure(quick: bool, told: Callable[[str], None]) -> Table:
+def measure(quick: bool, report_progress: Callable[[str], None]) -> Table:
     turns, worlds = (QUICK_TURNS, 2_048) if quick else (TURNS, 32_768)
     many_name = f"{worlds:,} worlds × 16 cars, 2 threads"
     one, many = crowds(quick), Crowd(16, 2, worlds)
     peers, start, roof = peers_of(one, many), fresh_start(), memory_roof()
     start.run()
     contestants = dict(contestants_of({**one, many_name: many}, peers))
-    take_turns({**contestants, "first step": start, "triad": roof}, turns, told)
+    take_turns({**contestants, "first step": start, "triad": roof}, turns, report_progress)
     report = Report(turns)
     add_crowds(report, one, many_name, many)
     add_scaling(report, one, start)

@@ -1,4 +1,4 @@
-"""The loop of a car on a bench: its clock and its dice, however late its ticks come."""
+"""The loop of a car on a test board: its clock and its random draws, with ticks at any time."""
 
 from collections import Counter
 from itertools import pairwise
@@ -16,7 +16,7 @@ DRIVES, TURNS_LEFT, TURNS_RIGHT = (0, 2), (1, 2), (2, 2)
 
 
 class BenchBoard(Board):
-    """A leader's board without sensors, whose clock the test sets."""
+    """A leader's board without sensors; the test sets its clock."""
 
     is_leader = True
     levels = levels_of(CLASSROOM)
@@ -25,7 +25,7 @@ class BenchBoard(Board):
         self.image, self.number = image, number
         self.clock_ms = 0
         self.shown: Moment = ((0, 0), 4)
-        self.told: list[tuple[int, str, int, int | str]] = []
+        self.noted: list[tuple[int, str, int, int | str]] = []
 
     def now_ms(self) -> int:
         return self.clock_ms
@@ -40,11 +40,11 @@ class BenchBoard(Board):
         self.shown = (self.shown[0], which)
 
     def note(self, kind: str, at_ms: int, word: int, detail: int | str) -> None:
-        self.told.append((at_ms, kind, word, detail))
+        self.noted.append((at_ms, kind, word, detail))
 
 
 def drive(image: bytes, tick_ms: int, ticks: int, number: int = 0) -> tuple[list[Moment], BenchBoard]:
-    """What a car shows in each tick, and its board at the end."""
+    """What a car does in each tick, and its board at the end."""
     board = BenchBoard(image, number)
     car, shown = Car(board), []
     for tick in range(ticks):
@@ -58,7 +58,7 @@ def wheels(leader: list, tick_ms: int, ticks: int, number: int = 0) -> list[tupl
     return [moment[0] for moment in drive(compile_program(Program(leader)).image, tick_ms, ticks, number)[0]]
 
 
-def test_random_driving_goes_straight_half_of_the_time_and_turns_each_way_a_quarter() -> None:
+def test_random_driving_goes_straight_half_of_the_time_and_turns_to_each_side_a_quarter() -> None:
     drawn = Counter(wheels([wander(3)], 500, 4000, number=3))
     assert 1850 <= drawn[DRIVES] <= 2150
     assert 850 <= drawn[TURNS_LEFT] <= 1150
@@ -77,7 +77,7 @@ def test_random_driving_is_the_same_whatever_the_tick(tick_ms: int) -> None:
     assert wheels(roams, tick_ms, len(shown)) == shown
 
 
-def test_random_driving_changes_its_mind_every_half_second() -> None:
+def test_random_driving_draws_a_direction_every_half_second() -> None:
     shown = wheels([wander(3)], 1, 30_000)
     changes = [at_ms for at_ms, (before, after) in enumerate(pairwise(shown), start=1) if before != after]
     assert len(changes) > 20
@@ -85,7 +85,7 @@ def test_random_driving_changes_its_mind_every_half_second() -> None:
 
 
 @pytest.mark.parametrize("tick_ms", [7, 20, 333, 4321])
-def test_a_late_tick_loses_no_time_for_the_leader(tick_ms: int) -> None:
+def test_late_ticks_cost_the_leader_no_time(tick_ms: int) -> None:
     program = Program(
         [forward(3), repeat(2, left(1), together(forward(2), led(1, 1))), wander(2), wait(0)],
         [led(0, 1), led(1, 1)],
@@ -95,9 +95,9 @@ def test_a_late_tick_loses_no_time_for_the_leader(tick_ms: int) -> None:
     shown_late, late = drive(compiled.image, tick_ms, 20_000 // tick_ms)
     assert shown_late == shown[::tick_ms][: len(shown_late)]
     states, states_late = (
-        [event for event in board.told if event[1] == "state" and event[0] <= 12_000] for board in (prompt, late)
+        [event for event in board.noted if event[1] == "state" and event[0] <= 12_000] for board in (prompt, late)
     )
     assert states_late == states
-    frames = [(t_ms, word) for t_ms, kind, word, _ in late.told if kind == "frame"]
+    frames = [(t_ms, word) for t_ms, kind, word, _ in late.noted if kind == "frame"]
     assert frames
     assert all(word == compiled.words[-2:][t_ms // 1000 % 2] for t_ms, word in frames)

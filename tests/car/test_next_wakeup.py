@@ -1,4 +1,4 @@
-"""A car may be left alone for as long as `motorcade.car.next_wakeup` says: nothing would have happened meanwhile."""
+"""Nothing happens at a car for as long as `motorcade.car.next_wakeup` says."""
 
 from dataclasses import dataclass, field
 
@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.car import brain
-from motorcade.car import next_wakeup as rest
+from motorcade.car import brain, next_wakeup, step
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, make_levels
 from motorcade.config.profile import levels_of
 from motorcade.words.formats import CONTROL
@@ -17,7 +16,7 @@ from motorcade.words.ticks import elapsed_ms, later_ms
 from support.strategies import BRISK, images, words
 
 LEVELS = levels_of(BRISK)
-# With a relay period shorter than a frame, and times that fall on no round number.
+# A relay period shorter than a frame, and times that are no round numbers.
 HASTY = make_levels(
     (0, 130, 999, 1501), (90, 170, 333, 500, 701, 1200, 1999, 4001), (1, 150, 151, 499), 37, 500, 0, 40, 2
 )
@@ -27,7 +26,7 @@ NOISE = st.integers(0, (1 << 32) - 1)
 
 @dataclass(frozen=True)
 class Change:
-    """What is new at a car at a moment: a frame or a voice, and whether air, way and sight are free from then on."""
+    """The inputs of a car that change at a moment: a frame or a voice now; air, obstacle and person from then on."""
 
     frame: int | None
     voice: int
@@ -44,53 +43,67 @@ changes = st.builds(
     st.sampled_from([NOTHING_IN_SIGHT_MM, 50, 250]),
     st.integers(0, 1),
 )
-# What a car senses until the first change.
+# The inputs until the first change.
 CALM = Change(None, brain.NO_VOICE, 0, NOTHING_IN_SIGHT_MM, 0)
 
 
 @dataclass
 class BareCar:
-    """A brain that is called for one moment, and what it did there."""
+    """A car without a board, for `motorcade.car.step`, and what it did in its last step."""
 
     image: tuple[int, ...]
     levels: tuple[int, ...]
     memory: list[int] = field(default_factory=lambda: [0] * brain.SIZE)
+    inputs: Change = CALM
+    is_new: bool = False
+    done: list[object] = field(default_factory=list)
 
-    def act(self, now: int, at: Change, is_new: bool) -> tuple:
+    @property
+    def leads(self) -> bool:
+        return bool(self.image)
+
+    def step(self, now: int, inputs: Change, is_new: bool) -> tuple:
         """What it shows from now on, and what it does now."""
-        s = self.memory
-        done: list[object] = []
-        if self.image:
-            while brain.leader_step(s, self.image, now, self.levels):
-                done.append(("state", s[brain.STATE]))
-        else:
-            if brain.follower_step(s, now, self.levels):
-                done.append("over")
-            if is_new and at.frame is not None:
-                done.append(("heard", brain.follower_hears(s, at.frame, now, self.levels)))
-        if is_new and at.voice:
-            brain.hear_voice(s, at.voice)
-        obstacle_mm = at.obstacle_mm if brain.looks_mm(s, now, self.levels) else NOTHING_IN_SIGHT_MM
-        shown = brain.wheels(s, obstacle_mm, at.person, now, self.levels), brain.lit_led(s, now, self.levels)
-        if self.image and brain.leader_sends(s, self.image, now, self.levels):
-            done.append(("sends", brain.sent_word(s, self.image)))
-        if not self.image and brain.follower_sends(s, at.air_is_busy, now, self.levels):
-            done.append(("sends", s[brain.WORD]))
-        return shown, brain.looks_mm(s, now, self.levels), done
+        self.inputs, self.is_new, self.done = inputs, is_new, []
+        shown = step.act(self, now)
+        step.send(self, now)
+        return shown, brain.looks_mm(self.memory, now, self.levels), self.done
 
-    def rest_ms(self, now: int, at: Change) -> int:
+    def note(self, kind: int, at_ms: int, word: int, detail: int) -> None:
+        self.done.append((kind, word, detail))
+
+    def received_frames(self) -> list[int]:
+        return [self.inputs.frame] if self.is_new and self.inputs.frame is not None else []
+
+    def note_frame(self, frame: int, result: int) -> None:
+        self.done.append(("heard", result))
+
+    def heard_voice(self) -> int:
+        return self.inputs.voice if self.is_new else brain.NO_VOICE
+
+    def sense(self, looks_mm: int) -> tuple[int, int]:
+        return self.inputs.obstacle_mm if looks_mm else NOTHING_IN_SIGHT_MM, self.inputs.person
+
+    def set_outputs(self, wheels: int, led: int, senses: tuple[int, int]) -> tuple[int, int]:
+        return wheels, led
+
+    def air_is_busy(self) -> int:
+        return self.inputs.air_is_busy
+
+    def send_frame(self, word: int) -> None:
+        self.done.append(("sends", word))
+
+    def rest_ms(self, now: int, inputs: Change) -> int:
         if self.image:
-            frames_ms = rest.frames_rest_ms(self.memory, self.image, now)
+            frames_ms = next_wakeup.frames_rest_ms(self.memory, self.image, now)
         else:
-            frames_ms = rest.relay_rest_ms(self.memory, at.air_is_busy, now)
-        return min(rest.word_rest_ms(self.memory, now, self.levels), frames_ms)
+            frames_ms = next_wakeup.relay_rest_ms(self.memory, inputs.air_is_busy, now)
+        return min(next_wakeup.word_rest_ms(self.memory, now, self.levels), frames_ms)
 
 
 @pytest.mark.parametrize("leads", [True, False], ids=["leader", "follower"])
 @given(st.data())
-def test_a_brain_called_when_its_rest_is_over_does_what_one_does_that_is_called_each_millisecond(
-    leads: bool, data: st.DataObject
-) -> None:
+def test_a_car_stepped_only_when_due_equals_one_stepped_each_millisecond(leads: bool, data: st.DataObject) -> None:
     image = bytes_to_words(data.draw(images(states=1, followers=1))) if leads else ()
     levels = data.draw(st.sampled_from([LEVELS, HASTY]))
     news = data.draw(st.dictionaries(st.integers(1, DURATION_MS - 1), changes, max_size=6))
@@ -105,9 +118,9 @@ def test_a_brain_called_when_its_rest_is_over_does_what_one_does_that_is_called_
     for t_ms in range(DURATION_MS):
         now, is_new = later_ms(began_ms, t_ms), t_ms in news
         at = news.get(t_ms, at)
-        seen, looks_mm, done = prompt.act(now, at, is_new)
+        seen, looks_mm, done = prompt.step(now, at, is_new)
         if t_ms >= due_ms or is_new:
-            *shown, seldom_done = lazy.act(now, at, is_new)
+            *shown, seldom_done = lazy.step(now, at, is_new)
             rest_ms = lazy.rest_ms(now, at)
             assert rest_ms > 0
             due_ms = t_ms + rest_ms
@@ -128,30 +141,30 @@ def follower(word: int) -> list[int]:
 
 
 @pytest.mark.parametrize(("word", "rest_ms"), [(DRIVE_800, 800), (PASSED_ON, 1200)])
-def test_a_car_rests_until_its_word_has_something_new_to_do(word: int, rest_ms: int) -> None:
+def test_a_car_rests_until_its_word_changes_something(word: int, rest_ms: int) -> None:
     memory = follower(word)
-    assert rest.word_rest_ms(memory, 0, LEVELS) == rest_ms
-    assert rest.word_rest_ms(memory, 100, LEVELS) == rest_ms - 100
+    assert next_wakeup.word_rest_ms(memory, 0, LEVELS) == rest_ms
+    assert next_wakeup.word_rest_ms(memory, 100, LEVELS) == rest_ms - 100
 
 
 def test_a_car_with_a_word_to_pass_on_rests_while_others_send() -> None:
     memory = follower(PASSED_ON)
-    assert rest.relay_rest_ms(memory, 1, 0) == rest.NEVER_MS
-    assert rest.relay_rest_ms(memory, 0, 0) == 1
+    assert next_wakeup.relay_rest_ms(memory, 1, 0) == next_wakeup.NEVER_MS
+    assert next_wakeup.relay_rest_ms(memory, 0, 0) == 1
 
 
-def test_a_car_that_waits_for_its_turn_to_send_rests_until_then() -> None:
+def test_a_car_that_waits_to_send_rests_until_then() -> None:
     memory = follower(PASSED_ON)
     now = 0
     while memory[brain.RELAY] != brain.WAITING:
         assert not brain.follower_sends(memory, 0, now, LEVELS)
         now += 1
-    assert 1 < rest.relay_rest_ms(memory, 0, now) == elapsed_ms(memory[brain.RELAY_MS], now)
+    assert 1 < next_wakeup.relay_rest_ms(memory, 0, now) == elapsed_ms(memory[brain.RELAY_MS], now)
 
 
 def test_a_car_with_nothing_to_do_rests_for_days() -> None:
     memory = [0] * brain.SIZE
     brain.switch_on(memory, 1, 0)
-    assert rest.word_rest_ms(memory, 0, LEVELS) == rest.NEVER_MS
-    assert rest.relay_rest_ms(memory, 0, 0) == rest.NEVER_MS
-    assert rest.frames_rest_ms(memory, (0,), 0) == rest.NEVER_MS
+    assert next_wakeup.word_rest_ms(memory, 0, LEVELS) == next_wakeup.NEVER_MS
+    assert next_wakeup.relay_rest_ms(memory, 0, 0) == next_wakeup.NEVER_MS
+    assert next_wakeup.frames_rest_ms(memory, (0,), 0) == next_wakeup.NEVER_MS

@@ -1,4 +1,4 @@
-"""Infrared between simulated cars: who hears whom, and what becomes of the other frames."""
+"""Infrared between simulated cars: who receives which frame, and why other frames are lost."""
 
 from dataclasses import replace
 
@@ -10,7 +10,7 @@ from motorcade.engine.world import KINDS, LOSS_REASONS
 from motorcade.mats import Mat, Starts
 from motorcade.words.infrared import air_us, to_frame
 from support.strategies import CLASSROOM
-from support.tables import counted, hearers, table, told, world
+from support.tables import counted, events_of, hearers, table, world
 
 # Each car hears only its neighbours: infrared reaches 1 m.
 CHAIN = [Pose(0.8 * place, 0) for place in range(5)]
@@ -28,7 +28,7 @@ def test_infrared_reaches_as_far_as_the_profile_says(distance_m: float, hears: b
     assert bool(cars.snapshot().word[1]) == hears
 
 
-def test_leader_hears_nobody() -> None:
+def test_a_leader_receives_nothing() -> None:
     cars = table([wait(1)], Followers(LIT, forward=True), formation(2))
     cars.run(10_000)
     events = cars.take_events()
@@ -37,8 +37,8 @@ def test_leader_hears_nobody() -> None:
     assert cars_of["heard"] == cars_of["lost"] == cars_of["start"] == {1, 2}
 
 
-def test_a_frame_is_heard_unless_another_or_an_own_one_is_on_the_air_meanwhile() -> None:
-    """In a chain the leader and car 2 can't hear each other, so neither waits for the other to end."""
+def test_a_frame_is_received_unless_another_overlaps_it_or_the_receiver_sends() -> None:
+    """In a chain the leader and car 2 can't hear each other, so neither waits for the other."""
     cars = table([wait(1)], Followers(LIT, forward=True), CHAIN)
     cars.run(30_000)
     events = cars.take_events()
@@ -62,42 +62,42 @@ def test_a_frame_is_heard_unless_another_or_an_own_one_is_on_the_air_meanwhile()
 
 @pytest.mark.parametrize(("passes_on", "reached"), [(True, {1, 2, 3, 4}), (False, {1})])
 def test_followers_that_pass_words_on_reach_beyond_the_leader(passes_on: bool, reached: set[int]) -> None:
-    starts = told(table([wait(1)], Followers([led(2, 3)], forward=passes_on), CHAIN), 20_000, "start")
+    starts = events_of(table([wait(1)], Followers([led(2, 3)], forward=passes_on), CHAIN), 20_000, "start")
     assert set(starts["car"]) == reached
     assert len(set(starts["word"])) == 1
 
 
-def test_followers_send_only_the_words_that_they_are_to_pass_on() -> None:
+def test_followers_send_only_words_with_the_forward_bit() -> None:
     program = Program([wait(1)], [led(0, 3, forward=True), led(1, 3)])
-    frames = told(table(program.leader, program.followers, formation(2)), 20_000, "frame")
+    frames = events_of(table(program.leader, program.followers, formation(2)), 20_000, "frame")
     assert set(frames["word"][frames["car"] > 0].tolist()) == {compile_program(program).words[2]}
 
 
-def test_deaf_followers_lose_what_is_sent_meanwhile() -> None:
+def test_deaf_followers_lose_frames() -> None:
     cars = table([wait(1)], Followers([led(0, 3)], accept_ir=False), formation(1))
-    assert len(told(cars, 3000, "lost", why="deaf")) == counted(cars)["deaf"] > 10
+    assert len(events_of(cars, 3000, "lost", why="deaf")) == counted(cars)["deaf"] > 10
     assert not counted(cars)["lost_collision"]
 
 
-def test_of_two_frames_the_nearer_survives_where_it_is_so_many_times_stronger() -> None:
-    """One sender is twice as far away as the other: its power is a quarter."""
+def test_the_stronger_of_two_frames_survives_at_the_capture_ratio() -> None:
+    """One sender is twice as far away as the other, so its power is a quarter."""
     starts = Starts.of([Pose(0, 0), Pose(0.9, 0), Pose(0.3, 0)], [True, True, False])
     senders = {}
     for ratio in (None, 3.0, 5.0):
         mat = Mat("two", starts, physics=Physics(line_of_sight=False, capture_ratio=ratio))
-        senders[ratio] = told(world(mat, [wait(1)], LIT), 5000, "heard")["other"].tolist()
+        senders[ratio] = events_of(world(mat, [wait(1)], LIT), 5000, "heard")["other"].tolist()
     assert senders[None] == senders[5.0] == []
     assert set(senders[3.0]) == {0}
     assert len(senders[3.0]) > 50
 
 
-def test_of_two_senders_on_one_point_neither_survives() -> None:
+def test_neither_frame_survives_when_both_senders_are_at_one_point() -> None:
     starts = Starts.of([Pose(0, 0)] * 3, [True, True, False])
     physics = Physics(collisions=False, line_of_sight=False, capture_ratio=4.0)
     both = world(Mat("one", starts, physics=physics), [wait(1)], LIT)
-    assert told(both, 5000, "heard")["other"].tolist() == []
+    assert events_of(both, 5000, "heard")["other"].tolist() == []
     alone = world(Mat("one", Starts.of([Pose(0, 0)] * 2, [True, False]), physics=physics), [wait(1)], LIT)
-    assert len(told(alone, 5000, "heard")) > 50
+    assert len(events_of(alone, 5000, "heard")) > 50
 
 
 @pytest.mark.parametrize(
@@ -116,26 +116,26 @@ def test_walls_and_obstacles_shade_infrared(more: dict, hears: bool) -> None:
     assert hearers(table([wait(1)], LIT, PAIR, physics=Physics(line_of_sight=False), **more), 2000)
 
 
-def test_a_car_shades_those_behind_it() -> None:
+def test_a_car_shades_the_cars_behind_it() -> None:
     row = [Pose(0, 0), Pose(0.4, 0), Pose(0.8, 0.02)]
     assert hearers(table([wait(1)], LIT, row, physics=Physics()), 2000) == {1}
     assert hearers(table([wait(1)], LIT, row, physics=Physics(line_of_sight=False)), 2000) == {1, 2}
 
 
 @pytest.mark.parametrize(("half_deg", "heard_by"), [(180, {1, 2, 3}), (60, {1, 2}), (30, {1})])
-def test_a_beam_reaches_only_what_it_points_at(half_deg: float, heard_by: set[int]) -> None:
+def test_a_beam_reaches_only_cars_inside_it(half_deg: float, heard_by: set[int]) -> None:
     around = [Pose(0, 0, np.pi / 2), Pose(0, 0.5), Pose(-0.5, 0.35), Pose(0, -0.5)]
     physics = Physics(line_of_sight=False, beam_half_angle_deg=half_deg)
     assert hearers(table([wait(1)], LIT, around, physics=physics), 2000) == heard_by
 
 
-def test_as_many_frames_are_lost_or_wrong_as_bits_flip_by_chance() -> None:
-    """Parity finds odd numbers of flips, a reserved bit some of the even ones; the others go undetected."""
+def test_bit_errors_lose_as_many_frames_as_probability_predicts() -> None:
+    """Parity finds odd numbers of flips, a reserved bit finds some of the even numbers; the others go undetected."""
     rate, reserved = 0.02, 11
     turns = np.arange(40) * 0.157
     around = [Pose(0, 0), *(Pose(0.9 * np.cos(turn), 0.9 * np.sin(turn)) for turn in turns)]
     physics = Physics(collisions=False, line_of_sight=False, bit_error_rate=rate)
-    # The word is over at once, so that no wrong one makes a car deaf for long.
+    # The word is over at once, so that no wrong word makes a car deaf for long.
     profile = replace(CLASSROOM, durations_ms=(0, 1, 2, 3), idle_state_ms=1)
     mat = replace(open_table(around, tick_ms=20), physics=physics)
     cars = World(mat, [bytes.fromhex("00010100 80000000")], profile, seeds=4)

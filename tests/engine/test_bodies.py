@@ -1,4 +1,4 @@
-"""What simulated bodies do: drive, meet, and sense what is around them."""
+"""How simulated bodies drive, touch, and sense what is around them."""
 
 from dataclasses import replace
 
@@ -12,7 +12,7 @@ from support.tables import FORWARD, FORWARD_FAST, LEFT, RIGHT_FAST, STILL, count
 
 ALONE = [Pose(0, 0)]
 RADIUS_M = CLASSROOM.body.diameter_mm / 2000
-# What the fastest car drives in a tick of 20 ms.
+# The way of the fastest car in a tick of 20 ms.
 TICK_M = 0.006
 
 
@@ -25,7 +25,7 @@ def gaps_m(x_m: np.ndarray, y_m: np.ndarray) -> np.ndarray:
 # Driving
 
 
-def test_ways_and_turns_are_what_the_profile_says() -> None:
+def test_cars_drive_and_turn_as_fast_as_the_profile_says() -> None:
     cars = table([forward(3, speed=1), left(1, speed=1), forward(2, speed=3), right(3, speed=3)], None, ALONE)
     cars.run(9000)
     shown = cars.snapshot()
@@ -35,8 +35,8 @@ def test_ways_and_turns_are_what_the_profile_says() -> None:
     assert np.degrees(shown.heading[0]) == pytest.approx(30 - 270 + 360, abs=1e-4)
 
 
-def test_wheel_noise_spreads_cars_that_else_drive_as_one() -> None:
-    """They weave about their course: driving keeps the mean of its way, and no two the same."""
+def test_wheel_noise_spreads_cars_that_would_drive_alike() -> None:
+    """The cars weave about their course: the mean of their ways stays the same, and no two are equal."""
     side_by_side = [Pose(0, float(y)) for y in range(100)]
 
     def ends(noise: float) -> tuple[np.ndarray, np.ndarray]:
@@ -54,7 +54,7 @@ def test_wheel_noise_spreads_cars_that_else_drive_as_one() -> None:
     assert little[0].mean() == pytest.approx(2.7, rel=0.01)
 
 
-def test_cars_that_stand_do_not_slip() -> None:
+def test_standing_cars_do_not_slip() -> None:
     cars = leaders([wait(3)], [Pose(0.3, 0.2, 1.0)], physics=Physics(wheel_noise=0.5))
     before = cars.snapshot()
     cars.run(3000)
@@ -65,21 +65,21 @@ def test_cars_that_stand_do_not_slip() -> None:
 # Bodies
 
 
-def test_cars_that_meet_push_each_other_and_pass_where_there_are_no_bodies() -> None:
+def test_cars_push_each_other_with_collisions_and_pass_through_without() -> None:
     facing = [Pose(0, 0), Pose(0.6, 0, np.pi)]
     cars, ghosts = (
         leaders([forward(3, speed=3)], facing, tick_ms=20, physics=Physics(collisions=has)) for has in (True, False)
     )
     cars.run(3000)
     ghosts.run(3000)
-    # They give by a tick's way each, 6 mm.
+    # Each can enter the other by the way of a tick, 6 mm.
     assert 2 * RADIUS_M - 0.012 <= np.diff(cars.snapshot().x_m)[0] <= 2 * RADIUS_M
     assert counted(cars)["touching_ms"] > 2000
     assert ghosts.snapshot().x_m.tolist() == pytest.approx([0.9, -0.3], abs=1e-4)
     assert not counted(ghosts)["touching_ms"]
 
 
-def test_a_car_that_drives_into_one_that_stands_shoves_it_along() -> None:
+def test_a_driving_car_pushes_a_standing_one() -> None:
     cars = table([forward(3)], None, [Pose(0, 0), Pose(0.2, 0)])
     cars.run(2000)
     pushing, pushed = cars.snapshot().x_m.tolist()
@@ -87,25 +87,25 @@ def test_a_car_that_drives_into_one_that_stands_shoves_it_along() -> None:
     assert 2 * RADIUS_M - 0.001 < pushed - pushing <= 2 * RADIUS_M
 
 
-def test_bodies_that_come_to_rest_overlap_no_more() -> None:
-    """All drive to the middle and then stand still."""
+def test_bodies_at_rest_do_not_overlap() -> None:
+    """All cars drive to the middle and then stand still."""
     turns = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     ring = [Pose(0.7 * np.cos(turn), 0.7 * np.sin(turn), turn + np.pi) for turn in turns]
     cars = leaders([forward(3), wait(3)], ring, tick_ms=5)
     cars.run(3000)
     assert gaps_m(cars.snapshot().x_m, cars.snapshot().y_m).min() < 2 * RADIUS_M
     cars.run(3000)
-    # What is left is less than what moves a car by a µm.
+    # The remaining overlap is too small to move a car by 1 µm.
     assert gaps_m(cars.snapshot().x_m, cars.snapshot().y_m).min() > 2 * RADIUS_M - 1e-5
 
 
-def test_two_cars_on_one_point_part() -> None:
+def test_two_cars_at_one_point_separate() -> None:
     cars = leaders([wait(3)], [Pose(1, 1), Pose(1, 1)])
     cars.run(3000)
     assert gaps_m(cars.snapshot().x_m, cars.snapshot().y_m)[0] == pytest.approx(2 * RADIUS_M, abs=1e-5)
 
 
-def test_a_crowd_stays_on_a_walled_mat_outside_of_its_obstacles_and_of_itself() -> None:
+def test_a_crowd_stays_inside_walls_and_outside_obstacles() -> None:
     place = np.arange(81)
     starts = Starts(0.3 + 0.3 * (place % 9), 0.3 + 0.3 * (place // 9), place * 1.0, place % 40 == 0)
     mat = Mat(
@@ -223,7 +223,7 @@ def test_walls_and_obstacles_are_avoided_before_they_are_touched(more: dict) -> 
         together(led(0, 3), avoid(3, 3)),
     ],
 )
-def test_avoiding_moves_no_car_that_stands(step: object) -> None:
+def test_avoiding_does_not_move_a_standing_car(step: object) -> None:
     cars = table([step], None, [Pose(0, 0), Pose(0.3, 0)])
     assert set(wheels(cars, 3000)) == {STILL}
 
@@ -231,7 +231,7 @@ def test_avoiding_moves_no_car_that_stands(step: object) -> None:
 # People
 
 
-def test_a_person_who_walks_by_stills_the_wheels_while_the_clock_runs_on() -> None:
+def test_a_person_walking_by_stops_the_wheels_but_not_the_word() -> None:
     """From 9 m away straight to 2 m before the car within a second, away again after a third one."""
     walker = Person(((0, 2, 9), (1, 2, 0), (2, 2, 0), (2.1, 2, 9)))
     cars = table([together(forward(3), pir()), left(1)], None, ALONE, people=(walker,))
@@ -244,7 +244,7 @@ def test_a_person_who_walks_by_stills_the_wheels_while_the_clock_runs_on() -> No
 
 
 @pytest.mark.parametrize(("repeats", "at_4_s"), [(True, STILL), (False, FORWARD)])
-def test_a_path_begins_anew_where_it_repeats(repeats: bool, at_4_s: int) -> None:
+def test_a_repeating_path_starts_again(repeats: bool, at_4_s: int) -> None:
     """Before the car for the first of three seconds."""
     path = ((0, 2, 0), (1, 2, 0), (1.001, 90, 0), (3, 90, 0))
     cars = table([together(forward(3), pir())], None, ALONE, people=(Person(path, repeats),))
@@ -265,7 +265,7 @@ def test_a_person_behind_beside_or_far_away_is_not_sensed(person: tuple[float, f
 # Voices
 
 
-def test_stop_and_go_hold_and_release_the_wheels_while_the_clock_runs_on() -> None:
+def test_stop_and_go_hold_and_release_the_wheels_but_not_the_word() -> None:
     cars = table([together(forward(6), voice()), left(1), together(forward(3), voice())], None, ALONE)
     assert set(wheels(cars, 500)) == {FORWARD}
     cars.say("stop")
@@ -278,7 +278,7 @@ def test_stop_and_go_hold_and_release_the_wheels_while_the_clock_runs_on() -> No
     assert set(wheels(cars, 1000)) == {FORWARD}
 
 
-def test_stop_is_heard_only_by_those_who_listen() -> None:
+def test_only_cars_whose_word_listens_obey_stop() -> None:
     cars = table([forward(3)], None, ALONE)
     cars.say("stop")
     assert set(wheels(cars, 1000)) == {FORWARD}

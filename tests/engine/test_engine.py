@@ -1,4 +1,4 @@
-"""The engine against the plain world, and against itself with other threads, slices and neighbours."""
+"""Compare the engine with the plain world, and with itself with other threads, slices and neighbouring worlds."""
 
 import json
 import math
@@ -28,14 +28,14 @@ FEW = settings(max_examples=max(settings().max_examples // 4, 1))
 LOST, FRAME, HEARD = (KINDS.index(kind) for kind in ("lost", "frame", "heard"))
 
 
-def told(world: World) -> list[tuple[int, int, int, int, int, int]]:
-    """The events as the plain world tells them, in any order."""
+def events_of(world: World) -> list[tuple[int, int, int, int, int, int]]:
+    """The events in the form of the plain world, sorted."""
     names = ["t_ms", "car", "kind", "why", "word", "other"]
     return sorted(world.take_events()[names].tolist())
 
 
 def shown(world: World) -> dict[str, list[int]]:
-    """What is to be seen of each car, in the engine's own units."""
+    """What each car shows, in the engine's own units."""
     now, held = world.snapshot(), contents(world)
     seen = {name: held[name].T.tolist() for name in ("x", "y", "heading", "memory")}
     return seen | {name: getattr(now, name).tolist() for name in ("word", "runs", "wheels", "led", "sends")}
@@ -48,7 +48,7 @@ def wheels_of(world: PlainWorld, car: int) -> int:
     return world.boards[car].direction * 4 + world.boards[car].speed_level
 
 
-def plainly_shown(world: PlainWorld) -> dict[str, list[int]]:
+def shown_by_plain_world(world: PlainWorld) -> dict[str, list[int]]:
     brains = [car.memory for car in world.cars]
     sending = {frame.sender for frame in world.on_air if frame.end_ms > world.now_ms}
     return {
@@ -64,7 +64,7 @@ def plainly_shown(world: PlainWorld) -> dict[str, list[int]]:
     }
 
 
-def plainly_counted(world: PlainWorld) -> dict[str, int]:
+def counts_of_plain_world(world: PlainWorld) -> dict[str, int]:
     kinds = [kind for _, _, kind, _, _, _ in world.events]
     whys = [LOSS_REASONS[why] for _, _, kind, why, _, _ in world.events if kind == LOST]
     lost = {f"lost_{why}": whys.count(why) for why in ("collision", "sending", "parity", "reserved")}
@@ -74,22 +74,22 @@ def plainly_counted(world: PlainWorld) -> dict[str, int]:
 
 @FEW
 @given(cases())
-def test_the_engine_does_what_the_plain_world_does(case: Case) -> None:
+def test_the_engine_equals_the_plain_world(case: Case) -> None:
     engine = World(case.mat, case.images, case.profile, seeds=case.seed, events=True)
     plain = PlainWorld(case.mat, case.images, case.profile, case.seed)
     happened = []
     for _ in range(SLICES):
         engine.run(DURATIONS_MS[case.mat.tick_ms] // SLICES)
         plain.run(DURATIONS_MS[case.mat.tick_ms] // SLICES)
-        happened += told(engine)
-        assert shown(engine) == plainly_shown(plain), engine.now_ms
+        happened += events_of(engine)
+        assert shown(engine) == shown_by_plain_world(plain), engine.now_ms
         assert sorted(happened) == sorted(plain.events)
-    assert {name: int(counts[0]) for name, counts in engine.counts().items()} == plainly_counted(plain)
+    assert {name: int(counts[0]) for name, counts in engine.counts().items()} == counts_of_plain_world(plain)
 
 
 @FEW
 @given(cases(tick_ms=20), cases(tick_ms=20), st.data())
-def test_cars_that_are_moved_and_refurnished_do_what_the_plain_world_does(
+def test_the_engine_equals_the_plain_world_when_cars_and_walls_are_moved(
     case: Case, other: Case, data: st.DataObject
 ) -> None:
     engine = World(case.mat, case.images, case.profile, seeds=case.seed, events=True)
@@ -104,37 +104,37 @@ def test_cars_that_are_moved_and_refurnished_do_what_the_plain_world_does(
             if number:
                 world.move(car, pose)
             world.run(DURATIONS_MS[20] // SLICES)
-        happened += told(engine)
-        assert shown(engine) == plainly_shown(plain), engine.now_ms
+        happened += events_of(engine)
+        assert shown(engine) == shown_by_plain_world(plain), engine.now_ms
         assert sorted(happened) == sorted(plain.events)
-    assert {name: int(counts[0]) for name, counts in engine.counts().items()} == plainly_counted(plain)
+    assert {name: int(counts[0]) for name, counts in engine.counts().items()} == counts_of_plain_world(plain)
 
 
 @FEW
 @given(cases(), st.data())
-def test_driven_cars_do_what_the_plain_world_does(case: Case, data: st.DataObject) -> None:
-    """Drivers come, steer, and leave while all else goes on."""
+def test_the_engine_equals_the_plain_world_when_cars_are_driven(case: Case, data: st.DataObject) -> None:
+    """Drivers come, steer and leave while the world goes on."""
     engine = World(case.mat, case.images, case.profile, seeds=case.seed, events=True)
     plain = PlainWorld(case.mat, case.images, case.profile, case.seed)
     car = st.integers(0, engine.cars - 1)
     angle = st.sampled_from([0, 180]) | st.integers(0, 180)
     setpoint = st.tuples(angle, st.integers(0, 1), st.sampled_from([0, 100, 255]))
     happened = []
-    # Many short ones: what matters is that cars which stood begin to drive, near something.
+    # Many short slices, so that standing cars often begin to drive near something.
     for _ in range(4 * SLICES):
         driven = data.draw(st.dictionaries(car, setpoint | st.none(), min_size=1, max_size=6))
         for world in (engine, plain):
             for number, wanted in driven.items():
                 world.give_back(number) if wanted is None else world.drive(number, *wanted)
             world.run(DURATIONS_MS[case.mat.tick_ms] // (4 * SLICES))
-        happened += told(engine)
-        assert shown(engine) == plainly_shown(plain), engine.now_ms
+        happened += events_of(engine)
+        assert shown(engine) == shown_by_plain_world(plain), engine.now_ms
         assert sorted(happened) == sorted(plain.events)
-    assert {name: int(counts[0]) for name, counts in engine.counts().items()} == plainly_counted(plain)
+    assert {name: int(counts[0]) for name, counts in engine.counts().items()} == counts_of_plain_world(plain)
 
 
 def elsewhere(expression: str, **environment: str) -> object:
-    """What an expression of `worlds` gives in a Python of its own, as JSON."""
+    """The value of an expression of `worlds` in another Python process, as JSON."""
     script = f"import json; from support import worlds; print(json.dumps({expression}))"
     path = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
     command = [sys.executable, "-W", "ignore", "-c", script]
@@ -144,27 +144,27 @@ def elsewhere(expression: str, **environment: str) -> object:
     return json.loads(ran.stdout)
 
 
-def test_any_number_of_threads_finds_the_same_bits() -> None:
-    """One thread runs a large world whole, more than one run it in strips."""
+def test_any_number_of_threads_gives_the_same_bits() -> None:
+    """One thread steps a large world as a whole, several threads step it in strips."""
     by_threads = elsewhere("[worlds.large_and_many(threads) for threads in (1, 2, 3, 8)]", NUMBA_NUM_THREADS="8")
     assert by_threads == [by_threads[0]] * 4
     assert len(set(by_threads[0])) == 6
 
 
-def test_a_crowd_does_all_that_there_is() -> None:
-    """Else its digests would say little."""
+def test_the_crowd_meets_every_case() -> None:
+    """Otherwise its digests would prove little."""
     world = ran(crowd(20_000), 1600)
     counts = {name: int(values[0]) for name, values in world.counts().items()}
     assert {name for name, count in counts.items() if not count} <= {"deaf"}
     assert np.unique(world.snapshot().wheels).size >= 4
 
 
-def test_python_finds_the_same_integers_as_the_compiled_engine() -> None:
+def test_interpreted_and_compiled_kernels_give_the_same_bits() -> None:
     held = "worlds.digest(worlds.ran(worlds.crowd(12), 1200))"
     assert elsewhere(held, NUMBA_DISABLE_JIT="1") == digest(ran(crowd(12), 1200))
 
 
-def test_who_slips_goes_on_slipping_while_another_is_lifted() -> None:
+def test_slipping_cars_go_on_slipping_while_another_is_moved() -> None:
     places = [Pose(0, 0), Pose(0.2, 0.05), Pose(3, 3)]
     mat = replace(open_table(places, tick_ms=20), physics=Physics(wheel_noise=0.3))
     image = compile_program(Program([forward(3, speed=3)])).image
@@ -172,14 +172,14 @@ def test_who_slips_goes_on_slipping_while_another_is_lifted() -> None:
     engine, plain = World(mat, [image], events=True), PlainWorld(mat, [image], built_in_profile("classroom"), 0)
     for number in range(40):
         for world in (engine, plain):
-            world.move(2, Pose(0.05 + number * 0.005, 0.02))  # amid them, who push off as far as they can
+            world.move(2, Pose(0.05 + number * 0.005, 0.02))  # between them, where they are pushed as far as possible
             world.run(20)
-        assert shown(engine) == plainly_shown(plain), engine.now_ms
+        assert shown(engine) == shown_by_plain_world(plain), engine.now_ms
 
 
 @FEW
 @given(cases(tick_ms=20), st.data())
-def test_a_world_run_at_once_in_slices_by_ticks_or_beside_others_is_the_same(case: Case, data: st.DataObject) -> None:
+def test_a_run_is_the_same_at_once_in_slices_by_ticks_or_beside_other_worlds(case: Case, data: st.DataObject) -> None:
     duration_ms, seeds = 2000, [case.seed, 7, 8]
     once, sliced, stepped = (World(case.mat, case.images, case.profile, seeds=case.seed) for _ in range(3))
     beside = World(case.mat, case.images, case.profile, seeds=data.draw(st.permutations(seeds)))
@@ -193,7 +193,7 @@ def test_a_world_run_at_once_in_slices_by_ticks_or_beside_others_is_the_same(cas
     assert [*same, digest(beside, beside.seeds.tolist().index(case.seed))] == [same[0]] * 4
 
 
-def test_reset_begins_anew_with_the_same_seed_or_another() -> None:
+def test_reset_begins_again_with_the_same_seed_or_another() -> None:
     world = ran(crowd(60), 1600)
     first = digest(world)
     world.reset()
@@ -205,7 +205,7 @@ def test_reset_begins_anew_with_the_same_seed_or_another() -> None:
 
 
 def test_events_are_kept_however_many_there_are() -> None:
-    """Each car begins a state in each millisecond: twice there is no room, and more is made."""
+    """Each car begins a state in each millisecond, so the room for events has to grow twice."""
     mat = open_table([Pose(place, 0) for place in range(40)], tick_ms=20)
     mat = replace(mat, starts=replace(mat.starts, leads=np.ones(40, bool)))
     two_idle_states = bytes.fromhex("02000000 40000000 40000000")
@@ -223,8 +223,8 @@ def test_events_are_kept_however_many_there_are() -> None:
     assert not len(told.take_events())
 
 
-def test_a_burst_of_events_loses_no_driver_his_car() -> None:
-    """Where there is no room for events a while is simulated again, and by then the cars stood in another order."""
+def test_driven_cars_stay_driven_when_the_room_for_events_grows() -> None:
+    """When the room for events is too small, a slice runs again, after the cars were sorted in another order."""
     dice = np.random.RandomState(3)
     poses = [Pose(*map(float, each)) for each in dice.random_sample((60, 3)) * (3, 3, math.tau)]
     mat = open_table(poses, tick_ms=20)

@@ -1,4 +1,4 @@
-"""Plane geometry against the schoolbook's: angles, and points tried one by one."""
+"""Compare plane geometry with the definitions: angles, and many points of each figure."""
 
 import math
 from fractions import Fraction
@@ -26,7 +26,7 @@ from motorcade.engine.geometry import (
     to_heading,
 )
 
-# µm, as in the simulator: whole ones, within a mat of 20 m.
+# Whole µm, as in the simulator, within a mat of 20 m.
 LENGTH = st.integers(-10_000_000, 10_000_000).map(float)
 POINT = st.tuples(LENGTH, LENGTH)
 RADIUS = st.integers(1, 2_000_000).map(float)
@@ -39,7 +39,7 @@ def way(a: tuple[float, float], b: tuple[float, float]) -> float:
 
 
 def from_segment(point: tuple[float, float], a: tuple[float, float], b: tuple[float, float]) -> float:
-    """How far a point is from a segment: from an end, or where it looks square onto it by the sine of an angle."""
+    """The distance of a point from a segment: from an end, or by the sine of an angle where it stands beside it."""
     at_a = math.atan2(point[1] - a[1], point[0] - a[0]) - math.atan2(b[1] - a[1], b[0] - a[0])
     at_b = math.atan2(point[1] - b[1], point[0] - b[0]) - math.atan2(a[1] - b[1], a[0] - b[0])
     if math.cos(at_a) <= 0 or math.cos(at_b) <= 0:
@@ -69,7 +69,7 @@ def test_quarters_of_a_turn_are_exact() -> None:
 
 @given(POINT, POINT, POINT)
 @example((3.0, 4.0), (0.0, 0.0), (0.0, 0.0))
-def test_the_nearest_point_of_a_segment_is_on_it_and_none_of_it_is_nearer(
+def test_no_point_of_a_segment_is_nearer_than_the_nearest_point(
     point: tuple[float, float], a: tuple[float, float], b: tuple[float, float]
 ) -> None:
     nearest = nearest_of_segment(*point, *a, *b)
@@ -84,7 +84,7 @@ def test_the_nearest_point_of_a_segment_is_on_it_and_none_of_it_is_nearer(
 @example((0.0, 0.0), (10.0, 0.0), (13.0, 0.0), 4.0)
 @example((0.0, 0.0), (10.0, 0.0), (-3.0, 0.0), 4.0)
 @example((0.0, 0.0), (0.0, 0.0), (3.0, 0.0), 4.0)
-def test_a_disc_shades_what_passes_nearer_than_its_radius(
+def test_a_disc_shades_lines_that_pass_nearer_than_its_radius(
     a: tuple[float, float], b: tuple[float, float], disc: tuple[float, float], radius: float
 ) -> None:
     away = way(disc, a) if a == b else from_segment(disc, a, b)
@@ -149,7 +149,7 @@ def test_a_wall_is_seen_where_it_is_within_the_cone_and_nearest(
 
 
 @pytest.mark.parametrize("which", ["seed", "number", "moment"])
-def test_each_bit_of_a_draw_is_even_whatever_is_counted_up(which: str) -> None:
+def test_each_bit_of_a_draw_is_one_half_of_the_time(which: str) -> None:
     at = {"seed": 5, "number": 6, "moment": 7}
     draws = np.array([mix(**{**at, which: count}) for count in range(20_000)], np.uint64)
     ones = (draws[:, None] >> np.arange(32, dtype=np.uint64) & 1).mean(axis=0)

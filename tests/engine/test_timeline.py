@@ -1,6 +1,6 @@
-"""A car does what the blocks say, when they say it: simulated cars against an oracle of the blocks' meaning.
+"""Cars do what the blocks say, when they say it: compare simulated cars with an oracle of the blocks' meaning.
 
-What they show in each millisecond is seen in the plain world; test_engine.py shows that the engine does the same.
+The plain world shows what the cars do in each millisecond; test_engine.py proves that the engine does the same.
 """
 
 from dataclasses import replace
@@ -21,7 +21,7 @@ from support.timelines import DARK, STILL, Moment, agrees, length_ms, moments, u
 PROFILES = st.sampled_from([BRISK, BRISK, CLASSROOM])
 LONGEST_MS = 15_000
 STATE, START = KINDS.index("state"), KINDS.index("start")
-# What takes a tenth of a second is tried on a third of the cases.
+# A case that takes a tenth of a second runs with a third of the examples.
 SLOW = settings(max_examples=settings().max_examples // 3)
 
 
@@ -35,19 +35,19 @@ def leader_cases(draw: st.DrawFn) -> tuple[Program, Profile]:
 
 
 def table(*poses: Pose) -> Mat:
-    """Nothing but cars, which neither touch nor shade one another."""
+    """A table with only cars, which neither touch nor shade one another."""
     return replace(open_table(poses), physics=Physics(collisions=False, line_of_sight=False))
 
 
-def told(world: World, duration_ms: int, car: int, kind: int) -> list[tuple[int, int, int]]:
-    """Time, word and other of a car's events of one kind."""
+def events_of(world: World, duration_ms: int, car: int, kind: int) -> list[tuple[int, int, int]]:
+    """Run the world; gives time, word and other of a car's events of one kind."""
     world.run(duration_ms)
     events = world.take_events()
     return events[(events["car"] == car) & (events["kind"] == kind)][["t_ms", "word", "other"]].tolist()
 
 
 class Follower:
-    """One follower on a clean channel: far from what it could run into, its leader at rest, always in range."""
+    """One follower without disturbances: far from all bodies, its leader at rest and always in range."""
 
     def __init__(self, program: Program, usual: Profile):
         profile = replace(usual, infrared=replace(usual.infrared, range_mm=1_000_000))
@@ -63,15 +63,15 @@ class Follower:
         self.place = table(Pose(0, 0), Pose(100, 0)), [compiled.image], profile
 
     def shown(self, duration_ms: int) -> list[Moment]:
-        """What it shows in each millisecond."""
+        """What the follower does in each millisecond."""
         return watch(PlainWorld(*self.place), 1, duration_ms)
 
     def starts(self, duration_ms: int) -> list[tuple[int, int]]:
-        """When it began each word, and which."""
-        return [(t_ms, word) for t_ms, word, _ in told(World(*self.place, events=True), duration_ms, 1, START)]
+        """When it began each word, and the word."""
+        return [(t_ms, word) for t_ms, word, _ in events_of(World(*self.place, events=True), duration_ms, 1, START)]
 
     def said_at(self, at_ms: int) -> Moment:
-        """What the blocks say at ``at_ms`` of the leader's clock, which the follower can't know before it begins."""
+        """What the blocks say at ``at_ms`` of the leader's clock; nothing before 0."""
         return self.said[at_ms % len(self.said)] if at_ms >= 0 else (STILL, DARK)
 
 
@@ -83,12 +83,12 @@ def followers(draw: st.DrawFn, deaf: bool = False) -> Follower:
     row = draw(rows(sums(usual, least=1), most=2 if deaf else 4, least=1, **settings))
     if deaf:
         row += draw(st.permutations([led(0, level_s), led(1, level_s, accept_ir=False)]))
-    # A round that ends as it begins is the one place where a word could follow itself across rounds.
+    # In a round whose first and last words are equal, a word follows itself across rounds.
     return Follower(Program([], row + draw(st.sampled_from([[], row[:1]]))), usual)
 
 
 @given(leader_cases())
-def test_leader_shows_in_each_millisecond_what_its_blocks_say(case: tuple[Program, Profile]) -> None:
+def test_a_leader_does_in_each_millisecond_what_its_blocks_say(case: tuple[Program, Profile]) -> None:
     program, profile = case
     said = moments(program.leader, profile.idle_state_ms)
     world = PlainWorld(table(Pose(0, 0)), [compile_program(program, profile).image], profile)
@@ -99,7 +99,7 @@ def test_leader_shows_in_each_millisecond_what_its_blocks_say(case: tuple[Progra
 
 
 @given(leader_cases())
-def test_leader_begins_a_state_of_each_step_where_the_step_begins(case: tuple[Program, Profile]) -> None:
+def test_a_leader_begins_a_state_when_each_step_begins(case: tuple[Program, Profile]) -> None:
     program, profile = case
     steps = list(unrolled(program.leader, "leader"))
     compiled = compile_program(program, profile)
@@ -108,14 +108,14 @@ def test_leader_begins_a_state_of_each_step_where_the_step_begins(case: tuple[Pr
     for path, step in steps + steps:
         begins.add((at_ms, path))
         at_ms += length_ms(step, profile.idle_state_ms)
-    states = [(t_ms, compiled.origins[1 + index][0]) for t_ms, _, index in told(world, at_ms, 0, STATE)]
+    states = [(t_ms, compiled.origins[1 + index][0]) for t_ms, _, index in events_of(world, at_ms, 0, STATE)]
     assert begins <= set(states)
     assert len(states) == 2 * compiled.leader_states
 
 
 @SLOW
 @given(followers())
-def test_follower_takes_each_word_within_a_frame_and_a_gap(car: Follower) -> None:
+def test_a_follower_takes_each_word_within_a_frame_and_a_gap(car: Follower) -> None:
     assume(len(car.words) > 1)
     starts = car.starts(2 * car.round_ms)
     assert [word for _, word in starts] == [*car.words, *car.words]
@@ -127,13 +127,13 @@ def test_follower_takes_each_word_within_a_frame_and_a_gap(car: Follower) -> Non
 
 
 def assert_follows(car: Follower, late_ms: int = 0) -> None:
-    """The car shows what the blocks say, a frame's air time later and at most a frame and a gap after that.
+    """Check that the car does what the blocks say, one frame later and at most another frame and a gap after that.
 
-    Where one word ends and the next has not been taken it may stand still for so long.
+    Between the end of a word and the next word it may stand still for so long.
     """
     first_ms, last_ms = min(car.air_ms), 2 * max(car.air_ms) + car.gap_ms + late_ms
     for at_ms, (wheels, lit) in enumerate(car.shown(2 * car.round_ms)):
-        # No block is shorter than 50 ms, so none is passed over.
+        # No block is shorter than 50 ms, so none is skipped.
         said = [car.said_at(then_ms) for then_ms in (*range(at_ms - last_ms, at_ms - first_ms, 50), at_ms - first_ms)]
         if (at_ms - last_ms) // car.dwell_ms != (at_ms - first_ms) // car.dwell_ms:
             said.append((STILL, DARK))
@@ -143,7 +143,7 @@ def assert_follows(car: Follower, late_ms: int = 0) -> None:
 
 @SLOW
 @given(followers())
-def test_follower_shows_what_its_blocks_say(car: Follower) -> None:
+def test_a_follower_does_what_its_blocks_say(car: Follower) -> None:
     assume(len(car.words) > 1)
     assert_follows(car)
 
@@ -161,7 +161,7 @@ def test_each_deaf_word_in_a_row_costs_at_most_one_more_frame_and_gap(car: Follo
 
 @SLOW
 @given(st.data())
-def test_a_single_word_begins_anew_within_a_frame_and_a_gap(data: st.DataObject) -> None:
+def test_a_single_word_begins_again_within_a_frame_and_a_gap(data: st.DataObject) -> None:
     usual = data.draw(PROFILES)
     seconds = st.sampled_from(usual.durations_ms[1:]).map(lambda level: level / 1000)
     car = Follower(Program([], [data.draw(single_steps(seconds) | togethers(seconds))]), usual)

@@ -1,4 +1,4 @@
-"""What a world is, and what it refuses."""
+"""Making and changing worlds, and what they refuse."""
 
 import math
 from dataclasses import replace
@@ -25,7 +25,7 @@ def test_each_leader_runs_its_own_program() -> None:
 def test_a_hundred_thousand_cars_take_at_most_128_bytes_each() -> None:
     place = np.arange(100_000)
     starts = Starts(place % 316 * 0.7, place // 316 * 0.7, place * 0.1, place % 100 == 0)
-    cars = World(Mat(name="hall", starts=starts, tick_ms=20), [compile_program(Program([wait(1)], [led(0, 1)])).image])
+    cars = World(Mat(name="large", starts=starts, tick_ms=20), [compile_program(Program([wait(1)], [led(0, 1)])).image])
     assert cars.nbytes / cars.cars <= 128
 
 
@@ -38,18 +38,18 @@ def test_a_hundred_thousand_cars_take_at_most_128_bytes_each() -> None:
         ({"tick_ms": 50}, 1, "smaller tick_ms"),
     ],
 )
-def test_what_cannot_be_a_world_is_refused_in_a_sentence(change: dict, images: int, says: str) -> None:
+def test_an_impossible_world_is_refused(change: dict, images: int, says: str) -> None:
     mat = replace(open_table([Pose(0, 0)]), **change)
     with pytest.raises(MotorcadeError, match=says):
         World(mat, [compile_program(Program([wait(1)], None)).image] * images)
 
 
-def test_a_world_that_no_memory_holds_is_refused_before_it_is_made() -> None:
+def test_a_world_that_exceeds_the_memory_is_refused() -> None:
     with pytest.raises(MotorcadeError, match="GB of memory"):
         World(open_table([Pose(0, 0)]), [compile_program(Program([wait(1)], None)).image], seeds=range(1 << 31))
 
 
-def test_a_moved_car_hears_and_touches_from_its_new_place_at_once() -> None:
+def test_a_moved_car_receives_and_touches_at_its_new_place_at_once() -> None:
     cars = table([wait(1)], [led(1, 1)], [Pose(0, 0), Pose(3, 0), Pose(3, 1)])
     assert hearers(cars, 500) == set()
     cars.move(1, Pose(0.5, 0))
@@ -59,7 +59,7 @@ def test_a_moved_car_hears_and_touches_from_its_new_place_at_once() -> None:
     assert counted(cars)["touching_ms"] == 2 * cars.tick_ms
 
 
-def test_a_car_goes_on_from_its_new_place_as_it_looks_there() -> None:
+def test_a_moved_car_drives_along_its_new_heading() -> None:
     cars = leaders([forward(3, speed=3)], [Pose(0, 0)])
     cars.run(500)
     cars.move(0, Pose(5, 5, math.pi / 2))
@@ -79,7 +79,7 @@ def test_a_new_wall_shades_infrared_from_the_next_tick() -> None:
     assert hearers(cars, 1000) == set()
 
 
-def test_infrared_reaches_as_far_as_a_furnished_world_says() -> None:
+def test_furnish_changes_the_range_of_infrared() -> None:
     cars = table([wait(1)], [led(1, 1)], [Pose(0, 0), Pose(1.5, 0)])
     assert hearers(cars, 500) == set()
     cars.furnish(cars.mat, range_mm=1600)
@@ -88,7 +88,7 @@ def test_infrared_reaches_as_far_as_a_furnished_world_says() -> None:
     assert cars.profile.infrared.range_mm == 1600
 
 
-def test_a_driving_car_meets_an_obstacle_that_is_put_before_it() -> None:
+def test_a_driving_car_stops_at_a_new_obstacle() -> None:
     cars = leaders([forward(3, speed=3)], [Pose(0, 0)])
     cars.run(500)
     cars.furnish(replace(cars.mat, discs=((0.5, 0, 0.1),)))
@@ -97,7 +97,7 @@ def test_a_driving_car_meets_an_obstacle_that_is_put_before_it() -> None:
 
 
 @pytest.mark.parametrize("count", [20, 60])
-def test_a_world_furnished_before_anything_happened_is_as_one_that_was_built_so(count: int) -> None:
+def test_furnishing_before_the_first_tick_equals_building_the_world_so(count: int) -> None:
     furnished = crowd(count)
     bare = Mat("bare", furnished.starts, furnished.tick_ms)
     built, changed = (World(mat, [ROAMING], seeds=5) for mat in (furnished, bare))
@@ -119,13 +119,13 @@ def test_a_moved_car_is_found_among_many() -> None:
     ("car", "pose", "says"),
     [(2, Pose(0, 0), "0 to 1"), (-1, Pose(0, 0), "no car -1"), (0, Pose(math.nan, 0), "nan"), (0, Pose(0, 3000), "m")],
 )
-def test_a_car_or_a_place_that_there_is_not_is_refused(car: int, pose: Pose, says: str) -> None:
+def test_unknown_cars_and_places_are_refused(car: int, pose: Pose, says: str) -> None:
     cars = table([wait(1)], None, [Pose(0, 0), Pose(1, 0)])
     with pytest.raises(MotorcadeError, match=says):
         cars.move(car, pose)
 
 
-def test_what_cannot_be_furnished_leaves_all_as_it_was() -> None:
+def test_an_impossible_mat_changes_nothing() -> None:
     small = replace(CLASSROOM, body=replace(CLASSROOM.body, diameter_mm=80))
     cars = leaders([wait(1)], [Pose(0, 0)], small, tick_ms=40)
     before = cars.mat, cars.profile

@@ -1,9 +1,8 @@
-"""Drives the portable files through random steps and prints a running CRC-32 of all that they answer.
+"""Run the portable files through random steps and print a running CRC-32 of all their results.
 
-Portable itself: CPython and MicroPython run this file with the same seed, and
-so does CPython with the brain that the simulator compiles. All must print the
-same lines (test_conformance.py). To find the step where they part, run them
-with 1 for EVERY: ``python conformance.py SEED STEPS EVERY``,
+Portable itself: CPython and MicroPython run this file with the same seed, and CPython also runs it with the brain that
+the simulator compiles. All must print the same lines (test_conformance.py). To find the first step in which they
+differ, run them with 1 for EVERY: ``python conformance.py SEED STEPS EVERY``,
 ``node run_micropython.mjs conformance SEED STEPS EVERY``, ``python run_compiled.py SEED STEPS EVERY``.
 """
 
@@ -28,14 +27,14 @@ from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 from motorcade.words.upload import CHECK, READBACK_REQUEST, CarEnd, ReadbackEnd, UploaderEnd
 
 STEPS_OF_A_PAIR = 50
-# Profiles, in the order of make_levels: the built-in one, and one whose times fall on no round number.
+# Profiles, in the order of make_levels: the built-in one, and one whose times are no round numbers.
 CLASSROOM = make_levels(
     (0, 1000, 2000, 3000), tuple(range(1000, 9000, 1000)), (100, 200, 300, 400), 100, 560, 5, 250, 6
 )
 HASTY = make_levels(
     (0, 130, 999, 1501), (90, 170, 333, 500, 701, 1200, 1999, 4001), (1, 150, 151, 499), 37, 500, 0, 40, 2
 )
-# From, to: nothing, one millisecond, a busy loop's few, a slow loop's many, just on time, and late by whole states.
+# From, to: 0 and 1 ms, the period of a fast loop and of a slow one, just on time, and late by whole states.
 ADVANCES_MS = ((0, 0), (1, 1), (2, 12), (2, 12), (10, 60), (50, 300), (500, 500), (300, 1100), (1000, 9000))
 DIRECTIONS = ("forward", "left", "right")
 NOTED = {
@@ -48,7 +47,7 @@ NOTED = {
 
 
 def total_names():
-    """All that a run must have met at least once."""
+    """The cases that a run must meet at least once."""
     names = ["clock wrapped", "states begun", "several states in a tick", "words begun", "words over", "frames heard"]
     names += ["lost: parity", "lost: reserved", "lost: deaf", "frames sent by leaders", "frames sent by followers"]
     names += ["wheels still", "wheels forward", "wheels left", "wheels right", "led off", "led on"]
@@ -70,7 +69,7 @@ def total_names():
 
 
 class Record:
-    """All answers so far as one CRC-32, and how often each of the totals was met."""
+    """All results so far as one CRC-32, and how often each case was met."""
 
     def __init__(self):
         self.crc = 0
@@ -87,7 +86,7 @@ class Record:
 
 
 class ScriptedBoard(Board):
-    """Draws whatever the car reads and records whatever the car does."""
+    """Draw all that the car reads, and record all that the car does."""
 
     def __init__(self, random, record, levels, is_leader):
         self.number = random.bits()
@@ -173,7 +172,7 @@ class ScriptedBoard(Board):
 
 
 class Pair:
-    """A leader and a follower, switched on at one moment, often shortly before the clock wraps."""
+    """A leader and a follower, switched on at the same time, often shortly before the clock wraps."""
 
     def __init__(self, random, record):
         self._random = random
@@ -267,7 +266,7 @@ def told(detail):
 
 
 def step_upload(random, record):
-    """Both ends of an upload, on a line that damages some of the bytes."""
+    """Both ends of an upload, on a line that damages some bytes."""
     image = draw_image(random)
     uploader, car_end = UploaderEnd(image, not random.one_in(8)), CarEnd()
     if random.one_in(2):
@@ -288,7 +287,7 @@ def step_upload(random, record):
 
 
 def step_readback(random, record):
-    """A readback in two pieces; some cars answer with nothing, an error or no image."""
+    """A readback in two pieces; some cars answer nothing, an error or no image."""
     reader = ReadbackEnd(0)
     answer = draw_image(random)
     if random.one_in(4):
@@ -303,7 +302,7 @@ def step_readback(random, record):
 
 
 def step_infrared(random, record, receiver):
-    """One frame into a receiver that keeps what the frames before it left there."""
+    """One frame into a receiver that keeps the state that earlier frames left."""
     frame = to_frame(random.bits())
     unit_us = random.pick((500, 560, 620))
     durations_us = frame_durations_us(frame, unit_us)
@@ -326,7 +325,7 @@ def step_infrared(random, record, receiver):
 
 
 def lines(seed, steps, every):
-    """What a run prints, line by line: the CRC-32 every ``every`` steps, then the totals."""
+    """The lines that a run prints: the CRC-32 every ``every`` steps, then the totals."""
     random, record, receiver = Random(seed), Record(), FrameReceiver()
     record.add(*[fingerprint(word_format) for word_format in FORMATS])
     for step in range(steps):

@@ -1,4 +1,4 @@
-"""The random inputs of conformance.py: portable too, so that both interpreters draw the same ones."""
+"""The random inputs of conformance.py; portable, so that both interpreters draw the same inputs."""
 
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
@@ -6,7 +6,7 @@ from motorcade.words.infrared import to_frame
 
 
 class Random:
-    """32-bit xorshift, written here so that both interpreters draw the same inputs."""
+    """A 32-bit xorshift generator."""
 
     def __init__(self, seed):
         self._state = (seed + 1) * 0x9E3779B1 & 0xFFFFFFFF or 1
@@ -52,7 +52,7 @@ def draw_image(random):
 
 
 def draw_frame(random, held):
-    """What reaches a follower that holds the word ``held``."""
+    """A frame that reaches a follower which holds the word ``held``."""
     kind = random.below(6)
     if kind == 0:
         return to_frame(held)

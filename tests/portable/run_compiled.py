@@ -1,4 +1,4 @@
-"""Runs conformance.py with the brain as the simulator compiles it: ``python run_compiled.py SEED STEPS EVERY``."""
+"""Run conformance.py with the brain that the simulator compiles: ``python run_compiled.py SEED STEPS EVERY``."""
 
 import sys
 from collections.abc import Callable
@@ -8,7 +8,7 @@ from typing import Any
 import conformance
 import numpy as np
 
-from motorcade.car import brain, loop
+from motorcade.car import brain, loop, step
 from motorcade.car import next_wakeup as rest
 from motorcade.engine.native import compiled
 
@@ -19,7 +19,7 @@ HEAR_VOICE, LOOKS, WHEELS, LED, WORD_REST = range(10, 15)
 
 def _kernel(fingerprint: str) -> Callable[..., int]:
     def call(which: int, memory: Any, images: Any, first: int, second: int, now: int, levels: Any) -> int:
-        """One of the brain's functions, on arrays of the simulator's kinds."""
+        """Call one of the brain's functions with arrays as the simulator has them."""
         _ = fingerprint
         s, image = memory[:, 0], images[0]
         if which == SWITCH_ON:
@@ -58,7 +58,7 @@ def _kernel(fingerprint: str) -> Callable[..., int]:
 
 
 class CompiledBrain:
-    """What stands where a car looks for `motorcade.car.brain` and `motorcade.car.next_wakeup`."""
+    """A replacement for `motorcade.car.brain` and `motorcade.car.next_wakeup`."""
 
     def __init__(self) -> None:
         self._call = compiled(_kernel, (Path(__file__),), parallel=False)
@@ -120,6 +120,6 @@ class CompiledBrain:
 
 
 if __name__ == "__main__":
-    loop.brain = conformance.brain = conformance.rest = CompiledBrain()
+    step.brain = loop.brain = conformance.brain = conformance.rest = CompiledBrain()
     for line in conformance.lines(*[int(argument) for argument in sys.argv[1:]]):
         print(line)

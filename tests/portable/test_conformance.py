@@ -1,4 +1,4 @@
-"""The portable files on CPython, on MicroPython and compiled: the same inputs, the same integers."""
+"""The portable files give the same integers on CPython, on MicroPython and compiled."""
 
 import ast
 import subprocess
@@ -33,14 +33,14 @@ def on_cpython() -> list[str]:
     return lines_of("conformance.py")
 
 
-def test_micropython_finds_the_same_integers(on_cpython: list[str], micropython_installed: None) -> None:
+def test_micropython_gives_the_same_integers(on_cpython: list[str], micropython_installed: None) -> None:
     command = [str(HERE / "run_micropython.mjs"), "conformance", *RUN]
     done = node(command, return_completed_process=True, capture_output=True, encoding="utf-8")
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines() == on_cpython
 
 
-def test_the_compiled_brain_finds_the_same_integers(on_cpython: list[str]) -> None:
+def test_the_compiled_brain_gives_the_same_integers(on_cpython: list[str]) -> None:
     assert lines_of("run_compiled.py") == on_cpython
 
 
@@ -52,7 +52,7 @@ def test_the_run_covers_every_case(on_cpython: list[str]) -> None:
 
 
 class WithoutTypes(ast.NodeTransformer):
-    """Drops what the type checker alone reads: annotations, and blocks under ``if MYPY``."""
+    """Remove what only the type checker reads: annotations, and blocks below ``if MYPY``."""
 
     def visit_If(self, node: ast.If) -> ast.AST | None:
         if isinstance(node.test, ast.Name) and node.test.id == "MYPY":
@@ -85,8 +85,8 @@ def imports_of(syntax: list[ast.AST]) -> set[str]:
     return imported
 
 
-def modules_of(room: str, files: list[Path]) -> set[str]:
-    return {f"motorcade.{room}"} | {f"motorcade.{room}.{path.stem}" for path in files}
+def modules_of(package: str, files: list[Path]) -> set[str]:
+    return {f"motorcade.{package}"} | {f"motorcade.{package}.{path.stem}" for path in files}
 
 
 OF_WORDS = modules_of("words", WORDS) | {"motorcade.errors", "sys", "struct", "binascii", "collections"}
@@ -118,7 +118,7 @@ ALLOCATES = (ast.List, ast.Tuple, ast.Dict, ast.Set, ast.ListComp, ast.SetComp, 
 
 
 def faults_of(source: str) -> Iterator[str]:
-    """All in ``source`` that is more than plain functions of integers."""
+    """Everything in ``source`` that is more than plain functions of integers."""
     syntax = syntax_of(source)
     yield from imports_of(syntax) - modules_of("words", WORDS)
     functions = [found for found in syntax if isinstance(found, ast.FunctionDef)]
@@ -129,7 +129,7 @@ def faults_of(source: str) -> Iterator[str]:
             yield type(found).__name__
         if isinstance(found, ast.Constant) and isinstance(found.value, float):
             yield repr(found.value)
-    # A function that it neither has nor imports would bring a clock, input or output, or allocate.
+    # A function that it neither defines nor imports could read a clock, do input or output, or allocate.
     for call in [found for function in functions for found in ast.walk(function) if isinstance(found, ast.Call)]:
         if ast.unparse(call.func) not in known:
             yield ast.unparse(call.func)
@@ -139,7 +139,7 @@ def test_the_brain_is_plain_functions_of_integers() -> None:
     assert list(faults_of((SOURCE / "car" / "brain.py").read_text(encoding="utf-8"))) == []
 
 
-def test_the_next_wakeup_is_computed_by_plain_functions_of_the_brain() -> None:
+def test_next_wakeup_is_plain_functions_that_call_only_the_brain() -> None:
     of_the_brain = {"motorcade.car"} | {f"brain.{name}" for name in vars(brain)}
     assert set(faults_of((SOURCE / "car" / "next_wakeup.py").read_text(encoding="utf-8"))) <= of_the_brain
 

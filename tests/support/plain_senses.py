@@ -1,4 +1,4 @@
-"""What a car of the plain world senses: an obstacle, a person, a voice; everything in it is looked at each time."""
+"""What a car of the plain world senses: an obstacle, a person, a voice; it checks everything in the world each time."""
 
 import math
 from itertools import pairwise

@@ -1,7 +1,7 @@
-"""The world of the engine once more, plainly: the loop of a real car on simulated boards, everyone against everyone.
+"""A second, simple implementation of the engine's world: the loop of a real car on simulated boards, all pairs checked.
 
-Slow, and the oracle for `motorcade.engine.kernels`: it shares with it the brain, the figures of the layout
-and plane geometry, and none of its ways to be fast.
+It is slow, and it is the oracle for `motorcade.engine.kernels`: both share the brain, the step, the figures of the
+layout and plane geometry, but none of the methods that make the kernels fast.
 """
 
 import math
@@ -33,7 +33,7 @@ BY_COLLISION, BY_SENDING = "collision", "sending"
 
 @dataclass
 class Frame:
-    """A frame on the air; ``alive`` holds the receivers that can still make it out, ``reaches`` all and how far."""
+    """A frame on the air; ``alive`` are the cars that can still receive it, ``reaches`` all with their distances."""
 
     sender: int
     bits: int
@@ -99,11 +99,11 @@ class PlainBoard(Board):
             other = int(detail)
         elif kind in ("heard", "lost"):
             why, other = str(detail) if kind == "lost" else "", self.senders[0]
-        self._world.tell(at_ms, self.index, kind, why, word, other)
+        self._world.record(at_ms, self.index, kind, why, word, other)
 
 
 class PlainWorld:
-    """One world of plainly stepped cars."""
+    """One world of cars."""
 
     def __init__(self, mat: Mat, images: list[bytes], profile: Profile, seed: int = 0):
         self.mat, self.images, self.profile, self.seed = mat, images, profile, seed
@@ -131,7 +131,7 @@ class PlainWorld:
     def now_ms(self) -> int:
         return self.tick * self.mat.tick_ms
 
-    def tell(self, at_ms: int, car: int, kind: str, why: str, word: int, other: int) -> None:
+    def record(self, at_ms: int, car: int, kind: str, why: str, word: int, other: int) -> None:
         self.events.append((at_ms, car, KINDS.index(kind), LOSS_REASONS.index(why), word, other))
 
     def run(self, duration_ms: int) -> None:
@@ -161,7 +161,7 @@ class PlainWorld:
         slip = math.atan(steered / 2)
         turn = way * math.cos(slip) * steered / (self.profile.body.wheel_base_mm * 1000)
         parts = way * math.cos(slip) * 4096, way * math.sin(slip) * 4096, turn / math.tau * FULL_TURN
-        # A hair more before it is cut off, as sines and tangents are rounded differently.
+        # Slightly more before truncation, because sines and tangents are rounded differently.
         ahead, aside = (math.trunc(part + math.copysign(1e-6, part)) for part in parts[:2])
         self.driven[car] = (ahead, aside, round(parts[2]))
 
@@ -227,7 +227,7 @@ class PlainWorld:
 
     def _lose(self, frame: Frame, receiver: int, why: str) -> None:
         frame.alive.discard(receiver)
-        self.tell(self.now_ms, receiver, "lost", why, frame.bits, frame.sender)
+        self.record(self.now_ms, receiver, "lost", why, frame.bits, frame.sender)
 
     def _spread(self, frame: Frame) -> None:
         self.on_air.append(frame)
@@ -255,7 +255,7 @@ class PlainWorld:
             frame.reaches[receiver] = distance
 
     def _sends_soon(self, car: int) -> bool:
-        """Whether the car sends, or begins to in this very tick."""
+        """Whether the car sends, or begins to send in this tick."""
         return any(frame.sender == car for frame in (*self.on_air, *self.begun))
 
     def _beats(self, distance: int, other: int) -> bool:
@@ -264,7 +264,7 @@ class PlainWorld:
         return other * other >= self.rules.capture * distance * distance
 
     def _reaches(self, sender: int, receiver: int) -> int | None:
-        """How far a frame of ``sender`` goes to ``receiver``; None where it doesn't arrive."""
+        """The distance that a frame of ``sender`` travels to ``receiver``; None where it doesn't arrive."""
         dx, dy = self.x[receiver] - self.x[sender], self.y[receiver] - self.y[sender]
         distance = math.sqrt(dx * dx + dy * dy)
         if dx * dx + dy * dy > self.rules.range**2:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from motorcade.engine.moment import Moment
+from motorcade.engine.state import Moment
 from motorcade.engine.world import World
 from motorcade.mats import Mat, Person, Physics, Pose, Starts, formation
 from motorcade.program.compiler import compile_program

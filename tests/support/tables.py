@@ -1,4 +1,4 @@
-"""Worlds of a few cars on a table, and what they tell, for the tests of the simulator."""
+"""Worlds of a few cars on a table, and their events, for the tests of the simulator."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,12 +19,12 @@ LEFT, RIGHT_FAST, FORWARD_FAST = 1 * 4 + 2, 2 * 4 + 3, 3
 def world(
     mat: Mat, leader: list[Step], followers: Followers | list[Step] | None = None, profile: Profile = CLASSROOM
 ) -> World:
-    """Cars on a mat, whose leaders run one program."""
+    """A world of cars whose leaders run one program."""
     return World(mat, [compile_program(Program(leader, followers)).image], profile, events=True)
 
 
 def table(leader: list[Step], followers: Followers | list[Step] | None, poses: Sequence[Pose], **more: object) -> World:
-    """Cars on a table, the first of them leading; ``more`` changes the table."""
+    """Cars on a table, of which the first leads; ``more`` changes the table."""
     return world(replace(open_table(poses), **more), leader, followers)
 
 
@@ -33,8 +33,8 @@ def leaders(steps: list[Step], poses: Sequence[Pose], profile: Profile = CLASSRO
     return world(Mat("leaders", Starts.of(poses, [True] * len(poses)), **more), steps, None, profile)
 
 
-def told(cars: World, duration_ms: int, kind: str, car: int | None = None, why: str | None = None) -> np.ndarray:
-    """The events of a kind in the next while, of one car and for one reason where they are given."""
+def events_of(cars: World, duration_ms: int, kind: str, car: int | None = None, why: str | None = None) -> np.ndarray:
+    """Run the world; gives the events of a kind, of one car and for one reason if they are given."""
     cars.run(duration_ms)
     events = cars.take_events()
     wanted = (events["kind"] == KINDS.index(kind)) & ((events["car"] == car) | (car is None))
@@ -42,12 +42,12 @@ def told(cars: World, duration_ms: int, kind: str, car: int | None = None, why: 
 
 
 def hearers(cars: World, duration_ms: int) -> set[int]:
-    """The cars that hear a frame in the next while."""
-    return set(told(cars, duration_ms, "heard")["car"].tolist())
+    """Run the world; gives the cars that receive a frame."""
+    return set(events_of(cars, duration_ms, "heard")["car"].tolist())
 
 
 def wheels(cars: World, ticks: int, car: int = 0) -> list[int]:
-    """What the wheels of a car do after each tick."""
+    """The state of the wheels of a car after each tick."""
     shown = []
     for _ in range(ticks):
         cars.step()

@@ -1,4 +1,4 @@
-"""What a program's blocks say, written down from their meaning alone: the oracle for compiler and cars."""
+"""What the blocks of a program mean, written from their definition alone: the oracle for compiler and cars."""
 
 from collections.abc import Iterator, Sequence
 
@@ -9,12 +9,12 @@ STILL = (0, 0)
 DARK = 4
 RANDOM = DIRECTIONS.index("random")
 
-# What a car shows at one moment: (direction, speed level) of its wheels, and the LED that is lit.
+# What a car does at one moment: (direction, speed level) of its wheels, and the LED that is lit.
 Moment = tuple[tuple[int, int], int]
 
 
 def unrolled(steps: Sequence[Step], path: str) -> Iterator[tuple[str, Step]]:
-    """The steps in the order in which they are done, each with its place."""
+    """The steps in the order of execution, each with its place."""
     for position, step in enumerate(steps):
         place = f"{path}[{position}]"
         if isinstance(step, RepeatStep):
@@ -30,7 +30,7 @@ def length_ms(step: Step, idle_ms: int) -> int:
 
 
 def moments(steps: Sequence[Step], idle_ms: int) -> list[Moment]:
-    """What the blocks of one round say, millisecond by millisecond."""
+    """What the blocks of one round mean, millisecond by millisecond."""
     shown: list[Moment] = []
     for _, step in unrolled(steps, ""):
         drive = next((part for part in _parts(step) if isinstance(part, DriveStep) and part.speed), None)
@@ -44,7 +44,7 @@ def moments(steps: Sequence[Step], idle_ms: int) -> list[Moment]:
 
 
 def watch(world: PlainWorld, car: int, ticks: int) -> list[Moment]:
-    """What a car of the plain world, which is the engine's equal, shows in each tick."""
+    """What a car of the plain world does in each tick."""
     shown = []
     for _ in range(ticks):
         world.step()
@@ -54,7 +54,7 @@ def watch(world: PlainWorld, car: int, ticks: int) -> list[Moment]:
 
 
 def agrees(shown: tuple[int, int], said: tuple[int, int]) -> bool:
-    """Whether wheels do what a block says, of which a random direction may be any."""
+    """Whether the wheels do what a block says; a random direction may be any direction."""
     return shown == said or (said[0] == RANDOM and shown[1] == said[1] and shown[0] != RANDOM)
 
 

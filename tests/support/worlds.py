@@ -1,4 +1,4 @@
-"""Random worlds, and all that a world holds, for the tests of the engine."""
+"""Random worlds, and the contents of worlds, for the tests of the engine."""
 
 import hashlib
 import math
@@ -13,15 +13,15 @@ from motorcade.engine.world import World
 from motorcade.mats import Mat, Person, Physics, Pose, Starts, Voice
 from support.strategies import BRISK, images
 
-# Every body is larger than four ticks' way at these.
+# With these, every body is larger than the way of four ticks.
 TICKS_MS = (1, 4, 20)
-# So many ticks of the plain world, of some ten cars, take a tenth of a second.
+# The plain world with some ten cars takes a tenth of a second for these.
 DURATIONS_MS = {1: 1_000, 4: 2_400, 20: 8_000}
 
 
 @dataclass(frozen=True)
 class Case:
-    """What a world is made of."""
+    """The arguments of a world."""
 
     mat: Mat
     images: list[bytes]
@@ -31,7 +31,7 @@ class Case:
 
 @st.composite
 def cases(draw: st.DrawFn, tick_ms: int | None = None) -> Case:
-    """Any small world, crammed or wide, with any physics."""
+    """Any small world, crowded or wide, with any physics."""
     side_mm = draw(st.sampled_from([600, 1500, 4000]))
     length = st.integers(0, side_mm).map(lambda length_mm: length_mm / 1000)
     point = st.tuples(length, length)
@@ -57,7 +57,7 @@ def cases(draw: st.DrawFn, tick_ms: int | None = None) -> Case:
 
 @st.composite
 def paths(draw: st.DrawFn, point: st.SearchStrategy[tuple[float, float]]) -> tuple[tuple[float, float, float], ...]:
-    """A walk, or one place."""
+    """A path, or one place."""
     legs_ms = draw(st.lists(st.integers(1, 3000), max_size=3))
     return tuple((sum(legs_ms[:leg]) / 1000, *draw(point)) for leg in range(len(legs_ms) + 1))
 
@@ -81,7 +81,7 @@ def physics() -> st.SearchStrategy[Physics]:
 
 @st.composite
 def profiles(draw: st.DrawFn) -> Profile:
-    """Brisk cars, small or large, near- or far-sighted."""
+    """Fast cars, small or large, with short or long ranges."""
     body = replace(
         BRISK.body,
         diameter_mm=draw(st.sampled_from([150, 80, 301])),
@@ -95,7 +95,7 @@ def profiles(draw: st.DrawFn) -> Profile:
 
 
 def contents(world: World, which: int = 0) -> dict[str, np.ndarray]:
-    """All that one of the worlds holds, in the order of the cars' numbers."""
+    """All arrays and counts of one of the worlds, in the order of the cars' numbers."""
     part = slice(which * world.cars, (which + 1) * world.cars)
     state = world.state
     order = np.argsort(state.number[part])
@@ -106,7 +106,7 @@ def contents(world: World, which: int = 0) -> dict[str, np.ndarray]:
 
 
 def digest(world: World, which: int = 0) -> str:
-    """The same for two worlds that hold the same, to the last bit."""
+    """A digest of the contents: equal only for worlds that are equal to the last bit."""
     summed = hashlib.sha256()
     for name, values in contents(world, which).items():
         summed.update(name.encode() + np.ascontiguousarray(values).tobytes())
@@ -122,7 +122,7 @@ ROAMING = compile_program(
 
 
 def crowd(cars: int) -> Mat:
-    """A walled square full of cars, in which all that there is in a world happens."""
+    """A walled square full of cars, in which everything happens that can happen in a world."""
     side = math.ceil(math.sqrt(cars))
     dice = np.random.RandomState(1)
     x_m, y_m = (0.1 + 0.2 * places for places in (np.arange(cars) % side, np.arange(cars) // side))
@@ -142,7 +142,7 @@ def crowd(cars: int) -> Mat:
 
 
 def go(world: World, duration_ms: int) -> None:
-    """Let a while pass, in whose second half a leader amid the crowd is driven, and for a moment a follower too."""
+    """Run a world; in the second half somebody drives a leader amid the crowd, and for a while a follower too."""
     leader = 40 * (world.cars // 80)
     world.run(duration_ms // 2)
     for which in range(world.worlds):
@@ -155,13 +155,13 @@ def go(world: World, duration_ms: int) -> None:
 
 
 def ran(mat: Mat, duration_ms: int, seeds: int | list[int] = 5, **more: object) -> World:
-    """A world of roaming cars after a while."""
+    """A world of roaming cars that has run for ``duration_ms``."""
     world = World(mat, [ROAMING], seeds=seeds, **more)
     go(world, duration_ms)
     return world
 
 
 def large_and_many(threads: int) -> list[str]:
-    """What one large world and some small ones hold after a while, with so many threads."""
+    """The digests of one large world and some small ones after a run with ``threads`` threads."""
     many = ran(crowd(60), 1600, [5, 6, 7, 8, 9], threads=threads)
     return [digest(ran(crowd(20_000), 1600, threads=threads)), *(digest(many, which) for which in range(many.worlds))]

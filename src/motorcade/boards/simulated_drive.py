@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.car.drive_board import DriveBoard
-from motorcade.engine.moment import Moment
+from motorcade.engine.state import Moment
 from motorcade.engine.world import World, warm_up
 from motorcade.runs.recording import Description
 

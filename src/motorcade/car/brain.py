@@ -1,23 +1,21 @@
 """What a car does with a word: plain functions of integers, the same source on every target.
 
-CPython and MicroPython run this file, the simulator compiles it, and it
-translates to C line by line. So: no classes, no floats, no allocation, no clock
-and no input or output in here. Times are milliseconds that wrap
-(`motorcade.words.ticks`) and come in as arguments.
+CPython and MicroPython run this file, the simulator compiles it, and it translates to C line by line. Therefore it has
+no classes, no floats, no allocation, no clock, no input and no output. Times are arguments, in milliseconds that wrap
+(`motorcade.words.ticks`).
 
-Every function takes some of these:
+The functions take these arguments:
 
 ``s``
     the car's memory: SIZE unsigned integers below 2^32, at the indices below.
 ``image``
     the image's words, header first; ``(0,)`` for a car without a program.
 ``levels``
-    the profile's integers, at the indices below; made by `motorcade.car.board.make_levels`.
+    the profile's integers, at the indices below; `motorcade.car.board.make_levels` makes them.
 ``now``
     the clock's reading in ms.
 
-Source: seed 000, c1-c9, for the fields; the behaviour is the protocol's section
-"What a car does with a word".
+Source: seed 000, c1-c9, for the fields; the protocol's section "What a car does with a word" for the behaviour.
 """
 
 from motorcade.words.formats import CONTROL
@@ -33,14 +31,14 @@ STOPPED = 4  # 1 from a heard 'stop' to 'go'
 DRAWS = 5  # directions drawn so far in this word, for random forward
 HEADING = 6  # the direction drawn last
 RANDOM = 7  # the generator's state, never 0
-# A car leads or follows for as long as it is on, so the two share the places behind these.
+# A car leads or follows for as long as it is on, so leaders and followers share the following places.
 STATE = 8  # leader: which of its states
 SLOT = 9  # leader: which follower word it sends
 SLOT_STARTED_MS = 10  # leader: since when
 NEXT_FRAME_MS = 11  # leader: when the next frame is due
 QUIET_MS = 12  # leader: when its last frame and the gap behind it are over
 RELAYED = 13  # leader: 1 where followers pass words on
-RELAY = 8  # follower: what it does about passing its word on, one of the three below
+RELAY = 8  # follower: how far it is with passing its word on: BUSY, SENSING or WAITING
 RELAY_MS = 9  # follower: free since (SENSING), or sends at (WAITING)
 LOST_PARITY = 10  # follower: frames dropped for their parity
 LOST_RESERVED = 11  # follower: frames dropped for a reserved field
@@ -60,7 +58,7 @@ GAP_MS = 18
 RELAY_PERIOD_MS = 19
 SENSE_MS = 20
 
-# Directions, as in a control word; what a car does with its wheels is direction * 4 + speed level.
+# Directions as in a control word. The state of the wheels is direction * 4 + speed level.
 FORWARD = 0
 LEFT = 1
 RIGHT = 2
@@ -118,7 +116,7 @@ def avoid_ms(word: int, levels: tuple[int, ...]) -> int:
 
 
 def length_ms(word: int, levels: tuple[int, ...]) -> int:
-    """How long ``word`` lasts: its longest block, or the idle time where none has a duration."""
+    """How long ``word`` lasts: as long as its longest block, or the idle time where no block has a duration."""
     length = motor_ms(word, levels)
     other = led_ms(word, levels)
     if other > length:
@@ -146,7 +144,7 @@ def frame_ms(frame: int, levels: tuple[int, ...]) -> int:
 
 
 def switch_on(s: list[int], number: int, now: int) -> None:
-    """Forget everything; seed the generator with the car's own number, spread so that neighbours differ."""
+    """Clear the memory, and seed the generator with the car's own number, spread so that neighbours differ."""
     for i in range(SIZE):
         s[i] = 0
     s[QUIET_MS] = now
@@ -166,7 +164,7 @@ def draw(s: list[int]) -> int:
 
 
 def leader_start(s: list[int], image: tuple[int, ...], now: int) -> int:
-    """Begin a leader's program. 1 where a first state began with it, 0 for a leader without states."""
+    """Begin a leader's program. Gives 1 where its first state began, 0 for a leader without states."""
     leader_states = image[0] >> 24
     follower_words = image[0] >> 16 & 255
     s[RELAYED] = 0
@@ -186,10 +184,10 @@ def leader_start(s: list[int], image: tuple[int, ...], now: int) -> int:
 
 
 def leader_step(s: list[int], image: tuple[int, ...], now: int, levels: tuple[int, ...]) -> int:
-    """Go on to the next state if the present one's length is over: 1 then, else 0.
+    """Begin the next state if the length of the present one is over. Gives 1 then, else 0.
 
-    Call it until it gives 0: after a late tick several states may have ended.
-    Each begins exactly where the last one's length ended.
+    Call it until it gives 0: after a late tick several states may have ended. Each state begins exactly when the one
+    before it ended.
     """
     leader_states = image[0] >> 24
     if leader_states == 0:
@@ -204,7 +202,7 @@ def leader_step(s: list[int], image: tuple[int, ...], now: int, levels: tuple[in
 
 
 def leader_sends(s: list[int], image: tuple[int, ...], now: int, levels: tuple[int, ...]) -> int:
-    """1 where the leader begins a frame of its follower word ``s[SLOT]`` now, else 0."""
+    """Gives 1 where the leader begins a frame of its follower word ``s[SLOT]`` now, else 0."""
     follower_words = image[0] >> 16 & 255
     if follower_words == 0:
         return 0
@@ -229,7 +227,7 @@ def sent_word(s: list[int], image: tuple[int, ...]) -> int:
 
 
 def follower_step(s: list[int], now: int, levels: tuple[int, ...]) -> int:
-    """End the word that a follower runs if its length is over: 1 then, else 0."""
+    """End the word that a follower runs if its length is over. Gives 1 then, else 0."""
     if s[RUNNING] == 0:
         return 0
     length = length_ms(s[WORD], levels)
@@ -241,7 +239,7 @@ def follower_step(s: list[int], now: int, levels: tuple[int, ...]) -> int:
 
 
 def follower_hears(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -> int:
-    """Take a frame that ended now; call follower_step first. Gives what became of it, BEGUN to DEAF."""
+    """Take a frame that ended now; call follower_step first. Gives the result, BEGUN to DEAF."""
     if s[RUNNING] and s[WORD] >> _ACCEPT_IR_AT & 1 == 0:
         return DEAF
     if parity_is_even(frame) == 0:
@@ -263,7 +261,7 @@ def follower_hears(s: list[int], frame: int, now: int, levels: tuple[int, ...]) 
 
 
 def follower_sends(s: list[int], air_is_busy: int, now: int, levels: tuple[int, ...]) -> int:
-    """1 where a follower that passes its word on begins a frame of ``s[WORD]`` now, else 0.
+    """Gives 1 where a follower that passes its word on begins a frame of ``s[WORD]`` now, else 0.
 
     ``air_is_busy`` is 1 while the car senses a carrier or sends one itself.
     """
@@ -290,7 +288,7 @@ def follower_sends(s: list[int], air_is_busy: int, now: int, levels: tuple[int, 
 
 
 def hear_voice(s: list[int], voice: int) -> None:
-    """Take what the microphone heard; it counts only while a word that listens runs."""
+    """Take what the microphone heard; it has an effect only while a word runs that listens."""
     if s[RUNNING] and s[WORD] >> _VOICE_AT & 1:
         if voice == VOICE_STOP:
             s[STOPPED] = 1
@@ -299,7 +297,7 @@ def hear_voice(s: list[int], voice: int) -> None:
 
 
 def looks_mm(s: list[int], now: int, levels: tuple[int, ...]) -> int:
-    """How near an obstacle has to be to matter now; 0 while the car needn't look, and so needn't ping."""
+    """The distance below which an obstacle matters now; 0 while none does, so that the sensor can stay off."""
     word = s[WORD]
     running_ms = elapsed_ms(now, s[STARTED_MS])
     if s[RUNNING] == 0 or running_ms >= avoid_ms(word, levels) or running_ms >= motor_ms(word, levels):
@@ -310,10 +308,10 @@ def looks_mm(s: list[int], now: int, levels: tuple[int, ...]) -> int:
 
 
 def wheels(s: list[int], obstacle_mm: int, person: int, now: int, levels: tuple[int, ...]) -> int:
-    """What the wheels do now: direction * 4 + speed level, STILL for standing still.
+    """The state of the wheels now: direction * 4 + speed level, STILL for standing still.
 
-    ``obstacle_mm`` is the distance that the ultrasonic sensor measures, large
-    where it finds nothing or needn't look; ``person`` is 1 while the PIR sensor sees somebody.
+    ``obstacle_mm`` is the distance that the ultrasonic sensor measures, a large number where it finds nothing or is
+    off; ``person`` is 1 while the PIR sensor sees somebody.
     """
     word = s[WORD]
     speed = word >> _MOTOR_SPEED_AT & 3
@@ -353,10 +351,10 @@ def _begin(s: list[int], word: int, now: int) -> None:
 
 
 def _draw_headings(s: list[int], running_ms: int, levels: tuple[int, ...]) -> None:
-    """Make the draws that fell due in the first ``running_ms`` of the word.
+    """Make the draws that were due in the first ``running_ms`` of the word.
 
-    They are counted, not timed, so a car draws the same numbers however its
-    ticks fall, and whether or not it was standing still meanwhile.
+    Draws are counted, not timed, so a car draws the same numbers whenever its ticks happen, and whether or not it stood
+    still meanwhile.
     """
     word = s[WORD]
     if word >> _MOTOR_DIRECTION_AT & 3 != RANDOM_FORWARD:

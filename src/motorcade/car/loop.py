@@ -1,17 +1,17 @@
-"""The one loop that every car runs, real or simulated: read the board, ask the brain, set the board.
+"""The loop of every car with a board, real or simulated: serve the serial line, then do one step.
 
 Portable.
 """
 
-from motorcade.car import brain
+from motorcade.car import brain, step
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
 from motorcade.words.check import ready_line
 from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import to_frame
-from motorcade.words.ticks import later_ms
 from motorcade.words.upload import CANT_STORE, CHECK, IMAGE, NO_PROGRAM, READBACK, CarEnd, CarEvent, error_line
 
-_WHY_LOST = {brain.BAD_PARITY: "parity", brain.BAD_RESERVED: "reserved", brain.DEAF: "deaf"}
+_KINDS = ("state", "start", "over")  # at the indices of motorcade.car.step
+_LOSS_REASONS = {brain.BAD_PARITY: "parity", brain.BAD_RESERVED: "reserved", brain.DEAF: "deaf"}
 
 
 class Car:
@@ -28,24 +28,15 @@ class Car:
         self._wheels = brain.STILL
         self._led = brain.NO_LED
         self._is_on = False
+        self._now_ms = 0
 
     def tick(self) -> None:
         """Do all that is due at the board's present time."""
-        board = self.board
-        now = board.now_ms()
+        self._now_ms = now = self.board.now_ms()
         if not self._is_on:
             self._switch_on(now)
         self._serve_serial(now)
-        if board.is_leader:
-            while brain.leader_step(self.memory, self.image, now, board.levels):
-                self._note_state()
-        else:
-            self._follow(now)
-        voice = board.heard_voice()
-        if voice != brain.NO_VOICE:
-            brain.hear_voice(self.memory, voice)
-        self._act(now)
-        self._send(now)
+        step.step(self, now)
 
     def _switch_on(self, now: int) -> None:
         self._is_on = True
@@ -53,12 +44,8 @@ class Car:
         stored = self.board.load_image()
         if stored:
             self.image = bytes_to_words(stored)
-        if self.board.is_leader:
-            self._begin_program(now)
-
-    def _begin_program(self, now: int) -> None:
-        if brain.leader_start(self.memory, self.image, now):
-            self._note_state()
+        if self.leads:
+            step.begin_program(self, now)
 
     def _serve_serial(self, now: int) -> None:
         board = self.board
@@ -84,50 +71,59 @@ class Car:
         self.board.write_serial(event.answer)
         self.board.note("image", now, len(event.image), 0)
         self.image = bytes_to_words(event.image)
-        if self.board.is_leader:
-            self._begin_program(now)
+        if self.leads:
+            step.begin_program(self, now)
 
-    def _follow(self, now: int) -> None:
-        board, memory = self.board, self.memory
-        if brain.follower_step(memory, now, board.levels):
-            length = brain.length_ms(memory[brain.WORD], board.levels)
-            board.note("over", later_ms(memory[brain.STARTED_MS], length), memory[brain.WORD], 0)
-        for frame in board.received_frames():
-            result = brain.follower_hears(memory, frame, now, board.levels)
-            if result in _WHY_LOST:
-                board.note("lost", now, frame, _WHY_LOST[result])
-                continue
-            board.note("heard", now, frame & 0xFFFFFFFE, 0)
-            if result == brain.BEGUN:
-                board.note("start", now, memory[brain.WORD], 0)
+    # What motorcade.car.step asks for
 
-    def _act(self, now: int) -> None:
-        board, memory = self.board, self.memory
-        looks = brain.looks_mm(memory, now, board.levels)
-        obstacle_mm = board.obstacle_mm() if looks else NOTHING_IN_SIGHT_MM
-        wheels = brain.wheels(memory, obstacle_mm, board.sees_person(), now, board.levels)
+    @property
+    def leads(self) -> bool:
+        """Whether the car leads or follows."""
+        return self.board.is_leader
+
+    @property
+    def levels(self) -> tuple[int, ...]:
+        """The profile's integers."""
+        return self.board.levels
+
+    def note(self, kind: int, at_ms: int, word: int, detail: int) -> None:
+        """Tell the board that a state or a word begins, or that a word is over."""
+        self.board.note(_KINDS[kind], at_ms, word, detail)
+
+    def received_frames(self) -> list[int] | tuple[int, ...]:
+        """The frames that ended since the last tick."""
+        return self.board.received_frames()
+
+    def note_frame(self, frame: int, result: int) -> None:
+        """Tell the board what became of a frame."""
+        if result in _LOSS_REASONS:
+            self.board.note("lost", self._now_ms, frame, _LOSS_REASONS[result])
+        else:
+            self.board.note("heard", self._now_ms, frame & 0xFFFFFFFE, 0)
+
+    def heard_voice(self) -> int:
+        """What was said since the last tick."""
+        return self.board.heard_voice()
+
+    def sense(self, looks_mm: int) -> tuple[int, bool]:
+        """The distance of the nearest obstacle in mm, and whether a person is near."""
+        obstacle_mm = self.board.obstacle_mm() if looks_mm else NOTHING_IN_SIGHT_MM
+        return obstacle_mm, self.board.sees_person()
+
+    def set_outputs(self, wheels: int, led: int, senses: tuple[int, bool]) -> None:
+        """Set wheels and LED where they change."""
         if wheels != self._wheels:
             self._wheels = wheels
-            board.set_wheels(wheels >> 2, wheels & 3)
-        led = brain.lit_led(memory, now, board.levels)
+            self.board.set_wheels(wheels >> 2, wheels & 3)
         if led != self._led:
             self._led = led
-            board.set_led(led)
+            self.board.set_led(led)
 
-    def _send(self, now: int) -> None:
-        board, memory = self.board, self.memory
-        if board.is_leader:
-            if not brain.leader_sends(memory, self.image, now, board.levels):
-                return
-            word = brain.sent_word(memory, self.image)
-        else:
-            busy = board.is_sending() or board.senses_carrier()
-            if not brain.follower_sends(memory, busy, now, board.levels):
-                return
-            word = memory[brain.WORD]
-        board.send_frame(to_frame(word))
-        board.note("frame", now, word, 0)
+    def air_is_busy(self) -> bool:
+        """Whether infrared of any car, this one included, is on the air here."""
+        return self.board.is_sending() or self.board.senses_carrier()
 
-    def _note_state(self) -> None:
-        memory = self.memory
-        self.board.note("state", memory[brain.STARTED_MS], memory[brain.WORD], memory[brain.STATE])
+    def send_frame(self, word: int) -> None:
+        """Begin to send ``word`` by infrared."""
+        self.board.send_frame(to_frame(word))
+        self.board.note("frame", self._now_ms, word, 0)

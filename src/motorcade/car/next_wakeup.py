@@ -1,14 +1,14 @@
-"""How long a car's brain may be left alone: when time by itself next changes anything.
+"""How long a car's brain can be left alone: the time until the clock alone changes something.
 
-Portable, and compiled into the simulator, which so looks at each car when
-something can happen to it, and not at every tick. Arguments as in `motorcade.car.brain`.
+Portable, and compiled into the simulator, which gives a car its turn only when something can happen to it, and not in
+every tick. The arguments are those of `motorcade.car.brain`.
 """
 
 from motorcade.car import brain
 from motorcade.words.formats import CONTROL
 from motorcade.words.ticks import elapsed_ms, reached
 
-# Longer than anything takes, short enough for the clock to tell it from the past.
+# Longer than any duration, and short enough that the wrapping clock still takes it for the future.
 NEVER_MS = 1 << 28
 
 _FORWARD_AT = CONTROL.field("forward").low
@@ -16,7 +16,7 @@ _MOTOR_DIRECTION_AT = CONTROL.field("motor_direction").low
 
 
 def frames_rest_ms(s: list[int], image: tuple[int, ...], now: int) -> int:
-    """For how many ms a leader need not be looked at after now to begin a frame."""
+    """For how many ms after now a leader begins no frame."""
     if image[0] >> 16 & 255 == 0:
         return NEVER_MS
     due = s[brain.NEXT_FRAME_MS]
@@ -26,10 +26,7 @@ def frames_rest_ms(s: list[int], image: tuple[int, ...], now: int) -> int:
 
 
 def relay_rest_ms(s: list[int], air_is_busy: int, now: int) -> int:
-    """For how many ms a follower need not be looked at after now to pass its word on.
-
-    That holds where the air stays as busy as it is.
-    """
+    """For how many ms after now a follower doesn't begin to pass its word on, if the air stays as busy as it is."""
     if s[brain.HOLDS] == 0 or s[brain.WORD] >> _FORWARD_AT & 1 == 0:
         return NEVER_MS
     if s[brain.RELAY] == brain.WAITING:
@@ -38,10 +35,9 @@ def relay_rest_ms(s: list[int], air_is_busy: int, now: int) -> int:
 
 
 def word_rest_ms(s: list[int], now: int, levels: tuple[int, ...]) -> int:
-    """For how many ms after now the word does nothing new: no block nor it is over, and no direction is drawn.
+    """For how many ms after now the word changes nothing: neither it nor one of its blocks ends, and it draws nothing.
 
-    A car may rest for so long, or until it has a frame to begin or to pass on, where it hears none and nothing
-    new reaches its other sensors.
+    A car may rest for so long, or until it has a frame to send, if it receives none and its sensors find nothing new.
     """
     if s[brain.RUNNING] == 0:
         return NEVER_MS

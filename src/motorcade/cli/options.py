@@ -177,13 +177,13 @@ def host_and_port(address: str) -> tuple[str, int]:
 @contextmanager
 def compiling_announced() -> Iterator[None]:
     """Print a sentence on a terminal if the simulator has to be compiled while the block runs."""
-    from motorcade.engine.native import telling
+    from motorcade.engine.native import on_compiling
 
     def announce() -> None:
         if sys.stderr.isatty():
             print(translated("simulator-is-compiled"), file=sys.stderr, flush=True)
 
-    with telling(announce):
+    with on_compiling(announce):
         yield
 
 

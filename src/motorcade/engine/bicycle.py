@@ -1,12 +1,12 @@
-"""Cars that somebody drives: a servo steers their front wheels, and their way is a bicycle's.
+"""Cars that somebody drives: a servo steers their front wheels, and they move like a bicycle.
 
 **The model** is the kinematic bicycle about the body's middle, which lies midway between the axles (Polack et al.
 2017, "The kinematic bicycle model"). With the wheel base b, front wheels turned by d and the speed v of the middle:
 tan s = tan d / 2 is where the middle goes, off the heading; it turns by v cos s tan d / b. Wheels don't skid, and
 the servo and the motor take no time. Duty `motor.pwm_max` drives as fast as the profile's fastest level.
 
-A driven car's brain goes on, with its infrared, its LED and its draws; its wheels alone obey the driver. How it
-goes changes with every tick, so it looks around in each. All else is as for others: it pushes and is pushed.
+The brain of a driven car goes on, with its infrared, its LED and its random draws; only its wheels obey the driver. Its
+way changes with every tick, so it looks around in each. In all else it is like other cars: it pushes and is pushed.
 """
 
 import math
@@ -25,17 +25,17 @@ from motorcade.words.ticks import TICKS_MASK
 # Rows of a matrix of driven cars.
 WORLD = 0
 NUMBER = 1  # within its world
-PLACE = 2  # where it stands in the arrays of Cars
+PLACE = 2  # its index in the arrays of Cars
 AHEAD = 3  # 2^-12 µm a tick along its heading
 ASIDE = 4  # and to its left
 TURN = 5  # binary angle a tick
-TURNED = 6  # the same in this tick, with wheel noise
+TURNED = 6  # the same for this tick, with wheel noise
 CENTRE_DEG = 90
 _STEPS = 1 << WAY_BITS
 
 
 class Motion(NamedTuple):
-    """What a driven car does in a tick: 2^-12 µm along its heading and to its left, and the angle by which it turns."""
+    """How a driven car moves in a tick: 2^-12 µm along its heading and to its left, and the angle by which it turns."""
 
     ahead: int
     aside: int
@@ -43,18 +43,18 @@ class Motion(NamedTuple):
 
 
 def motion_of(angle_deg: int, direction: int, speed: int, profile: Profile, tick_ms: int) -> Motion:
-    """How a car goes with its servo at ``angle_deg`` (0-180, above 90 is left), forward (1) or back (0), at a duty."""
+    """The motion of a car with its servo at ``angle_deg`` (0-180, above 90 is left), forward (1) or back (0)."""
     way = profile.speeds_mm_s[-1] * min(speed / profile.motor.pwm_max, 1.0) * tick_ms * (1 if direction else -1)
     steered = math.tan(math.radians((angle_deg - CENTRE_DEG) * profile.servo.steering_deg / CENTRE_DEG))
     ahead = way / math.sqrt(1.0 + steered * steered / 4.0)
     turn = ahead * steered / (profile.body.wheel_base_mm * 1000) / math.tau * FULL_TURN
-    # Towards 0, so that no car is faster than the fastest.
+    # Rounded towards 0, so that no car is faster than the fastest.
     return Motion(int(ahead * _STEPS), int(ahead * steered / 2.0 * _STEPS), round(turn))
 
 
 @in_kernel
 def find(world: int, begin: int, end: int, cars: Cars, driven: Driven) -> None:
-    """Note where in the arrays a world's driven cars stand, after they were put in order."""
+    """Find the indices of the driven cars of a world again after a sort."""
     for k in range(driven.shape[1]):
         if driven[WORLD, k] != world:
             continue
@@ -65,7 +65,7 @@ def find(world: int, begin: int, end: int, cars: Cars, driven: Driven) -> None:
 
 @in_kernel
 def set_out(world: int, seed: int, tick: int, cars: Cars, driven: Driven, rules: Rules) -> None:
-    """Before anything else in a tick: the way that each driven car of a world goes in it, half turned already."""
+    """Set the way of each driven car of a world for a tick, along the heading in the middle of its turn."""
     for k in range(driven.shape[1]):
         if driven[WORLD, k] != world:
             continue
@@ -88,7 +88,7 @@ def set_out(world: int, seed: int, tick: int, cars: Cars, driven: Driven, rules:
 
 @in_kernel
 def turn_round(world: int, cars: Cars, driven: Driven) -> None:
-    """After everyone has moved: each driven car of a world has turned."""
+    """Turn each driven car of a world, after all cars have moved."""
     for k in range(driven.shape[1]):
         if driven[WORLD, k] == world:
             i = driven[PLACE, k]
@@ -96,22 +96,22 @@ def turn_round(world: int, cars: Cars, driven: Driven) -> None:
 
 
 def nobody() -> Driven:
-    """No car is driven."""
+    """The matrix of no driven cars."""
     return np.zeros((TURNED + 1, 0), np.int64)
 
 
 def with_driver(driven: Driven, world: int, number: int, place: int, motion: Motion) -> Driven:
-    """The same, with a car that goes so, whether or not it was driven before."""
+    """``driven`` with a car that has this motion, whether or not it was driven before."""
     column = np.array([[world], [number], [place], *([each] for each in motion), [0]], np.int64)
     return np.concatenate([without_driver(driven, world, number), column], axis=1)
 
 
 def without_driver(driven: Driven, world: int, number: int) -> Driven:
-    """The same, but for that car."""
+    """``driven`` without that car."""
     kept: Driven = driven[:, (driven[WORLD] != world) | (driven[NUMBER] != number)]
     return kept
 
 
 def shown_wheels(ahead: int, aside: int, speeds: Floats) -> int:
-    """What a driven car shows as its wheels: DRIVEN and the level whose speed (µm a tick) its own doesn't exceed."""
+    """The wheels that a driven car shows: DRIVEN and the lowest level that is at least as fast as it is."""
     return DRIVEN + int(np.searchsorted(speeds, math.hypot(ahead, aside) / _STEPS))

@@ -1,14 +1,13 @@
-"""What a car's body meets: other bodies, walls and obstacles, people, and its own wheels' way.
+"""Contacts between bodies, what the sensors see of bodies and people, and how cars move.
 
-**Contact.** Two bodies that overlap push each other apart along the line between
-their centres, each by half of the overlap; walls and obstacles push by all of it.
-Every car's push is worked out from where the others are now, then all are
-applied at once, never further than the fastest car drives in a tick (Jacobi's
-way through position-based dynamics, Müller et al. 2007). So walls give by up to
-one tick's way, and so do bodies, but for those that a queue of others presses.
+**Contact.** Two bodies that overlap push each other apart along the line between their centres, each by half of the
+overlap; walls and obstacles push by all of it. The push of every car is computed from where the others are now, then
+all pushes are applied at once, never further than the fastest car drives in a tick (the Jacobi variant of
+position-based dynamics, Müller et al. 2007). So a car can enter a wall or another body by up to the way of one tick,
+and further where a queue of cars presses it.
 
-**Ultrasonic.** The distance from the front of the body to the nearest surface
-that touches the cone. **PIR.** A person whose place is within range and sector.
+**Ultrasonic.** The sensor measures the distance from the front of the body to the nearest surface that touches the
+cone. **PIR.** The sensor finds a person whose place is within range and sector.
 """
 
 import math
@@ -30,14 +29,14 @@ from motorcade.engine.state import Cars, Cells, People, Place, Rules
 
 WAY_BITS = 12
 NOISE_MS = 100
-# How much farther than what matters now a car looks, so as not to have to look again soon.
+# How much farther than necessary a car looks, so that it need not look again soon.
 LOOK_BEYOND_UM = 100_000.0
 _MOST_PUSH_UM = 32_000.0
 
 
 @in_kernel
 def way_of(i: int, cars: Cars, rules: Rules) -> tuple[float, float, float]:
-    """What car ``i`` drives in a tick in x and y, and at most in any direction."""
+    """The way of car ``i`` in a tick in x and y, and its length at most."""
     way_x, way_y = float(cars.way_x[i]) / (1 << WAY_BITS), float(cars.way_y[i]) / (1 << WAY_BITS)
     if rules.wheel_noise > 0.0:
         return way_x, way_y, rules.fastest
@@ -48,11 +47,18 @@ def way_of(i: int, cars: Cars, rules: Rules) -> tuple[float, float, float]:
 def others_near(
     i: int, world: int, look: float, cars: Cars, cells: Cells, rules: Rules
 ) -> tuple[float, float, float, float, float]:
-    """Look at the cars around car ``i``, of which its ultrasonic sensor sees those within ``look`` (0.0: it is off).
+    """Look at the cars around car ``i``.
 
-    Gives for how many ticks none of them can come to matter, as long as this car goes on as it does; for how many
-    none can touch it, whatever its way; the distance from its front to the nearest in the cone (FAR_UM: none); and
-    the push of all that touch it.
+    Args:
+        i: the index of the car.
+        world: its world.
+        look: how far its ultrasonic sensor sees, in µm; 0.0 where the sensor is off.
+        cars, cells, rules: the arrays.
+
+    Returns:
+        For how many ticks no other car can matter if this car keeps its way; for how many none can touch it, whatever
+        its way; the distance from its front to the nearest car in the cone (FAR_UM: none); and the push, in x and y,
+        of all cars that touch it.
     """
     x, y = float(cars.x[i]), float(cars.y[i])
     ahead_x, ahead_y = 0.0, 0.0
@@ -92,7 +98,7 @@ def others_near(
             if distance < rules.contact:
                 overlap = rules.contact - distance
                 if distance == 0.0:
-                    # Two that stand on one point part by their numbers.
+                    # Two cars at the same point part by their numbers.
                     distance = 1.0
                     dx = 1.0 if cars.number[i] < cars.number[j] else -1.0
                 push_x -= math.floor(dx * overlap / (2.0 * distance) + 0.5)
@@ -102,9 +108,9 @@ def others_near(
 
 @in_kernel
 def _closing(product: float, distance: float, own: float, rules: Rules) -> float:
-    """How fast a car comes nearer to a point, from the product of its way and the vector to there.
+    """How fast a car approaches a point, given the product of its way and the vector to the point.
 
-    Along a straight way that is never more than at first; with wheel noise the way isn't straight.
+    On a straight way the speed of approach never grows; with wheel noise the way isn't straight.
     """
     if rules.wheel_noise > 0.0:
         return own
@@ -113,7 +119,7 @@ def _closing(product: float, distance: float, own: float, rules: Rules) -> float
 
 @in_kernel
 def _gap_to_cone(ahead: float, aside: float, look: float, rules: Rules) -> float:
-    """How far a body is from being seen: beyond the range, or beside the cone, whichever is more."""
+    """How far a body is from being seen: beyond the range or beside the cone, whichever is more."""
     away = math.sqrt(ahead * ahead + aside * aside) - rules.radius
     aside = abs(aside)
     beside = aside * rules.cone_cos - ahead * rules.cone_sin - rules.radius
@@ -126,9 +132,12 @@ def _gap_to_cone(ahead: float, aside: float, look: float, rules: Rules) -> float
 def place_near(
     i: int, look: float, push_x: float, push_y: float, cars: Cars, place: Place, rules: Rules
 ) -> tuple[float, float, float, float, float]:
-    """Look at walls and obstacles around car ``i``, which others push; gives what ``others_near`` gives.
+    """Look at walls and obstacles around car ``i``, which other cars push by ``push_x`` and ``push_y``.
 
-    However many push, none is pushed into a wall that it touches, and out of a corner by its walls alone.
+    However many cars push, none is pushed into a wall that it touches, and only the walls push a car out of a corner.
+
+    Returns:
+        The same figures as ``others_near``.
     """
     way_x, way_y, own = way_of(i, cars, rules)
     around = rules.radius + look
@@ -200,7 +209,7 @@ def _place_in_cone(i: int, item: int, cars: Cars, place: Place, rules: Rules) ->
 
 @in_kernel
 def obstacle_mm(distance: float, rules: Rules) -> int:
-    """What the ultrasonic sensor says of a distance in µm."""
+    """The reading of the ultrasonic sensor for a distance in µm."""
     if distance >= FAR_UM:
         return NOTHING_IN_SIGHT_MM
     whole = int(distance) // 1000
@@ -209,7 +218,7 @@ def obstacle_mm(distance: float, rules: Rules) -> int:
 
 @in_kernel
 def keep_push(i: int, push_x: float, push_y: float, cars: Cars, rules: Rules) -> None:
-    """Keep the push for this tick's way, so bounded that the car goes no further than the fastest drives."""
+    """Keep the push until the cars move, limited so that the car goes no further than the fastest car drives."""
     way_x = float(cars.way_x[i]) / (1 << WAY_BITS)
     way_y = float(cars.way_y[i]) / (1 << WAY_BITS)
     sum_x, sum_y = way_x + push_x, way_y + push_y
@@ -224,7 +233,7 @@ def keep_push(i: int, push_x: float, push_y: float, cars: Cars, rules: Rules) ->
 
 @in_kernel
 def _person_at(k: int, now: int, people: People) -> tuple[float, float]:
-    """Where person ``k`` is: on the straight line between two points of the path."""
+    """The place of person ``k``: on the straight line between two points of the path."""
     first, last = people.first[k], people.first[k + 1] - 1
     at = now
     if people.repeats[k] and people.at_ms[last] > 0:
@@ -268,7 +277,7 @@ def turns(wheels: int) -> bool:
 
 @in_kernel
 def set_way(i: int, wheels: int, cars: Cars, rules: Rules) -> None:
-    """Drive as the wheels say: straight along the heading, or on the spot."""
+    """Set the wheels of car ``i`` and the way that follows: straight along the heading, or none when it turns."""
     cars.wheels[i] = wheels
     way = 0.0
     if wheels >> 2 != LEFT and wheels >> 2 != RIGHT:
@@ -285,7 +294,7 @@ def _set_way_along(i: int, way: float, cars: Cars, rules: Rules) -> None:
 
 @in_kernel
 def _slip(i: int, seed: int, now: int, cars: Cars, rules: Rules) -> None:
-    """Wheel noise: each wheel's speed is off by a normal share, drawn anew every NOISE_MS.
+    """Apply wheel noise: the speed of each wheel is off by a normally distributed share, drawn every NOISE_MS.
 
     With wheel speeds l and r, the car drives (l + r) / 2 and turns by (r - l) / wheel base.
     """
@@ -297,7 +306,7 @@ def _slip(i: int, seed: int, now: int, cars: Cars, rules: Rules) -> None:
     left = 1.0 + rules.wheel_noise * rules.normals[bits & 1023]
     right = 1.0 + rules.wheel_noise * rules.normals[bits >> 10 & 1023]
     if wheels >> 2 == LEFT or wheels >> 2 == RIGHT:
-        # On the spot one wheel goes back as fast as the other goes forward.
+        # When a car turns on the spot, one wheel goes back as fast as the other goes forward.
         turn = float(rules.turns[wheels])
         spin = turn / rules.wheel_turn / 2.0
         left, right = -left * spin, right * spin
@@ -310,10 +319,10 @@ def _slip(i: int, seed: int, now: int, cars: Cars, rules: Rules) -> None:
 
 @in_kernel
 def move(begin: int, end: int, seed: int, tick: int, cars: Cars, rules: Rules) -> None:
-    """Everyone goes one tick's way.
+    """Move the cars between two indices by one tick.
 
-    A way is finer than a µm. The whole µm of it are spread over the ticks so
-    that after any number of them a car is within 1 µm of where it should be.
+    A way has a finer resolution than 1 µm. Its whole µm are spread over the ticks, so that a car is within 1 µm of its
+    exact place after any number of ticks.
     """
     if rules.wheel_noise > 0.0:
         for i in range(begin, end):

@@ -1,4 +1,4 @@
-"""Who is near whom: a world's cars in the order of square cells, by counting sort."""
+"""Sort the cars of a world by square cells, so that the cars near a place are found quickly (a counting sort)."""
 
 import math
 
@@ -14,13 +14,13 @@ ROWS = 4
 
 @in_kernel
 def cell_at(length: float, origin: float, per_um: float, most: int) -> int:
-    """The column or row of a coordinate; what lies outside belongs to the border."""
+    """The column or row of a coordinate; places outside belong to the border."""
     return int(min(max((length - origin) * per_um, 0.0), float(most - 1)))
 
 
 @in_kernel
 def fit(world: int, begin: int, end: int, cars: Cars, cells: Cells, side: float) -> None:
-    """Lay cells over the rectangle that a world's cars are in, larger than ``side`` where they would be too many."""
+    """Lay cells over the rectangle that holds the cars of a world; enlarge ``side`` if there are too many."""
     low_x, high_x = cars.x[begin], cars.x[begin]
     low_y, high_y = cars.y[begin], cars.y[begin]
     for i in range(begin + 1, end):
@@ -44,7 +44,7 @@ def fit(world: int, begin: int, end: int, cars: Cars, cells: Cells, side: float)
 
 @in_kernel
 def order_by_cell(world: int, begin: int, end: int, cars: Cars, cells: Cells) -> None:
-    """Fill ``cars.order`` with each index's car-to-be, cell behind cell, and ``cells.first``. Stable."""
+    """Fill ``cars.order`` with the car that each index is to hold, cell by cell, and ``cells.first``; stable."""
     frame = cells.frame[world]
     first = cells.first[world]
     columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
@@ -77,13 +77,13 @@ def _cell_of(cars: Cars, i: int, frame: Floats, columns: int, rows: int) -> int:
 
 @in_kernel
 def fields(cars: Cars) -> int:
-    """How many fields are carried along when cars are put in order."""
+    """How many fields move when cars are sorted."""
     return int(cars.rows.shape[0]) + 2
 
 
 @in_kernel
 def gather(low: int, high: int, field: int, cars: Cars) -> None:
-    """Put each index's value-to-be of a field into the scratch."""
+    """Collect the sorted values of a field in ``cars.push``."""
     rows = cars.rows.shape[0]
     for i in range(low, high):
         if field < rows:
@@ -96,7 +96,7 @@ def gather(low: int, high: int, field: int, cars: Cars) -> None:
 
 @in_kernel
 def put_back(low: int, high: int, field: int, cars: Cars) -> None:
-    """Take the values that ``gather`` laid out."""
+    """Write the values that ``gather`` collected back into the field."""
     rows = cars.rows.shape[0]
     for i in range(low, high):
         if field < rows:
@@ -105,3 +105,10 @@ def put_back(low: int, high: int, field: int, cars: Cars) -> None:
             cars.wheels[i] = cars.push[i]
         else:
             cars.program[i] = cars.push[i]
+
+
+@in_kernel
+def clear_push(low: int, high: int, cars: Cars) -> None:
+    """Set the pushes to zero after a sort, which uses them as scratch."""
+    for i in range(low, high):
+        cars.push[i] = 0

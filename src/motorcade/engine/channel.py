@@ -1,68 +1,57 @@
-"""Infrared between cars, frame by frame.
+"""Infrared between cars, frame by frame, and voices.
 
-A frame reaches every follower that is within range of its sender when it begins,
-within the sender's beam, and in its line of sight where walls, obstacles and the
-bodies of other cars shade. It occupies the air there for its own air time.
+A frame reaches every follower that is, when the frame begins, within range of its sender, within the sender's beam and
+in its line of sight, where walls, obstacles and the bodies of other cars shade. It occupies the air there for its own
+air time.
 
-**Half duplex.** A car that sends at any moment of a frame doesn't get it.
+**Half duplex.** A car that sends during any part of a frame doesn't receive it.
 
-**Collision.** Where two frames overlap at a receiver, both are lost. With a
-capture ratio, one whose power there is at least so many times that of the
-loudest other one survives. Power falls with the square of the distance; "the
-loudest" is that since the air there was last free, as a receiver's gain control
-sees it.
+**Collision.** Where two frames overlap at a receiver, both are lost. With a capture ratio, a frame survives whose power
+there is at least that many times the power of the loudest other one. Power falls with the square of the distance; "the
+loudest" is the loudest since the air there was last free, as the gain control of a receiver works.
 
-**Bit errors.** Each bit flips with the same chance on its way to one receiver.
-Parity then finds every odd number of flips and no even one.
+**Bit errors.** Each bit flips with the same probability on its way to one receiver. Parity finds every odd number of
+flips and no even number.
 """
 
 import math
 
 from motorcade.car import brain
-from motorcade.engine import counters as tally
+from motorcade.engine import events
 from motorcade.engine.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS, cell_at
-from motorcade.engine.counters import Counters
 from motorcade.engine.geometry import cosine, cross, is_shaded, mix, sine
 from motorcade.engine.native import in_kernel
-from motorcade.engine.state import NOBODY, Cars, Cells, Floats, Place, Rules
+from motorcade.engine.state import NOBODY, Arrays, Cars, Floats, Now, Place, Voices
 from motorcade.words.ticks import later_ms, reached
 
 
 @in_kernel
 def air_is_busy(i: int, now: int, cars: Cars) -> int:
-    """1 while others' frames, or its own, are on the air around car ``i``."""
+    """1 while frames of others, or its own, are on the air around car ``i``."""
     return 1 - reached(now, cars.air_until[i]) * reached(now, cars.sends_until[i])
 
 
 @in_kernel
-def begin_frame(i: int, frame: int, now: int, part: int, cars: Cars, rules: Rules, told: Counters) -> None:
-    """Car ``i`` begins a frame; what it was hearing is lost. ``heard`` holds its own frame while it sends."""
+def begin_frame(i: int, frame: int, arrays: Arrays, now: Now) -> None:
+    """Let car ``i`` begin a frame; what it was receiving is lost. ``heard`` holds its own frame while it sends."""
+    cars, counters = arrays.cars, arrays.counters
     if cars.heard_from[i] != NOBODY:
-        tally.lose(told, part, now, cars.number[i], tally.SENDING, cars.heard[i], cars.heard_from[i])
+        events.record_loss(
+            counters, now.part, now.ms, cars.number[i], events.SENDING, cars.heard[i], cars.heard_from[i]
+        )
         cars.heard_from[i] = NOBODY
     cars.heard[i] = frame
-    cars.sends_until[i] = later_ms(now, brain.frame_ms(frame, rules.levels))
-    told.counts[part, tally.FRAMES] += 1
+    cars.sends_until[i] = later_ms(now.ms, brain.frame_ms(frame, arrays.rules.levels))
+    counters.counts[now.part, events.FRAMES] += 1
 
 
 @in_kernel
-def spread_frame(
-    j: int,
-    world: int,
-    low_row: int,
-    high_row: int,
-    now: int,
-    part: int,
-    cars: Cars,
-    cells: Cells,
-    place: Place,
-    rules: Rules,
-    told: Counters,
-) -> None:
-    """Let the frame that car ``j`` began now reach the receivers in rows ``low_row`` to ``high_row`` - 1."""
+def spread_frame(j: int, low_row: int, high_row: int, arrays: Arrays, now: Now) -> None:
+    """Let the frame that car ``j`` has begun reach the receivers in rows ``low_row`` to ``high_row`` - 1."""
+    cars, rules = arrays.cars, arrays.rules
     x, y = float(cars.x[j]), float(cars.y[j])
     wide = rules.range + rules.drift
-    frame, first = cells.frame[world], cells.first[world]
+    frame, first = arrays.cells.frame[now.world], arrays.cells.first[now.world]
     columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
     bottom = max(cell_at(y - wide, frame[ORIGIN_Y], frame[PER_UM], rows), low_row)
     top = min(cell_at(y + wide, frame[ORIGIN_Y], frame[PER_UM], rows), high_row - 1)
@@ -80,29 +69,31 @@ def spread_frame(
             distance = math.sqrt(squared)
             if dx * ahead_x + dy * ahead_y < rules.beam_cos * distance:
                 continue
-            if rules.line_of_sight and _is_hidden(i, j, distance, world, cars, cells, place, rules):
+            if rules.line_of_sight and _is_hidden(i, j, distance, now.world, arrays):
                 continue
-            _arrive(i, j, int(distance), now, part, cars, rules, told)
+            _arrive(i, j, int(distance), arrays, now)
 
 
 @in_kernel
-def _arrive(i: int, j: int, distance: int, now: int, part: int, cars: Cars, rules: Rules, told: Counters) -> None:
+def _arrive(i: int, j: int, distance: int, arrays: Arrays, now: Now) -> None:
     """A frame of car ``j`` begins to reach car ``i``."""
+    cars, counters, capture = arrays.cars, arrays.counters, arrays.rules.capture
     loudest = int(cars.loudest[i])
-    is_free = reached(now, cars.air_until[i])
-    drowned = is_free == 0 and not _is_louder(distance, loudest, rules.capture)
-    if reached(now, cars.sends_until[i]) == 0:
-        tally.lose(told, part, now, cars.number[i], tally.SENDING, cars.heard[j], cars.number[j])
+    is_free = reached(now.ms, cars.air_until[i])
+    drowned = is_free == 0 and not _is_louder(distance, loudest, capture)
+    number, sender = cars.number[i], cars.number[j]
+    if reached(now.ms, cars.sends_until[i]) == 0:
+        events.record_loss(counters, now.part, now.ms, number, events.SENDING, cars.heard[j], sender)
     else:
-        if cars.heard_from[i] != NOBODY and not _is_louder(loudest, distance, rules.capture):
-            tally.lose(told, part, now, cars.number[i], tally.COLLISION, cars.heard[i], cars.heard_from[i])
+        if cars.heard_from[i] != NOBODY and not _is_louder(loudest, distance, capture):
+            events.record_loss(counters, now.part, now.ms, number, events.COLLISION, cars.heard[i], cars.heard_from[i])
             cars.heard_from[i] = NOBODY
         if drowned:
-            tally.lose(told, part, now, cars.number[i], tally.COLLISION, cars.heard[j], cars.number[j])
+            events.record_loss(counters, now.part, now.ms, number, events.COLLISION, cars.heard[j], sender)
         else:
             cars.heard[i] = cars.heard[j]
             cars.heard_at[i] = cars.sends_until[j]
-            cars.heard_from[i] = cars.number[j]
+            cars.heard_from[i] = sender
             if reached(cars.due[i], cars.sends_until[j]):
                 cars.due[i] = cars.sends_until[j]
     if is_free or distance < loudest:
@@ -113,18 +104,18 @@ def _arrive(i: int, j: int, distance: int, now: int, part: int, cars: Cars, rule
 
 @in_kernel
 def _is_louder(distance: int, other: int, capture: float) -> bool:
-    # Of two senders on one point neither is.
+    # Of two senders at one point neither is louder.
     is_far = float(other) * float(other) >= capture * float(distance) * float(distance)
     return capture > 0.0 and other > distance and is_far
 
 
 @in_kernel
-def _is_hidden(
-    i: int, j: int, distance: float, world: int, cars: Cars, cells: Cells, place: Place, rules: Rules
-) -> bool:
+def _is_hidden(i: int, j: int, distance: float, world: int, arrays: Arrays) -> bool:
+    """Whether something stands between cars ``j`` and ``i``."""
+    cars, cells, rules = arrays.cars, arrays.cells, arrays.rules
     ax, ay = float(cars.x[j]), float(cars.y[j])
     bx, by = float(cars.x[i]), float(cars.y[i])
-    if _is_hidden_by_place(ax, ay, bx, by, distance, place):
+    if _is_hidden_by_place(ax, ay, bx, by, distance, arrays.place):
         return True
     frame, first = cells.frame[world], cells.first[world]
     columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
@@ -133,7 +124,7 @@ def _is_hidden(
     right = cell_at(max(ax, bx) + wide, frame[ORIGIN_X], frame[PER_UM], columns)
     bottom = cell_at(min(ay, by) - wide, frame[ORIGIN_Y], frame[PER_UM], rows)
     top = cell_at(max(ay, by) + wide, frame[ORIGIN_Y], frame[PER_UM], rows)
-    # Without a branch for each car, which no processor can foresee.
+    # Without a branch for each car, which no processor could predict.
     hidden = False
     for row in range(bottom, top + 1):
         for k in range(first[row * columns + left], first[row * columns + right + 1]):
@@ -181,3 +172,27 @@ def received(i: int, seed: int, now: int, cars: Cars, flips: Floats) -> int:
             flipped |= 1 << bit
             left -= 1
     return frame ^ flipped
+
+
+@in_kernel
+def voices_until(at_ms: int, voices: Voices) -> int:
+    """How many of the mat's voices were said at ``at_ms`` or before."""
+    low, high = 0, voices.at_ms.shape[0]
+    while low < high:
+        middle = (low + high) // 2
+        if voices.at_ms[middle] <= at_ms:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@in_kernel
+def voice_at(i: int, arrays: Arrays, now: Now) -> int:
+    """The last word that car ``i`` hears in this tick, NO_VOICE for none."""
+    cars, voices, heard = arrays.cars, arrays.voices, now.said
+    for k in range(now.first_voice, now.last_voice):
+        dx, dy = float(cars.x[i]) - voices.x[k], float(cars.y[i]) - voices.y[k]
+        if dx * dx + dy * dy <= voices.radius[k] * voices.radius[k]:
+            heard = voices.word[k]
+    return heard

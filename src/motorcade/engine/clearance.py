@@ -1,10 +1,12 @@
-"""Until when nothing can come near enough to a car to matter: other cars, and what stands still.
+"""Until which tick nothing can come near enough to a car to matter: one for other cars, one for what stands still.
 
-Both are ticks, 15 bits of each, in one number. A sixteenth bit says that one holds however the car is pushed and
-steered; without it, it holds as long as the car goes on as its wheels do now.
+Both ticks stand in one number, 15 bits of each. A sixteenth bit says that the tick holds however the car is pushed and
+steered; without the bit it holds only while the car keeps its present way.
 """
 
+from motorcade.engine import bodies, events, geometry
 from motorcade.engine.native import in_kernel
+from motorcade.engine.state import Arrays, Now
 
 MOST_TICKS = 1000
 _HALF = 0xFFFF
@@ -14,31 +16,31 @@ _PAST = 0x4000
 
 @in_kernel
 def half(tick: int, anyhow: int) -> int:
-    """A tick, and whether (1 or 0) it holds anyhow."""
+    """One half: a tick, and whether (1 or 0) it holds on any way."""
     return (tick << 1 | anyhow) & _HALF
 
 
 @in_kernel
 def due_now(tick: int) -> int:
-    """Both may be near at ``tick``."""
+    """Other cars and what stands still may both be near at ``tick``."""
     return half(tick, 0) << 16 | half(tick, 0)
 
 
 @in_kernel
 def with_others(clear: int, others: int) -> int:
-    """The same, with another half for the other cars."""
+    """``clear`` with a new half for the other cars."""
     return others << 16 | int(clear) & _HALF
 
 
 @in_kernel
 def with_place(clear: int, place: int) -> int:
-    """The same, with another half for what stands still."""
+    """``clear`` with a new half for what stands still."""
     return int(clear) >> 16 << 16 | place
 
 
 @in_kernel
 def on_another_way(clear: int, tick: int) -> int:
-    """What is left of it where the car leaves its way in the tick before ``tick``."""
+    """The part of ``clear`` that still holds when the car leaves its way in the tick before ``tick``."""
     kept = (int(clear) & _ANYHOW) * _HALF
     return int(clear) & kept | due_now(tick) & ~kept & 0xFFFFFFFF
 
@@ -51,17 +53,58 @@ def others_due(clear: int, tick: int) -> bool:
 
 @in_kernel
 def place_due(clear: int, tick: int) -> bool:
-    """Whether a wall or an obstacle may be."""
+    """Whether a wall or an obstacle may be near by now."""
     return (tick - (int(clear) >> 1)) & _PAST == 0
 
 
 @in_kernel
 def is_due(clear: int, tick: int) -> bool:
-    """Whether anything may be."""
+    """Whether anything may be near by now."""
     return (tick - (int(clear) >> 17)) & (tick - (int(clear) >> 1)) & _PAST == 0
 
 
 @in_kernel
 def whole_ticks(ticks: float) -> int:
-    """How many ticks a car may be left alone that has time for so many, one at least."""
+    """How many whole ticks fit into ``ticks``: at least one, at most MOST_TICKS."""
     return int(min(max(ticks, 1.0), float(MOST_TICKS)))
+
+
+@in_kernel
+def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, float, float, float]:
+    """Look at what may be near a car by now, and at everything where its ultrasonic sensor sees as far as ``look``.
+
+    Returns:
+        For how many ticks none of that can matter; the distance that the sensor sees; and how others and the place
+        push the car, in x and y.
+    """
+    cars, rules, world, tick = arrays.cars, arrays.rules, now.world, now.tick
+    others, place_too = others_due(cars.clear[i], tick), place_due(cars.clear[i], tick)
+    if look > 0.0:
+        others, place_too = True, True
+    ticks, place_ticks, anyhow, place_anyhow = geometry.FAR_UM, geometry.FAR_UM, 0.0, 0.0
+    seen, distance, push_x, push_y = geometry.FAR_UM, geometry.FAR_UM, 0.0, 0.0
+    if others:
+        ticks, anyhow, seen, push_x, push_y = bodies.others_near(i, world, look, cars, arrays.cells, rules)
+    if place_too:
+        place_ticks, place_anyhow, distance, push_x, push_y = bodies.place_near(
+            i, look, push_x, push_y, cars, arrays.place, rules
+        )
+    free, place_free, pushed = ticks, place_ticks, 0
+    if push_x != 0.0 or push_y != 0.0:
+        cars.clear[i] = on_another_way(cars.clear[i], tick + 1)
+        free, place_free, pushed = anyhow, place_anyhow, 1
+    if others:
+        until = half(tick + whole_ticks(free), pushed)
+        cars.clear[i] = with_others(cars.clear[i], until)
+    if place_too:
+        until = half(tick + whole_ticks(place_free), pushed)
+        cars.clear[i] = with_place(cars.clear[i], until)
+    return whole_ticks(min(ticks, place_ticks)), min(distance, seen), push_x, push_y
+
+
+@in_kernel
+def push(i: int, push_x: float, push_y: float, arrays: Arrays, now: Now) -> None:
+    """Keep a push until the cars move, and count the time that the car is in touch with something."""
+    if push_x != 0.0 or push_y != 0.0:
+        bodies.keep_push(i, push_x, push_y, arrays.cars, arrays.rules)
+        arrays.counters.counts[now.part, events.TOUCHING_MS] += arrays.rules.tick_ms

@@ -1,9 +1,17 @@
-"""What happens to cars, as rows of one array: light enough for those who only read a recording."""
+"""What happened in a world: counts, and events as rows of one array where they are wanted.
+
+Every part of a world that a thread steps by itself has its own row of both, so threads never write to the same place.
+The order of the rows means nothing: events are sorted when they are taken. This module needs NumPy and no Numba, since
+those who only read a recording use it too.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-# kind is an index into KINDS and why one into LOSS_REASONS. word is the control word, for a lost frame the bits on
-# the air. other is a state's index, or the number of a frame's sender, else 0.
+# One event. kind is an index into KINDS and why one into LOSS_REASONS. word is the control word, for a lost frame the
+# bits on the air. other is a state's index, or the number of a frame's sender, else 0.
 EVENT = np.dtype(
     [
         ("t_ms", "<u4"),
@@ -17,3 +25,54 @@ EVENT = np.dtype(
 )
 KINDS = ("state", "start", "over", "frame", "heard", "lost")
 LOSS_REASONS = ("", "parity", "reserved", "deaf", "sending", "collision")
+
+# Indices into KINDS; the first three are those of `motorcade.car.step`.
+STATE = 0
+START = 1
+OVER = 2
+FRAME = 3
+HEARD = 4
+LOST = 5
+# Indices into LOSS_REASONS.
+PARITY = 1
+RESERVED = 2
+DEAF = 3
+SENDING = 4
+COLLISION = 5
+
+# Columns of the counts. Lost frames are counted at their index into LOSS_REASONS; index 0 is free for those begun.
+FRAMES = 0
+FRAMES_HEARD = 6
+UNDETECTED = 7
+TOUCHING_MS = 8
+EVENTS = 9  # events that happened, whether or not there was room for them
+COUNTS = 16  # two cache lines, so that no two threads write to one
+# One event while a run goes on: t_ms, the car's number, kind, why, word, other.
+COLUMNS = 6
+
+
+class Counters(NamedTuple):
+    """What has happened so far."""
+
+    counts: NDArray[np.int64]  # (parts, COUNTS)
+    events: NDArray[np.uint32]  # (parts, room, COLUMNS)
+
+
+def record(counters: Counters, part: int, at_ms: int, car: int, kind: int, why: int, word: int, other: int) -> None:
+    """Write an event down if there is room for it, and count it in any case."""
+    k = counters.counts[part, EVENTS]
+    counters.counts[part, EVENTS] = k + 1
+    if k < counters.events.shape[1]:
+        event = counters.events[part, k]
+        event[0] = at_ms
+        event[1] = car
+        event[2] = kind
+        event[3] = why
+        event[4] = word
+        event[5] = other
+
+
+def record_loss(counters: Counters, part: int, at_ms: int, car: int, why: int, frame: int, sender: int) -> None:
+    """Count a lost frame and write it down."""
+    counters.counts[part, why] += 1
+    record(counters, part, at_ms, car, LOST, why, frame, sender)

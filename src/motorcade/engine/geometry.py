@@ -1,8 +1,7 @@
-"""Plane geometry of the simulated world, the same to the last bit on every machine.
+"""Plane geometry that gives the same bits on every machine.
 
-Lengths are µm, headings binary angles: 2^32 is a full turn, counter-clockwise
-from the x axis. Cosines come from a table of rounded integers, and beyond that
-there is only what IEEE 754 rounds exactly: + - * / and the square root.
+Lengths are µm, headings binary angles: 2^32 is a full turn, counter-clockwise from the x axis. Cosines come from a
+table of rounded numbers. All else uses only operations that IEEE 754 rounds exactly: + - * / and the square root.
 """
 
 import math
@@ -50,7 +49,7 @@ def sine(heading: int, cosines: NDArray[np.float64]) -> float:
 
 @in_kernel
 def nearest_of_segment(x: float, y: float, x0: float, y0: float, x1: float, y1: float) -> tuple[float, float]:
-    """The point of a segment that is nearest to (x, y)."""
+    """The point of a segment nearest to (x, y)."""
     along_x, along_y = x1 - x0, y1 - y0
     squared = along_x * along_x + along_y * along_y
     if squared == 0.0:
@@ -82,10 +81,10 @@ def cross(ax: float, ay: float, bx: float, by: float, x0: float, y0: float, x1: 
 
 @in_kernel
 def disc_in_cone(ahead: float, aside: float, radius: float, cone_cos: float, cone_sin: float) -> float:
-    """How far a disc's surface is from the tip of a cone that it touches; FAR_UM where it doesn't.
+    """The distance from the tip of a cone to the surface of a disc that touches it; FAR_UM where it doesn't.
 
-    The disc's centre is ``ahead`` along the cone's axis and ``aside`` of it. Half
-    the cone's angle, given by its cosine and sine, is below a quarter turn.
+    The centre of the disc is ``ahead`` along the axis of the cone and ``aside`` of it. Half of the cone's angle, given
+    by its cosine and sine, is below a quarter turn.
     """
     distance = math.sqrt(ahead * ahead + aside * aside)
     if distance <= radius:
@@ -102,7 +101,7 @@ def disc_in_cone(ahead: float, aside: float, radius: float, cone_cos: float, con
 def segment_in_cone(
     ahead_0: float, aside_0: float, ahead_1: float, aside_1: float, cone_cos: float, cone_sin: float
 ) -> float:
-    """How far the part of a segment inside a cone is from its tip; FAR_UM where none is."""
+    """The distance from the tip of a cone to the part of a segment inside the cone; FAR_UM where none is inside."""
     first, last = 0.0, 1.0
     for sign in (1.0, -1.0):
         # Below 0 on the cone's side of this edge.
@@ -125,7 +124,7 @@ def segment_in_cone(
 
 @in_kernel
 def mix(seed: int, number: int, moment: int) -> int:
-    """32 bits that look random: a hash of three integers, for draws that are the simulator's and no car's.
+    """32 bits that look random: a hash of three integers, for random draws that no car makes.
 
     Two rounds of multiply and xor-shift (constants: Wellons, "lowbias32").
     """

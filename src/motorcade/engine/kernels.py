@@ -1,98 +1,268 @@
-"""The engine: all cars of a world, or of many worlds, by the brain's own functions.
+"""The kernels: they step all cars of a world, or of many worlds, with the brain's own functions.
 
-A tick, in this order: every car's brain runs; the frames that were begun spread;
-everyone moves. No car sees what another did in the same tick, so neither their
-order nor the number of threads has a meaning. Positions are integers, sums of
-them are exact, and every random draw is a function of (seed, car, time).
+A tick runs in this order: every car has its turn, the frames that were begun spread, and all cars move. No car sees
+what another did in the same tick, so neither the order of the cars nor the number of threads changes a result.
+Positions are integers, sums of them are exact, and every random draw is a function of (seed, car, time).
+
+A car has its turn only when something can have happened to it: its word does something new
+(`motorcade.car.next_wakeup`), a frame has ended, or a body may have come near since it last looked around. The other
+cars go on as before.
 """
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 
-from motorcade.car import brain
+from motorcade.car import brain, next_wakeup, step
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
-from motorcade.engine import bicycle, bodies, channel, clearance, geometry, state
-from motorcade.engine import car_turn as turn
-from motorcade.engine import cells as grid
-from motorcade.engine import counters as tally
-from motorcade.engine import native as compiled
-from motorcade.engine.counters import Counters
-from motorcade.engine.native import in_kernel
-from motorcade.engine.state import MOST_PARTS, Cars, Cells, Driven, Ints, People, Place, Rules, Voices
-from motorcade.words.ticks import TICKS_MASK, later_ms
+from motorcade.engine import bicycle, bodies, cells, channel, clearance, events, geometry, native, state
+from motorcade.engine.events import Counters
+from motorcade.engine.native import in_kernel, methods_in_kernel
+from motorcade.engine.state import (
+    DRIVEN,
+    MOST_PARTS,
+    NOBODY,
+    Arrays,
+    Cars,
+    Cells,
+    ForBrain,
+    Ints,
+    Now,
+    People,
+    Place,
+    Rules,
+    Voices,
+)
+from motorcade.words.formats import CONTROL
+from motorcade.words.infrared import to_frame
+from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 
 ALL = -1
+_PIR_AT = CONTROL.field("pir").low
+_SENSES = 1 << _PIR_AT | 1 << CONTROL.field("avoid_enable").low
+# What a car senses: what its brain gets of it, whether it looked around, for how many ms nothing of that can change,
+# and how others and the place push it.
+Senses = tuple[int, int, bool, int, float, float]
+
+
+@methods_in_kernel
+class CarTurn(NamedTuple):
+    """The turn of one car, in the form that `motorcade.car.step` asks for."""
+
+    leads: bool
+    memory: ForBrain
+    image: ForBrain
+    levels: ForBrain
+    i: int
+    arrays: Arrays
+    now: Now
+
+    def note(self, kind: int, at_ms: int, word: int, detail: int) -> None:
+        """Write an event down."""
+        number = self.arrays.cars.number[self.i]
+        events.record(self.arrays.counters, self.now.part, at_ms, number, kind, 0, word, detail)
+
+    def received_frames(self) -> range:
+        """The frame that ends now: a range of one number, or none, because no list can be made in a kernel."""
+        cars, i = self.arrays.cars, self.i
+        if cars.heard_from[i] == NOBODY or not reached(self.now.ms, cars.heard_at[i]):
+            return range(0)
+        frame = channel.received(i, self.now.seed, self.now.ms, cars, self.arrays.rules.flips)
+        return range(frame, frame + 1)
+
+    def note_frame(self, frame: int, result: int) -> None:
+        """Count a frame that the brain took, and write down what became of it."""
+        cars, counters, i, part, now = self.arrays.cars, self.arrays.counters, self.i, self.now.part, self.now.ms
+        number, sender = cars.number[i], cars.heard_from[i]
+        cars.heard_from[i] = NOBODY
+        if result == brain.BAD_PARITY:
+            events.record_loss(counters, part, now, number, events.PARITY, frame, sender)
+        elif result == brain.BAD_RESERVED:
+            events.record_loss(counters, part, now, number, events.RESERVED, frame, sender)
+        elif result == brain.DEAF:
+            events.record_loss(counters, part, now, number, events.DEAF, frame, sender)
+        else:
+            counters.counts[part, events.FRAMES_HEARD] += 1
+            if frame != cars.heard[i]:
+                counters.counts[part, events.UNDETECTED] += 1
+            events.record(counters, part, now, number, events.HEARD, 0, frame & 0xFFFFFFFE, sender)
+
+    def heard_voice(self) -> int:
+        """What is said here in this tick."""
+        return channel.voice_at(self.i, self.arrays, self.now)
+
+    def sense(self, looks_mm: int) -> Senses:
+        """Look around where the ultrasonic sensor is on, and for people where the word asks for it."""
+        s, rules, people = self.memory, self.arrays.rules, self.arrays.people
+        away, distance, push_x, push_y = next_wakeup.NEVER_MS, geometry.FAR_UM, 0.0, 0.0
+        if looks_mm > 0:
+            look = float(looks_mm) * 1000.0
+            ticks, distance, push_x, push_y = clearance.look_around(self.i, look, self.arrays, self.now)
+            away = ticks * rules.tick_ms
+        person = 0
+        if people.now_x.shape[1] and s[brain.RUNNING] and s[brain.WORD] >> _PIR_AT & 1:
+            person, outside = bodies.person_near(self.i, self.now.part, self.now.ms, self.arrays.cars, people, rules)
+            ticks = clearance.whole_ticks(outside / (rules.person_step + rules.fastest))
+            away = min(away, ticks * rules.tick_ms)
+        return bodies.obstacle_mm(distance, rules), person, looks_mm > 0, away, push_x, push_y
+
+    def set_outputs(self, wheels: int, led: int, senses: Senses) -> tuple[bool, int]:
+        """Set the wheels; gives whether the car looked around, and for how many ms it may be left alone.
+
+        The LED follows from the memory (`motorcade.car.brain.lit_led`), so nothing has to be set.
+        """
+        i, cars, rules = self.i, self.arrays.cars, self.arrays.rules
+        _, _, looked, away, push_x, push_y = senses
+        if wheels != cars.wheels[i] and cars.wheels[i] != DRIVEN:
+            bodies.set_way(i, wheels, cars, rules)
+            cars.clear[i] = clearance.on_another_way(cars.clear[i], self.now.tick)
+            if looked:
+                # The sensor was clear for as long as the car went on as before.
+                away = 0
+        elif looked and (bodies.turns(wheels) or rules.wheel_noise > 0.0):
+            away = 0
+        if looked:
+            clearance.push(i, push_x, push_y, self.arrays, self.now)
+        return looked, min(away, next_wakeup.word_rest_ms(self.memory, self.now.ms, self.levels))
+
+    def air_is_busy(self) -> int:
+        """1 while frames are on the air around the car."""
+        return channel.air_is_busy(self.i, self.now.ms, self.arrays.cars)
+
+    def send_frame(self, word: int) -> None:
+        """Begin a frame of ``word``."""
+        number = self.arrays.cars.number[self.i]
+        events.record(self.arrays.counters, self.now.part, self.now.ms, number, events.FRAME, 0, word, 0)
+        channel.begin_frame(self.i, to_frame(word), self.arrays, self.now)
 
 
 @in_kernel
-def sort(world: int, begin: int, end: int, cars: Cars, cells: Cells, driven: Driven, rules: Rules) -> None:
-    """Bring a world's cars into the order of their cells."""
-    grid.fit(world, begin, end, cars, cells, rules.cell)
-    grid.order_by_cell(world, begin, end, cars, cells)
-    for field in range(grid.fields(cars)):
-        grid.gather(begin, end, field, cars)
-        grid.put_back(begin, end, field, cars)
-    cars.push[begin:end] = 0
-    bicycle.find(world, begin, end, cars, driven)
+def _turn_of(i: int, arrays: Arrays, now: Now) -> CarTurn:
+    cars, rules = arrays.cars, arrays.rules
+    leads = cars.program[i] > 0
+    image = rules.images[int(cars.program[i]) - 1 if leads else 0]
+    return CarTurn(leads, cars.memory[:, i], image, rules.levels, i, arrays, now)
+
+
+@in_kernel
+def _switch_on(begin: int, end: int, arrays: Arrays, now: Now) -> None:
+    """Switch on the cars between two indices, in their first tick."""
+    for i in range(begin, end):
+        car = _turn_of(i, arrays, now)
+        brain.switch_on(car.memory, (now.seed * 1_000_003 + int(arrays.cars.number[i])) & 0xFFFFFFFF, now.ms)
+        if car.leads:
+            step.begin_program(car, now.ms)
+
+
+@in_kernel
+def step_cars(begin: int, end: int, arrays: Arrays, now: Now) -> int:
+    """Give their turn to those cars between two indices that are due.
+
+    Returns:
+        How many of them began a frame; their indices stand in ``cars.order`` from ``begin`` on.
+    """
+    cars, rules = arrays.cars, arrays.rules
+    senders = begin
+    somebody_speaks = now.said != brain.NO_VOICE or now.first_voice < now.last_voice
+    for i in range(begin, end):
+        looked = False
+        if somebody_speaks or reached(now.ms, cars.due[i]):
+            car = _turn_of(i, arrays, now)
+            word_ms = 0 if somebody_speaks else _left_to_word(car)
+            if word_ms == 0:
+                looked, word_ms = step.act(car, now.ms)
+            if step.send(car, now.ms):
+                cars.order[senders] = i
+                senders += 1
+            _set_due(car, word_ms)
+        if rules.collisions and not looked and clearance.is_due(cars.clear[i], now.tick):
+            _, _, push_x, push_y = clearance.look_around(i, 0.0, arrays, now)
+            clearance.push(i, push_x, push_y, arrays, now)
+    return senders - begin
+
+
+@in_kernel
+def _left_to_word(car: CarTurn) -> int:
+    """For how many ms a car that is due can have only a frame to begin; 0 where there may be more to do now."""
+    s, i, cars, rules, now = car.memory, car.i, car.arrays.cars, car.arrays.rules, car.now.ms
+    if car.leads or s[brain.WORD] & _SENSES:
+        return 0
+    if cars.heard_from[i] != NOBODY and reached(now, cars.heard_at[i]):
+        return 0
+    # The car had its turn whenever there was something new until one tick ago.
+    rest_ms = next_wakeup.word_rest_ms(s, later_ms(now, -rules.tick_ms), rules.levels) - rules.tick_ms
+    return max(rest_ms, 0)
+
+
+@in_kernel
+def _set_due(car: CarTurn, wait: int) -> None:
+    """Set when the car's next turn is due: in ``wait`` ms at the latest."""
+    s, i, cars, now = car.memory, car.i, car.arrays.cars, car.now.ms
+    if car.leads:
+        wait = min(wait, next_wakeup.frames_rest_ms(s, car.image, now))
+    else:
+        relay = next_wakeup.relay_rest_ms(s, 0, now)
+        if s[brain.RELAY] != brain.WAITING and relay < next_wakeup.NEVER_MS and channel.air_is_busy(i, now, cars):
+            # It waits for the air to be free.
+            free = cars.air_until[i]
+            if reached(cars.sends_until[i], free):
+                free = cars.sends_until[i]
+            relay = elapsed_ms(free, now)
+        wait = min(wait, relay)
+        if cars.heard_from[i] != NOBODY:
+            wait = min(wait, elapsed_ms(cars.heard_at[i], now))
+    cars.due[i] = later_ms(now, max(wait, 1))
+
+
+@in_kernel
+def _sort(world: int, begin: int, end: int, arrays: Arrays) -> None:
+    """Bring the cars of a world into the order of their cells."""
+    cars = arrays.cars
+    cells.fit(world, begin, end, cars, arrays.cells, arrays.rules.cell)
+    cells.order_by_cell(world, begin, end, cars, arrays.cells)
+    for field in range(cells.fields(cars)):
+        cells.gather(begin, end, field, cars)
+        cells.put_back(begin, end, field, cars)
+    cells.clear_push(begin, end, cars)
+    bicycle.find(world, begin, end, cars, arrays.driven)
 
 
 def _worlds_kernel(fingerprint: str) -> Callable[..., None]:
-    def run(
-        first_tick: int,
-        ticks: int,
-        said: int,
-        per_world: int,
-        seeds: Ints,
-        cars: Cars,
-        cells: Cells,
-        place: Place,
-        people: People,
-        voices: Voices,
-        driven: Driven,
-        rules: Rules,
-        told: Counters,
-    ) -> None:
-        """Worlds side by side, each stepped by one thread."""
+    def run(first_tick: int, ticks: int, said: int, seeds: Ints, arrays: Arrays) -> None:
+        """Step worlds side by side, each in one thread. In the first tick every car hears ``said``."""
         _ = fingerprint
+        # A loop of several threads takes no nested tuples, so they are taken apart here and put together inside.
+        cars = Cars(*arrays.cars)
+        cell_lists = Cells(*arrays.cells)
+        place = Place(*arrays.place)
+        people = People(*arrays.people)
+        voices = Voices(*arrays.voices)
+        rules = Rules(*arrays.rules)
+        counters = Counters(*arrays.counters)
+        driven = arrays.driven
+        per_world = cars.x.shape[0] // seeds.shape[0]
         for world in numba.prange(seeds.shape[0]):
+            inside = Arrays(cars, cell_lists, place, people, voices, driven, rules, counters)
             begin, end, seed = world * per_world, (world + 1) * per_world, seeds[world]
-            heard = turn.voices_until((first_tick - 1) * rules.tick_ms, voices)
+            heard = channel.voices_until((first_tick - 1) * rules.tick_ms, voices)
             for tick in range(first_tick, first_tick + ticks):
-                now = tick * rules.tick_ms & TICKS_MASK
-                voice = said if tick == first_tick else brain.NO_VOICE
-                if tick == 0:
-                    turn.switch_on(begin, end, seed, now, world, cars, rules, told)
-                if tick % rules.sort_every == 0:
-                    sort(world, begin, end, cars, cells, driven, rules)
-                bicycle.set_out(world, seed, tick, cars, driven, rules)
+                ms = tick * rules.tick_ms & TICKS_MASK
                 first_voice = heard
-                while heard < voices.at_ms.shape[0] and voices.at_ms[heard] <= now:
+                while heard < voices.at_ms.shape[0] and voices.at_ms[heard] <= ms:
                     heard += 1
-                senders = turn.think(
-                    begin,
-                    end,
-                    world,
-                    world,
-                    seed,
-                    now,
-                    tick,
-                    voice,
-                    first_voice,
-                    heard,
-                    cars,
-                    cells,
-                    place,
-                    people,
-                    voices,
-                    rules,
-                    told,
-                )
-                rows = int(cells.frame[world, grid.ROWS])
+                voice = said if tick == first_tick else brain.NO_VOICE
+                now = Now(world, world, seed, tick, ms, voice, first_voice, heard)
+                if tick == 0:
+                    _switch_on(begin, end, inside, now)
+                if tick % rules.sort_every == 0:
+                    _sort(world, begin, end, inside)
+                bicycle.set_out(world, seed, tick, cars, driven, rules)
+                senders = step_cars(begin, end, inside, now)
+                rows = int(cell_lists.frame[world, cells.ROWS])
                 for k in range(begin, begin + senders):
-                    channel.spread_frame(cars.order[k], world, 0, rows, now, world, cars, cells, place, rules, told)
+                    channel.spread_frame(cars.order[k], 0, rows, inside, now)
                 bodies.move(begin, end, seed, tick, cars, rules)
                 bicycle.turn_round(world, cars, driven)
 
@@ -105,78 +275,60 @@ def _share(part: int, count: int) -> tuple[int, int]:
 
 
 def _large_kernel(fingerprint: str) -> Callable[..., None]:
-    def run(
-        first_tick: int,
-        ticks: int,
-        said: int,
-        per_world: int,
-        seeds: Ints,
-        cars: Cars,
-        cells: Cells,
-        place: Place,
-        people: People,
-        voices: Voices,
-        driven: Driven,
-        rules: Rules,
-        told: Counters,
-    ) -> None:
-        """One world in strips of rows of cells, several threads at work on each tick."""
+    def run(first_tick: int, ticks: int, said: int, seeds: Ints, arrays: Arrays) -> None:
+        """Step one world in strips of rows of cells, with several threads in each tick."""
         _ = fingerprint
-        seed, first, frame = seeds[0], cells.first[0], cells.frame[0]
-        senders, strips = cells.strips[0], cells.strips[1]
-        heard = turn.voices_until((first_tick - 1) * rules.tick_ms, voices)
+        cars = Cars(*arrays.cars)
+        cell_lists = Cells(*arrays.cells)
+        place = Place(*arrays.place)
+        people = People(*arrays.people)
+        voices = Voices(*arrays.voices)
+        rules = Rules(*arrays.rules)
+        counters = Counters(*arrays.counters)
+        driven = arrays.driven
+        count = cars.x.shape[0]
+        # Numba leaves out a store to an array that it can't trace to an argument, so these come from the argument. All
+        # other stores are behind calls.
+        senders, strips = arrays.cells.strips[0], arrays.cells.strips[1]
+        seed, first, frame = seeds[0], arrays.cells.first[0], arrays.cells.frame[0]
+        heard = channel.voices_until((first_tick - 1) * rules.tick_ms, voices)
         for tick in range(first_tick, first_tick + ticks):
-            now = tick * rules.tick_ms & TICKS_MASK
+            ms = tick * rules.tick_ms & TICKS_MASK
+            first_voice = heard
+            while heard < voices.at_ms.shape[0] and voices.at_ms[heard] <= ms:
+                heard += 1
             voice = said if tick == first_tick else brain.NO_VOICE
             if tick == 0:
-                turn.switch_on(0, per_world, seed, now, 0, cars, rules, told)
+                _switch_on(0, count, arrays, Now(0, 0, seed, tick, ms, voice, first_voice, heard))
             if tick % rules.sort_every == 0:
-                grid.fit(0, 0, per_world, cars, cells, rules.cell)
-                grid.order_by_cell(0, 0, per_world, cars, cells)
-                for field in range(grid.fields(cars)):
+                cells.fit(0, 0, count, cars, cell_lists, rules.cell)
+                cells.order_by_cell(0, 0, count, cars, cell_lists)
+                for field in range(cells.fields(cars)):
                     for part in numba.prange(MOST_PARTS):
-                        grid.gather(*_share(part, per_world), field, cars)
+                        cells.gather(*_share(part, count), field, cars)
                     for part in numba.prange(MOST_PARTS):
-                        grid.put_back(*_share(part, per_world), field, cars)
-                cars.push[:] = 0
-                bicycle.find(0, 0, per_world, cars, driven)
+                        cells.put_back(*_share(part, count), field, cars)
+                cells.clear_push(0, count, cars)
+                bicycle.find(0, 0, count, cars, driven)
             bicycle.set_out(0, seed, tick, cars, driven, rules)
-            rows, columns = int(frame[grid.ROWS]), int(frame[grid.COLUMNS])
-            # A frame begun in one strip reaches the next one at most.
-            reach = int((rules.range + 2.0 * rules.drift) * frame[grid.PER_UM]) + 2
+            rows, columns = int(frame[cells.ROWS]), int(frame[cells.COLUMNS])
+            # A frame that begins in one strip reaches the next strip at most.
+            reach = int((rules.range + 2.0 * rules.drift) * frame[cells.PER_UM]) + 2
             parts = min(max(rows // reach, 1), MOST_PARTS)
             for part in range(parts + 1):
                 strips[part] = rows * part // parts
-            first_voice = heard
-            while heard < voices.at_ms.shape[0] and voices.at_ms[heard] <= now:
-                heard += 1
             for part in numba.prange(parts):
-                senders[part] = turn.think(
-                    first[strips[part] * columns],
-                    first[strips[part + 1] * columns],
-                    0,
-                    part,
-                    seed,
-                    now,
-                    tick,
-                    voice,
-                    first_voice,
-                    heard,
-                    cars,
-                    cells,
-                    place,
-                    people,
-                    voices,
-                    rules,
-                    told,
-                )
+                inside = Arrays(cars, cell_lists, place, people, voices, driven, rules, counters)
+                begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]
+                now = Now(0, part, seed, tick, ms, voice, first_voice, heard)
+                senders[part] = step_cars(begin, end, inside, now)
             for part in numba.prange(parts):
+                inside = Arrays(cars, cell_lists, place, people, voices, driven, rules, counters)
+                now = Now(0, part, seed, tick, ms, voice, first_voice, heard)
                 for other in range(max(part - 1, 0), min(part + 2, parts)):
                     begin = first[strips[other] * columns]
                     for k in range(begin, begin + senders[other]):
-                        channel.spread_frame(
-                            cars.order[k], 0, strips[part], strips[part + 1], now, part, cars, cells, place, rules, told
-                        )
+                        channel.spread_frame(cars.order[k], strips[part], strips[part + 1], inside, now)
             for part in numba.prange(parts):
                 begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]
                 bodies.move(begin, end, seed, tick, cars, rules)
@@ -186,30 +338,29 @@ def _large_kernel(fingerprint: str) -> Callable[..., None]:
 
 
 def _wake_kernel(fingerprint: str) -> Callable[..., None]:
-    def wake(
-        tick: int, put: int, per_world: int, worlds: int, cars: Cars, cells: Cells, driven: Driven, rules: Rules
-    ) -> None:
-        """Let every car look around in its next tick: nothing of what it knew of its surroundings may hold any more.
+    def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:
+        """Make every car look around in its next tick, because nothing that it knew of its surroundings holds.
 
-        The car at ``put`` sets out anew, as it was put elsewhere; with ALL every car.
+        The car at index ``moved`` also gets the way that fits its new heading; with ALL every car does.
         """
         _ = fingerprint
-        now = tick * rules.tick_ms & TICKS_MASK
+        cars, rules = arrays.cars, arrays.rules
+        now, per_world = tick * rules.tick_ms & TICKS_MASK, cars.x.shape[0] // worlds
         for world in range(worlds):
             begin, end = world * per_world, (world + 1) * per_world
             for i in range(begin, end):
-                if put in (ALL, i):
+                if moved in (ALL, i):
                     bodies.set_way(i, cars.wheels[i], cars, rules)
                 cars.due[i] = now
                 cars.clear[i] = clearance.due_now(tick)
-            sort(world, begin, end, cars, cells, driven, rules)
+            _sort(world, begin, end, arrays)
 
     return wake
 
 
 def _leds_kernel(fingerprint: str) -> Callable[..., None]:
     def read_leds(begin: int, now: int, cars: Cars, rules: Rules, leds: Any) -> None:
-        """The LED that each car of a world lights, in the order of the arrays."""
+        """Write the LED that each car of a world lights into ``leds``, in the order of the arrays."""
         _ = fingerprint
         for k in range(leds.shape[0]):
             leds[k] = brain.lit_led(cars.memory[:, begin + k], now, rules.levels)
@@ -218,9 +369,9 @@ def _leds_kernel(fingerprint: str) -> Callable[..., None]:
 
 
 def give_back(i: int, tick: int, cars: Cars, rules: Rules) -> None:
-    """Let car ``i``'s brain have its wheels again; called between two ticks, and never compiled.
+    """Give the wheels of car ``i`` back to its program; called between two ticks, and never compiled.
 
-    Where they depend on what the car senses, or where its program is at the next tick, its turn in that sets them.
+    Where the wheels depend on sensors, or on what the program does at the next tick, the car's turn in that sets them.
     """
     now = tick * rules.tick_ms & TICKS_MASK
     memory, levels = cars.memory[:, i].tolist(), tuple(rules.levels.tolist())
@@ -230,10 +381,10 @@ def give_back(i: int, tick: int, cars: Cars, rules: Rules) -> None:
     cars.clear[i] = clearance.due_now(tick)
 
 
-_ROOMS = (bicycle, bodies, grid, channel, clearance, geometry, state, tally, turn)
-_SOURCES = (*(Path(str(each.__file__)) for each in _ROOMS), Path(__file__))
-run_many = compiled.compiled(_worlds_kernel, _SOURCES, parallel=True)
-run_one = compiled.compiled(_worlds_kernel, _SOURCES, parallel=False)
-run_large = compiled.compiled(_large_kernel, _SOURCES, parallel=True)
-wake = compiled.compiled(_wake_kernel, _SOURCES, parallel=False)
-read_leds = compiled.compiled(_leds_kernel, _SOURCES, parallel=False)
+_MODULES = (bicycle, bodies, cells, channel, clearance, geometry, state)
+_SOURCES = (*(Path(str(each.__file__)) for each in _MODULES), Path(__file__))
+run_many = native.compiled(_worlds_kernel, _SOURCES, parallel=True)
+run_one = native.compiled(_worlds_kernel, _SOURCES, parallel=False)
+run_large = native.compiled(_large_kernel, _SOURCES, parallel=True)
+wake = native.compiled(_wake_kernel, _SOURCES, parallel=False)
+read_leds = native.compiled(_leds_kernel, _SOURCES, parallel=False)

@@ -1,4 +1,4 @@
-"""A mat and a profile as the engine's arrays: metres and degrees become µm and binary angles, once."""
+"""Turn a mat and a profile into the arrays of the engine: metres and degrees become µm and binary angles."""
 
 import math
 from collections.abc import Sequence
@@ -21,12 +21,12 @@ from motorcade.words.infrared import air_us
 VOICES = {"stop": VOICE_STOP, "go": VOICE_GO}
 _FIELDS = Cars._fields[2:-4]
 _SIGNED = ("x", "y", "way_x", "way_y")
-# What a car takes with events, room for cells and all; without events it is about half.
+# Bytes of a car, with events and room for cells; without events it is about half.
 BYTES_A_CAR = 256
 _DRIFT_UM = 60_000
 _LINE = 16  # cars to a cache line
 CELL_UM = 450_000.0
-# So few cars are found sooner among all than in cells.
+# With so few cars, checking all of them is faster than cells.
 _FEW_CARS = 24
 _NEVER = 1 << 40
 _PLACE_CELL_UM = 250_000.0
@@ -34,7 +34,7 @@ _FEW_PLACE_CELLS = 1 << 14
 
 
 def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
-    """The figures of a world. Raises MotorcadeError where the profile's can't be simulated."""
+    """The figures of a world. Raises MotorcadeError where the profile can't be simulated."""
     body, physics, tick_ms = profile.body, mat.physics, mat.tick_ms
     radius = body.diameter_mm * 500.0
     # mm/s times ms is µm.
@@ -83,7 +83,7 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
 def cars_of(worlds: int, per_world: int) -> Cars:
     """Room for all cars, zeroed."""
     count = worlds * per_world
-    # Fields an odd number of cache lines apart, or those of one car would all fall on a few places of the cache.
+    # Fields are an odd number of cache lines apart. Otherwise the fields of a car would share a few sets of the cache.
     lines = -(-count // _LINE) | 1
     rows = np.zeros((SIZE + len(_FIELDS), lines * _LINE), np.uint32)[:, :count]
     fields = {
@@ -95,7 +95,7 @@ def cars_of(worlds: int, per_world: int) -> Cars:
 
 
 def put_in_place(cars: Cars, mat: Mat, worlds: int, images: int) -> None:
-    """Everything as before the first tick."""
+    """Reset the cars to their state before the first tick."""
     starts = mat.starts
     cars.rows[:] = 0
     cars.push[:] = 0
@@ -114,7 +114,7 @@ def put_in_place(cars: Cars, mat: Mat, worlds: int, images: int) -> None:
 
 
 def cells_of(worlds: int, per_world: int) -> Cells:
-    """Room for a world's cells: at most five for eight cars, and a few more."""
+    """Room for the cells of worlds: at most five for eight cars, and a few more."""
     first, frame = np.zeros((worlds, per_world * 5 // 8 + 17), np.int32), np.zeros((worlds, 5), np.float64)
     return Cells(first, frame, np.zeros((2, MOST_PARTS + 1), np.int64))
 
@@ -136,7 +136,7 @@ def people_of(mat: Mat, parts: int) -> People:
 
 
 def voices_of(mat: Mat) -> Voices:
-    """What is said on the mat, in the order of time."""
+    """The voices of the mat, in the order of time."""
     said = sorted(mat.voices, key=lambda voice: voice.at_s)
     return Voices(
         at_ms=np.array([round(voice.at_s * 1000) for voice in said], np.int64),
@@ -148,7 +148,7 @@ def voices_of(mat: Mat) -> Voices:
 
 
 def place_of(mat: Mat, rules: Rules) -> Place:
-    """Walls and obstacles, and for each cell of the mat a list of those that matter to a car in it."""
+    """Walls and obstacles, and for each cell of the mat a list of those that can matter to a car in it."""
     walls = list(mat.walls)
     if mat.walled and mat.size_m:
         corners = [(0.0, 0.0), (mat.size_m[0], 0.0), mat.size_m, (0.0, mat.size_m[1])]
@@ -166,14 +166,14 @@ def place_of(mat: Mat, rules: Rules) -> Place:
     low, high = ends.min(axis=0) - reach - 1, ends.max(axis=0) + reach + 1
     most_cells = max(_FEW_PLACE_CELLS, len(mat.starts) // 3)
     side = max(_PLACE_CELL_UM, math.sqrt(float(np.prod(high - low)) / most_cells))
-    # Beyond a border cell nothing is within reach, so its own list is empty and serves all that lies there.
+    # Nothing is within reach beyond the border cells, so their lists are empty and hold for all that lies outside.
     columns, rows = (int(count) for count in np.ceil((high - low) / side) + 2)
     frame = np.array([low[0] - side, low[1] - side, 1 / side, columns, rows])
     reached = [_cells_near(frame, *_box(each), reach) for each in segments]
     reached += [_cells_near(frame, *_box_of_disc(each), reach) for each in discs]
     cells = np.concatenate(reached)
     items = np.repeat(np.arange(len(reached)), [len(each) for each in reached])
-    # No point of a cell is nearer to an item than this.
+    # A lower bound of the distance from any point of a cell to an item.
     away = np.concatenate([_distances(frame, each, item, segments, discs) for item, each in enumerate(reached)])
     away = np.maximum(away - side * math.sqrt(0.5) - 2, 0.0).astype(np.float32)
     near = np.flatnonzero(away <= reach)
@@ -204,7 +204,7 @@ def _cells_near(frame: Floats, low: Floats, high: Floats, reach: float) -> Ints:
 
 
 def _distances(frame: Floats, cells: Ints, item: int, segments: Floats, discs: Floats) -> Floats:
-    """From the middle of each cell to a wall or an obstacle."""
+    """The distances from the middle of each cell to a wall or an obstacle."""
     columns = int(frame[3])
     middle = np.stack([cells % columns + 0.5, cells // columns + 0.5], axis=1) / frame[2] + frame[:2]
     if item >= len(segments):
@@ -240,7 +240,7 @@ def _images(images: Sequence[bytes]) -> Words:
 
 @lru_cache(maxsize=256)
 def _flips(rate: float) -> NDArray[np.float64]:
-    """The chance of at most k of 32 bits to flip, times 2^32, without a rounding that differs between machines."""
+    """The probability that at most k of 32 bits flip, times 2^32, computed exactly so that all machines agree."""
     exact, total, chances = Fraction(rate), Fraction(0), []
     for k in range(33):
         total += math.comb(32, k) * exact**k * (1 - exact) ** (32 - k)
@@ -253,7 +253,7 @@ def _cosine(degrees: float) -> float:
 
 
 def _person_step(mat: Mat) -> float:
-    """µm that people walk at most in a tick; one that starts its path anew may be anywhere at once."""
+    """µm that people walk at most in a tick; a person whose path starts again may jump to any place."""
     steps = [0.0]
     for person in mat.people:
         if person.repeats and person.path[0][1:] != person.path[-1][1:]:

@@ -1,57 +1,77 @@
-"""The brain's own functions, made callable from compiled code: no copy, no second version.
+"""Compile the engine with Numba, and make the portable functions callable from compiled code.
 
-Importing this module is enough. Numba then compiles a call of
-`motorcade.car.brain.follower_step` from that very function's source.
+Importing this module is enough for the latter: Numba then compiles a call of `motorcade.car.brain.follower_step` from
+the source of that very function. There is no second version of it.
 """
 
 import hashlib
+import inspect
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FunctionType
-from typing import Any
+from typing import Any, TypeVar
 
-# OpenMP's threads would else spin while they wait, which slows a busy machine many times over.
+# Otherwise OpenMP's threads spin while they wait, which slows down a busy machine many times.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 import numba
-from numba.core import event
-from numba.extending import register_jitable
+from numba.core import event, types
+from numba.extending import overload_method, register_jitable
 
-from motorcade.car import brain
-from motorcade.car import next_wakeup as rest
+from motorcade.car import brain, next_wakeup, step
+from motorcade.engine import events
 from motorcade.words import infrared, ticks
 
-# For functions that kernels call. Inlined, since a call would copy each array's description.
+# For functions that kernels call. They are inlined, because a call would copy the description of each array.
 in_kernel = register_jitable(forceinline=True)
 
-_BRAIN = (ticks, infrared, brain, rest)
-for _module in _BRAIN:
+Class = TypeVar("Class", bound=type)
+_PLAIN = (ticks, infrared, brain, next_wakeup, step, events)
+for _module in _PLAIN:
     for _function in list(vars(_module).values()):
         if isinstance(_function, FunctionType) and _function.__module__ == _module.__name__:
             in_kernel(_function)
 
 
+def methods_in_kernel(kind: Class) -> Class:
+    """Decorate a named tuple class: make its methods callable from compiled code."""
+    for name, method in list(vars(kind).items()):
+        if isinstance(method, FunctionType) and not name.startswith("_"):
+            _register_method(kind, name, method)
+    return kind
+
+
+def _register_method(kind: type, name: str, method: FunctionType) -> None:
+    def implementation(self: Any, *arguments: Any) -> FunctionType | None:
+        return method if self.instance_class is kind else None
+
+    # Numba looks here for the names of the parameters.
+    implementation.__signature__ = inspect.signature(method)  # type: ignore[attr-defined]
+    options: dict[str, Any] = {"jit_options": {"forceinline": True}, "strict": False}
+    # Numba has one type for all named tuples, which holds the class.
+    overload_method(types.NamedTuple, name, **options)(implementation)
+
+
 def compiled(
     make: Callable[[str], Callable[..., Any]], sources: tuple[Path, ...], parallel: bool
 ) -> Callable[..., Any]:
-    """A kernel compiled at its first call, and kept on disk for the next start.
+    """A kernel that is compiled at its first call and kept on disk for the next start.
 
-    Numba's cache looks at the kernel's own file alone. So ``make`` takes a
-    fingerprint of all that is compiled into the kernel, and gives a function that
-    holds it in its closure, which Numba does look at.
+    Numba's cache looks only at the file of the kernel itself. Therefore ``make`` takes a fingerprint of all that is
+    compiled into the kernel and returns a function with the fingerprint in its closure, which Numba does look at.
 
     Args:
-        make: gives the kernel for a fingerprint.
-        sources: the files whose functions the kernel calls, beside the brain's.
+        make: returns the kernel for a fingerprint.
+        sources: the files whose functions the kernel calls, besides the portable ones.
         parallel: whether the kernel's ``prange`` loops use several threads.
     """
     digest = hashlib.sha256()
-    for path in (*(Path(str(module.__file__)) for module in _BRAIN), *sources, Path(__file__)):
+    for path in (*(Path(str(module.__file__)) for module in _PLAIN), *sources, Path(__file__)):
         digest.update(path.read_bytes())
-    # Nothing is allocated in a kernel, so its arrays need no counting of references, which takes most of the time.
-    # Fused, one part would enter a loop before all have left the one before it.
+    # Nothing is allocated in a kernel, so its arrays need no reference counts, which would take most of the time.
+    # With fusion, one part of a world would enter a loop before all parts have left the loop before it.
     loops = {"fusion": False} if parallel else False
     options: dict[str, Any] = {"cache": True, "parallel": loops, "error_model": "numpy", "nogil": True, "_nrt": False}
     kernel: Callable[..., Any] = numba.njit(**options)(make(f"{digest.hexdigest()}, parallel={parallel}"))
@@ -59,24 +79,24 @@ def compiled(
 
 
 class _Listener(event.Listener):
-    def __init__(self, tell: Callable[[], object]) -> None:
-        self._tell = tell
-        self._told = False
+    def __init__(self, notify: Callable[[], object]) -> None:
+        self._notify = notify
+        self._notified = False
 
     def on_start(self, event: object) -> None:
-        if not self._told:
-            self._told = True
-            self._tell()
+        if not self._notified:
+            self._notified = True
+            self._notify()
 
     def on_end(self, event: object) -> None:
         pass
 
 
 @contextmanager
-def telling(tell: Callable[[], object]) -> Iterator[None]:
-    """Inside, ``tell`` is called once if anything has to be compiled, by whichever thread does it.
+def on_compiling(notify: Callable[[], object]) -> Iterator[None]:
+    """Inside this context, call ``notify`` once if anything has to be compiled, in whichever thread does it.
 
-    Kernels that are read from disk take a moment; compiling them takes some 20 s.
+    Reading kernels from disk takes a moment; compiling them takes some 20 s.
     """
-    with event.install_listener("numba:compile", _Listener(tell)):
+    with event.install_listener("numba:compile", _Listener(notify)):
         yield

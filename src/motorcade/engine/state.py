@@ -1,56 +1,65 @@
-"""What the engine keeps, as arrays: one a field, the same index for the same car.
+"""The arrays of a world, or of many side by side: one array per field, with the same index for the same car.
 
-Lengths are µm, times ms, headings binary angles (2^32 is a full turn). Within a
-world the cars stand in the order of the cells that they are in, so that
-neighbours are near in memory; ``number`` says which car is at an index.
+Lengths are µm, times ms, headings binary angles (2^32 is a full turn). Within a world the cars stand in the order of
+the cells that they are in, so that neighbours are near in memory; ``number`` says which car is at an index.
+
+This module needs NumPy and no Numba, because those who only read a recording use `Moment` too.
 """
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from motorcade.engine.events import Counters
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Singles = NDArray[np.float32]
 Words = NDArray[np.uint32]
 Lengths = NDArray[np.int32]
-# An array where the brain, of which each target has its own kind, says list or tuple of integers.
+Metres = NDArray[np.float64] | NDArray[np.float32]
+# An array where the brain is annotated with a list or tuple of integers.
 ForBrain = Any
 
 NOBODY = 0xFFFFFFFF
-# Wheels that obey a driver and no brain: a direction that no brain gives, at level 0, at which nothing else moves them.
+# The wheels of a car that somebody drives: a direction that no brain gives, at level 0, so nothing else moves them.
 DRIVEN = 3 * 4
-# The cars that somebody drives, of all worlds: (7, driven), rows as of `motorcade.engine.bicycle`. One matrix, since a
-# kernel gets slower with every array that it is given.
+# The cars that somebody drives, of all worlds: (7, driven), rows as in `motorcade.engine.bicycle`. It is one matrix
+# because a kernel gets slower with every array.
 Driven = Ints
-# Strips of a large world; more than threads, so that a crowded one holds up no other.
+# Strips of a large world; more than threads, so that a crowded one doesn't hold up the others.
 MOST_PARTS = 32
 
 
-class Cars(NamedTuple):
-    """Every car of every world, one world behind the other: arrays of shape (cars,) but for the first two."""
+_NO_COUNTS: Mapping[str, int] = MappingProxyType({})
 
-    rows: Words  # (ROWS, cars): all that follows in one, down to sends_until
-    memory: ForBrain  # uint32, (brain.SIZE, cars): the brain's; a column is one car's
+
+class Cars(NamedTuple):
+    """Every car of every world, one world after the other: arrays of shape (cars,) except the first two."""
+
+    rows: Words  # (rows, cars): all fields from memory to sends_until in one array
+    memory: ForBrain  # uint32, (brain.SIZE, cars): the brain's memory; a column per car
     x: Lengths
     y: Lengths
-    way_x: Lengths  # what it drives in a tick, in 2^-12 µm
+    way_x: Lengths  # the way that it drives in a tick, in 2^-12 µm
     way_y: Lengths
     heading: Words
     number: Words  # within its world
-    due: Words  # when it has to be looked at next
-    clear: Words  # until which ticks nothing can come near enough to matter, as of `motorcade.engine.clearance`
-    heard: Words  # the frame that it is hearing
+    due: Words  # when its next turn is due
+    clear: Words  # until which ticks nothing can come near enough to matter; see `motorcade.engine.clearance`
+    heard: Words  # the frame that it is receiving; its own while it sends
     heard_at: Words  # when that ends
-    heard_from: Words  # the number of its sender; NOBODY: it hears none, or it is lost
+    heard_from: Words  # the number of its sender; NOBODY: it receives none, or the frame is lost
     loudest: Words  # distance of the nearest sender since the air here was last free
-    air_until: Words  # until when others' frames are on the air here
+    air_until: Words  # until when frames of others are on the air here
     sends_until: Words
-    push: Words  # how contacts move it in this tick, x and y as two int16, µm; else scratch
-    order: Words  # those who begin a frame in this tick; else scratch
+    push: Words  # how contacts move it in this tick: x and y as two int16, µm; scratch while cars are sorted
+    order: Words  # the cars that begin a frame in this tick; scratch while cars are sorted
     wheels: NDArray[np.uint8]  # direction * 4 + speed level, or DRIVEN
-    program: NDArray[np.uint8]  # 0: follows; k: leads by image k - 1
+    program: NDArray[np.uint8]  # 0: follows; k: leads with image k - 1
 
 
 class Cells(NamedTuple):
@@ -58,7 +67,7 @@ class Cells(NamedTuple):
 
     first: Lengths  # (worlds, most cells + 1): index of each cell's first car
     frame: Floats  # (worlds, 5): origin x and y (µm), cells a µm, columns, rows
-    strips: Ints  # (2, MOST_PARTS + 1): of a large world, how many cars of each begin a frame, and its first row
+    strips: Ints  # (2, MOST_PARTS + 1): of each strip of a large world, how many cars begin a frame, and its first row
 
 
 class Place(NamedTuple):
@@ -66,27 +75,27 @@ class Place(NamedTuple):
 
     segments: Floats  # (segments, 4): x0, y0, x1, y1
     discs: Floats  # (discs, 3): x, y, radius
-    frame: Floats  # (5,): as of Cells
+    frame: Floats  # (5,): as in Cells
     first: Lengths  # (cells + 1,)
-    items: Lengths  # of each cell, the nearest first: a segment's index, or a disc's behind all segments
-    away: Singles  # µm that each of them is away from its cell at least
+    items: Lengths  # of each cell, the nearest first: a segment's index, or a disc's after all segments
+    away: Singles  # µm from its cell to each of them, at least
 
 
 class People(NamedTuple):
-    """Who walks where; the points of all paths one behind the other."""
+    """Who walks where; the points of all paths one after the other."""
 
     first: Ints  # (people + 1,): index of each one's first point
     at_ms: Ints  # (points,)
     x: Floats
     y: Floats
     repeats: Ints  # (people,): 1 where the path begins anew when it is over
-    now_x: Floats  # (parts, people): where they are
+    now_x: Floats  # (parts, people): where they are now
     now_y: Floats
-    walked_ms: Ints  # (parts,): when that was worked out
+    walked_ms: Ints  # (parts,): the time that now_x and now_y belong to
 
 
 class Voices(NamedTuple):
-    """What is said when and where."""
+    """The voices of the mat: what is said when and where."""
 
     at_ms: Ints  # (voices,), rising
     word: Ints
@@ -96,7 +105,7 @@ class Voices(NamedTuple):
 
 
 class Rules(NamedTuple):
-    """The profile's and the mat's figures."""
+    """The figures of the profile and the mat."""
 
     levels: ForBrain  # int64
     images: ForBrain  # uint32, (images, longest)
@@ -125,3 +134,80 @@ class Rules(NamedTuple):
     drift: float  # µm that a car may have gone since the last sort
     sort_every: int  # ticks
     cell: float  # side of a cell
+
+
+class Arrays(NamedTuple):
+    """All that a kernel reads and writes."""
+
+    cars: Cars
+    cells: Cells
+    place: Place
+    people: People
+    voices: Voices
+    driven: Driven
+    rules: Rules
+    counters: Counters
+
+
+class Now(NamedTuple):
+    """The tick that is being simulated, in one world or in one part of it."""
+
+    world: int
+    part: int  # which row of the counters and of the people's places
+    seed: int
+    tick: int
+    ms: int
+    said: int  # what every car hears: NO_VOICE, VOICE_STOP or VOICE_GO of the brain
+    first_voice: int  # the mat's voices that are said in this tick: from first_voice to last_voice - 1
+    last_voice: int
+
+
+class Moment(NamedTuple):
+    """What the cars of a world show at one moment, in the order of their numbers.
+
+    Engine, recordings, pictures and cameras all use this one type.
+
+    Attributes:
+        t_ms: the simulated time.
+        x_m, y_m, heading: metres and radians from -pi to pi; float64 from `World.snapshot`, float32 in recordings.
+        word: uint32, the word that each car executes or holds; 0 for none.
+        runs: whether that word's length is not yet over.
+        wheels: direction * 4 + speed level (directions forward, left, right); direction 3 where somebody drives the
+            car.
+        led: the LED that is on, 4 for none.
+        sends: whether the car's frame is on the air.
+        counts: what was counted since the run began, by name, as in `World.counts`; empty where nobody asked for it.
+    """
+
+    t_ms: int
+    x_m: Metres
+    y_m: Metres
+    heading: Metres
+    word: NDArray[np.uint32]
+    runs: NDArray[np.bool_]
+    wheels: NDArray[np.uint8]
+    led: NDArray[np.uint8]
+    sends: NDArray[np.bool_]
+    counts: Mapping[str, int] = _NO_COUNTS
+
+    def in_single_precision(self) -> "Moment":
+        """The same moment with positions and headings as float32, as recordings and pictures hold them."""
+        x_m, y_m, heading = (np.asarray(each, np.float32) for each in (self.x_m, self.y_m, self.heading))
+        return self._replace(x_m=x_m, y_m=y_m, heading=heading)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The moment for JSON: lists in the order of car numbers, lengths and angles to a millionth."""
+        x_m, y_m, heading = (np.round(each.astype(float), 6).tolist() for each in (self.x_m, self.y_m, self.heading))
+        return {
+            "t_ms": self.t_ms,
+            "number": list(range(len(self.x_m))),
+            "x_m": x_m,
+            "y_m": y_m,
+            "heading_rad": heading,
+            "word": self.word.tolist(),
+            "runs": self.runs.tolist(),
+            "wheels": self.wheels.tolist(),
+            "led": self.led.tolist(),
+            "sends": self.sends.tolist(),
+            "counts": dict(self.counts),
+        }

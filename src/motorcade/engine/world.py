@@ -1,4 +1,4 @@
-"""A world of cars, or many side by side: what `motorcade.engine.kernels` steps, with a face for people."""
+"""The public interface of the engine: a world of cars, or many worlds side by side."""
 
 import math
 from collections.abc import Sequence
@@ -11,16 +11,13 @@ from numpy.typing import NDArray
 
 from motorcade.car.brain import NO_VOICE, RUNNING, WORD
 from motorcade.config.profile import Profile, built_in_profile
-from motorcade.engine import bicycle, layout
-from motorcade.engine import counters as tally
-from motorcade.engine import kernels as engine
+from motorcade.engine import bicycle, events, kernels, layout
 from motorcade.engine.events import EVENT as EVENT
 from motorcade.engine.events import KINDS as KINDS
 from motorcade.engine.events import LOSS_REASONS as LOSS_REASONS
 from motorcade.engine.geometry import FULL_TURN, to_heading
 from motorcade.engine.layout import VOICES
-from motorcade.engine.moment import Moment
-from motorcade.engine.state import DRIVEN, MOST_PARTS
+from motorcade.engine.state import DRIVEN, MOST_PARTS, Arrays, Moment
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, Pose
 from motorcade.mats.schema import FARTHEST_M
@@ -30,40 +27,39 @@ from motorcade.words.ticks import TICKS_MASK
 # One world of fewer cars is stepped faster by one thread.
 _LARGE = 20_000
 _COUNTED = {
-    "frames": tally.FRAMES,
-    "heard": tally.HEARD,
-    "lost_collision": tally.LOST_COLLISION,
-    "lost_sending": tally.LOST_SENDING,
-    "lost_parity": tally.LOST_PARITY,
-    "lost_reserved": tally.LOST_RESERVED,
-    "deaf": tally.DEAF,
-    "undetected": tally.UNDETECTED,
-    "touching_ms": tally.TOUCHING_MS,
+    "frames": events.FRAMES,
+    "heard": events.FRAMES_HEARD,
+    "lost_collision": events.COLLISION,
+    "lost_sending": events.SENDING,
+    "lost_parity": events.PARITY,
+    "lost_reserved": events.RESERVED,
+    "deaf": events.DEAF,
+    "undetected": events.UNDETECTED,
+    "touching_ms": events.TOUCHING_MS,
 }
 
 
 class World:
-    """Cars on a mat.
+    """Simulate cars on a mat.
 
     Args:
-        mat: where they start, and what is around them.
-        images: the leaders' programs, the very bytes that are uploaded; the mat's
-            k-th leader runs ``images[k % len(images)]``.
-        profile: what the levels in words mean; the built-in ``classroom`` unless given.
-        seeds: one seed for one world, or several for as many worlds side by side. The
-            same seed gives the same run, to the last bit, with any number of threads.
+        mat: where the cars start, and what is around them.
+        images: the leaders' programs, as the bytes that are uploaded to cars; the mat's k-th leader runs
+            ``images[k % len(images)]``.
+        profile: what the levels in words mean; default: the built-in profile ``classroom``.
+        seeds: one seed for one world, or several for as many worlds side by side. The same seed gives the same run, to
+            the last bit, with any number of threads.
         events: whether to keep events for `take_events`.
-        threads: how many may work; as many as there are processors unless given.
+        threads: how many threads to use; default: one per processor.
 
     Attributes:
         cars: how many there are in each world.
         worlds: how many worlds there are.
-        now_ms: simulated time; wraps at 2^30.
-        state: the arrays themselves (`motorcade.engine.state.Cars`), not in the order of car numbers.
+        now_ms: the simulated time; wraps at 2^30.
+        state: the arrays of the cars (`motorcade.engine.state.Cars`), not in the order of car numbers.
 
     Raises:
-        ImageError: an image that is none.
-        MotorcadeError: what can't be simulated, or doesn't fit into the memory.
+        MotorcadeError: an image is damaged, the world can't be simulated, or it doesn't fit into the memory.
     """
 
     def __init__(
@@ -98,7 +94,7 @@ class World:
         self.reset(seeds)
 
     def reset(self, seeds: int | Sequence[int] | None = None) -> None:
-        """Everything as at the beginning, with other seeds where they are given (as many as there are worlds)."""
+        """Begin again, with other seeds where they are given (as many as there are worlds)."""
         if seeds is not None:
             if len(_seed_list(seeds)) != self.worlds:
                 raise MotorcadeError("seeds-differ-from-worlds", count=len(_seed_list(seeds)), worlds=self.worlds)
@@ -106,9 +102,9 @@ class World:
         layout.put_in_place(self.state, self.mat, self.worlds, len(self.images))
         self._driven = bicycle.nobody()
         room = 64 * self.cars + 1024 if self._keeps_events else 0
-        self._tally = tally.Counters(
-            np.zeros((self._parts, tally.COUNTS), np.int64),
-            np.zeros((self._parts, room // (self._parts if self._is_large else 1), tally.COLUMNS), np.uint32),
+        self._counters = events.Counters(
+            np.zeros((self._parts, events.COUNTS), np.int64),
+            np.zeros((self._parts, room // (self._parts if self._is_large else 1), events.COLUMNS), np.uint32),
         )
         self._tick = 0
         self._said = NO_VOICE
@@ -116,29 +112,29 @@ class World:
 
     @property
     def now_ms(self) -> int:
-        """Simulated time in ms."""
+        """The simulated time in ms."""
         return self._tick * self.tick_ms & TICKS_MASK
 
     @property
     def nbytes(self) -> int:
-        """Bytes that the world's state occupies, scratch included."""
+        """The bytes that all arrays of the world occupy."""
         state = (self.state.rows, self.state.push, self.state.order, self.state.wheels, self.state.program)
-        arrays = (*state, *self._cells, *self._place, *self._people, *self._voices, self._driven, *self._tally)
+        arrays = (*state, *self._cells, *self._place, *self._people, *self._voices, self._driven, *self._counters)
         return sum(np.asarray(array).nbytes for array in arrays)
 
     def say(self, word: str) -> None:
-        """Every car hears ``stop`` or ``go`` in the next tick."""
+        """Let every car hear ``stop`` or ``go`` in the next tick."""
         self._said = VOICES[word]
 
     def furnish(self, mat: Mat, range_mm: int | None = None) -> None:
-        """Put other walls, obstacles, people, voices and physics around the cars, which stay where they are and go on.
+        """Replace walls, obstacles, people, voices and physics; the cars stay where they are and go on.
 
         Args:
-            mat: what is around them from now on; where its own cars start and how long its tick is doesn't matter.
-            range_mm: how far infrared reaches; as far as before unless given.
+            mat: what is around the cars from now on; its own starts and tick are ignored.
+            range_mm: the range of infrared; default: as before.
 
         Raises:
-            MotorcadeError: what can't be simulated; everything is as before then.
+            MotorcadeError: the mat can't be simulated; nothing has changed then.
         """
         mat = replace(mat, starts=self.mat.starts, tick_ms=self.tick_ms)
         infrared = self.profile.infrared
@@ -151,7 +147,7 @@ class World:
         self._wake()
 
     def move(self, car: int, pose: Pose, world: int = 0) -> None:
-        """Lift a car and put it down elsewhere, where it goes on with what it does.
+        """Move a car to another place, where it goes on with what it does.
 
         Raises:
             MotorcadeError: there is no such car or place.
@@ -165,14 +161,14 @@ class World:
         self._wake(index)
 
     def drive(self, car: int, angle_deg: int = 90, direction: int = 1, speed: int = 0, world: int = 0) -> None:
-        """Have a driver at a car's wheels, in place of its own program, which goes on but for them.
+        """Drive a car by hand. Its own program goes on, but its wheels obey these values until `give_back`.
 
         Args:
-            car: which one; it may lead or follow.
-            angle_deg: where the steering servo stands, 0 (right) to 180 (left).
+            car: the number of the car, a leader or a follower.
+            angle_deg: the angle of the steering servo, 0 (right) to 180 (left).
             direction: 1 for forward, 0 for backward.
             speed: the motor's duty, 0 to the profile's ``motor.pwm_max``.
-            world: which world's car.
+            world: the index of the car's world.
 
         Raises:
             MotorcadeError: there is no such car.
@@ -184,22 +180,22 @@ class World:
         self.state.wheels[index] = DRIVEN
 
     def give_back(self, car: int, world: int = 0) -> None:
-        """Let a car's own program have the wheels again, where it has come to by now. Raises MotorcadeError."""
+        """Give the wheels of a car back to its own program. Raises MotorcadeError: there is no such car."""
         self._check_car(car)
         index = self._index(car, world)
         if self.state.wheels[index] == DRIVEN:
             self._driven = bicycle.without_driver(self._driven, world, car)
-            engine.give_back(index, self._tick, self.state, self._rules)
+            kernels.give_back(index, self._tick, self.state, self._rules)
 
     def step(self) -> None:
-        """One tick."""
+        """Simulate one tick."""
         self._advance(1)
 
     def run(self, duration_ms: int) -> None:
-        """Step for ``duration_ms``, all in one compiled call; a part of a tick is left out."""
+        """Simulate ``duration_ms``, rounded down to whole ticks, in one compiled call."""
         ticks = duration_ms // self.tick_ms
         while ticks > 0:
-            # With events a call is short, since there has to be room for all of them.
+            # With events, calls are short, since there must be room for the events of a call.
             now = min(ticks, max(self.tick_ms, 200) // self.tick_ms) if self._keeps_events else ticks
             self._advance(now)
             ticks -= now
@@ -210,8 +206,8 @@ class World:
         state = self.state
         order = np.argsort(state.number[part])
         led = np.empty(self.cars, np.uint8)
-        # As the last tick set them; the next one may put some out.
-        engine.read_leds(part.start, self.now_ms - self.tick_ms & TICKS_MASK, state, self._rules, led)
+        # The LEDs as the last tick set them; the next tick may switch some off.
+        kernels.read_leds(part.start, self.now_ms - self.tick_ms & TICKS_MASK, state, self._rules, led)
         heading = state.heading[part][order] / FULL_TURN * math.tau
         return Moment(
             t_ms=self.now_ms,
@@ -227,28 +223,30 @@ class World:
         )
 
     def take_events(self) -> NDArray[np.void]:
-        """The events since the last call, as an array of EVENT, by time and then car.
+        """The events since the last call, as an array of EVENT, sorted by time, world and car.
 
-        ``kind`` and ``why`` are indices into KINDS and LOSS_REASONS: state (the leader begins
-        a state), start (a follower begins a word), over (its length is over), frame (a
-        frame was begun), heard, lost. ``word`` is the control word, for a lost frame the
-        bits on the air; ``other`` the index of a state, or the number of a frame's sender.
-        An event's time may lie before the tick that noticed it.
+        ``kind`` and ``why`` are indices into KINDS and LOSS_REASONS: state (a leader begins a state), start (a follower
+        begins a word), over (the word's length is over), frame (a car begins a frame), heard, lost. ``word`` is the
+        control word, for a lost frame the bits on the air; ``other`` is the index of a state, or the number of a
+        frame's sender. The time of an event may lie before the tick that found it.
+
+        Raises:
+            MotorcadeError: the world keeps no events.
         """
         if not self._keeps_events:
             raise MotorcadeError("world-keeps-no-events")
-        events = np.concatenate([np.zeros(0, EVENT), *self._taken])
+        taken = np.concatenate([np.zeros(0, EVENT), *self._taken])
         self._taken = []
-        return events[np.argsort(events, order=("t_ms", "world", "car"), kind="stable")]
+        return taken[np.argsort(taken, order=("t_ms", "world", "car"), kind="stable")]
 
     def counts(self) -> dict[str, NDArray[np.int64]]:
-        """What has happened since reset, each of shape (worlds,).
+        """Count what has happened since reset; each array has the shape (worlds,).
 
-        ``frames`` were begun; frames were ``heard``, or lost at a receiver: ``lost_collision``, ``lost_sending``,
-        ``lost_parity``, ``lost_reserved``, ``deaf``; of those heard, ``undetected`` had flipped bits. ``touching_ms``
-        is the time that cars were in touch with something, summed over cars.
+        ``frames`` are the frames begun. At each receiver a frame is ``heard`` or lost: ``lost_collision``,
+        ``lost_sending``, ``lost_parity``, ``lost_reserved``, ``deaf``. ``undetected`` are frames that were heard with
+        flipped bits. ``touching_ms`` is the time that cars were in touch with something, summed over cars.
         """
-        counts = self._tally.counts
+        counts = self._counters.counts
         return {
             name: counts[:, k].sum(keepdims=True) if self._is_large else counts[:, k].copy()
             for name, k in _COUNTED.items()
@@ -274,8 +272,12 @@ class World:
                 wheels[place - begin] = bicycle.shown_wheels(ahead, aside, self._rules.speeds)
         return wheels
 
-    def _wake(self, put: int = engine.ALL) -> None:
-        engine.wake(self._tick, put, self.cars, self.worlds, self.state, self._cells, self._driven, self._rules)
+    def _arrays(self) -> Arrays:
+        around = self._place, self._people, self._voices
+        return Arrays(self.state, self._cells, *around, self._driven, self._rules, self._counters)
+
+    def _wake(self, moved: int = kernels.ALL) -> None:
+        kernels.wake(self._tick, moved, self.worlds, self._arrays())
 
     def _advance(self, ticks: int) -> None:
         while True:
@@ -284,36 +286,22 @@ class World:
             if before is None or not self._overflows():
                 break
             self._restore(before)
-            old = self._tally
+            old = self._counters
             room = old.events.shape[1] * 2
-            self._tally = tally.Counters(old.counts, np.zeros((self._parts, room, tally.COLUMNS), np.uint32))
+            self._counters = events.Counters(old.counts, np.zeros((self._parts, room, events.COLUMNS), np.uint32))
         self._tick += ticks
         self._said = NO_VOICE
         if self._keeps_events:
             self._collect()
 
     def _call(self, ticks: int) -> None:
-        kernel = engine.run_many if self.worlds > 1 and self.threads > 1 else engine.run_one
+        kernel = kernels.run_many if self.worlds > 1 and self.threads > 1 else kernels.run_one
         if self._is_large:
-            kernel = engine.run_large
+            kernel = kernels.run_large
         before = numba.get_num_threads()
         numba.set_num_threads(self.threads)
         try:
-            kernel(
-                self._tick,
-                ticks,
-                self._said,
-                self.cars,
-                self.seeds,
-                self.state,
-                self._cells,
-                self._place,
-                self._people,
-                self._voices,
-                self._driven,
-                self._rules,
-                self._tally,
-            )
+            kernel(self._tick, ticks, self._said, self.seeds, self._arrays())
         finally:
             numba.set_num_threads(before)
 
@@ -333,21 +321,21 @@ class World:
             state.program,
             *self._cells,
             self._driven,
-            self._tally.counts,
+            self._counters.counts,
         ]
 
     def _overflows(self) -> bool:
-        return bool(self._tally.counts[:, tally.EVENTS].max() > self._tally.events.shape[1])
+        return bool(self._counters.counts[:, events.EVENTS].max() > self._counters.events.shape[1])
 
     def _collect(self) -> None:
-        counts = self._tally.counts[:, tally.EVENTS]
+        counts = self._counters.counts[:, events.EVENTS]
         for part, count in enumerate(counts.tolist()):
-            rows = self._tally.events[part, :count]
-            events = np.zeros(count, EVENT)
-            events["world"] = 0 if self._is_large else part
+            rows = self._counters.events[part, :count]
+            taken = np.zeros(count, EVENT)
+            taken["world"] = 0 if self._is_large else part
             for k, name in enumerate(("t_ms", "car", "kind", "why", "word", "other")):
-                events[name] = rows[:, k]
-            self._taken.append(events)
+                taken[name] = rows[:, k]
+            self._taken.append(taken)
         counts[:] = 0
 
     def _check(self) -> None:

@@ -9,7 +9,7 @@ from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.patches import Circle, Polygon, Rectangle
 from numpy.typing import ArrayLike, NDArray
 
-from motorcade.engine.moment import Moment
+from motorcade.engine.state import Moment
 from motorcade.runs.palette import LEDS, rgb
 from motorcade.runs.recording import Description, Recording
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from zstandard import ZstdError
 
 from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
-from motorcade.engine.moment import Moment
+from motorcade.engine.state import Moment
 from motorcade.errors import MotorcadeError
 from motorcade.runs.foxglove import SCENE_UPDATE, SCENE_UPDATE_NAME, Scene, mat_message
 from motorcade.runs.recording import Description

@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
-from motorcade.engine.moment import Moment
+from motorcade.engine.state import Moment
 from motorcade.errors import MotorcadeError
 from motorcade.runs.recording import Description
 

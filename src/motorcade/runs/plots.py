@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from motorcade.engine.moment import Moment
+from motorcade.engine.state import Moment
 from motorcade.errors import MotorcadeError
 from motorcade.runs.drawing import Cars, bounding_box, draw_mat, show_box
 from motorcade.runs.palette import FOLLOWERS, LEADER, WordColours, rgb

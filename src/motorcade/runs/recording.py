@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorcade.config.profile import TABLES, Profile
-from motorcade.engine.moment import Moment
+from motorcade.engine.state import Moment
 from motorcade.errors import MotorcadeError, Phrase
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from motorcade.engine.moment import Moment
+from motorcade.engine.state import Moment
 from motorcade.errors import MotorcadeError
 from motorcade.runs.drawing import PLAIN, Box, Cars, draw_mat, recording_box, show_box
 from motorcade.runs.palette import WordColours

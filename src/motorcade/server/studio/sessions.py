@@ -16,7 +16,7 @@ import msgspec
 from anyio import CapacityLimiter, to_thread
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from motorcade.engine.native import telling
+from motorcade.engine.native import on_compiling
 from motorcade.errors import MotorcadeError
 from motorcade.server.http import next_message, until_one_ends
 from motorcade.server.request_filter import ServerSettings
@@ -251,7 +251,7 @@ class PageWorlds:
                 session.receive(message)
         elif isinstance(message, SetWorld):
             notify = partial(asyncio.get_running_loop().call_soon_threadsafe, page.put, Compiling())
-            with telling(notify):
+            with on_compiling(notify):
                 async with session.lock:
                     world = await session.in_thread(lambda: session.make_world(message))
                     session.control.give_back_all()

@@ -12,7 +12,7 @@ from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.car.brain import HOLDS, RUNNING, SLOT, STARTED_MS, STATE, WORD
 from motorcade.config.profile import Profile
 from motorcade.engine.events import KINDS, LOSS_REASONS
-from motorcade.engine.moment import Moment
+from motorcade.engine.state import Moment
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat, Pose, check_mat

@@ -1,4 +1,4 @@
-"""Times on a machine that others use too: each repetition knows how much processor time they had meanwhile."""
+"""Timing on a machine that others use too: each repetition records how much processor time others used meanwhile."""
 
 import os
 import time
@@ -8,21 +8,21 @@ from statistics import median
 
 import psutil
 
-QUIET = 0.15  # processors that others may use
-FEWEST = 3  # quiet repetitions that make a median
+QUIET = 0.15  # processors that others may use during a quiet repetition
+FEWEST = 3  # quiet repetitions that are enough for a median
 PATIENCE_S = 2.0
 
 
 @dataclass
 class Contestant:
-    """Something that is timed again and again.
+    """Something that is timed repeatedly.
 
     Attributes:
         work: how much of it one ``run`` does, in any unit.
         run: what is timed.
-        prepare: what comes before each ``run``, not timed.
+        prepare: what runs before each ``run`` and is not timed.
         seconds: each repetition's time.
-        others: processors that all others used in it.
+        others: the number of processors that other processes used meanwhile.
     """
 
     work: float
@@ -32,6 +32,7 @@ class Contestant:
     others: list[float] = field(default_factory=list)
 
     def repeat(self) -> None:
+        """Time one repetition."""
         self.prepare()
         _wait_for_quiet()
         others_s, begin_s = _others_s(), time.perf_counter()
@@ -50,17 +51,17 @@ class Contestant:
 
     @property
     def counted(self) -> list[float]:
-        """The times that count: of quiet repetitions, or of all where those are too few."""
+        """The times that count: those of quiet repetitions, or all where too few were quiet."""
         return self.quiet if self.is_quiet else self.seconds
 
     @property
     def rate(self) -> float:
-        """Median of work a second."""
+        """Median of work per second."""
         return self.work / median(self.counted)
 
     @property
     def rates(self) -> tuple[float, float]:
-        """Least and most work a second."""
+        """Least and most work per second."""
         return self.work / max(self.counted), self.work / min(self.counted)
 
     @property
@@ -68,17 +69,17 @@ class Contestant:
         return f"{len(self.quiet)} of {len(self.seconds)}" + ("" if self.is_quiet else ", [red]busy[/]")
 
 
-def take_turns(contestants: Mapping[str, Contestant], wanted: int, told: Callable[[str], None]) -> None:
-    """Repeat each until ``wanted`` of its repetitions were quiet, or it had twice as many."""
+def take_turns(contestants: Mapping[str, Contestant], wanted: int, report_progress: Callable[[str], None]) -> None:
+    """Repeat each contestant until ``wanted`` repetitions were quiet, or until it had twice as many repetitions."""
     for turn in range(2 * wanted):
         for name, contestant in contestants.items():
             if len(contestant.quiet) < wanted:
-                told(f"turn {turn + 1}: {name}")
+                report_progress(f"turn {turn + 1}: {name}")
                 contestant.repeat()
 
 
 def _others_s() -> float:
-    """Processor time that all other processes have had."""
+    """Processor time that all other processes have used."""
     all_s, children_s = psutil.cpu_times(), os.times()
     used_s = sum(getattr(all_s, kind, 0.0) for kind in ("user", "nice", "system", "irq", "softirq", "steal"))
     return float(used_s - time.process_time() - children_s.children_user - children_s.children_system)

@@ -1,4 +1,4 @@
-"""The hall that crowds are measured in: a walled mat for any number of cars, with everything on it but noise."""
+"""The scenario for benchmarks of crowds: a walled mat for any number of cars, with all physics except wheel noise."""
 
 import json
 import math
@@ -12,7 +12,7 @@ from motorcade.program.model import Followers, Program
 from motorcade.program.steps import Step, avoid, forward, led, left, pir, together, voice, wander
 
 TICK_MS = 20
-NEIGHBOURS = 6.5  # that a car has within the range of infrared, in the mean
+NEIGHBOURS = 6.5  # mean number of cars within a car's range of infrared
 RANGE_M = 1.0
 AREA_OF_OBSTACLE_M2 = 100
 CARS_OF_LEADER = 100
@@ -22,7 +22,7 @@ PHYSICS = {"capture_ratio": 4, "beam_half_angle_deg": 170, "bit_error_rate": 0.0
 
 
 def programs() -> list[bytes]:
-    """Images for the leaders, which so say different things at a time; some words are passed on."""
+    """Images for the leaders, so that they send different words at a time; some words are passed on."""
     leader = [together(forward(3), led(0, 1)), left(1), wander(3), together(forward(2), voice())]
     words: list[Step] = [
         together(wander(3), led(0, 2), forward=True),
@@ -38,12 +38,12 @@ def programs() -> list[bytes]:
 
 
 def side_m(cars: int) -> float:
-    """Side of the square in which ``cars`` cars have NEIGHBOURS in the mean, those at its edge included."""
+    """Side of the square in which ``cars`` cars have NEIGHBOURS on average, the cars at its edge included."""
     low, high = 1.5 * RANGE_M, math.sqrt(cars)
     for _ in range(60):
         side = (low + high) / 2
         r = RANGE_M / side
-        # The chance of two points anywhere in a unit square to be less than r apart.
+        # The probability of two points anywhere in a unit square to be less than r apart.
         if (cars - 1) * (math.pi * r**2 - 8 / 3 * r**3 + r**4 / 2) > NEIGHBOURS:
             low = side
         else:
@@ -51,13 +51,13 @@ def side_m(cars: int) -> float:
     return round(side, 3)
 
 
-def hall(cars: int) -> Mat:
-    """The mat, its cars placed at random."""
+def crowd_mat(cars: int) -> Mat:
+    """The mat, with its cars placed at random."""
     side, dice = side_m(cars), np.random.RandomState(cars)
     places = dice.uniform(0.6, side - 0.6, (max(round(side**2 / AREA_OF_OBSTACLE_M2), 1), 2)).round(3).tolist()
     document = {
         "format": FORMAT,
-        "name": f"hall for {cars} cars",
+        "name": f"crowd of {cars} cars",
         "tick_ms": TICK_MS,
         "size_m": [side, side],
         "edge": "wall",
@@ -79,11 +79,11 @@ def hall(cars: int) -> Mat:
         ],
         "physics": PHYSICS,
     }
-    return parse_mat(json.dumps(document), "hall", "JSON")
+    return parse_mat(json.dumps(document), "crowd", "JSON")
 
 
 def _person(side: float, dice: np.random.RandomState) -> dict[str, object]:
-    """Somebody who walks round four places at 1 m/s."""
+    """A person who walks around four places at 1 m/s."""
     corners = dice.uniform(0, min(side, 8), (4, 2)) + dice.uniform(0, max(side - 8, 0), 2)
     path, t_s = [], 0.0
     for here, there in zip(corners, np.roll(corners, -1, axis=0), strict=True):
@@ -93,13 +93,13 @@ def _person(side: float, dice: np.random.RandomState) -> dict[str, object]:
 
 
 def _voice(at_s: int, side: float, dice: np.random.RandomState) -> dict[str, object]:
-    """Somebody calls stop, and go a second later, anywhere on the mat; a quarter of its side away they are heard."""
+    """A voice at any place that says stop or, one second later, go; it is heard up to a quarter of the side away."""
     centre_m = dice.uniform(0, side, 2).round(3).tolist()
     return {"at_s": at_s, "word": ("go", "stop")[at_s % 2], "centre_m": centre_m, "radius_m": side / 4}
 
 
 def neighbours(x_m: np.ndarray, y_m: np.ndarray) -> float:
-    """How many others a car has within RANGE_M, in the mean of up to 2,000 of the cars."""
+    """How many cars are within RANGE_M of a car: the mean over up to 2,000 of the cars."""
     order = np.argsort(x_m)
     x_m, y_m = x_m[order], y_m[order]
     some = np.linspace(0, len(x_m) - 1, min(len(x_m), 2000)).astype(int)

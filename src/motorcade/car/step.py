@@ -1,0 +1,98 @@
+"""One tick of a car: the order of its inputs, its brain and its outputs.
+
+Portable. The loop of a real car runs this file on CPython and MicroPython, and the engine compiles it for simulated
+cars, so both do the same in the same order. Each gives its own ``car``, with these attributes and methods:
+
+``leads``
+    whether the car leads or follows.
+``memory``, ``image``, ``levels``
+    ``s``, ``image`` and ``levels`` of `motorcade.car.brain`.
+``note(kind, at_ms, word, detail)``
+    a state (STATE) or a word (START) begins, or a word's length is over (OVER); ``detail`` is a state's index, else 0.
+``received_frames()``
+    the infrared frames that ended since the last tick, in order.
+``note_frame(frame, result)``
+    the brain took such a frame, with this result of `motorcade.car.brain.follower_hears`.
+``heard_voice()``
+    what was said since the last tick.
+``sense(looks_mm)``
+    reads the sensors: the distance of the nearest obstacle in mm and whether a person is near come first in what it
+    gives. With ``looks_mm`` 0 no obstacle matters and the ultrasonic sensor stays off.
+``set_outputs(wheels, led, senses)``
+    sets wheels and LED; ``senses`` is what ``sense`` gave.
+``air_is_busy()``
+    1 while infrared of any car, this one included, is on the air here.
+``send_frame(word)``
+    begins to send ``word`` by infrared.
+"""
+
+from motorcade.car import brain
+from motorcade.words.ticks import later_ms
+
+# For the type checker alone: MicroPython has no such module.
+MYPY = False
+if MYPY:
+    from typing import Any
+
+# Kinds of what a car notes.
+STATE = 0
+START = 1
+OVER = 2
+
+
+def begin_program(car: "Any", now: int) -> None:
+    """Let a leader begin its image."""
+    if brain.leader_start(car.memory, car.image, now):
+        car.note(STATE, now, car.memory[brain.WORD], 0)
+
+
+def step(car: "Any", now: int) -> None:
+    """Do all that is due at ``now``."""
+    act(car, now)
+    send(car, now)
+
+
+def act(car: "Any", now: int) -> "Any":
+    """Go on with the program or the word, take what was received, and set wheels and LED.
+
+    Returns:
+        What ``car.set_outputs`` gives.
+    """
+    s, levels = car.memory, car.levels
+    if car.leads:
+        while brain.leader_step(s, car.image, now, levels):
+            car.note(STATE, s[brain.STARTED_MS], s[brain.WORD], s[brain.STATE])
+    else:
+        _follow(car, now)
+    voice = car.heard_voice()
+    if voice != brain.NO_VOICE:
+        brain.hear_voice(s, voice)
+    senses = car.sense(brain.looks_mm(s, now, levels))
+    wheels = brain.wheels(s, senses[0], senses[1], now, levels)
+    return car.set_outputs(wheels, brain.lit_led(s, now, levels), senses)
+
+
+def _follow(car: "Any", now: int) -> None:
+    s, levels = car.memory, car.levels
+    if brain.follower_step(s, now, levels):
+        over_ms = later_ms(s[brain.STARTED_MS], brain.length_ms(s[brain.WORD], levels))
+        car.note(OVER, over_ms, s[brain.WORD], 0)
+    for frame in car.received_frames():
+        result = brain.follower_hears(s, frame, now, levels)
+        car.note_frame(frame, result)
+        if result == brain.BEGUN:
+            car.note(START, now, s[brain.WORD], 0)
+
+
+def send(car: "Any", now: int) -> int:
+    """Begin the frame that is due, if one is; call it after ``act``. Gives 1 where a frame was begun, else 0."""
+    s = car.memory
+    if car.leads:
+        if brain.leader_sends(s, car.image, now, car.levels) == 0:
+            return 0
+        car.send_frame(brain.sent_word(s, car.image))
+    else:
+        if brain.follower_sends(s, car.air_is_busy(), now, car.levels) == 0:
+            return 0
+        car.send_frame(s[brain.WORD])
+    return 1
