@@ -10,6 +10,7 @@ from typing import Any
 from arbiter_diagram import arbiter_svg
 from commands_page import commands_page
 from message_types import message_types
+from step_files import step_types, with_steps_table
 from wiring_pages import wiring_files
 
 from motorcade.config.check import published
@@ -39,10 +40,17 @@ GENERATED = {
     "docs/drive-states.zh.svg": lambda: arbiter_svg("zh"),
     "docs/motorcade-mat-1.schema.json": lambda: _json(published(mat_schema())),
     "docs/motorcade-program-1.schema.json": lambda: _json(published(program_schema())),
+    "docs/programs.md": lambda: with_steps_table(_text("docs/programs.md"), "en"),
+    "docs/programs.zh.md": lambda: with_steps_table(_text("docs/programs.zh.md"), "zh"),
     "web/src/generated/messages.ts": message_types,
+    "web/src/generated/steps.ts": step_types,
     **wiring_files(),
     **_exports(),
 }
+
+
+def _text(name: str) -> str:
+    return (ROOT / name).read_text(encoding="utf-8")
 
 
 def _json(schema: dict[str, Any]) -> str:

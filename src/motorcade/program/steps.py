@@ -46,17 +46,21 @@ class Step:
         id: the block that it came from.
         accept_ir, forward: for a follower's step only; None takes the setting of the followers' program.
         kind: the kind's name in JSON, in a block's type and in locales.
+        names: what Python calls it.
         category: the drawer of the page that has its block; blocks of one category have one colour.
         group: the part of a control word that it fills; a car has one of each, so two steps of one group can't start
             together.
+        hue: the colour of these bits in the page's table of words, in degrees.
         sets: fields of the control word that are the same in every step of the kind.
         accompanies: the step has a bit of the word and no time of its own. In a together it lasts as long as the steps
             beside it. Alone it has ``seconds``, for which the car stands still.
     """
 
     kind: ClassVar[str] = ""
+    names: ClassVar[tuple[str, ...]] = ()
     category: ClassVar[str] = ""
     group: ClassVar[str] = ""
+    hue: ClassVar[int] = 0
     sets: ClassVar[dict[str, int]] = {}
     accompanies: ClassVar[bool] = False
     id: str | None = None
@@ -91,8 +95,10 @@ class DriveStep(Step):
     """Drive or turn for some seconds; speed level 0 stands still, 3 is fastest (c3)."""
 
     kind: ClassVar[str] = "drive"
+    names: ClassVar[tuple[str, ...]] = ("forward", "left", "right", "wander")
     category: ClassVar[str] = "drive"
     group: ClassVar[str] = "motor"
+    hue: ClassVar[int] = 219
     sets: ClassVar[dict[str, int]] = {"motor_enable": 1}
     direction: str = _choice("motor_direction", DIRECTIONS)
     speed: int = _level("motor_speed", "speed", first=2)
@@ -104,8 +110,10 @@ class WaitStep(Step):
     """Stand still for some seconds (c3 at speed 0)."""
 
     kind: ClassVar[str] = "wait"
+    names: ClassVar[tuple[str, ...]] = ("wait",)
     category: ClassVar[str] = "drive"
     group: ClassVar[str] = "motor"
+    hue: ClassVar[int] = 219
     sets: ClassVar[dict[str, int]] = {"motor_enable": 1, "motor_direction": 0, "motor_speed": 0}
     seconds: float = _seconds("motor_duration")
 
@@ -115,8 +123,10 @@ class LedStep(Step):
     """Light one of the LEDs 0 to 3 for some seconds (c4)."""
 
     kind: ClassVar[str] = "led"
+    names: ClassVar[tuple[str, ...]] = ("led",)
     category: ClassVar[str] = "light"
     group: ClassVar[str] = "led"
+    hue: ClassVar[int] = 41
     which: int = _level("led_which", "light")
     seconds: float = _seconds("led_duration")
 
@@ -126,8 +136,10 @@ class AvoidStep(Step):
     """Avoid obstacles nearer than radius level 0 to 3 for some seconds (c5)."""
 
     kind: ClassVar[str] = "avoid"
+    names: ClassVar[tuple[str, ...]] = ("avoid",)
     category: ClassVar[str] = "sense"
     group: ClassVar[str] = "avoid"
+    hue: ClassVar[int] = 166
     sets: ClassVar[dict[str, int]] = {"avoid_enable": 1}
     radius: int = _level("avoid_radius", "radius")
     seconds: float = _seconds("avoid_duration")
@@ -146,8 +158,10 @@ class VoiceStep(AccompanyingStep):
     """Listen for 'stop' and 'go' (c6)."""
 
     kind: ClassVar[str] = "voice"
+    names: ClassVar[tuple[str, ...]] = ("voice",)
     category: ClassVar[str] = "sense"
     group: ClassVar[str] = "voice"
+    hue: ClassVar[int] = 263
     sets: ClassVar[dict[str, int]] = {"voice": 1}
 
 
@@ -156,8 +170,10 @@ class PirStep(AccompanyingStep):
     """Stand still while a person is sensed (c7)."""
 
     kind: ClassVar[str] = "pir"
+    names: ClassVar[tuple[str, ...]] = ("pir",)
     category: ClassVar[str] = "sense"
     group: ClassVar[str] = "pir"
+    hue: ClassVar[int] = 22
     sets: ClassVar[dict[str, int]] = {"pir": 1}
 
 
@@ -166,6 +182,7 @@ class TogetherStep(Step):
     """Steps of different groups that start at once; it lasts as long as its longest."""
 
     kind: ClassVar[str] = "together"
+    names: ClassVar[tuple[str, ...]] = ("together",)
     category: ClassVar[str] = "order"
     steps: tuple[Step, ...]
 
@@ -185,6 +202,7 @@ class RepeatStep(Step):
     """Steps done over and over."""
 
     kind: ClassVar[str] = "repeat"
+    names: ClassVar[tuple[str, ...]] = ("repeat",)
     category: ClassVar[str] = "order"
     times: int = field(metadata={"schema": whole(1, 1_000_000_000), "first": 2})
     steps: tuple[Step, ...]
@@ -195,7 +213,7 @@ class RepeatStep(Step):
 
 
 SIMPLE_KINDS: tuple[type[Step], ...] = (DriveStep, WaitStep, LedStep, AvoidStep, VoiceStep, PirStep)
-_ALL_KINDS: tuple[type[Step], ...] = (*SIMPLE_KINDS, TogetherStep, RepeatStep)
+_ALL_KINDS: tuple[type[Step], ...] = (*SIMPLE_KINDS, RepeatStep, TogetherStep)
 KINDS = {kind.kind: kind for kind in _ALL_KINDS}
 
 # The names in Python. Where the class itself reads well, it is the name.

@@ -58,7 +58,7 @@ describe("the blocks", () => {
   });
 
   it("are all to be had from a toolbox, but for the hats", () => {
-    const offered = toolboxOf("followers").contents.flatMap(({ contents }) => contents.map(({ type }) => type as string));
+    const offered = toolboxOf("followers").contents.flatMap(({ contents }) => contents.map(({ type }) => type));
     expect([...offered].sort()).toEqual(BLOCK_TYPES.filter((type) => !/leader|followers/.test(type)).sort());
     expect(canStandIn("leader", "motorcade_infrared")).toBe(false);
   });

@@ -4,16 +4,18 @@ import * as Blockly from "blockly/core";
 import i18next from "i18next";
 import type { Profile } from "../api/types";
 import type { Texts } from "virtual:texts/studio";
-import { radiusMeaning } from "./figures";
+import { STEP_KINDS } from "../generated/steps";
+import { levelText } from "./figures";
 import { SecondsField } from "./seconds";
 import { SpeedField, speedsOf } from "./speed";
 
 type Option = [string, string];
 type Field = Record<string, unknown>;
+type StepKind = (typeof STEP_KINDS)[number];
+type StepField = StepKind["fields"][number];
 
 /** Enough for any program: a car holds 255 states. */
 const MOST_TIMES = 1000;
-const LEVELS = [0, 1, 2, 3];
 
 interface Definition {
   /** The key of the block's text, and of its tooltip. */
@@ -34,16 +36,6 @@ const seconds = (profile: Profile): Field => ({
   ...profile.seconds,
 });
 
-const directions = (): Option[] => [
-  [i18next.t("blocks.forward"), "forward"],
-  [i18next.t("blocks.left"), "left"],
-  [i18next.t("blocks.right"), "right"],
-  [i18next.t("blocks.random"), "random"],
-];
-
-const radii = (profile: Profile) => (): Option[] =>
-  LEVELS.map((level) => [i18next.t("blocks.radius", { level, meaning: radiusMeaning(profile, level) }), String(level)]);
-const lights = (): Option[] => LEVELS.map((level) => [i18next.t("blocks.light", { which: level }), String(level)]);
 const dwells = (profile: Profile) => (): Option[] => [
   [i18next.t("blocks.dwellAuto"), "auto"],
   ...profile.dwell_ms.map((dwell): Option => {
@@ -58,6 +50,27 @@ const infraredChoices = (): Option[] => [
 ];
 const checkbox = (name: string, checked: boolean): Field => ({ type: "field_checkbox", name, checked });
 
+/** The input of a step's field, as its declaration has it. */
+function inputOf(field: StepField, profile: Profile): Field {
+  switch (field.input) {
+    case "seconds":
+      return seconds(profile);
+    case "choice":
+      return dropdown(field.name, () => field.options.map((option): Option => [i18next.t(`blocks.${option}`), option]));
+    case "number":
+      return { type: "field_number", name: field.name, value: field.first, min: field.minimum, max: MOST_TIMES, precision: 1 };
+    case "level":
+      if (field.menu === "speed") return { type: SpeedField.KIND, name: field.name, options: speedsOf(profile), first: String(field.first) };
+      return dropdown(field.name, () => field.levels.map((level): Option => [levelText(profile, field.menu, level), String(level)]));
+  }
+}
+
+/** The block of a kind of step. What accompanies other steps shows its seconds at the end, and only outside a together. */
+function definitionOf({ kind, category, accompanies, holds, fields }: StepKind): Definition {
+  const inputs = (profile: Profile) => fields.map((field) => inputOf(field, profile));
+  return { message: kind, style: category, holds, ...(accompanies ? { tail: inputs } : { fields: inputs }) };
+}
+
 const DEFINITIONS: Record<string, Definition> = {
   motorcade_leader: { message: "leader", style: "hat", hat: true },
   motorcade_followers: {
@@ -66,43 +79,7 @@ const DEFINITIONS: Record<string, Definition> = {
     hat: true,
     fields: (profile) => [checkbox("ACCEPT_IR", true), checkbox("FORWARD", false), dropdown("DWELL", dwells(profile))],
   },
-  motorcade_drive: {
-    message: "drive",
-    style: "drive",
-    fields: (profile) => [
-      dropdown("DIRECTION", directions),
-      { type: SpeedField.KIND, name: "SPEED", options: speedsOf(profile) },
-      seconds(profile),
-    ],
-  },
-  motorcade_wait: { message: "wait", style: "drive", fields: (profile) => [seconds(profile)] },
-  motorcade_led: {
-    message: "led",
-    style: "light",
-    fields: (profile) => [dropdown("WHICH", lights), seconds(profile)],
-  },
-  motorcade_avoid: {
-    message: "avoid",
-    style: "sense",
-    fields: (profile) => [dropdown("RADIUS", radii(profile)), seconds(profile)],
-  },
-  motorcade_voice: {
-    message: "voice",
-    style: "sense",
-    tail: (profile) => [seconds(profile)],
-  },
-  motorcade_pir: {
-    message: "pir",
-    style: "sense",
-    tail: (profile) => [seconds(profile)],
-  },
-  motorcade_together: { message: "together", style: "order", holds: true },
-  motorcade_repeat: {
-    message: "repeat",
-    style: "order",
-    holds: true,
-    fields: () => [{ type: "field_number", name: "TIMES", value: 2, min: 1, max: MOST_TIMES, precision: 1 }],
-  },
+  ...Object.fromEntries(STEP_KINDS.map((each) => [`motorcade_${each.kind}`, definitionOf(each)])),
   motorcade_infrared: {
     message: "infrared",
     style: "infrared",

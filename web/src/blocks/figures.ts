@@ -29,3 +29,23 @@ export function durationMeaning(profile: Profile, level: number): string {
 export function dwellMeaning(profile: Profile, level: number): string {
   return i18next.t("meaning.seconds", { seconds: plainSeconds(profile.dwell_ms[level] ?? 0) });
 }
+
+type Menu = "speed" | "light" | "radius";
+
+/** What a level of a menu of steps means; `turning` for the speed of a turn. */
+export function levelMeaning(profile: Profile, menu: Menu, level: number, turning = false): string {
+  switch (menu) {
+    case "speed":
+      return (turning ? turnMeaning : speedMeaning)(profile, level);
+    case "radius":
+      return radiusMeaning(profile, level);
+    case "light":
+      return i18next.t("blocks.light", { which: level });
+  }
+}
+
+/** A level as a menu shows it. */
+export function levelText(profile: Profile, menu: Menu, level: number): string {
+  const meaning = levelMeaning(profile, menu, level);
+  return menu === "light" ? meaning : i18next.t(`blocks.${menu}`, { level, meaning });
+}

@@ -21,10 +21,10 @@ export function speedsOf(profile: Profile): Options {
 export class SpeedField extends Blockly.FieldDropdown {
   static readonly KIND = "field_motorcade_speed";
 
-  static override fromJson(config: Blockly.FieldDropdownFromJsonConfig): SpeedField {
+  static override fromJson(config: Blockly.FieldDropdownFromJsonConfig & { first?: string }): SpeedField {
     const field = new this(config.options!, undefined, config);
     // A dropdown begins with its first option, which here would stand still.
-    field.setValue("2");
+    if (config.first) field.setValue(config.first);
     return field;
   }
 

@@ -2,19 +2,20 @@
 
 import i18next from "i18next";
 import type { EditorName } from "../api/types";
+import { CATEGORIES, STEP_KINDS } from "../generated/steps";
+
+const drawer = (category: (typeof CATEGORIES)[number]) =>
+  STEP_KINDS.filter((each) => each.category === category).map(({ kind }) => `motorcade_${kind}`);
 
 const DRAWERS = {
-  drive: ["motorcade_drive", "motorcade_wait"],
-  light: ["motorcade_led"],
-  sense: ["motorcade_avoid", "motorcade_voice", "motorcade_pir"],
-  order: ["motorcade_repeat", "motorcade_together"],
+  ...(Object.fromEntries(CATEGORIES.map((category) => [category, drawer(category)])) as Record<(typeof CATEGORIES)[number], string[]>),
   infrared: ["motorcade_infrared"],
-} as const;
+};
 
 /** A leader sends infrared and accepts none, so it has no block for it. */
 const DRAWERS_OF: Record<EditorName, readonly (keyof typeof DRAWERS)[]> = {
-  leader: ["drive", "light", "sense", "order"],
-  followers: ["drive", "light", "sense", "order", "infrared"],
+  leader: CATEGORIES,
+  followers: [...CATEGORIES, "infrared"],
 };
 
 const HATS: Record<EditorName, string> = { leader: "motorcade_leader", followers: "motorcade_followers" };
@@ -25,7 +26,7 @@ export function hatOf(editor: EditorName): string {
 
 /** Whether blocks of this type can stand in the editor at all. */
 export function canStandIn(editor: EditorName, type: string): boolean {
-  return DRAWERS_OF[editor].some((drawer) => (DRAWERS[drawer] as readonly string[]).includes(type));
+  return DRAWERS_OF[editor].some((drawer) => DRAWERS[drawer].includes(type));
 }
 
 export function toolboxOf(editor: EditorName) {

@@ -4,7 +4,7 @@ import type { CompiledWord } from "../api/types";
 import { type CarDetails, type Why, WHYS } from "../api/world";
 import { useStudio } from "../state/studio";
 import { clock } from "../timeline/events";
-import { bitsOf, groupOf } from "../words/bits";
+import { bitsOf, colourOf, groupOf } from "../words/bits";
 import { fieldMeaning } from "../words/meaning";
 import { duplicateChosen, removeChosen, turnCar } from "./actions";
 import { colourWords, hexColour } from "./colours";
@@ -178,7 +178,7 @@ function Fields({ hex, values, leads }: FieldsProps) {
     <ul className={css.fields}>
       {shown.map((field) => (
         <li key={field.name} data-set={(values[field.name] ?? 0) !== 0 || undefined}>
-          <code style={{ background: `var(--bits-${groupOf(field.name)})` }}>{bitsOf(word, field)}</code>
+          <code style={{ background: colourOf(field.name) }}>{bitsOf(word, field)}</code>
           <span>{fieldMeaning(word, field, profileFigures)}</span>
         </li>
       ))}

@@ -4,7 +4,7 @@ import { useTranslation } from "react-i18next";
 import type { CompiledWord, EditorName, Field, Formats, Profile } from "../api/types";
 import { showBlock, withInner } from "../blocks/workspaces";
 import { useStudio } from "../state/studio";
-import { bitsOf, blockOf, groupOf, hasBlockIn, isLit, spansOf } from "./bits";
+import { bitsOf, blockOf, colourOf, hasBlockIn, isLit, isNarrow, spansOf } from "./bits";
 import { fieldMeaning } from "./meaning";
 import controls from "../ui/controls.module.css";
 import css from "./words.module.css";
@@ -96,8 +96,8 @@ const WordRow = memo(function WordRow(props: WordRowProps) {
           role="gridcell"
           tabIndex={at === active ? 0 : -1}
           className={css.field}
-          data-group={groupOf(field.name)}
-          style={{ "--bits": `var(--bits-${groupOf(field.name)})` } as CSSProperties}
+          data-narrow={isNarrow(fields, field) || undefined}
+          style={{ "--bits": colourOf(field.name) } as CSSProperties}
           data-field={field.name}
           data-lit={isLit(word, field.name, lit) || undefined}
           data-set={(word.values[field.name] ?? 0) !== 0 || undefined}
@@ -177,7 +177,7 @@ export function WordTable({ words, formats, profile }: WordTableProps) {
       <div className={css.scroller} ref={scroller}>
         <div className={css.tableHead} aria-hidden="true">
           {spansOf(formats.control).map(({ group, fields }, index) => (
-            <span key={index} className={css.span} data-group={group} style={{ "--bits": fields.at(0)!.high - fields.at(-1)!.low + 1, "--gaps": fields.length - 1 } as CSSProperties}>
+            <span key={index} className={css.span} data-narrow={isNarrow(formats.control, fields[0]!) || undefined} style={{ "--bits": fields.at(0)!.high - fields.at(-1)!.low + 1, "--gaps": fields.length - 1 } as CSSProperties}>
               <small>{t(`groups.${group}`)}</small>
             </span>
           ))}

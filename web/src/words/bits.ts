@@ -1,32 +1,40 @@
 /** A word's bits, field by field, and which block each belongs to. */
 
 import type { CompiledWord, Field } from "../api/types";
+import { HUES, WORD_FIELDS } from "../generated/steps";
 
-export type Group = "count" | "dwell" | "infrared" | "motor" | "led" | "avoid" | "voice" | "pir" | "reserved" | "parity";
+type StepField = keyof typeof WORD_FIELDS;
+export type Group = (typeof WORD_FIELDS)[StepField]["group"] | "count" | "dwell" | "infrared" | "reserved" | "parity";
 
-const GROUPS: Record<string, Group> = {
+/** The groups of the fields that no step fills. */
+const OTHER_GROUPS: Record<string, Group> = {
   leader_states: "count",
   follower_words: "count",
   dwell: "dwell",
   accept_ir: "infrared",
   forward: "infrared",
-  motor_enable: "motor",
-  motor_direction: "motor",
-  motor_speed: "motor",
-  motor_duration: "motor",
-  led_which: "led",
-  led_duration: "led",
-  avoid_enable: "avoid",
-  avoid_radius: "avoid",
-  avoid_duration: "avoid",
-  voice: "voice",
-  pir: "pir",
   parity: "parity",
 };
 
+/** What a step's field means; undefined for a field that no step fills. */
+export function stepField(field: string): (typeof WORD_FIELDS)[StepField] | undefined {
+  return field in WORD_FIELDS ? WORD_FIELDS[field as StepField] : undefined;
+}
+
 /** What the field has to do with, which is also its colour. */
 export function groupOf(field: string): Group {
-  return GROUPS[field] ?? "reserved";
+  return stepField(field)?.group ?? OTHER_GROUPS[field] ?? "reserved";
+}
+
+/** The colour of the field's bits: of the hue that its group is declared with, or the style sheet's own. */
+export function colourOf(field: string): string {
+  const group = groupOf(field);
+  return group in HUES ? `hsl(${HUES[group as keyof typeof HUES]} var(--bits-shade))` : `var(--bits-${group})`;
+}
+
+/** Whether the field is one bit that has a group for itself: its column is widened for the group's name. */
+export function isNarrow(fields: readonly Field[], { name, high, low }: Field): boolean {
+  return high === low && fields.filter((each) => groupOf(each.name) === groupOf(name)).length === 1;
 }
 
 /** The field's bits as they stand in the word, most significant first. */

@@ -2,32 +2,32 @@
 
 import i18next from "i18next";
 import type { CompiledWord, Field, Profile } from "../api/types";
-import { durationMeaning, dwellMeaning, radiusMeaning, speedMeaning, turnMeaning } from "../blocks/figures";
+import { durationMeaning, dwellMeaning, levelMeaning } from "../blocks/figures";
 import { inLanguage } from "../i18n";
-
-const DIRECTIONS = ["forward", "left", "right", "random"] as const;
+import { stepField } from "./bits";
 
 function valueMeaning(word: CompiledWord, field: string, value: number, profile: Profile): string {
+  const declared = stepField(field);
+  if (declared) {
+    switch (declared.meaning) {
+      case "choice":
+        return i18next.t(`blocks.${declared.options[value] ?? declared.options[0]}`);
+      case "level": {
+        const turning = word.values.motor_direction === 1 || word.values.motor_direction === 2;
+        return levelMeaning(profile, declared.menu, value, turning);
+      }
+      case "duration":
+        return durationMeaning(profile, value);
+      case "flag":
+        return i18next.t(value ? "blocks.yes" : "blocks.no");
+    }
+  }
   switch (field) {
     case "leader_states":
     case "follower_words":
       return String(value);
     case "dwell":
       return value === 0 ? i18next.t("meaning.nothing") : dwellMeaning(profile, Math.log2(value));
-    case "motor_direction":
-      return i18next.t(`blocks.${DIRECTIONS[value] ?? "forward"}`);
-    case "motor_speed": {
-      const turning = word.values.motor_direction === 1 || word.values.motor_direction === 2;
-      return (turning ? turnMeaning : speedMeaning)(profile, value);
-    }
-    case "avoid_radius":
-      return radiusMeaning(profile, value);
-    case "led_which":
-      return i18next.t("blocks.light", { which: value });
-    case "motor_duration":
-    case "led_duration":
-    case "avoid_duration":
-      return durationMeaning(profile, value);
     case "reserved":
       return i18next.t("meaning.reserved");
     case "parity":

@@ -1,0 +1,214 @@
+/** The kinds of steps: blocks, and bits of a word. Written by scripts/generate.py; don't edit. */
+
+export const STEP_KINDS = [
+  {
+    "kind": "drive",
+    "category": "drive",
+    "accompanies": false,
+    "holds": false,
+    "fields": [
+      {
+        "input": "choice",
+        "name": "DIRECTION",
+        "options": [
+          "forward",
+          "left",
+          "right",
+          "random"
+        ]
+      },
+      {
+        "input": "level",
+        "name": "SPEED",
+        "menu": "speed",
+        "levels": [
+          0,
+          1,
+          2,
+          3
+        ],
+        "first": 2
+      },
+      {
+        "input": "seconds",
+        "name": "SECONDS"
+      }
+    ]
+  },
+  {
+    "kind": "wait",
+    "category": "drive",
+    "accompanies": false,
+    "holds": false,
+    "fields": [
+      {
+        "input": "seconds",
+        "name": "SECONDS"
+      }
+    ]
+  },
+  {
+    "kind": "led",
+    "category": "light",
+    "accompanies": false,
+    "holds": false,
+    "fields": [
+      {
+        "input": "level",
+        "name": "WHICH",
+        "menu": "light",
+        "levels": [
+          0,
+          1,
+          2,
+          3
+        ],
+        "first": 0
+      },
+      {
+        "input": "seconds",
+        "name": "SECONDS"
+      }
+    ]
+  },
+  {
+    "kind": "avoid",
+    "category": "sense",
+    "accompanies": false,
+    "holds": false,
+    "fields": [
+      {
+        "input": "level",
+        "name": "RADIUS",
+        "menu": "radius",
+        "levels": [
+          0,
+          1,
+          2,
+          3
+        ],
+        "first": 0
+      },
+      {
+        "input": "seconds",
+        "name": "SECONDS"
+      }
+    ]
+  },
+  {
+    "kind": "voice",
+    "category": "sense",
+    "accompanies": true,
+    "holds": false,
+    "fields": [
+      {
+        "input": "seconds",
+        "name": "SECONDS"
+      }
+    ]
+  },
+  {
+    "kind": "pir",
+    "category": "sense",
+    "accompanies": true,
+    "holds": false,
+    "fields": [
+      {
+        "input": "seconds",
+        "name": "SECONDS"
+      }
+    ]
+  },
+  {
+    "kind": "repeat",
+    "category": "order",
+    "accompanies": false,
+    "holds": true,
+    "fields": [
+      {
+        "input": "number",
+        "name": "TIMES",
+        "minimum": 1,
+        "first": 2
+      }
+    ]
+  },
+  {
+    "kind": "together",
+    "category": "order",
+    "accompanies": false,
+    "holds": true,
+    "fields": []
+  }
+] as const;
+
+export const CATEGORIES = [
+  "drive",
+  "light",
+  "sense",
+  "order"
+] as const;
+
+export const WORD_FIELDS = {
+  "motor_enable": {
+    "group": "motor",
+    "meaning": "flag"
+  },
+  "motor_direction": {
+    "group": "motor",
+    "meaning": "choice",
+    "options": [
+      "forward",
+      "left",
+      "right",
+      "random"
+    ]
+  },
+  "motor_speed": {
+    "group": "motor",
+    "meaning": "level",
+    "menu": "speed"
+  },
+  "motor_duration": {
+    "group": "motor",
+    "meaning": "duration"
+  },
+  "led_which": {
+    "group": "led",
+    "meaning": "level",
+    "menu": "light"
+  },
+  "led_duration": {
+    "group": "led",
+    "meaning": "duration"
+  },
+  "avoid_enable": {
+    "group": "avoid",
+    "meaning": "flag"
+  },
+  "avoid_radius": {
+    "group": "avoid",
+    "meaning": "level",
+    "menu": "radius"
+  },
+  "avoid_duration": {
+    "group": "avoid",
+    "meaning": "duration"
+  },
+  "voice": {
+    "group": "voice",
+    "meaning": "flag"
+  },
+  "pir": {
+    "group": "pir",
+    "meaning": "flag"
+  }
+} as const;
+
+export const HUES = {
+  "motor": 219,
+  "led": 41,
+  "avoid": 166,
+  "voice": 263,
+  "pir": 22
+} as const;
