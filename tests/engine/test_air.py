@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from motorcade import Followers, Physics, Pose, Program, World, compile_program, formation, led, open_table, wait
-from motorcade.engine.world import KINDS, LOSS_REASONS
+from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.mats import Mat, Starts
 from motorcade.words.infrared import air_us, to_frame
 from support.strategies import CLASSROOM

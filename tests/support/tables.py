@@ -7,7 +7,7 @@ import numpy as np
 
 from motorcade import Followers, Pose, Program, World, compile_program, open_table
 from motorcade.config.profile import Profile
-from motorcade.engine.world import KINDS, LOSS_REASONS
+from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.mats import Mat, Starts
 from motorcade.program.steps import Step
 from support.strategies import CLASSROOM

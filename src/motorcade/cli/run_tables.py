@@ -9,7 +9,7 @@ from rich.table import Table
 
 from motorcade.cli.console import print_diagnostics, words_table
 from motorcade.config.profile import built_in_profile
-from motorcade.engine.world import KINDS, LOSS_REASONS
+from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.locales import command_line_text
 from motorcade.mats import Mat
 from motorcade.program.compiler import compile_program

@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 from motorcade.car.brain import NO_VOICE, RUNNING, WORD
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine import bicycle, events, kernels, layout
-from motorcade.engine.events import EVENT as EVENT
-from motorcade.engine.events import KINDS as KINDS
-from motorcade.engine.events import LOSS_REASONS as LOSS_REASONS
+from motorcade.engine.events import EVENT
 from motorcade.engine.geometry import FULL_TURN, to_heading
 from motorcade.engine.layout import VOICES
 from motorcade.engine.state import DRIVEN, MOST_PARTS, Arrays, Moment
@@ -107,7 +105,7 @@ class World:
             np.zeros((self._parts, room // (self._parts if self._is_large else 1), events.COLUMNS), np.uint32),
         )
         self._tick = 0
-        self._said = NO_VOICE
+        self._spoken = NO_VOICE
         self._taken: list[NDArray[np.void]] = []
 
     @property
@@ -124,7 +122,7 @@ class World:
 
     def say(self, word: str) -> None:
         """Let every car hear ``stop`` or ``go`` in the next tick."""
-        self._said = VOICES[word]
+        self._spoken = VOICES[word]
 
     def furnish(self, mat: Mat, range_mm: int | None = None) -> None:
         """Replace walls, obstacles, people, voices and physics; the cars stay where they are and go on.
@@ -281,16 +279,17 @@ class World:
 
     def _advance(self, ticks: int) -> None:
         while True:
-            before = self._backup() if self._keeps_events else None
+            before = [array.copy() for array in self._changing()] if self._keeps_events else None
             self._call(ticks)
             if before is None or not self._overflows():
                 break
-            self._restore(before)
+            for array, value in zip(self._changing(), before, strict=True):
+                array[...] = value
             old = self._counters
             room = old.events.shape[1] * 2
             self._counters = events.Counters(old.counts, np.zeros((self._parts, room, events.COLUMNS), np.uint32))
         self._tick += ticks
-        self._said = NO_VOICE
+        self._spoken = NO_VOICE
         if self._keeps_events:
             self._collect()
 
@@ -301,28 +300,13 @@ class World:
         before = numba.get_num_threads()
         numba.set_num_threads(self.threads)
         try:
-            kernel(self._tick, ticks, self._said, self.seeds, self._arrays())
+            kernel(self._tick, ticks, self._spoken, self.seeds, self._arrays())
         finally:
             numba.set_num_threads(before)
 
-    def _backup(self) -> list[NDArray[np.generic]]:
-        return [array.copy() for array in self._changing()]
-
-    def _restore(self, backup: list[NDArray[np.generic]]) -> None:
-        for array, before in zip(self._changing(), backup, strict=True):
-            array[...] = before
-
     def _changing(self) -> list[NDArray[np.generic]]:
-        state = self.state
-        return [
-            state.rows,
-            state.push,
-            state.wheels,
-            state.program,
-            *self._cells,
-            self._driven,
-            self._counters.counts,
-        ]
+        cars = self.state
+        return [cars.rows, cars.push, cars.wheels, cars.program, *self._cells, self._driven, self._counters.counts]
 
     def _overflows(self) -> bool:
         return bool(self._counters.counts[:, events.EVENTS].max() > self._counters.events.shape[1])

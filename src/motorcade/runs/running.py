@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorcade.config.profile import Profile, built_in_profile
-from motorcade.engine.world import EVENT, World
+from motorcade.engine.events import EVENT
+from motorcade.engine.world import World
 from motorcade.mats import Mat, check_mat, formation, open_table
 from motorcade.runs.recorder import EVERY_MS, Recorder, draw
 from motorcade.runs.recording import DATA_ENDINGS, Description, InMemoryRecording, Progress
