@@ -1,5 +1,5 @@
 // @vitest-environment node
-/** What holds for all files of the page: no circles of imports, no class without a use. */
+/** Checks of all files of the page: no circles of imports, no class without a use. */
 
 import { globSync, readFileSync } from "node:fs";
 import { dirname, join } from "node:path/posix";

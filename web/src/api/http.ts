@@ -1,9 +1,9 @@
-/** The server's answers, typed. A server that isn't there is told to the whole page. */
+/** Requests to the server. When it doesn't answer, the store's `serverGone` becomes true. */
 
 import { useStudio } from "../state/studio";
 import type { Blocks, ErrorAnswer, Project, Requests, Sentence } from "../generated/messages";
 
-/** What the server refused, in its own words. */
+/** The server refused a request; its sentence says why. */
 export class RefusedError extends Error {
   constructor(
     readonly code: string,
@@ -13,8 +13,8 @@ export class RefusedError extends Error {
   }
 }
 
-/** Nobody answers. */
-export class GoneError extends Error {}
+/** The server doesn't answer. */
+export class UnreachableError extends Error {}
 
 async function ask<Name extends keyof Requests>(
   name: Name,
@@ -26,7 +26,7 @@ async function ask<Name extends keyof Requests>(
   // A proxy between page and server answers 502 to 504 where the server itself is gone.
   if (response === null || (response.status >= 502 && response.status <= 504)) {
     useStudio.setState({ serverGone: true });
-    throw new GoneError();
+    throw new UnreachableError();
   }
   if (!response.ok) throw await refused(response);
   return (await response.json()) as Requests[Name]["answer"];

@@ -1,4 +1,4 @@
-/** Names that nobody else has, on pages without a secure context too. */
+/** Random names of 32 hexadecimal digits, also on pages without a secure context. */
 
 export function uniqueName(): string {
   const bytes = crypto.getRandomValues(new Uint8Array(16));

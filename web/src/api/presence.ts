@@ -1,4 +1,4 @@
-/** Looks for a server that is gone until it is back, and tells both. */
+/** Ask a server that stopped answering until it answers again, and load what the page needs of it. */
 
 import { useStudio } from "../state/studio";
 import * as api from "./http";
@@ -6,24 +6,24 @@ import * as api from "./http";
 const EVERY_MS = 1500;
 
 export function watchPresence(onBack: () => void): void {
-  let looking = false;
-  const look = async () => {
+  let asking = false;
+  const ask = async () => {
     const back = await fetch("/api/capabilities", { method: "POST", cache: "no-store" }).then(
       (response) => response.ok,
       () => false,
     );
     if (!back) {
-      setTimeout(() => void look(), EVERY_MS);
+      setTimeout(() => void ask(), EVERY_MS);
       return;
     }
-    looking = false;
+    asking = false;
     useStudio.setState({ serverGone: false });
     onBack();
   };
   useStudio.subscribe(({ serverGone }) => {
-    if (!serverGone || looking) return;
-    looking = true;
-    setTimeout(() => void look(), EVERY_MS);
+    if (!serverGone || asking) return;
+    asking = true;
+    setTimeout(() => void ask(), EVERY_MS);
   });
 }
 

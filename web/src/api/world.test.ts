@@ -9,7 +9,7 @@ import {
   type Picture,
   sessionOfWindow,
   waitBeforeTry,
-  WHYS,
+  LOSS_REASONS,
   WorldConnection,
 } from "./world";
 
@@ -47,7 +47,7 @@ describe("a picture's bytes", () => {
     expect([...picture.wheels, ...picture.led]).toEqual([14, 0, 1, 4]);
     expect([...picture.flags]).toEqual([Flag.runs | Flag.sends, Flag.lost | Flag.heard]);
     const kind = picture.events[EventColumn.kind]!;
-    expect([KINDS[kind & 255], WHYS[(kind >> 8) & 255]]).toEqual(["lost", "collision"]);
+    expect([KINDS[kind & 255], LOSS_REASONS[(kind >> 8) & 255]]).toEqual(["lost", "collision"]);
     expect([picture.events[0], picture.events[1], picture.events[3], picture.events[4]]).toEqual([990, 1, 0xa2800000, 0]);
     expect(picture.x.buffer).toBe(bytes);
   });

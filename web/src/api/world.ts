@@ -1,4 +1,4 @@
-/** A world of cars on the server: what is said to it, its answers, and its pictures. */
+/** A world of cars on the server: the messages to it, its answers, and its pictures. */
 
 import { uniqueName } from "./names";
 import type { WorldAnswer, WorldMessage } from "../generated/messages";
@@ -40,9 +40,9 @@ export const EVENT_COLUMNS = 5;
 /** `kind` holds the kind in its lowest byte and the reason in the one above. */
 export const EventColumn = { tMs: 0, car: 1, kind: 2, word: 3, other: 4 } as const;
 export const KINDS = ["state", "start", "over", "frame", "heard", "lost"] as const;
-export const WHYS = ["", "parity", "reserved", "deaf", "sending", "collision"] as const;
+export const LOSS_REASONS = ["", "parity", "reserved", "deaf", "sending", "collision"] as const;
 export type EventKind = (typeof KINDS)[number];
-export type Why = (typeof WHYS)[number];
+export type LossReason = (typeof LOSS_REASONS)[number];
 
 const HEADER_BYTES = 20;
 const PICTURE = 1;
@@ -89,22 +89,22 @@ export interface Listeners {
   onLink: (link: Link) => void;
 }
 
-const KEPT_SESSION = "motorcade.world";
+const SESSION_KEY = "motorcade.world";
 const FIRST_WAIT_MS = 500;
 const LONGEST_WAIT_MS = 8000;
 /** Another page has this world now: to come back unasked would take it back. */
 const TAKEN_OVER = "taken-over";
 
-/** This window's world; a reload finds it again, another window has its own. */
+/** The session of this window's world: the same after a reload, another one in another window. */
 export function sessionOfWindow(storage: Storage = sessionStorage): string {
-  const kept = storage.getItem(KEPT_SESSION);
-  if (kept !== null && /^[0-9a-f]{32}$/.test(kept)) return kept;
+  const stored = storage.getItem(SESSION_KEY);
+  if (stored !== null && /^[0-9a-f]{32}$/.test(stored)) return stored;
   const session = uniqueName();
-  storage.setItem(KEPT_SESSION, session);
+  storage.setItem(SESSION_KEY, session);
   return session;
 }
 
-/** How long to wait before the k-th try, so that a server that comes back isn't met by all pages at once. */
+/** How long to wait before the k-th try, so that not all pages reach a server at once when it is back. */
 export function waitBeforeTry(k: number, chance: number): number {
   return Math.min(LONGEST_WAIT_MS, FIRST_WAIT_MS * 2 ** k) * (0.75 + chance / 2);
 }
@@ -125,7 +125,7 @@ export class WorldConnection {
     this.connect();
   }
 
-  /** Whether it could be said; what a lost connection swallows is told anew after the next hello. */
+  /** Send a message; false while the connection is lost. The page sends what differs after the next hello. */
   send(command: Command): boolean {
     if (this.socket?.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify(command));

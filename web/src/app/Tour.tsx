@@ -1,7 +1,7 @@
 import { useEffect, useState } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { FIRST_STEPS, take } from "../projects/project";
+import { FIRST_STEPS, loadProject } from "../projects/project";
 import { IconButton } from "../ui/controls";
 import { useSettings } from "../state/settings";
 import { useStudio, type View } from "../state/studio";
@@ -12,14 +12,14 @@ import { classes } from "../ui/classes";
 const STEPS = ["blocks", "words", "drive"] as const;
 const VIEWS: Record<(typeof STEPS)[number], View> = { blocks: "leader", words: "words", drive: "mat" };
 
-/** Somebody who has no block yet gets two, so that there is something to see. */
+/** Add two blocks to an empty program, so that the tour has something to show. */
 function provideSteps(): void {
   const studio = useStudio.getState();
   if ((studio.compiled?.states ?? 0) > 0) return;
-  take({ ...FIRST_STEPS, name: studio.name, profile: studio.profile, mat: studio.mat, range_mm: studio.rangeMm });
+  loadProject({ ...FIRST_STEPS, name: studio.name, profile: studio.profile, mat: studio.mat, range_mm: studio.rangeMm });
 }
 
-/** The first visit: blocks, words, and the cars drive. */
+/** The tour of a first visit: build with blocks, look at the words, let the cars drive. */
 export function Tour() {
   const { t } = useTranslation();
   const toured = useSettings((settings) => settings.toured);

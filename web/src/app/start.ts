@@ -10,8 +10,8 @@ import { startPrinting } from "../blocks/picture";
 import { startThemes } from "../blocks/workspaces";
 import { startLanguages } from "../i18n";
 import { openSharedLink } from "../projects/actions";
-import { findKept, keepEveryChange } from "../projects/autosave";
-import { BLANK, markSaved, markUnsaved, take, watchUnsaved } from "../projects/project";
+import { findWork, storeEveryChange } from "../projects/autosave";
+import { BLANK, markSaved, markUnsaved, loadProject, watchUnsaved } from "../projects/project";
 import { notify, openDialog } from "../state/dialogs";
 import { startSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
@@ -44,12 +44,12 @@ export function start(): void {
 let place = "";
 
 async function openFirstProject(): Promise<void> {
-  const { key, kept } = await findKept();
+  const { key, stored } = await findWork();
   place = key;
-  take(kept ?? BLANK, kept?.parkedFollowers ?? null);
-  if (!kept?.unsaved) return;
+  loadProject(stored ?? BLANK, stored?.parkedFollowers ?? null);
+  if (!stored?.unsaved) return;
   useStudio.setState({ unsaved: true });
-  const time = new Date(kept.at).toLocaleTimeString(i18next.language, { hour: "2-digit", minute: "2-digit" });
+  const time = new Date(stored.at).toLocaleTimeString(i18next.language, { hour: "2-digit", minute: "2-digit" });
   notify(i18next.t("project.restored", { time }));
 }
 
@@ -68,7 +68,7 @@ export function openEditors(): void {
   if (useStudio.getState().unsaved) markUnsaved();
   else markSaved();
   watchUnsaved();
-  keepEveryChange(place);
+  storeEveryChange(place);
   void openSharedLink();
   window.addEventListener("hashchange", () => void openSharedLink());
 }

@@ -141,7 +141,7 @@ function addFollowers(): void {
   }
 }
 
-/** The leader's editor and, where the user wants one, the followers' beside it. */
+/** The leader's editor and, if it is switched on, the followers' beside it. */
 export function Editors() {
   const { t } = useTranslation();
   const followed = useStudio((studio) => studio.followers !== null);

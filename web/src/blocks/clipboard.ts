@@ -1,4 +1,4 @@
-/** Copy and paste in both editors and between them. */
+/** Copy and paste within and between the editors. */
 
 import * as Blockly from "blockly/core";
 import i18next from "i18next";
@@ -19,7 +19,7 @@ export function typesIn(state: BlockState): Set<string> {
   return new Set([state.type, ...below.flatMap(({ block }) => (block ? [...typesIn(block)] : []))]);
 }
 
-/** Why the blocks can't be pasted there, as a key of the page's sentences; null where they can. */
+/** LossReason the blocks can't be pasted there, as a key of the page's sentences; null where they can. */
 export function refusal(editor: EditorName, state: BlockState): "clipboard.hat" | "clipboard.leaderInfrared" | null {
   const foreign = [...typesIn(state)].find((type) => !canStandIn(editor, type));
   if (foreign === undefined) return null;
@@ -63,7 +63,7 @@ function registerShortcut(): void {
   );
 }
 
-/** For those who touch, or don't know the shortcuts. */
+/** Copy and paste without a keyboard. */
 function registerMenuItems(): void {
   const menu = Blockly.ContextMenuRegistry.registry;
   menu.register({

@@ -1,4 +1,4 @@
-/** What is to be seen on blocks: warnings of the compiler's, and which of them run now. */
+/** Marks on blocks: the compiler's diagnostics, and which blocks run now. */
 
 import type { BlockSvg } from "blockly/core";
 import type { Diagnostic, EditorName } from "../api/types";
@@ -9,7 +9,7 @@ const WARNING = "motorcade";
 const marked = new Map<EditorName, Map<string, string>>();
 const lit = new Map<EditorName, ReadonlySet<string>>();
 
-/** Puts each diagnostic on its block; blocks whose sentences didn't change are left alone. */
+/** Show each diagnostic on its block; blocks whose sentences didn't change are left alone. */
 export function markDiagnostics(diagnostics: readonly Diagnostic[]): void {
   for (const [editor, workspace] of liveWorkspaces()) {
     const texts = new Map<string, string>();
@@ -24,13 +24,13 @@ export function markDiagnostics(diagnostics: readonly Diagnostic[]): void {
   }
 }
 
-/** A filled editor has new blocks, none of them marked. */
+/** Forget the marks of an editor that was filled with new blocks. */
 export function forgetMarks(editor: EditorName): void {
   marked.delete(editor);
   lit.delete(editor);
 }
 
-/** Lights the blocks that run now: in both editors, and several where several run. */
+/** Highlight the blocks that run now, in both editors. */
 export function markRunning(running: ReadonlyMap<EditorName, readonly string[]>): void {
   for (const [editor, workspace] of liveWorkspaces()) {
     const now = new Set(running.get(editor));

@@ -66,7 +66,7 @@ interface Histories {
   redo: object[];
 }
 
-/** What could be undone in editors that are no more: they come back with another language, or with the followers. */
+/** The undo histories of closed editors, which are opened again in another language or with the followers. */
 const histories = new Map<EditorName, Histories>();
 
 export function disposeWorkspace(editor: EditorName): void {
@@ -78,7 +78,7 @@ export function disposeWorkspace(editor: EditorName): void {
   live.delete(editor);
 }
 
-/** Fills the editor; a state without its hat, or that can't be read, gets one, so that there is something to build on. */
+/** Fill the editor; a state without the first block gets one. */
 export function fill(editor: EditorName, state: WorkspaceState): void {
   const workspace = live.get(editor)!;
   Blockly.serialization.workspaces.load(state, workspace);
@@ -90,7 +90,7 @@ export function fill(editor: EditorName, state: WorkspaceState): void {
   workspace.scroll(0, 0);
 }
 
-/** Blocks keep their ids, so what was done to them can still be undone. */
+/** Restore the history of a closed editor: blocks keep their ids, so it still applies. */
 function restoreHistory(editor: EditorName, workspace: Blockly.WorkspaceSvg): void {
   const history = histories.get(editor);
   histories.delete(editor);
@@ -111,7 +111,7 @@ export function revealBlock(block: Blockly.BlockSvg): void {
   block.select();
 }
 
-/** The same, and the keyboard goes on from there. */
+/** Bring the block into view, select it, and give it the keyboard's focus. */
 export function showBlock(editor: EditorName, id: string): void {
   const block = live.get(editor)?.getBlockById(id);
   if (!block) return;
@@ -129,7 +129,7 @@ export function startThemes(): void {
   });
 }
 
-/** The block and all that stands inside it, but not what hangs below. */
+/** The ids of the block and of all blocks inside it, without the blocks below it. */
 export function withInner(editor: EditorName, id: string): Set<string> {
   const block = live.get(editor)?.getBlockById(id);
   if (!block) return new Set();
@@ -145,7 +145,7 @@ function textOf(block: Blockly.BlockSvg): string {
   return plain(fields.map((field) => field.getText()).join(" "));
 }
 
-/** The blocks whose text, comment or kind holds all words of the query, from top to bottom. */
+/** The blocks whose text, comment or type contains all words of the query, from top to bottom. */
 export function findBlocks(workspace: Blockly.WorkspaceSvg, query: string): Blockly.BlockSvg[] {
   const words = plain(query).split(" ").filter(Boolean);
   if (words.length === 0) return [];

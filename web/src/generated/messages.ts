@@ -273,7 +273,7 @@ export interface Version {
   saved_at: string;
 }
 
-/** Why a request was refused, by `motorcade.errors.MotorcadeError.to_dict`; a program also has diagnostics. */
+/** LossReason a request was refused, by `motorcade.errors.MotorcadeError.to_dict`; a program also has diagnostics. */
 export interface ErrorAnswer {
   code: string;
   details: Record<string, unknown>;
@@ -448,7 +448,7 @@ export interface ImageRead {
   image: string;
 }
 
-/** Why it failed. */
+/** LossReason it failed. */
 export interface Failed {
   outcome: "failed";
   error: ErrorAnswer;

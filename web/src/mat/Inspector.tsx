@@ -1,7 +1,7 @@
 import { Button, Input, Label, Link, NumberField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
-import { type CarDetails, type Why, WHYS } from "../api/world";
+import { type CarDetails, type LossReason, LOSS_REASONS } from "../api/world";
 import { useStudio } from "../state/studio";
 import { clock } from "../timeline/events";
 import { bitsOf, colourOf, groupOf } from "../words/bits";
@@ -100,7 +100,7 @@ function CarInspector({ session, car, words }: InspectorProps & { car: number })
 const NONE: readonly number[] = [];
 const MOST_NAMED = 12;
 
-/** The cars that wait to be told to go on with their program, so that somebody finds them; the chosen one is told here. */
+/** The cars that were driven by hand and wait; a button lets the chosen one continue its program. */
 function Held({ session, car }: { session: Session; car: number | null }) {
   const { t } = useTranslation();
   const held = useMat(({ state }) => state?.held ?? NONE);
@@ -118,7 +118,7 @@ function Held({ session, car }: { session: Session; car: number | null }) {
   );
 }
 
-/** Where the chosen car is, in words: whoever doesn't see the mat can tell that it moves. */
+/** Where the chosen car is, as a text for those who can't see the mat. */
 function Place() {
   const { t } = useTranslation();
   const pose = useMat((now) => now.pose);
@@ -130,7 +130,7 @@ function Place() {
 function Details({ details, words }: { details: CarDetails; words: readonly CompiledWord[] }) {
   const { t } = useTranslation();
   const { word, values, hears, lost } = details;
-  const losses = WHYS.filter((why): why is Exclude<Why, ""> => why !== "").filter((why) => lost[why]);
+  const losses = LOSS_REASONS.filter((why): why is Exclude<LossReason, ""> => why !== "").filter((why) => lost[why]);
   const colour = word === null ? undefined : colourWords(words).byWord.get(parseInt(word, 16));
   return (
     <>

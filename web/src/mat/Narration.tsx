@@ -50,7 +50,7 @@ export class Losses {
   }
 }
 
-/** Decides when to announce a change: not before the last announcement could be heard to its end. */
+/** Decides when to announce a change: not before a screen reader has finished the last announcement. */
 export class Pace {
   private last: string | null = null;
   private lastAtMs = -Infinity;

@@ -15,7 +15,7 @@ interface Carried {
   y: number;
 }
 
-/** Things to drag onto the mat; pressed by key or a tap, they come to stand in its middle. */
+/** Things to drag onto the mat; a key or a tap puts one in the middle. */
 export const Palette = memo(function Palette({ session, scene }: { session: Session; scene: Scene | null }) {
   const { t } = useTranslation();
   const [carried, setCarried] = useState<Carried | null>(null);

@@ -10,7 +10,7 @@ import { classes } from "../ui/classes";
 
 const MOST_POINTS = 24;
 
-/** All furniture by name, and the chosen piece's points as numbers: what pointers do, keys do here. */
+/** All furniture by name, and the chosen piece's points as numbers, for use by keyboard. */
 export function PieceInspector() {
   const { t } = useTranslation();
   const mat = useStudio(({ mat }) => mat);
@@ -104,7 +104,7 @@ const LATER_S = 2;
 const HEARD_M = 1;
 const SMALLEST_M = 0.01;
 
-/** What is said on the mat of itself: which word, when, and where it is heard. */
+/** The mat's voices: which word each says, when, and where it is heard. */
 export function Voices() {
   const { t } = useTranslation();
   const mat = useStudio(({ mat }) => mat);

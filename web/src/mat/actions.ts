@@ -114,7 +114,7 @@ export function duplicateChosen(session: Session): void {
   if (old) addCar(session, { ...old, at_m: [rounded(old.at_m[0] + BESIDE_M), rounded(old.at_m[1] - BESIDE_M)] });
 }
 
-/** Where the cars stand now becomes where they start. */
+/** Make the cars' present places their starts. */
 export function startHere(session: Session): void {
   const { mat } = useStudio.getState();
   const { hello } = useMat.getState();

@@ -55,7 +55,7 @@ export function fitted(box: Box, size: Size): Camera {
   return { x: (box.left + box.right) / 2 + BUTTONS_PX / 2 / scale, y: (box.bottom + box.top) / 2, scale };
 }
 
-/** All of the mat; on a plane without end all that stands there. */
+/** The box around the mat; on an unbounded plane, around all cars and furniture. */
 export function boxOf(mat: Mat, x: ArrayLike<number>, y: ArrayLike<number>): Box {
   if (mat.size_m) return { left: 0, bottom: 0, right: mat.size_m[0], top: mat.size_m[1] };
   const points: Point[] = FURNITURE.flatMap((kind) => listOf(mat, kind).flatMap((piece) => handlesOf(kind, piece)));
@@ -71,7 +71,7 @@ export function boxOf(mat: Mat, x: ArrayLike<number>, y: ArrayLike<number>): Box
   return { left: box.left - 0.5, bottom: box.bottom - 0.5, right: box.right + 0.5, top: box.top + 0.5 };
 }
 
-/** A round length whose bar is about as long as wished. */
+/** A round length whose bar is about `wishedPx` long. */
 export function scaleBar(camera: Camera, wishedPx = 110): { metres: number; pixels: number } {
   const wished = wishedPx / camera.scale;
   const power = 10 ** Math.floor(Math.log10(wished));

@@ -1,4 +1,4 @@
-/** All cars: bodies in the colours of their words, lit LEDs, marks of lost frames, and the chosen one's ring. */
+/** All cars: bodies in the colours of their words, LEDs, marks of lost frames, and a ring around the chosen one. */
 
 import { Container, Graphics, Sprite } from "pixi.js";
 import { NO_LED, type Picture } from "../api/world";
@@ -7,7 +7,7 @@ import type { Drawn } from "./motion";
 import type { Textures } from "./textures";
 import type { MatTheme } from "./colours";
 
-/** Cars and people stay visible when a whole hall is seen. */
+/** The least size on the screen, so that cars stay visible on a large mat. */
 const LEAST_PX = 9;
 const LOSS_SHOWN_MS = 500;
 
@@ -71,7 +71,7 @@ export class CarLayer {
     }
   }
 
-  /** Tells whether a mark is still shown. */
+  /** Draw a moment; true while a mark is still shown. */
   draw(drawn: Drawn, scale: number, atMs: number): boolean {
     const side = Math.max(this.diameter, LEAST_PX / scale);
     let marked = false;

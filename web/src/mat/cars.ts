@@ -1,4 +1,4 @@
-/** Which cars are on a mat: one by one, and in crowds. Cars are numbered one by one first, then crowd by crowd. */
+/** The cars of a mat: single ones and crowds. Single cars have the first numbers, then each crowd in turn. */
 
 import { type Car, type Crowd, listOf, type Mat, type Person, type Point, rounded, type Wall, withList, without } from "./document";
 
@@ -9,12 +9,12 @@ export interface Placed {
   heading: ArrayLike<number>;
 }
 
-/** A crowd of more cars isn't written down one by one: the document would grow too long for a link. */
+/** Larger crowds are not written car by car: the document would be too long for a link. */
 export const MOST_ONE_BY_ONE = 1001;
 const DEFAULT_SPACING_M = 0.25;
 /** Cars 150 mm across that can just turn beside each other. */
 const CLOSEST_M = 0.2;
-/** Obstacles, and the clearance that crowds keep, leave less room than there seems to be. */
+/** Obstacles and the clearance around cars leave less room than the area suggests. */
 const ROOM_TO_SPARE = 1.35;
 
 export function carsOf(mat: Mat): { leaders: number; followers: number } {
@@ -30,7 +30,7 @@ function toDegrees(radians: number): number {
   return Math.round((radians * 180) / Math.PI) || 0;
 }
 
-/** The same cars with the same numbers, each written down on its own where it stands. */
+/** The same cars with the same numbers, each written on its own at its present place. */
 export function oneByOne(mat: Mat, at: Placed, leads: ReadonlySet<number>): Mat {
   const car = Array.from({ length: at.x.length }, (_, k): Car => {
     const heading_deg = toDegrees(at.heading[k]!);
@@ -56,7 +56,7 @@ export function removedCar(mat: Mat, number: number): Mat {
   return { ...mat, car: (mat.car ?? []).toSpliced(number, 1) };
 }
 
-/** As many followers as wished: crowds change before cars that somebody placed. */
+/** Change the number of followers: first in crowds, then among cars placed one by one. */
 export function withFollowers(mat: Mat, wished: number): Mat {
   const single = mat.car ?? [];
   const placed = single.filter(({ role }) => role !== "leader").length;
@@ -82,7 +82,7 @@ function withoutLast(cars: readonly Car[], count: number): Car[] {
   return cars.toReversed().filter(({ role }) => role === "leader" || left-- <= 0).reverse();
 }
 
-/** The last crowd takes the new ones in: within its area as it is, else all over the mat, which grows where it must. */
+/** Add followers to the last crowd: within its area if they fit, else all over the mat, which grows if needed. */
 function withMore(mat: Mat, more: number): Mat {
   const crowds = mat.crowd ?? [];
   const last: Crowd = crowds.at(-1) ?? { cars: 0 };
@@ -109,7 +109,7 @@ function room([width, height]: Point, spacing: number): number {
   return Math.floor(width / spacing + 1e-9) * Math.floor(height / spacing + 1e-9);
 }
 
-/** A larger mat, with all that stands on it in its middle. */
+/** A larger mat, with everything moved to its middle. */
 export function grown(mat: Mat, factor: number): Mat {
   const [width, height] = mat.size_m!;
   const size_m: Point = [Math.ceil(width * factor * 10) / 10, Math.ceil(height * factor * 10) / 10];
@@ -135,12 +135,12 @@ function shifted(mat: Mat, dx: number, dy: number): Mat {
   return { ...result, crowd: mat.crowd.map((crowd) => (crowd.corner_m ? { ...crowd, corner_m: by(crowd.corner_m) } : crowd)) };
 }
 
-/** What the cars' beginning depends on: where it differs the world has to be built anew. */
+/** What the cars' start depends on: where it differs, the world must be built anew. */
 export function beginning(mat: Mat): string {
   return JSON.stringify([mat.car, mat.crowd, mat.tick_ms, mat.size_m]);
 }
 
-/** The slider's scale: every single car counts at its left end, hundreds at its right. */
+/** The slider's scale: single cars at its left end, hundreds at its right. */
 export const MOST_FOLLOWERS = 1000;
 export const SLIDER_STEPS = 100;
 

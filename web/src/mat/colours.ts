@@ -70,7 +70,7 @@ const NAMES = [
 
 export type MatTheme = Record<(typeof NAMES)[number], string>;
 
-/** A probe's colour, since a custom property itself is text that may name other properties. */
+/** Read the theme's colours by a probe element: a custom property's text may refer to other properties. */
 export function readTheme(element: HTMLElement): MatTheme {
   const probe = document.createElement("span");
   probe.hidden = true;
@@ -85,7 +85,7 @@ export function readTheme(element: HTMLElement): MatTheme {
 
 const PREFERENCES = ["(prefers-color-scheme: dark)", "(prefers-contrast: more)", "(forced-colors: active)"];
 
-/** Call back whenever the colours may have changed; gives what ends it. */
+/** Call back whenever the colours may have changed; returns a function that ends this. */
 export function watchTheme(changed: () => void): () => void {
   const observer = new MutationObserver(changed);
   observer.observe(document.documentElement, { attributes: true });

@@ -1,4 +1,4 @@
-/** A mat document's parts as the page edits them: each edit gives a new document and leaves the old one alone. */
+/** Edits of a mat document: each returns a new document and leaves the old one unchanged. */
 
 import type { MatDocument } from "../api/types";
 
@@ -91,7 +91,7 @@ export function withPiece(mat: Mat, { kind, place }: PieceId, piece: Piece): Mat
   return withList(mat, kind, listOf(mat, kind).with(place, piece));
 }
 
-/** Whole millimetres, which is finer than anyone drags. */
+/** Round metres to whole millimetres. */
 export function rounded(metres: number): number {
   return Math.round(metres * 1000) / 1000;
 }
@@ -100,7 +100,7 @@ function shift([x, y]: Point, dx: number, dy: number): Point {
   return [rounded(x + dx), rounded(y + dy)];
 }
 
-/** A piece's points that can be dragged on their own; a disc's is on its rim. */
+/** The points of a piece that can be dragged; a disc has one, on its rim. */
 export function handlesOf(kind: FurnitureKind, piece: Piece): Point[] {
   if (kind === "wall") return [(piece as Wall).from_m, (piece as Wall).to_m];
   if (kind === "polygon") return [...(piece as Polygon).corners_m];
@@ -215,7 +215,7 @@ const LEAST: Partial<Record<PieceId["kind"], number>> = { person: 1, polygon: 3 
 
 type Step = Person["path"][number];
 
-/** Whether points of this kind of piece can be added; `canLose` tells of taking one away. */
+/** Whether points can be added to this kind of piece. */
 export function canGrow({ kind }: PieceId): boolean {
   return LEAST[kind] !== undefined;
 }
@@ -224,7 +224,7 @@ export function canLose({ kind }: PieceId, points: number): boolean {
   return points > (LEAST[kind] ?? Infinity);
 }
 
-/** Another point behind this one: halfway to the next, or a little farther on where none follows. */
+/** Add a point after this one: halfway to the next, or a little farther on at the end. */
 export function withPointAfter(mat: Mat, id: PieceId, at: number): Mat {
   const piece = pieceOf(mat, id);
   if (piece && id.kind === "person") {
@@ -260,7 +260,7 @@ export function withoutPoint(mat: Mat, id: PieceId, at: number): Mat {
   return withPiece(mat, id, { corners_m: (piece as Polygon).corners_m.toSpliced(at, 1) });
 }
 
-/** The person is at this point at another time; the points behind keep their distance from it in time. */
+/** Change the time of a person's point; later points move by the same time. */
 export function retimed(mat: Mat, id: PieceId, at: number, seconds: number): Mat {
   const person = pieceOf(mat, id) as Person | undefined;
   const before = person?.path[at - 1];

@@ -105,7 +105,7 @@ interface NumberSliderProps {
   onEnd?: () => void;
 }
 
-/** A slider for the hand, and a field beside it for a certain number. */
+/** A slider, and beside it a field for an exact number. */
 export function NumberSlider(props: NumberSliderProps) {
   const { label, value, most, least = 0, step = 1, scale, format, onChange, onEnd } = props;
   const valueAt = scale?.valueAt ?? ((position: number) => position);
@@ -165,7 +165,7 @@ export function Quantity({ label, value, least = -2000, most = 100_000, step = 0
       isDisabled={isDisabled}
       formatOptions={{ maximumFractionDigits: 3 }}
       onChange={(typed) => {
-        // A field that is left rounds to its steps, which is nobody's wish to move a thing.
+        // A field rounds its value when it loses the focus; that is no edit.
         if (Math.abs(typed - value) > step / 2) onChange(typed);
       }}
     >

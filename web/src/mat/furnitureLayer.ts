@@ -1,4 +1,4 @@
-/** The mat itself, what stands on it, who walks there, and the handles of the chosen piece. */
+/** The mat's floor, furniture and people, and the handles of the chosen piece. */
 
 import { Container, Graphics, Sprite } from "pixi.js";
 import { type Disc, handlesOf, listOf, type Mat, type Person, personAt, pieceOf, type PieceId, type Polygon } from "./document";

@@ -1,8 +1,8 @@
-/** Where cars are drawn between two pictures. Drawing only: nothing is guessed beyond the newer picture. */
+/** Where cars are drawn between two pictures; nothing is guessed beyond the newer one. */
 
 import type { Picture } from "../api/world";
 
-/** Farther than a car drives from one picture to the next at the highest speed: it was lifted. */
+/** A car that moves farther from one picture to the next was lifted: none drives so fast. */
 const LIFTED_M = 0.5;
 
 export interface Drawn {
@@ -30,7 +30,7 @@ export class Motion {
   take(picture: Picture, atMs: number): void {
     const continues = this.now?.cars === picture.cars && !picture.fresh && !picture.past && !this.now.past;
     this.before = continues ? this.now : null;
-    // A pause between two pictures is no pace: the next one must not be drawn in slow motion.
+    // A long pause between two pictures must not slow the next drawing down.
     if (continues) this.interval += (Math.min(100, Math.max(16, atMs - this.arrivedAt)) - this.interval) / 4;
     this.now = picture;
     this.arrivedAt = atMs;
@@ -39,13 +39,13 @@ export class Motion {
     }
   }
 
-  /** There are other cars now, and no picture of them yet. */
+  /** Forget the pictures: there are other cars now. */
   forget(): void {
     this.before = this.now = null;
     this.drawn = placesOf(0);
   }
 
-  /** Work out `drawn` for this moment; tells whether a later moment would differ. */
+  /** Compute `drawn` for this moment; true if a later moment would differ. */
   advance(atMs: number): boolean {
     if (!this.now) return false;
     const share = this.before ? Math.min(1, (atMs - this.arrivedAt) / this.interval) : 1;

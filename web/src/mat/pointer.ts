@@ -16,7 +16,7 @@ export interface Sight {
   tMs: number;
 }
 
-/** Within `reach` metres; a chosen piece's handles come first, then cars, then what lies above. */
+/** What is within `reach` metres of a point: first the chosen piece's handles, then cars, then the topmost piece. */
 export function gripAt(sight: Sight, point: Point, reach: number): Grip | null {
   const { mat, chosen } = sight;
   if (chosen && "piece" in chosen) {

@@ -1,4 +1,4 @@
-/** The drawn mat: layers over each other, a camera, and a loop that draws only when something changed. */
+/** The drawn mat: layers, a camera, and a loop that draws only when something changed. */
 
 import "pixi.js/unsafe-eval";
 import { autoDetectRenderer, Container, type Renderer } from "pixi.js";
@@ -14,7 +14,7 @@ import { makeTextures } from "./textures";
 import { type MatTheme, readTheme, watchTheme } from "./colours";
 import { TrackLayer } from "./traceLayers";
 
-/** Where drawing takes longer, pictures are drawn as they come, without steps between them. */
+/** Where a drawing takes longer, no positions between two pictures are drawn. */
 const SLOW_MS = 14;
 
 export interface SceneListeners {

@@ -1,4 +1,4 @@
-/** The small pictures that the mat is drawn with, made on the spot: white where a sprite's tint colours them. */
+/** The small pictures that the mat is drawn with; white parts are coloured by a sprite's tint. */
 
 import { Texture } from "pixi.js";
 
@@ -72,7 +72,7 @@ function follower(g: CanvasRenderingContext2D) {
   headlights(g, 0.7, 0.34);
 }
 
-/** Another outline than the followers', a pointed nose, and a star on its roof: told apart without colours. */
+/** A leader differs from followers without colours: a pointed nose and a star on its roof. */
 function leader(g: CanvasRenderingContext2D) {
   wheels(g);
   g.beginPath();

@@ -1,14 +1,14 @@
 /** What cars leave behind them: tracks on the floor, and infrared frames as rings that grow from their senders. */
 
 import { Container, Graphics, Sprite } from "pixi.js";
-import { EVENT_COLUMNS, EventColumn, Flag, KINDS, type Picture, WHYS } from "../api/world";
+import { EVENT_COLUMNS, EventColumn, Flag, KINDS, type Picture, LOSS_REASONS } from "../api/world";
 import type { MatTheme } from "./colours";
 import type { Drawn } from "./motion";
 import type { Textures } from "./textures";
 
 const FRAME = KINDS.indexOf("frame");
 const LOST = KINDS.indexOf("lost");
-const COLLISION = WHYS.indexOf("collision");
+const COLLISION = LOSS_REASONS.indexOf("collision");
 const RING_MS = 600;
 /** More rings on top of each other would hide the cars, and be slow where no graphics processor draws. */
 const MOST_RINGS = 60;

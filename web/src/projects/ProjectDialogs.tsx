@@ -125,7 +125,7 @@ export function ExamplesDialog({ onClose }: { onClose: () => void }) {
   const { t } = useTranslation();
   const [examples, setExamples] = useState<Example[]>([]);
   useEffect(() => void attempt(async () => setExamples(await api.examples())), []);
-  const take = (example: Example) =>
+  const openExample = (example: Example) =>
     attempt(async () => {
       const project = await api.example(example.id);
       onClose();
@@ -137,7 +137,7 @@ export function ExamplesDialog({ onClose }: { onClose: () => void }) {
       <ul className={css.examples}>
         {examples.map((example) => (
           <li key={example.id}>
-            <Button className={css.example} onPress={() => void take(example)}>
+            <Button className={css.example} onPress={() => void openExample(example)}>
               <b>{inLanguage(example.title)}</b>
               <span>{inLanguage(example.about)}</span>
             </Button>

@@ -19,7 +19,7 @@ export async function attempt(task: () => Promise<void>): Promise<void> {
     await task();
   } catch (error) {
     if (error instanceof api.RefusedError) notify(inLanguage(error.sentence), "error");
-    else if (error instanceof api.GoneError) notify(i18next.t("server.needed"), "warning");
+    else if (error instanceof api.UnreachableError) notify(i18next.t("server.needed"), "warning");
     else throw error;
   }
 }
@@ -59,7 +59,7 @@ export async function shareLink(): Promise<string> {
   return origin + pathname + (await fragmentOf(useStudio.getState().name, text));
 }
 
-/** Opens what the page's own address holds, and takes it off the address. */
+/** Open the project in the page's own address, and remove it from the address. */
 export function openSharedLink(): Promise<void> {
   const { hash, pathname, search } = location;
   if (!hash) return Promise.resolve();

@@ -1,40 +1,40 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { useStudio } from "../state/studio";
-import { findKept, keepEveryChange, keptOf, parseKept } from "./autosave";
+import { findWork, storeEveryChange, workOf, parseWork } from "./autosave";
 
-describe("what was kept", () => {
+describe("the stored work", () => {
   it("is the whole project and what was put aside", () => {
     const studio = { ...useStudio.getState(), name: "三", leader: { blocks: {} }, parkedFollowers: { blocks: { a: 1 } } };
-    const kept = parseKept(JSON.stringify(keptOf(studio, 5)));
-    expect(kept).toMatchObject({ name: "三", leader: { blocks: {} }, parkedFollowers: { blocks: { a: 1 } }, at: 5 });
+    const stored = parseWork(JSON.stringify(workOf(studio, 5)));
+    expect(stored).toMatchObject({ name: "三", leader: { blocks: {} }, parkedFollowers: { blocks: { a: 1 } }, at: 5 });
   });
 
   it.each([null, "", "{", "[]", "7", '{"leader": 1}', '{"leader": {}, "followers": [], "profile": "c", "at": 1}'])(
     "is left alone where it is %s",
-    (text) => expect(parseKept(text)).toBeNull(),
+    (text) => expect(parseWork(text)).toBeNull(),
   );
 });
 
 describe("autosave", () => {
   const KEY = "motorcade.autosave.here";
-  const kept = () => parseKept(localStorage.getItem(KEY));
+  const stored = () => parseWork(localStorage.getItem(KEY));
   beforeEach(() => void vi.useFakeTimers());
   afterEach(() => void vi.useRealTimers());
 
   it("keeps a change shortly after it, and the newest of many", () => {
-    keepEveryChange(KEY);
+    storeEveryChange(KEY);
     useStudio.setState({ leader: { blocks: { first: true } } });
     vi.advanceTimersByTime(200);
     useStudio.setState({ leader: { blocks: { second: true } }, unsaved: true });
-    expect(kept()).toBeNull();
+    expect(stored()).toBeNull();
     vi.advanceTimersByTime(300);
-    expect(kept()).toMatchObject({ leader: { blocks: { second: true } }, unsaved: true });
+    expect(stored()).toMatchObject({ leader: { blocks: { second: true } }, unsaved: true });
   });
 
   it("keeps what is under way when the page is left", () => {
-    useStudio.setState({ name: "last words" });
+    useStudio.setState({ name: "last change" });
     window.dispatchEvent(new Event("pagehide"));
-    expect(kept()?.name).toBe("last words");
+    expect(stored()?.name).toBe("last change");
   });
 });
 
@@ -53,10 +53,10 @@ function locksOf(held: Set<string>): LockManager {
 
 describe("a tab's place", () => {
   const held = new Set<string>();
-  const keep = (name: string, at: number) => {
-    localStorage.setItem(`motorcade.autosave.${name}`, JSON.stringify(keptOf({ ...useStudio.getState(), name }, at)));
+  const store = (name: string, at: number) => {
+    localStorage.setItem(`motorcade.autosave.${name}`, JSON.stringify(workOf({ ...useStudio.getState(), name }, at)));
   };
-  const found = async () => (await findKept()).kept?.name;
+  const found = async () => (await findWork()).stored?.name;
 
   beforeEach(() => {
     localStorage.clear();
@@ -66,33 +66,33 @@ describe("a tab's place", () => {
   });
 
   it("is nobody else's: a second tab begins anew", async () => {
-    keep("first", 1);
+    store("first", 1);
     expect(await found()).toBe("first");
     sessionStorage.clear();
     expect(await found()).toBeUndefined();
   });
 
   it("is found again after a reload, also where another was used later", async () => {
-    keep("first", 1);
-    const { key } = await findKept();
-    keep("second", 2);
+    store("first", 1);
+    const { key } = await findWork();
+    store("second", 2);
     held.delete(key);
     expect(await found()).toBe("first");
   });
 
   it("goes on where a tab was closed or crashed, with the newest first", async () => {
-    keep("old", 1);
-    keep("new", 2);
+    store("old", 1);
+    store("new", 2);
     expect(await found()).toBe("new");
     sessionStorage.clear();
     expect(await found()).toBe("old");
   });
 
   it("is another one for a copy of the tab, which begins with the same work", async () => {
-    keep("first", 1);
-    const { key } = await findKept();
-    const copy = await findKept();
-    expect(copy.kept?.name).toBe("first");
+    store("first", 1);
+    const { key } = await findWork();
+    const copy = await findWork();
+    expect(copy.stored?.name).toBe("first");
     expect(copy.key).not.toBe(key);
   });
 });

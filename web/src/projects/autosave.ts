@@ -11,18 +11,18 @@ import { type Studio, useStudio } from "../state/studio";
 import { sameProject } from "./project";
 
 const PREFIX = "motorcade.autosave.";
-/** In this tab's own storage: which place is its own. A reload keeps it, and a copy of the tab has it too. */
+/** The key of this tab's place, in storage that survives a reload and is copied with the tab. */
 const OWN = "motorcade.place";
-/** A page that is reloaded lets go of its lock only a moment after the new one has begun. */
+/** A reloaded page releases its lock only a moment after the new page has started. */
 const PATIENCE_MS = 700;
 
 interface Place {
   key: string;
-  /** Where what is shown first stands: the own place, that of the tab that this is a copy of, or nowhere yet. */
+  /** The place of the work to show first: this tab's own, that of the tab it is a copy of, or null. */
   from: string | null;
 }
 
-/** Whether this tab has the place now, until it is closed. Without locks nobody can know, and all may have it. */
+/** Take a place until the tab is closed; false where another tab has it. Browsers without locks always succeed. */
 async function hold(key: string, patienceMs = 0): Promise<boolean> {
   const locks = (navigator as Partial<Navigator>).locks;
   if (!locks) return true;
@@ -36,11 +36,11 @@ async function hold(key: string, patienceMs = 0): Promise<boolean> {
   });
 }
 
-/** All places that hold something, the newest first; `ageOf` tells from a text when it was kept. */
+/** All places with work, the newest first; `ageOf` reads from a text when it was stored. */
 function placesByAge(ageOf: (text: string) => number): string[] {
   const keys = Object.keys(localStorage).filter((key) => key.startsWith(PREFIX));
-  const kept = keys.map((key) => ({ key, at: ageOf(localStorage.getItem(key) ?? "") }));
-  return kept.sort((a, b) => b.at - a.at).map(({ key }) => key);
+  const stored = keys.map((key) => ({ key, at: ageOf(localStorage.getItem(key) ?? "") }));
+  return stored.sort((a, b) => b.at - a.at).map(({ key }) => key);
 }
 
 async function freePlace(ageOf: (text: string) => number): Promise<string | null> {
@@ -48,7 +48,7 @@ async function freePlace(ageOf: (text: string) => number): Promise<string | null
   return null;
 }
 
-/** This tab's place: its own of before, else one that nobody has any more, else a new one. */
+/** This tab's place: its earlier one, else one whose tab is closed, else a new one. */
 async function takePlace(ageOf: (text: string) => number): Promise<Place> {
   const own = sessionStorage.getItem(OWN);
   if (own !== null && (await hold(own, PATIENCE_MS))) return { key: own, from: own };
@@ -59,16 +59,16 @@ async function takePlace(ageOf: (text: string) => number): Promise<Place> {
   return { key, from: free ?? own };
 }
 
-export interface Kept extends OpenedProject {
+export interface StoredWork extends OpenedProject {
   parkedFollowers: WorkspaceState | null;
   unsaved: boolean;
-  /** When it was kept, in milliseconds. */
+  /** When it was stored, in milliseconds. */
   at: number;
 }
 
 const COLLECT_MS = 400;
 
-export function keptOf(studio: Studio, at: number): Kept {
+export function workOf(studio: Studio, at: number): StoredWork {
   const { name, leader, followers, parkedFollowers, profile, mat, rangeMm, unsaved } = studio;
   return { name, leader, followers, parkedFollowers, profile, mat, range_mm: rangeMm, unsaved, at };
 }
@@ -76,43 +76,43 @@ export function keptOf(studio: Studio, at: number): Kept {
 const isObject = (value: unknown): value is Record<string, unknown> =>
   typeof value === "object" && value !== null && !Array.isArray(value);
 
-/** What was kept; null where there is nothing, or nothing that can be understood. */
-export function parseKept(text: string | null): Kept | null {
-  let kept: unknown;
+/** What was stored; null where there is nothing, or nothing that can be understood. */
+export function parseWork(text: string | null): StoredWork | null {
+  let stored: unknown;
   try {
-    kept = JSON.parse(text ?? "null");
+    stored = JSON.parse(text ?? "null");
   } catch {
     return null;
   }
   const whole =
-    isObject(kept) &&
-    isObject(kept.leader) &&
-    (kept.followers === null || isObject(kept.followers)) &&
-    typeof kept.profile === "string" &&
-    typeof kept.at === "number";
-  return whole ? (kept as Kept) : null;
+    isObject(stored) &&
+    isObject(stored.leader) &&
+    (stored.followers === null || isObject(stored.followers)) &&
+    typeof stored.profile === "string" &&
+    typeof stored.at === "number";
+  return whole ? (stored as StoredWork) : null;
 }
 
-/** This tab's place, and what is to be shown first; null where nothing was kept. */
-export async function findKept(): Promise<{ key: string; kept: Kept | null }> {
-  const { key, from } = await takePlace((text) => parseKept(text)?.at ?? 0);
-  return { key, kept: from === null ? null : parseKept(localStorage.getItem(from)) };
+/** This tab's place, and what is to be shown first; null where nothing was stored. */
+export async function findWork(): Promise<{ key: string; stored: StoredWork | null }> {
+  const { key, from } = await takePlace((text) => parseWork(text)?.at ?? 0);
+  return { key, stored: from === null ? null : parseWork(localStorage.getItem(from)) };
 }
 
-/** Keeps every change at `key` shortly after it, and at once when the page is left. */
-export function keepEveryChange(key: string): void {
+/** Store every change at `key` shortly after it, and at once when the page is left. */
+export function storeEveryChange(key: string): void {
   let collecting: ReturnType<typeof setTimeout> | undefined;
-  const keep = () => {
+  const store = () => {
     clearTimeout(collecting);
     collecting = undefined;
     try {
-      localStorage.setItem(key, JSON.stringify(keptOf(useStudio.getState(), Date.now())));
+      localStorage.setItem(key, JSON.stringify(workOf(useStudio.getState(), Date.now())));
     } catch {
       // The browser's storage is full or forbidden: files, library and links still work.
     }
   };
   useStudio.subscribe((now, before) => {
-    if (!sameProject(now, before) || now.unsaved !== before.unsaved) collecting ??= setTimeout(keep, COLLECT_MS);
+    if (!sameProject(now, before) || now.unsaved !== before.unsaved) collecting ??= setTimeout(store, COLLECT_MS);
   });
-  window.addEventListener("pagehide", () => collecting && keep());
+  window.addEventListener("pagehide", () => collecting && store());
 }

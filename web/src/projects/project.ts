@@ -45,14 +45,15 @@ export const sameProject = (a: SavedParts, b: SavedParts) => SAVED_PARTS.every((
 const equalProjects = (a: SavedParts, b: SavedParts) =>
   SAVED_PARTS.every((part) => a[part] === b[part] || JSON.stringify(a[part]) === JSON.stringify(b[part]));
 
-/** The open project as the server takes it, with the very newest edits. */
+/** The open project as the server takes it, with the newest edits. */
 export function openProject(): Project {
   collectEdits();
   const { leader, followers, profile, mat, rangeMm } = useStudio.getState();
   return { leader, followers, profile, mat, range_mm: rangeMm };
 }
 
-export function take(project: OpenedProject, parkedFollowers: WorkspaceState | null = null): void {
+/** Fill page and editors with a project. */
+export function loadProject(project: OpenedProject, parkedFollowers: WorkspaceState | null = null): void {
   useStudio.setState(({ generation }) => ({
     name: project.name ?? "",
     leader: project.leader,
@@ -67,7 +68,7 @@ export function take(project: OpenedProject, parkedFollowers: WorkspaceState | n
   }));
 }
 
-/** Takes another project in place of this one, once the user agrees to lose what isn't saved. */
+/** Open another project in place of this one, once the user agrees to lose unsaved changes; false if they do not. */
 export async function replaceBy(project: OpenedProject): Promise<boolean> {
   collectEdits();
   if (useStudio.getState().unsaved) {
@@ -78,8 +79,8 @@ export async function replaceBy(project: OpenedProject): Promise<boolean> {
     });
     if (!agreed) return false;
   }
-  take(project);
-  // The editors fill themselves in the same turn; what they then hold is the saved project.
+  loadProject(project);
+  // The editors are filled in the same turn; what they hold then is the saved project.
   setTimeout(markSaved);
   return true;
 }
@@ -102,7 +103,7 @@ export function watchUnsaved(): void {
   });
 }
 
-/** What is open stands in no file: restored work, or what came by a link. */
+/** The open project is in no file: it was restored, or came by a link. */
 export function markUnsaved(): void {
   saved = "nowhere";
   useStudio.setState({ unsaved: true });

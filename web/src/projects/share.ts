@@ -1,7 +1,7 @@
 /** A whole project in the fragment of a link: nothing of it ever reaches a server. */
 
 const MARK = "#project=";
-/** A link is somebody else's: unpacked it may not grow without end. */
+/** The most bytes that a link may unpack to: anyone can send one, and a few bytes can unpack to gigabytes. */
 export const MOST_BYTES = 2_000_000;
 
 function toBase64Url(bytes: Uint8Array): string {

@@ -135,7 +135,7 @@ function View({ car, name }: { car: string; name: string }) {
   );
 }
 
-/** The whole page: what the cars see, who drives them, and the stick. */
+/** The whole page: the cameras, the cars and their drivers, and the stick. */
 export function Remote() {
   const t = useTexts();
   const language = useLanguage(({ language }) => language);

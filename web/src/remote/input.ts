@@ -85,7 +85,7 @@ export function keyAxes(held: ReadonlySet<string>): Axes | null {
   return { throttle: sum(THROTTLE), steering: sum(STEERING) };
 }
 
-/** What a worn stick reports though nobody touches it. */
+/** What a worn stick can report at rest. */
 const DEAD_ZONE = 0.12;
 /** Numbers of the standard layout. */
 const STEERING_AXIS = 0;

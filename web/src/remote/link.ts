@@ -26,7 +26,7 @@ export interface Telemetry {
   paused: boolean;
   /** Since the server last received something of it. */
   silent_ms: number;
-  /** Why it is away, where that is known. */
+  /** LossReason it is away, where that is known. */
   why: Sentence | null;
   you: { drives: boolean; waits: boolean };
 }

@@ -1,12 +1,12 @@
 /** The events of all cars: a ring of the newest, and how many of them fit into a lane of so many pixels. */
 
-import { EVENT_COLUMNS, EventColumn, KINDS, type EventKind, type Picture, type Why, WHYS } from "../api/world";
+import { EVENT_COLUMNS, EventColumn, KINDS, type EventKind, type Picture, type LossReason, LOSS_REASONS } from "../api/world";
 
 export interface CarEvent {
   tMs: number;
   car: number;
   kind: EventKind;
-  why: Why;
+  why: LossReason;
   word: number;
   other: number;
 }
@@ -20,7 +20,7 @@ export class EventStore {
   private readonly before: Float64Array;
   private last: Float64Array = new Float64Array();
   private taken = 0;
-  /** Counts changes, for those who draw. */
+  /** Counts changes, so that drawing can skip a state that was drawn before. */
   version = 0;
 
   constructor(private readonly most = MOST_EVENTS) {
@@ -74,7 +74,7 @@ export class EventStore {
       tMs: this.rows[at + EventColumn.tMs]!,
       car: this.rows[at + EventColumn.car]!,
       kind: KINDS[kind & 255] ?? "state",
-      why: WHYS[(kind >> 8) & 255] ?? "",
+      why: LOSS_REASONS[(kind >> 8) & 255] ?? "",
       word: this.rows[at + EventColumn.word]!,
       other: this.rows[at + EventColumn.other]!,
     };

@@ -1,4 +1,4 @@
-/** Draws lanes below each other: words as bars above, frames as ticks below, told apart by height as well as colour. */
+/** Draw the lanes: words as bars, frames as ticks below them, which differ by height as well as colour. */
 
 import type { EventStore } from "./events";
 import { clock, type Lane, Mark, packLane, ticksOf, type Window } from "./events";

@@ -16,7 +16,7 @@ import controls from "../ui/controls.module.css";
 import css from "./upload.module.css";
 import { classes } from "../ui/classes";
 
-/** The choice that stands for a port of the browser's. */
+/** The value of the choice 'a port of this browser'. */
 const BROWSER_PORT = "browser:";
 const BAUD = 115_200;
 
@@ -27,7 +27,7 @@ function usePorts() {
   return { ports, look };
 }
 
-/** The port of last time where it is still there; else the virtual car, which can't do any harm. */
+/** The port of the last upload if it still exists; else the virtual car, which can do no harm. */
 function firstChoice(ports: readonly Port[], lastUsed: string | null): string | null {
   const known = lastUsed === BROWSER_PORT && hasWebSerial() ? { port: lastUsed } : ports.find(({ port }) => port === lastUsed);
   return (known ?? ports.find(({ kind }) => kind === "virtual") ?? ports[0])?.port ?? null;
@@ -50,7 +50,7 @@ function PortChoice({ ports, chosen, onChoose }: PortChoiceProps) {
   const choices = ports.map(({ port, description, kind }) => ({
     port,
     title: kind === "virtual" ? t("upload.virtual") : port,
-    // What pyserial says of a port that tells nothing about itself.
+    // Pyserial describes a port without a description as n/a.
     about: kind === "virtual" ? t("upload.virtualAbout") : description.replace(/^n\/a$/, ""),
   }));
   if (hasWebSerial()) choices.push({ port: BROWSER_PORT, title: t("upload.browser"), about: t("upload.browserAbout") });
@@ -69,7 +69,7 @@ function PortChoice({ ports, chosen, onChoose }: PortChoiceProps) {
   );
 }
 
-/** Sends the image to a car, tells what truly became of it, and fetches back what a car holds. */
+/** Send the image to a car or read a car's image back, and show the outcome. */
 export function UploadDialog({ onClose }: { onClose: () => void }) {
   const { t } = useTranslation();
   const image = useStudio((studio) => studio.compiled?.image ?? null);

@@ -26,7 +26,7 @@ export async function requestPort(): Promise<SerialPort | null> {
   return (await serial()?.requestPort().catch(() => null)) ?? null;
 }
 
-/** Hands on what the port says, and writes what it is given, in its order. */
+/** Pass on the bytes that come from the port, and write bytes to it in order. */
 export function carryBytes(port: SerialPort, onBytes: (bytes: Uint8Array<ArrayBuffer>) => void) {
   const reader = port.readable.getReader();
   const writer = port.writable.getWriter();
@@ -49,10 +49,10 @@ export type Order = { image: string; verify: boolean } | { readback: true };
 
 export type { Outcome, Progress };
 
-/** The server went away in the middle, or was never there. */
+/** The connection to the server ended before an outcome came. */
 export class CutOffError extends Error {}
 
-/** Follows one socket to the outcome that it tells; `carry` gets what isn't JSON. */
+/** Follow a socket's messages to the outcome; `carry` receives bytes. */
 function follow(socket: WebSocket, onProgress: (progress: Progress) => void, carry?: (bytes: ArrayBuffer) => void) {
   return new Promise<Outcome>((resolve, reject) => {
     socket.binaryType = "arraybuffer";
@@ -70,7 +70,7 @@ function follow(socket: WebSocket, onProgress: (progress: Progress) => void, car
   });
 }
 
-/** Through one of the server's own ports. */
+/** Transfer through one of the server's own ports. */
 export async function transfer(port: string, order: Order, onProgress: (progress: Progress) => void): Promise<Outcome> {
   const socket = new WebSocket(socketUrl("/api/upload"));
   socket.addEventListener("open", () => socket.send(JSON.stringify({ port, ...order })));
@@ -81,7 +81,7 @@ export async function transfer(port: string, order: Order, onProgress: (progress
   }
 }
 
-/** Through a port of the browser's: the same bytes, which the page only carries. */
+/** Transfer through a port of the browser's: the page carries bytes between the port and the server. */
 export async function transferBySerial(
   port: SerialPort,
   baudRate: number,

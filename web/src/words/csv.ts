@@ -7,7 +7,7 @@ const cell = (value: string | number) => {
   return /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
 };
 
-/** One line a word: where it stands, its bytes, its bits, and every field of either format. */
+/** A line for each word: its index, part, bytes, bits, and every field of both formats. */
 export function wordsCsv(words: readonly CompiledWord[], formats: Formats): string {
   const names = (fields: Field[]) => fields.map((field) => field.name);
   const header = names(formats.header).filter((name) => name !== "reserved");
