@@ -1,7 +1,7 @@
-"""What the studio's page costs its user: run it with ``python benchmarks/studio_page.py``.
+"""Measure the studio's page: run it with ``python benchmarks/studio_page.py``.
 
-A studio of its own process is visited by a headless Chromium, with which it shares the machine. A headless Chromium
-draws without a graphics processor, so fewer pictures are shown here than on a screen.
+A headless Chromium visits a studio in a process of its own; both share the machine. It draws without a graphics
+processor, so it shows fewer pictures than a screen does.
 """
 
 import sys
@@ -26,7 +26,7 @@ INTERACTIVE = """() => document.querySelector("#mat-play")?.disabled === false
     && document.querySelector("[role=rowheader]") !== null && performance.now()"""
 BYTES = """() => [...performance.getEntriesByType("navigation"), ...performance.getEntriesByType("resource")]
     .reduce((sum, { transferSize }) => sum + transferSize, 0)"""
-# What the page itself does for a picture; the rest of its thread's time goes into waiting for the drawing by processor.
+# The page's own work for a picture; the rest of its thread's time is spent waiting for the drawing by the processor.
 PAGE_WORK = ("ScriptDuration", "LayoutDuration", "RecalcStyleDuration")
 EDIT_TIMES = "() => performance.getEntriesByName('motorcade:edit-to-words').map(({ duration }) => duration)"
 
@@ -58,7 +58,7 @@ CROWD = {
 
 
 class Visit:
-    """A page without anything kept from before."""
+    """A page in an empty browser profile."""
 
     def __init__(self, browser: Browser, url: str) -> None:
         self.page = browser.new_context(viewport={"width": 1400, "height": 900}).new_page()
@@ -70,7 +70,7 @@ class Visit:
     def _count(self, message: str | bytes) -> None:
         self.shown += "shown" in str(message)
 
-    def leave(self) -> None:
+    def close(self) -> None:
         self.page.context.close()
 
 
@@ -81,7 +81,7 @@ def load_rows(browser: Browser, studio: StudioProcess) -> Rows:
         visit.page.wait_for_load_state("networkidle")
         kilobytes = visit.page.evaluate(BYTES) / 1000
         times.append(visit.interactive_ms)
-        visit.leave()
+        visit.close()
     yield "first load, compressed", f"{kilobytes:.0f} KB", f"≤ {KB_GOAL} KB", result(kilobytes, KB_GOAL, least=False)
     yield f"time to interactive, {VISITS} visits", f"{median(times):.0f} ms ({min(times):.0f}–{max(times):.0f})", "", ""
 
@@ -99,7 +99,7 @@ def edit_rows(browser: Browser, studio: StudioProcess) -> Rows:
         page.keyboard.press("Enter")
         page.wait_for_function(f"before => ({EDIT_TIMES})().length > before", arg=before)
     times = page.evaluate(EDIT_TIMES)[-EDITS:]
-    visit.leave()
+    visit.close()
     late = quantiles(times, n=20)[-1]
     figure = f"{late:.0f} ms (median {median(times):.0f})"
     yield "edit to words, 255 steps, p95", figure, f"≤ {WORDS_GOAL_MS} ms", result(late, WORDS_GOAL_MS, least=False)
@@ -119,7 +119,7 @@ def picture_rows(browser: Browser, studio: StudioProcess) -> Rows:
     before = so_far()
     visit.page.wait_for_timeout(1000 * TIMED_S)
     pictures, busy_s = (now - then for now, then in zip(so_far(), before, strict=True))
-    visit.leave()
+    visit.close()
     each_ms = 1000 * busy_s / pictures
     name = f"a picture of {FOLLOWERS:,} followers: the page's part"
     yield name, f"{each_ms:.1f} ms", f"≤ {PICTURE_GOAL_MS:.0f} ms", result(each_ms, PICTURE_GOAL_MS, least=False)

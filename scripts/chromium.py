@@ -1,4 +1,4 @@
-"""Finds a Chromium on this machine, or installs Debian's; run by itself, it says which one.
+"""Find a Chromium on this machine, or install Debian's; run by itself, it prints the path.
 
 The browser tests, `benchmarks/studio_page.py` and `scripts/screenshots.py` drive it.
 """
@@ -25,7 +25,7 @@ _DEBIAN_PACKAGES = ("chromium", "fonts-noto-cjk")
 
 
 def find() -> Path | None:
-    """The browser that the user chose, or one from the system's usual places."""
+    """The browser that the environment names, or one from the system's usual places; None where there is none."""
     chosen = os.environ.get(CHOICE)
     if chosen:
         return Path(chosen)
@@ -37,7 +37,7 @@ def find() -> Path | None:
 
 
 def find_or_install() -> Path | None:
-    """A browser, installed first where that can be done: by root, on Debian and its kin; else None."""
+    """A browser; installed first where none is found and root can install one on Debian or a like system. Else None."""
     found = find()
     if found is None:
         debian.install(*_DEBIAN_PACKAGES)

@@ -1,4 +1,4 @@
-"""Makes the README's pictures of the studio: docs/studio.png and docs/studio-zh.png."""
+"""Make the README's pictures of the studio: docs/studio.png and docs/studio-zh.png."""
 
 import json
 import sys
@@ -17,8 +17,8 @@ PICTURES = {"studio.png": ("en", "light", "A parade"), "studio-zh.png": ("zh", "
 SIZE = {"width": 1440, "height": 900}
 # Tenths of a second, to a moment at which leader and followers show what they do.
 MOMENT = 57
-# After so long the page tells in words what the cars do, whatever it told last.
-UNHEARD_MS = 10_000
+# After this time the page describes anew what the cars do.
+DESCRIBED_AFTER_MS = 10_000
 PROJECT = {
     "format": "motorcade-program/1",
     "profile": "classroom",
@@ -51,10 +51,10 @@ PROJECT = {
 
 
 def take(browser: Browser, url: str, path: Path) -> None:
-    """One picture. The run is gone through step by step, so that it is the same each time."""
+    """Take one picture. The run is stepped through, so that it is the same each time."""
     language, theme, name = PICTURES[path.name]
-    kept = {"motorcade.language": language, "motorcade.settings": json.dumps({"theme": theme, "toured": True})}
-    origin = {"origin": url.rstrip("/"), "localStorage": [{"name": k, "value": kept[k]} for k in kept]}
+    stored = {"motorcade.language": language, "motorcade.settings": json.dumps({"theme": theme, "toured": True})}
+    origin = {"origin": url.rstrip("/"), "localStorage": [{"name": k, "value": stored[k]} for k in stored]}
     state = {"cookies": [], "origins": [origin]}
     page = browser.new_context(viewport=SIZE, storage_state=state, reduced_motion="reduce").new_page()
     page.clock.install()
@@ -67,13 +67,13 @@ def take(browser: Browser, url: str, path: Path) -> None:
         step.click()
         expect(clock).to_have_text(f"0:{tenths / 10:04.1f}")
     page.mouse.move(0, 0)
-    page.clock.fast_forward(UNHEARD_MS)
+    page.clock.fast_forward(DESCRIBED_AFTER_MS)
     page.screenshot(path=path)
     page.context.close()
 
 
 def main() -> None:
-    """Both pictures."""
+    """Make both pictures."""
     browser_path = chromium.find_or_install()
     if browser_path is None:
         sys.exit(f"No browser was found: {chromium.HOW_TO}.")

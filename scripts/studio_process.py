@@ -1,4 +1,4 @@
-"""A studio of its own process, as a user starts it: for what looks at its page from outside."""
+"""A studio in a process of its own, as a user starts it, for tests, benchmarks and screenshots of its page."""
 
 import base64
 import json
@@ -16,13 +16,13 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def build_page() -> None:
-    """Builds the page where it is missing or older than its sources."""
+    """Build the page where it is missing or older than its sources."""
     if hatch_build.is_stale(ROOT):
         hatch_build.npm_run(ROOT, "build")
 
 
 def project_link(url: str, project: dict[str, Any], name: str = "") -> str:
-    """A link like those that the page shares: it opens the project in the studio at ``url``."""
+    """A link that opens the project in the studio at ``url``, in the format of the page's own links."""
     packer = zlib.compressobj(wbits=-zlib.MAX_WBITS)
     text = json.dumps({"name": name, "text": json.dumps(project)})
     packed = packer.compress(text.encode()) + packer.flush()
@@ -30,7 +30,7 @@ def project_link(url: str, project: dict[str, Any], name: str = "") -> str:
 
 
 class StudioProcess:
-    """``motorcade studio`` with projects in ``library``, on a free port that it keeps when it is started again."""
+    """``motorcade studio`` with projects in ``library``, on a free port, which stays the same after a restart."""
 
     def __init__(self, library: Path, python: str, environment: dict[str, str] | None) -> None:
         self.library = library
@@ -40,7 +40,7 @@ class StudioProcess:
         self._port = "0"
 
     def start(self) -> None:
-        """Returns once it answers, with `url` set."""
+        """Start it, and return once it answers; sets `url`. Raises RuntimeError where it ends before."""
         command = [self._python, "-m", "motorcade", "studio", "--port", self._port, "--library", str(self.library)]
         self._process = subprocess.Popen(
             [*command, "--no-browser", "--json"], stdout=subprocess.PIPE, env=self._environment, encoding="utf-8"
@@ -53,7 +53,7 @@ class StudioProcess:
         self._port = self.url.rstrip("/").rpartition(":")[2]
 
     def kill(self) -> None:
-        """Ends it as a crash does: it can do nothing about it."""
+        """End it at once, as a crash would."""
         with self._process as process:
             process.kill()
 
@@ -62,7 +62,7 @@ class StudioProcess:
 def running_studio(
     library: Path, python: str = sys.executable, environment: dict[str, str] | None = None
 ) -> Iterator[StudioProcess]:
-    """A studio from the first line to the last of a ``with``."""
+    """A studio that runs for the length of a ``with`` block."""
     studio = StudioProcess(library, python, environment)
     studio.start()
     try:

@@ -54,5 +54,5 @@ export default defineConfig({
   plugins: [react(), texts(), blocklyMedia()],
   build: { outDir: "../src/motorcade/server/page", emptyOutDir: true, chunkSizeWarningLimit: 900, rolldownOptions: { input: PAGES } },
   server: { proxy: { "^/(api/|drive/|camera)": { target: "http://127.0.0.1:7700", ws: true, changeOrigin: true } } },
-  test: { environment: "jsdom", setupFiles: "src/test-setup.ts", include: ["src/**/*.test.{ts,tsx}"] },
+  test: { environment: "jsdom", isolate: false, setupFiles: "src/test-setup.ts", include: ["src/**/*.test.{ts,tsx}"] },
 });

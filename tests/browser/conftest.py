@@ -1,4 +1,4 @@
-"""A real studio and a real browser, and pages that fail their test by an error or by asking another host."""
+"""A real studio and a real browser. A page fails its test if it reports an error or requests another host."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,7 +13,7 @@ from scripts.studio_process import StudioProcess, build_page, running_studio
 
 from support.studio_page import StudioPage
 
-# A host of whatever name, but for the studio's own: as on a computer without a network.
+# No host name but the studio's own resolves, as on a computer without a network.
 OFFLINE = "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1"
 
 # Chromium takes a file that a test answers with for one of the internet, whose pages may not open a WebSocket here.
@@ -52,21 +52,21 @@ def page_built(chromium_path: Path, alone: FileLock) -> None:
 
 @pytest.fixture(scope="session")
 def studio(page_built: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[StudioProcess]:
-    """One for all tests that leave it as it is."""
+    """One studio for all tests that don't change it."""
     with running_studio(tmp_path_factory.mktemp("library")) as studio:
         yield studio
 
 
 @pytest.fixture
 def own_studio(page_built: None, tmp_path: Path) -> Iterator[StudioProcess]:
-    """One with an empty library, which the test may kill."""
+    """A studio with an empty library, which the test may kill."""
     with running_studio(tmp_path / "library") as studio:
         yield studio
 
 
 @contextmanager
 def visitors(browser: Browser, studio: StudioProcess) -> Iterator[OpenPage]:
-    """Opens pages, each in a browser profile of its own, and looks at what they met when the test is over."""
+    """Opens pages, each in a browser profile of its own, and checks their faults at the end of the test."""
     opened: list[StudioPage] = []
 
     def open_page(**wishes: Any) -> StudioPage:
@@ -81,7 +81,7 @@ def visitors(browser: Browser, studio: StudioProcess) -> Iterator[OpenPage]:
 
 @pytest.fixture
 def open_page(browser: Browser, studio: StudioProcess) -> Iterator[OpenPage]:
-    """Opens pages of the studio that all share."""
+    """Opens pages of the shared studio."""
     with visitors(browser, studio) as open_page:
         yield open_page
 
@@ -104,7 +104,7 @@ def shown_pages(browser: Browser, studio: StudioProcess) -> Iterator[dict[str, S
 
 @pytest.fixture
 def show(browser: Browser, studio: StudioProcess, shown_pages: dict[str, StudioPage]) -> Iterator[OpenPage]:
-    """Shows a project in a page that a module's tests use one after another: for what leaves nothing behind."""
+    """Shows a project in a page that a module's tests use one after another, for tests that leave no traces."""
 
     def show_in(project: dict[str, Any], language: str = "en") -> StudioPage:
         page = shown_pages.get(language)

@@ -1,4 +1,4 @@
-"""Blocks become words: built by mouse and by keyboard, shown bit by bit, refused in the documents' own sentences."""
+"""Programs are built by mouse and keyboard, compiled to words, and refused with the documents' own sentences."""
 
 import json
 from pathlib import Path
@@ -64,7 +64,7 @@ def test_the_first_block_that_comes_by_keyboard_hangs_under_the_hat(open_page) -
 
 
 def press_until_at(studio: StudioPage, key: str, role: str, name: str) -> None:
-    """Presses a key until something has the focus."""
+    """Press a key until this element has the focus."""
     wanted = studio.page.get_by_role(role, name=name)
     for _ in range(30):
         studio.page.keyboard.press(key)
@@ -74,15 +74,15 @@ def press_until_at(studio: StudioPage, key: str, role: str, name: str) -> None:
 
 
 def insert_first_block(studio: StudioPage) -> None:
-    """Takes the first drawer's first block to the end of the program."""
+    """Move the first drawer's first block to the end of the program."""
     studio.page.keyboard.press("t")
     press_until_at(studio, "ArrowRight", "option", "drive")
     studio.page.keyboard.press("Enter")
-    told = studio.editor("leader").get_by_role("status")
-    expect(told).to_contain_text("Moving")
-    while " after " not in (place := told.inner_text()):
+    status = studio.editor("leader").get_by_role("status")
+    expect(status).to_contain_text("Moving")
+    while " after " not in (place := status.inner_text()):
         studio.page.keyboard.press("ArrowUp")
-        expect(told).not_to_have_text(place)
+        expect(status).not_to_have_text(place)
     studio.page.keyboard.press("Enter")
 
 
@@ -93,7 +93,7 @@ def type_seconds(studio: StudioPage, seconds: str) -> None:
     studio.page.keyboard.press("Enter")
 
 
-def test_a_block_lights_its_bits_and_bits_lead_to_their_block(show) -> None:
+def test_a_block_highlights_its_bits_and_bits_select_their_block(show) -> None:
     studio = show(project=LIT)
     studio.block("leader", "light up").click(position={"x": 12, "y": 12})
     lit = studio.words_table.locator("[data-lit]")
@@ -110,7 +110,7 @@ def test_a_block_lights_its_bits_and_bits_lead_to_their_block(show) -> None:
 def test_more_states_than_a_car_holds_are_refused(show, language) -> None:
     studio = show(language=language, project=TOO_LONG)
     expect(studio.diagnostics).to_contain_text([TOO_MANY[language]])
-    # The sentence leads to the block that costs most, which shows it as well.
+    # The sentence is a link to the block that needs most states, which shows it too.
     studio.diagnostics.get_by_role("button").click()
     costly = studio.block("leader", "128")
     expect(costly).to_contain_class("blocklySelected")

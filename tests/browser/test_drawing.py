@@ -1,4 +1,4 @@
-"""The mat drawn as it is for most, through WebGL; apart, since that costs much without a graphics processor."""
+"""The mat drawn by WebGL, as for most users; in a module of its own, since it is slow without a graphics processor."""
 
 from playwright.sync_api import expect
 

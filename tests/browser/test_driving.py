@@ -1,4 +1,4 @@
-"""The cars do what the blocks say, to be seen on the mat, in the editors, and to be heard."""
+"""The cars run the blocks: on the mat, in the editors, and in the description for screen readers."""
 
 import csv
 import re
@@ -11,7 +11,7 @@ from support.studio_programs import EXAMPLE, FOLLOWED, FURNISHED, LISTENING
 RUNNING = "motorcade-running"
 
 
-def test_followers_hear_and_turn(open_page) -> None:
+def test_followers_receive_words_and_turn(open_page) -> None:
     studio = open_page(project=FOLLOWED)
     studio.play()
     expect(studio.block("followers", "right")).to_contain_class(RUNNING)
@@ -41,7 +41,7 @@ def test_a_car_that_listens_stops_and_goes_at_a_word(open_page) -> None:
     expect(studio.page.get_by_text("The leader drives forward")).to_be_visible()
 
 
-def test_a_voice_of_the_mat_is_heard_at_its_time(open_page) -> None:
+def test_a_voice_of_the_mat_stops_the_car_at_its_time(open_page) -> None:
     studio = open_page(project=LISTENING)
     studio.page.get_by_role("tab", name="Cars and things").click()
     studio.page.get_by_role("button", name="Add a voice").click()
@@ -54,7 +54,7 @@ def test_a_voice_of_the_mat_is_heard_at_its_time(open_page) -> None:
     expect(studio.clock).to_have_text(re.compile(r"0:(0[4-9]|[1-5]\d)"))
 
 
-def test_a_persons_way_gets_points_and_times(open_page) -> None:
+def test_a_persons_path_gets_points_and_times(open_page) -> None:
     studio = open_page(project=FURNISHED)
     studio.page.get_by_role("tab", name="Cars and things").click()
     studio.page.get_by_role("option", name="Person").click()
@@ -64,10 +64,10 @@ def test_a_persons_way_gets_points_and_times(open_page) -> None:
     time.fill("9")
     time.press("Enter")
     studio.page.get_by_role("button", name="Remove point 1").click()
-    studio.wait_until_kept('"path":[[0,3,2.5],[5,3.5,2.5]]')
+    studio.wait_until_stored('"path":[[0,3,2.5],[5,3.5,2.5]]')
 
 
-def test_a_run_is_stepped_reset_and_looked_back_at(open_page) -> None:
+def test_a_run_is_stepped_shown_again_and_reset(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     studio.page.get_by_role("button", name="One step").click()
     expect(studio.clock).to_have_text("0:00.1")
@@ -83,7 +83,7 @@ def test_a_run_is_stepped_reset_and_looked_back_at(open_page) -> None:
     expect(studio.clock).to_have_text("0:00.0")
 
 
-def test_a_run_is_taken_home_as_a_table_and_as_a_picture_that_moves(open_page) -> None:
+def test_a_run_is_downloaded_as_a_table_and_as_an_animation(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     studio.play()
     expect(studio.clock).to_have_text(re.compile(r"0:0[1-9]\.\d"))
@@ -97,14 +97,14 @@ def test_a_run_is_taken_home_as_a_table_and_as_a_picture_that_moves(open_page) -
     assert download.value.path().read_bytes().startswith(b"GIF8")
 
 
-def test_things_are_dragged_onto_the_mat_and_travel_in_the_project(open_page) -> None:
+def test_furniture_is_dragged_onto_the_mat_and_stored_in_the_project(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     mat = studio.page.get_by_role("application", name="Mat with cars")
     studio.page.get_by_role("button", name="Add: Person").drag_to(mat, target_position={"x": 150, "y": 120})
     studio.page.get_by_role("tab", name="Cars and things").click()
     person = studio.page.get_by_role("listbox", name="What stands on the mat").get_by_role("option", name="Person")
     expect(person).to_be_visible()
-    studio.wait_until_kept('"person"')
+    studio.wait_until_stored('"person"')
     studio.page.reload()
     studio.wait_until_ready()
     studio.page.get_by_role("tab", name="Cars and things").click()

@@ -1,4 +1,4 @@
-"""Whoever looks, by whatever means: small screens, fingers, dark rooms, weak eyes, screen readers, and first visits."""
+"""Accessibility: small screens, touch, themes, zoom, screen readers, reduced motion, and first visits."""
 
 import pytest
 from playwright.sync_api import Locator, expect
@@ -13,12 +13,12 @@ DIALOGS = ("upload", "library", "examples", "share", "help")
 LOOKS = pytest.mark.parametrize(("language", "theme"), [("en", "light"), ("zh", "dark"), ("zh", "contrast")])
 
 
-def has_no_barriers(studio: StudioPage, part: str = "body") -> None:
+def assert_no_barriers(studio: StudioPage, part: str = "body") -> None:
     assert serious_barriers(studio.page) == []
 
 
-def fits_the_screen(studio: StudioPage) -> None:
-    """Nobody has to scroll to the side."""
+def assert_fits_screen(studio: StudioPage) -> None:
+    """The page is not wider than the screen."""
     assert studio.page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
 
 
@@ -31,27 +31,27 @@ def tab(studio: StudioPage, name: str) -> Locator:
 @LOOKS
 def test_page_and_dialogs_have_no_barriers(open_page, language, theme) -> None:
     studio = open_page(language=language, theme=theme, project=FURNISHED)
-    has_no_barriers(studio)
+    assert_no_barriers(studio)
     for panel in ("things", "timeline"):
         studio.page.get_by_role("tab", name=studio.say(f"mat.panels.{panel}")).click()
         if panel == "things":
             studio.page.get_by_role("option", name=studio.say("mat.things.person")).click()
-        has_no_barriers(studio, "#mat")
+        assert_no_barriers(studio, "#mat")
     for name in DIALOGS:
         open_dialog(studio, name)
-        has_no_barriers(studio, "[role=dialog]")
+        assert_no_barriers(studio, "[role=dialog]")
         studio.page.keyboard.press("Escape")
         expect(studio.page.get_by_role("dialog")).to_have_count(0)
 
 
 def test_an_empty_page_and_its_tour_have_no_barriers(open_page) -> None:
-    has_no_barriers(open_page(tour=True))
+    assert_no_barriers(open_page(tour=True))
 
 
 def test_diagnostics_have_no_barriers(open_page) -> None:
     studio = open_page(project=TOO_LONG)
     expect(studio.diagnostics).not_to_have_count(0)
-    has_no_barriers(studio)
+    assert_no_barriers(studio)
 
 
 def open_dialog(studio: StudioPage, name: str) -> None:
@@ -74,15 +74,15 @@ def test_a_first_visit_ends_with_driving_cars(open_page) -> None:
     expect(studio.page.get_by_role("button", name="Skip the tour")).to_have_count(0)
 
 
-def test_a_phone_shows_one_area_at_a_time_and_fingers_build(open_page) -> None:
+def test_a_phone_shows_one_area_at_a_time_and_touch_builds(open_page) -> None:
     studio = open_page(size=PHONE, has_touch=True, is_mobile=True, project=EXAMPLE)
     for name, area in (("words", studio.words_table), ("mat", studio.mat_button("play"))):
         tab(studio, name).tap()
         expect(area).to_be_visible()
         expect(studio.editor("leader")).to_be_hidden()
-        fits_the_screen(studio)
+        assert_fits_screen(studio)
     tab(studio, "leader").tap()
-    fits_the_screen(studio)
+    assert_fits_screen(studio)
     drag_by_finger(studio, "drive", below=studio.block("leader", "left"))
     tab(studio, "words").tap()
     studio.expect_words(["03000000", "65800000", "6a800000", "64800000"])
@@ -126,7 +126,7 @@ def test_two_fingers_zoom_the_mat(open_page) -> None:
     assert scale.bounding_box() != before
 
 
-def test_who_wishes_for_less_motion_gets_none_but_the_cars(open_page) -> None:
+def test_reduced_motion_leaves_only_the_cars_moving(open_page) -> None:
     studio = open_page(project=EXAMPLE, reduced_motion="reduce")
     running = "() => document.getAnimations().filter(({ playState }) => playState === 'running').length"
     for name in DIALOGS:
@@ -139,24 +139,24 @@ def test_who_wishes_for_less_motion_gets_none_but_the_cars(open_page) -> None:
     assert studio.page.evaluate(running) == 0
 
 
-def test_what_cannot_be_fetched_is_told_and_leaves_the_rest(open_page) -> None:
+def test_a_part_that_cannot_be_loaded_leaves_the_rest(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     studio.forgive("ERR_FAILED", "dynamically imported module", "<ErrorBoundary>")
     studio.page.route("**/MatPanel*.js", lambda route: route.abort())
     studio.page.reload()
-    told = studio.page.get_by_role("alert").filter(has_text=studio.say("app.failed"))
-    expect(told).to_be_visible()
+    alert = studio.page.get_by_role("alert").filter(has_text=studio.say("app.failed"))
+    expect(alert).to_be_visible()
     studio.expect_words(["02000000", "65800000", "6a800000"])
     studio.page.route("**/HelpDialog*.js", lambda route: route.abort())
     studio.page.get_by_role("button", name=studio.say("help.title"), exact=True).click()
     expect(studio.notices).to_contain_text(studio.say("app.failed"))
     studio.page.unroute_all()
-    told.get_by_role("button", name=studio.say("app.reload")).click()
+    alert.get_by_role("button", name=studio.say("app.reload")).click()
     studio.wait_until_ready()
     open_dialog(studio, "help")
 
 
-def test_a_page_zoomed_to_twice_its_size_keeps_everything_in_reach(open_page) -> None:
+def test_everything_is_in_reach_at_twice_the_size(open_page) -> None:
     studio = open_page(size=(640, 400), device_scale_factor=2, project=FOLLOWED)
     for name, area in (
         ("words", studio.words_table),
@@ -166,10 +166,10 @@ def test_a_page_zoomed_to_twice_its_size_keeps_everything_in_reach(open_page) ->
     ):
         tab(studio, name).click()
         expect(area).to_be_visible()
-        fits_the_screen(studio)
+        assert_fits_screen(studio)
     for name in DIALOGS:
         open_dialog(studio, name)
-        fits_the_screen(studio)
+        assert_fits_screen(studio)
         studio.page.keyboard.press("Escape")
         expect(studio.page.get_by_role("dialog")).to_have_count(0)
 

@@ -1,4 +1,4 @@
-"""Chinese and English, each complete: no word of the other, and no sentence's name in its place."""
+"""Each language is complete: no text of another one, and no key in place of a text."""
 
 import json
 import os
@@ -17,7 +17,7 @@ from support.studio_programs import FOLLOWED, TOO_LONG
 
 LATIN = re.compile(r"[A-Za-z]{2,}")
 CHINESE = re.compile(r"[\u3000-\u303f\u4e00-\u9fff\uff00-\uffef]+")
-# What is written so in Chinese too: names, kinds of files, and keys.
+# Written the same in Chinese: names, kinds of files, and keys.
 IN_EVERY_LANGUAGE = {SHARED, "Motorcade", "English", "中文", "LED", "CSV", "GIF", "MP", "SVG", "PNG"}
 KEYS = {
     "Alt",
@@ -34,21 +34,21 @@ KEYS = {
     "Space",
     "Tab",
 }
-# The structure of what is told, and what isn't a sentence: addresses, ports, places in a file, words in hexadecimal.
+# The snapshot's structure, and what isn't text: addresses, ports, places in a file, words in hexadecimal.
 ROLE, STATE = re.compile(r"^\s*- '?/?[a-z]+", re.MULTILINE), re.compile(r"\[[a-z]+(=\w+)?\]")
 FOREIGN = re.compile(r"^\s*- /url:.*$|http://\S+|/dev/\S+( n/a)?|\w+\[\d+\]|\b[0-9A-F]{8}\b", re.MULTILINE)
 
 
-def told(studio: StudioPage) -> str:
-    """All that the page shows, or tells a screen reader."""
+def visible_text(studio: StudioPage) -> str:
+    """All text of the page, for the eye or a screen reader."""
     text = studio.page.locator("body").aria_snapshot()
     for structure in (FOREIGN, ROLE, STATE):
         text = structure.sub(" ", text)
     return text
 
 
-def places(studio: StudioPage) -> Iterator[None]:
-    """Leads to everything that there is to read."""
+def open_everything(studio: StudioPage) -> Iterator[None]:
+    """Open each part of the page that has texts, one after another."""
     keys = studio.page.keyboard
     yield
     for panel in ("things", "timeline"):
@@ -68,19 +68,19 @@ def places(studio: StudioPage) -> Iterator[None]:
         yield
 
 
-def sentence_names(sentences: dict, before: str = "") -> Iterator[str]:
-    for name, sentence in sentences.items():
-        if isinstance(sentence, dict):
-            yield from sentence_names(sentence, f"{before}{name}.")
+def text_keys(texts: dict, before: str = "") -> Iterator[str]:
+    for key, text in texts.items():
+        if isinstance(text, dict):
+            yield from text_keys(text, f"{before}{key}.")
         else:
-            yield before + name
+            yield before + key
 
 
-def says_everything(studio: StudioPage, other: re.Pattern[str]) -> None:
-    """Nothing in the other language's letters, and no sentence's name in its place."""
-    text = told(studio)
+def assert_complete(studio: StudioPage, other: re.Pattern[str]) -> None:
+    """No text in the other language's letters, and no key in place of a text."""
+    text = visible_text(studio)
     assert set(other.findall(text)) - IN_EVERY_LANGUAGE - KEYS == set()
-    names = set(sentence_names(catalogue("en")["page"]))
+    names = set(text_keys(catalogue("en")["page"]))
     assert set(re.findall(r"[a-z]\w*(?:\.\w+)+", text)) & names == set()
 
 
@@ -88,20 +88,20 @@ IN_BOTH = pytest.mark.parametrize(("language", "other"), [("zh", LATIN), ("en", 
 
 
 @IN_BOTH
-def test_a_language_says_everything(show, language, other) -> None:
+def test_a_language_is_complete(show, language, other) -> None:
     studio = show(language=language, project=FOLLOWED)
     studio.play()
     expect(studio.page.get_by_text(studio.say("mat.account.leaders.forward", count=1))).to_be_visible()
     studio.mat_button("pause").click()
-    for _ in places(studio):
-        says_everything(studio, other)
+    for _ in open_everything(studio):
+        assert_complete(studio, other)
 
 
 @IN_BOTH
-def test_a_refusal_is_said_in_the_language(show, language, other) -> None:
+def test_a_refusal_is_shown_in_the_language(show, language, other) -> None:
     studio = show(language=language, project=TOO_LONG)
     expect(studio.diagnostics).not_to_have_count(0)
-    says_everything(studio, other)
+    assert_complete(studio, other)
 
 
 def test_the_language_changes_at_once_and_is_remembered(open_page) -> None:
@@ -127,7 +127,7 @@ def test_an_edit_is_undone_after_the_language_changed(open_page) -> None:
     expect(editor).to_contain_text("右转")
 
 
-def test_a_browser_that_prefers_chinese_is_greeted_in_chinese(open_page) -> None:
+def test_a_browser_that_prefers_chinese_gets_chinese(open_page) -> None:
     studio = open_page(language=None, locale="zh-CN")
     expect(studio.page.get_by_role("region", name="主机", exact=True)).to_be_visible()
 

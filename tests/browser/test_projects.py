@@ -1,4 +1,4 @@
-"""Work is never lost: files, library, links, and what survives crashes of the browser and of the server."""
+"""Projects in files, the library and links; work survives crashes of the browser and of the server."""
 
 import json
 from contextlib import suppress
@@ -18,7 +18,7 @@ def turn_right(studio: StudioPage) -> None:
     studio.expect_words(TURNED_WORDS)
 
 
-def reach(studio: StudioPage) -> Locator:
+def range_field(studio: StudioPage) -> Locator:
     """How far infrared reaches on the mat."""
     return studio.page.get_by_role("textbox", name="Infrared range")
 
@@ -28,7 +28,7 @@ def save_as(studio: StudioPage, name: str) -> None:
     studio.project_menu("menu.save")
 
 
-def test_every_save_is_kept_and_an_old_one_comes_back(open_own_page) -> None:
+def test_every_saved_version_can_be_opened(open_own_page) -> None:
     studio = open_own_page(project=EXAMPLE)
     save_as(studio, "My parade")
     expect(studio.notices).to_contain_text("version 1")
@@ -53,12 +53,12 @@ def test_every_save_is_kept_and_an_old_one_comes_back(open_own_page) -> None:
     expect(again.name).to_have_value("My parade")
 
 
-def test_a_project_goes_through_a_file(open_page, tmp_path) -> None:
+def test_a_project_is_saved_to_a_file_and_opened(open_page, tmp_path) -> None:
     studio = open_page(project=FOLLOWED)
     studio.name.fill("Through a file")
-    reach(studio).fill("300")
-    reach(studio).press("Enter")
-    studio.wait_until_kept('"range_mm":300')
+    range_field(studio).fill("300")
+    range_field(studio).press("Enter")
+    studio.wait_until_stored('"range_mm":300')
     with studio.page.expect_download() as download:
         studio.project_menu("menu.saveFile")
     path = tmp_path / download.value.suggested_filename
@@ -75,7 +75,7 @@ def test_a_project_goes_through_a_file(open_page, tmp_path) -> None:
     chooser.value.set_files(path)
     again.expect_words(["02010200", "65800000", "6a800000", "b5000000"])
     expect(again.name).to_have_value("Through a file")
-    expect(reach(again)).to_have_value("300 mm")
+    expect(range_field(again)).to_have_value("300 mm")
 
 
 def test_a_link_holds_the_whole_project(open_page) -> None:
@@ -119,8 +119,8 @@ def test_unsaved_work_is_not_replaced_without_asking(open_page) -> None:
 def test_work_survives_a_crash_of_the_browser(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     turn_right(studio)
-    studio.wait_until_kept('"right"')
-    # Going there can't succeed: the page dies of it.
+    studio.wait_until_stored('"right"')
+    # The page crashes, so the navigation can't succeed.
     with studio.page.expect_event("crash"), suppress(Error):
         studio.page.goto("chrome://crash")
     studio.reopen()
@@ -129,14 +129,14 @@ def test_work_survives_a_crash_of_the_browser(open_page) -> None:
     expect(studio.page.get_by_text("Not saved")).to_be_visible()
 
 
-def test_each_tab_keeps_its_own_work(open_page) -> None:
+def test_each_tab_has_its_own_work(open_page) -> None:
     studio = open_page(project=EXAMPLE)
-    studio.wait_until_kept(studio.name.input_value())
+    studio.wait_until_stored(studio.name.input_value())
     first = studio.page
     studio.reopen()
     studio.expect_words(["00000000"])
     studio.name.fill("The second")
-    studio.wait_until_kept("The second")
+    studio.wait_until_stored("The second")
     studio.page.reload()
     expect(studio.name).to_have_value("The second")
     studio.page = first
@@ -144,7 +144,7 @@ def test_each_tab_keeps_its_own_work(open_page) -> None:
     studio.expect_words(EXAMPLE_WORDS)
 
 
-def test_blocks_and_words_are_taken_home(open_page) -> None:
+def test_blocks_and_words_are_exported(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     for key, beginning in (("csv", "index,part,hex"), ("svg", "<svg"), ("png", "PNG")):
         with studio.page.expect_download() as download:
@@ -154,7 +154,7 @@ def test_blocks_and_words_are_taken_home(open_page) -> None:
         assert key == "png" or "65800000" in content.decode() or "forward" in content.decode()
 
 
-def test_work_goes_on_when_the_server_crashes_and_comes_back(open_own_page, own_studio) -> None:
+def test_work_continues_after_the_server_crashed_and_came_back(open_own_page, own_studio) -> None:
     studio = open_own_page(project=EXAMPLE)
     studio.forgive("ERR_CONNECTION_REFUSED", "ERR_CONNECTION_RESET", "ERR_EMPTY_RESPONSE", "WebSocket connection")
     studio.play()
@@ -166,11 +166,11 @@ def test_work_goes_on_when_the_server_crashes_and_comes_back(open_own_page, own_
     expect(studio.notices).to_contain_text("The server is back.")
     expect(studio.page.get_by_role("alert").filter(has_text="server isn't answering")).to_be_hidden()
     studio.expect_words(TURNED_WORDS)
-    # The cars go on as well, by the words of now.
+    # The cars continue too, with the newest words.
     expect(studio.block("leader", "right")).to_contain_class("motorcade-running")
 
 
-def test_a_reload_finds_the_running_cars_again(open_page) -> None:
+def test_a_reloaded_page_shows_the_same_running_cars(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     studio.play()
     expect(studio.clock).not_to_have_text("0:00.0")

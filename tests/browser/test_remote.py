@@ -1,4 +1,4 @@
-"""Driving by hand: keys, fingers, the emergency stop, a page that is hidden, and cars amid the studio's swarm."""
+"""Driving by hand: keys, touch, the emergency stop, a hidden page, and cars of a studio's world."""
 
 import json
 import subprocess
@@ -116,7 +116,7 @@ def drive(open_at: Callable[..., Remote], car_url: str) -> Callable[..., Remote]
     return partial(open_at, car_url)
 
 
-def test_keys_drive_and_what_is_let_go_stops(drive) -> None:
+def test_keys_drive_and_a_released_key_stops(drive) -> None:
     remote = drive()
     camera = remote.page.get_by_role("img", name="What Car sees")
     before = camera.screenshot()
@@ -127,7 +127,7 @@ def test_keys_drive_and_what_is_let_go_stops(drive) -> None:
     assert camera.screenshot() != before
 
 
-def test_a_page_that_nobody_sees_lets_go(drive) -> None:
+def test_a_hidden_page_releases_the_stick(drive) -> None:
     remote = drive()
     remote.hold("ArrowUp")
     remote.page.evaluate(HIDE)
@@ -226,7 +226,7 @@ def served_remote(cars: dict[str, DrivenCar], *options: str) -> Iterator[str]:
             process.kill()
 
 
-def test_of_two_real_cars_one_goes_away_and_the_other_drives_on(open_at, car_url) -> None:
+def test_one_of_two_real_cars_disconnects_and_the_other_drives_on(open_at, car_url) -> None:
     camera = car_url.removesuffix("/drive") + "/camera"
     with ExitStack() as held, ExitStack() as going:
         ada, bo = going.enter_context(DrivenCar(profile=PATIENT)), held.enter_context(DrivenCar(profile=PATIENT))

@@ -1,4 +1,4 @@
-"""What becomes of an upload is told as it is, and a car gives back its program."""
+"""Uploads report their true outcome, and a car's program is read back."""
 
 import threading
 from collections import deque
@@ -13,7 +13,7 @@ from support.studio_programs import FOLLOWED
 WORDS = ["02010200", "65800000", "6a800000", "b5000000"]
 
 
-def test_the_virtual_car_takes_a_program_and_gives_it_back_as_blocks(open_page) -> None:
+def test_a_program_is_uploaded_to_the_virtual_car_and_read_back_as_blocks(open_page) -> None:
     studio = open_page(project=FOLLOWED)
     studio.page.get_by_role("button", name="Upload", exact=True).click()
     dialog = studio.dialog("upload.title")
@@ -31,7 +31,7 @@ def test_the_virtual_car_takes_a_program_and_gives_it_back_as_blocks(open_page) 
     expect(again.block("followers", "right")).to_be_visible()
 
 
-def test_escape_closes_the_dialog_while_a_car_is_being_spoken_with(open_page) -> None:
+def test_escape_closes_the_dialog_during_an_upload(open_page) -> None:
     studio = open_page(project=FOLLOWED)
     studio.page.get_by_role("button", name="Upload", exact=True).click()
     dialog = studio.dialog("upload.title")
@@ -44,7 +44,7 @@ def test_escape_closes_the_dialog_while_a_car_is_being_spoken_with(open_page) ->
 
 
 class BrowserLine:
-    """A car's end of the serial line that a page believes to have opened by Web Serial."""
+    """The car's end of a serial line, whose other end the page opens as a port of Web Serial."""
 
     address = "the browser"
 
@@ -67,12 +67,12 @@ class BrowserLine:
         pass
 
     def plug_into(self, studio: StudioPage) -> None:
-        """Has the page's `navigator.serial` lead here."""
-        studio.page.expose_function("tellCar", self._tell)
-        studio.page.expose_function("hearCar", lambda: [self._to_page.popleft() for _ in range(len(self._to_page))])
+        """Replace the page's `navigator.serial` by this line."""
+        studio.page.expose_function("sendToCar", self._send_to_car)
+        studio.page.expose_function("readFromCar", lambda: [self._to_page.popleft() for _ in range(len(self._to_page))])
         studio.page.evaluate(FAKE_SERIAL)
 
-    def _tell(self, data: list[int]) -> None:
+    def _send_to_car(self, data: list[int]) -> None:
         self._to_car.extend(data)
         self._came.set()
 
@@ -83,19 +83,19 @@ FAKE_SERIAL = """() => Object.defineProperty(navigator, "serial", { value: { req
         open: async ({ baudRate }) => { open = baudRate === 115200; },
         close: async () => { open = false; },
         readable: new ReadableStream({ async pull(stream) {
-            let bytes = await hearCar();
+            let bytes = await readFromCar();
             while (bytes.length === 0 && open) {
                 await new Promise((wake) => setTimeout(wake, 20));
-                bytes = await hearCar();
+                bytes = await readFromCar();
             }
             if (bytes.length) stream.enqueue(new Uint8Array(bytes));
         } }),
-        writable: new WritableStream({ write: (bytes) => open && tellCar([...bytes]) }),
+        writable: new WritableStream({ write: (bytes) => open && sendToCar([...bytes]) }),
     };
 } } })"""
 
 
-def test_a_port_of_the_browsers_leads_to_a_car_and_back(open_page, tmp_path) -> None:
+def test_a_serial_port_of_the_browser_works_both_ways(open_page, tmp_path) -> None:
     studio = open_page(project=FOLLOWED)
     line = BrowserLine()
     line.plug_into(studio)
@@ -110,7 +110,7 @@ def test_a_port_of_the_browsers_leads_to_a_car_and_back(open_page, tmp_path) -> 
     assert (tmp_path / "image").read_bytes().hex() == "".join(WORDS)
 
 
-def test_an_upload_that_nobody_checked_is_not_called_verified(open_page) -> None:
+def test_an_unchecked_upload_is_not_called_verified(open_page) -> None:
     studio = open_page(project=FOLLOWED)
     studio.page.get_by_role("button", name="Upload", exact=True).click()
     dialog = studio.dialog("upload.title")
@@ -120,7 +120,7 @@ def test_an_upload_that_nobody_checked_is_not_called_verified(open_page) -> None
     expect(dialog.get_by_role("status")).to_contain_text("Sent, not verified.")
 
 
-def test_a_server_that_dies_in_an_upload_is_told(open_own_page, own_studio) -> None:
+def test_a_server_crash_during_an_upload_is_shown(open_own_page, own_studio) -> None:
     studio = open_own_page(project=FOLLOWED)
     studio.forgive("ERR_CONNECTION_REFUSED", "WebSocket connection")
     studio.page.get_by_role("button", name="Upload", exact=True).click()

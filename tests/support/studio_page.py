@@ -1,4 +1,4 @@
-"""The studio's page as a user meets it: what it shows by role and name, and what can be done with it."""
+"""The studio's page as a user finds it: its parts by role and name, and what a user does with them."""
 
 import json
 import re
@@ -21,7 +21,7 @@ expect.set_options(timeout=PATIENCE_MS)
 
 
 class StudioPage:
-    """One page in one browser profile. ``faults`` holds what no test may meet."""
+    """A page in a browser profile. ``faults`` lists errors and requests to other hosts, which no test may cause."""
 
     def __init__(self, context: BrowserContext, url: str, language: str) -> None:
         self.context = context
@@ -81,7 +81,7 @@ class StudioPage:
         return studio
 
     def reopen(self) -> None:
-        """Another page in the same browser, as after a crash."""
+        """Open another page in the same browser, as after a crash."""
         self.page = self._new_page()
         self.page.goto(self.url)
         self.wait_until_ready()
@@ -92,7 +92,7 @@ class StudioPage:
         return page
 
     def wait_until_ready(self) -> None:
-        """Blocks, words and cars are there, even where a small screen doesn't show them at once."""
+        """Wait for blocks, words and cars, also where a small screen doesn't show them at once."""
         words = self.page.get_by_role("rowheader", include_hidden=True)
         diagnostics = self.page.get_by_role("list", name=self.say("words.diagnostics"), include_hidden=True)
         expect(words.or_(diagnostics)).not_to_have_count(0)
@@ -100,7 +100,7 @@ class StudioPage:
         expect(self.page.locator("#mat canvas").first).to_be_attached()
 
     def take(self, project: dict[str, Any]) -> None:
-        """Another project in place of what is there, as by a link that is opened in the same page."""
+        """Open another project in the same page, by a link."""
         self._taken += 1
         name = f"{SHARED} {self._taken}"
         unsaved = self.page.get_by_text(self.say("project.unsaved"), exact=True).is_visible()
@@ -114,7 +114,7 @@ class StudioPage:
         expect(self.page.get_by_text(self.say("project.unsaved"), exact=True)).to_be_attached()
 
     def say(self, key: str, **values: object) -> str:
-        """What the page says in its language for a key of its sentences; with a ``count``, in the form that fits it."""
+        """The page's text for a key, in its language; with a ``count``, in the form of that number."""
         *path, last = key.split(".")
         texts = self._texts
         for part in path:
@@ -124,7 +124,7 @@ class StudioPage:
         return re.sub(r"\{\{(\w+)\}\}", lambda found: str(values[found[1]]), text)
 
     def forgive(self, *parts: str) -> None:
-        """Errors on the console with one of these parts are what the test is about."""
+        """Expect errors on the console that contain one of these texts."""
         self._forgiven += parts
 
     def _blame(self, text: str) -> None:
@@ -149,20 +149,20 @@ class StudioPage:
         expect(self.editor("followers")).to_be_visible()
 
     def block(self, editor: str, text: str) -> Locator:
-        """The lowest block on which this stands."""
+        """The lowest block that contains this text."""
         blocks = self.page.get_by_role("region", name=self.say(f"editors.{editor}Blocks"), exact=True)
         return blocks.locator(".blocklyDraggable").filter(has_text=text).last
 
     def hat(self, editor: str) -> Locator:
-        """The beginning of a program without blocks."""
+        """The first block of a program, while it has no other blocks."""
         return self.block(editor, self.say(f"blocks.{editor}").partition("\n")[0])
 
     def field(self, block: Locator, value: str) -> Locator:
-        """A block's own field in which this stands."""
+        """A block's own field that contains this text."""
         return block.locator(':scope > [role="button"]').filter(has_text=value)
 
     def drag_out(self, editor: str, drawer: str, block: str, *, below: Locator) -> None:
-        """Takes a block out of a drawer with the mouse and hangs it below another."""
+        """Drag a block out of a drawer with the mouse and drop it below another."""
         self.editor(editor).get_by_role("treeitem", name=self.say(f"drawers.{drawer}")).click()
         taken, place = self.box(self.editor(editor).get_by_role("option", name=block)), self.box(below)
         mouse = self.page.mouse
@@ -174,19 +174,19 @@ class StudioPage:
         mouse.up()
 
     def box(self, thing: Locator) -> FloatRect:
-        """Where something stands once it has come to rest there."""
+        """The box of an element once it is in view."""
         thing.scroll_into_view_if_needed()
         box = thing.bounding_box()
         assert box
         return box
 
     def pick(self, field: Locator, option: str) -> None:
-        """Another option of a field with a list."""
+        """Choose an option of a field with a list."""
         field.click()
         self.page.get_by_role("option", name=option).click()
 
     def type_into(self, field: Locator, text: str) -> None:
-        """Another number or text in a field."""
+        """Enter a number or text in a field."""
         field.click()
         self.page.keyboard.type(text)
         self.page.keyboard.press("Enter")
@@ -198,7 +198,7 @@ class StudioPage:
         return self.page.get_by_role("grid", name=self.say("words.table"))
 
     def expect_words(self, words: list[str]) -> None:
-        """Just these words, in hexadecimal, as `motorcade compile` prints them."""
+        """Wait until the table shows exactly these words, in hexadecimal, as `motorcade compile` prints them."""
         expect(self.words_table.get_by_role("rowheader")).to_contain_text([word.upper() for word in words])
 
     @property
@@ -218,11 +218,11 @@ class StudioPage:
         return self.page.get_by_role("status", name=self.say("mat.time"))
 
     def expect_moving(self) -> None:
-        """The world's time passes."""
+        """Wait until the world's time changes."""
         expect(self.clock).not_to_have_text(self.clock.inner_text())
 
     def choose_car(self, number: int) -> None:
-        """Shows a car's details beside the mat."""
+        """Show a car's details below the mat."""
         self.page.get_by_role("tab", name=self.say("mat.panels.things")).click()
         field = self.page.get_by_role("textbox", name=self.say("mat.carNumber"), exact=True)
         field.fill(str(number))
@@ -235,8 +235,8 @@ class StudioPage:
     def name(self) -> Locator:
         return self.page.get_by_role("textbox", name=self.say("project.name"))
 
-    def wait_until_kept(self, text: str) -> None:
-        """The browser's storage holds the newest work: something that is told by this text."""
+    def wait_until_stored(self, text: str) -> None:
+        """Wait until the browser's storage contains this text of the newest work."""
         holds = (
             "text => Object.keys(localStorage).some(key => /autosave/.test(key) && localStorage[key].includes(text))"
         )
