@@ -42,7 +42,7 @@ ARROWS = {
     "program": ("config", "words"),
     "runs": ("config", "engine", "mats", "words"),
     "server": (
-        *("boards", "cameras", "car", "config", "drive", "engine", "mats", "program"),
+        *("boards", "cameras", "car", "config", "drive", "engine", "mats"),
         *("runs", "service", "timing", "upload", "words"),
     ),
     # It also runs where there is neither a web framework nor NumPy.

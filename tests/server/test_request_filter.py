@@ -7,6 +7,7 @@ from starlette.testclient import TestClient, WebSocketDenialResponse
 
 from motorcade.locales import languages
 from motorcade.server.studio.app import Settings, make_app
+from motorcade.service import programs
 
 HERE = "http://127.0.0.1:7700"
 TOKEN = "a-token-that-nobody-guesses"
@@ -225,6 +226,25 @@ def test_no_path_leaves_the_page(visit, tmp_path, path):
     (tmp_path / "page" / "index.html").write_text("<!doctype html>")
     (tmp_path / "secret").write_text("not yours")
     assert code(visit(page=tmp_path / "page").get(path)) == (404, "not-found")
+
+
+def test_an_unexpected_exception_is_an_error_without_its_traceback(visit, monkeypatch):
+    def fail():
+        raise RuntimeError("a secret of the server")
+
+    monkeypatch.setattr(programs, "built_in_profiles", fail)
+    page = TestClient(visit().app, base_url=HERE, raise_server_exceptions=False)
+    answer = page.post("/api/profiles")
+    assert code(answer) == (500, "internal")
+    assert answer.headers["content-type"] == "application/json"
+    assert not any(word in answer.text for word in ("secret", "RuntimeError", "Traceback"))
+
+
+@pytest.mark.parametrize("path", ["/api/compile", "/api/projects/list", "/api/nothing"])
+def test_a_request_is_refused_unless_its_method_is_post(visit, path):
+    answer = visit().get(path)
+    assert code(answer) == (405, "bad-request")
+    assert answer.headers["allow"] == "POST"
 
 
 def test_a_page_that_is_not_built_is_replaced_by_instructions(visit):

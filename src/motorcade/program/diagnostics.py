@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from motorcade.errors import MotorcadeError
-from motorcade.locales import text
+from motorcade.locales import error_sentence
 
 Severity = Literal["error", "warning"]
 
@@ -30,9 +30,9 @@ class Diagnostic:
     id: str | None = None
     details: dict[str, Any] = field(default_factory=dict)
 
-    def sentence(self, language: str = "en") -> str:
-        """The sentence in one of `motorcade.locales.languages()`."""
-        return text("errors", self.code, self.details, language)
+    def sentence(self, language: str = "en", audience: str = "") -> str:
+        """The sentence in one of `motorcade.locales.languages()`, for an ``audience`` as in `MotorcadeError`."""
+        return error_sentence(self.code, self.details, language, audience)
 
     def as_dict(self, language: str = "en") -> dict[str, Any]:
         """The diagnostic for JSON."""

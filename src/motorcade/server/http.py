@@ -17,6 +17,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motorcade.errors import MotorcadeError
 from motorcade.service.messages import decode
+from motorcade.service.programs import error_answer
 
 T = TypeVar("T")
 # Where the build of the pages puts them.
@@ -42,18 +43,18 @@ def json_response(data: Any, status: int = 200) -> Response:
     return Response(msgspec.json.encode(data), status, media_type="application/json")
 
 
-def error_response(problem: MotorcadeError) -> Response:
-    """An error as JSON, with its HTTP status."""
-    return json_response({"error": problem.to_dict("page")}, problem.http_status)
+def error_response(problem: Exception) -> Response:
+    """An error as JSON, with its HTTP status; for an exception that is no MotorcadeError the error 'internal'."""
+    error = problem if isinstance(problem, MotorcadeError) else MotorcadeError("internal")
+    return json_response({"error": error_answer(error)}, error.http_status)
 
 
 def exception_handlers() -> dict[type[Exception], Callable[[Request, Exception], Awaitable[Response]]]:
-    """What a Starlette application answers where something raises, whatever it is."""
-    return {MotorcadeError: _answer_error, HTTPException: _answer_http, Exception: _answer_fault}
+    """The functions of a Starlette application that answer with an error where a request raises an exception."""
+    return {MotorcadeError: _answer_error, HTTPException: _answer_http, Exception: _answer_error}
 
 
 async def _answer_error(request: Request, problem: Exception) -> Response:
-    assert isinstance(problem, MotorcadeError)
     return error_response(problem)
 
 
@@ -65,10 +66,6 @@ async def _answer_http(request: Request, problem: Exception) -> Response:
     response = json_response({"error": error.to_dict("page")}, problem.status_code)
     response.headers.update(problem.headers or {})
     return response
-
-
-async def _answer_fault(request: Request, problem: Exception) -> Response:
-    return error_response(MotorcadeError("internal"))
 
 
 async def next_message(socket: WebSocket, kind: type[T], most_characters: int) -> T:

@@ -7,7 +7,7 @@ from math import gcd
 
 from motorcade.config.profile import Profile, built_in_profile, built_in_profiles
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.locales import FIRST, catalogue, error_sentence, languages
+from motorcade.locales import languages
 from motorcade.program import diagnostics as program_diagnostics
 from motorcade.program.blocks import program_of
 from motorcade.program.compiler import Compiled as CompiledProgram
@@ -108,8 +108,8 @@ def compile_blocks(blocks: Blocks) -> Compiled:
     )
 
 
-def error_answer(problem: Exception) -> ErrorAnswer:
-    """The answer for an error: MotorcadeError, ProgramError, or 'internal' for any other."""
+def error_answer(problem: MotorcadeError) -> ErrorAnswer:
+    """The answer for an error; that of a ProgramError has its diagnostics, and the code of the first."""
     if isinstance(problem, ProgramError):
         first = problem.diagnostics[:_MOST_SHOWN]
         sentence = {
@@ -117,8 +117,6 @@ def error_answer(problem: Exception) -> ErrorAnswer:
             for language in languages()
         }
         return ErrorAnswer(first[0].code, {}, sentence, diagnostics_in_all_languages(problem.diagnostics))
-    if not isinstance(problem, MotorcadeError):
-        problem = MotorcadeError("internal")
     return ErrorAnswer(**problem.to_dict("page"))
 
 
@@ -128,19 +126,13 @@ def diagnostics_in_all_languages(diagnostics: Iterable[program_diagnostics.Diagn
         Diagnostic(
             each.code,
             each.severity,
-            {language: _diagnostic_sentence(each, language) for language in languages()},
+            {language: each.sentence(language, "page") for language in languages()},
             each.path,
             each.id,
             next((editor for editor in ("leader", "followers") if each.path.startswith(editor)), None),
         )
         for each in diagnostics
     ]
-
-
-def _diagnostic_sentence(diagnostic: program_diagnostics.Diagnostic, language: str) -> str:
-    if diagnostic.code in catalogue(FIRST)["page"]["errors"]:
-        return error_sentence(diagnostic.code, diagnostic.details, language, "page")
-    return diagnostic.sentence(language)
 
 
 def _words(compiled: CompiledProgram, program: Program) -> list[Word]:

@@ -115,7 +115,6 @@ def respond(name: str, data: bytes, context: Context) -> bytes:
 
     Raises:
         MotorcadeError: there is no such request, or it is refused.
-        ProgramError: a file or an image holds no program.
     """
     if name not in REQUESTS:
         raise MotorcadeError("not-found")

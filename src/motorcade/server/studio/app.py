@@ -24,9 +24,8 @@ from starlette.types import ASGIApp
 
 from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.errors import MotorcadeError
-from motorcade.program.diagnostics import ProgramError
 from motorcade.runs.recording import InMemoryRecording
-from motorcade.server.http import PAGE, exception_handlers, json_response, page_routes
+from motorcade.server.http import PAGE, exception_handlers, page_routes
 from motorcade.server.remote.app import routes as remote_routes
 from motorcade.server.remote.fleet import CombinedFleet, Fleet
 from motorcade.server.remote.remote_cars import RemoteCar, RemoteCars
@@ -37,7 +36,6 @@ from motorcade.server.studio.library import FolderStorage
 from motorcade.server.studio.sessions import PageWorld, PageWorlds
 from motorcade.server.studio.simulation import EVENT_ROW, StudioWorld, count_cars
 from motorcade.service.messages import Capabilities
-from motorcade.service.programs import error_answer
 from motorcade.service.requests import Context, respond
 
 COLUMNS = ("t_ms", "car", "event", "why", "word", "other")
@@ -78,7 +76,7 @@ def make_app(settings: Settings) -> ASGIApp:
             *_remote_routes(settings, worlds),
             *page_routes(settings.page),
         ],
-        exception_handlers={**exception_handlers(), ProgramError: _answer_program_error},
+        exception_handlers=exception_handlers(),
     )
     return RequestFilter(app, settings)
 
@@ -98,10 +96,6 @@ def _request_route(settings: Settings) -> Route:
         return Response(answer, media_type="application/json")
 
     return Route("/api/{name:path}", endpoint, methods=["POST"])
-
-
-async def _answer_program_error(request: Request, problem: Exception) -> Response:
-    return json_response({"error": error_answer(problem)}, 400)
 
 
 def _remote_routes(settings: Settings, worlds: PageWorlds) -> list[BaseRoute]:
