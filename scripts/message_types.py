@@ -45,7 +45,8 @@ _NAMED = {
     "severity": '"error" | "warning"',
     "editor": '"leader" | "followers"',
     "part": '"header" | "leader" | "followers"',
-    "kind": '"serial" | "virtual"',
+    ("Port", "kind"): '"serial" | "virtual"',
+    ("StepField", "input"): '"choice" | "level" | "number" | "seconds"',
     ("Speak", "word"): '"stop" | "go"',
 }
 _PLAIN = {

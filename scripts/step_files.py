@@ -4,10 +4,13 @@ import inspect
 import json
 from typing import Any
 
+from msgspec import to_builtins
+
 from motorcade.locales import catalogue
 from motorcade.program import steps
 from motorcade.program.parts import word_fields
 from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, own_fields
+from motorcade.service.programs import step_kinds
 
 _HEAD = """/** The kinds of steps: blocks, and bits of a word. Written by scripts/generate.py; don't edit. */
 """
@@ -20,7 +23,7 @@ def step_types() -> str:
     categories = list(dict.fromkeys(kind.category for kind in KINDS.values()))
     groups = {kind.group: kind.hue for kind in KINDS.values() if kind.group}
     parts = {
-        "STEP_KINDS": [_block(kind) for kind in KINDS.values()],
+        "STEP_KINDS": to_builtins(step_kinds()),
         "CATEGORIES": categories,
         "WORD_FIELDS": _word_fields(),
         "HUES": groups,
@@ -29,42 +32,16 @@ def step_types() -> str:
     return "\n".join([_HEAD, *lines])
 
 
-def _block(kind: type[Step]) -> dict[str, Any]:
-    return {
-        "kind": kind.kind,
-        "category": kind.category,
-        "accompanies": kind.accompanies,
-        "holds": kind in (TogetherStep, RepeatStep),
-        "fields": [_block_field(each) for each in own_fields(kind)],
-    }
-
-
-def _block_field(field: Any) -> dict[str, Any]:
-    name, given = field.name.upper(), field.metadata
-    if field.name == "seconds":
-        return {"input": "seconds", "name": name}
-    if "enum" in given["schema"]:
-        return {"input": "choice", "name": name, "options": given["schema"]["enum"]}
-    if "menu" in given:
-        levels = list(range(given["schema"]["minimum"], given["schema"]["maximum"] + 1))
-        return {"input": "level", "name": name, "menu": given["menu"], "levels": levels, "first": given["first"]}
-    return {"input": "number", "name": name, "minimum": given["schema"]["minimum"], "first": given["first"]}
-
-
 def _word_fields() -> dict[str, dict[str, Any]]:
     """Of each field of a control word that steps fill: its group, and what its value means."""
     made: dict[str, dict[str, Any]] = {}
-    for kind in KINDS.values():
+    for kind, block in zip(KINDS.values(), to_builtins(step_kinds()), strict=True):
         meanings = {name: {"meaning": "flag"} for name in word_fields(kind)}
-        for field in own_fields(kind):
+        for field, shown in zip(own_fields(kind), block["fields"], strict=True):
             if "word" in field.metadata:
-                block = _block_field(field)
-                input_name = block["input"]
-                more = {key: block[key] for key in ("options", "menu") if key in block}
-                meanings[field.metadata["word"]] = {
-                    "meaning": "duration" if input_name == "seconds" else input_name,
-                    **more,
-                }
+                meaning = "duration" if shown["input"] == "seconds" else shown["input"]
+                more = {key: shown[key] for key in ("options", "menu") if key in shown}
+                meanings[field.metadata["word"]] = {"meaning": meaning, **more}
         for name, meaning in meanings.items():
             if made.get(name, {"meaning": "flag"})["meaning"] == "flag":
                 made[name] = {"group": kind.group, **meaning}

@@ -14,7 +14,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
 from motorcade.program.blocks import MOST_IN_A_ROW, blocks_of
 from motorcade.program.diagnostics import ProgramError
-from motorcade.program.steps import pir, together, voice
+from motorcade.program.steps import DriveStep, pir, together, voice
 from motorcade.server.studio.library import FolderStorage
 from motorcade.server.studio.simulation import count_cars
 from motorcade.service.documents import EXAMPLES, open_text, project_text
@@ -273,6 +273,26 @@ def test_a_profile_says_what_its_levels_mean(ask):
     assert profile["durations_ms"] == [0, 1000, 2000, 3000]
     assert profile["infrared"]["range_mm"] == 1000
     assert profile["seconds"] == {"least": 0, "step": 1, "most": 765}
+
+
+def test_step_kinds_have_the_fields_of_their_blocks_and_the_colour_of_their_bits(ask):
+    kinds = {each["kind"]: each for each in ask("step-kinds")}
+    assert kinds["drive"] == {
+        "kind": "drive",
+        "category": "drive",
+        "accompanies": False,
+        "holds": False,
+        "fields": [
+            {"input": "choice", "name": "DIRECTION", "options": ["forward", "left", "right", "random"]},
+            {"input": "level", "name": "SPEED", "menu": "speed", "levels": [0, 1, 2, 3], "first": 2},
+            {"input": "seconds", "name": "SECONDS"},
+        ],
+        "group": "motor",
+        "hue": DriveStep.hue,
+    }
+    assert kinds["repeat"]["fields"] == [{"input": "number", "name": "TIMES", "minimum": 1, "first": 2}]
+    assert [name for name, kind in kinds.items() if kind["accompanies"]] == ["voice", "pir"]
+    assert [name for name, kind in kinds.items() if kind["holds"]] == ["repeat", "together"]
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=str)

@@ -2,8 +2,9 @@
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import fields
+from dataclasses import Field, fields
 from math import gcd
+from typing import Any
 
 from motorcade.config.profile import Profile, built_in_profile, built_in_profiles
 from motorcade.errors import MotorcadeError, Phrase
@@ -16,7 +17,7 @@ from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.model import Program
 from motorcade.program.parts import MOST_PIECES, word_fields
-from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep
+from motorcade.program.steps import KINDS, SIMPLE_KINDS, RepeatStep, Step, TogetherStep, own_fields
 from motorcade.service.documents import project_of
 from motorcade.service.messages import (
     Blocks,
@@ -31,6 +32,8 @@ from motorcade.service.messages import (
     Project,
     Seconds,
     Span,
+    StepField,
+    StepKind,
     Timeline,
     Word,
     WordField,
@@ -74,6 +77,35 @@ def _fields(word_format: WordFormat) -> list[WordField]:
         WordField(each.name, each.high, each.low, sentences(Phrase("field-" + each.name.replace("_", "-"))))
         for each in word_format.fields
     ]
+
+
+def step_kinds() -> list[StepKind]:
+    """All kinds of steps, in the order of the page's toolbox."""
+    return [
+        StepKind(
+            kind=kind.kind,
+            category=kind.category,
+            accompanies=kind.accompanies,
+            holds=kind in (TogetherStep, RepeatStep),
+            fields=[_step_field(each) for each in own_fields(kind)],
+            group=kind.group,
+            hue=kind.hue,
+        )
+        for kind in KINDS.values()
+    ]
+
+
+def _step_field(step_field: Field[Any]) -> StepField:
+    name, given = step_field.name.upper(), step_field.metadata
+    if step_field.name == "seconds":
+        return StepField("seconds", name)
+    schema = given["schema"]
+    if "enum" in schema:
+        return StepField("choice", name, options=list(schema["enum"]))
+    if "menu" in given:
+        levels = list(range(schema["minimum"], schema["maximum"] + 1))
+        return StepField("level", name, menu=given["menu"], levels=levels, first=given["first"])
+    return StepField("number", name, minimum=schema["minimum"], first=given["first"])
 
 
 def decompile_image(image: Image) -> Project:

@@ -29,12 +29,13 @@ from motorcade.service.messages import (
     ProjectToSave,
     ProjectVersion,
     SavedVersion,
+    StepKind,
     StoredProject,
     Text,
     Version,
     decode,
 )
-from motorcade.service.programs import compile_blocks, decompile_image, formats, profile_figures
+from motorcade.service.programs import compile_blocks, decompile_image, formats, profile_figures, step_kinds
 from motorcade.service.storage import Storage
 
 
@@ -88,6 +89,7 @@ REQUESTS: dict[str, Request] = {
     "capabilities": Request(Nothing, Capabilities, lambda message, context: context.capabilities),
     "formats": Request(Nothing, Formats, lambda message, context: formats()),
     "profiles": Request(Nothing, list[ProfileFigures], lambda message, context: profile_figures()),
+    "step-kinds": Request(Nothing, list[StepKind], lambda message, context: step_kinds()),
     "compile": Request(Blocks, Compiled, lambda blocks, context: compile_blocks(blocks)),
     "decompile": Request(Image, Project, lambda image, context: decompile_image(image)),
     "open": Request(Text, Project, lambda file, context: open_text(file.text)),

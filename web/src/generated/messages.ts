@@ -115,6 +115,28 @@ export interface Seconds {
   most: number;
 }
 
+/** A kind of step; see `motorcade.program.steps.Step`. */
+export interface StepKind {
+  kind: string;
+  category: string;
+  accompanies: boolean;
+  holds: boolean;
+  fields: StepField[];
+  group?: string;
+  hue?: number;
+}
+
+/** A field of a step's block. */
+export interface StepField {
+  input: "choice" | "level" | "number" | "seconds";
+  name: string;
+  options?: string[];
+  menu?: string;
+  levels?: number[];
+  minimum?: number | null;
+  first?: number | null;
+}
+
 /** What both editors hold. */
 export interface Blocks {
   leader: WorkspaceState;
@@ -481,6 +503,7 @@ export interface Requests {
   "capabilities": { message: Nothing; answer: Capabilities };
   "formats": { message: Nothing; answer: Formats };
   "profiles": { message: Nothing; answer: ProfileFigures[] };
+  "step-kinds": { message: Nothing; answer: StepKind[] };
   "compile": { message: Blocks; answer: Compiled };
   "decompile": { message: Image; answer: Project };
   "open": { message: Text; answer: Project };

@@ -33,7 +33,9 @@ export const STEP_KINDS = [
         "input": "seconds",
         "name": "SECONDS"
       }
-    ]
+    ],
+    "group": "motor",
+    "hue": 219
   },
   {
     "kind": "wait",
@@ -45,7 +47,9 @@ export const STEP_KINDS = [
         "input": "seconds",
         "name": "SECONDS"
       }
-    ]
+    ],
+    "group": "motor",
+    "hue": 219
   },
   {
     "kind": "led",
@@ -69,7 +73,9 @@ export const STEP_KINDS = [
         "input": "seconds",
         "name": "SECONDS"
       }
-    ]
+    ],
+    "group": "led",
+    "hue": 41
   },
   {
     "kind": "avoid",
@@ -93,7 +99,9 @@ export const STEP_KINDS = [
         "input": "seconds",
         "name": "SECONDS"
       }
-    ]
+    ],
+    "group": "avoid",
+    "hue": 166
   },
   {
     "kind": "voice",
@@ -105,7 +113,9 @@ export const STEP_KINDS = [
         "input": "seconds",
         "name": "SECONDS"
       }
-    ]
+    ],
+    "group": "voice",
+    "hue": 263
   },
   {
     "kind": "pir",
@@ -117,7 +127,9 @@ export const STEP_KINDS = [
         "input": "seconds",
         "name": "SECONDS"
       }
-    ]
+    ],
+    "group": "pir",
+    "hue": 22
   },
   {
     "kind": "repeat",
