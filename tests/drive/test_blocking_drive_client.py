@@ -41,6 +41,6 @@ def test_a_blocking_client_that_finds_no_car_leaves_no_thread_behind():
     before = set(threading.enumerate())
     with deaf_port() as port:
         finds_none = pytest.raises(CarError)
-        with finds_none, BlockingDriveClient("127.0.0.1", port, patience_s=2):
+        with finds_none, BlockingDriveClient("127.0.0.1", port, patience_s=0.2):
             pass
     assert set(threading.enumerate()) <= before

@@ -8,7 +8,7 @@ import socket
 import struct
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from dataclasses import replace
 from datetime import UTC, datetime
 from typing import BinaryIO
@@ -19,14 +19,17 @@ from motorcade.drive.listener import MOST_OF_ONE_ADDRESS, ClientProtocol, Listen
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.drive.tls.keys import client_context, server_context
 from motorcade.words.formats import DRIVE
-from support.driven_car import NEUTRAL, PATIENT, DrivenCar, until, wait_until
+from support.driven_car import NEUTRAL, PATIENT, DrivenCar, wait_until
 from support.fault_proxy import FaultProxy
+from support.loop_car import LoopCar, loop_car, until
+from support.mock_clock import mock_clock
 
 MOVE = struct.pack(">I", DRIVE.encode(angle=40, direction=1, speed=150))
 STILL = struct.pack(">I", DRIVE.encode(angle=40, direction=1, speed=0))
 PERIOD_S = 0.04
 # What a test may wait for on a busy machine; what counts is what the board noted when.
 DEADLINE_S = 60
+FLOOD = 300
 
 
 def connect(car: DrivenCar) -> socket.socket:
@@ -80,75 +83,95 @@ def steady(line: socket.socket, word: bytes = MOVE) -> Iterator[threading.Event]
         sender.join(DEADLINE_S)
 
 
-def drive_on(car: DrivenCar, line: socket.socket) -> float:
-    """Drive until the wheels turn; when the last command left at the earliest. A busy car may have to be armed."""
+def drive_on(car: DrivenCar, line: socket.socket) -> None:
+    """Drive until the wheels turn. A car on a busy machine may have to be armed again."""
     end_s = time.monotonic() + DEADLINE_S
     while time.monotonic() < end_s:
         for word in (STILL, MOVE):
-            sent_s = time.perf_counter()
             line.sendall(word)
             time.sleep(PERIOD_S)
         if car.board.moves:
-            return sent_s
+            return
     raise AssertionError("it never drove")
 
 
-def stopped_after(car: DrivenCar, sent_s: float) -> float:
-    """Seconds from ``sent_s`` to neutral."""
-    wait_until(lambda: car.board.setpoint == NEUTRAL)
-    return car.board.notes[-1][0] - sent_s
+class Driver:
+    """A client of the bare four bytes, in the car's own loop."""
+
+    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self.reader, self.writer = reader, writer
+        self.sent_s = 0.0
+
+    async def send(self, word: bytes) -> None:
+        """Send a command, and wait for a period."""
+        self.sent_s = asyncio.get_running_loop().time()
+        self.writer.write(word)
+        await asyncio.sleep(PERIOD_S)
 
 
-def reset(line: socket.socket) -> None:
+@contextlib.asynccontextmanager
+async def driver_at(port: int, car: LoopCar) -> AsyncIterator[Driver]:
+    """A client whose command turns the wheels."""
+    driver = Driver(*await asyncio.open_connection("127.0.0.1", port))
+    for word in (STILL, MOVE):
+        await driver.send(word)
+    await until(lambda: car.board.moves)
+    try:
+        yield driver
+    finally:
+        driver.writer.transport.abort()
+
+
+def close(driver: Driver) -> None:
+    driver.writer.close()
+
+
+def reset(driver: Driver) -> None:
+    line = driver.writer.get_extra_info("socket")
     line.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
-    line.close()
+    driver.writer.transport.abort()
 
 
-@pytest.mark.parametrize("end", [socket.socket.close, reset, lambda line: line.shutdown(socket.SHUT_WR)])
-def test_a_client_that_is_gone_stops_the_wheels_at_once(patient_car: DrivenCar, end) -> None:
-    line = connect(patient_car)
-    drive_on(patient_car, line)
-    gone_s = time.perf_counter()
-    end(line)
-    # Long before the failsafe, which would stop them too.
-    assert stopped_after(patient_car, gone_s) < PATIENT.drive.failsafe_ms / 2000
-    line.close()
+def send_end(driver: Driver) -> None:
+    driver.writer.write_eof()
 
 
-def test_a_client_that_freezes_with_its_connection_open_stops_the_wheels_after_300_ms(car: DrivenCar) -> None:
-    with connect(car) as line:
-        assert stopped_after(car, drive_on(car, line)) >= 0.3
+@pytest.mark.parametrize("end", [close, reset, send_end])
+@mock_clock
+async def test_a_client_that_is_gone_stops_the_wheels_at_once(end) -> None:
+    async with loop_car() as car, driver_at(car.port, car) as driver:
+        gone_s = asyncio.get_running_loop().time()
+        end(driver)
+        await until(lambda: car.board.setpoint == NEUTRAL)
+        assert car.board.notes[-1][0] - gone_s < 0.05
+
+
+@mock_clock
+async def test_a_client_that_freezes_with_its_connection_open_stops_the_wheels_after_300_ms() -> None:
+    async with loop_car() as car, driver_at(car.port, car) as driver:
+        await until(lambda: car.board.setpoint == NEUTRAL)
+        assert 0.3 <= car.board.notes[-1][0] - driver.sent_s < 0.32
         assert car.control.telemetry().state == "failsafe"
-        refused, told = car.server.commands[0].counts.outcomes[2], len(car.board.notes)
-        line.sendall(MOVE)
-        line.sendall(MOVE)
-        wait_until(lambda: car.server.commands[0].counts.outcomes[2] > refused)
-        assert not car.board.has_moved(told)
-        line.sendall(STILL)
-        wait_until(lambda: car.board.was_told((40, 1, 0), told))
-        line.sendall(MOVE)
-        wait_until(lambda: car.board.has_moved(told))
+        refused, count = car.server.commands[0].counts.outcomes[2], len(car.board.notes)
+        await driver.send(MOVE)
+        await driver.send(MOVE)
+        assert car.server.commands[0].counts.outcomes[2] == refused + 2
+        assert not car.board.has_moved(count)
+        await driver.send(STILL)
+        assert car.board.was_told((40, 1, 0), count)
+        await driver.send(MOVE)
+        assert car.board.has_moved(count)
 
 
-def test_a_client_behind_a_pulled_cable_stops_the_wheels_after_300_ms(car: DrivenCar) -> None:
-    async def pull() -> float:
-        async with FaultProxy(car.port) as proxy:
-            _, writer = await asyncio.open_connection("127.0.0.1", proxy.port)
-            async with asyncio.timeout(DEADLINE_S):
-                while not car.board.moves:
-                    for word in (STILL, MOVE):
-                        sent_s = time.perf_counter()
-                        writer.write(word)
-                        await asyncio.sleep(PERIOD_S)
-            proxy.half_open()
-            for _ in range(20):
-                writer.write(MOVE)
-                await asyncio.sleep(PERIOD_S)
-            await until(lambda: car.board.setpoint == NEUTRAL)
-            writer.close()
-            return car.board.notes[-1][0] - sent_s
-
-    assert asyncio.run(pull()) >= 0.3
+@mock_clock
+async def test_a_client_behind_a_pulled_cable_stops_the_wheels_after_300_ms() -> None:
+    async with loop_car() as car, FaultProxy(car.port) as proxy, driver_at(proxy.port, car) as driver:
+        sent_s = driver.sent_s
+        proxy.half_open()
+        for _ in range(20):
+            await driver.send(MOVE)
+        assert car.board.setpoint == NEUTRAL
+        assert 0.3 <= car.board.notes[-1][0] - sent_s < 0.33
 
 
 def test_a_server_that_is_stuck_stops_the_wheels_and_forgets_what_came_meanwhile() -> None:
@@ -204,13 +227,14 @@ def test_the_first_to_send_drives_and_others_watch_until_it_leaves(patient_car: 
             wait_until(lambda: car.board.setpoint == (40, 1, 0))
 
 
-def test_those_who_have_left_are_not_in_the_way_of_others(patient_car: DrivenCar) -> None:
-    car = patient_car
-    for _ in range(2 * MOST_OF_ONE_ADDRESS):
-        with connect(car) as line:
-            drive_on(car, line)
-        wait_until(lambda: not car.server.commands)
-    assert car.control.telemetry().turned_away == 0
+@mock_clock
+async def test_clients_that_have_left_take_no_place() -> None:
+    async with loop_car() as car:
+        for _ in range(2 * MOST_OF_ONE_ADDRESS):
+            async with driver_at(car.port, car):
+                pass
+            await until(lambda: not car.server.commands)
+        assert car.control.telemetry().turned_away == 0
 
 
 def test_newcomers_come_in_one_at_a_time_with_a_turn_for_those_inside_between() -> None:
@@ -256,7 +280,7 @@ def test_a_flood_of_connections_leaves_the_driver_undisturbed_and_room_for_other
     with contextlib.ExitStack() as flood, connect(car) as line:
         drive_on(car, line)
         notes = len(car.board.notes)
-        for number in range(1000):
+        for number in range(FLOOD):
             each = flood.enter_context(
                 socket.create_connection(("127.0.0.1", (car.port, car.telemetry_port)[number % 2]))
             )
@@ -264,7 +288,7 @@ def test_a_flood_of_connections_leaves_the_driver_undisturbed_and_room_for_other
                 # One byte of four, and never the rest.
                 each.send(b"\x10")
             line.sendall(MOVE)
-        wait_until(lambda: car.control.telemetry().turned_away > 900)
+        wait_until(lambda: car.control.telemetry().turned_away > 0.9 * FLOOD)
         assert len(car.server.commands) <= MOST_OF_ONE_ADDRESS
         assert len(car.server.channels) <= MOST_OF_ONE_ADDRESS
         with connect(car) as other, telemetry(car) as tells:
@@ -341,11 +365,13 @@ def test_only_who_shows_a_certificate_of_the_same_authority_drives(keys) -> None
         assert (told.driver, told.state) == (None, "failsafe")
 
 
-def test_who_never_ends_a_handshake_is_hung_up_on_after_two_seconds(keys) -> None:
-    with DrivenCar(server_context(keys / "ours" / "car-ada.pem")) as car:
-        begin_s = time.monotonic()
-        with connect(car) as line:
-            line.sendall(b"\x16\x03\x01")
-            assert line.recv(1) == b""
-        assert time.monotonic() - begin_s > 1.5
-        wait_until(lambda: car.control.telemetry().turned_away == 1)
+@mock_clock
+async def test_a_handshake_that_never_ends_is_hung_up_after_two_seconds(keys) -> None:
+    async with loop_car(server_context(keys / "ours" / "car-ada.pem")) as car:
+        begin_s = asyncio.get_running_loop().time()
+        reader, writer = await asyncio.open_connection("127.0.0.1", car.port)
+        writer.write(b"\x16\x03\x01")
+        assert await reader.read(1) == b""
+        assert asyncio.get_running_loop().time() - begin_s == pytest.approx(2.0, abs=0.1)
+        await until(lambda: car.control.telemetry().turned_away == 1)
+        writer.close()

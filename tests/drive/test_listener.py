@@ -7,7 +7,7 @@ from contextlib import suppress
 
 from support.driven_car import DEADLINE_S, PATIENT, DrivenCar, wait_until
 
-STARTS, KNOCKS = 20, 5
+STARTS, KNOCKS = 8, 5
 
 
 def knock(port: int, ended: threading.Event, knocks: list[int]) -> None:

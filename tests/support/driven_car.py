@@ -28,14 +28,15 @@ PATIENT = replace(CLASSROOM, drive=replace(STEADY.drive, failsafe_ms=9000, hand_
 class NotedBoard(DriveBoard):
     """Notes what it is told: ``(seconds of time.perf_counter, (angle, direction, speed))``."""
 
-    def __init__(self) -> None:
+    def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
+        self._clock = clock
         self.notes: list[tuple[float, tuple[int, int, int]]] = []
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
-        self.notes.append((time.perf_counter(), (angle_deg, direction, speed)))
+        self.notes.append((self._clock(), (angle_deg, direction, speed)))
 
     def neutral(self) -> None:
-        self.notes.append((time.perf_counter(), NEUTRAL))
+        self.notes.append((self._clock(), NEUTRAL))
 
     @property
     def setpoint(self) -> tuple[int, int, int]:

@@ -87,6 +87,8 @@ class DriveClient:
         self._task: asyncio.Task[None] | None = None
         self._problem: CarError | None = None
         self._was_reached = False
+        # Whether the car has sent telemetry since the connection began.
+        self._has_telemetry = False
         self._former_name = ""
         self._away_since_s = self._begun_s = self._received_s = self._sent_s = 0.0
 
@@ -221,7 +223,7 @@ class DriveClient:
             pause_s = min(2 * pause_s, _LONGEST_PAUSE_S)
 
     def _begin(self, connection: Connection) -> None:
-        self._connection = connection
+        self._connection, self._has_telemetry = connection, False
         self._begun_s = self._received_s = _now_s()
         self._stream.disarm()
         connection.join()
@@ -268,7 +270,7 @@ class DriveClient:
 
     async def _receive(self, connection: Connection) -> None:
         async for frame in connection.telemetry():
-            self._received_s = _now_s()
+            self._received_s, self._has_telemetry = _now_s(), True
             self.telemetry = Telemetry(*(frame.get(name) for name in Telemetry._fields))  # type: ignore[arg-type]
             self._note_self(frame.get("you") or {}, connection)
             if self.telemetry.state == "failsafe":
@@ -293,11 +295,6 @@ class DriveClient:
         if word is not None:
             self._sent_s = _now_s()
             self._connection.send(word)
-
-    @property
-    def _has_telemetry(self) -> bool:
-        """Whether the car has sent telemetry since the connection began."""
-        return self._received_s > self._begun_s
 
     @property
     def _is_proven(self) -> bool:

@@ -29,7 +29,7 @@ from motorcade.timing import monotonic_ms
 
 # A car takes 100 commands a second.
 PERIOD_S = 0.02
-_JOIN_S = 2.0
+JOIN_S = 2.0
 # Outcomes after which a stick has to be released before it can drive.
 _NOT_DONE = (WATCHING, NEEDS_NEUTRAL, HALTED)
 
@@ -146,7 +146,7 @@ async def reading_input(
         yield
     finally:
         ended.set()
-        await asyncio.to_thread(thread.join, _JOIN_S)
+        await asyncio.to_thread(thread.join, JOIN_S)
 
 
 def _read(

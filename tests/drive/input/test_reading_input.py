@@ -7,6 +7,7 @@ from contextlib import asynccontextmanager, contextmanager, suppress
 import pytest
 
 from motorcade.drive.client import DriveClient
+from motorcade.drive.input import deadman, local
 from motorcade.drive.input.deadman import QUIT, Reading
 from motorcade.drive.input.gamepad import Gamepad
 from motorcade.drive.input.local import reading_input
@@ -15,6 +16,13 @@ from support.driven_car import PATIENT, STEADY, DrivenCar, until
 from support.virtual_pad import LEFT_X, LEFT_Y, RIGHT_BUTTON, START, UP, VirtualPad
 
 BY_PAD, BY_NETWORK, STANDING = (180, 1, 255), (0, 0, 128), (90, 1, 0)
+
+
+@pytest.fixture(autouse=True)
+def soon(monkeypatch):
+    """The device's thread is a real one, so the long times are made short."""
+    monkeypatch.setattr(deadman, "RESTS_MS", 200)
+    monkeypatch.setattr(local, "JOIN_S", 0.1)
 
 
 @pytest.fixture

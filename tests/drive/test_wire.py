@@ -1,0 +1,69 @@
+"""Words and frames, however their bytes are cut; and the commands that count of those that arrive together."""
+
+import struct
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motorcade.drive.wire import (
+    FrameReader,
+    FrameTooLongError,
+    WordReader,
+    newest_of_each_code,
+    pack_frame,
+    pack_word,
+)
+from support.socketless_car import Car, command, receive
+
+words = st.lists(st.integers(0, (1 << 32) - 1), max_size=50)
+
+
+def chunks(data: bytes, size: int) -> list[bytes]:
+    return [data[at : at + size] for at in range(0, len(data), size)]
+
+
+@given(words, st.integers(1, 9))
+def test_words_are_read_however_their_bytes_are_cut(sent: list[int], size: int) -> None:
+    reader = WordReader()
+    found = [word for chunk in chunks(b"".join(map(pack_word, sent)), size) for word in reader.receive_data(chunk)]
+    assert found == sent
+
+
+def test_words_are_read_in_the_other_byte_order_too() -> None:
+    assert WordReader("little").receive_data(struct.pack("<I", 0x12ACB000)) == [0x12ACB000]
+
+
+@given(words)
+def test_of_words_that_arrive_together_the_newest_of_each_code_counts(sent: list[int]) -> None:
+    newest = newest_of_each_code(sent)
+    assert {word >> 28 for word in newest} == {word >> 28 for word in sent}
+    assert len(newest) == len({word >> 28 for word in sent})
+    for word in newest:
+        assert [each for each in sent if each >> 28 == word >> 28][-1] == word
+
+
+def test_a_command_counts_though_a_word_of_another_code_came_behind_it() -> None:
+    car = Car()
+    channel, _ = car.commands()
+    receive(channel, command(90))
+    receive(channel, command(10) + command(20) + pack_word(2 << 28))
+    assert car.board.angles == [90, 20]
+    assert (channel.counts.superseded, channel.counts.refused) == (1, 1)
+
+
+@given(st.lists(st.dictionaries(st.text(max_size=5), st.integers()), max_size=8), st.integers(1, 40))
+def test_frames_are_read_however_their_bytes_are_cut(sent: list[dict], size: int) -> None:
+    reader, found = FrameReader(1 << 16), []
+    for chunk in chunks(b"".join(map(pack_frame, sent)), size):
+        reader.receive_data(chunk)
+        while (text := reader.next_frame()) is not None:
+            found.append(struct.pack(">I", len(text)) + text)
+    assert found == list(map(pack_frame, sent))
+
+
+def test_a_frame_that_announces_too_many_bytes_is_an_error_at_once() -> None:
+    reader = FrameReader(10)
+    reader.receive_data(struct.pack(">I", 11))
+    with pytest.raises(FrameTooLongError, match="11 bytes"):
+        reader.next_frame()

@@ -1,0 +1,58 @@
+"""A car that is served in the event loop of the test, with the clock of that loop."""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator, Callable
+from typing import Any
+
+from motorcade.config.profile import Profile
+from motorcade.drive.listener import bind
+from motorcade.drive.server import DriveServer, serving
+from motorcade.drive.session import CarControl
+from motorcade.timing import to_ticks
+from support.driven_car import CLASSROOM, NotedBoard
+
+_BEAT_S = 0.01
+
+
+class LoopCar:
+    """Its ``port`` and ``telemetry_port``, its ``board``, ``control`` and ``server``."""
+
+    def __init__(self, tls: Any, profile: Profile) -> None:
+        loop = asyncio.get_running_loop()
+        self.board = NotedBoard(loop.time)
+        self.control = CarControl(self.board, lambda: to_ticks(loop.time()), profile)
+        self.server = DriveServer(self.control)
+        self.sockets = [bind("127.0.0.1", 0) for _ in range(2)]
+        self.port, self.telemetry_port = (each.getsockname()[1] for each in self.sockets)
+        self.tls = tls
+
+    async def beat(self) -> None:
+        """Do what is due, again and again."""
+        while True:
+            self.control.beat()
+            await asyncio.sleep(_BEAT_S)
+
+
+@contextlib.asynccontextmanager
+async def loop_car(tls: Any = None, profile: Profile = CLASSROOM) -> AsyncIterator[LoopCar]:
+    """Serve a car while the block runs."""
+    car = LoopCar(tls, profile)
+    beating = asyncio.ensure_future(car.beat())
+    try:
+        async with serving(car.server, *car.sockets, tls):
+            yield car
+    finally:
+        beating.cancel()
+        await asyncio.gather(beating, return_exceptions=True)
+        car.control.close()
+
+
+async def until(condition: Callable[[], Any], deadline_s: float = 60.0) -> Any:
+    """Wait until ``condition`` is true, by the loop's clock, or fail."""
+    loop = asyncio.get_running_loop()
+    end_s = loop.time() + deadline_s
+    while not (found := condition()):
+        assert loop.time() < end_s, "it never happened"
+        await asyncio.sleep(0.005)
+    return found
