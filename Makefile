@@ -9,7 +9,7 @@ STAMP := .venv/.installed
 run: setup ## the studio, in the browser
 	$(BIN)/motorcade studio
 
-demo: setup ## the whole way without a browser: compile, upload, verify, drive, draw
+demo: setup ## everything without a browser: compile, upload, verify, drive, draw
 	$(BIN)/python examples/first_run.py
 
 setup: $(STAMP)
@@ -21,14 +21,14 @@ $(STAMP): requirements.lock pyproject.toml
 	$(PIP) install --no-deps --no-build-isolation --editable .
 	$(BIN)/python -c 'import pathlib; pathlib.Path("$(STAMP)").touch()'
 
-page: setup ## build the studio's page anew
+page: setup ## build the studio's page
 	$(BIN)/python hatch_build.py build
 
 test: setup
 	$(BIN)/python hatch_build.py test
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile --no-loadscope-reorder
 
-soak: setup ## the same properties with many more examples; slow
+soak: setup ## the same tests with many more examples; slow
 	$(BIN)/python -m pytest --hypothesis-profile soak --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 lint: setup
@@ -65,7 +65,7 @@ bench: setup
 screenshots: setup ## the README's pictures of the studio
 	$(BIN)/python scripts/screenshots.py
 
-lock: setup ## pin the newest versions that fit pyproject.toml
+lock: setup ## pin the newest versions that pyproject.toml allows
 	$(PIP) install uv
 	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --all-extras --group dev --group docs --group bench \
 		--generate-hashes --no-emit-index-url --no-header --upgrade pyproject.toml --output-file requirements.lock

@@ -1,4 +1,4 @@
-"""Draws the table of states of the arbiter of a driven car, in English and Chinese."""
+"""Draw the states of a driven car (`motorcade.car.arbiter`) as an SVG diagram, in English and Chinese."""
 
 from collections import defaultdict
 from xml.sax.saxutils import escape
@@ -8,7 +8,7 @@ from motorcade.car.arbiter import EVENTS, STATES, TABLE
 WIDTH, HEIGHT = 960, 760
 _BOX = (150, 46)
 _FRAME = (20, 40, 920, 400)
-# Where each state stands, and its colour. One that the table gets and that isn't here is an error.
+# The centre and the colour of each state. A new state of the table without an entry here is an error.
 _PLACES = {
     "ready": (130, 210, "#dbe9f4"),
     "standing": (480, 100, "#dbe9f4"),
@@ -18,8 +18,8 @@ _PLACES = {
     "stopped": (480, 520, "#f8d3d0"),
 }
 _OUTSIDE = "stopped"
-# An arrow from the frame to a state: its ends, and the middle of its label.
-_FROM_ANYWHERE = {
+# Events that lead from every state in the frame to one state: the ends of that arrow, and the middle of its label.
+_FROM_FRAME = {
     "failsafe": ((20, 350), (405, 350), (200, 340)),
     "stopped": ((440, 440), (440, 497), (320, 475)),
     "program": ((830, 440), (830, 373), (770, 462)),
@@ -42,41 +42,46 @@ _CHINESE = {
     "resume": ("恢复", "让程序重新驾驶"),
 }
 _TITLES = {"en": "Who drives: the states of a driven car", "zh": "谁在驾驶：受驾驶小车的状态"}
-_ANY = {"en": "from all others in here: ", "zh": "从框内其他状态："}
+_FROM_ALL_OTHERS = {"en": "from all others in here: ", "zh": "从框内其他状态："}
 
 
 def arbiter_svg(language: str) -> str:
-    """The diagram in ``language`` (en or zh)."""
-    anywhere, ways = _ways()
+    """Return the diagram in ``language`` (en or zh)."""
+    from_frame, transitions = _transitions()
     parts = [_head(language)]
     left, top, width, height = _FRAME
     parts.append(f'<rect x="{left}" y="{top}" width="{width}" height="{height}" rx="14" class="frame"/>')
-    for (begin, end), events in ways.items():
+    for (begin, end), events in transitions.items():
         labels = " / ".join(_word(event, language) for event in events)
-        parts.append(_arrow(_PLACES[begin][:2], _PLACES[end][:2], labels, (end, begin) in ways))
-    for event, following in anywhere.items():
-        begin, end, label = _FROM_ANYWHERE[following]
-        parts.append(_line(*begin, *end) + _label(*label, _ANY[language] + _word(event, language)))
+        parts.append(_arrow(_PLACES[begin][:2], _PLACES[end][:2], labels, (end, begin) in transitions))
+    for event, following in from_frame.items():
+        begin, end, label = _FROM_FRAME[following]
+        parts.append(_line(*begin, *end) + _label(*label, _FROM_ALL_OTHERS[language] + _word(event, language)))
     for name, (x, y, colour) in _PLACES.items():
         parts.append(_state(name, x, y, colour, language))
     parts.append(_legend(language))
     return "\n".join([*parts, "</svg>", ""])
 
 
-def _ways() -> tuple[dict[str, str], dict[tuple[str, str], list[str]]]:
-    """Events that lead from every framed state to one and the same, and all others by their two ends."""
+def _transitions() -> tuple[dict[str, str], dict[tuple[str, str], list[str]]]:
+    """Group the table's transitions.
+
+    Returns:
+        The events that lead from all states in the frame to one state, with that state; and the events of the other
+        transitions by first and next state.
+    """
     by_event: dict[tuple[str, str], set[str]] = defaultdict(set)
     for state, event, following in TABLE:
         by_event[EVENTS[event][0], STATES[following][0]].add(STATES[state][0])
-    anywhere, ways = {}, defaultdict(list)
+    from_frame, transitions = {}, defaultdict(list)
     framed = {name for name, _ in STATES if name != _OUTSIDE}
     for (event, following), states in by_event.items():
         if states >= framed - {following}:
-            anywhere[event] = following
+            from_frame[event] = following
             continue
         for state in sorted(states, key=list(_PLACES).index):
-            ways[state, following].append(event)
-    return anywhere, ways
+            transitions[state, following].append(event)
+    return from_frame, transitions
 
 
 def _word(name: str, language: str) -> str:
@@ -94,7 +99,7 @@ text {{ font: 15px sans-serif; fill: #1c2733; text-anchor: middle }}
 .name {{ font-weight: bold }}
 .label {{ paint-order: stroke; stroke: #fff; stroke-width: 6px; font-size: 14px }}
 .frame {{ fill: #fff; stroke: #8a97a5; stroke-dasharray: 6 5 }}
-.way {{ stroke: #3d4c5c; stroke-width: 1.6; fill: none; marker-end: url(#tip) }}
+.arrow {{ stroke: #3d4c5c; stroke-width: 1.6; fill: none; marker-end: url(#tip) }}
 .state {{ stroke: #3d4c5c; stroke-width: 1.4 }}
 </style>
 <defs><marker id="tip" viewBox="0 0 10 10" refX="9" refY="5" markerWidth="8" markerHeight="8" orient="auto">
@@ -110,17 +115,17 @@ def _state(name: str, x: int, y: int, colour: str, language: str) -> str:
     )
 
 
-def _arrow(begin: tuple[int, int], end: tuple[int, int], label: str, has_twin: bool) -> str:
-    """Between two boxes, beside the middle line where another comes the other way."""
+def _arrow(begin: tuple[int, int], end: tuple[int, int], label: str, has_opposite: bool) -> str:
+    """Draw an arrow between two boxes; beside the line between their centres where there is an arrow back."""
     (x0, y0), (x1, y1) = begin, end
     length = ((x1 - x0) ** 2 + (y1 - y0) ** 2) ** 0.5
     along_x, along_y = (x1 - x0) / length, (y1 - y0) / length
-    aside = 13 if has_twin else 0
+    offset = 13 if has_opposite else 0
     x0, x1, y0, y1 = (
-        x0 - along_y * aside,
-        x1 - along_y * aside,
-        y0 + along_x * aside,
-        y1 + along_x * aside,
+        x0 - along_y * offset,
+        x1 - along_y * offset,
+        y0 + along_x * offset,
+        y1 + along_x * offset,
     )
     margin = min(_BOX[0] / 2 / max(abs(along_x), 1e-9), _BOX[1] / 2 / max(abs(along_y), 1e-9))
     x0, y0, x1, y1 = x0 + along_x * margin, y0 + along_y * margin, x1 - along_x * margin, y1 - along_y * margin
@@ -130,7 +135,7 @@ def _arrow(begin: tuple[int, int], end: tuple[int, int], label: str, has_twin: b
 
 
 def _line(x0: float, y0: float, x1: float, y1: float) -> str:
-    return f'<path d="M{x0:.1f} {y0:.1f} {x1:.1f} {y1:.1f}" class="way"/>'
+    return f'<path d="M{x0:.1f} {y0:.1f} {x1:.1f} {y1:.1f}" class="arrow"/>'
 
 
 def _label(x: float, y: float, text: str) -> str:
@@ -141,10 +146,10 @@ def _legend(language: str) -> str:
     lines = []
     for column, rows in enumerate((STATES, EVENTS)):
         for row, (name, meaning) in enumerate(rows):
-            said = (name, meaning) if language == "en" else _CHINESE[name]
+            word, text = (name, meaning) if language == "en" else _CHINESE[name]
             x, y = 30 + 470 * column, 580 + 20 * row
             lines.append(
-                f'<text x="{x}" y="{y}" class="legend"><tspan font-weight="bold">{escape(said[0])}</tspan> '
-                f"{escape(said[1])}</text>"
+                f'<text x="{x}" y="{y}" class="legend"><tspan font-weight="bold">{escape(word)}</tspan> '
+                f"{escape(text)}</text>"
             )
     return "\n".join(lines)

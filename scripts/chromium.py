@@ -1,6 +1,6 @@
-"""Find a Chromium on this machine, or install Debian's; run by itself, it prints the path.
+"""Find a Chromium on this machine, or install Debian's; run as a script, print its path.
 
-The browser tests, `benchmarks/studio_page.py` and `scripts/screenshots.py` drive it.
+The browser tests, `benchmarks/studio_page.py` and `scripts/screenshots.py` use it.
 """
 
 import os
@@ -20,12 +20,12 @@ _MAC_PLACES = (
 )
 _WINDOWS_PLACES = (r"Google\Chrome\Application\chrome.exe", r"Chromium\Application\chrome.exe")
 _WINDOWS_ROOTS = ("PROGRAMFILES", "PROGRAMFILES(X86)", "LOCALAPPDATA")
-# The pages are in Chinese too, and a Debian without a desktop has no font for it.
+# Pages are in Chinese too, and a Debian without a desktop has no Chinese font.
 _DEBIAN_PACKAGES = ("chromium", "fonts-noto-cjk")
 
 
 def find() -> Path | None:
-    """The browser that the environment names, or one from the system's usual places; None where there is none."""
+    """Return the browser that MOTORCADE_CHROMIUM names, or one from the system's usual places; None for none."""
     chosen = os.environ.get(CHOICE)
     if chosen:
         return Path(chosen)
@@ -37,7 +37,7 @@ def find() -> Path | None:
 
 
 def find_or_install() -> Path | None:
-    """A browser; installed first where none is found and root can install one on Debian or a like system. Else None."""
+    """Return a browser, None for none; install Debian's first where there is none (see debian.install)."""
     found = find()
     if found is None:
         debian.install(*_DEBIAN_PACKAGES)

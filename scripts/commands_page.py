@@ -1,4 +1,4 @@
-"""The documentation's page of all commands, from the command line's own help."""
+"""Make the documentation's page of all commands from the help of the command line."""
 
 import typer
 from typer.cli import get_docs_for_click
@@ -12,10 +12,10 @@ _INTRODUCTIONS = {
 
 
 def commands_page(language: str) -> str:
-    """The page in Markdown; its introduction in ``language``, en or zh."""
+    """Return the page in Markdown; only its introduction is in ``language`` (en or zh)."""
     command = typer.main.get_command(app)
     context = typer.Context(command, info_name="motorcade")
-    told = get_docs_for_click(obj=command, ctx=context, name="motorcade")
-    # How a command is written is nothing to type as it stands.
-    told = told.replace("```console\n$ ", "```text\n").replace("# `motorcade`\n", "## `motorcade`\n", 1)
-    return f"{_INTRODUCTIONS[language]}\n{told.strip()}\n"
+    page = get_docs_for_click(obj=command, ctx=context, name="motorcade")
+    # These lines show the arguments of a command: a console block would make them look like lines to type.
+    page = page.replace("```console\n$ ", "```text\n").replace("# `motorcade`\n", "## `motorcade`\n", 1)
+    return f"{_INTRODUCTIONS[language]}\n{page.strip()}\n"

@@ -1,4 +1,4 @@
-"""Programs that tests run and pip can't install: found on this machine, or installed from Debian."""
+"""Find programs that tests run and pip can't install, or install them from Debian."""
 
 import os
 import shutil
@@ -9,7 +9,7 @@ _QUIET = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "check": Fa
 
 
 def find_or_install(command: str, *packages: str) -> Path | None:
-    """The program called ``command``; installed first where it is missing and that can be done, else None."""
+    """Return the path of the program ``command``, None for none; install ``packages`` first where it is missing."""
     found = shutil.which(command)
     if found is None:
         install(*packages)
@@ -18,11 +18,11 @@ def find_or_install(command: str, *packages: str) -> Path | None:
 
 
 def install(*packages: str) -> None:
-    """Installs Debian's ``packages`` where that can be done: by root, on Debian and its kin."""
+    """Install Debian's ``packages``; do nothing where this user isn't root or there is no apt-get."""
     if not (hasattr(os, "geteuid") and os.geteuid() == 0 and shutil.which("apt-get")):
         return
-    # Nobody is there to answer a package's questions, and another test may be installing too.
+    # Packages must ask no questions, and another test may be installing at the same time: wait for its lock.
     environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
-    waiting = ["apt-get", "--quiet=2", "--option", "DPkg::Lock::Timeout=300"]
+    apt_get = ["apt-get", "--quiet=2", "--option", "DPkg::Lock::Timeout=300"]
     for command in (["update"], ["install", "--yes", "--no-install-recommends", *packages]):
-        subprocess.run([*waiting, *command], env=environment, **_QUIET)
+        subprocess.run([*apt_get, *command], env=environment, **_QUIET)

@@ -1,4 +1,4 @@
-"""Writes the files that are generated, or with --check says which of them are out of date."""
+"""Write the generated files; with --check, write nothing and name those that are out of date."""
 
 import json
 import sys
@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def _exports() -> dict[str, Callable[[], str]]:
-    """The words for other tools, each where its users look for it."""
+    """Return what makes each file of `motorcade export`, by its path in the repository."""
     folders = {"c": "firmware/generated/", "markdown": "docs/"}
     made = {}
     for target in TARGETS:
@@ -58,7 +58,7 @@ def _json(schema: dict[str, Any]) -> str:
 
 
 def main() -> int:
-    """0 where all is written, or up to date; 1 where --check finds a stale file."""
+    """Return the exit code: 1 where --check finds a file that is out of date, else 0."""
     check = sys.argv[1:] == ["--check"]
     stale = []
     for name, make in GENERATED.items():

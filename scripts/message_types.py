@@ -1,4 +1,4 @@
-"""Writes web/src/generated/messages.ts: the messages of `motorcade.service` as TypeScript."""
+"""Write the messages of `motorcade.service` as TypeScript: the text of web/src/generated/messages.ts."""
 
 import inspect
 from typing import Any, get_args
@@ -30,7 +30,7 @@ export interface MatDocument {
   [key: string]: unknown;
 }
 """
-# Fields whose type has no name in Python, or that hold one of a few texts.
+# The TypeScript types of fields whose Python type says less: dictionaries without a class, and texts of a few values.
 _NAMED = {
     "sentence": "Sentence",
     "title": "Sentence",
@@ -62,11 +62,13 @@ _UNIONS = ("WorldMessage", "WorldAnswer", "Outcome", "UploadAnswer")
 
 
 class _Writer:
+    """Translate types, and collect the interfaces that they need in ``interfaces``, by name."""
+
     def __init__(self) -> None:
         self.interfaces: dict[str, str] = {}
 
     def type_of(self, kind: types.Type) -> str:
-        """The TypeScript type; interfaces that it needs are written before."""
+        """Return the TypeScript type of ``kind``."""
         if plain := _PLAIN.get(type(kind)):
             return plain
         if isinstance(kind, types.UnionType):
@@ -105,7 +107,10 @@ class _Writer:
 
 
 def _is_optional(cls: type, field: types.Field) -> bool:
-    """Whether the field may be missing: the page may omit what has a default, the service what is at its default."""
+    """Return whether a message may lack the field.
+
+    The page may omit fields that have a default; the service omits fields that hold their default.
+    """
     config = getattr(cls, "__struct_config__", None)
     if config is None or field.required:
         return False
@@ -122,7 +127,7 @@ def _summary(cls: type) -> str:
 
 
 def message_types() -> str:
-    """The text of the file."""
+    """Return the text of the file."""
     writer = _Writer()
     rows = []
     for name, request in REQUESTS.items():

@@ -1,4 +1,4 @@
-"""How each car of `firmware/` is wired, from its pin file: drawings, and the tables in the page on building a car."""
+"""Make the drawings and tables of each car's wiring in `firmware/` from its pin file, for the page on building a car."""
 
 import re
 from collections.abc import Callable
@@ -15,12 +15,12 @@ PIN_FILES = {
     "rp2040": "firmware/micropython/rp2040.toml",
 }
 PAGES = {"docs/build-a-car.md": "en", "docs/build-a-car.zh.md": "zh"}
-_WIRED = re.compile(r"(?<=<!-- wiring: )([\w-]+) -->\n.*?(?=<!-- end of wiring -->)", re.DOTALL)
+_WIRING = re.compile(r"(?<=<!-- wiring: )([\w-]+) -->\n.*?(?=<!-- end of wiring -->)", re.DOTALL)
 _SUFFIX = {"en": "", "zh": ".zh"}
 
 
 def wiring_files() -> dict[str, Callable[[], str]]:
-    """What makes each drawing and page, by its path in the repository."""
+    """Return what makes each drawing and page, by its path in the repository."""
     made: dict[str, Callable[[], str]] = {}
     for language, suffix in _SUFFIX.items():
         for car in PIN_FILES:
@@ -35,12 +35,12 @@ def _drawing(car: str, language: str) -> str:
 
 
 def _page(name: str, language: str) -> str:
-    """The page as it stands, with its drawings and tables made anew."""
+    """Return the page with new tables between its wiring marks."""
 
-    def wired(found: "re.Match[str]") -> str:
+    def wiring(found: "re.Match[str]") -> str:
         car = found[1]
         pins = load_pins(ROOT / PIN_FILES[car])
         picture = f"![{pins.name}](wiring/{car}{_SUFFIX[language]}.svg)"
         return f"{car} -->\n\n{picture}\n\n{wiring_table(pins, language)}\n"
 
-    return _WIRED.sub(wired, (ROOT / name).read_text(encoding="utf-8"))
+    return _WIRING.sub(wiring, (ROOT / name).read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""What all tests share."""
+"""Settings and fixtures for all tests."""
 
 import tempfile
 from collections import Counter
@@ -9,20 +9,20 @@ import pytest
 from filelock import FileLock
 from hypothesis import settings
 
-# The same examples every time, so that a failure is the change's and not the day's; `make soak` goes further.
+# The same examples in each run, so that a failure comes from the change; `make soak` draws many more.
 settings.register_profile("quick", deadline=None, derandomize=True)
 settings.register_profile("soak", deadline=None, max_examples=1_000)
 settings.load_profile("quick")
 
 
 @pytest.fixture(scope="session")
-def alone() -> FileLock:
-    """To hold while something is built or installed: `make test` runs the tests in several processes."""
+def install_lock() -> FileLock:
+    """A lock to take while something is built or installed: `make test` runs the tests in several processes."""
     return FileLock(Path(tempfile.gettempdir()) / "motorcade-tests.lock")
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """Says loudly what nobody has checked, and why."""
+    """Print which tests were skipped, and why, so that nobody overlooks them."""
     skipped = Counter(
         str(each.longrepr[2]).removeprefix("Skipped: ") for each in terminalreporter.getreports("skipped")
     )

@@ -26,8 +26,8 @@ OpenPage = Callable[..., StudioPage]
 
 
 @pytest.fixture(scope="session")
-def chromium_path(alone: FileLock) -> Path:
-    with alone:
+def chromium_path(install_lock: FileLock) -> Path:
+    with install_lock:
         found = chromium.find_or_install()
     if found is None:
         pytest.skip(f"there is no browser; {chromium.HOW_TO}")
@@ -45,8 +45,8 @@ def browser(request: pytest.FixtureRequest, chromium_path: Path) -> Iterator[Bro
 
 
 @pytest.fixture(scope="session")
-def page_built(chromium_path: Path, alone: FileLock) -> None:
-    with alone:
+def page_built(chromium_path: Path, install_lock: FileLock) -> None:
+    with install_lock:
         build_page()
 
 

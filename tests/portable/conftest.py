@@ -9,7 +9,7 @@ from support import npm_packages
 
 
 @pytest.fixture(scope="session")
-def micropython_installed(alone: FileLock) -> None:
+def micropython_installed(install_lock: FileLock) -> None:
     """Fails, never skips, where MicroPython can't be had."""
-    with alone:
+    with install_lock:
         npm_packages.install(Path(__file__).parent, "MicroPython's WebAssembly build")
