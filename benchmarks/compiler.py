@@ -1,8 +1,7 @@
-"""How long the largest programs take to compile. Run it with ``python benchmarks/compiler.py``.
+"""Measure how long the largest programs take to compile. Run ``python benchmarks/compiler.py``.
 
-Each shape has 255 leader states and 255 follower words, the most that an image
-holds. Shapes take turns, so that a machine that is slow for a while is slow for all;
-figures are medians of processor time.
+Each program has 255 leader states and 255 follower words, the most that an image holds. Programs take turns, so that a
+machine that is slow for a while is slow for all of them. Figures are medians of processor time.
 """
 
 import gc
@@ -30,13 +29,13 @@ WORDS = 255
 
 
 def different(number: int) -> Step:
-    """A step of 1 s unlike its neighbours."""
+    """Return a step of 1 s that differs from its neighbours."""
     kinds = (DriveStep(DIRECTIONS[number % 4], number // 4 % 4, 1), LedStep(number % 4, 1), AvoidStep(number % 4, 1))
     return kinds[number % 3]
 
 
 def together(number: int, drive_s: int, led_s: int, avoid_s: int) -> Step:
-    """One of 256 different steps of three blocks."""
+    """Return one of 256 different steps of three blocks."""
     drive = DriveStep(DIRECTIONS[number % 4], number // 4 % 4, drive_s)
     return TogetherStep([drive, LedStep(number // 16 % 4, led_s), AvoidStep(number // 64, avoid_s)])
 
@@ -75,12 +74,12 @@ def read_and_compile(text: str) -> object:
 
 
 def message(program: Program) -> bytes:
-    """What the page sends of a program."""
+    """Return the message in which the page sends a program."""
     return msgspec.json.encode(Blocks(*blocks_of(program)))
 
 
-def answer_the_page(sent: bytes) -> object:
-    return msgspec.json.encode(compile_blocks(decode(sent, Blocks)))
+def answer_the_page(received: bytes) -> object:
+    return msgspec.json.encode(compile_blocks(decode(received, Blocks)))
 
 
 def measured(time_ms: float, goal_ms: float) -> str:

@@ -1,9 +1,9 @@
-"""A car's commands, and how it stops: run it with ``python benchmarks/drive.py``; ``--soak 300`` watches it grow.
+"""Measure how fast a car gets commands, and how soon it stops without them. Run ``python benchmarks/drive.py``.
 
-Round trips begin with four bytes at a socket of another process and end when a byte has come back that the car's board
-sent for the command. A bare echo of asyncio's, which looks at nothing, has the same ways; both take turns, on one
-processor, and figures are medians of turns. Failsafes are counted from the last command that reached the board to the
-moment at which the wheels were told to stand still, as the board's own process noted both.
+A round trip begins when a client sends four bytes to another process, and ends when the byte comes back that the car's
+board sent for the command. An asyncio echo that ignores its input makes the same round trip; both take turns on one
+processor, and figures are medians of turns. The time of a failsafe runs from the last command that reached the board to
+the command that stops the wheels; the board's process records both. ``--soak 300`` measures growth in 300 s instead.
 """
 
 import argparse
@@ -22,7 +22,7 @@ from pathlib import Path
 from statistics import median, quantiles
 
 import psutil
-from drive_cars import Note, Served, connect, serving
+from drive_cars import Note, ServerProcess, connect, server_process
 from drive_ends import ends_ms
 from rich.console import Console
 from rich.table import Table
@@ -41,7 +41,7 @@ MEDIAN_GOAL, TAIL_GOAL, RATE_GOAL = 1.2, 2.0, 10_000
 CUTS, AT_ONCE = 1000, 20
 FAILSAFE_MS, FAILSAFE_GOAL_MS = 300, 330
 CARS, RATE_HZ, LATE_GOAL_MS = 100, 20, 50
-# A command's angle is its number; 90 is neutral's.
+# Each command has an angle of its own, by which the board's notes are matched. Neutral has 90.
 ANGLES = [angle for angle in range(181) if angle != 90]
 SOAK_WARM_S, SETTLE_S, SOAK_GOAL = 30, 2, 1.02
 PERIOD_S = 0.04
@@ -59,23 +59,23 @@ STILL = word(90, 0)
 # Round trips
 
 
-def trips_us(line: ssl.SSLSocket, count: int) -> list[float]:
-    """How long each command takes there and back."""
+def trips_us(connection: ssl.SSLSocket, count: int) -> list[float]:
+    """Return the duration of each of ``count`` round trips."""
     words = [word(angle, 150) for angle in range(181)]
     times = []
     for number in range(count):
         begin = time.perf_counter_ns()
-        line.send(words[number % 181])
-        line.recv(1)
+        connection.send(words[number % 181])
+        connection.recv(1)
         times.append((time.perf_counter_ns() - begin) / 1000)
     return times
 
 
 @contextmanager
 def one_processor() -> Iterator[None]:
-    """All that is started in here shares a processor, where the system knows how to see to that.
+    """Run this process, and those that the block starts, on one processor, where the system can do that.
 
-    To wake another one takes three times as long as a whole trip, and who has to is the system's whim.
+    Waking a second processor takes three times as long as a round trip, and the system chooses when it does.
     """
     if not hasattr(os, "sched_setaffinity"):
         yield
@@ -96,15 +96,15 @@ def trip_rows(keys: Path, turns: int) -> Rows:
         with ExitStack() as stack:
             stack.enter_context(one_processor())
             kinds = ("echo", "answering")
-            lines = {}
+            connections = {}
             for kind in kinds:
-                server = stack.enter_context(serving(kind, car_keys))
-                lines[kind] = stack.enter_context(connect(server.ports[0], tls))
-                trips_us(lines[kind], TRIPS)
+                server = stack.enter_context(server_process(kind, car_keys))
+                connections[kind] = stack.enter_context(connect(server.ports[0], tls))
+                trips_us(connections[kind], TRIPS)
             times = {kind: [] for kind in kinds}
             for _ in range(turns):
                 for kind in kinds:
-                    times[kind].append(trips_us(lines[kind], TRIPS))
+                    times[kind].append(trips_us(connections[kind], TRIPS))
         yield from _trip_rows(name, times, is_goal=not car_keys)
 
 
@@ -117,45 +117,45 @@ def _trip_rows(name: str, times: dict[str, list[list[float]]], is_goal: bool) ->
         car, echo = (median(figures[kind]) for kind in ("answering", "echo"))
         ratio = median(a / b for a, b in zip(figures["answering"], figures["echo"], strict=True))
         shown = f"{car:.0f} µs, echo {echo:.0f} µs: {ratio:.2f}×"
-        met = result(ratio, goal, least=False) if is_goal else ""
-        yield f"{name}: command to board and back, {what}", shown, f"≤ {goal}×" if is_goal else "", met
+        verdict = result(ratio, goal, least=False) if is_goal else ""
+        yield f"{name}: command to board and back, {what}", shown, f"≤ {goal}×" if is_goal else "", verdict
     rate = median(len(turn) / sum(turn) * 1e6 for turn in times["answering"])
-    met = result(rate, RATE_GOAL) if is_goal else ""
-    yield f"{name}: commands a second, one by one", f"{rate:,.0f}", f"≥ {RATE_GOAL:,}" if is_goal else "", met
+    verdict = result(rate, RATE_GOAL) if is_goal else ""
+    yield f"{name}: commands a second, one by one", f"{rate:,.0f}", f"≥ {RATE_GOAL:,}" if is_goal else "", verdict
 
 
 # Failsafe
 
 
-async def _frozen(proxy: FaultProxy, writer: asyncio.StreamWriter, move: bytes) -> None:
-    """The client hangs with its connection open."""
+async def _freeze(proxy: FaultProxy, writer: asyncio.StreamWriter, move: bytes) -> None:
+    """Hang, with the connection open."""
 
 
-async def _half(proxy: FaultProxy, writer: asyncio.StreamWriter, move: bytes) -> None:
-    """The client hangs in the middle of a command."""
+async def _send_half(proxy: FaultProxy, writer: asyncio.StreamWriter, move: bytes) -> None:
+    """Hang in the middle of a command."""
     writer.write(move[:2])
 
 
-async def _pulled(proxy: FaultProxy, writer: asyncio.StreamWriter, move: bytes) -> None:
-    """The cable is pulled: the client goes on, and nobody is told."""
+async def _pull(proxy: FaultProxy, writer: asyncio.StreamWriter, move: bytes) -> None:
+    """Pull the cable: the client goes on, and neither end notices."""
     proxy.half_open()
     await _go_on(writer, move)
 
 
-async def _stalled(proxy: FaultProxy, writer: asyncio.StreamWriter, move: bytes) -> None:
-    """The network stalls, and brings the old commands later."""
+async def _stall(proxy: FaultProxy, writer: asyncio.StreamWriter, move: bytes) -> None:
+    """Stall the network, which delivers the old commands later."""
     proxy.set_both(held=True)
     await _go_on(writer, move)
     proxy.set_both(held=False)
 
 
-async def _reset(proxy: FaultProxy, writer: asyncio.StreamWriter, move: bytes) -> None:
-    """The connection is reset."""
+async def _reset_connection(proxy: FaultProxy, writer: asyncio.StreamWriter, move: bytes) -> None:
+    """Reset the connection."""
     proxy.cut()
 
 
-async def _ended(proxy: FaultProxy, writer: asyncio.StreamWriter, move: bytes) -> None:
-    """The client ends in good order, yet never said stop."""
+async def _end_connection(proxy: FaultProxy, writer: asyncio.StreamWriter, move: bytes) -> None:
+    """Close the connection without a command to stop."""
     proxy.cut(reset=False)
 
 
@@ -166,20 +166,20 @@ async def _go_on(writer: asyncio.StreamWriter, move: bytes) -> None:
 
 
 KINDS: dict[str, Callable[[FaultProxy, asyncio.StreamWriter, bytes], Awaitable[None]]] = {
-    "client frozen": _frozen,
-    "half a command": _half,
-    "cable pulled": _pulled,
-    "network stalls": _stalled,
-    "connection reset": _reset,
-    "connection ended": _ended,
+    "client frozen": _freeze,
+    "half a command": _send_half,
+    "cable pulled": _pull,
+    "network stalls": _stall,
+    "connection reset": _reset_connection,
+    "connection ended": _end_connection,
 }
 AT_ONCE_KINDS = ("connection reset", "connection ended")
-# Each kind steers its own way, so that the board's notes tell them apart.
+# Each kind steers at an angle of its own, by which the board's notes are matched.
 ANGLES_OF = {kind: 10 * number for number, kind in enumerate(KINDS)}
 
 
 async def cut(port: int, kind: str) -> None:
-    """Drive a car through a network that then fails in this way."""
+    """Drive a car, then let the client or the network fail in the way ``kind``."""
     async with FaultProxy(port) as proxy:
         _, writer = await asyncio.open_connection("127.0.0.1", proxy.port)
         move = word(ANGLES_OF[kind], 150)
@@ -198,7 +198,7 @@ async def cut_often(port: int, kinds: list[str]) -> None:
 
 
 def stops_ms(notes: list[Note]) -> Iterator[tuple[int, float]]:
-    """After each drive: the angle of its last command, and from then on to the wheels' standing still."""
+    """Yield for each drive the angle of its last command, and the time from then until the wheels stand still."""
     last: Note | None = None
     for at_s, setpoint in notes:
         if setpoint[2]:
@@ -215,7 +215,7 @@ def failsafe_rows(cuts: int) -> Rows:
     async def cut_all(ports: list[int]) -> None:
         await asyncio.gather(*(cut_often(port, plan) for port, plan in zip(ports, plans, strict=True)))
 
-    with serving("noting", cars=AT_ONCE) as cars:
+    with server_process("recording", cars=AT_ONCE) as cars:
         asyncio.run(cut_all(cars.ports[::2]))
     found = [stop for notes in cars.notes for stop in stops_ms(notes)]
     fine = idle = again = 0
@@ -231,7 +231,7 @@ def failsafe_rows(cuts: int) -> Rows:
     goal = f"{FAILSAFE_MS}–{FAILSAFE_GOAL_MS} ms, or at once"
     yield f"failsafe in time, of {len(found)} drives that were cut", str(fine), goal, result(fine, len(found))
     yield "wheels that moved again", str(again), "0", result(again, 0, least=False)
-    # A car whose own loop was stuck, as on a busy machine, wants to be armed first.
+    # On a busy machine the car's own loop can be stuck: the car stops, and must be armed before it drives again.
     yield "cuts of cars that a stall had stopped before", str(idle), "", ""
 
 
@@ -241,15 +241,20 @@ def end_rows(count: int) -> Rows:
             stops = ends_ms(name, count)
             fine = sum(stop <= FAILSAFE_GOAL_MS for stop in stops)
             shown = f"{fine} ({min(stops):.0f}–{max(stops):.0f} ms, median {median(stops):.0f} ms)"
-            met = result(fine, len(stops))
-            yield f"the car's own process is {what}: in time, of {len(stops)}", shown, f"≤ {FAILSAFE_GOAL_MS} ms", met
+            verdict = result(fine, len(stops))
+            yield (
+                f"the car's own process is {what}: in time, of {len(stops)}",
+                shown,
+                f"≤ {FAILSAFE_GOAL_MS} ms",
+                verdict,
+            )
 
 
 # Many cars
 
 
 async def drive_many(ports: list[int]) -> list[list[float]]:
-    """Drive each car at its rate, all of them out of step; when each command left."""
+    """Drive all cars at RATE_HZ, evenly out of step; return when each command was sent, in s."""
     sent: list[list[float]] = [[] for _ in ports]
 
     async def drive_one(number: int, port: int) -> None:
@@ -260,7 +265,7 @@ async def drive_many(ports: list[int]) -> list[list[float]]:
             await asyncio.sleep(max(0.0, due_s - loop.time()))
             sent[number].append(time.perf_counter())
             writer.write(word(angle, 0))
-            # A client that is late itself sends no two commands at once.
+            # A client that is late must not send two commands at once.
             due_s = max(due_s + 1 / RATE_HZ, loop.time() + 0.5 / RATE_HZ)
         await asyncio.sleep(1)
         writer.transport.abort()
@@ -270,7 +275,7 @@ async def drive_many(ports: list[int]) -> list[list[float]]:
 
 
 def many_rows(cars: int) -> Rows:
-    servers = [Served("noting") for _ in range(cars)]
+    servers = [ServerProcess("recording") for _ in range(cars)]
     try:
         ports = [server.ports[0] for server in servers]
         sent = asyncio.run(drive_many(ports))
@@ -318,11 +323,11 @@ async def soak(ports: list[int], seconds: float) -> None:
 
 
 def soak_rows(seconds: float) -> Rows:
-    with serving("forgetting") as car:
+    with server_process("idle") as car:
         process = psutil.Process(car.pid)
 
         def state() -> tuple[int, int, int]:
-            # Whoever has just hung up is still being noticed.
+            # The car still notices the last connections that ended.
             time.sleep(SETTLE_S)
             return process.memory_info().rss, process.num_fds(), process.num_threads()
 
@@ -340,7 +345,7 @@ def soak_rows(seconds: float) -> Rows:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="shorter, less steady")
-    parser.add_argument("--soak", type=float, default=0, metavar="SECONDS", help="watch for growth, and nothing else")
+    parser.add_argument("--soak", type=float, default=0, metavar="SECONDS", help="measure growth alone")
     options = parser.parse_args()
     table = Table("", "figure", "goal", "result", title="Driving a car over loopback")
     if options.soak:

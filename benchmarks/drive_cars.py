@@ -1,4 +1,4 @@
-"""Cars, and an echo beside them, in processes of their own: what `benchmarks/drive.py` measures."""
+"""Start servers in processes of their own for `benchmarks/drive.py`: cars, and an echo to compare them with."""
 
 import asyncio
 import multiprocessing
@@ -22,15 +22,15 @@ from motorcade.timing import monotonic_ms
 
 NEUTRAL = (90, 1, 0)
 CLASSROOM = built_in_profile("classroom")
-# Of a car whose commands are counted, not driven: a busy machine must not make it stop.
+# For measurements of commands alone: a busy machine must not stop these cars.
 _LONG_MS = 3_600_000
 _LIMITS = {"watchdog_ms": _LONG_MS, "failsafe_ms": _LONG_MS, "hand_over_ms": 2 * _LONG_MS, "commands_per_s": 10_000_000}
 ENDLESS = replace(CLASSROOM, drive=replace(CLASSROOM.drive, **_LIMITS))
 Note = tuple[float, tuple[int, int, int]]
 
 
-class NotedBoard(DriveBoard):
-    """Notes when it was told what."""
+class RecordingBoard(DriveBoard):
+    """Store each command, and when it came."""
 
     def __init__(self) -> None:
         self.notes: list[Note] = []
@@ -42,8 +42,8 @@ class NotedBoard(DriveBoard):
         self.notes.append((time.perf_counter(), NEUTRAL))
 
 
-class ForgettingBoard(DriveBoard):
-    """Does as told, and that is all."""
+class IdleBoard(DriveBoard):
+    """Accept commands and do nothing."""
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
         pass
@@ -52,20 +52,20 @@ class ForgettingBoard(DriveBoard):
         pass
 
 
-class AnsweringBoard(ForgettingBoard):
-    """Sends a byte for each command that reached it, along the way that its only client's commands come."""
+class AnsweringBoard(IdleBoard):
+    """Send a byte to its only client for each command, over the connection on which commands come."""
 
     server: drive_server.DriveServer
-    _line: asyncio.Transport | None = None
+    _connection: asyncio.Transport | None = None
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
-        if self._line is None:
-            self._line = self.server.commands[0].line
-        self._line.write(b"\x00")
+        if self._connection is None:
+            self._connection = self.server.commands[0].line
+        self._connection.write(b"\x00")
 
 
 class Echo(asyncio.BufferedProtocol):
-    """The least that a server can do with four bytes."""
+    """Answer four bytes with one: the least that a server can do."""
 
     def __init__(self) -> None:
         self._view = memoryview(bytearray(4096))
@@ -84,7 +84,7 @@ async def _serve_echo(pipe: Connection, keys: Path | None) -> None:
     tls = server_context(keys) if keys else None
     async with await asyncio.get_running_loop().create_server(Echo, "127.0.0.1", 0, ssl=tls) as server:
         pipe.send([server.sockets[0].getsockname()[1]])
-        await _told_to_end(pipe)
+        await _wait_for_end(pipe)
 
 
 async def _serve_cars(pipe: Connection, keys: Path | None, boards: list[DriveBoard], profile: Profile) -> None:
@@ -101,11 +101,11 @@ async def _serve_cars(pipe: Connection, keys: Path | None, boards: list[DriveBoa
             await stack.enter_async_context(drive_server.serving(server, *sockets, tls))
             ports += [each.getsockname()[1] for each in sockets]
         pipe.send(ports)
-        await _told_to_end(pipe)
-    pipe.send([board.notes for board in boards if isinstance(board, NotedBoard)])
+        await _wait_for_end(pipe)
+    pipe.send([board.notes for board in boards if isinstance(board, RecordingBoard)])
 
 
-async def _told_to_end(pipe: Connection) -> None:
+async def _wait_for_end(pipe: Connection) -> None:
     ended = asyncio.Event()
     asyncio.get_running_loop().add_reader(pipe.fileno(), ended.set)
     await ended.wait()
@@ -123,26 +123,31 @@ def _run(what: str, pipe: Connection, keys: Path | None, cars: int) -> None:
 
 KINDS: dict[str, tuple[type[DriveBoard], Profile]] = {
     "answering": (AnsweringBoard, ENDLESS),
-    "forgetting": (ForgettingBoard, CLASSROOM),
-    "noting": (NotedBoard, CLASSROOM),
+    "idle": (IdleBoard, CLASSROOM),
+    "recording": (RecordingBoard, CLASSROOM),
 }
 
 
-class Served:
-    """A process that serves.
+class ServerProcess:
+    """A process that serves cars or an echo.
+
+    Args:
+        what: ``"echo"`` or one of KINDS.
+        keys: the car's keys, for TLS; None for plain connections.
+        cars: how many cars.
 
     Attributes:
-        ports: where; of each car those for commands and for telemetry.
-        notes: of each car, once it has ended.
-        pid: its number.
+        ports: the port of the echo, or those of each car for commands and for telemetry.
+        notes: what each board stored; after ``end``.
+        pid: the process's number.
     """
 
     def __init__(self, what: str, keys: Path | None = None, cars: int = 1) -> None:
-        spawning = multiprocessing.get_context("spawn")
-        self._pipe, theirs = spawning.Pipe()
-        self._process = spawning.Process(target=_run, args=(what, theirs, keys, cars), daemon=True)
+        spawn = multiprocessing.get_context("spawn")
+        self._pipe, child_end = spawn.Pipe()
+        self._process = spawn.Process(target=_run, args=(what, child_end, keys, cars), daemon=True)
         self._process.start()
-        theirs.close()
+        child_end.close()
         self._ports: list[int] | None = None
         self.notes: list[list[Note]] = []
 
@@ -166,9 +171,9 @@ class Served:
 
 
 @contextmanager
-def serving(what: str, keys: Path | None = None, cars: int = 1) -> Iterator[Served]:
-    """``what`` is echo or one of KINDS."""
-    process = Served(what, keys, cars)
+def server_process(what: str, keys: Path | None = None, cars: int = 1) -> Iterator[ServerProcess]:
+    """Start a ServerProcess, and end it with the ``with`` block."""
+    process = ServerProcess(what, keys, cars)
     try:
         yield process
     finally:
@@ -176,6 +181,6 @@ def serving(what: str, keys: Path | None = None, cars: int = 1) -> Iterator[Serv
 
 
 def connect(port: int, tls: ssl.SSLContext | None = None) -> socket.socket:
-    line = socket.create_connection(("127.0.0.1", port))
-    line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    return tls.wrap_socket(line, server_hostname="127.0.0.1") if tls else line
+    connection = socket.create_connection(("127.0.0.1", port))
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return tls.wrap_socket(connection, server_hostname="127.0.0.1") if tls else connection

@@ -1,4 +1,4 @@
-"""Cars whose process is killed or frozen while its wheels turn, and when their guards had stopped the wheels."""
+"""Kill or freeze a car's process while its wheels turn, and measure when its guard has stopped the wheels."""
 
 import os
 import signal
@@ -13,12 +13,12 @@ from pathlib import Path
 
 TESTS = Path(__file__).resolve().parents[1] / "tests"
 DEADLINE_S = 30
-LOOK_S = 0.002
+POLL_S = 0.002
 
 
 @contextmanager
 def driving(file: Path) -> Iterator[subprocess.Popen[str]]:
-    """A process whose wheels turn; it notes in ``file`` what they are told."""
+    """Start a process that drives; it writes each command of its wheels, and when, to ``file``."""
     environment = {**os.environ, "PYTHONPATH": str(TESTS)}
     with subprocess.Popen(
         [sys.executable, "-m", "support.guarded_car", str(file)],
@@ -38,28 +38,36 @@ def driving(file: Path) -> Iterator[subprocess.Popen[str]]:
 
 
 def notes(file: Path) -> list[tuple[str, float]]:
-    return [(told, float(at_s)) for told, at_s in map(str.split, file.read_text(encoding="ascii").splitlines())]
+    return [(command, float(at_s)) for command, at_s in map(str.split, file.read_text(encoding="ascii").splitlines())]
 
 
 def end_ms(name: str, after_s: float) -> float | None:
-    """From the last command to wheels that stand, where the process ends like this; None where it stood already."""
+    """Send a signal to a driving car and return the time from its last command until the wheels stand still.
+
+    Args:
+        name: the name of the signal.
+        after_s: when the signal is sent, from the start of the car.
+
+    Returns:
+        None where the wheels stood still already.
+    """
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "wheels"
         with driving(file) as process:
             time.sleep(after_s)
             os.killpg(process.pid, getattr(signal, name))
-            told = notes(file)
-            if told[-1][0] != "apply":
+            commands = notes(file)
+            if commands[-1][0] != "apply":
                 return None
             end_s = time.monotonic() + DEADLINE_S
             while notes(file)[-1][0] != "rescue" and time.monotonic() < end_s:
-                time.sleep(LOOK_S)
+                time.sleep(POLL_S)
             last, at_s = notes(file)[-1]
-            return (at_s - told[-1][1]) * 1000 if last == "rescue" else float("inf")
+            return (at_s - commands[-1][1]) * 1000 if last == "rescue" else float("inf")
 
 
 def ends_ms(name: str, count: int) -> list[float]:
-    """Two at a time, each after a different part of the car's own period."""
+    """Return `end_ms` of ``count`` cars, two at a time, each at a different moment of the car's period."""
     with ThreadPoolExecutor(2) as pool:
         found = pool.map(lambda number: end_ms(name, 0.5 + number / count / 10), range(count))
         return [each for each in found if each is not None]

@@ -1,11 +1,9 @@
-"""Other simulators in the same hall, each with as much of the task as it offers, and the memory's own speed.
+"""Run other simulators on the same crowd, as far as they can, and measure the speed of the memory.
 
-**IR-SIM** drives robots with differential wheels by velocities given, among the
-same obstacles. Either it finds collisions and lets them be, or bodies push each
-other (``contact``). **VMAS** drives as many bodies in batches of worlds by PyTorch,
-one round obstacle in each. Neither has words, infrared, programs or people.
-**The plain loop** is Motorcade's own: `motorcade.car.loop`, one car after the other,
-with all of the task.
+**IR-SIM** drives robots with differential wheels at given velocities among the same obstacles. It either detects
+collisions without any reaction, or bodies push each other (``contact``). **VMAS** drives as many bodies in batches of
+worlds by PyTorch, with one round obstacle in each. Neither has words, infrared, programs or people. **The plain loop**
+is Motorcade's `motorcade.car.loop`, one car after the other, with the whole task.
 """
 
 import contextlib
@@ -33,7 +31,7 @@ TRIAD_ITEMS = 1 << 24
 
 
 def ir_sim(cars: int, collisions: str, ticks: int) -> Contestant:
-    """``collisions``: ``unobstructed`` or ``contact``, as IR-SIM calls them."""
+    """Make the contestant IR-SIM; ``collisions`` is its mode, ``unobstructed`` or ``contact``."""
     with contextlib.redirect_stdout(io.StringIO()):
         import irsim
     # JSON is YAML.
@@ -42,14 +40,14 @@ def ir_sim(cars: int, collisions: str, ticks: int) -> Contestant:
         path.write_text(json.dumps(_ir_sim_world(crowd_mat(cars), collisions)), encoding="utf-8")
         env = irsim.make(str(path), display=False, disable_all_plot=True, log_level="ERROR", seed=1)
     dice = np.random.RandomState(1)
-    ways = [
+    velocities = [
         np.array([[dice.uniform(0, FASTEST_M_S)], [dice.uniform(-FASTEST_RAD_S, FASTEST_RAD_S)]]) for _ in range(cars)
     ]
     numbers = list(range(cars))
 
     def run() -> None:
         for _ in range(ticks):
-            env.step(ways, numbers)
+            env.step(velocities, numbers)
 
     return Contestant(cars * ticks, run)
 
@@ -82,7 +80,7 @@ def _ir_sim_world(mat: Mat, collisions: str) -> dict[str, object]:
 
 
 def vmas(cars: int, worlds: int, ticks: int) -> Contestant | None:
-    """None where VMAS isn't installed."""
+    """Make the contestant VMAS; None where VMAS isn't installed."""
     try:
         import torch
         import vmas as library
@@ -94,7 +92,7 @@ def vmas(cars: int, worlds: int, ticks: int) -> Contestant | None:
         return None
     half = crowd_mat(cars).size_m[0] / 2
 
-    class Hall(BaseScenario):
+    class Crowd(BaseScenario):
         def make_world(self, batch_dim: int, device: torch.device, **_: object) -> World:
             world = World(batch_dim, device, dt=TICK_MS / 1000, substeps=1, x_semidim=half, y_semidim=half)
             ranges = {"u_range": [FASTEST_M_S, FASTEST_RAD_S], "u_multiplier": [1, 1]}
@@ -117,14 +115,14 @@ def vmas(cars: int, worlds: int, ticks: int) -> Contestant | None:
             return agent.state.pos
 
     torch.set_num_threads(2)
-    env = library.make_env(Hall(), num_envs=worlds, device="cpu", continuous_actions=True, seed=1)
+    env = library.make_env(Crowd(), num_envs=worlds, device="cpu", continuous_actions=True, seed=1)
     fastest = torch.tensor([FASTEST_M_S, FASTEST_RAD_S])
-    ways = [torch.rand(worlds, 2) * fastest for _ in range(cars)]
+    velocities = [torch.rand(worlds, 2) * fastest for _ in range(cars)]
 
     def run() -> None:
         with torch.no_grad():
             for _ in range(ticks):
-                env.step(ways)
+                env.step(velocities)
 
     return Contestant(cars * worlds * ticks, run)
 
@@ -141,14 +139,14 @@ def _triad(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> None:
 
 
 def memory_roof() -> Contestant:
-    """STREAM's triad: its work is bytes, counted as STREAM does, two reads and one write."""
+    """Make the contestant STREAM's triad: its work is bytes, two reads and one write, as STREAM counts them."""
     a, b, c = np.zeros(TRIAD_ITEMS), np.ones(TRIAD_ITEMS), np.ones(TRIAD_ITEMS)
-    turns = 8
+    repetitions = 8
 
     def run() -> None:
         numba.set_num_threads(2)
-        for _ in range(turns):
+        for _ in range(repetitions):
             _triad(a, b, c)
 
     run()
-    return Contestant(turns * 3 * a.nbytes, run)
+    return Contestant(repetitions * 3 * a.nbytes, run)

@@ -1,8 +1,7 @@
-"""What it costs to start: the CPU time of the command line's answers. Run it with ``python benchmarks/start.py``.
+"""Measure the CPU time of short commands, most of which is their start. Run ``python benchmarks/start.py``.
 
-CPU time is user and system time of the child process as the system counts it.
-Commands take turns, so that a machine that is slow for a while is slow for all
-of them. A Python that does nothing stands beside them: nothing in Python starts
+CPU time is the user and system time of the child process as the system counts it. Commands take turns, so that a
+machine that is slow for a while is slow for all of them. A Python that does nothing is measured too: no command can be
 faster. Windows doesn't count a child's time, so this runs on Linux and macOS only.
 """
 
@@ -36,7 +35,7 @@ def contestants() -> dict[str, list[str]]:
 
 
 def children_ms() -> float:
-    """User and system time of all child processes that have ended."""
+    """Return the user and system time of all child processes that have ended."""
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return (usage.ru_utime + usage.ru_stime) * 1000
 

@@ -1,7 +1,7 @@
-"""What the studio's server takes to show worlds: run it with ``python benchmarks/studio_server.py``.
+"""Measure what the studio's server needs to show worlds. Run ``python benchmarks/studio_server.py``.
 
-A server of its own process is watched by pages that draw every picture at once. 'Lag' is how far a picture's time
-lies behind the real time since the first one; a page's own slowness is in it, and all pages share this machine.
+Simulated pages watch a server in a process of its own and confirm every picture at once. 'Lag' is how far a picture's
+time lies behind the real time since the first one. It includes the delays of the pages, which share this machine.
 """
 
 import argparse
@@ -52,7 +52,15 @@ Rows = Iterator[tuple[str, str, str, str]]
 
 @dataclass
 class Page:
-    """One page, and what it has seen since it began to look."""
+    """A simulated page that watches a world, and what it received since `reset`.
+
+    Attributes:
+        key: the session of the page.
+        followers: how many cars follow the leader.
+        pictures, received: how many pictures and bytes came.
+        lags_s: the lag of each picture.
+        began: the real time of the first picture in s, and its time in the world in ms.
+    """
 
     key: str
     followers: int
@@ -72,15 +80,15 @@ class Page:
             "crowd": [crowd],
         }
 
-    async def look(self, port: int) -> None:
-        async with connect(f"ws://127.0.0.1:{port}/api/world?session={self.key}", compression=None) as line:
+    async def watch(self, port: int) -> None:
+        async with connect(f"ws://127.0.0.1:{port}/api/world?session={self.key}", compression=None) as connection:
             image = base64.b64encode(PARADE).decode()
-            await line.send(json.dumps({"do": "set", "image": image, "mat": self.mat()}))
-            await line.send(json.dumps({"do": "play", "speed": 1}))
-            async for message in line:
-                await self._take(line, message)
+            await connection.send(json.dumps({"do": "set", "image": image, "mat": self.mat()}))
+            await connection.send(json.dumps({"do": "play", "speed": 1}))
+            async for message in connection:
+                await self._receive(connection, message)
 
-    async def _take(self, line: ClientConnection, message: str | bytes) -> None:
+    async def _receive(self, connection: ClientConnection, message: str | bytes) -> None:
         if isinstance(message, str):
             if json.loads(message)["is"] == "error":
                 raise RuntimeError(message)
@@ -92,9 +100,9 @@ class Page:
         self.pictures += 1
         self.received += len(message)
         self.lags_s.append(now_s - self.began[0] - (t_ms - self.began[1]) / 1000)
-        await line.send(json.dumps({"do": "shown", "frame": number}))
+        await connection.send(json.dumps({"do": "shown", "frame": number}))
 
-    def forget(self) -> None:
+    def reset(self) -> None:
         self.pictures = self.received = 0
         self.lags_s, self.began = [], None
 
@@ -104,7 +112,7 @@ def free_port() -> int:
         return int(listener.getsockname()[1])
 
 
-async def until_it_listens(server: subprocess.Popen[bytes], port: int) -> None:
+async def wait_for_server(server: subprocess.Popen[bytes], port: int) -> None:
     while server.poll() is None:
         try:
             _, writer = await asyncio.open_connection("127.0.0.1", port)
@@ -116,28 +124,28 @@ async def until_it_listens(server: subprocess.Popen[bytes], port: int) -> None:
     raise RuntimeError("the server ended")
 
 
-async def watched(pages: list[Page], seconds: float) -> float:
-    """Let the pages look for so long; gives the share of one core that the server took."""
+async def server_load(pages: list[Page], seconds: float) -> float:
+    """Let the pages watch for ``seconds``; return the share of one core that the server used."""
     port = free_port()
     with tempfile.TemporaryDirectory() as library:
         server = subprocess.Popen([sys.executable, "-c", SERVER, str(port), library])
         try:
-            await until_it_listens(server, port)
-            looking = [asyncio.create_task(page.look(port)) for page in pages]
+            await wait_for_server(server, port)
+            watching = [asyncio.create_task(page.watch(port)) for page in pages]
             while not all(page.pictures for page in pages):
                 await asyncio.sleep(0.1)
-                for failed in (task for task in looking if task.done()):
+                for failed in (task for task in watching if task.done()):
                     failed.result()
             await asyncio.sleep(WARM_S)
             for page in pages:
-                page.forget()
+                page.reset()
             process = psutil.Process(server.pid)
             before, began_s = process.cpu_times(), time.perf_counter()
             await asyncio.sleep(seconds)
             after, lasted_s = process.cpu_times(), time.perf_counter() - began_s
-            for task in looking:
+            for task in watching:
                 task.cancel()
-            await asyncio.gather(*looking, return_exceptions=True)
+            await asyncio.gather(*watching, return_exceptions=True)
         finally:
             server.terminate()
             server.wait()
@@ -146,7 +154,7 @@ async def watched(pages: list[Page], seconds: float) -> float:
 
 def crowd_rows(seconds: float) -> Rows:
     page = Page("0" * 32, FOLLOWERS)
-    share = asyncio.run(watched([page], seconds))
+    share = asyncio.run(server_load([page], seconds))
     rate = page.pictures / seconds
     name = f"{FOLLOWERS:,} followers"
     yield f"{name}: one core's share", f"{share:.0%}", f"≤ {CORE_GOAL:.0%}", result(share, CORE_GOAL, least=False)
@@ -157,7 +165,7 @@ def crowd_rows(seconds: float) -> Rows:
 
 def studio_rows(seconds: float) -> Rows:
     pages = [Page(f"{number:032x}", 5) for number in range(STUDIOS)]
-    share = asyncio.run(watched(pages, seconds))
+    share = asyncio.run(server_load(pages, seconds))
     lag_s = max(max(page.lags_s) for page in pages)
     slowest = min(page.pictures for page in pages) / seconds
     name, goal = f"{STUDIOS} studios of 6 cars", f"≤ {LAG_GOAL_S * 1000:g} ms"

@@ -1,9 +1,8 @@
-"""Words beside other libraries: one at a time, and in bulk. Run it with ``python benchmarks/words.py``.
+"""Compare Motorcade's words with other libraries: one word at a time, and in bulk. Run ``python benchmarks/words.py``.
 
-Every peer is given what it takes (an integer, or its four bytes), and its
-format is built from Motorcade's table of fields. Contestants take turns, so that
-a machine that is slow for a while is slow for all of them; figures are medians,
-of processor time for one word and of the clock's in bulk, where several cores work.
+Each library gets the input that it takes (an integer, or its four bytes) and a format built from Motorcade's table of
+fields. Contestants take turns, so that a machine that is slow for a while is slow for all of them. Figures are
+medians: of processor time for single words, of real time in bulk, where several cores work.
 """
 
 import gc
@@ -55,14 +54,14 @@ def medians_ns(contestants: Contestants, words: int, now_ns: Callable[[], int]) 
             begin_ns = now_ns()
             made = run()
             times_ns[name].append(now_ns() - begin_ns)
-            # What was made is freed outside the time measured, and before anyone makes the next.
+            # Free the result outside the measured time, and before the next contestant makes its own.
             del made
     gc.enable()
     return {name: median(each) / words for name, each in times_ns.items()}
 
 
 def loop(names: str, expression: str, rows: list[Any], **space: Any) -> Callable[[], None]:
-    """``expression`` for each of ``rows``, compiled in place: no call but the one that is measured."""
+    """Return a loop that runs ``expression`` for each of ``rows``, without any call but the measured one."""
     exec(f"def run(rows):\n    for {names} in rows:\n        {expression}", space)
     return lambda: space["run"](rows)
 
@@ -88,7 +87,7 @@ def scalar_decoders(words: list[int]) -> Contestants:
     images = [word.to_bytes(4, "big") for word in words]
     named = bitstruct.c.compile(bitstruct_format(), NAMES)
     plain = bitstruct.c.compile(bitstruct_format())
-    by_hand = eval("lambda word: {" + SHIFTED_OUT + "}")
+    shifts = eval("lambda word: {" + SHIFTED_OUT + "}")
     return {
         "Motorcade": loop("word", "decode(word)", words, decode=CONTROL.decode),
         "Motorcade, from bytes": loop(
@@ -96,7 +95,7 @@ def scalar_decoders(words: list[int]) -> Contestants:
         ),
         "bitstruct C, dict": loop("data", "unpack(data)", images, unpack=named.unpack),
         "bitstruct C, tuple": loop("data", "unpack(data)", images, unpack=plain.unpack),
-        "shifts by hand, dict": loop("word", "by_hand(word)", words, by_hand=by_hand),
+        "shifts by hand, dict": loop("word", "shifts(word)", words, shifts=shifts),
         "cantools": loop(
             "data", "decode(data, decode_choices=False, scaling=False)", images, decode=cantools_message().decode
         ),
@@ -183,7 +182,7 @@ def add_bulk_rows(table: Table, task: str, count: int, contestants: Contestants)
 
 def bulk_table(random: np.random.Generator) -> Table:
     title = f"Control words in bulk, {os.cpu_count()} cores"
-    table = Table("task", "words", "way", "M words/s", "as fast as", "goal", "result", title=title)
+    table = Table("task", "words", "with", "M words/s", "speed", "goal", "result", title=title)
     for count in BULK_WORDS:
         words = random.integers(0, 1 << 32, count, dtype=np.uint32)
         columns = naive_decode(words)

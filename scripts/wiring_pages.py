@@ -1,4 +1,4 @@
-"""Make the drawings and tables of each car's wiring in `firmware/` from its pin file, for the page on building a car."""
+"""Draw each car of `firmware/` from its pin file, and make the tables of wires in the page on building a car."""
 
 import re
 from collections.abc import Callable
