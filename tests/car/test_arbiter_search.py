@@ -15,7 +15,7 @@ from support.arbiter_witness import Witness, take
 SEARCHED_FAILSAFE_MS, SEARCHED_HAND_OVER_MS = 2, 4
 SEARCHED_DEPTH = 23
 # Two clients and a stick at the car. A third client could do nothing to the second that the second can't to the first.
-SEARCHED_SEATS = {1: CLIENT, 2: CLIENT, 3: LOCAL}
+SEARCHED_SESSIONS = {1: CLIENT, 2: CLIENT, 3: LOCAL}
 
 
 def twin(thing: Any) -> Any:
@@ -25,10 +25,10 @@ def twin(thing: Any) -> Any:
 
 
 def every_event() -> Iterator[tuple[str, int, int]]:
-    """Event, seat and how long passes before it."""
-    for seat in SEARCHED_SEATS:
+    """Event, session and how long passes before it."""
+    for session in SEARCHED_SESSIONS:
         for event in ("move", "still", "request", "release", "gone", "resume"):
-            yield event, seat, 0
+            yield event, session, 0
     for event in ("stop", "clear", "stall"):
         yield event, 1, 0
     yield "wait", 1, 1
@@ -39,20 +39,20 @@ def test_no_sequence_of_events_moves_the_wheels_but_a_fresh_command_of_who_may_d
     events = list(every_event())
     start = (
         Arbiter(SEARCHED_FAILSAFE_MS, SEARCHED_HAND_OVER_MS),
-        Witness(SEARCHED_FAILSAFE_MS, SEARCHED_HAND_OVER_MS, SEARCHED_SEATS),
+        Witness(SEARCHED_FAILSAFE_MS, SEARCHED_HAND_OVER_MS, SEARCHED_SESSIONS),
     )
     seen, frontier, depth, moved = set(), [(start, ())], 0, set()
     while frontier:
         depth += 1
         following = []
         for (car, witness), way in frontier:
-            for event, seat, waited_ms in events:
+            for event, session, waited_ms in events:
                 one, other = twin(car), twin(witness)
                 # Time is told by how long ago the driver's command came, so that it can stand still in the search.
                 one.commanded_ms = (one.commanded_ms - waited_ms) & TICKS_MASK
-                answer = take(one, event, seat, SEARCHED_SEATS[seat], 0)
-                fault = other.see(one, event, seat, waited_ms, answer)
-                went = (*way, f"{event} {seat}")
+                answer = take(one, event, session, SEARCHED_SESSIONS[session], 0)
+                fault = other.see(one, event, session, waited_ms, answer)
+                went = (*way, f"{event} {session}")
                 assert not fault, f"{fault}: {went}"
                 if one.driver == NOBODY:
                     one.commanded_ms = 0
@@ -73,28 +73,28 @@ class AnyDrive(RuleBasedStateMachine):
     @initialize(clock_ms=st.integers(0, TICKS_MASK) | st.integers(TICKS_MASK - 20_000, TICKS_MASK))
     def switch_on(self, clock_ms: int) -> None:
         self.clock_ms = clock_ms
-        self.seats = dict.fromkeys(range(1, 10), CLIENT) | {10: LOCAL}
-        self.car, self.witness = Arbiter(300, 5000), Witness(300, 5000, self.seats)
+        self.sessions = dict.fromkeys(range(1, 10), CLIENT) | {10: LOCAL}
+        self.car, self.witness = Arbiter(300, 5000), Witness(300, 5000, self.sessions)
 
     @rule(
         event=st.sampled_from(["move"] * 6 + ["still"] * 3 + ["request", "release", "gone", "stop", "clear", "stall"]),
-        seat=st.sampled_from([1, 1, 1, 2, 2, 3, 9, 10]),
+        session=st.sampled_from([1, 1, 1, 2, 2, 3, 9, 10]),
     )
-    def take(self, event: str, seat: int) -> None:
-        self._see(event, seat, 0)
+    def take(self, event: str, session: int) -> None:
+        self._see(event, session, 0)
 
-    @rule(seat=st.integers(1, 10))
-    def resume(self, seat: int) -> None:
-        self._see("resume", seat, 0)
+    @rule(session=st.integers(1, 10))
+    def resume(self, session: int) -> None:
+        self._see("resume", session, 0)
 
     @rule(waited_ms=st.integers(0, 40) | st.sampled_from([299, 300, 301, 4999, 5000, 5001, 40_000]))
     def wait(self, waited_ms: int) -> None:
         self.clock_ms = (self.clock_ms + waited_ms) & TICKS_MASK
         self._see("wait", 1, waited_ms)
 
-    def _see(self, event: str, seat: int, waited_ms: int) -> None:
-        answer = take(self.car, event, seat, self.seats[seat], self.clock_ms)
-        assert not self.witness.see(self.car, event, seat, waited_ms, answer)
+    def _see(self, event: str, session: int, waited_ms: int) -> None:
+        answer = take(self.car, event, session, self.sessions[session], self.clock_ms)
+        assert not self.witness.see(self.car, event, session, waited_ms, answer)
 
 
 TestAnyDrive = AnyDrive.TestCase

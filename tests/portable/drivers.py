@@ -5,7 +5,7 @@ from motorcade.car.arbiter import EVENTS, STATES, Arbiter
 from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import TICKS_MASK
 
-SEATS = ((1, arbiter.CLIENT), (2, arbiter.CLIENT), (3, arbiter.CLIENT), (4, arbiter.LOCAL))
+SESSIONS = ((1, arbiter.CLIENT), (2, arbiter.CLIENT), (3, arbiter.CLIENT), (4, arbiter.LOCAL))
 OUTCOMES = ("applied", "watching", "needs neutral", "halted", "yielded")
 ADVANCES_MS = ((0, 0), (1, 50), (1, 50), (300, 301), (4999, 5002))
 
@@ -32,25 +32,25 @@ class Wheel:
         low, high = random.pick(ADVANCES_MS)
         self._now = (self._now + random.between(low, high)) & TICKS_MASK
         record.add(car.tick(self._now))
-        seat, priority = random.pick(SEATS)
+        session, priority = random.pick(SESSIONS)
         event = random.below(len(EVENTS) + 1)
         if event in (arbiter.STILL, arbiter.MOVE) or random.one_in(2):
             speed = random.below(256) if event != arbiter.STILL else 0
             word = DRIVE.encode(angle=random.below(181), direction=random.below(2), speed=speed)
-            record.count("command " + OUTCOMES[car.command(seat, priority, word, self._now)])
+            record.count("command " + OUTCOMES[car.command(session, priority, word, self._now)])
         elif event == len(EVENTS):
-            record.count("wheel handed over" if car.request(seat, priority, self._now) else "wheel waited for")
+            record.count("wheel handed over" if car.request(session, priority, self._now) else "wheel waited for")
         elif event == arbiter.STALL:
             car.stall()
         elif event == arbiter.RELEASE:
-            car.release(seat, self._now)
+            car.release(session, self._now)
         elif event == arbiter.GONE:
-            car.gone(seat, self._now)
+            car.gone(session, self._now)
         elif event == arbiter.STOP:
             car.stop()
         elif event == arbiter.CLEAR:
             car.clear()
         elif event == arbiter.RESUME:
-            record.add(car.resume(seat, priority, self._now))
+            record.add(car.resume(session, priority, self._now))
         record.count("car is " + STATES[car.state][0])
         record.add(car.word, car.driver, car.wanted_by, car.commanded_ms)

@@ -8,16 +8,16 @@ from motorcade.words.formats import DRIVE
 SPEED = 150
 
 
-def moving(seat: int) -> int:
-    return DRIVE.encode(angle=40 + seat, direction=1, speed=SPEED)
+def moving(session: int) -> int:
+    return DRIVE.encode(angle=40 + session, direction=1, speed=SPEED)
 
 
-def still(seat: int) -> int:
-    return DRIVE.encode(angle=40 + seat, direction=1, speed=0)
+def still(session: int) -> int:
+    return DRIVE.encode(angle=40 + session, direction=1, speed=0)
 
 
-MOVES = {seat: moving(seat) for seat in range(1, 12)}
-STILLS = {seat: still(seat) for seat in range(1, 12)}
+MOVES = {session: moving(session) for session in range(1, 12)}
+STILLS = {session: still(session) for session in range(1, 12)}
 
 
 class Witness:
@@ -26,23 +26,23 @@ class Witness:
     After each event it says what is wrong, if the wheels could move and shouldn't.
     """
 
-    def __init__(self, failsafe_ms: int, hand_over_ms: int, seats: dict[int, int]) -> None:
-        self.failsafe_ms, self.hand_over_ms, self.seats = failsafe_ms, hand_over_ms, seats
+    def __init__(self, failsafe_ms: int, hand_over_ms: int, sessions: dict[int, int]) -> None:
+        self.failsafe_ms, self.hand_over_ms, self.sessions = failsafe_ms, hand_over_ms, sessions
         self.driver = NOBODY
         self.sent = NEUTRAL
         self.age_ms = 0
         self.wanted: frozenset[int] = frozenset()
         self.is_stopped = self.needs_neutral = self.runs_program = False
 
-    def see(self, car: Arbiter, event: str, seat: int, waited_ms: int, answer: int | bool | None) -> str:
+    def see(self, car: Arbiter, event: str, session: int, waited_ms: int, answer: int | bool | None) -> str:
         """Take an event that ``car`` has taken and answered; what it may not have done, or nothing."""
         was_moving = self.sent in MOVES.values() and self.driver != NOBODY
         self.age_ms = min(self.age_ms + waited_ms, self.hand_over_ms + 1)
         lapsed = self.age_ms > self.hand_over_ms
         if event == "request":
-            self.wanted |= {seat}
-        fault = self._passes_on_rightly(car, event, seat, lapsed)
-        left = event in ("release", "gone") and seat == self.driver
+            self.wanted |= {session}
+        fault = self._passes_on_rightly(car, event, session, lapsed)
+        left = event in ("release", "gone") and session == self.driver
         # Whatever stopped moving wheels but the driver's own will.
         failed = was_moving and (self.age_ms > self.failsafe_ms or (event == "gone" and left))
         if event == "stop":
@@ -53,40 +53,40 @@ class Witness:
             self.needs_neutral = True
         if event == "resume" and answer:
             fault = fault or ("a stopped car runs its program" if self.is_stopped else "")
-            fault = fault or ("the driver is pushed aside by the program" if self._is_above(seat) else "")
+            fault = fault or ("the driver is pushed aside by the program" if self._is_above(session) else "")
             self.runs_program, self.needs_neutral, self.wanted = True, False, frozenset()
-        if event == "still" and seat in (self.driver, car.driver) and not self.is_stopped:
+        if event == "still" and session in (self.driver, car.driver) and not self.is_stopped:
             self.needs_neutral = False
-        self._take_driver(car, event, seat)
+        self._take_driver(car, event, session)
         return fault or self._moves_rightly(car)
 
-    def _passes_on_rightly(self, car: Arbiter, event: str, seat: int, lapsed: bool) -> str:
+    def _passes_on_rightly(self, car: Arbiter, event: str, session: int, lapsed: bool) -> str:
         before, after = self.driver, car.driver
         if after in (before, NOBODY):
             return ""
         if before != NOBODY:
-            left = lapsed or (event in ("release", "gone") and seat == before)
-            outranked = event in ("move", "still") and after == seat and self.seats[after] > self.seats[before]
-            handed = after in self.wanted and car.word == NEUTRAL and self.seats[after] >= self.seats[before]
+            left = lapsed or (event in ("release", "gone") and session == before)
+            outranked = event in ("move", "still") and after == session and self.sessions[after] > self.sessions[before]
+            handed = after in self.wanted and car.word == NEUTRAL and self.sessions[after] >= self.sessions[before]
             if not (left or outranked or handed):
-                return f"seat {after} took the wheel from {before}"
-        if after != seat and after not in self.wanted:
-            return f"seat {after} has the wheel and did nothing"
+                return f"session {after} took the wheel from {before}"
+        if after != session and after not in self.wanted:
+            return f"session {after} has the wheel and did nothing"
         return ""
 
-    def _is_above(self, seat: int) -> bool:
-        """Whether somebody else drives whom ``seat`` can't outrank."""
-        return self.driver not in (seat, NOBODY) and self.seats[self.driver] >= self.seats[seat]
+    def _is_above(self, session: int) -> bool:
+        """Whether somebody else drives whom ``session`` can't outrank."""
+        return self.driver not in (session, NOBODY) and self.sessions[self.driver] >= self.sessions[session]
 
-    def _take_driver(self, car: Arbiter, event: str, seat: int) -> None:
+    def _take_driver(self, car: Arbiter, event: str, session: int) -> None:
         if car.driver != self.driver:
             self.driver, self.sent, self.age_ms = car.driver, NEUTRAL, 0
             self.wanted -= {car.driver}
         if event in ("release", "gone"):
-            self.wanted -= {seat}
-        if event in ("move", "still") and seat == self.driver:
-            self.sent, self.age_ms = (MOVES if event == "move" else STILLS)[seat], 0
-            self.wanted -= {seat}
+            self.wanted -= {session}
+        if event in ("move", "still") and session == self.driver:
+            self.sent, self.age_ms = (MOVES if event == "move" else STILLS)[session], 0
+            self.wanted -= {session}
             if event == "move":
                 self.runs_program = False
         if event in ("stall", "stop"):
@@ -114,18 +114,18 @@ class Witness:
         return self.driver, self.sent, self.age_ms, self.wanted, flags
 
 
-def take(car: Arbiter, event: str, seat: int, priority: int, now: int) -> int | bool | None:
+def take(car: Arbiter, event: str, session: int, priority: int, now: int) -> int | bool | None:
     """Let ``car`` take an event."""
     if event == "move":
-        return car.command(seat, priority, MOVES[seat], now)
+        return car.command(session, priority, MOVES[session], now)
     if event == "still":
-        return car.command(seat, priority, STILLS[seat], now)
+        return car.command(session, priority, STILLS[session], now)
     if event == "request":
-        return car.request(seat, priority, now)
+        return car.request(session, priority, now)
     if event == "resume":
-        return car.resume(seat, priority, now)
+        return car.resume(session, priority, now)
     if event in ("release", "gone"):
-        return {"release": car.release, "gone": car.gone}[event](seat, now)
+        return {"release": car.release, "gone": car.gone}[event](session, now)
     if event == "wait":
         return car.tick(now)
     return {"stop": car.stop, "clear": car.clear, "stall": car.stall}[event]()

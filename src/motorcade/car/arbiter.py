@@ -1,7 +1,7 @@
-"""Who drives: priorities, freshness, failsafe and emergency stop, as one table of states.
+"""Decide who drives, by one table of states: priorities, stale commands, failsafe and emergency stop.
 
-Portable and pure: seats are numbers, commands are DRIVE words, time comes in as
-milliseconds that wrap (`motorcade.words.ticks`). The diagram in docs/drive.md is drawn from TABLE.
+Portable and pure: sessions are numbers, commands are DRIVE words, times are arguments in milliseconds that wrap
+(`motorcade.words.ticks`). scripts/arbiter_diagram.py draws the diagram in docs/drive.md from TABLE.
 """
 
 from motorcade.words.formats import DRIVE
@@ -16,14 +16,14 @@ STOPPED = 4
 PROGRAM = 5
 STATES = (
     ("ready", "the wheels stand still; the next command drives"),
-    ("standing", "the driver's command says speed 0"),
+    ("standing", "the driver's command has speed 0"),
     ("moving", "the driver's command turns the wheels"),
     ("failsafe", "the wheels stand still until a command with speed 0"),
     ("stopped", "emergency stop: no command counts"),
     ("program", "the codeword image drives"),
 )
 
-# Events. A command is one of the seat that may drive.
+# Events. STILL and MOVE are commands of the session that may drive.
 STILL = 0
 MOVE = 1
 SILENT = 2
@@ -38,14 +38,14 @@ EVENTS = (
     ("move", "a command with a speed"),
     ("silent", "no command for failsafe_ms"),
     ("stall", "the car's own software was stuck, or its hardware failed"),
-    ("release", "the driver gives the wheel back or it passes on"),
+    ("release", "the driver gives the wheel back, or another takes it"),
     ("gone", "the driver's connection ended"),
     ("stop", "emergency stop"),
     ("clear", "the emergency stop is lifted"),
-    ("resume", "the program shall drive again"),
+    ("resume", "a request that the program drives again"),
 )
 
-# State, event, next state. What isn't here changes nothing.
+# State, event, next state. An event that is not listed for a state changes nothing.
 TABLE = (
     (READY, STILL, STANDING),
     (READY, MOVE, MOVING),
@@ -75,7 +75,7 @@ TABLE = (
     (PROGRAM, STOP, STOPPED),
 )
 
-# What became of a command.
+# The outcome of a command.
 APPLIED = 0
 WATCHING = 1
 NEEDS_NEUTRAL = 2
@@ -92,7 +92,7 @@ NEUTRAL = DRIVE.encode(angle=90, direction=1, speed=0)
 
 
 def _rows() -> tuple[tuple[int, ...], ...]:
-    """NEXT[state][event]."""
+    """Return the next state for each state and event, as NEXT[state][event]."""
     rows = [[state] * len(EVENTS) for state in range(len(STATES))]
     for state, event, following in TABLE:
         rows[state][event] = following
@@ -103,18 +103,18 @@ NEXT = _rows()
 
 
 class Arbiter:
-    """Decides whose command the wheels follow.
+    """Decide whose command the wheels follow.
 
     Args:
-        failsafe_ms: a command is fresh for so long.
-        hand_over_ms: a driver who is silent for longer has lost the wheel.
+        failsafe_ms: how long a command is valid.
+        hand_over_ms: a driver who sends nothing for longer loses the wheel.
 
     Attributes:
         state: READY to PROGRAM.
-        word: the DRIVE word that holds now; NEUTRAL wherever nobody's command does.
-        driver: number of the seat that drives, or NOBODY; seats are numbered from 1.
+        word: the DRIVE word that is valid now; NEUTRAL where no command is.
+        driver: number of the session that drives, or NOBODY; sessions are numbered from 1.
         driver_priority: its priority.
-        wanted_by: number of the seat that waits for the wheel, or NOBODY.
+        wanted_by: number of the session that waits for the wheel, or NOBODY.
         commanded_ms: when the driver last sent a command.
     """
 
@@ -130,7 +130,7 @@ class Arbiter:
         self._wanted_priority = 0
 
     def tick(self, now: int) -> int:
-        """Do what is due, and say after how many ms something can be due next."""
+        """Do what is due at ``now`` and return after how many ms something can be due next."""
         if self.driver == NOBODY:
             return self._hand_over_ms
         silent_ms = elapsed_ms(now, self.commanded_ms)
@@ -140,23 +140,23 @@ class Arbiter:
         if silent_ms > self._hand_over_ms:
             self.driver = NOBODY
         self._pass_on(now)
-        # Whoever drives now was heard silent_ms ago at the latest.
+        # The driver of now, who may be a new one, sent a command or got the wheel at most silent_ms ago.
         return max(1, self._hand_over_ms + 1 - silent_ms)
 
-    def command(self, seat: int, priority: int, word: int, now: int) -> int:
-        """Take a valid DRIVE word that came just now: APPLIED, or why it wasn't."""
+    def command(self, session: int, priority: int, word: int, now: int) -> int:
+        """Take a valid DRIVE word that came at ``now``; return APPLIED, or the code of the reason why it wasn't."""
         self.tick(now)
-        if not self._may_drive(seat, priority):
+        if not self._may_drive(session, priority):
             return WATCHING
         moves = word >> _SPEED_AT & 255
         following = NEXT[self.state][MOVE if moves else STILL]
         if following in (STOPPED, PROGRAM):
-            if seat == self.driver:
+            if session == self.driver:
                 self.commanded_ms = now
             return HALTED if following == STOPPED else YIELDED
-        if self.wanted_by == seat:
+        if self.wanted_by == session:
             self.wanted_by = NOBODY
-        self.driver = seat
+        self.driver = session
         self.driver_priority = priority
         self.commanded_ms = now
         self.state = following
@@ -167,31 +167,32 @@ class Arbiter:
             self._pass_on(now)
         return APPLIED
 
-    def request(self, seat: int, priority: int, now: int) -> bool:
-        """Ask for the wheel: it comes at once where nobody drives or the car stands still, else as soon as it does.
+    def request(self, session: int, priority: int, now: int) -> bool:
+        """Ask for the wheel; return whether ``session`` has it now.
 
-        True where ``seat`` has it now. A driver of higher priority keeps it until they release it or fall silent.
-        Another seat that waits already comes first.
+        It gets the wheel at once where nobody drives or the car stands still, else as soon as the car does. A driver
+        of higher priority keeps it until they release it or send nothing for ``hand_over_ms``. Another session that
+        waits already comes first.
         """
         self.tick(now)
-        if seat == self.driver:
+        if session == self.driver:
             return True
         if self.wanted_by == NOBODY:
-            self.wanted_by = seat
+            self.wanted_by = session
             self._wanted_priority = priority
             self._pass_on(now)
-        return self.driver == seat
+        return self.driver == session
 
-    def release(self, seat: int, now: int) -> None:
-        """Give the wheel back, or wait for it no longer."""
-        self._leave(seat, RELEASE, now)
+    def release(self, session: int, now: int) -> None:
+        """Take the wheel from a session that gives it back, or no longer waits for it."""
+        self._leave(session, RELEASE, now)
 
-    def gone(self, seat: int, now: int) -> None:
-        """The seat is there no longer."""
-        self._leave(seat, GONE, now)
+    def gone(self, session: int, now: int) -> None:
+        """Remove a session whose connection has ended."""
+        self._leave(session, GONE, now)
 
     def stop(self) -> None:
-        """Emergency stop, by anyone."""
+        """Stop the car in an emergency; every session may."""
         self._take_event(STOP)
 
     def clear(self) -> None:
@@ -199,38 +200,38 @@ class Arbiter:
         self._take_event(CLEAR)
 
     def stall(self) -> None:
-        """What has come in meanwhile may be old, and what goes out may not have arrived."""
+        """Stop after a delay of the car itself: commands may be old by now, and outputs may not have arrived."""
         self._take_event(STALL)
 
-    def resume(self, seat: int, priority: int, now: int) -> bool:
-        """Let the program drive, if ``seat`` might: False while somebody else drives or the car is stopped."""
+    def resume(self, session: int, priority: int, now: int) -> bool:
+        """Give the wheels to the program; return False where another session drives or the car is stopped."""
         self.tick(now)
-        if not self._may_drive(seat, priority) or self.state == STOPPED:
+        if not self._may_drive(session, priority) or self.state == STOPPED:
             return False
         self._take_event(RESUME)
         self.driver = NOBODY
         self.wanted_by = NOBODY
         return True
 
-    def _may_drive(self, seat: int, priority: int) -> bool:
-        return self.driver in (seat, NOBODY) or priority > self.driver_priority
+    def _may_drive(self, session: int, priority: int) -> bool:
+        return self.driver in (session, NOBODY) or priority > self.driver_priority
 
     def _take_event(self, event: int) -> None:
         self.state = NEXT[self.state][event]
         if self.state not in (STANDING, MOVING):
             self.word = NEUTRAL
 
-    def _leave(self, seat: int, event: int, now: int) -> None:
+    def _leave(self, session: int, event: int, now: int) -> None:
         self.tick(now)
-        if self.wanted_by == seat:
+        if self.wanted_by == session:
             self.wanted_by = NOBODY
-        if self.driver == seat:
+        if self.driver == session:
             self._take_event(event)
             self.driver = NOBODY
             self._pass_on(now)
 
     def _pass_on(self, now: int) -> None:
-        """Give the wheel to who waits for it, unless somebody uses it or has a right to keep it."""
+        """Give the wheel to the waiting session, unless the driver moves the car or has a higher priority."""
         if self.wanted_by == NOBODY:
             return
         if self.driver != NOBODY and (self.state == MOVING or self._wanted_priority < self.driver_priority):
