@@ -295,7 +295,7 @@ export interface Version {
   saved_at: string;
 }
 
-/** LossReason a request was refused, by `motorcade.errors.MotorcadeError.to_dict`; a program also has diagnostics. */
+/** Why a request was refused, by `motorcade.errors.MotorcadeError.to_dict`; a program also has diagnostics. */
 export interface ErrorAnswer {
   code: string;
   details: Record<string, unknown>;
@@ -470,7 +470,7 @@ export interface ImageRead {
   image: string;
 }
 
-/** LossReason it failed. */
+/** Why it failed. */
 export interface Failed {
   outcome: "failed";
   error: ErrorAnswer;
