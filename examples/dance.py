@@ -1,4 +1,4 @@
-"""A star that breathes: the leader turns in the middle, the dancers go out, turn round and come back."""
+"""The leader turns in the middle of a star; the dancers drive out, turn round and come back."""
 
 import math
 

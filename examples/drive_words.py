@@ -1,4 +1,4 @@
-"""The words that steer a car over a socket: made, looked into, and refused."""
+"""Make, read and refuse the words that steer a car over a socket."""
 
 from motorcade import DRIVE, WordError
 

@@ -1,4 +1,4 @@
-"""Many cars as one: the followers drive what the leader drives, each where it stands."""
+"""The followers drive what the leader drives, each where it stands."""
 
 from motorcade import Program, forward, led, left, show, together
 

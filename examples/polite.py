@@ -1,4 +1,4 @@
-"""A car that waits while a person stands in its way, and drives on when they have gone."""
+"""A car waits while a person stands in its way, and drives on when the person has gone."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""A project file, there and back: save a program, read it, compile it, and turn its words into a program again."""
+"""Save a program, read it, compile it, and make a program of its words again."""
 
 import tempfile
 from pathlib import Path

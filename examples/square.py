@@ -1,4 +1,4 @@
-"""A leader alone drives a square, for ever."""
+"""A leader without followers drives a square, for ever."""
 
 from motorcade import Program, forward, left, show
 

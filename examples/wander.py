@@ -1,4 +1,4 @@
-"""A herd: everybody wanders at random and keeps away from the others."""
+"""A herd: all cars wander at random and avoid each other."""
 
 from motorcade import Program, avoid, show, together, wander
 

@@ -1,4 +1,4 @@
-"""The documentation's site: every command and code block does what its page says, and the site is whole by itself."""
+"""The documentation: every command and code block runs, and the site is complete."""
 
 import json
 import os
@@ -32,7 +32,7 @@ def translated(page):
 
 @posix_only
 @pytest.mark.parametrize("page", PAGES + READMES, ids=lambda page: page.stem)
-def test_a_page_does_what_it_says(page, tmp_path):
+def test_the_blocks_of_a_page_run(page, tmp_path):
     furnish(tmp_path)
     roverhat.switch_on()
     with ExitStack() as running:
@@ -45,7 +45,7 @@ def test_a_page_does_what_it_says(page, tmp_path):
 
 
 @pytest.mark.parametrize("page", [*DOCS.glob("*.md"), *READMES, ROOT / "README.zh.md"], ids=lambda page: page.name)
-def test_a_block_says_what_it_is_and_reads_as_that(page):
+def test_a_block_names_its_language_and_parses(page):
     for block in blocks_of(page):
         assert block.language in LANGUAGES, f"line {block.line}"
         if block.language == "toml":
@@ -86,7 +86,7 @@ def test_the_site_has_every_page_in_both_languages(site):
     assert 'lang="zh"' in (site / "zh" / "index.html").read_text(encoding="utf-8")
 
 
-def test_the_site_asks_nothing_of_another_host(site):
+def test_the_site_loads_nothing_from_another_host(site):
     asked = set()
     for file in site.rglob("*"):
         if file.suffix in (".html", ".css"):

@@ -1,4 +1,4 @@
-"""Every example runs, as somebody who found it would run it."""
+"""Every example runs as its reader would run it."""
 
 import json
 import runpy
@@ -14,7 +14,7 @@ PROJECTS = sorted(EXAMPLES.glob("*.motorcade.json"))
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
-def test_an_example_runs_and_says_something(script, tmp_path, monkeypatch, capsys):
+def test_an_example_runs_and_prints_something(script, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(script), run_name="__main__")
     assert capsys.readouterr().out.strip()

@@ -1,4 +1,4 @@
-"""Generated files are what their generator makes today."""
+"""Committed generated files are up to date."""
 
 import json
 import runpy

@@ -231,14 +231,14 @@ def test_a_text_that_a_language_has_not_got_is_given_in_english(third_language, 
 
 
 @pytest.mark.parametrize("name", ["la", "la_VA.UTF-8", "Latin_Vatican City.1252"])
-def test_the_command_line_speaks_the_language_of_the_system(third_language, monkeypatch, name):
+def test_errors_are_in_the_language_of_the_system(third_language, monkeypatch, name):
     monkeypatch.setenv("LC_ALL", name)
     ran = run("decode", "drive", "0x1FFFFFFFF")
     assert (ran.code, ran.out) == (2, "")
     assert ran.err == "motorcade: ⟦drive word is 8589934591; allowed: ⟦0 to 4294967295⟧⟧\n"
 
 
-def test_diagnostics_of_a_program_speak_the_new_language(third_language, tmp_path):
+def test_diagnostics_of_a_program_are_in_the_new_language(third_language, tmp_path):
     project = json.loads(PARADE.read_text(encoding="utf-8"))
     project["leader"] = []
     path = tmp_path / "project.json"

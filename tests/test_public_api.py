@@ -1,4 +1,4 @@
-"""What `import motorcade` offers, and what it costs."""
+"""What `import motorcade` offers, and how much it imports."""
 
 import ast
 import subprocess

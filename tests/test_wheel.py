@@ -1,4 +1,4 @@
-"""The wheel holds the page: installed by itself, and where there is no Node, it serves it."""
+"""The wheel holds the page and serves it where there is no Node."""
 
 import json
 import os

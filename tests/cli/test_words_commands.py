@@ -49,7 +49,7 @@ def image(tmp_path):
 # The command line as a whole
 
 
-def test_the_installed_command_says_its_version_and_imports_nothing_heavy():
+def test_the_installed_command_prints_its_version_and_imports_nothing_heavy():
     assert subprocess.check_output([INSTALLED, "--version"], text=True, timeout=60) == f"motorcade {__version__}\n"
     modules = imported_by("--version")
     assert "motorcade.cli" in modules
@@ -258,7 +258,7 @@ def test_an_image_that_looks_like_the_start_of_json_is_still_an_image(image):
 
 
 @pytest.mark.parametrize("name", ["zh_CN.UTF-8", "zh", "Chinese (Simplified)_China.936"])
-def test_tables_speak_the_language_of_the_system(monkeypatch, name):
+def test_tables_are_in_the_language_of_the_system(monkeypatch, name):
     monkeypatch.setenv("LC_ALL", name)
     shown = run("decode", "drive", "0x128CB000", stdout=Terminal()).out
     assert "drive 码字 311209984" in shown

@@ -1,4 +1,4 @@
-"""The programs that exports are for; what is missing is installed where it can be."""
+"""The programs that read exports; they are installed where possible."""
 
 from collections.abc import Callable
 from pathlib import Path

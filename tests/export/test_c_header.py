@@ -1,4 +1,4 @@
-"""The C header against Python: compiled by real compilers, sanitized, as C, as C++ and on a simulated AVR."""
+"""The C header gives the results of Python: as C and C++, with sanitizers, and on a simulated AVR."""
 
 import shutil
 import subprocess

@@ -1,4 +1,4 @@
-"""`motorcade export` and `motorcade formats`, as a user types them."""
+"""`motorcade export` and `motorcade formats` as a user types them."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""The JSON Schema, the golden vectors and the pages: what they accept, hold and show."""
+"""The JSON Schema, the golden vectors and the pages."""
 
 import json
 import re
@@ -198,7 +198,7 @@ def test_every_field_of_motorcades_has_a_chinese_meaning():
     assert "set on the air" not in page
 
 
-def test_a_table_says_which_fields_depend_on_others():
+def test_a_page_names_the_fields_that_depend_on_others():
     english, chinese = export("markdown", MOTORCADE).values()
     assert "`dwell` is 0 exactly where `follower_words` is 0." in english
     assert "Without `motor_enable`, no effect: `motor_direction`, `motor_speed`, `motor_duration`." in english

@@ -1,4 +1,4 @@
-"""The .ksy, compiled by Kaitai's own compiler to Python and JavaScript, and run on the golden vectors."""
+"""The .ksy file, compiled to Python and JavaScript by Kaitai's compiler, reads the golden vectors."""
 
 import importlib.util
 import json

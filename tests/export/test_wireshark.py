@@ -1,4 +1,4 @@
-"""The dissector, run by the real tshark on captures written here; what it prints is compared with Python's."""
+"""The dissector in tshark shows what Python decodes."""
 
 import random
 import subprocess
@@ -161,7 +161,7 @@ def test_captured_images_show_every_word(dissect):
     ],
     ids=["cut off", "too long", "two dwells", "dwell for nobody", "no dwell", "reserved", "parity"],
 )
-def test_an_image_that_is_none_is_told_in_pythons_words(dissect, data, in_common):
+def test_a_bad_image_has_the_same_message_as_in_python(dissect, data, in_common):
     with pytest.raises(ImageError) as caught:
         parse_image_bytes(data)
     assert in_common in str(caught.value)

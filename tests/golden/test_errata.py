@@ -1,4 +1,4 @@
-"""The errata of seeds 000 and 001, each as a vector that was worked out by hand, most significant bit first."""
+"""The errata of seeds 000 and 001, each as a vector that was computed by hand, most significant bit first."""
 
 import pytest
 
@@ -140,7 +140,7 @@ def test_255_serial_steps_fit():
     assert compiled.diagnostics == ()
 
 
-def test_the_message_about_256_steps_says_serial():
+def test_the_message_about_256_steps_speaks_of_serial_modules():
     compiled = compile_program(Program([repeat(256, forward(1))]))
     (diagnostic,) = compiled.diagnostics
     assert (diagnostic.code, diagnostic.severity) == ("too-many-states", "error")
@@ -151,7 +151,7 @@ def test_the_message_about_256_steps_says_serial():
     assert compiled.words == ()
 
 
-def test_the_built_in_profile_says_what_the_levels_are():
+def test_the_built_in_profile_defines_the_levels():
     profile = built_in_profile("classroom")
     assert profile.durations_ms == (0, 1000, 2000, 3000)
     assert profile.dwell_ms == (1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000)
@@ -187,7 +187,7 @@ def wheels(word, heard=(), person=0):
     ],
     ids=["silence", "stop", "stop and go", "not asked to listen"],
 )
-def test_c6_lets_a_voice_hold_the_wheels(word, heard, expected):
+def test_c6_a_voice_stops_the_wheels(word, heard, expected):
     assert wheels(word, heard=heard) == expected
 
 
@@ -219,7 +219,7 @@ def test_a_drive_command_of_seed_001_there_and_back(number, hexadecimal, fields,
     assert DRIVE.encode(code=values[0], angle=values[1], direction=values[2], speed=values[3]) == word
 
 
-def test_unpacking_is_and_where_the_prose_says_or():
+def test_unpacking_uses_and_where_the_text_has_or():
     # `cmd | mask` would find 255, 1 and 255 in here.
     nothing_set = word_of("0001", "00000000", "0", "00000000", "00000000000")
     assert DRIVE.decode(nothing_set) == (1, 0, 0, 0, 0)

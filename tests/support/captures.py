@@ -1,4 +1,4 @@
-"""Captures as tcpdump writes them, for tshark to read: the classic pcap format, and TCP segments in IPv4."""
+"""Write captures for tshark: the classic pcap format, and TCP segments in IPv4."""
 
 import struct
 from collections.abc import Iterable

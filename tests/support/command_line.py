@@ -1,4 +1,4 @@
-"""The command line, run as its installed script runs it, for the tests of its commands."""
+"""Run the command line in this process, as its installed script does."""
 
 import contextlib
 import io

@@ -1,4 +1,4 @@
-"""What tests need from npm, installed beside their package-lock.json where it isn't there yet."""
+"""Install what tests need from npm beside their package-lock.json, where it is missing."""
 
 import json
 import sys

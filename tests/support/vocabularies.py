@@ -1,4 +1,4 @@
-"""Vocabularies for the tests of exports: Motorcade's own, the example's, and formats of shapes that its own lack."""
+"""Vocabularies for the tests of exports: Motorcade's, the example's, and formats of other shapes."""
 
 from pathlib import Path
 

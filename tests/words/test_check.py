@@ -1,4 +1,4 @@
-"""An image that is announced by its checksum is the only one that a car takes, whatever a line does to the bytes."""
+"""An announced image is the only one that a car accepts, whatever the line does to the bytes."""
 
 import zlib
 
@@ -11,7 +11,7 @@ from support.upload_ends import CHECK_OF_NEW, NEW, NEW_OK, OLD, STARTS_MS, Car, 
 
 
 @given(image=images(), held=images(), number=st.integers(0, 255), start_ms=STARTS_MS, data=st.data())
-def test_a_car_that_is_told_the_checksum_takes_that_image(image, held, number, start_ms, data):
+def test_a_car_accepts_the_announced_image(image, held, number, start_ms, data):
     car, checksum = Car(held), zlib.crc32(image)
     taken = [car.take(piece, start_ms) for piece in data.draw(pieces(check.check_request(checksum, number)))]
     answer = b"".join(said for _, said in taken)
@@ -33,7 +33,7 @@ def test_the_check_request_and_its_answer_are_these_bytes():
 
 
 @given(image=programs.filter(lambda image: image != NEW))
-def test_a_car_that_is_told_the_checksum_takes_no_other_image(image):
+def test_a_car_refuses_another_image_than_the_announced_one(image):
     car = Car(OLD)
     car.take(CHECK_OF_NEW, 0)
     assert car.take(image, 1)[0] == [upload.REFUSED]
@@ -43,7 +43,7 @@ def test_a_car_that_is_told_the_checksum_takes_no_other_image(image):
     assert car.stored == NEW
 
 
-def test_a_car_that_was_told_a_checksum_takes_any_image_after_ten_seconds():
+def test_ten_seconds_after_an_announcement_a_car_accepts_any_image():
     car = Car(NEW)
     car.take(CHECK_OF_NEW, 0)
     assert car.take(OLD, 9_999)[0] == [upload.REFUSED]
@@ -76,7 +76,7 @@ def test_a_check_request_with_a_fault_is_no_image_and_gets_no_answer_that_is_mis
 
 
 @given(at=st.integers(0, 60), bit=st.integers(0, 7))
-def test_an_answer_with_a_flipped_bit_tells_nothing(at, bit):
+def test_an_answer_with_a_flipped_bit_is_ignored(at, bit):
     line = bytearray(check.ready_line(check.check_words(1, 2), OLD))
     line[at % (len(line) - 1)] ^= 1 << bit
     assert check.held_checksum(bytes(line), check.check_words(1, 2)) is None

@@ -1,4 +1,4 @@
-"""The fingerprint of a format: what changes it, what doesn't, and what it is for the three."""
+"""What changes the fingerprint of a format, and what doesn't."""
 
 from binascii import crc32
 
@@ -16,7 +16,7 @@ def walker(name="walker", **changes):
     return WordFormat(name, [Field(**gait), legs, Field("on", 0, 0, "whether it walks")])
 
 
-def test_a_format_is_told_in_lines():
+def test_the_canonical_text_has_a_line_for_each_field():
     assert canonical_text(HEADER) == (
         "header\n"
         "leader_states 31 24 0 255\n"
@@ -27,11 +27,11 @@ def test_a_format_is_told_in_lines():
     assert canonical_text(DRIVE).splitlines()[1:3] == ["code 31 28 0 15 only=1", "angle 27 20 0 180 unit=deg"]
 
 
-def test_the_fingerprint_is_the_crc_32_of_these_lines():
+def test_the_fingerprint_is_the_crc_32_of_the_canonical_text():
     assert [fingerprint(each) for each in FORMATS] == [crc32(canonical_text(each).encode()) for each in FORMATS]
 
 
-def test_the_three_keep_theirs():
+def test_the_fingerprints_of_the_three_formats_do_not_change():
     # They stand in firmware that is out there: one that changes says that old and new cars don't agree.
     assert (fingerprint(HEADER), fingerprint(CONTROL), fingerprint(DRIVE)) == (0x71B74BB1, 0xE2E12312, 0xA066A390)
 
@@ -51,19 +51,19 @@ def test_the_three_keep_theirs():
     ],
     ids=lambda change: next(iter(change)),
 )
-def test_what_makes_another_word_changes_it(change):
+def test_what_changes_the_word_changes_the_fingerprint(change):
     assert fingerprint(walker(**change)) != fingerprint(walker())
 
 
-def test_another_name_of_the_format_changes_it():
+def test_another_name_of_the_format_changes_the_fingerprint():
     assert fingerprint(walker("runner")) != fingerprint(walker())
 
 
 @pytest.mark.parametrize("change", [{"meaning": "its gait"}, {"source": "a book"}, {"default": 3}, {"needs": "on"}])
-def test_what_is_only_said_about_a_field_does_not(change):
+def test_descriptions_of_a_field_do_not_change_the_fingerprint(change):
     assert fingerprint(walker(**change)) == fingerprint(walker())
 
 
-def test_neither_do_the_names_of_values_and_their_order():
+def test_names_and_order_of_values_do_not_change_the_fingerprint():
     one, other = walker(only=((1, "trot"), (2, "walk"))), walker(only=((2, "step"), (1, "run")))
     assert fingerprint(one) == fingerprint(other)

@@ -1,4 +1,4 @@
-"""The three words, and any other that can be declared: there and back, and what is refused."""
+"""Encoding and decoding of the three formats and of others, and what they refuse."""
 
 import struct
 from itertools import pairwise
@@ -47,7 +47,7 @@ def refusal(function, *args, **kwargs):
 
 @every_format
 @given(data=st.data())
-def test_values_go_there_and_back_and_stand_at_their_bits(word_format, data):
+def test_values_are_encoded_at_their_bits_and_decoded_again(word_format, data):
     values = data.draw(good_values(word_format))
     word = word_format.encode(**values)
     assert word_format.decode(word)._asdict() == values
@@ -58,7 +58,7 @@ def test_values_go_there_and_back_and_stand_at_their_bits(word_format, data):
 
 @every_format
 @given(word=ANY_WORD)
-def test_any_word_is_refused_or_loses_nothing(word_format, word):
+def test_any_word_is_refused_or_decoded_without_loss(word_format, word):
     try:
         values = word_format.decode(word)
     except WordError:
@@ -85,13 +85,13 @@ def test_strict_takes_what_has_no_reserved_bits(word_format, data):
 
 
 @pytest.mark.parametrize(("word_format", "word"), [(HEADER, 0), (CONTROL, 0), (DRIVE, 0x15A00000)])
-def test_what_is_left_out_takes_its_default(word_format, word):
+def test_a_field_that_is_left_out_has_its_default(word_format, word):
     assert word_format.encode() == word
 
 
 @every_format
 @pytest.mark.parametrize("word", NO_WORDS)
-def test_what_is_no_32_bit_word_is_refused(word_format, word):
+def test_a_number_of_more_than_32_bits_is_refused(word_format, word):
     assert refusal(word_format.decode, word) == (word_format.name, word, "0 to 4294967295")
 
 
@@ -164,7 +164,7 @@ def test_a_format_is_found_by_its_name():
         (HEADER, 0xFFFF8000, []),
     ],
 )
-def test_bits_that_no_well_made_word_has_decode_with_a_warning(word_format, word, sentences):
+def test_bits_without_effect_are_decoded_with_a_warning(word_format, word, sentences):
     word_format.decode(word)
     assert [str(warning) for warning in word_format.warnings(word)] == sentences
 
@@ -211,7 +211,7 @@ def test_any_layout_of_32_bits_makes_a_format(places, word):
         ([("a", 31, 13), ("c", 11, 11), ("b", 12, 12), ("d", 10, 0)], "field b stands after"),
     ],
 )
-def test_fields_that_are_not_one_word_fail_when_the_format_is_defined(places, reason):
+def test_a_format_whose_fields_make_no_word_cannot_be_defined(places, reason):
     with pytest.raises(ValueError, match=reason):
         declared(*places)
 
@@ -245,7 +245,7 @@ def test_a_field_that_goes_with_another_is_0_exactly_where_that_is(gait, legs):
         assert refusal(own.decode, word) == expected
 
 
-def test_fields_may_have_any_names_of_variables():
+def test_fields_may_be_called_as_variables_of_the_generated_code():
     names = ("values", "refuse", "new", "word", "found", "strict", "self", "rule")
     own = declared(*[(name, 31 - 4 * number, 28 - 4 * number) for number, name in enumerate(names)])
     values = {name: number for number, name in enumerate(names)}
@@ -255,7 +255,7 @@ def test_fields_may_have_any_names_of_variables():
 
 
 @pytest.mark.parametrize("link", ["needs", "goes_with"])
-def test_a_field_that_names_another_which_is_not_there_fails_when_the_format_is_defined(link):
+def test_a_format_with_a_link_to_a_missing_field_cannot_be_defined(link):
     with pytest.raises(ValueError, match="field most names leg, which is no field"):
         WordFormat("own", [Field("most", 31, 1, "for a test", **{link: "leg"}), Field("legs", 0, 0, "for a test")])
 

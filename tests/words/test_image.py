@@ -1,4 +1,4 @@
-"""An image and its bytes, there and back; and what is no image."""
+"""Images and their bytes, and what is refused."""
 
 import pytest
 from hypothesis import given
@@ -42,7 +42,7 @@ def fault(data):
 
 
 @given(image=images())
-def test_an_image_goes_there_and_back(image):
+def test_an_image_is_the_same_after_packing_and_parsing(image):
     data = image_bytes(image)
     assert len(data) == 4 * (1 + len(image.leader) + len(image.followers))
     assert parse_image_bytes(data) == image
@@ -92,20 +92,20 @@ def test_follower_words_without_a_dwell_level_are_refused(level):
 
 
 @given(image=images(), data=st.data())
-def test_an_image_cut_off_anywhere_says_so(image, data):
+def test_an_image_that_is_cut_off_anywhere_is_refused(image, data):
     whole = image_bytes(image)
     part = whole[: data.draw(st.integers(0, len(whole) - 1))]
     assert fault(part)[0] == "image-cut-off"
 
 
-def test_an_image_that_is_cut_off_says_how_much_is_there():
+def test_the_error_of_a_cut_off_image_counts_what_is_there():
     assert "announces 511 words, 2 are here" in fault(bytes.fromhex("ffff0100 40000000"))[1]
     assert "6 bytes" in fault(bytes.fromhex("ffff0100 4000"))[1]
     assert "empty" in fault(b"")[1]
 
 
 @given(image=images(), more=st.lists(CONTROLS, min_size=1, max_size=3).map(tuple))
-def test_an_image_that_is_too_long_says_so(image, more):
+def test_an_image_that_is_too_long_is_refused(image, more):
     code, sentence = fault(image_bytes(image) + words_to_bytes(more))
     words = 1 + len(image.leader) + len(image.followers)
     assert code == "image-too-long"
@@ -129,7 +129,7 @@ def test_an_image_with_part_of_a_word_behind_it_is_refused(image, more):
         ("00 00 00 ff", "reserved is 255"),
     ],
 )
-def test_a_header_that_is_none_says_why_and_shows_itself(data, reason):
+def test_the_error_of_a_bad_header_shows_the_word_and_the_reason(data, reason):
     header = bytes.fromhex(data)[:4]
     code, sentence = fault(bytes.fromhex(data))
     assert code == "image-header"
@@ -167,7 +167,7 @@ def test_an_image_error_has_a_sentence_in_chinese(data, says):
 
 
 @pytest.mark.parametrize("word", [-1, 1 << 32])
-def test_what_is_no_32_bit_word_is_no_part_of_an_image(word):
+def test_an_image_holds_32_bit_words_only(word):
     for words in ((word,), (0x01000000, word)):
         with pytest.raises(ImageError, match="0 to 4294967295"):
             parse_image(words)

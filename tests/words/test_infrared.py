@@ -1,4 +1,4 @@
-"""A word on the air: its parity, its air time, and a receiver that finds it again among noise."""
+"""Infrared frames: parity, duration, and a receiver that finds them among noise."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""Time on a car goes on right across the clock's wrap at 2^30 ms."""
+"""Times on a car continue across the wrap of the clock at 2^30 ms."""
 
 import pytest
 from hypothesis import example, given

@@ -1,4 +1,4 @@
-"""Serial upload: both ends, joined in memory, at any pace and in any pieces."""
+"""Both ends of a serial upload, joined in memory, at any pace and in any pieces."""
 
 import pytest
 from hypothesis import example, given
@@ -87,7 +87,7 @@ def test_half_a_second_of_silence_makes_the_car_begin_anew(start_ms):
     assert car.take(NEW, start_ms + 2_001 & LAST_TICK) == ([upload.IMAGE], NEW_OK)
 
 
-def test_silence_is_noticed_even_if_the_next_byte_is_the_first_to_tell():
+def test_silence_is_noticed_when_the_next_byte_comes():
     car = Car(OLD)
     car.take(NEW[:6], 0)
     assert car.take(NEW, 500) == ([upload.REFUSED, upload.IMAGE], b"ERR cut off after 6 bytes\n" + NEW_OK)
@@ -143,7 +143,7 @@ def test_garbage_before_the_answer_does_no_harm(garbage):
 
 
 @pytest.mark.parametrize("boot", [b"rst cause:2, flash OK \r\n", b"LED OK now\n"])
-def test_what_a_board_says_while_it_starts_is_no_answer(boot):
+def test_the_messages_of_a_starting_board_are_no_answer(boot):
     end = waiting_uploader()
     assert outcomes(end, boot, 10) == []
     end.receive_data(NEW_OK.replace(b"\n", b"\r\n"), 20)
@@ -244,7 +244,7 @@ ARRIVALS = st.lists(st.tuples(SNIPPETS | images() | st.binary(max_size=40), st.i
 
 
 @given(arrivals=ARRIVALS, start_ms=STARTS_MS)
-def test_a_car_takes_whatever_comes(arrivals, start_ms):
+def test_a_car_survives_any_bytes(arrivals, start_ms):
     for event in events_of(upload.CarEnd(), arrivals, start_ms):
         if event.kind == upload.IMAGE:
             parse_image_bytes(event.image)
@@ -260,7 +260,7 @@ def test_a_car_takes_whatever_comes(arrivals, start_ms):
 
 
 @given(arrivals=ARRIVALS, start_ms=STARTS_MS)
-def test_an_uploader_takes_whatever_comes(arrivals, start_ms):
+def test_an_uploader_survives_any_bytes(arrivals, start_ms):
     received = b"".join(data for data, _ in arrivals)
     for outcome in events_of(waiting_uploader(start_ms), arrivals, start_ms):
         assert outcome.kind in {upload.VERIFIED, upload.MISMATCH, upload.REFUSED, upload.SILENT}
@@ -269,7 +269,7 @@ def test_an_uploader_takes_whatever_comes(arrivals, start_ms):
 
 
 @given(arrivals=ARRIVALS, start_ms=STARTS_MS)
-def test_a_reader_takes_whatever_comes(arrivals, start_ms):
+def test_a_reader_survives_any_bytes(arrivals, start_ms):
     for outcome in events_of(upload.ReadbackEnd(start_ms), arrivals, start_ms):
         if outcome.kind == upload.IMAGE:
             parse_image_bytes(outcome.detail)

@@ -7,8 +7,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from motorcade import __version__
-from motorcade.cli import car, drive, experiments, firmware, recordings, studio, uploads, words
-from motorcade.cli import simulate as cars
+from motorcade.cli import car, drive, experiments, firmware, runs, studio, uploads, words
 from motorcade.cli.language import current_language, requested_language
 from motorcade.errors import MotorcadeError
 from motorcade.outcomes import USAGE
@@ -22,11 +21,10 @@ app = typer.Typer(
     add_completion=False,
 )
 words.add_to(app)
-cars.add_to(app)
+runs.add_to(app)
 car.add_to(app)
 uploads.add_to(app)
 firmware.add_to(app)
-recordings.add_to(app)
 experiments.add_to(app)
 drive.add_to(app)
 studio.add_to(app)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli import driving, far_cars
+from motorcade.cli import driving, remote
 from motorcade.cli.car_options import (
     KEYBOARD,
     CarOptions,
@@ -70,7 +70,7 @@ def add_to(app: typer.Typer) -> None:
     group = typer.Typer(help="Drive a car over a network, and be one that is driven.")
     group.command("serve")(serve_command)
     driving.add_to(group)
-    far_cars.add_to(group)
+    remote.add_to(group)
     app.add_typer(group, name="drive")
 
 

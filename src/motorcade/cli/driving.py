@@ -71,8 +71,7 @@ def connect_command(
 ) -> None:
     """Drive with the keyboard or a gamepad: hold a key and the car drives, release it and the car stops."""
     with needs_extra("keyboard", "drive"):
-        from motorcade.cli.drive_terminal import DriveTerminal
-        from motorcade.cli.keyboard import Keyboard, check_terminal
+        from motorcade.cli.drive_terminal import DriveTerminal, Keyboard, check_terminal
     from motorcade.drive.blocking_client import BlockingDriveClient
 
     check_terminal()
@@ -160,7 +159,7 @@ def open_stick(name: StickName) -> "AbstractContextManager[StickSource]":
     if name == StickName.GAMEPAD:
         return _gamepad()
     with needs_extra("keyboard", "drive"):
-        from motorcade.cli.keyboard import Keyboard, check_terminal
+        from motorcade.cli.drive_terminal import Keyboard, check_terminal
 
     check_terminal()
     return Keyboard()

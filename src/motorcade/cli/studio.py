@@ -14,8 +14,8 @@ from typing import Annotated
 
 import typer
 
-from motorcade.cli.far_cars import Cameras, DriverKeys, named_cars
 from motorcade.cli.options import Json, needs_extra, print_json
+from motorcade.cli.remote import Cameras, DriverKeys, named_cars
 from motorcade.errors import MotorcadeError
 
 
