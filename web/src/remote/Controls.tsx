@@ -121,7 +121,7 @@ export function Controls({ car }: { car: string | null }) {
               {t("request")}
             </button>
           )}
-          {(telemetry?.you.drives ?? telemetry?.you.waits) && (
+          {telemetry && (telemetry.you.drives || telemetry.you.waits) && (
             <button type="button" className={buttons.button} onClick={() => link.request("release", car)}>
               {t("release")}
             </button>
