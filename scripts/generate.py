@@ -9,7 +9,7 @@ from typing import Any
 
 from arbiter_diagram import arbiter_svg
 from commands_page import commands_page
-from message_types import message_types
+from message_types import message_types, remote_types
 from step_files import step_types, with_steps_table
 from wiring_pages import wiring_files
 
@@ -43,6 +43,7 @@ GENERATED = {
     "docs/programs.md": lambda: with_steps_table(_text("docs/programs.md"), "en"),
     "docs/programs.zh.md": lambda: with_steps_table(_text("docs/programs.zh.md"), "zh"),
     "web/src/generated/messages.ts": message_types,
+    "web/src/generated/remote.ts": remote_types,
     "web/src/generated/steps.ts": step_types,
     **wiring_files(),
     **_exports(),

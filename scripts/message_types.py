@@ -1,4 +1,4 @@
-"""Write the messages of `motorcade.service` as TypeScript: the text of web/src/generated/messages.ts."""
+"""Write messages as TypeScript: the texts of web/src/generated/messages.ts and web/src/generated/remote.ts."""
 
 import inspect
 from typing import Any, get_args
@@ -6,6 +6,7 @@ from typing import Any, get_args
 from msgspec import NODEFAULT
 from msgspec import inspect as types
 
+from motorcade.server.remote import messages as remote_messages
 from motorcade.service import messages, world_messages
 from motorcade.service.requests import REQUESTS
 
@@ -30,6 +31,10 @@ export interface MatDocument {
   [key: string]: unknown;
 }
 """
+_REMOTE_HEAD = """/** Messages between the remote's page and the server. Written by scripts/generate.py; don't edit. */
+
+import type { Sentence } from "./messages";
+"""
 # The TypeScript types of fields whose Python type says less: dictionaries without a class, and texts of a few values.
 _NAMED = {
     "sentence": "Sentence",
@@ -42,6 +47,9 @@ _NAMED = {
     ("Project", "followers"): "WorkspaceState",
     ("StoredProject", "leader"): "WorkspaceState",
     ("StoredProject", "followers"): "WorkspaceState",
+    ("CarTelemetry", "state"): '"ready" | "standing" | "moving" | "failsafe" | "stopped" | "program" | "away"',
+    ("CarTelemetry", "why"): "Sentence",
+    ("CarTelemetry", "you"): "{ drives: boolean; waits: boolean }",
     "severity": '"error" | "warning"',
     "editor": '"leader" | "followers"',
     "part": '"header" | "leader" | "followers"',
@@ -81,6 +89,12 @@ class _Writer:
         if isinstance(kind, types.StructType | types.DataclassType):
             return self._interface(kind)
         raise TypeError(f"no TypeScript for {kind}")
+
+    def union(self, name: str, members: Any) -> str:
+        """Return the declaration of a union of messages; their interfaces are written before."""
+        return (
+            f"export type {name} = {' | '.join(self.type_of(types.type_info(each)) for each in get_args(members))};\n"
+        )
 
     def _interface(self, kind: types.StructType | types.DataclassType) -> str:
         name = kind.cls.__name__
@@ -127,7 +141,7 @@ def _summary(cls: type) -> str:
 
 
 def message_types() -> str:
-    """Return the text of the file."""
+    """Return the text of messages.ts."""
     writer = _Writer()
     rows = []
     for name, request in REQUESTS.items():
@@ -135,13 +149,16 @@ def message_types() -> str:
         rows.append(f'  "{name}": {{ message: {message}; answer: {answer} }};')
     writer.type_of(types.type_info(messages.ErrorAnswer))
     writer.type_of(types.type_info(world_messages.UploadOrder))
-    unions: list[str] = []
-    for name in _UNIONS:
-        members: Any = get_args(getattr(world_messages, name))
-        joined = " | ".join(writer.type_of(types.type_info(each)) for each in members)
-        unions.append(f"export type {name} = {joined};\n")
+    unions = [writer.union(name, getattr(world_messages, name)) for name in _UNIONS]
     table = [
         "/** Every request: `POST /api/<name>` with its message gives its answer. */",
         "export interface Requests {",
     ]
     return "\n".join([_HEAD, *writer.interfaces.values(), *unions, "\n".join([*table, *rows, "}\n"])])
+
+
+def remote_types() -> str:
+    """Return the text of remote.ts."""
+    writer = _Writer()
+    unions = [writer.union(name, getattr(remote_messages, name)) for name in ("RemoteMessage", "RemoteAnswer")]
+    return "\n".join([_REMOTE_HEAD, *writer.interfaces.values(), *unions])

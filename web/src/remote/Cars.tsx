@@ -1,7 +1,8 @@
+import type { CarTelemetry } from "../generated/remote";
 import buttons from "../ui/buttons.module.css";
 import { Icon } from "../ui/icons";
 import { link } from "./driving";
-import { type Telemetry, useRemote } from "./link";
+import { useRemote } from "./link";
 import css from "./remote.module.css";
 import { type Key, useLanguage, useTexts } from "./texts";
 
@@ -18,7 +19,7 @@ export function useCarName(): (car: string) => string {
 }
 
 /** What a car does, as the key of a short text. */
-function shortText({ state, driver, you }: Telemetry): Key {
+function shortText({ state, driver, you }: CarTelemetry): Key {
   if (state === "failsafe") return "stoppedItself";
   return driver !== null && !you.drives && state !== "stopped" ? "otherDrives" : state;
 }

@@ -1,10 +1,11 @@
 import { useEffect, useId, useState } from "react";
+import type { CarTelemetry } from "../generated/remote";
 import { THEMES, useSettings, type ThemeName } from "../state/settings";
 import { Icon } from "../ui/icons";
 import { CarList, Notices, useCarName } from "./Cars";
 import { Controls, Stick, Stop } from "./Controls";
 import { address } from "./driving";
-import { type Telemetry, useRemote } from "./link";
+import { useRemote } from "./link";
 import css from "./remote.module.css";
 import { changeLanguage, LANGUAGES, nameOf, useLanguage, useTexts } from "./texts";
 
@@ -25,7 +26,7 @@ function useSilenceMs(): number {
 }
 
 /** For how long the server has received nothing of its most silent car; a car that is away is shown as such. */
-function carsSilenceMs(telemetry: Record<string, Telemetry>): number {
+function carsSilenceMs(telemetry: Record<string, CarTelemetry>): number {
   return Math.max(0, ...Object.values(telemetry).map((car) => (car.state === "away" ? 0 : car.silent_ms)));
 }
 

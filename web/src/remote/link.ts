@@ -1,48 +1,16 @@
 /** The connection to the cars: it comes back by itself, and knows how old its telemetry is. */
 
 import { create } from "zustand";
+import type { Sentence } from "../generated/messages";
+import type { CarTelemetry, ListedCar, RemoteAnswer, RemoteMessage } from "../generated/remote";
 import type { Axes } from "./input";
-
-export interface ListedCar {
-  car: string;
-  leads: boolean | null;
-  sees: boolean;
-  /** What its owner calls it, where it has a name. */
-  name: string | null;
-}
-
-export type Sentence = Record<string, string>;
-
-export interface Telemetry {
-  state: "ready" | "standing" | "moving" | "failsafe" | "stopped" | "program" | "away";
-  angle_deg: number;
-  direction: number;
-  speed: number;
-  driver: string | null;
-  wanted_by: string | null;
-  battery_mv: number | null;
-  last_fault: string;
-  /** Its simulated world is paused. */
-  paused: boolean;
-  /** Since the server last received something of it. */
-  silent_ms: number;
-  /** LossReason it is away, where that is known. */
-  why: Sentence | null;
-  you: { drives: boolean; waits: boolean };
-}
-
-type Message =
-  | { is: "hello"; cars: ListedCar[] }
-  | { is: "telemetry"; cars: Record<string, Telemetry> }
-  | { is: "heard"; number: number }
-  | { is: "error"; sentence: Sentence };
 
 interface Remote {
   open: boolean;
   cars: ListedCar[];
   /** The cars that this page has joined, in that order; one stick drives them all. */
   joined: string[];
-  telemetry: Record<string, Telemetry>;
+  telemetry: Record<string, CarTelemetry>;
   /** From sending a stick to the answer that it was received. */
   roundTripMs: number | null;
   /** When the last message of the server came. */
@@ -90,7 +58,7 @@ export class Link {
     const socket = this.connect();
     this.socket = socket;
     socket.addEventListener("message", (event) => {
-      this.receive(JSON.parse((event as MessageEvent<string>).data) as Message);
+      this.receive(JSON.parse((event as MessageEvent<string>).data) as RemoteAnswer);
     });
     socket.addEventListener("close", () => {
       useRemote.setState({ open: false, telemetry: {}, roundTripMs: null });
@@ -132,11 +100,11 @@ export class Link {
     this.send({ do: "drive", cars, throttle, steering, number: this.number });
   }
 
-  private send(message: Record<string, unknown>): void {
+  private send(message: RemoteMessage): void {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
-  private receive(message: Message): void {
+  private receive(message: RemoteAnswer): void {
     useRemote.setState({ receivedAtMs: this.now() });
     if (message.is === "hello") this.receiveHello(message.cars);
     else if (message.is === "telemetry") useRemote.setState({ telemetry: message.cars });

@@ -3,6 +3,7 @@ import { Button, Menu, MenuItem, MenuTrigger, Popover, Slider, SliderThumb, Slid
 import { useTranslation } from "react-i18next";
 import { Icon } from "../ui/icons";
 import type { Session } from "../mat/session";
+import { useStudio } from "../state/studio";
 import { chosenCar, useMat } from "../mat/store";
 import { Choice, ToolButton } from "../mat/fields";
 import { type CarEvent, clock, type Jump, jumpTo } from "./events";
@@ -89,8 +90,12 @@ function Scrubber({ session }: { session: Session }) {
 function Downloads({ session }: { session: Session }) {
   const { t } = useTranslation();
   const isEmpty = useMat(({ state }) => !state?.t_ms);
-  const files = ["timeline.csv", `run.gif?seconds=${FILM_S}`, `run.mp4?seconds=${FILM_S}`];
-  const names = [t("timeline.csv"), t("timeline.gif", { count: FILM_S }), t("timeline.mp4", { count: FILM_S })];
+  const hasFilms = useStudio(({ capabilities }) => capabilities?.films ?? false);
+  const films = [
+    { file: `run.gif?seconds=${FILM_S}`, name: t("timeline.gif", { count: FILM_S }) },
+    { file: `run.mp4?seconds=${FILM_S}`, name: t("timeline.mp4", { count: FILM_S }) },
+  ];
+  const files = [{ file: "timeline.csv", name: t("timeline.csv") }, ...(hasFilms ? films : [])];
   return (
     <MenuTrigger>
       <Button className={classes(fields.button, fields.wide)} isDisabled={isEmpty}>
@@ -99,9 +104,9 @@ function Downloads({ session }: { session: Session }) {
       </Button>
       <Popover className={fields.popover}>
         <Menu aria-label={t("timeline.download")}>
-          {files.map((file, place) => (
+          {files.map(({ file, name }) => (
             <MenuItem key={file} className={fields.option} href={`/api/world/${session.name}/${file}`} download={file.split("?")[0]}>
-              {names[place]}
+              {name}
             </MenuItem>
           ))}
         </Menu>

@@ -73,6 +73,7 @@ function PortChoice({ ports, chosen, onChoose }: PortChoiceProps) {
 export function UploadDialog({ onClose }: { onClose: () => void }) {
   const { t } = useTranslation();
   const image = useStudio((studio) => studio.compiled?.image ?? null);
+  const listsPorts = useStudio((studio) => studio.capabilities?.serial_ports ?? false);
   const { ports, look } = usePorts();
   const lastUsed = useSettings((settings) => settings.port);
   const [wished, setWished] = useState<string | null>(null);
@@ -108,14 +109,16 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
   return (
     <Sheet title={t("upload.title")} onClose={onClose}>
       <PortChoice ports={ports} chosen={port ?? ""} onChoose={setWished} />
-      <Button className={buttons.link} onPress={() => void look()}>
-        {t("upload.look")}
-      </Button>
+      {listsPorts && (
+        <Button className={buttons.link} onPress={() => void look()}>
+          {t("upload.look")}
+        </Button>
+      )}
       <Check checked={verify} onChange={setVerify}>
         {t("upload.verify")}
       </Check>
       {progress && (
-        <ProgressBar  value={progress.sent} maxValue={progress.of || 1} isIndeterminate={!progress.of}>
+        <ProgressBar value={progress.sent} maxValue={progress.of || 1} isIndeterminate={!progress.of}>
           {({ percentage }) => (
             <>
               <Label>{t(progress.of ? "upload.sending" : "upload.waiting", { sent: progress.sent, of: progress.of })}</Label>

@@ -1,12 +1,13 @@
 """The cars that a server offers to pages, and a page's control of one of them, wherever the car is."""
 
 from collections.abc import Callable
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, Protocol
 
 from motorcade.cameras.broadcast import Camera
 from motorcade.drive.input.deadman import stick_word
 from motorcade.drive.session import CarControl
 from motorcade.errors import MotorcadeError
+from motorcade.server.remote.messages import CarTelemetry, ListedCar
 
 # A page may be connected to so many cars at once, and so many cameras of a world may be open.
 MOST_CARS = 16
@@ -26,14 +27,8 @@ class PageControl(Protocol):
     async def act(self, action: Action) -> None:
         """Ask to drive, to stop driving or waiting, for the emergency stop, for its end, or for the car's program."""
 
-    def telemetry(self) -> dict[str, Any]:
-        """The car's `motorcade.drive.wire.Telemetry` by name, and beside that:
-
-        - ``you``: whether this page ``drives`` and ``waits``, and its counts.
-        - ``paused``: whether the car's world stands still.
-        - ``silent_ms``: the time since the last telemetry.
-        - ``why``: in each language why the state is ``away``, or None.
-        """
+    def telemetry(self) -> CarTelemetry:
+        """The car's telemetry, and what concerns this page."""
 
     def leave(self) -> None:
         """End the connection; the car stands still if this page drove it."""
@@ -73,33 +68,17 @@ class LocalControl:
         """Ask something of the car. Raises MotorcadeError where it refuses."""
         getattr(self._session, action)()
 
-    def telemetry(self) -> dict[str, Any]:
-        """The car's telemetry, and what concerns this page (see `PageControl.telemetry`)."""
+    def telemetry(self) -> CarTelemetry:
+        """The car's telemetry, and what concerns this page."""
         telemetry = self._car.telemetry()
-        you = {"drives": self._session.drives, "waits": telemetry.wanted_by == self._page}
-        more = {"paused": self._is_paused(), "silent_ms": 0, "why": None}
-        return telemetry._asdict() | more | {"you": you | self._session.counts.as_dict()}
+        you: dict[str, Any] = {"drives": self._session.drives, "waits": telemetry.wanted_by == self._page}
+        you |= self._session.counts.as_dict()
+        return CarTelemetry(**telemetry._asdict(), paused=self._is_paused(), silent_ms=0, you=you)
 
     def leave(self) -> None:
         """End the connection."""
         self._session.leave()
         self._left()
-
-
-class ListedCar(NamedTuple):
-    """A car in a page's list.
-
-    Attributes:
-        car: its name in messages.
-        leads: whether it leads others; None where that means nothing.
-        sees: whether it has a camera.
-        name: the name that its owner gave it, where there is one.
-    """
-
-    car: str
-    leads: bool | None
-    sees: bool
-    name: str | None = None
 
 
 class Fleet(Protocol):

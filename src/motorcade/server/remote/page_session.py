@@ -1,101 +1,48 @@
-"""One page of the remote: the messages that it sends, and its connections to cars."""
+"""One page of the remote: its WebSocket, and its connections to cars."""
 
 import asyncio
 from collections import deque
 from collections.abc import Coroutine
 from contextlib import suppress
-from typing import Annotated, Any
+from typing import Any
 
 import msgspec
-from msgspec import Meta, Struct
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motorcade.errors import MotorcadeError
 from motorcade.server.http import next_message, until_one_ends
 from motorcade.server.remote.fleet import MOST_CARS, Action, Fleet, PageControl
+from motorcade.server.remote.messages import (
+    Clear,
+    Drive,
+    Heard,
+    Hello,
+    Join,
+    Leave,
+    Release,
+    RemoteAnswer,
+    RemoteMessage,
+    Request,
+    Resume,
+    Start,
+    Stop,
+    Telemetry,
+)
 from motorcade.server.request_filter import ServerSettings
+from motorcade.service.world_messages import Refused
+from motorcade.service.world_session import refused
 from motorcade.timing import to_ticks
 
 _TELEMETRY_EVERY_S = 0.1
 _MOST_WAITING = 32
 _POLICY_VIOLATION = 1008
 
-Name = Annotated[str, Meta(max_length=40)]
-Axis = Annotated[float, Meta(ge=-1, le=1)]
-
-
-class _Message(Struct, tag_field="do", tag=str.lower, forbid_unknown_fields=True):
-    pass
-
-
-class Join(_Message):
-    """Connect to a car, to watch or to drive."""
-
-    car: Name
-
-
-class Leave(_Message):
-    """End the connection to a car."""
-
-    car: Name
-
-
-class DriveMessage(_Message, tag="drive"):
-    """Where the stick is now, for all of these cars.
-
-    Attributes:
-        throttle: -1 full speed back to 1 full speed ahead.
-        steering: -1 full left to 1 full right.
-        number: the page's own count; the answer ``heard`` has it.
-    """
-
-    cars: Annotated[list[Name], Meta(max_length=16)]
-    throttle: Axis
-    steering: Axis
-    number: Annotated[int, Meta(ge=0, lt=1 << 53)] = 0
-
-
-class Request(_Message):
-    """Ask to drive."""
-
-    car: Name
-
-
-class Release(_Message):
-    """Stop driving, or stop waiting to drive."""
-
-    car: Name
-
-
-class Stop(_Message):
-    """Emergency stop of all of these cars."""
-
-    cars: Annotated[list[Name], Meta(max_length=16)]
-
-
-class Clear(_Message):
-    """Lift the emergency stop."""
-
-    car: Name
-
-
-class Resume(_Message):
-    """Give the car back to its own program."""
-
-    car: Name
-
-
-class Start(_Message):
-    """Have the cars' world go on where it stands still."""
-
-
-_ACTIONS: dict[type[_Message], Action] = {
+_ACTIONS: dict[type[RemoteMessage], Action] = {
     Request: "request",
     Release: "release",
     Clear: "clear",
     Resume: "resume_program",
 }
-Message = Join | Leave | DriveMessage | Request | Release | Stop | Clear | Resume | Start
 
 
 class PageSession:
@@ -116,10 +63,10 @@ class PageSession:
         self._controls: dict[str, PageControl] = {}
         # Questions to cars, which may take a moment to answer; none holds up another, or the page.
         self._questions: set[asyncio.Task[None]] = set()
-        self._stick: DriveMessage | None = None
+        self._stick: Drive | None = None
         self._moved = asyncio.Event()
-        self._newest: dict[str, dict[str, Any]] = {}
-        self._others: deque[dict[str, Any]] = deque(maxlen=_MOST_WAITING)
+        self._newest: dict[type[RemoteAnswer], RemoteAnswer] = {}
+        self._errors: deque[Refused] = deque(maxlen=_MOST_WAITING)
         self._changed = asyncio.Event()
 
     async def serve(self) -> None:
@@ -141,7 +88,7 @@ class PageSession:
         rate = self._settings.message_rate()
         while True:
             try:
-                message: Message = await next_message(self._socket, Message, self._settings.most_body)  # type: ignore[arg-type]  # a union
+                message: RemoteMessage = await next_message(self._socket, RemoteMessage, self._settings.most_body)  # type: ignore[arg-type]  # a union
                 await self._obey(message)
             except MotorcadeError as problem:
                 self._refuse(problem)
@@ -149,9 +96,9 @@ class PageSession:
                 await self._socket.close(_POLICY_VIOLATION)
                 return
 
-    async def _obey(self, message: Message) -> None:
+    async def _obey(self, message: RemoteMessage) -> None:
         match message:
-            case DriveMessage():
+            case Drive():
                 self._stick = message
                 self._moved.set()
             case Stop():
@@ -168,8 +115,7 @@ class PageSession:
                 await self._greet()
 
     async def _greet(self) -> None:
-        cars = [each._asdict() for each in await self._fleet.listed()]
-        self._put("hello", {"cars": cars, "you": self._name})
+        self._put(Hello(await self._fleet.listed(), self._name))
 
     async def _join(self, name: str) -> None:
         if name in self._controls:
@@ -214,12 +160,12 @@ class PageSession:
             for name in stick.cars:
                 if name in self._controls:
                     self._controls[name].steer(stick.throttle, stick.steering)
-            self._put("heard", {"number": stick.number})
+            self._put(Heard(stick.number))
 
     async def _send_telemetry(self) -> None:
         """Send the telemetry of the page's cars, ten times a second."""
         while True:
-            self._put("telemetry", {"cars": {name: control.telemetry() for name, control in self._controls.items()}})
+            self._put(Telemetry({name: control.telemetry() for name, control in self._controls.items()}))
             await asyncio.sleep(_TELEMETRY_EVERY_S)
 
     async def _send(self) -> None:
@@ -227,16 +173,16 @@ class PageSession:
         while True:
             await self._changed.wait()
             self._changed.clear()
-            while self._newest or self._others:
-                message = self._others.popleft() if self._others else self._newest.pop(next(iter(self._newest)))
-                await self._socket.send_text(msgspec.json.encode(message).decode())
+            while self._newest or self._errors:
+                answer = self._errors.popleft() if self._errors else self._newest.pop(next(iter(self._newest)))
+                await self._socket.send_text(msgspec.json.encode(answer).decode())
 
-    def _put(self, kind: str, values: dict[str, Any]) -> None:
-        self._newest[kind] = {"is": kind} | values
+    def _put(self, answer: RemoteAnswer) -> None:
+        self._newest[type(answer)] = answer
         self._changed.set()
 
     def _refuse(self, problem: MotorcadeError) -> None:
-        self._others.append({"is": "error"} | problem.to_dict("page"))
+        self._errors.append(refused(problem))
         self._changed.set()
 
 
@@ -249,5 +195,5 @@ async def serve_page(socket: WebSocket, fleet: Fleet, settings: ServerSettings) 
 async def refuse_page(socket: WebSocket, problem: MotorcadeError) -> None:
     """Send a page the reason why it can't drive, and close the connection."""
     with suppress(WebSocketDisconnect):
-        await socket.send_text(msgspec.json.encode({"is": "error"} | problem.to_dict("page")).decode())
+        await socket.send_text(msgspec.json.encode(refused(problem)).decode())
         await socket.close(_POLICY_VIOLATION)

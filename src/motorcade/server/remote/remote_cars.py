@@ -5,7 +5,7 @@ import re
 import ssl
 from collections import Counter
 from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from motorcade.cameras.broadcast import Camera
 from motorcade.cameras.web import WebCamera
@@ -13,24 +13,12 @@ from motorcade.drive.client import DriveClient
 from motorcade.drive.connection import CarError, CarRefusesError
 from motorcade.drive.session import MOST_SESSIONS, DriveError
 from motorcade.errors import MotorcadeError
-from motorcade.server.remote.fleet import Action, ListedCar, PageControl
+from motorcade.server.remote.fleet import Action, PageControl
+from motorcade.server.remote.messages import CarTelemetry, ListedCar
 from motorcade.service.messages import sentences
 
 _AGAIN_S = 0.1
 _NAME = re.compile(r"\w[\w-]{0,39}")
-# The telemetry of a car that has sent none.
-_UNKNOWN = {
-    "state": "away",
-    "angle_deg": 90,
-    "direction": 1,
-    "speed": 0,
-    "driver": None,
-    "wanted_by": None,
-    "age_ms": None,
-    "battery_mv": None,
-    "last_fault": "",
-    "you": {"drives": False, "waits": False},
-}
 
 
 class RemoteCar(NamedTuple):
@@ -98,18 +86,17 @@ class RemoteControl:
             except CarError:
                 await asyncio.sleep(_AGAIN_S)
 
-    def telemetry(self) -> dict[str, Any]:
-        """The last telemetry, and what concerns this page (see `PageControl.telemetry`)."""
+    def telemetry(self) -> CarTelemetry:
+        """The last telemetry, and what concerns this page."""
         telemetry = self._client.telemetry
-        more = {"paused": False, "silent_ms": self._client.silent_ms}
         if telemetry is None:
-            return _UNKNOWN | more | {"why": self._why()}
-        you = self._client.you
-        waits = telemetry.wanted_by is not None and telemetry.wanted_by == you.get("name")
-        shown = telemetry._asdict() | more | {"why": None, "you": {"drives": False} | you | {"waits": waits}}
-        if self._client.waits_for_release and telemetry.state in ("ready", "standing"):
+            return CarTelemetry(silent_ms=self._client.silent_ms, why=self._why())
+        waits = telemetry.wanted_by is not None and telemetry.wanted_by == self._client.you.get("name")
+        you = {"drives": False} | self._client.you | {"waits": waits}
+        shown = CarTelemetry(**telemetry._asdict(), silent_ms=self._client.silent_ms, you=you)
+        if self._client.waits_for_release and shown.state in ("ready", "standing"):
             # The car no longer knows that the stick was held when the connection broke; its client does.
-            shown["state"] = "failsafe"
+            shown.state = "failsafe"
         return shown
 
     def leave(self) -> None:

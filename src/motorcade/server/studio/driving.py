@@ -12,7 +12,8 @@ from motorcade.cameras.broadcast import Camera
 from motorcade.config.profile import Profile
 from motorcade.drive.session import CarControl
 from motorcade.errors import MotorcadeError
-from motorcade.server.remote.fleet import MOST_CARS, ListedCar, LocalControl, PageControl
+from motorcade.server.remote.fleet import MOST_CARS, LocalControl, PageControl
+from motorcade.server.remote.messages import ListedCar
 from motorcade.server.studio.simulation import StudioWorld
 from motorcade.timing import monotonic_ms
 

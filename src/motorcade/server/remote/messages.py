@@ -1,0 +1,158 @@
+"""What the remote's page and the server send to each other.
+
+`web/src/generated/remote.ts` is written from these types by `scripts/generate.py`.
+"""
+
+from typing import Annotated, Any
+
+from msgspec import Meta, Struct, field
+
+from motorcade.service.messages import Sentence
+from motorcade.service.world_messages import Refused
+
+Name = Annotated[str, Meta(max_length=40)]
+Names = Annotated[list[Name], Meta(max_length=16)]
+Axis = Annotated[float, Meta(ge=-1, le=1)]
+Number = Annotated[int, Meta(ge=0, lt=1 << 53)]
+
+
+class _Message(Struct, tag_field="do", tag=str.lower, forbid_unknown_fields=True):
+    pass
+
+
+class Join(_Message):
+    """Connect to a car, to watch or to drive."""
+
+    car: Name
+
+
+class Leave(_Message):
+    """End the connection to a car."""
+
+    car: Name
+
+
+class Drive(_Message):
+    """The stick's position, for all of these cars.
+
+    Attributes:
+        throttle: -1 full speed back to 1 full speed ahead.
+        steering: -1 full left to 1 full right.
+        number: the page's own count; the answer `Heard` has it.
+    """
+
+    cars: Names
+    throttle: Axis
+    steering: Axis
+    number: Number = 0
+
+
+class Request(_Message):
+    """Ask to drive."""
+
+    car: Name
+
+
+class Release(_Message):
+    """Stop driving, or stop waiting to drive."""
+
+    car: Name
+
+
+class Stop(_Message):
+    """Emergency stop of all of these cars."""
+
+    cars: Names
+
+
+class Clear(_Message):
+    """Lift the emergency stop."""
+
+    car: Name
+
+
+class Resume(_Message):
+    """Give the car back to its own program."""
+
+    car: Name
+
+
+class Start(_Message):
+    """Run the cars' world where it is paused."""
+
+
+RemoteMessage = Join | Leave | Drive | Request | Release | Stop | Clear | Resume | Start
+
+
+class ListedCar(Struct):
+    """A car in a page's list.
+
+    Attributes:
+        car: its name in messages.
+        leads: whether it leads others; None where that means nothing.
+        sees: whether it has a camera.
+        name: the name that its owner gave it, where there is one.
+    """
+
+    car: str
+    leads: bool | None
+    sees: bool
+    name: str | None = None
+
+
+class CarTelemetry(Struct, kw_only=True):
+    """A car's `motorcade.drive.wire.Telemetry`, and what concerns one page; by default, of a car that sent none.
+
+    Attributes:
+        state: also ``away``: the car can't be reached.
+        paused: the car's world is paused.
+        silent_ms: the time since the server received telemetry.
+        why: the reason of the state ``away``, where it is known.
+        you: whether this page ``drives`` and ``waits``, and the counts of its commands.
+    """
+
+    state: str = "away"
+    angle_deg: int = 90
+    direction: int = 1
+    speed: int = 0
+    driver: str | None = None
+    wanted_by: str | None = None
+    age_ms: int | None = None
+    battery_mv: int | None = None
+    watchers: int = 0
+    refused: int = 0
+    failsafes: int = 0
+    stalls: int = 0
+    faults: int = 0
+    last_fault: str = ""
+    turned_away: int = 0
+    paused: bool = False
+    silent_ms: int
+    why: Sentence | None = None
+    you: dict[str, Any] = field(default_factory=lambda: {"drives": False, "waits": False})
+
+
+class _Answer(Struct, tag_field="is", tag=str.lower):
+    pass
+
+
+class Hello(_Answer):
+    """The cars, and the page's name at them; the first answer, and the answer to Start."""
+
+    cars: list[ListedCar]
+    you: str
+
+
+class Telemetry(_Answer):
+    """The telemetry of each car that the page has joined."""
+
+    cars: dict[str, CarTelemetry]
+
+
+class Heard(_Answer):
+    """The number of the newest Drive that the server received."""
+
+    number: int
+
+
+RemoteAnswer = Hello | Telemetry | Heard | Refused

@@ -1,0 +1,121 @@
+/** Messages between the remote's page and the server. Written by scripts/generate.py; don't edit. */
+
+import type { Sentence } from "./messages";
+
+/** Connect to a car, to watch or to drive. */
+export interface Join {
+  do: "join";
+  car: string;
+}
+
+/** End the connection to a car. */
+export interface Leave {
+  do: "leave";
+  car: string;
+}
+
+/** The stick's position, for all of these cars. */
+export interface Drive {
+  do: "drive";
+  cars: string[];
+  throttle: number;
+  steering: number;
+  number?: number;
+}
+
+/** Ask to drive. */
+export interface Request {
+  do: "request";
+  car: string;
+}
+
+/** Stop driving, or stop waiting to drive. */
+export interface Release {
+  do: "release";
+  car: string;
+}
+
+/** Emergency stop of all of these cars. */
+export interface Stop {
+  do: "stop";
+  cars: string[];
+}
+
+/** Lift the emergency stop. */
+export interface Clear {
+  do: "clear";
+  car: string;
+}
+
+/** Give the car back to its own program. */
+export interface Resume {
+  do: "resume";
+  car: string;
+}
+
+/** Run the cars' world where it is paused. */
+export interface Start {
+  do: "start";
+}
+
+/** The cars, and the page's name at them; the first answer, and the answer to Start. */
+export interface Hello {
+  is: "hello";
+  cars: ListedCar[];
+  you: string;
+}
+
+/** A car in a page's list. */
+export interface ListedCar {
+  car: string;
+  leads: boolean | null;
+  sees: boolean;
+  name: string | null;
+}
+
+/** The telemetry of each car that the page has joined. */
+export interface Telemetry {
+  is: "telemetry";
+  cars: Record<string, CarTelemetry>;
+}
+
+/** A car's `motorcade.drive.wire.Telemetry`, and what concerns one page; by default, of a car that sent none. */
+export interface CarTelemetry {
+  state: "ready" | "standing" | "moving" | "failsafe" | "stopped" | "program" | "away";
+  angle_deg: number;
+  direction: number;
+  speed: number;
+  driver: string | null;
+  wanted_by: string | null;
+  age_ms: number | null;
+  battery_mv: number | null;
+  watchers: number;
+  refused: number;
+  failsafes: number;
+  stalls: number;
+  faults: number;
+  last_fault: string;
+  turned_away: number;
+  paused: boolean;
+  silent_ms: number;
+  why: Sentence | null;
+  you: { drives: boolean; waits: boolean };
+}
+
+/** The number of the newest Drive that the server received. */
+export interface Heard {
+  is: "heard";
+  number: number;
+}
+
+/** What was refused, and why. */
+export interface Refused {
+  is: "error";
+  code: string;
+  details: Record<string, unknown>;
+  sentence: Sentence;
+}
+
+export type RemoteMessage = Join | Leave | Drive | Request | Release | Stop | Clear | Resume | Start;
+
+export type RemoteAnswer = Hello | Telemetry | Heard | Refused;
