@@ -1,4 +1,4 @@
-"""Projects in a folder on disk, with all their versions (`motorcade.service.storage.Storage`).
+"""Projects in a folder on disk, with all their versions (`motorcade.service.requests.Storage`).
 
 A project is a folder, and its versions are the files ``000001.motorcade.json`` and so on in it: a folder that anybody
 can look into, copy and put under version control. An owner other than "" has a folder of its own in ``owners``.
@@ -14,7 +14,7 @@ from stat import S_ISREG
 from motorcade.config.files import replace_file
 from motorcade.errors import MotorcadeError
 from motorcade.service.messages import LibraryEntry, Version
-from motorcade.service.storage import Quota
+from motorcade.service.requests import Quota
 
 # Four bytes each, or three for a quoted one, and the digest: short of the 255 bytes that a file's name may have.
 LONGEST_NAME = 60
