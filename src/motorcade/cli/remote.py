@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 import typer
 
 from motorcade.cli.driving import address_of
+from motorcade.cli.language import translated
 from motorcade.cli.options import Json, needs_extra, print_json, print_text
 from motorcade.errors import MotorcadeError
 
@@ -173,7 +174,7 @@ def remote_command(
             if as_json:
                 print_json({"url": url, "cars": called})
             else:
-                print_text(f"The remote of {', '.join(called)} is {url} Ctrl-C ends.\n")
+                print_text(translated("remote-is-ready", cars=", ".join(called), url=url) + "\n")
 
         serve_alone(make_remote(settings, RemoteCars(*named)), settings, listener, ready, tls)
 

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from motorcade.cli.console import print_diagnostics, words_table
+from motorcade.cli.language import current_language, translated
 from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.locales import command_line_text
@@ -25,14 +26,14 @@ def cars_table(run: Run) -> Table:
     counts = {
         name: np.bincount(events["car"][events["kind"] == k], minlength=world.cars) for k, name in enumerate(KINDS)
     }
-    table = Table(title=f"What the cars did in {world.now_ms / 1000:g} s", title_justify="left")
-    table.add_column("car", no_wrap=True)
-    for name in ("words begun", "frames sent", "heard", "lost", "drove (m)", "x (m)", "y (m)", "faces (°)"):
-        table.add_column(name, justify="right")
-    end = world.snapshot()
+    table = Table(title=translated("cars-table-title", seconds=world.now_ms / 1000), title_justify="left")
+    table.add_column(translated("column-car"), no_wrap=True)
+    for name in ("words", "frames", "heard", "lost", "driven", "x", "y", "heading"):
+        table.add_column(translated(f"column-{name}"), justify="right")
+    end, leader = world.snapshot(), translated("role-leader")
     for car, leads in enumerate(world.mat.starts.leads.tolist()):
         table.add_row(
-            f"{car}, leader" if leads and car else "leader" if leads else str(car),
+            f"{car}, {leader}" if leads and car else leader if leads else str(car),
             str(counts["state"][car] + counts["start"][car]),
             str(counts["frame"][car]),
             str(counts["heard"][car]),
@@ -68,12 +69,12 @@ def _event_as_dict(event: np.void) -> dict[str, object]:
 
 def _crowd_table(run: Run) -> Table:
     world = run.world
-    title = f"What {world.cars:,} cars did in {world.now_ms / 1000:g} s"
-    table = Table("what", title=title, title_justify="left")
-    table.add_column("in all", justify="right")
+    title = translated("crowd-table-title", count=world.cars, seconds=world.now_ms / 1000)
+    table = Table(translated("column-counter"), title=title, title_justify="left")
+    table.add_column(translated("column-total"), justify="right")
     for name, values in world.counts().items():
-        table.add_row(name.replace("_", " "), f"{int(values[0]):,}")
-    table.add_row("drove on average (m)", _rounded(float(run.driven_m.mean()), 2))
+        table.add_row(translated(f"counter-{name.replace('_', '-')}"), f"{int(values[0]):,}")
+    table.add_row(translated("mean-distance"), _rounded(float(run.driven_m.mean()), 2))
     return table
 
 
@@ -119,12 +120,12 @@ def show(
     """
     console = Console()
     compiled = compile_program(program)
-    print_diagnostics(console, compiled.diagnostics, "en")
+    print_diagnostics(console, compiled.diagnostics, current_language())
     profile = built_in_profile(program.profile)
     console.print(words_table(compiled.words, profile) if compiled.words else "")
     record = [picture] if picture else []
     run = simulate(compiled.image, followers, seconds, seed, profile, mat, record)
     console.print(cars_table(run))
     if picture:
-        console.print(f"The tracks are in {picture}.")
+        console.print(translated("tracks-are-drawn", picture=picture))
     return run

@@ -14,6 +14,7 @@ from typing import Annotated
 
 import typer
 
+from motorcade.cli.language import translated
 from motorcade.cli.options import Json, needs_extra, print_json
 from motorcade.cli.remote import Cameras, DriverKeys, named_cars
 from motorcade.errors import MotorcadeError
@@ -63,7 +64,7 @@ def studio_command(
             if as_json:
                 print_json({"url": url, "library": str(folder)})
             else:
-                print(f"The studio is at {url} and keeps projects in {folder}. Ctrl-C stops it.", flush=True)
+                print(translated("studio-is-ready", url=url, folder=folder), flush=True)
             if not no_browser:
                 open_browser(url)
 

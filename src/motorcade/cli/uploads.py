@@ -1,6 +1,6 @@
 """Commands that reach a car through a port: ports, upload, readback.
 
-Each command imports what it needs when it runs, so that the others start at once.
+Each command imports what it needs when it runs, so that the others start quickly.
 """
 
 import sys
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli.language import Language, current_language, resolve_locale
+from motorcade.cli.language import Language, current_language, resolve_locale, translated
 from motorcade.cli.options import (
     Json,
     ProfileOption,
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from motorcade.upload.ports import PortInfo
     from motorcade.upload.transfer import Retry
 
-_QUESTION = {"en": "At which of them is the car", "zh": "小车在哪一个端口"}
 Port = Annotated[
     str,
     typer.Option("--port", "-p", help="Such as /dev/ttyUSB0, COM3 or socket://127.0.0.1:7000. Found, unless given."),
@@ -49,9 +48,9 @@ def ports_command(as_json: Json = False) -> None:
         print_json([_as_dict(port) for port in found])
         return
     if all(port.rank == BARE for port in found):
-        print("No car is plugged in. Plug one in, or start `motorcade car run --board simulated --tcp 127.0.0.1:7000`.")
+        print(translated("no-car-plugged-in"))
     for port in found:
-        print(f"{port.device}  {port.title or '(nothing is known to be there)'}")
+        print(f"{port.device}  {port.title or translated('port-unknown')}")
 
 
 def _as_dict(port: "PortInfo") -> dict[str, str | bool]:
@@ -80,26 +79,24 @@ def upload_command(
     baud = chosen.serial.baud
     port = port or _only_port()
     if dry_run:
-        _tell_plan(port, image, baud, as_json)
+        _print_plan(port, image, baud, as_json)
         return
     with progress_bar("sent", len(image)) as advance:
-        answer = upload(port, image, baud, verify=not no_verify, progress=advance, retrying=_tell_retry)
+        answer = upload(port, image, baud, verify=not no_verify, progress=advance, retrying=_print_retry)
     if as_json:
         print_json({"port": port, "bytes": len(image), "verified": not no_verify, "answer": answer})
     elif no_verify:
-        print(f"{len(image)} bytes to {port}: sent, not verified")
+        print(translated("upload-not-verified", count=len(image), port=port))
     else:
-        print(f"{len(image)} bytes to {port}: verified, the car answered {answer}")
+        print(translated("upload-verified", count=len(image), port=port, answer=answer))
 
 
-def _tell_plan(port: str, image: bytes, baud: int, as_json: bool) -> None:
-    words = len(image) // 4
+def _print_plan(port: str, image: bytes, baud: int, as_json: bool) -> None:
+    plan = {"port": port, "bytes": len(image), "words": len(image) // 4, "crc32": f"{crc32(image):08x}", "baud": baud}
     if as_json:
-        checksum = f"{crc32(image):08x}"
-        print_json({"port": port, "bytes": len(image), "words": words, "crc32": checksum, "baud": baud, "sent": False})
+        print_json({**plan, "sent": False})
     else:
-        what = f"{len(image)} bytes ({words} words, crc32={crc32(image):08x})"
-        print(f"{what} would go to {port} at {baud} baud; nothing was opened or sent")
+        print(translated("upload-planned", **plan))
 
 
 def readback_command(
@@ -114,16 +111,16 @@ def readback_command(
 
     baud = profile_named(profile).serial.baud
     port = port or _only_port()
-    image = readback(port, baud, _tell_retry)
+    image = readback(port, baud, _print_retry)
     write_file(output, image)
     if as_json:
         print_json({"port": port, "bytes": len(image), "file": str(output)})
     else:
-        print(f"{len(image)} bytes from {port} are in {output}")
+        print(translated("image-read-back", count=len(image), port=port, file=output))
 
 
 def _only_port() -> str:
-    """The port at which a car is; of several the one that somebody at a terminal chooses. Raises MotorcadeError."""
+    """Return the port of the car; where there are several, a user at a terminal chooses. Raises MotorcadeError."""
     from motorcade.upload.ports import SeveralPortsError, likely_port, ports
 
     try:
@@ -143,11 +140,11 @@ def _chosen(ports: list[tuple[str, str]]) -> str:
 
     for number, (device, title) in enumerate(ports, start=1):
         print(f"{number:3}  {device}  {title}", file=sys.stderr)
-    choice: int = typer.prompt(_QUESTION[current_language()], default="1", value_proc=chosen, err=True)
+    choice: int = typer.prompt(translated("which-port"), default="1", value_proc=chosen, err=True)
     return ports[choice - 1][0]
 
 
-def _tell_retry(retry: "Retry") -> None:
+def _print_retry(retry: "Retry") -> None:
     # Like the progress bar, only for a user at a terminal.
     if sys.stderr.isatty():
         print(retry.sentence(current_language()), file=sys.stderr)

@@ -17,6 +17,7 @@ from motorcade.drive.wire import (
     newest_of_each_code,
     pack_frame,
 )
+from motorcade.locales import languages
 from motorcade.timing import RateLimit
 from motorcade.words.field import WordError
 
@@ -296,7 +297,7 @@ class TelemetryChannel(ClientProtocol, asyncio.Protocol):
         return {}
 
     def _refuse(self, what: str | None, problem: DriveError) -> None:
-        sentences = {language: problem.sentence(language) for language in ("en", "zh")}
+        sentences = {language: problem.sentence(language) for language in languages()}
         self._send({"kind": "answer", "do": what, "ok": False, "code": problem.code} | sentences)
 
     def _send(self, frame: dict[str, Any]) -> None:
