@@ -77,7 +77,7 @@ def test_a_client_that_sends_nonsense_only_is_hung_up_on() -> None:
     assert (told.refused, told.turned_away, told.driver) == (2 * MOST_WRONG - 1, 1, None)
 
 
-def test_who_only_connects_takes_no_seat() -> None:
+def test_a_client_that_only_connects_takes_no_place() -> None:
     car = Car()
     for port in range(30):
         car.commands(port)
@@ -86,7 +86,7 @@ def test_who_only_connects_takes_no_seat() -> None:
     assert car.board.angles == [90]
 
 
-def test_who_sends_nonsense_only_takes_no_seat() -> None:
+def test_a_client_that_sends_only_nonsense_takes_no_place() -> None:
     car = Car()
     for port in range(30):
         receive(car.commands(port)[0], b"GET ")
@@ -96,7 +96,7 @@ def test_who_sends_nonsense_only_takes_no_seat() -> None:
     assert car.control.telemetry().refused == 30
 
 
-def test_when_all_seats_are_taken_the_longest_silent_gives_up_the_own() -> None:
+def test_when_all_places_are_taken_the_longest_silent_client_loses_its_place() -> None:
     car = Car()
     channels = [car.commands(port) for port in range(9)]
     for car.now_ms, (channel, _) in enumerate(channels):

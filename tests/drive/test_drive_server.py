@@ -197,7 +197,7 @@ def test_the_wheels_stand_still_before_the_first_command_and_after_the_last() ->
         assert car.board.setpoint == NEUTRAL
 
 
-def test_a_board_with_a_fault_of_ours_stands_still(patient_car: DrivenCar) -> None:
+def test_a_board_with_a_programming_error_stands_still(patient_car: DrivenCar) -> None:
     car = patient_car
     apply = car.board.apply
 
@@ -237,7 +237,7 @@ async def test_clients_that_have_left_take_no_place() -> None:
         assert car.control.telemetry().turned_away == 0
 
 
-def test_newcomers_come_in_one_at_a_time_with_a_turn_for_those_inside_between() -> None:
+def test_open_connections_get_a_turn_between_two_newcomers() -> None:
     turns, turn_of_each = 0, []
 
     async def go_on() -> None:
@@ -314,7 +314,7 @@ def test_ten_million_random_bytes_leave_the_driver_undisturbed(patient_car: Driv
         assert told.refused > 16
 
 
-def test_a_wrong_command_is_told_to_who_sent_it(car: DrivenCar) -> None:
+def test_the_sender_of_a_wrong_command_gets_the_reason(car: DrivenCar) -> None:
     with connect(car) as line, telemetry(car) as tells:
         assert tells.ask(do="join", port=line.getsockname()[1])["ok"]
         line.sendall(struct.pack(">I", 1 << 28 | 181 << 20))
@@ -345,7 +345,7 @@ def keys(tmp_path_factory):
     return folder
 
 
-def test_only_who_shows_a_certificate_of_the_same_authority_drives(keys) -> None:
+def test_only_a_client_with_a_certificate_of_the_same_authority_drives(keys) -> None:
     with DrivenCar(server_context(keys / "ours" / "car-ada.pem")) as car:
         ours, theirs = (
             client_context(keys / whose / f"driver-{name}.pem")

@@ -106,7 +106,7 @@ def test_a_profile_says_how_long_a_command_counts(session: ControlSession) -> No
     assert car.state == "moving"
 
 
-def test_who_leaves_while_moving_leaves_a_car_that_stands(car: Car, session: ControlSession) -> None:
+def test_a_driver_that_leaves_while_moving_leaves_a_car_that_stands(car: Car, session: ControlSession) -> None:
     session.command(MOVE)
     session.leave()
     session.leave()
@@ -154,19 +154,19 @@ def test_a_hundred_commands_a_second_are_taken_and_no_more(car: Car, session: Co
 
 
 @pytest.mark.parametrize("period_ms", [10, 20, 50])
-def test_who_sends_in_time_is_never_refused(car: Car, session: ControlSession, period_ms: int) -> None:
+def test_a_driver_that_sends_in_time_is_never_refused(car: Car, session: ControlSession, period_ms: int) -> None:
     for car.now_ms in range(0, 5000, period_ms):
         assert session.command(MOVE) == APPLIED
 
 
-def test_who_sends_too_much_drives_on_nevertheless(car: Car, session: ControlSession) -> None:
+def test_a_driver_that_sends_too_much_drives_on(car: Car, session: ControlSession) -> None:
     for car.now_ms in range(3000):
         session.command(MOVE)
         car.control.tick()
     assert car.control.telemetry().failsafes == 0
 
 
-def test_one_who_sends_too_much_is_stopped_by_their_own_command(car: Car, session: ControlSession) -> None:
+def test_a_driver_that_sends_too_much_can_still_stop(car: Car, session: ControlSession) -> None:
     for _ in range(50):
         last = session.command(MOVE)
     assert last == OVER_RATE
@@ -185,7 +185,7 @@ def test_one_drives_and_eight_watch(car: Car, session: ControlSession) -> None:
     car.control.join("next")
 
 
-def test_watchers_leave_a_seat_for_a_driver(car: Car) -> None:
+def test_watchers_leave_a_place_for_a_driver(car: Car) -> None:
     for number in range(8):
         car.control.join(f"watcher {number}", watches=True)
     with pytest.raises(DriveError):
@@ -193,7 +193,7 @@ def test_watchers_leave_a_seat_for_a_driver(car: Car) -> None:
     assert car.control.join("driver").command(MOVE) == APPLIED
 
 
-def test_telemetry_tells_who_drives_and_what(car: Car, session: ControlSession) -> None:
+def test_telemetry_has_driver_and_setpoint(car: Car, session: ControlSession) -> None:
     other = car.control.join("grace")
     session.command(MOVE)
     other.request()
@@ -207,7 +207,7 @@ def test_telemetry_tells_who_drives_and_what(car: Car, session: ControlSession) 
     assert (told.angle_deg, told.direction, told.speed, told.driver) == (90, 1, 0, "grace")
 
 
-def test_telemetry_tells_the_battery_and_reads_it_once_a_second(car: Car) -> None:
+def test_telemetry_has_the_battery_which_is_read_once_a_second(car: Car) -> None:
     assert car.control.telemetry().battery_mv is None
     car.board.volts_mv = 7400
     car.now_ms = 999
@@ -227,7 +227,7 @@ def test_a_driver_takes_the_wheels_from_the_program_before_the_command(car: Car,
     assert car.board.told[-2:] == [("end",), NEUTRAL]
 
 
-def test_a_car_that_has_no_program_says_so(car: Car, session: ControlSession) -> None:
+def test_resume_without_a_program_is_refused(car: Car, session: ControlSession) -> None:
     car.board.has_program = False
     with pytest.raises(DriveError, match="holds no program"):
         session.resume_program()

@@ -85,7 +85,7 @@ STRANGERS = {
 
 
 @pytest.mark.parametrize("who", STRANGERS)
-def test_who_shows_the_wrong_certificate_sends_nothing_to_the_wheels(driven, keys, who):
+def test_a_client_with_the_wrong_certificate_sends_nothing_to_the_wheels(driven, keys, who):
     car, _ = driven
     context = STRANGERS[who](keys)
     turned_away = car.control.telemetry().turned_away
@@ -97,7 +97,7 @@ def test_who_shows_the_wrong_certificate_sends_nothing_to_the_wheels(driven, key
     wait_until(lambda: car.control.telemetry().turned_away >= turned_away + TRIES)
 
 
-def test_ten_million_bytes_that_are_no_tls_are_hung_up_on(driven):
+def test_ten_million_bytes_that_are_no_tls_are_hung_up(driven):
     car, _ = driven
     dice, left = random.Random(3), GARBAGE_BYTES
     while left > 0:
@@ -106,7 +106,7 @@ def test_ten_million_bytes_that_are_no_tls_are_hung_up_on(driven):
                 left -= line.send(dice.randbytes(1 << 16))
 
 
-def test_hands_that_are_never_shaken_make_room_for_others(driven, keys):
+def test_unfinished_handshakes_make_room_for_others(driven, keys):
     car, _ = driven
     hello = ssl.MemoryBIO()
     shaking = client_context(keys / "driver-lin.pem").wrap_bio(ssl.MemoryBIO(), hello, server_hostname="ada")
@@ -136,7 +136,7 @@ def test_hands_that_are_never_shaken_make_room_for_others(driven, keys):
 @pytest.mark.parametrize(
     "sent", [b"\xff\xff\xff\xff", b"\x00\x00\x00\x02{}", b"\x00\x00\x00\x01", b"\x00\x00\x00\x05\xff\xfe\xfd\xfc\xfb"]
 )
-def test_a_driver_who_asks_nonsense_is_answered_or_waited_for(driven, keys, sent):
+def test_nonsense_of_a_driver_is_answered_or_waited_for(driven, keys, sent):
     car, _ = driven
 
     async def ask():

@@ -53,7 +53,7 @@ def test_a_channel_behind_a_proxy_finds_the_only_connection_there_is() -> None:
     assert answers == [{"kind": "answer", "do": "join", "ok": True}]
 
 
-def test_a_channel_that_finds_nobody_is_told_so_and_watches() -> None:
+def test_a_channel_that_finds_no_connection_gets_an_answer_and_watches() -> None:
     car = Car()
     channel, line = car.telemetry()
     channel.data_received(struct.pack(">I", 26) + b'{"do": "join", "port": 77}')
@@ -65,7 +65,7 @@ def test_a_channel_that_finds_nobody_is_told_so_and_watches() -> None:
     assert told["watchers"] == 1
 
 
-def test_a_channel_that_watched_gives_its_own_seat_back_when_its_connection_comes() -> None:
+def test_a_channel_that_watched_ends_its_own_session_when_its_connection_comes() -> None:
     car = Car()
     channel, line = car.telemetry()
     assert ask(channel, line, do="release")["ok"]
@@ -98,7 +98,7 @@ def test_a_channel_whose_connection_is_gone_finds_the_next_one() -> None:
     assert line.frames()[-1]["you"]["drives"]
 
 
-def test_who_is_named_is_not_kept_by_who_only_found_it() -> None:
+def test_a_named_connection_belongs_to_the_channel_that_names_it() -> None:
     car = Car()
     receive(car.commands(7)[0], command(90, 100))
     (finder, finds), (owner, owns) = car.telemetry(1), car.telemetry(2)
@@ -159,7 +159,7 @@ def test_the_wheel_is_asked_for_and_given_back() -> None:
     "text",
     [b"", b"null", b"[]", b"{}", b'{"do": 1}', b'{"do": "fly"}', b'{"do": "join", "port": "x"}', b"\xff", b"[" * 999],
 )
-def test_what_is_no_request_is_answered_so(text: bytes) -> None:
+def test_a_frame_that_is_no_request_is_answered(text: bytes) -> None:
     car = Car()
     channel, line = car.telemetry()
     channel.data_received(struct.pack(">I", len(text)) + text)
@@ -208,7 +208,7 @@ def test_more_than_twenty_requests_a_second_are_refused_but_a_stop() -> None:
     assert ask(channel, line, do="release")["ok"]
 
 
-def test_a_client_that_does_not_read_is_sent_one_frame_and_later_the_newest() -> None:
+def test_a_client_that_does_not_read_gets_one_frame_and_later_the_newest() -> None:
     car = Car()
     channel, line = car.telemetry()
     car.tell()
@@ -243,7 +243,7 @@ def test_every_request_there_is_has_an_answer() -> None:
         assert ask(channel, line, do=what, port=5)["do"] == what
 
 
-def test_who_leaves_gives_the_seat_back() -> None:
+def test_a_client_that_leaves_frees_its_place() -> None:
     car = Car()
     channel, line = car.telemetry()
     ask(channel, line, do="release")

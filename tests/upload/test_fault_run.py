@@ -26,7 +26,7 @@ from support.strategies import CLASSROOM
 # 10,000; ten times as many in `make soak`.
 UPLOADS = 100 * settings().max_examples
 PARTS = 10
-UPLOADS_OF_A_LINE = 4
+UPLOADS_OF_A_LINE = 6
 PTY = pytest.param("pty", marks=pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals"))
 # Chances for each byte: of a good line, of one that is bad now and then, of a bad one.
 CHANCES = (0, 0, 0.002, 0.02)

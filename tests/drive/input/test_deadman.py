@@ -20,16 +20,16 @@ def switch():
     return switch
 
 
-def test_who_does_not_touch_a_stick_wants_nothing(switch):
+def test_a_stick_that_nobody_touches_commands_nothing(switch):
     assert [switch.update(REST, now_ms) for now_ms in range(0, 10_000, 20)] == [None] * 500
 
 
 @pytest.mark.parametrize("pushed", [(0.1, 0), (-1, 0), (0, 0.1), PUSHED])
-def test_a_push_is_a_wish_at_once(switch, pushed):
+def test_a_push_is_a_command_at_once(switch, pushed):
     assert switch.update(pushed, 20) == pushed
 
 
-def test_who_lets_go_wants_to_stand_still_and_after_a_while_nothing(switch):
+def test_a_release_commands_to_stand_still_and_after_a_while_nothing(switch):
     switch.update(PUSHED, 100)
     assert [switch.update(REST, 100 + later) for later in (20, RESTS_MS - 1, RESTS_MS, 9000)] == [
         STILL,
@@ -39,14 +39,14 @@ def test_who_lets_go_wants_to_stand_still_and_after_a_while_nothing(switch):
     ]
 
 
-def test_who_pushes_again_before_that_drives_on(switch):
+def test_a_second_push_before_that_drives_on(switch):
     switch.update(PUSHED, 100)
     assert switch.update(REST, 1900) == STILL
     assert switch.update(PUSHED, 2050) == PUSHED
     assert switch.update(REST, 4000) == STILL
 
 
-def test_a_stick_that_was_pushed_when_it_came_has_to_rest_first():
+def test_a_stick_that_is_pushed_when_it_is_plugged_in_has_to_be_released_first():
     switch = DeadmanSwitch()
     assert switch.update(PUSHED, 0) is None
     assert switch.must_rest
@@ -55,7 +55,7 @@ def test_a_stick_that_was_pushed_when_it_came_has_to_rest_first():
 
 
 @pytest.mark.parametrize("wrong", [None, (float("nan"), 0), (0, float("inf")), (1.01, 0), (0, -2)])
-def test_axes_that_can_not_be_stop_and_have_to_rest(switch, wrong):
+def test_axes_out_of_range_stop_and_require_a_release(switch, wrong):
     switch.update(PUSHED, 0)
     assert switch.update(wrong, 20) == STILL
     assert switch.update(PUSHED, 40) == STILL
@@ -63,7 +63,7 @@ def test_axes_that_can_not_be_stop_and_have_to_rest(switch, wrong):
     assert switch.update(PUSHED, 80) == PUSHED
 
 
-def test_who_is_distrusted_stands_and_who_withdraws_wants_nothing_until_they_let_go(switch):
+def test_distrust_stops_and_withdraw_commands_nothing_until_a_release(switch):
     switch.update(PUSHED, 0)
     switch.distrust()
     assert switch.update(PUSHED, 20) == STILL
@@ -79,7 +79,7 @@ looks = st.lists(
 
 
 @given(looks=looks, begin_ms=st.sampled_from([0, (1 << 30) - 1000]))
-def test_no_hand_drives_but_by_a_push_behind_a_rest(looks, begin_ms):
+def test_a_stick_drives_only_by_a_push_after_a_release(looks, begin_ms):
     switch, now_ms, rested, silent_ms = DeadmanSwitch(), begin_ms, False, RESTS_MS
     for look, later in looks:
         now_ms, silent_ms = later_ms(now_ms, later), silent_ms + later

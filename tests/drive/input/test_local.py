@@ -64,7 +64,7 @@ def test_a_push_takes_the_wheel_from_the_network_and_keeps_it(bench: Bench) -> N
     assert bench.last == ALL_LEFT
 
 
-def test_who_lets_go_stands_at_once_and_gives_the_wheel_back_after_a_while(bench: Bench) -> None:
+def test_a_release_stops_at_once_and_gives_the_wheel_back_after_a_while(bench: Bench) -> None:
     bench.network.command(STILL)
     bench.look(AHEAD, 500)
     bench.look(REST, RESTS_MS - PERIOD_MS)
@@ -89,7 +89,7 @@ def test_a_stick_that_is_pulled_out_while_it_drives_leaves_a_car_that_stands(ben
     assert bench.last == ALL_AHEAD
 
 
-def test_one_stick_in_place_of_another_has_to_rest_first(bench: Bench) -> None:
+def test_a_stick_that_replaces_another_has_to_be_released_first(bench: Bench) -> None:
     bench.look(AHEAD, 100)
     bench.look(AHEAD._replace(device="Other"), 100)
     assert bench.last == NEUTRAL
@@ -100,7 +100,7 @@ def test_one_stick_in_place_of_another_has_to_rest_first(bench: Bench) -> None:
     ]
 
 
-def test_axes_that_can_not_be_trusted_stop_the_car(bench: Bench) -> None:
+def test_untrusted_axes_stop_the_car(bench: Bench) -> None:
     bench.look(AHEAD, 100)
     bench.look(Reading(PAD, None))
     assert bench.last == ("apply", 90, 1, 0)
@@ -166,7 +166,7 @@ def test_release_gives_the_wheel_back_at_once_though_the_stick_is_pushed(bench: 
     assert (bench.last, bench.driver) == (NEUTRAL, None)
 
 
-def test_resume_lets_the_program_drive_and_says_why_it_can_not(bench: Bench) -> None:
+def test_resume_gives_the_program_the_wheels_or_reports_why_not(bench: Bench) -> None:
     bench.look(REST._replace(orders=(RESUME,)))
     assert bench.state == "program"
     bench.look(AHEAD, 100)
@@ -176,7 +176,7 @@ def test_resume_lets_the_program_drive_and_says_why_it_can_not(bench: Bench) -> 
     assert "somebody else drives or the emergency stop holds" in bench.said[-1]
 
 
-def test_orders_that_are_for_terminals_change_nothing(bench: Bench) -> None:
+def test_orders_for_terminals_change_nothing(bench: Bench) -> None:
     bench.network.command(MOVE)
     bench.look(REST._replace(orders=(REQUEST, QUIT)))
     assert (bench.driver, bench.state) == ("ada", "moving")
@@ -192,7 +192,7 @@ def test_another_stick_that_drives_is_not_followed_by_one_that_stayed_pushed(ben
     assert ALL_AHEAD not in bench.board.told
 
 
-def test_a_notice_is_said(bench: Bench) -> None:
+def test_a_notice_is_reported(bench: Bench) -> None:
     bench.look(REST._replace(notice=MotorcadeError("not-a-gamepad", name="Wheel")))
     assert "Wheel is no gamepad" in bench.said[-1]
 
@@ -214,7 +214,7 @@ looks = st.lists(
 
 
 @given(looks=looks)
-def test_the_stick_never_moves_the_wheels_but_by_a_push_behind_a_rest(looks: list[tuple[str, int]]) -> None:
+def test_the_stick_moves_the_wheels_only_by_a_push_after_a_release(looks: list[tuple[str, int]]) -> None:
     bench, has_rested = Bench(), True
     readings = {"rest": REST, "push": AHEAD, "untrusted": Reading(PAD, None), "gone": GONE}
     readings |= {order: AHEAD._replace(orders=(order,)) for order in (STOP, CLEAR, RELEASE)}

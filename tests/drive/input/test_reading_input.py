@@ -62,7 +62,7 @@ def ignored():
     pass
 
 
-def test_who_touches_the_pad_drives_and_who_lets_go_leaves_it_to_the_network(car, pad):
+def test_a_pushed_pad_drives_and_a_released_pad_leaves_the_car_to_the_network(car, pad):
     async def scene():
         said = []
         async with reading_input(car.control, Gamepad(), said.append, ignored):
@@ -159,7 +159,7 @@ async def driving(car, source):
     await until(lambda: any(setpoint[2] for _, setpoint in car.board.notes))
 
 
-def test_a_device_that_can_not_be_read_any_more_stops_the_car_and_is_told(car):
+def test_a_device_that_cannot_be_read_any_more_stops_the_car_and_is_reported(car):
     async def scene():
         said, source = [], Source()
         async with reading_input(car.control, opened(source), said.append, ignored):
@@ -189,7 +189,7 @@ def test_a_device_whose_driver_hangs_stops_the_car_and_does_not_keep_it_from_end
         asyncio.run(scene(car))
 
 
-def test_a_stick_that_can_not_be_opened_is_the_caller_s_to_hear_of(car):
+def test_a_stick_that_cannot_be_opened_is_an_error_of_the_caller(car):
     async def scene():
         async with reading_input(car.control, opened(MotorcadeError("sdl-fails", reason="R")), print, ignored):
             pytest.fail("there is no stick")
@@ -198,7 +198,7 @@ def test_a_stick_that_can_not_be_opened_is_the_caller_s_to_hear_of(car):
         asyncio.run(scene())
 
 
-def test_who_wants_to_leave_leaves(car):
+def test_quit_calls_leave(car):
     async def scene():
         left = threading.Event()
         async with reading_input(car.control, opened(Source(Reading("D", (0, 0), (QUIT,)))), print, left.set):
