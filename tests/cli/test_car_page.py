@@ -16,7 +16,7 @@ from urllib.parse import urlsplit
 import pytest
 from PIL import Image
 
-from motorcade.cli.remote import Looks, eye
+from motorcade.cli.remote import CameraName, open_camera
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.errors import MotorcadeError
 from motorcade.outcomes import PORT_NOT_FOUND
@@ -74,10 +74,14 @@ def test_what_is_for_simulated_cars_is_refused_for_real_ones(tmp_path: Path) -> 
 def test_a_camera_that_is_not_there_is_a_sentence_in_both_languages(monkeypatch: pytest.MonkeyPatch) -> None:
     for package in ("picamera2", "cv2"):
         monkeypatch.setitem(sys.modules, package, None)
-    assert eye(Looks.NONE) is None
-    for looks, package in ((Looks.AUTO, "OpenCV"), (Looks.OPENCV, "OpenCV"), (Looks.PICAMERA2, "picamera2")):
+    assert open_camera(CameraName.NONE) is None
+    for name, package in (
+        (CameraName.AUTO, "OpenCV"),
+        (CameraName.OPENCV, "OpenCV"),
+        (CameraName.PICAMERA2, "picamera2"),
+    ):
         with pytest.raises(MotorcadeError) as missing:
-            eye(looks)
+            open_camera(name)
         assert missing.value.exit_code == PORT_NOT_FOUND
         assert missing.value.sentence("en").startswith(f"{package}, which reads the camera, isn't installed")
         assert missing.value.sentence("zh").startswith("未安装")

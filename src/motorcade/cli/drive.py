@@ -35,7 +35,7 @@ from motorcade.cli.options import (
     print_text,
     profile_named,
 )
-from motorcade.cli.remote import Looks
+from motorcade.cli.remote import CameraName
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import command_line_text
 
@@ -106,7 +106,9 @@ def serve_command(
     web: Annotated[
         int | None, typer.Option(min=0, max=65535, help="For the car's own page, to drive it in a browser; 0: any.")
     ] = None,
-    camera: Annotated[Looks, typer.Option(help="What a real car sees by. A simulated one sees anyway.")] = Looks.NONE,
+    camera: Annotated[
+        CameraName, typer.Option(help="A real car's camera. A simulated car always has one.")
+    ] = CameraName.NONE,
     mat: Annotated[
         Path | None, typer.Option(exists=True, dir_okay=False, help="Where a simulated car drives; car 0 is it.")
     ] = None,
@@ -128,7 +130,7 @@ def serve_command(
     """
     import asyncio
 
-    from motorcade.cli.remote import Web, eye, https, load_page
+    from motorcade.cli.remote import PageOptions, https, load_page, open_camera
     from motorcade.cli.serving import ServeOptions, serve
     from motorcade.drive.listener import bind
 
@@ -153,11 +155,11 @@ def serve_command(
         notes: deque[Phrase | str] = deque()
         parts = _open_parts(resources, options, chosen, notes, insecure_lan) if pins else None
         if pins and parts:
-            car, pictures = _open_real(parts, pins, chosen, gpio_chip, watchdog), eye(camera) if page else None
+            car, pictures = _open_real(parts, pins, chosen, gpio_chip, watchdog), open_camera(camera) if page else None
         else:
             image, chosen = image_of(program, profile, locale) if program else (bytes(4), chosen)
             car, pictures = _open_simulated(resources, chosen, mat, image)
-        page_options = Web(page, host, https(keys), pictures) if page else None
+        page_options = PageOptions(page, host, https(keys), pictures) if page else None
         serve_options = ServeOptions(
             commands, telemetry, tls, byte_order, as_json, page_options, source, parts, notes, locale
         )

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from motorcade.server.remote.remote_cars import RemoteCar
 
 
-class Looks(StrEnum):
+class CameraName(StrEnum):
     """Where a real car's pictures come from."""
 
     NONE = "none"
@@ -34,7 +34,7 @@ class Looks(StrEnum):
     OPENCV = "opencv"
 
 
-class Web(NamedTuple):
+class PageOptions(NamedTuple):
     """Where and how the page of a car is served.
 
     Attributes:
@@ -59,14 +59,13 @@ def https(keys: Path | None) -> ssl.SSLContext | None:
     return https_context(keys)
 
 
-def eye(looks: Looks) -> "Source | None":
-    """A real car's camera. Raises MotorcadeError where the one that was asked for isn't there."""
-    from motorcade.cameras import broadcast as camera
+def open_camera(name: CameraName) -> "Source | None":
+    """A real car's camera. Raises MotorcadeError where the requested camera isn't there."""
+    from motorcade.cameras.broadcast import OpenCvCamera, PiCamera, find_camera
 
-    if looks == Looks.NONE:
+    if name == CameraName.NONE:
         return None
-    makes = {Looks.AUTO: camera.find_camera, Looks.PICAMERA2: camera.PiCamera, Looks.OPENCV: camera.OpenCvCamera}
-    return makes[looks]()
+    return {CameraName.AUTO: find_camera, CameraName.PICAMERA2: PiCamera, CameraName.OPENCV: OpenCvCamera}[name]()
 
 
 def load_page() -> None:
@@ -77,7 +76,7 @@ def load_page() -> None:
 
 
 @asynccontextmanager
-async def page_served(drive: "CarControl", web: Web) -> AsyncIterator[str]:
+async def serving_page(control: "CarControl", options: PageOptions) -> AsyncIterator[str]:
     """Serve the car's page while the block runs; gives its whole address. `load_page` comes first."""
     from motorcade.cameras.broadcast import Camera
     from motorcade.drive.listener import is_loopback
@@ -86,14 +85,14 @@ async def page_served(drive: "CarControl", web: Web) -> AsyncIterator[str]:
     from motorcade.server.request_filter import ServerSettings
     from motorcade.server.running import names_of, served, url_of
 
-    names = names_of(web.listener, web.host)
-    port = web.listener.getsockname()[1]
-    token = None if is_loopback(web.listener) else secrets.token_urlsafe(24)
-    settings = ServerSettings(host=web.host, port=port, names=frozenset(names), token=token)
-    camera = Camera(web.source) if web.source else None
+    names = names_of(options.listener, options.host)
+    port = options.listener.getsockname()[1]
+    token = None if is_loopback(options.listener) else secrets.token_urlsafe(24)
+    settings = ServerSettings(host=options.host, port=port, names=frozenset(names), token=token)
+    camera = Camera(options.source) if options.source else None
     try:
-        async with served(make_remote(settings, SingleCar(drive, camera)), settings, web.listener, web.tls):
-            yield url_of(names[0], port, token, "/drive", "https" if web.tls else "http")
+        async with served(make_remote(settings, SingleCar(control, camera)), settings, options.listener, options.tls):
+            yield url_of(names[0], port, token, "/drive", "https" if options.tls else "http")
     finally:
         if camera:
             await camera.close()
@@ -121,7 +120,7 @@ DriverKeys = Annotated[
 ]
 
 
-class Named(NamedTuple):
+class NamedCars(NamedTuple):
     """Cars by address, as `motorcade.server.remote.remote_cars.RemoteCars` takes them."""
 
     cars: "tuple[RemoteCar, ...]"
@@ -168,18 +167,18 @@ def remote_command(
         token = None if is_loopback(listener) else secrets.token_urlsafe(24)
         settings = ServerSettings(host=host, port=real_port, names=frozenset(names), token=token)
         url = url_of(names[0], real_port, token, "/drive", "https" if tls else "http")
-        called = [car.name for car in named.cars]
+        car_names = [car.name for car in named.cars]
 
         def ready() -> None:
             if as_json:
-                print_json({"url": url, "cars": called})
+                print_json({"url": url, "cars": car_names})
             else:
-                print_text(translated("remote-is-ready", cars=", ".join(called), url=url) + "\n")
+                print_text(translated("remote-is-ready", cars=", ".join(car_names), url=url) + "\n")
 
         serve_alone(make_remote(settings, RemoteCars(*named)), settings, listener, ready, tls)
 
 
-def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) -> Named:
+def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) -> NamedCars:
     """The cars that the command line names. Raises MotorcadeError."""
     from motorcade.cameras.web import WebCamera
     from motorcade.drive.tls.keys import client_context, visitor_context
@@ -198,7 +197,7 @@ def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) 
             WebCamera(url, trust)
         except MotorcadeError as problem:
             raise MotorcadeError("camera-of-car", car=name, reason=problem) from None
-    return Named(cars, client_context(keys) if keys else None, trust)
+    return NamedCars(cars, client_context(keys) if keys else None, trust)
 
 
 def _car(text: str, urls: dict[str, str]) -> "RemoteCar":

@@ -13,7 +13,7 @@ from contextlib import AbstractContextManager, AsyncExitStack, contextmanager
 from typing import TYPE_CHECKING, NamedTuple
 
 from motorcade.cli.options import print_json, print_text
-from motorcade.cli.remote import Web, page_served
+from motorcade.cli.remote import PageOptions, serving_page
 from motorcade.drive.input.local import reading_input
 from motorcade.drive.safety.watchdog import watched
 from motorcade.drive.server import DriveServer, serving
@@ -41,7 +41,7 @@ class ServeOptions(NamedTuple):
         tls: for both; None for none.
         byte_order: of commands.
         as_json: whether to print JSON.
-        web: where its page is served, if it has one.
+        page: where its page is served, if it has one.
         stick: what steers at the car itself, if anything does.
         parts: a real car's equipment; None for a simulated car.
         notes: sentences for the log; other threads append to it.
@@ -53,7 +53,7 @@ class ServeOptions(NamedTuple):
     tls: ssl.SSLContext | None
     byte_order: str
     as_json: bool
-    web: Web | None
+    page: PageOptions | None
     stick: "AbstractContextManager[StickSource] | None"
     parts: "CarParts | None"
     notes: deque[Phrase | str]
@@ -80,7 +80,7 @@ async def serve(board: "DriveBoard", profile: "Profile", options: ServeOptions) 
         )
         if options.stick:
             await resources.enter_async_context(reading_input(control, options.stick, report, end))
-        url = await resources.enter_async_context(page_served(control, options.web)) if options.web else None
+        url = await resources.enter_async_context(serving_page(control, options.page)) if options.page else None
         resources.enter_context(_logging(control.telemetry, options.notes, options.language))
         (host, port), (_, telemetry_port) = (each.address for each in listeners)
         _print_addresses(host, port, telemetry_port, url, options)
