@@ -9,7 +9,7 @@ if MYPY:
     from collections.abc import Callable
     from typing import Any
 
-from motorcade.boards.on_chip.infrared import InfraredReceiver, has_come
+from motorcade.boards.on_chip.infrared import InfraredReceiver, has_come, open_receiver
 from motorcade.boards.on_chip.motors import Motor, Wheels
 from motorcade.boards.on_chip.ultrasonic import Ultrasonic
 from motorcade.boards.voice import VoiceSource
@@ -61,10 +61,9 @@ class MicroPythonBoard(Board):
         self._receiver: InfraredReceiver | None = None
         # A leader receives nothing, so it needs no interrupts.
         if "receiver" in infrared and not self.is_leader:
-            self._receiver = InfraredReceiver(machine, clock, infrared["receiver"], self.levels[UNIT_US], interrupt)
+            self._receiver = open_receiver(machine, clock, infrared["receiver"], self.levels[UNIT_US], interrupt)
         self._sender = make_sender(infrared["sender"], self.levels[UNIT_US]) if "sender" in infrared else None
         self._is_sending = False
-        self._has_echo = False
         self._sent_until_us = 0
 
     def now_ms(self) -> int:
@@ -86,13 +85,7 @@ class MicroPythonBoard(Board):
         self._line.write(data)
 
     def received_frames(self) -> list[int]:
-        if self._receiver is None:
-            return []
-        echo_is_over = self._receiver.is_past_echo(self._sent_until_us)
-        frames = self._receiver.received_frames(self._has_echo, self._sent_until_us)
-        if echo_is_over:
-            self._has_echo = False
-        return frames
+        return self._receiver.received_frames() if self._receiver else []
 
     def senses_carrier(self) -> bool:
         return self._receiver is not None and self._receiver.senses_carrier()
@@ -107,8 +100,9 @@ class MicroPythonBoard(Board):
             return
         self._sender.send(frame)
         self._is_sending = True
-        self._has_echo = True
         self._sent_until_us = (self._clock.ticks_us() + air_us(frame, self.levels[UNIT_US])) & TICKS_MASK
+        if self._receiver is not None:
+            self._receiver.ignore_until(self._sent_until_us)
 
     def obstacle_mm(self) -> int:
         return self._ultrasonic.distance_mm() if self._ultrasonic else NOTHING_IN_SIGHT_MM

@@ -108,9 +108,9 @@ def test_a_lost_edge_loses_only_its_frame(car, clock, pins):
         at_s += 0.01
         for number, duration_us in enumerate(frame_durations_us(FORWARD_1_S)):
             if number != skipped:
-                receiver.receive_edge(at_s, number % 2 == 0)
+                receiver.take_edge(int(at_s * 1e6), number % 2)
             at_s += duration_us / 1e6
-        receiver.receive_edge(at_s, False)
+        receiver.take_edge(int(at_s * 1e6), 1)
     assert board.received_frames() == [FORWARD_1_S, FORWARD_1_S]
 
 

@@ -78,17 +78,14 @@ class TwoMotors:
         self._wheels = Wheels(self._left, self._right, *_duties(pins, self._max_duty))
 
     def set(self, direction: int, speed_level: int) -> None:
-        """See Chassis."""
         self._wheels.set(direction, speed_level)
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
-        """See Chassis."""
         left, right = motor_duties(angle_deg, direction, min(speed, self._max_duty))
         self._left.drive(left)
         self._right.drive(right)
 
     def neutral(self) -> None:
-        """See Chassis."""
         self._left.drive(0)
         self._right.drive(0)
 
@@ -114,18 +111,15 @@ class SteeredMotor:
         )
 
     def set(self, direction: int, speed_level: int) -> None:
-        """See Chassis."""
         duties = self._drive_duties if direction == FORWARD else self._turn_duties
         self.apply(servo_angle_deg(direction), 1, duties[speed_level])
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
-        """See Chassis."""
         self._servo.value = self._servo_value(angle_deg)
         duty = min(speed, self._max_duty)
         self._motor.drive(duty if direction else -duty)
 
     def neutral(self) -> None:
-        """See Chassis."""
         self._motor.drive(0)
         self._servo.value = self._servo_value(CENTRE_DEG)
 

@@ -1,28 +1,22 @@
-"""Infrared on Linux: frames in from a receiver's edges, frames out by the kernel.
+"""Send infrared frames on Linux. `motorcade.boards.on_chip.infrared` receives them.
 
-A demodulating receiver (VS1838B, TSOP38238) gives timed edges. To send, a LIRC device (``/dev/lirc0``) takes a frame's
-marks and spaces in µs and modulates them with a 38 kHz carrier, which a Python program couldn't time; `pwm-ir-tx`
-makes the carrier by the hardware's PWM. Source: the kernel's documentation, userspace-api/media/rc/lirc-write.
+A LIRC device (``/dev/lirc0``) takes a frame's marks and spaces in µs and modulates them with a 38 kHz carrier, which a
+Python program couldn't time; `pwm-ir-tx` makes the carrier by the hardware's PWM. Source: the kernel's documentation,
+userspace-api/media/rc/lirc-write.
 """
 
 import os
 import struct
 import sys
 import threading
-from collections import deque
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from queue import SimpleQueue
-from typing import Protocol
 
+from motorcade.boards.on_chip.infrared import CARRIER_HZ
 from motorcade.errors import MotorcadeError
-from motorcade.words.infrared import HEADER_SPACE_UNITS, FrameReceiver, frame_durations_us
+from motorcade.words.infrared import frame_durations_us
 
-CARRIER_HZ = 38_000
-# A receiver module reports a mark's end late, by up to about ten periods of the carrier.
-_ECHO_S = 0.001
-# About as many as a second of frames has.
-_MAX_EDGES = 1024
 # linux/lirc.h
 _GET_FEATURES = 0x80046900
 _SET_SEND_CARRIER = 0x40046913
@@ -30,74 +24,6 @@ _CAN_SEND_PULSE = 0x00000002
 _CAN_SET_SEND_CARRIER = 0x00000100
 
 Ioctl = Callable[[int, int, bytes], bytes]
-
-
-class InfraredReceiver:
-    """Turn edges into frames; leave out the echo of the car's own frames.
-
-    Args:
-        unit_us: the unit of a frame.
-        clock_s: a clock in seconds, the same as that of the edges.
-    """
-
-    def __init__(self, unit_us: int, clock_s: Callable[[], float]) -> None:
-        self._clock_s = clock_s
-        self._edges: deque[tuple[float, bool]] = deque(maxlen=_MAX_EDGES)
-        self._frames = FrameReceiver(unit_us)
-        # Longer than the longest space in a frame, so that the air doesn't seem free within a frame.
-        self._free_after_s = (HEADER_SPACE_UNITS + 1) * unit_us / 1e6
-        self._last_s = clock_s()
-        self._has_carrier = False
-        self._in_frame = False
-
-    def receive_edge(self, at_s: float, carrier: bool) -> None:
-        """Take an edge: from ``at_s`` on there is carrier, or none. May be called from any thread."""
-        self._edges.append((at_s, carrier))
-
-    def received_frames(self, is_sending: bool, sent_until_s: float) -> list[int]:
-        """Return the frames that ended since the last call, parity unchecked.
-
-        Args:
-            is_sending: whether the car itself sends: all edges are its echo then.
-            sent_until_s: when the car's last frame ended; edges up to then and shortly after are its echo too.
-        """
-        frames = []
-        echo_until_s = float("inf") if is_sending else sent_until_s + _ECHO_S
-        while self._edges:
-            at_s, carrier = self._edges.popleft()
-            is_echo = at_s <= echo_until_s
-            if is_echo:
-                # A mark of length 0 makes the receiver discard the frame that it has begun.
-                self._frames.receive_mark(0)
-            elif carrier:
-                self._frames.receive_space(round((at_s - self._last_s) * 1e6))
-            else:
-                self._frames.receive_mark(round((at_s - self._last_s) * 1e6))
-            self._last_s, self._has_carrier = at_s, carrier
-            frame = self._frames.next_frame()
-            self._in_frame = not is_echo and frame is None
-            if frame is not None:
-                frames.append(frame)
-        return frames
-
-    def senses_carrier(self) -> bool:
-        """Return whether a frame is on the air: there is carrier, or a space no longer than those within a frame."""
-        return self._has_carrier or (self._in_frame and self._clock_s() - self._last_s <= self._free_after_s)
-
-
-class InfraredSender(Protocol):
-    """What sends frames, such as LircSender. ``ended_s``: when the last frame ended."""
-
-    ended_s: float
-
-    def send(self, frame: int) -> None:
-        """Begin to send 32 bits."""
-
-    def is_sending(self) -> bool:
-        """Return whether a frame is on the air."""
-
-    def close(self) -> None:
-        """Release what it holds."""
 
 
 def open_sender(folder: Path = Path("/dev"), ioctl: Ioctl | None = None) -> int:
@@ -139,7 +65,10 @@ class LircSender:
     Args:
         device: a file descriptor; each frame is one write of native 32-bit durations. Closed by ``close``.
         unit_us: the unit of a frame.
-        clock_s: a clock in seconds, the same as the InfraredReceiver's.
+        clock_s: a clock in seconds, the same as that of the receiver's edges.
+
+    Attributes:
+        ended_s: when the last frame ended.
     """
 
     def __init__(self, device: int, unit_us: int, clock_s: Callable[[], float]) -> None:

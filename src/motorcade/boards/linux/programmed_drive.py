@@ -13,7 +13,7 @@ from typing import Any
 from motorcade.boards.computer import TICK_S, Equipment, HardwareWatchdog
 from motorcade.boards.linux.chassis import Chassis, open_chassis
 from motorcade.boards.linux.gpio_chip import HardwareError
-from motorcade.boards.linux.infrared import InfraredSender
+from motorcade.boards.linux.infrared import LircSender
 from motorcade.boards.linux.raspberry_pi import RaspberryPi
 from motorcade.car.brain import FORWARD
 from motorcade.car.drive_board import DriveBoard
@@ -194,7 +194,7 @@ class ProgrammedDrive(DriveBoard):
         pins: PinMap,
         profile: Profile,
         factory: Any,
-        sender: InfraredSender | None = None,
+        sender: LircSender | None = None,
         watchdog: HardwareWatchdog | None = None,
         rescue: tuple[str, tuple[str, ...]] | None = None,
     ) -> None:

@@ -10,14 +10,18 @@ from gpiozero.exc import DistanceSensorNoEcho, PWMSoftwareFallback
 
 from motorcade.boards.computer import ComputerBoard, Equipment
 from motorcade.boards.linux.chassis import open_chassis
-from motorcade.boards.linux.infrared import InfraredReceiver, InfraredSender
+from motorcade.boards.linux.infrared import LircSender
+from motorcade.boards.on_chip.infrared import InfraredReceiver
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.pins import PinMap
 from motorcade.config.profile import Profile
+from motorcade.words.ticks import TICKS_MASK
 
 _LEDS = 4
 # The median of three pings tolerates one false echo and is at most 180 ms old.
 _PINGS = 3
+# More than a second of frames has; a power of two.
+_MAX_EDGES = 1024
 
 
 class WordWheels(Protocol):
@@ -45,7 +49,7 @@ class RaspberryPi(ComputerBoard):
         pins: PinMap,
         profile: Profile,
         factory: Any,
-        sender: InfraredSender | None = None,
+        sender: LircSender | None = None,
         wheels: WordWheels | None = None,
     ) -> None:
         super().__init__(equipment)
@@ -64,7 +68,9 @@ class RaspberryPi(ComputerBoard):
         self._ultrasonic = self._open(
             _distance_sensor, pins.pin("ultrasonic", "echo"), trigger, self._range_mm, factory
         )
-        self._infrared = InfraredReceiver(profile.infrared.unit_us, factory.ticks)
+        self._ticks = factory.ticks
+        self._echo_ended_s = factory.ticks()
+        self._infrared = InfraredReceiver(lambda: _to_us(factory.ticks()), profile.infrared.unit_us, _MAX_EDGES)
         self._receiver = self._open(GPIODevice, pins.pin("infrared", "receiver"), pin_factory=factory)
         if self._receiver is not None:
             self._receiver.pin.input_with_pull("up")
@@ -91,9 +97,13 @@ class RaspberryPi(ComputerBoard):
         return self._pir is not None and bool(self._pir.value)
 
     def received_frames(self) -> list[int]:
-        if self._sender is None:
-            return self._infrared.received_frames(False, float("-inf"))
-        return self._infrared.received_frames(self._sender.is_sending(), self._sender.ended_s)
+        if self._sender is not None:
+            if self._sender.is_sending():
+                self._infrared.ignore_until(_to_us(self._ticks()))
+            elif self._sender.ended_s != self._echo_ended_s:
+                self._echo_ended_s = self._sender.ended_s
+                self._infrared.ignore_until(_to_us(self._echo_ended_s))
+        return self._infrared.received_frames()
 
     def senses_carrier(self) -> bool:
         return self._infrared.senses_carrier()
@@ -118,8 +128,8 @@ class RaspberryPi(ComputerBoard):
         return None if pin is None else self._devices.enter_context(kind(pin, *arguments, **options))
 
     def _receive_edge(self, ticks: float, state: int) -> None:
-        """Take an edge from a thread of gpiozero's. The receiver's output is low while there is carrier."""
-        self._infrared.receive_edge(ticks, not state)
+        """Take an edge from a thread of gpiozero's."""
+        self._infrared.take_edge(_to_us(ticks), state)
 
 
 class _DistanceSensor(DistanceSensor):  # type: ignore[misc]
@@ -129,6 +139,11 @@ class _DistanceSensor(DistanceSensor):  # type: ignore[misc]
         if getattr(self, "_queue", None):
             self._queue.stop()
         super().close()
+
+
+def _to_us(ticks_s: float) -> int:
+    """Return the time of gpiozero's clock in µs that wrap at 2^30."""
+    return int(ticks_s * 1e6) & TICKS_MASK
 
 
 def _distance_sensor(echo: int, trigger: int, range_mm: int, factory: Any) -> Any:

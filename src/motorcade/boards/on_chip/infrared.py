@@ -1,4 +1,4 @@
-"""Infrared on a microcontroller: frames in from a receiver's edges, frames out by the chip's hardware.
+"""Infrared: frames in from a receiver's edges, also on Linux; frames out by a microcontroller's hardware.
 
 Portable. The output of a demodulating receiver (VS1838B, TSOP38238) is low while there is carrier. An interrupt only
 times its edges; the loop turns them into marks and spaces. To send, the ESP32 has its remote control peripheral (RMT),
@@ -10,6 +10,7 @@ from array import array
 # For the type checker alone: MicroPython has no typing.
 MYPY = False
 if MYPY:
+    from collections.abc import Callable
     from typing import Any
 
 from motorcade.boards.on_chip.frame_program import CYCLE_STEPS, UNIT_OVERHEAD_STEPS, assemble
@@ -32,61 +33,57 @@ def has_come(now_us: int, due_us: int) -> bool:
 
 
 class InfraredReceiver:
-    """Turn the edges at a pin into frames; leave out the echo of the car's own frames.
+    """Turn a receiver's edges into frames; leave out the echo of the car's own frames.
 
     Args:
-        machine: MicroPython's module.
-        clock: MicroPython's time module.
-        pin: its GPIO number.
+        ticks_us: returns the time in µs that wraps at 2^30.
         unit_us: the unit of a frame.
-        interrupt: further arguments of machine.Pin.irq, such as ``{"hard": True}`` where the chip has that.
+        max_edges: how many edges may wait between two calls of ``received_frames``; a power of two.
     """
 
-    def __init__(self, machine: "Any", clock: "Any", pin: int, unit_us: int, interrupt: "dict[str, bool]") -> None:
-        self._clock = clock
+    def __init__(self, ticks_us: "Callable[[], int]", unit_us: int, max_edges: int = _EDGES) -> None:
+        self._ticks_us = ticks_us
         self._frames = FrameReceiver(unit_us)
         # Longer than the longest space in a frame, so that the air doesn't seem free within a frame.
         self._free_after_us = (HEADER_SPACE_UNITS + 1) * unit_us
-        self._times_us = array("i", [0] * _EDGES)
-        self._levels = bytearray(_EDGES)
+        self._max_edges = max_edges
+        self._times_us = array("i", [0] * max_edges)
+        self._levels = bytearray(max_edges)
         self._written = 0
         self._read = 0
-        self._last_us = clock.ticks_us()
+        self._last_us = ticks_us()
         self._level = 1
         self._free = True
-        self._pin = machine.Pin(pin, machine.Pin.IN)
-        self._pin.irq(self._take_edge, machine.Pin.IRQ_RISING | machine.Pin.IRQ_FALLING, **interrupt)
+        self._has_echo = False
+        self._echo_until_us = 0
 
-    def _take_edge(self, pin: "Any") -> None:
-        """Store an edge. Runs as an interrupt: short, and without allocation."""
-        at = self._written & (_EDGES - 1)
-        self._times_us[at] = self._clock.ticks_us()
-        self._levels[at] = pin.value()
+    def take_edge(self, at_us: int, level: int) -> None:
+        """Store an edge to ``level``. Other threads and interrupts may call this: it is short and allocates nothing."""
+        at = self._written & (self._max_edges - 1)
+        self._times_us[at] = at_us
+        self._levels[at] = level
         self._written = (self._written + 1) & TICKS_MASK
 
-    def is_past_echo(self, sent_until_us: int) -> bool:
-        """Return whether all echoes of a frame that ended at ``sent_until_us`` have come."""
-        return has_come(self._clock.ticks_us(), sent_until_us + _ECHO_US)
+    def ignore_until(self, sent_until_us: int) -> None:
+        """Take edges up to ``sent_until_us``, when the car's own frame ends, and shortly after as its echo."""
+        self._has_echo = True
+        self._echo_until_us = (sent_until_us + _ECHO_US) & TICKS_MASK
 
-    def received_frames(self, has_echo: bool, sent_until_us: int) -> list[int]:
-        """Return the frames that ended since the last call, parity unchecked.
-
-        Args:
-            has_echo: whether the car sends, or did since the last call; edges up to ``sent_until_us`` and shortly
-                after are its echo then.
-            sent_until_us: when its frame ended or will end.
-        """
+    def received_frames(self) -> list[int]:
+        """Return the frames that ended since the last call, parity unchecked."""
         frames = []
+        # All edges of an echo that is past now are stored already.
+        echo_is_past = has_come(self._ticks_us(), self._echo_until_us)
         waiting = (self._written - self._read) & TICKS_MASK
-        if waiting > _EDGES:
+        if waiting > self._max_edges:
             # The oldest edges were overwritten: the frame that they belong to is lost.
-            self._read = (self._written - _EDGES) & TICKS_MASK
+            self._read = (self._written - self._max_edges) & TICKS_MASK
             self._discard_frame()
         while self._read != self._written:
-            at = self._read & (_EDGES - 1)
+            at = self._read & (self._max_edges - 1)
             at_us, level = self._times_us[at], self._levels[at]
             self._read = (self._read + 1) & TICKS_MASK
-            is_echo = has_echo and has_come(sent_until_us + _ECHO_US, at_us)
+            is_echo = self._has_echo and has_come(self._echo_until_us, at_us)
             if is_echo:
                 self._discard_frame()
             else:
@@ -97,13 +94,15 @@ class InfraredReceiver:
             self._free = is_echo or frame is not None
             if frame is not None:
                 frames.append(frame)
+        if echo_is_past:
+            self._has_echo = False
         return frames
 
     def senses_carrier(self) -> bool:
         """Return whether a frame is on the air: there is carrier, or a space no longer than those within a frame."""
         if self._level == 0:
             return True
-        if not self._free and (self._clock.ticks_us() - self._last_us) & TICKS_MASK > self._free_after_us:
+        if not self._free and (self._ticks_us() - self._last_us) & TICKS_MASK > self._free_after_us:
             self._free = True
         return not self._free
 
@@ -119,6 +118,28 @@ class InfraredReceiver:
     def _discard_frame(self) -> None:
         """Discard the frame that has begun: no frame has a mark of length 0."""
         self._frames.receive_mark(0)
+
+
+def open_receiver(
+    machine: "Any", clock: "Any", pin: int, unit_us: int, interrupt: "dict[str, bool]"
+) -> InfraredReceiver:
+    """Receive at a pin of a microcontroller.
+
+    Args:
+        machine: MicroPython's module.
+        clock: MicroPython's time module.
+        pin: its GPIO number.
+        unit_us: the unit of a frame.
+        interrupt: further arguments of machine.Pin.irq, such as ``{"hard": True}`` where the chip has that.
+    """
+    ticks_us = clock.ticks_us
+    receiver = InfraredReceiver(ticks_us, unit_us)
+
+    def take_edge(changed: "Any") -> None:
+        receiver.take_edge(ticks_us(), changed.value())
+
+    machine.Pin(pin, machine.Pin.IN).irq(take_edge, machine.Pin.IRQ_RISING | machine.Pin.IRQ_FALLING, **interrupt)
+    return receiver
 
 
 class RmtSender:
