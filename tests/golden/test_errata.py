@@ -10,14 +10,14 @@ from motorcade.words.field import WordError
 from motorcade.words.formats import CONTROL, DRIVE, HEADER
 from motorcade.words.image import ImageError, pack, parse_image, unpack
 
-# 000: the table's c3 has 7 bits and its c8 has 11, which makes 32 of the whole.
+# Seed 000: c3 has 7 bits and c8 has 11, not 6 and 12 as in the table; so all items together have 32.
 ITEMS = [
-    # item, bits, the item's fields at their most, the word
+    # item, bits, the item's fields at their maximum, the word
     ("c1", 1, {"accept_ir": 1}, 0b1_0_0000000_0000_00000_0_0_00000000000_0),
     ("c2", 1, {"forward": 1}, 0b0_1_0000000_0000_00000_0_0_00000000000_0),
     (
         "c3",
-        7,  # the table's 6 lack the bit that says whether there is a motor at all
+        7,  # the table has 6: it lacks the bit that enables the motor
         {"motor_enable": 1, "motor_direction": 3, "motor_speed": 3, "motor_duration": 3},
         0b0_0_1111111_0000_00000_0_0_00000000000_0,
     ),
@@ -30,13 +30,18 @@ ITEMS = [
     ),
     ("c6", 1, {"voice": 1}, 0b0_0_0000000_0000_00000_1_0_00000000000_0),
     ("c7", 1, {"pir": 1}, 0b0_0_0000000_0000_00000_0_1_00000000000_0),
-    ("c8", 11, {"reserved": 2047}, 0b0_0_0000000_0000_00000_0_0_11111111111_0),  # the table's 12 would make 33
+    (
+        "c8",
+        11,
+        {"reserved": 2047},
+        0b0_0_0000000_0000_00000_0_0_11111111111_0,
+    ),  # the table has 12
     ("c9", 1, {"parity": 1}, 0b0_0_0000000_0000_00000_0_0_00000000000_1),
 ]
 
 
 def word_of(*fields):
-    """The word whose bits are written field by field, bit 31 first."""
+    """Return the word whose bits are written field by field, bit 31 first."""
     bits = "".join(fields)
     assert len(bits) == 32
     return int(bits, 2)
@@ -168,7 +173,7 @@ AT_SPEED_2 = 2  # forward
 
 
 def wheels(word, heard=(), person=0):
-    """What a leader's wheels do half a second into ``word``."""
+    """Return what a leader's wheels do 0.5 s after the start of ``word``."""
     memory = [0] * brain.SIZE
     brain.switch_on(memory, 0, 0)
     brain.leader_start(memory, (0x01000000, word), 0)
@@ -191,7 +196,7 @@ def test_c6_a_voice_stops_the_wheels(word, heard, expected):
     assert wheels(word, heard=heard) == expected
 
 
-def test_c7_holds_the_wheels_while_a_person_is_sensed():
+def test_c7_stops_the_wheels_while_a_person_is_sensed():
     assert wheels(SENSES, person=1) == brain.STILL
     assert wheels(SENSES, person=0) == AT_SPEED_2
     assert wheels(DRIVES_ON, person=1) == AT_SPEED_2
@@ -199,13 +204,13 @@ def test_c7_holds_the_wheels_while_a_person_is_sensed():
 
 # 001
 VECTORS = [
-    # What the worked example's text says: a = 40.
+    # The text of the worked example: a = 40.
     (311209984, 0x128CB000, ("0001", "00101000", "1", "10010110"), (1, 40, 1, 150, 0)),
-    # The bits that it shows: a = 42.
+    # The bits of the worked example: a = 42.
     (313307136, 0x12ACB000, ("0001", "00101010", "1", "10010110"), (1, 42, 1, 150, 0)),
-    # What the test program's struct makes of {40, false, 150}: angle 40, backward, speed 150.
+    # The test program's struct with {40, false, 150}: angle 40, backward, speed 150.
     (310685696, 0x1284B000, ("0001", "00101000", "0", "10010110"), (1, 40, 0, 150, 0)),
-    # What the test program's text meant: speed 40, backward, angle 150.
+    # The meaning of the test program's text: speed 40, backward, angle 150.
     (425803776, 0x19614000, ("0001", "10010110", "0", "00101000"), (1, 150, 0, 40, 0)),
 ]
 
@@ -225,7 +230,7 @@ def test_unpacking_uses_and_where_the_text_has_or():
     assert DRIVE.decode(nothing_set) == (1, 0, 0, 0, 0)
 
 
-def test_a_drive_command_is_big_endian_unless_the_client_is_as_the_seed_was():
+def test_a_drive_command_is_big_endian_unless_little_is_asked_for():
     assert pack(311209984) == bytes([0x12, 0x8C, 0xB0, 0x00])
     assert pack(311209984, "little") == bytes([0x00, 0xB0, 0x8C, 0x12])
     assert unpack(bytes([0x00, 0xB0, 0x8C, 0x12]), "little") == 311209984
@@ -250,7 +255,7 @@ def test_the_outermost_angles_are_allowed_at_both_ends(angle):
 @pytest.mark.parametrize("strict", [False, True])
 @pytest.mark.parametrize("code", [0, 2, 15])
 def test_the_code_is_checked_before_all_that_depends_on_it(code, strict):
-    # Another command's bits: an angle of 255 and reserved bits, were its code 1.
+    # With code 1 these bits would be refused for an angle of 255 and for reserved bits.
     word = word_of(f"{code:04b}", "11111111", "1", "11111111", "11111111111")
     with pytest.raises(WordError) as caught:
         DRIVE.decode(word, strict)

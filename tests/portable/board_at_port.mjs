@@ -1,10 +1,11 @@
-// A board that runs MicroPython, at a TCP port: the WebAssembly build with its file system in memory, behind the raw
-// prompt that MicroPython's documentation describes (the build's own takes a command for another at some lengths).
+// Simulate a board that runs MicroPython at a TCP port: the WebAssembly build, with its file system in memory, behind the
+// raw prompt that MicroPython's documentation describes. (The build's own raw prompt mistakes commands of some lengths.)
 // node board_at_port.mjs OPTIONS prints the port; OPTIONS is JSON:
-//   platform: what sys.platform says.        version: what MicroPython says of itself, three numbers.
-//   freeBytes: room on its flash.            runsCar: whether a car runs that has to be asked for the prompt.
-//   diesAfter: bytes until it goes away.     silent: it answers nothing.      files: what is on it, path to text.
-//   spoils: a file whose first byte flips when it is hashed.
+//   platform: the value of sys.platform.     version: MicroPython's version, three numbers.
+//   freeBytes: free bytes of its flash.      runsCar: whether a car runs, which tools must interrupt first.
+//   diesAfter: received bytes until the connection breaks.    silent: it answers nothing.
+//   files: the files on it, path to text.
+//   spoils: a file whose first byte flips when it is read for its checksum.
 // "files" on standard input prints the files on it as JSON, path to hexadecimal, on standard output.
 import { createServer } from "node:net";
 import { createInterface } from "node:readline";
@@ -14,8 +15,8 @@ const CTRL_A = "\x01";
 const CTRL_D = "\x04";
 const RAW_PASTE = "\x05A\x01";
 const PROMPT = "raw REPL; CTRL-B to exit\r\n>";
-const KNOCK = /^[\r\x03]*\x03[\r\x03]*/;
-const KNOCK_BYTES = 3;
+const INTERRUPT = /^[\r\x03]*\x03[\r\x03]*/;
+const INTERRUPT_LENGTH = 3;
 
 const options = JSON.parse(process.argv[2]);
 let client = null;
@@ -24,29 +25,29 @@ let alive = true;
 const python = await loadMicroPython({
   heapsize: 4 * 1024 * 1024,
   linebuffer: false,
-  stdout: (bytes) => say(bytes),
+  stdout: (bytes) => send(bytes),
 });
 
-function say(bytes) {
+function send(bytes) {
   if (alive && client && !options.silent) client.write(bytes);
 }
 
 python.globals.set("platform", options.platform ?? "esp32");
 python.globals.set("version", (options.version ?? [1, 27, 0]).join(" "));
 python.globals.set("free_bytes", options.freeBytes ?? 1024 * 1024);
-// The real module can't be changed, so another one answers to its name.
+// The real module sys can't be changed, so an object with its attributes replaces it.
 python.runPython(`
 import os, sys
 from collections import namedtuple
 class Sys:
     pass
-answering = Sys()
+replacement = Sys()
 for name in dir(sys):
-    setattr(answering, name, getattr(sys, name))
-answering.platform = platform
+    setattr(replacement, name, getattr(sys, name))
+replacement.platform = platform
 kind = namedtuple("implementation", ("name", "version"))
-answering.implementation = kind("micropython", tuple([int(part) for part in version.split()]))
-sys.modules["sys"] = answering
+replacement.implementation = kind("micropython", tuple([int(part) for part in version.split()]))
+sys.modules["sys"] = replacement
 os.statvfs = lambda path: (4096, 4096, 256, free_bytes // 4096)
 class Machine:
     def reset(self):
@@ -57,23 +58,23 @@ sys.modules["machine"] = Machine()
 `);
 for (const [path, text] of Object.entries(options.files ?? {})) python.FS.writeFile(path, text);
 if (options.spoils) {
-  python.globals.set("spoilt", options.spoils);
+  python.globals.set("spoiled", options.spoils);
   python.runPython(`
 import builtins
-honest = open
+real_open = open
 def open(path, mode="r"):
-    if path == spoilt and mode == "rb":
-        with honest(path, "rb") as file:
+    if path == spoiled and mode == "rb":
+        with real_open(path, "rb") as file:
             data = file.read()
-        with honest(path, "wb") as file:
+        with real_open(path, "wb") as file:
             file.write(bytes([data[0] ^ 1]) + data[1:])
-    return honest(path, mode)
+    return real_open(path, mode)
 builtins.open = open
 `);
 }
 
 let running = options.runsCar ?? false;
-let heard = "";
+let recent = "";
 let left = options.diesAfter ?? Infinity;
 
 let command = "";
@@ -81,19 +82,19 @@ let command = "";
 function take(byte) {
   const character = String.fromCharCode(byte);
   if (running) {
-    // As motorcade.boards.on_chip.lines has it: three bytes of Ctrl-C and carriage return.
-    heard = (heard + character).slice(-KNOCK_BYTES);
-    if (heard.length === KNOCK_BYTES && KNOCK.exec(heard)?.[0] === heard) running = false;
+    // The rule of motorcade.boards.on_chip.lines: three bytes of Ctrl-C and carriage return end the car.
+    recent = (recent + character).slice(-INTERRUPT_LENGTH);
+    if (recent.length === INTERRUPT_LENGTH && INTERRUPT.exec(recent)?.[0] === recent) running = false;
   } else if (character === CTRL_A && command === "") {
-    say(Buffer.from(PROMPT));
+    send(Buffer.from(PROMPT));
   } else if (character !== CTRL_D) {
     command += character;
     if (command.endsWith("\x03") || command === "\r") command = "";
     if (command !== RAW_PASTE) return;
-    say(Buffer.from("R\x00"));
+    send(Buffer.from("R\x00"));
     command = "";
   } else if (command === "") {
-    say(Buffer.from(`OK\r\nMPY: soft reboot\r\n${PROMPT}`));
+    send(Buffer.from(`OK\r\nMPY: soft reboot\r\n${PROMPT}`));
   } else {
     execute(Buffer.from(command, "latin1").toString());
     command = "";
@@ -102,14 +103,14 @@ function take(byte) {
 
 function execute(source) {
   let problem = "";
-  say(Buffer.from("OK"));
+  send(Buffer.from("OK"));
   try {
     python.runPython(source);
   } catch (error) {
-    // WebAssembly counts its errors in another way than boards do.
+    // WebAssembly numbers its errors otherwise than boards do.
     problem = error.message.replace(/OSError: 44$/m, "OSError: [Errno 2] ENOENT");
   }
-  say(Buffer.from(`${CTRL_D}${problem}${CTRL_D}>`));
+  send(Buffer.from(`${CTRL_D}${problem}${CTRL_D}>`));
 }
 
 const server = createServer((socket) => {
@@ -146,7 +147,7 @@ function filesUnder(folder) {
 createInterface({ input: process.stdin })
   .on("line", () => {
     console.log(JSON.stringify({ files: filesUnder("/"), restarted: python.globals.get("restarted") }));
-    // What comes behind a stop in the middle speaks to a board that was plugged in anew.
+    // The connections after a broken one reach a board that was plugged in again.
     alive = true;
     left = Infinity;
   })

@@ -1,4 +1,4 @@
-"""check_board on a car of a simulated microcontroller, whole and broken; portable (test_microcontroller.py)."""
+"""Run check_board on a simulated microcontroller, whole and broken. Portable; for test_microcontroller.py."""
 
 from driven_car import Bench
 
@@ -6,7 +6,7 @@ from motorcade.car.check import check_board
 
 
 def lines(settings, platform):
-    """What is wrong with the whole board, which is nothing, and with each broken one."""
+    """Yield what check_board finds for each of BROKEN; the first is the whole board, which has no fault."""
     for name, broken in BROKEN:
         bench = Bench(settings, platform)
         board = bench.open().board

@@ -9,12 +9,11 @@ differ, run them with 1 for EVERY: ``python conformance.py SEED STEPS EVERY``,
 import sys
 from binascii import crc32
 
-from drivers import Wheel
-from drivers import total_names as wheel_names
+from drivers import DrivenCar
+from drivers import total_names as drive_names
 from inputs import Random, damaged, draw_frame, draw_image, draw_raw
 
-from motorcade.car import brain
-from motorcade.car import next_wakeup as rest
+from motorcade.car import brain, next_wakeup
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board, make_levels
 from motorcade.car.loop import Car
 from motorcade.errors import Phrase
@@ -47,7 +46,7 @@ NOTED = {
 
 
 def total_names():
-    """The cases that a run must meet at least once."""
+    """Return the names of the cases that a run must meet at least once."""
     names = ["clock wrapped", "states begun", "several states in a tick", "words begun", "words over", "frames heard"]
     names += ["lost: parity", "lost: reserved", "lost: deaf", "frames sent by leaders", "frames sent by followers"]
     names += ["wheels still", "wheels forward", "wheels left", "wheels right", "led off", "led on"]
@@ -57,7 +56,7 @@ def total_names():
     names += ["readback image", "readback refused", "readback silent"]
     names += ["parsed"] + ["not parsed: image-" + each for each in ("cut-off", "too-long", "header", "word")]
     names += ["infrared right", "infrared wrong", "infrared lost"]
-    names += wheel_names()
+    names += drive_names()
     for word_format in FORMATS:
         name = word_format.name
         names += [f"{name} encoded", f"{name} decoded", f"{name} not decoded: {name}"]
@@ -69,7 +68,7 @@ def total_names():
 
 
 class Record:
-    """All results so far as one CRC-32, and how often each case was met."""
+    """The CRC-32 of all results so far, and how often each case was met."""
 
     def __init__(self):
         self.crc = 0
@@ -86,7 +85,7 @@ class Record:
 
 
 class ScriptedBoard(Board):
-    """Draw all that the car reads, and record all that the car does."""
+    """A board that gives the car random inputs and records all its outputs."""
 
     def __init__(self, random, record, levels, is_leader):
         self.number = random.bits()
@@ -97,7 +96,7 @@ class ScriptedBoard(Board):
         self._random = random
         self._record = record
         self._stored = None if random.one_in(3) else draw_image(random)
-        self._on_the_line = b""
+        self._arriving = b""
 
     def now_ms(self):
         return self.clock_ms
@@ -113,14 +112,14 @@ class ScriptedBoard(Board):
 
     def read_serial(self):
         random = self._random
-        if not self._on_the_line and random.one_in(8):
+        if not self._arriving and random.one_in(8):
             sent = READBACK_REQUEST if random.one_in(4) else draw_image(random)
             if random.one_in(2):
                 sent = check_request(crc32(sent), random.below(256)) + sent
-            self._on_the_line = damaged(random, sent)
-        size = len(self._on_the_line) if random.one_in(2) else random.below(9)
-        data = self._on_the_line[:size]
-        self._on_the_line = self._on_the_line[size:]
+            self._arriving = damaged(random, sent)
+        size = len(self._arriving) if random.one_in(2) else random.below(9)
+        data = self._arriving[:size]
+        self._arriving = self._arriving[size:]
         return data
 
     def write_serial(self, data):
@@ -205,11 +204,11 @@ class Pair:
         free = brain.wheels(memory, NOTHING_IN_SIGHT_MM, 0, self._clock_ms, levels)
         record.add(in_the_way, free, *memory)
         record.add(*car.image)
-        record.add(rest.word_rest_ms(memory, self._clock_ms, levels))
+        record.add(next_wakeup.word_rest_ms(memory, self._clock_ms, levels))
         if car.board.is_leader:
-            record.add(rest.frames_rest_ms(memory, car.image, self._clock_ms))
+            record.add(next_wakeup.frames_rest_ms(memory, car.image, self._clock_ms))
         else:
-            record.add(*[rest.relay_rest_ms(memory, busy, self._clock_ms) for busy in (0, 1)])
+            record.add(*[next_wakeup.relay_rest_ms(memory, busy, self._clock_ms) for busy in (0, 1)])
         if in_the_way != free:
             record.count("avoiding")
         if memory[brain.DRAWS]:
@@ -260,8 +259,8 @@ def step_parsing(random, record):
         record.count(f"not parsed: {error.code}")
 
 
-def told(detail):
-    """The detail of an Outcome; a Phrase by its key and details, since MicroPython has no sentences."""
+def text_of(detail):
+    """Return the detail of an Outcome as text; a Phrase as its key and details, since MicroPython has no sentences."""
     return detail.brief() if isinstance(detail, Phrase) else detail
 
 
@@ -282,7 +281,7 @@ def step_upload(random, record):
         event = car_end.next_event()
     uploader.receive_data(b"", 3000)
     outcome = uploader.next_event()
-    record.add(told(outcome.detail))
+    record.add(text_of(outcome.detail))
     record.count(f"upload {outcome.kind}")
 
 
@@ -297,7 +296,7 @@ def step_readback(random, record):
     for data, now_ms in ((answer[:at], 1), (answer[at:], 2), (b"", 3000)):
         reader.receive_data(data, now_ms)
     outcome = reader.next_event()
-    record.add(told(outcome.detail))
+    record.add(text_of(outcome.detail))
     record.count(f"readback {outcome.kind}")
 
 
@@ -330,9 +329,9 @@ def lines(seed, steps, every):
     record.add(*[fingerprint(word_format) for word_format in FORMATS])
     for step in range(steps):
         if step % STEPS_OF_A_PAIR == 0:
-            pair, wheel = Pair(random, record), Wheel(random, record)
+            pair, drive = Pair(random, record), DrivenCar(random, record)
         pair.step()
-        wheel.step()
+        drive.step()
         step_ticks(random, record)
         step_formats(random, record)
         step_parsing(random, record)

@@ -1,4 +1,4 @@
-"""MicroPython's WebAssembly build, which npm has."""
+"""Install MicroPython's WebAssembly build from npm."""
 
 from pathlib import Path
 
@@ -10,6 +10,6 @@ from support import npm_packages
 
 @pytest.fixture(scope="session")
 def micropython_installed(install_lock: FileLock) -> None:
-    """Fails, never skips, where MicroPython can't be had."""
+    """Install MicroPython; a test fails, and isn't skipped, where that is impossible."""
     with install_lock:
         npm_packages.install(Path(__file__).parent, "MicroPython's WebAssembly build")

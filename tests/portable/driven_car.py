@@ -20,7 +20,7 @@ from motorcade.words.ticks import TICKS_MASK
 
 SECONDS = 60
 TICKS_A_LINE = 200
-# As long as a loop takes on a real board, now and then longer: it collects garbage, writes to flash.
+# A loop's duration on a real board, with a few long ones for garbage collection and writes to flash.
 TICKS_MS = (2, 3, 3, 4, 5, 5, 7, 12)
 BYTE_US = 87
 # The clock wraps in the middle of the minute.
@@ -28,7 +28,7 @@ START_MS = TICKS_MASK - 30_000
 
 
 class Bench:
-    """A car's board, and a hand at each of its inputs."""
+    """A car's board on a simulated microcontroller, and methods that change its inputs."""
 
     def __init__(self, settings, platform, flash=None):
         self.chip = Microcontroller(platform, START_MS)
@@ -56,7 +56,7 @@ class Bench:
         )
 
     def open(self):
-        """The car, switched on."""
+        """Switch the car on and return it."""
         return Car(open_board(load_settings(self.flash.open), self.modules))
 
     def upload(self, at_us, data, byte_us=BYTE_US):
@@ -67,15 +67,15 @@ class Bench:
             self.chip.at(at_us + place * byte_us, line.arrive, data[place : place + 1])
 
     def hear(self, at_us, durations_us):
-        """Infrared of somebody else, mark by space, begins at ``at_us``."""
+        """Send infrared to the car from ``at_us`` on: a mark, a space, a mark and so on."""
         self.chip.at(at_us, self.air.pulses, at_us, durations_us)
 
     def hear_frame(self, frame):
-        """Another car sends ``frame`` now."""
+        """Send ``frame`` to the car now, as another car does."""
         self.hear(self.chip.now_us, frame_durations_us(frame))
 
     def say(self, at_us, data):
-        """The voice module says something."""
+        """Send bytes of the voice module."""
         line = self.machine.uarts[self.pins["voice"]["receive"]]
         self.chip.at(at_us, line.arrive, data)
 
@@ -83,7 +83,7 @@ class Bench:
         self.chip.at(at_us, self.chip.set_input, self.pins["pir"]["output"], there)
 
     def show_obstacle(self, at_us, distance_mm):
-        """The next obstacle is ``distance_mm`` away; None for nothing."""
+        """Put the next obstacle ``distance_mm`` away; None for no obstacle."""
         self.chip.at(at_us, self._place, distance_mm)
 
     def _place(self, distance_mm):
@@ -91,7 +91,7 @@ class Bench:
 
 
 def play(bench, script):
-    """Let everything of ``script`` happen: a list of [at_ms, what, value] as test_microcontroller.py writes it."""
+    """Schedule the events of ``script``: a list of [at_ms, what, value], as in test_microcontroller.py."""
     for at_ms, what, value in script:
         at_us = at_ms * 1000
         if what == "upload":
@@ -109,7 +109,7 @@ def play(bench, script):
 
 
 def lines(settings, platform, seed, script):
-    """What an onlooker sees, a line each: ``at_ms what value``; and each tick's time, which the test replays."""
+    """Yield a line for each output, ``at_ms what value``, and lines of the ticks' times, which the test replays."""
     bench = Bench(settings, platform)
     random = Random(seed)
     car = bench.open()

@@ -1,4 +1,4 @@
-"""Random drivers of one car for conformance.py; portable too."""
+"""Give random commands and events to one arbiter, for conformance.py. Portable."""
 
 from motorcade.car import arbiter
 from motorcade.car.arbiter import EVENTS, STATES, Arbiter
@@ -11,15 +11,15 @@ ADVANCES_MS = ((0, 0), (1, 50), (1, 50), (300, 301), (4999, 5002))
 
 
 def total_names():
-    """All that a run must have met at least once."""
+    """Return the names of the cases that a run must meet at least once."""
     names = ["wheel handed over", "wheel waited for"]
     names += [f"car is {name}" for name, _ in STATES]
     names += [f"command {outcome}" for outcome in OUTCOMES]
     return names
 
 
-class Wheel:
-    """An arbiter, and all that may happen to it."""
+class DrivenCar:
+    """An arbiter that gets a random event in each step, and the record of its answers."""
 
     def __init__(self, random, record):
         self._random = random

@@ -1,4 +1,4 @@
-"""The random inputs of conformance.py; portable, so that both interpreters draw the same inputs."""
+"""Random inputs for conformance.py. Portable: CPython and MicroPython draw the same inputs."""
 
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
@@ -33,11 +33,11 @@ class Random:
 
 
 def draw_word(random, for_leader=False):
-    """A control word as an image holds it: any block, any level."""
+    """Return a control word as in an image, with any fields at any level."""
     word = random.bits() & ~(CONTROL.reserved_mask | 1)
     if for_leader:
         return word & 0x7FFFFFFF | 0x40000000
-    # Deaf words and those that are passed on would otherwise crowd out the rest.
+    # Otherwise half of the words would end all listening, and most would be passed on.
     if not random.one_in(8):
         word |= 0x80000000
     if not random.one_in(3):
@@ -52,7 +52,7 @@ def draw_image(random):
 
 
 def draw_frame(random, held):
-    """A frame that reaches a follower which holds the word ``held``."""
+    """Return a frame for a follower whose word is ``held``."""
     kind = random.below(6)
     if kind == 0:
         return to_frame(held)
@@ -65,7 +65,7 @@ def draw_frame(random, held):
 
 
 def damaged(random, data):
-    """``data`` half of the time; else with one bit wrong, cut off, or with bytes before or behind it."""
+    """Return ``data``, in half of the cases with one bit wrong, cut off, or with bytes added before or after it."""
     kind = random.below(8)
     at = random.below(len(data) + 1)
     if kind == 0 and at < len(data):
@@ -80,7 +80,7 @@ def damaged(random, data):
 
 
 def draw_raw(random, field):
-    """A raw value for ``field``: most are allowed."""
+    """Return a raw value for ``field``; most are allowed."""
     if random.one_in(50):
         return random.pick((-1, -field.maximum - 2, field.raw_mask + 1, field.raw_mask << random.between(1, 40)))
     if random.one_in(8):

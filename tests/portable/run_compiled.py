@@ -8,8 +8,7 @@ from typing import Any
 import conformance
 import numpy as np
 
-from motorcade.car import brain, loop, step
-from motorcade.car import next_wakeup as rest
+from motorcade.car import brain, loop, next_wakeup, step
 from motorcade.engine.native import compiled
 
 SWITCH_ON, LEADER_START, LEADER_STEP, LEADER_SENDS, SENT_WORD, FRAMES_REST = range(6)
@@ -33,7 +32,7 @@ def _kernel(fingerprint: str) -> Callable[..., int]:
         if which == SENT_WORD:
             return int(brain.sent_word(s, image))
         if which == FRAMES_REST:
-            return rest.frames_rest_ms(s, image, now)
+            return next_wakeup.frames_rest_ms(s, image, now)
         if which == FOLLOWER_STEP:
             return brain.follower_step(s, now, levels)
         if which == FOLLOWER_HEARS:
@@ -41,7 +40,7 @@ def _kernel(fingerprint: str) -> Callable[..., int]:
         if which == FOLLOWER_SENDS:
             return brain.follower_sends(s, first, now, levels)
         if which == RELAY_REST:
-            return rest.relay_rest_ms(s, first, now)
+            return next_wakeup.relay_rest_ms(s, first, now)
         if which == HEAR_VOICE:
             brain.hear_voice(s, first)
         if which == LOOKS:
@@ -51,7 +50,7 @@ def _kernel(fingerprint: str) -> Callable[..., int]:
         if which == LED:
             return brain.lit_led(s, now, levels)
         if which == WORD_REST:
-            return rest.word_rest_ms(s, now, levels)
+            return next_wakeup.word_rest_ms(s, now, levels)
         return 0
 
     return call
@@ -120,6 +119,6 @@ class CompiledBrain:
 
 
 if __name__ == "__main__":
-    step.brain = loop.brain = conformance.brain = conformance.rest = CompiledBrain()
+    step.brain = loop.brain = conformance.brain = conformance.next_wakeup = CompiledBrain()
     for line in conformance.lines(*[int(argument) for argument in sys.argv[1:]]):
         print(line)

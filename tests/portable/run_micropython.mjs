@@ -1,12 +1,12 @@
-// Runs a file of this folder under MicroPython, with the portable files of the house:
+// Run a file of this folder under MicroPython, with Motorcade's portable files:
 // node run_micropython.mjs MODULE ARGUMENT... prints what MODULE's lines(ARGUMENT...) yields; arguments are JSON.
 import { readdirSync, readFileSync } from "node:fs";
 import { loadMicroPython } from "@micropython/micropython-webassembly-pyscript/micropython.mjs";
 
 const HERE = new URL("./", import.meta.url);
 const SOURCE = new URL("../../src/motorcade/", import.meta.url);
-// Folders of the house, and those of their files that need NumPy or a computer.
-const ROOMS = { words: ["bulk.py"], car: [], "car/check": [], "boards/on_chip": [] };
+// Portable folders, each with its files that aren't portable: they need NumPy or a computer.
+const PACKAGES = { words: ["bulk.py"], car: [], "car/check": [], "boards/on_chip": [] };
 const FILES = ["errors.py", "boards/__init__.py", "boards/micropython.py", "boards/voice.py"];
 // MicroPython searches this folder of its in-memory filesystem.
 const LIBRARY = "/lib";
@@ -27,9 +27,9 @@ function copy(fs, from, path) {
 /** Copies the portable files; gives the names of their modules. */
 function installMotorcade(fs) {
   const paths = [...FILES];
-  for (const [room, without] of Object.entries(ROOMS)) {
-    const files = pythonFiles(new URL(`${room}/`, SOURCE)).filter((file) => !without.includes(file));
-    paths.push(...files.map((file) => `${room}/${file}`));
+  for (const [folder, excluded] of Object.entries(PACKAGES)) {
+    const files = pythonFiles(new URL(`${folder}/`, SOURCE)).filter((file) => !excluded.includes(file));
+    paths.push(...files.map((file) => `${folder}/${file}`));
   }
   const modules = paths.map((path) => copy(fs, new URL(path, SOURCE), `motorcade/${path}`));
   // The real one finds the public names with CPython's importlib.

@@ -91,7 +91,7 @@ def modules_of(package: str, files: list[Path]) -> set[str]:
 
 OF_WORDS = modules_of("words", WORDS) | {"motorcade.errors", "sys", "struct", "binascii", "collections"}
 OF_CARS = modules_of("words", WORDS) | {"motorcade.errors"} | modules_of("car", CAR)
-# MicroPython's modules come in as arguments, but for power_on's main.
+# MicroPython's modules are arguments, except in power_on's main.
 OF_BOARDS = {"array", "binascii", "collections", "gc", "json", "os", "select", "sys", "time"}
 MAY_IMPORT = {
     "words": OF_WORDS,
@@ -118,7 +118,7 @@ ALLOCATES = (ast.List, ast.Tuple, ast.Dict, ast.Set, ast.ListComp, ast.SetComp, 
 
 
 def faults_of(source: str) -> Iterator[str]:
-    """Everything in ``source`` that is more than plain functions of integers."""
+    """Yield everything in ``source`` that goes beyond plain functions of integers."""
     syntax = syntax_of(source)
     yield from imports_of(syntax) - modules_of("words", WORDS)
     functions = [found for found in syntax if isinstance(found, ast.FunctionDef)]

@@ -1,5 +1,8 @@
-"""A minute of a whole car on a simulated ESP32 and RP2040: CPython's and MicroPython's are the same, and as the
-contract of a board says: a plain Car on a board that needs no pins does the same at the same moments."""
+"""Run a whole car for a minute on a simulated ESP32 and RP2040.
+
+CPython and MicroPython print the same lines. A plain Car on a board without pins does the same at the same moments, so
+the boards keep their contract.
+"""
 
 import ast
 import json
@@ -49,7 +52,7 @@ WIRED_FURTHER = {
     "rp2040": "[serial]\ntransmit = 8\nreceive = 9\n[voice]\nreceive = 1\n",
 }
 PLATFORMS = {"esp32": "esp32", "rp2040": "rp2"}
-# What an onlooker may see later than with perfect senses: until the ultrasonic sensor has an answer.
+# How much later the car may react than with perfect sensors: the ultrasonic sensor needs this time.
 ANSWER_MS = 90
 # More than the longest space of a frame.
 FREE_AFTER_MS = 9 * 0.56
@@ -86,7 +89,7 @@ RESERVED = to_frame(HEARD ^ 0b110)
 
 
 def on_the_air(frame: int, jitter_percent: int, seed: int) -> list[int]:
-    """A frame's durations, each off by up to so much."""
+    """Return a frame's durations, each changed by up to ``jitter_percent``."""
     random = Random(seed)
     shares = (random.between(100 - jitter_percent, 100 + jitter_percent) for _ in range(67))
     return [nominal * share // 100 for nominal, share in zip(frame_durations_us(frame), shares, strict=True)]
@@ -168,7 +171,7 @@ def test_check_board_finds_the_same_on_micropython(chip, micropython_installed) 
 
 
 class PlainBoard(Board):
-    """A board with perfect senses, at the ticks of the simulated one, that writes down what the car wants."""
+    """A board with perfect sensors at the ticks of the simulated one; it records the car's outputs."""
 
     number = 77
 
@@ -182,15 +185,15 @@ class PlainBoard(Board):
         self.clock_ms = 0.0
         self.before_ms = -1.0
         self.image: bytes | None = None
-        self.said: list[tuple[int, str, object]] = []
+        self.outputs: list[tuple[int, str, object]] = []
         self.own: tuple[float, float] = (-1.0, -1.0)
-        # Each frame of others: from when to when, and what it says.
+        # The frames of others: begin and end in ms, and the bits.
         self.frames = [
             (at_ms, at_ms + sum(on_the_air(frame, jitter, at_ms)) / 1000, frame) for at_ms, frame, jitter in FRAMES
         ]
 
-    def say(self, what: str, value: object) -> None:
-        self.said.append((int(self.clock_ms), what, value))
+    def record(self, what: str, value: object) -> None:
+        self.outputs.append((int(self.clock_ms), what, value))
 
     def now_ms(self) -> int:
         return (START_MS + int(self.clock_ms)) & TICKS_MASK
@@ -211,7 +214,7 @@ class PlainBoard(Board):
         return data
 
     def write_serial(self, data: bytes) -> None:
-        self.say("line", data)
+        self.record("line", data)
 
     def received_frames(self) -> list[int]:
         ended = [frame for _, end_ms, frame in self.frames if self.before_ms < end_ms <= self.clock_ms]
@@ -219,12 +222,12 @@ class PlainBoard(Board):
 
     def senses_carrier(self) -> bool:
         return any(
-            begin_ms <= self.clock_ms < (end_ms + FREE_AFTER_MS if self.spoilt(begin_ms) else end_ms)
+            begin_ms <= self.clock_ms < (end_ms + FREE_AFTER_MS if self.overlaps_own(begin_ms) else end_ms)
             for begin_ms, end_ms, _ in self.frames
         )
 
-    def spoilt(self, begin_ms: float) -> bool:
-        """Whether the car's own sending ran on into a frame: its end is then known by the silence behind it alone."""
+    def overlaps_own(self, begin_ms: float) -> bool:
+        """Return whether the car's own frame overlaps this one: only the silence after it then shows its end."""
         return self.own[0] <= begin_ms < self.own[1]
 
     def is_sending(self) -> bool:
@@ -232,7 +235,7 @@ class PlainBoard(Board):
 
     def send_frame(self, frame: int) -> None:
         self.own = (self.clock_ms, self.clock_ms + air_us(frame, 560) / 1000)
-        self.say("infrared", frame)
+        self.record("infrared", frame)
 
     def value_of(self, what: str, otherwise: object) -> object:
         return next((e[2] for e in reversed(self.script) if e[1] == what and e[0] <= self.clock_ms), otherwise)
@@ -244,16 +247,18 @@ class PlainBoard(Board):
         return bool(self.value_of("person", 0))
 
     def heard_voice(self) -> int:
-        said = [entry for entry in self.script if entry[1] == "say" and self.before_ms < entry[0] <= self.clock_ms]
-        return {None: NO_VOICE, 1: VOICE_STOP, 2: VOICE_GO}[said[-1][2][-1] if said else None]
+        spoken = [entry for entry in self.script if entry[1] == "say" and self.before_ms < entry[0] <= self.clock_ms]
+        return {None: NO_VOICE, 1: VOICE_STOP, 2: VOICE_GO}[spoken[-1][2][-1] if spoken else None]
 
     def set_wheels(self, direction: int, speed_level: int) -> None:
         signs = {0: (1, 1), 1: (-1, 1), 2: (1, -1)}[direction]
         duty = (self.turn if direction else self.drive)[speed_level]
-        self.say("wheels", tuple(sign * duty * 65535 // 255 if sign > 0 else -(duty * 65535 // 255) for sign in signs))
+        self.record(
+            "wheels", tuple(sign * duty * 65535 // 255 if sign > 0 else -(duty * 65535 // 255) for sign in signs)
+        )
 
     def set_led(self, which: int) -> None:
-        self.say("leds", () if which == 4 else (which,))
+        self.record("leds", () if which == 4 else (which,))
 
 
 def plain_car(chip: str, role: str, ticks_us: list[int]) -> list[tuple[int, str, object]]:
@@ -263,7 +268,7 @@ def plain_car(chip: str, role: str, ticks_us: list[int]) -> list[tuple[int, str,
         board.clock_ms = tick_us / 1000
         car.tick()
         board.before_ms = board.clock_ms
-    return board.said
+    return board.outputs
 
 
 def seen_and_ticks(printed: list[str]) -> tuple[list[tuple[int, str, object]], list[int]]:
@@ -293,7 +298,7 @@ def by_kind(seen: list[tuple[int, str, object]]) -> dict[str, list[tuple[int, ob
 
 
 def settled(changes: list[tuple[int, object]]) -> list[tuple[int, object]]:
-    """``changes`` without those that were taken back within ANSWER_MS."""
+    """Return ``changes`` without those that another change followed within ANSWER_MS."""
     lasting = [
         change
         for change, following in zip(changes, [*changes[1:], (1 << 30, None)], strict=True)

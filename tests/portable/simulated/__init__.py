@@ -1,1 +1,1 @@
-"""A simulated microcontroller and the parts of a car at its pins; portable, as what runs on it."""
+"""A simulated microcontroller and the parts of a car at its pins. Portable, as the code that runs on it."""

@@ -1,10 +1,10 @@
-"""What stands at the pins of a car: wheels, LEDs, an HC-SR04, and the air with its infrared."""
+"""The parts at a car's pins: wheels, LEDs, an HC-SR04, and infrared senders and receivers."""
 
 
 class Observed:
-    """What an onlooker sees of the car: turning wheels, the lit LEDs, frames on the air, answers on the line.
+    """Record a car's outputs: wheels, LEDs, infrared frames and answers to uploads.
 
-    ``seen`` holds (at_ms, what, value), one for each change.
+    ``seen`` has an entry (at_ms, what, value) for each change.
     """
 
     def __init__(self, chip, pins):
@@ -16,7 +16,7 @@ class Observed:
         chip.listeners.append(self._take)
 
     def look(self):
-        """Note what wheels and LEDs do now, where it has changed."""
+        """Record the state of wheels and LEDs where it has changed."""
         levels, duties = self._chip.levels, self._chip.duties
         powers = []
         for motor in (self._pins["left_motor"], self._pins["right_motor"]):
@@ -41,7 +41,7 @@ class Observed:
 
 
 class HcSr04:
-    """The ultrasonic sensor: a pulse at TRIG of 10 µs or more, and ECHO is high for as long as sound takes."""
+    """The ultrasonic sensor: after a pulse of 10 µs or more at TRIG, ECHO is high for the time of flight."""
 
     PREPARES_US = 460
     NOTHING_US = 38_000
@@ -69,7 +69,7 @@ class HcSr04:
 
 
 class Air:
-    """What reaches the infrared receiver: frames of others, noise, and the car's own sending."""
+    """The infrared that reaches the receiver: frames of others, noise, and the echo of the car's own frames."""
 
     def __init__(self, chip, pins):
         self._chip = chip
@@ -78,7 +78,7 @@ class Air:
         chip.listeners.append(self._take)
 
     def pulses(self, at_us, durations_us):
-        """Marks and spaces of somebody, beginning with a mark."""
+        """Send marks and spaces to the receiver from ``at_us`` on, beginning with a mark."""
         for place, duration_us in enumerate(durations_us):
             self._chip.at(at_us, self._chip.set_input, self._pin, place & 1)
             at_us += duration_us
@@ -86,5 +86,5 @@ class Air:
 
     def _take(self, what, pin, value):
         if what == "infrared":
-            # The car's own light comes back from whatever is near, a little later.
+            # The car's own light comes back from near objects a little later.
             self.pulses(self._chip.now_us + 50, value)

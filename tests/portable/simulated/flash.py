@@ -1,21 +1,20 @@
 """A flash memory whose power can be cut at any byte: the functions of the module os, and open.
 
-A cut leaves the first bytes of what is being written. On littlefs a file is
-safe once it is closed, and a rename happens or doesn't. On FAT a file is safe
-after a sync, and where it is renamed the old file goes first: a cut may fall
-between.
+A cut leaves the first bytes of a write. On littlefs a closed file is safe, and a
+rename is atomic. On FAT a file is safe after a sync, and a rename removes the old
+file first: a cut can fall in between.
 """
 
 
 class PowerCut(BaseException):
-    """The power was cut; nothing else of the program runs."""
+    """The power was cut; no other part of the program may run."""
 
 
 class Flash:
     """Files by name.
 
     Args:
-        atomic_rename: littlefs' way, else FAT's.
+        atomic_rename: True for littlefs, False for FAT.
         room: how many bytes all files together may have.
     """
 
@@ -27,7 +26,7 @@ class Flash:
         self._room = room
 
     def spend(self, steps=1):
-        """One byte, or one change of a directory, that the power has to last for."""
+        """Count ``steps`` bytes or changes of a directory; raise PowerCut where the power ends before the last one."""
         if self.cut_after is not None:
             if self.cut_after < steps:
                 self._lose()

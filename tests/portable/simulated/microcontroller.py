@@ -43,7 +43,7 @@ class Microcontroller:
         """Call ``action`` at ``at_us``."""
         self._order += 1
         self._due.append((at_us, self._order, action, arguments))
-        # Sorted by hand, latest first: what comes next is cheap to take, and MicroPython's sort is not stable.
+        # Insert in order, latest first: the next action is then cheap to take, and MicroPython's sort is not stable.
         place = len(self._due) - 1
         while place and self._due[place - 1][:2] < self._due[place][:2]:
             self._due[place - 1], self._due[place] = self._due[place], self._due[place - 1]
@@ -58,12 +58,12 @@ class Microcontroller:
             action(*arguments)
         self.now_us = max(self.now_us, until_us)
 
-    def tell(self, what, pin, value):
+    def notify(self, what, pin, value):
         for listener in self.listeners:
             listener(what, pin, value)
 
     def claim(self, pin, owner):
-        """A pin has one use at a time; a second one is a mistake of the program's."""
+        """Note the use of a pin. Raises ValueError where it has another use already, an error in the car's code."""
         if self.taken.get(pin, owner) != owner:
             raise ValueError(f"GPIO{pin} is {self.taken[pin]} already and shall become {owner}")
         self.taken[pin] = owner
@@ -71,10 +71,10 @@ class Microcontroller:
     def drive(self, pin, level):
         if self.levels.get(pin, 0) != level:
             self.levels[pin] = level
-            self.tell("level", pin, level)
+            self.notify("level", pin, level)
 
     def set_input(self, pin, level):
-        """The world outside changes the level of an input."""
+        """Change the level of an input, and call its interrupt handler."""
         if self.levels.get(pin, 0) == level:
             return
         self.levels[pin] = level
@@ -88,7 +88,7 @@ class Microcontroller:
 
 
 def machine_of(chip, chips_number=b"\x01\x02\x03\x04"):
-    """What the module machine is on ``chip``."""
+    """Return a replacement for the module machine on ``chip``."""
 
     class Pin:
         IN, OUT, PULL_UP = 0, 1, 2
@@ -128,7 +128,7 @@ def machine_of(chip, chips_number=b"\x01\x02\x03\x04"):
                 raise ValueError("duty")
             if chip.duties.get(self._pin) != duty:
                 chip.duties[self._pin] = duty
-                chip.tell("duty", self._pin, duty)
+                chip.notify("duty", self._pin, duty)
 
     class UART:
         def __init__(self, number, baudrate, rxbuf, rx, tx=None):
@@ -148,7 +148,7 @@ def machine_of(chip, chips_number=b"\x01\x02\x03\x04"):
             return data or None
 
         def write(self, data):
-            chip.tell("bytes", self._tx, data)
+            chip.notify("bytes", self._tx, data)
 
     class Machine:
         def unique_id(self):
@@ -165,11 +165,11 @@ def machine_of(chip, chips_number=b"\x01\x02\x03\x04"):
 
 
 class Reset(BaseException):
-    """machine.reset() was called; a real one never comes back from it."""
+    """machine.reset() was called, which never returns on a real chip."""
 
 
 class Clock:
-    """What the module time is on ``chip``."""
+    """A replacement for the module time on ``chip``."""
 
     def __init__(self, chip):
         self._chip = chip
@@ -188,7 +188,7 @@ class Clock:
 
 
 class Usb:
-    """The USB line: stdin, stdout and the poll that says whether stdin has bytes; also the module micropython."""
+    """The USB line: replaces stdin, stdout, the poll of stdin, and the module micropython."""
 
     def __init__(self, chip):
         self._chip = chip
@@ -208,14 +208,14 @@ class Usb:
         return data
 
     def write(self, data):
-        self._chip.tell("bytes", None, data)
+        self._chip.notify("bytes", None, data)
 
     def kbd_intr(self, character):
         self.interrupt_character = character
 
 
 class Esp32:
-    """What the module esp32 is on ``chip``: the transmitter of remote control signals."""
+    """A replacement for the module esp32 on ``chip``: the transmitter of remote control signals (RMT)."""
 
     def __init__(self, chip):
         class RMT:
@@ -225,7 +225,7 @@ class Esp32:
                 self._nominal_us = clock_div / 80
                 self._pin = pin.number
                 self._free_us = 0
-                chip.tell("carrier", self._pin, tx_carrier[0])
+                chip.notify("carrier", self._pin, tx_carrier[0])
 
             def write_pulses(self, durations, data=True):
                 if not data or not all(1 <= duration <= 32767 for duration in durations):
@@ -234,6 +234,6 @@ class Esp32:
                     raise AssertionError("write_pulses waits for the end of the pulses before")
                 durations_us = [round(duration * self._nominal_us) for duration in durations]
                 self._free_us = chip.now_us + sum(durations_us)
-                chip.tell("infrared", self._pin, durations_us)
+                chip.notify("infrared", self._pin, durations_us)
 
         self.RMT = RMT

@@ -1,6 +1,6 @@
-"""What the module rp2 is: an assembler of PIO programs, and state machines that run them step by step.
+"""A replacement for the module rp2: an assembler of PIO programs, and state machines that run them step by step.
 
-After the RP2040's datasheet, chapter 3: every instruction takes one step and
+Source: the RP2040's datasheet, chapter 3: every instruction takes one step and
 its delay, `jmp(x_dec)` jumps where x was not 0 before it is counted down, and
 a state machine waits in `pull(block)` until there is a word.
 """
@@ -13,7 +13,7 @@ _FIFO_WORDS = 4
 
 
 class Instruction:
-    """One line of a program; ``[n]`` behind it lets it wait for n steps more."""
+    """One line of a program; ``[n]`` after it makes it wait for n more steps."""
 
     def __init__(self, name, *operands):
         self.name = name
@@ -28,7 +28,7 @@ class Instruction:
 
 
 class Program:
-    """Instructions, where labels point, and where the program wraps."""
+    """The instructions, the labels, and where the program wraps."""
 
     def __init__(self):
         self.instructions = []
@@ -37,7 +37,7 @@ class Program:
         self.wrap = None
 
     def names(self):
-        """What a function under `asm_pio` finds as its globals."""
+        """Return the globals for a function that `asm_pio` decorates."""
 
         def adder(name):
             def add(*operands):
@@ -93,21 +93,21 @@ class Rp2:
                     raise AssertionError("a state machine that isn't active takes words, but does nothing")
                 if self._unit is None:
                     self._unit = word
-                    self._runner.give(word)
+                    self._runner.run(word)
                     return
                 if chip.now_us < self._free_us:
                     raise AssertionError("the frame before isn't over")
                 if word not in self._known:
-                    self._known[word] = self._envelope_us(self._runner.give(word))
+                    self._known[word] = self._envelope_us(self._runner.run(word))
                 durations_us = self._known[word]
                 self._free_us = chip.now_us + sum(durations_us)
-                chip.tell("infrared", self._pin, durations_us)
+                chip.notify("infrared", self._pin, durations_us)
 
             def _envelope_us(self, edges):
-                """Marks and spaces of a carrier's edges (step, level): two cycles without a rise end a mark."""
+                """Return marks and spaces of a carrier's edges (step, level): two cycles without a rise end a mark."""
                 rises = [step for step, level in edges if level]
                 cycle = rises[1] - rises[0]
-                chip.tell("carrier", self._pin, self._freq // cycle)
+                chip.notify("carrier", self._pin, self._freq // cycle)
                 bounds = [rises[0]]
                 for place, rise in enumerate(rises[:-1]):
                     following = rises[place + 1]
@@ -120,26 +120,26 @@ class Rp2:
         self.StateMachine = StateMachine
 
     def asm_pio(self, set_init, out_shiftdir):
-        """The decorator: runs the function once, with instructions, registers and conditions as its globals."""
+        """Decorate a function: run it once, with instructions, registers and conditions as its globals."""
 
         def decorate(function):
             program = Program()
             space = function.__globals__
-            kept = dict(space)
+            saved = dict(space)
             space.clear()
             space.update(program.names())
             try:
                 function()
             finally:
                 space.clear()
-                space.update(kept)
+                space.update(saved)
             return program
 
         return decorate
 
 
 class Runner:
-    """A state machine's registers, and the steps that a word makes it take."""
+    """Run a program: the registers of a state machine."""
 
     def __init__(self, program):
         self._program = program
@@ -148,8 +148,8 @@ class Runner:
         self._shifted = 32
         self._level = 0
 
-    def give(self, word):
-        """Run with ``word`` until the program wants the next one; gives the pin's edges as (step, level)."""
+    def run(self, word):
+        """Run with ``word`` until the program pulls the next one; return the pin's edges as (step, level)."""
         edges, step, words = [], 0, [word]
         program = self._program
         while True:
