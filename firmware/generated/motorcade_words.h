@@ -7,8 +7,8 @@
  *     values.code = 1;
  *     if (motorcade_drive_encode(&values, &word) == MOTORCADE_DRIVE_OK) ...
  *
- * encode, decode and check answer ..._OK, or the first field at fault. With `strict`,
- * decode refuses reserved bits that are set, as one does in an image.
+ * encode, decode and check return ..._OK, or the first field at fault. With `strict`,
+ * decode refuses reserved bits that are set, as the words of an image require.
  */
 #ifndef MOTORCADE_WORDS_H
 #define MOTORCADE_WORDS_H
@@ -22,7 +22,7 @@ extern "C" {
 #ifndef MOTORCADE_WORD_BYTES
 #define MOTORCADE_WORD_BYTES 4
 
-/* A word as it goes over every wire: most significant byte first. */
+/* A word's bytes on every connection: most significant byte first. */
 static inline void motorcade_word_to_bytes(uint32_t word, uint8_t *bytes)
 {
     bytes[0] = (uint8_t)(word >> 24 & 0xFFUL);
@@ -39,7 +39,7 @@ static inline uint32_t motorcade_word_from_bytes(const uint8_t *bytes)
 
 /* header */
 
-/* Two ends whose fingerprints are the same mean the same by these words. */
+/* Two ends with the same fingerprint give these words the same meaning. */
 #define MOTORCADE_HEADER_FINGERPRINT 0x71B74BB1UL
 #define MOTORCADE_HEADER_DEFAULTS { 0, 0, 0, 0 }
 
@@ -58,7 +58,7 @@ enum motorcade_header_fault {
     MOTORCADE_HEADER_FAULT_RESERVED
 };
 
-/* Whether `values` make a word. */
+/* Return ..._OK where `values` make a word, else the first field at fault. */
 static inline enum motorcade_header_fault motorcade_header_check(const struct motorcade_header *values)
 {
     if ((values->dwell & (values->dwell - 1U)) != 0) return MOTORCADE_HEADER_FAULT_DWELL;
@@ -66,7 +66,7 @@ static inline enum motorcade_header_fault motorcade_header_check(const struct mo
     return MOTORCADE_HEADER_OK;
 }
 
-/* The word that holds `values`; where they make none, `word` stays as it is. */
+/* Write the word that holds `values` to `word`; leave `word` unchanged where a field is at fault. */
 static inline enum motorcade_header_fault motorcade_header_encode(const struct motorcade_header *values, uint32_t *word)
 {
     const enum motorcade_header_fault fault = motorcade_header_check(values);
@@ -78,7 +78,7 @@ static inline enum motorcade_header_fault motorcade_header_encode(const struct m
     return MOTORCADE_HEADER_OK;
 }
 
-/* The fields of `word`, which stand in `values` even where one of them is at fault. */
+/* Read the fields of `word` into `values`, also where one of them is at fault. */
 static inline enum motorcade_header_fault motorcade_header_decode(uint32_t word, int strict, struct motorcade_header *values)
 {
     enum motorcade_header_fault fault;
@@ -94,7 +94,7 @@ static inline enum motorcade_header_fault motorcade_header_decode(uint32_t word,
 
 /* control */
 
-/* Two ends whose fingerprints are the same mean the same by these words. */
+/* Two ends with the same fingerprint give these words the same meaning. */
 #define MOTORCADE_CONTROL_FINGERPRINT 0xE2E12312UL
 #define MOTORCADE_CONTROL_DEFAULTS { 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 }
 
@@ -135,7 +135,7 @@ enum motorcade_control_fault {
     MOTORCADE_CONTROL_FAULT_PARITY
 };
 
-/* Whether `values` make a word. */
+/* Return ..._OK where `values` make a word, else the first field at fault. */
 static inline enum motorcade_control_fault motorcade_control_check(const struct motorcade_control *values)
 {
     if (values->accept_ir > 1UL) return MOTORCADE_CONTROL_FAULT_ACCEPT_IR;
@@ -156,7 +156,7 @@ static inline enum motorcade_control_fault motorcade_control_check(const struct 
     return MOTORCADE_CONTROL_OK;
 }
 
-/* The word that holds `values`; where they make none, `word` stays as it is. */
+/* Write the word that holds `values` to `word`; leave `word` unchanged where a field is at fault. */
 static inline enum motorcade_control_fault motorcade_control_encode(const struct motorcade_control *values, uint32_t *word)
 {
     const enum motorcade_control_fault fault = motorcade_control_check(values);
@@ -179,7 +179,7 @@ static inline enum motorcade_control_fault motorcade_control_encode(const struct
     return MOTORCADE_CONTROL_OK;
 }
 
-/* The fields of `word`, which stand in `values` even where one of them is at fault. */
+/* Read the fields of `word` into `values`, also where one of them is at fault. */
 static inline enum motorcade_control_fault motorcade_control_decode(uint32_t word, int strict, struct motorcade_control *values)
 {
     enum motorcade_control_fault fault;
@@ -206,7 +206,7 @@ static inline enum motorcade_control_fault motorcade_control_decode(uint32_t wor
 
 /* drive */
 
-/* Two ends whose fingerprints are the same mean the same by these words. */
+/* Two ends with the same fingerprint give these words the same meaning. */
 #define MOTORCADE_DRIVE_FINGERPRINT 0xA066A390UL
 #define MOTORCADE_DRIVE_DEFAULTS { 1, 90, 0, 0, 0 }
 
@@ -227,7 +227,7 @@ enum motorcade_drive_fault {
     MOTORCADE_DRIVE_FAULT_RESERVED
 };
 
-/* Whether `values` make a word. */
+/* Return ..._OK where `values` make a word, else the first field at fault. */
 static inline enum motorcade_drive_fault motorcade_drive_check(const struct motorcade_drive *values)
 {
     if ((values->code != 1UL) || (values->code > 15UL)) return MOTORCADE_DRIVE_FAULT_CODE;
@@ -237,7 +237,7 @@ static inline enum motorcade_drive_fault motorcade_drive_check(const struct moto
     return MOTORCADE_DRIVE_OK;
 }
 
-/* The word that holds `values`; where they make none, `word` stays as it is. */
+/* Write the word that holds `values` to `word`; leave `word` unchanged where a field is at fault. */
 static inline enum motorcade_drive_fault motorcade_drive_encode(const struct motorcade_drive *values, uint32_t *word)
 {
     const enum motorcade_drive_fault fault = motorcade_drive_check(values);
@@ -250,7 +250,7 @@ static inline enum motorcade_drive_fault motorcade_drive_encode(const struct mot
     return MOTORCADE_DRIVE_OK;
 }
 
-/* The fields of `word`, which stand in `values` even where one of them is at fault. */
+/* Read the fields of `word` into `values`, also where one of them is at fault. */
 static inline enum motorcade_drive_fault motorcade_drive_decode(uint32_t word, int strict, struct motorcade_drive *values)
 {
     enum motorcade_drive_fault fault;

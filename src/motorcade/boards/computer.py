@@ -1,6 +1,6 @@
-"""A car that runs on a computer: its clock, its line for uploads, its image in a file, its voice, its watchdog.
+"""Run a car on a computer: its clock, line for uploads, image in a file, voice and watchdog.
 
-Alone it is a simulated car, without wheels, lights and sensors. `motorcade.boards.linux` adds them.
+`ComputerBoard` is a simulated car without wheels, LEDs and sensors; `motorcade.boards.linux` adds them.
 """
 
 import os
@@ -25,7 +25,7 @@ from motorcade.words.ticks import TICKS_MASK
 
 # Shorter than the shortest time for which a car listens before it relays a word.
 TICK_S = 0.004
-# What a watchdog takes as a sign of life, and as the end of its work. Source: the kernel's watchdog-api.
+# Any byte is a sign of life for a watchdog; V disarms it. Source: the kernel's watchdog-api.
 _ALIVE = b"\0"
 _DISARM = b"V"
 # Called with what a car's loop reports: kind, time in ms, word, detail (`motorcade.car.board.Board.note`).
@@ -89,7 +89,7 @@ class KeyboardVoice(VoiceSource):
 
 @dataclass(frozen=True)
 class Equipment:
-    """What a car is given when it is switched on.
+    """The parts that every car on a computer has.
 
     Attributes:
         is_leader, number, levels: as in `motorcade.car.board.Board`.

@@ -28,7 +28,7 @@ class LineError(MotorcadeError):
 
 
 class Line:
-    """The car's end of a line. This one leads nowhere: it is the line of a car that takes no uploads."""
+    """The car's end of a line. This class has no other end; it serves a car that takes no uploads."""
 
     def wait(self, seconds: float) -> None:
         """Wait until bytes may be there, or ``seconds`` have passed."""
@@ -110,7 +110,7 @@ class SerialLine(Line):
 
 
 class PseudoTerminal(Line):
-    """A serial port of this computer that leads to the car; POSIX only. ``address`` is its device's path."""
+    """A pseudo-terminal: a simulated serial port of this computer; POSIX only. ``address`` is its device's path."""
 
     def __init__(self) -> None:
         if sys.platform == "win32":
@@ -146,7 +146,7 @@ class PseudoTerminal(Line):
 
 
 class TcpPort(Line):
-    """A TCP port that leads to the car, for one client at a time; others get the answer that it is busy.
+    """A TCP port for uploads by one client at a time; others get the answer that the car is busy.
 
     Attributes:
         address: ``socket://HOST:PORT``, as pyserial reaches it.

@@ -20,7 +20,7 @@ from motorcade.words.ticks import TICKS_MASK
 
 
 class MicroPythonBoard(Board):
-    """The car's hardware.
+    """A car's board on a microcontroller.
 
     Args:
         settings: the contents of car.json (`motorcade.firmware.car_files.settings_of` lists its keys).

@@ -1,1 +1,1 @@
-"""The words for other tools: every file is made from the declared formats, with the same bytes on every machine."""
+"""Export the words to other tools: files made from the declared formats, the same bytes on every machine."""

@@ -1,4 +1,4 @@
-"""A header for C99 and C++ that encodes, decodes and checks words, on a 16-bit AVR as on a desktop.
+"""Make a header for C99 and C++ that encodes, decodes and checks words, from a 16-bit AVR to a desktop computer.
 
 It only shifts uint32_t by fewer than 32 bits, so neither the width of int nor the
 order of bytes or of bit fields matters.
@@ -13,7 +13,7 @@ _BYTES = """\
 #ifndef MOTORCADE_WORD_BYTES
 #define MOTORCADE_WORD_BYTES 4
 
-/* A word as it goes over every wire: most significant byte first. */
+/* A word's bytes on every connection: most significant byte first. */
 static inline void motorcade_word_to_bytes(uint32_t word, uint8_t *bytes)
 {
     bytes[0] = (uint8_t)(word >> 24 & 0xFFUL);
@@ -46,8 +46,8 @@ def c_header(vocabulary: Vocabulary) -> str:
  *     values.{first.fields[0].name} = 1;
  *     if ({_prefix(first)}_encode(&values, &word) == {_prefix(first).upper()}_OK) ...
  *
- * encode, decode and check answer ..._OK, or the first field at fault. With `strict`,
- * decode refuses reserved bits that are set, as one does in an image.
+ * encode, decode and check return ..._OK, or the first field at fault. With `strict`,
+ * decode refuses reserved bits that are set, as the words of an image require.
  */
 #ifndef {guard}
 #define {guard}
@@ -90,20 +90,20 @@ def _comment(text: str) -> str:
 
 def _format(word_format: WordFormat) -> str:
     prefix = _prefix(word_format)
-    loud = prefix.upper()
+    capitals = prefix.upper()
     members = []
     for field in word_format.fields:
         bits = f"bits {field.high}-{field.low}" if field.width > 1 else f"bit {field.high}"
         members.append(f"    uint{_type_bits(field)}_t {field.name}; /* {bits}: {_comment(field_notes(field))} */")
-    faults = [f"    {loud}_OK = 0", *(f"    {_fault(word_format, field)}" for field in word_format.fields)]
+    faults = [f"    {capitals}_OK = 0", *(f"    {_fault(word_format, field)}" for field in word_format.fields)]
     defaults = ", ".join(str(field.default) for field in word_format.fields)
     return "\n".join(
         [
             f"/* {word_format.name} */",
             "",
-            "/* Two ends whose fingerprints are the same mean the same by these words. */",
-            f"#define {loud}_FINGERPRINT {fingerprint_text(word_format)}UL",
-            f"#define {loud}_DEFAULTS {{ {defaults} }}",
+            "/* Two ends with the same fingerprint give these words the same meaning. */",
+            f"#define {capitals}_FINGERPRINT {fingerprint_text(word_format)}UL",
+            f"#define {capitals}_DEFAULTS {{ {defaults} }}",
             "",
             f"struct {prefix} {{",
             *members,
@@ -132,7 +132,7 @@ def _check(word_format: WordFormat) -> str:
     if not lines:
         lines.append("    (void)values;")
     return f"""\
-/* Whether `values` make a word. */
+/* Return ..._OK where `values` make a word, else the first field at fault. */
 static inline enum {prefix}_fault {prefix}_check(const struct {prefix} *values)
 {{
 {chr(10).join(lines)}
@@ -166,7 +166,7 @@ def _encode(word_format: WordFormat) -> str:
     ]
     made = "\n          | ".join(shifted)
     return f"""\
-/* The word that holds `values`; where they make none, `word` stays as it is. */
+/* Write the word that holds `values` to `word`; leave `word` unchanged where a field is at fault. */
 static inline enum {prefix}_fault {prefix}_encode(const struct {prefix} *values, uint32_t *word)
 {{
     const enum {prefix}_fault fault = {prefix}_check(values);
@@ -189,7 +189,7 @@ def _decode(word_format: WordFormat) -> str:
         if field.reserved
     ] or ["    (void)strict;"]
     return f"""\
-/* The fields of `word`, which stand in `values` even where one of them is at fault. */
+/* Read the fields of `word` into `values`, also where one of them is at fault. */
 static inline enum {prefix}_fault {prefix}_decode(uint32_t word, int strict, struct {prefix} *values)
 {{
     enum {prefix}_fault fault;

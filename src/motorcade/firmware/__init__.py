@@ -1,1 +1,1 @@
-"""What is put on a board that runs MicroPython, and how it gets there."""
+"""Install a car's program on a board that runs MicroPython."""

@@ -1,4 +1,4 @@
-"""MicroPython's prompt on a board, by mpremote: facts, files, and each failure as a MotorcadeError."""
+"""Use MicroPython's prompt on a board by mpremote: ask for facts, copy files; each failure is a MotorcadeError."""
 
 import contextlib
 import hashlib
@@ -27,7 +27,7 @@ print([sys.platform, list(sys.implementation[1]), space[0], space[0] * space[3]]
 
 
 class Facts(NamedTuple):
-    """What a board is: sys.platform, MicroPython's version, the size of a flash block, and how much flash is free."""
+    """A board's sys.platform, MicroPython's version, the size of a flash block, and how much flash is free."""
 
     platform: str
     version: tuple[int, ...]
@@ -53,7 +53,7 @@ class BoardPrompt:
             raise
 
     def facts(self) -> Facts:
-        """Ask the board what it is. Raises MotorcadeError, as all methods below do."""
+        """Return the board's facts. Raises MotorcadeError, as all methods below do."""
         with self._converting_errors("/"):
             platform, version, block_bytes, free_bytes = literal_eval(self._transport.exec(_FACTS).decode())
         return Facts(platform, tuple(version[:3]), block_bytes, free_bytes)
@@ -155,7 +155,7 @@ def _opened(port: str) -> SerialTransport:
 
 
 def _why_closed(port: str) -> MotorcadeError:
-    """Find out why a port can't be opened: mpremote doesn't say, but opening it once more does."""
+    """Open the port once more to find out why it can't be opened, since mpremote gives no reason."""
     try:
         serial.serial_for_url(port, exclusive=True).close()
     except (serial.SerialException, OSError) as problem:

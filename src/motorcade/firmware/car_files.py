@@ -1,6 +1,6 @@
 """The files that a board with MicroPython gets: what its main.py needs, directly or through others, and its settings.
 
-The settings are what a pin file, a profile and a voice map say, as JSON, since MicroPython reads no TOML;
+The settings are the contents of a pin file, a profile and a voice map as JSON, since MicroPython reads no TOML.
 `motorcade.boards.on_chip.power_on` reads them on the board.
 """
 
@@ -16,7 +16,7 @@ from motorcade.config.voice_map import VoiceMap
 from motorcade.errors import MotorcadeError
 
 MAIN = "main.py"
-# What sys.platform is on a chip of a pin file.
+# The value of sys.platform on each chip.
 PLATFORMS = {"esp32": "esp32", "rp2040": "rp2"}
 _ESP32_UARTS = {"serial": 1, "voice": 2}
 # An ESP32's second UART sends on this pin, even if it is set up only to receive.
@@ -58,7 +58,7 @@ def settings_of(
         profile: the car's kind.
         is_leader: whether the car leads or follows.
         number: 0 to 2^32 - 1; None for one that the board makes from its chip's number.
-        voice: what the voice module sends; needed where the pin file has one.
+        voice: the bytes that the voice module sends; needed where the pin file has one.
 
     Raises:
         MotorcadeError: no MicroPython car can be wired like this.
@@ -85,7 +85,7 @@ def settings_of(
             raise MotorcadeError("no-voice-map", car=pins.name)
         settings["voice"] = {
             "baud": voice.baud,
-            "patterns": [[pattern.hex(), says] for pattern, says in voice.patterns],
+            "patterns": [[pattern.hex(), word] for pattern, word in voice.patterns],
         }
     return settings
 

@@ -14,7 +14,7 @@ _FOREIGN_MAIN = "main_before_motorcade.py"
 
 
 class Installed(NamedTuple):
-    """What was done: the chip, the number of the car's files, of those that were copied, and of their bytes."""
+    """The result: the chip, and the numbers of all the car's files, of the copied files and of their bytes."""
 
     chip: str
     files: int

@@ -1,4 +1,4 @@
-"""The check request: it announces the checksum of the next image, so that the car accepts no other.
+"""Make and read check requests: they announce the checksum of the next image, so that the car accepts no other.
 
 Portable. Source: seed 000, h3, which is reserved for extensions; docs/adr/0014
 gives the reasons. A request is six words: a header that announces two states and three

@@ -1,7 +1,7 @@
 """Both ends of a serial upload: they take bytes and the time, and return events; they open no port.
 
 Portable: the end of the car runs on a microcontroller. The header of an image
-gives its length, and the car answers with one ASCII line:
+contains its length, and the car answers with one ASCII line:
 ``OK words=<n> crc32=<8 hex>`` or ``ERR <reason>``. The uploader compares the
 CRC-32 (zlib's) with its own. A check request (`motorcade.words.check`) before
 an image makes the car compare it too, before it replaces the image that it has.
@@ -186,7 +186,7 @@ class CarEnd:
 
 
 class Lines:
-    """Splits bytes into lines."""
+    """Split bytes into lines."""
 
     def __init__(self) -> None:
         self._line = b""
@@ -208,7 +208,7 @@ def refusal(line: bytes) -> str | None:
 
 
 class _End:
-    """What both ends of a computer share: an Outcome, returned once."""
+    """The base of both ends of a computer: it returns an Outcome once."""
 
     def __init__(self) -> None:
         self._outcome: Outcome | None = None
@@ -223,7 +223,7 @@ class _End:
 
 
 class UploaderEnd(_End):
-    """The end of an uploader: it understands the answer of the car to ``image`` (bytes).
+    """The end of an uploader: it reads the answer of the car to ``image`` (bytes).
 
     Send ``image``, call ``finish_sending``, then pass on what comes back until
     ``next_event`` returns the Outcome.
@@ -270,7 +270,7 @@ class UploaderEnd(_End):
 
 
 class ReadbackEnd(_End):
-    """The end of a reader: it understands the bytes that follow READBACK_REQUEST. The Outcome's detail is the image."""
+    """The end of a reader: it reads the bytes that follow READBACK_REQUEST. The Outcome's detail is the image."""
 
     def __init__(self, now_ms: int) -> None:
         super().__init__()

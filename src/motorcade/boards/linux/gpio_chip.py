@@ -1,7 +1,7 @@
-"""The pins of a computer with Linux: gpiozero drives them by the kernel's gpiochip.
+"""Open the pins of a computer with Linux for gpiozero, by the kernel's gpiochip.
 
-`motorcade.drive.safety.motor_guard` imports this file while all is well, for `pull_low`: when the car's process has
-died there is no time for imports. So what the pins need is imported here at once.
+`motorcade.drive.safety.motor_guard` imports this file when it starts, for `pull_low`: after the death of the car's
+process there is no time for imports. So this file imports all that the pins need at its top.
 """
 
 import contextlib
@@ -26,7 +26,7 @@ class HardwareError(MotorcadeError, OSError):
 
 
 if sys.platform == "linux":
-    # lgpio leaves a pipe in the working directory of whoever imports it.
+    # lgpio creates a pipe in the working directory when it is imported.
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         import lgpio
         from gpiozero.pins.lgpio import LGPIOFactory, LGPIOPin
@@ -92,7 +92,7 @@ def open_gpio(chip: Chip, number: int | None = None) -> Any:
 
 
 def pull_low(chip: str, number: str, *pins: str) -> None:
-    """Make ``pins`` drive low. They stay so when the process ends, since the kernel keeps a pin as it was.
+    """Make ``pins`` low. They stay low when the process ends: the kernel doesn't change them then.
 
     Args:
         chip: the name of one of CHIPS.
@@ -105,7 +105,7 @@ def pull_low(chip: str, number: str, *pins: str) -> None:
 
 
 def _foreign_board(lines: int) -> Any:
-    """Return what gpiozero knows of a computer of which only the numbers of its lines are known."""
+    """Return gpiozero's description of a computer of which only the numbers of its lines are known."""
     pins = {
         line + 1: PinInfo(
             line + 1, f"GPIO{line}", frozenset({line, f"GPIO{line}"}), "", line + 1, 1, frozenset({"gpio"})

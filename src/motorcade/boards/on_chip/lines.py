@@ -33,7 +33,7 @@ class UsbLine:
         clock: MicroPython's time module.
         interrupts: MicroPython's module micropython.
         stdin, stdout: MicroPython's byte streams ``sys.stdin.buffer`` and ``sys.stdout.buffer``.
-        poll: its ``poll(0)`` says whether ``stdin`` has a byte.
+        poll: its ``poll(0)`` is true where ``stdin`` has a byte.
     """
 
     def __init__(self, clock: "Any", interrupts: "Any", stdin: "Any", stdout: "Any", poll: "Any") -> None:
@@ -83,7 +83,7 @@ class UsbLine:
 
 
 class UartLine:
-    """A UART that only uploads, or a voice module, use.
+    """A UART for uploads alone, or for a voice module alone.
 
     Args:
         machine: MicroPython's module.

@@ -1,6 +1,6 @@
 """Start a car on a microcontroller: open the board that ``car.json`` describes, and run the loop.
 
-Portable. MicroPython's modules come in as Modules; ``main`` passes the real ones.
+Portable. MicroPython's modules are passed as Modules; ``main`` passes the real ones.
 """
 
 # For the type checker alone: MicroPython has no typing.
@@ -132,4 +132,4 @@ def _voice(settings: "dict[str, Any]", machine: "Any") -> VoiceSource:
         return VoiceSource()
     voice = settings["voice"]
     line = UartLine(machine, settings["uarts"]["voice"], settings["pins"]["voice"], voice["baud"])
-    return SerialVoice(line.read, [(unhexlify(pattern), says) for pattern, says in voice["patterns"]])
+    return SerialVoice(line.read, [(unhexlify(pattern), word) for pattern, word in voice["patterns"]])

@@ -12,9 +12,9 @@ if MYPY:
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms
 
-# All echoes of a ping have faded after this time, even where nothing answers.
+# All echoes of a ping have faded after this time, also where no obstacle is near.
 PING_EVERY_MS = 60
-# An older distance says nothing about the way ahead.
+# An older distance is no longer true for a moving car.
 STALE_MS = 3 * PING_EVERY_MS
 _TRIGGER_US = 10
 # Sound travels 343 m/s at 20 °C, there and back.

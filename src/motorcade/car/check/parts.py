@@ -93,7 +93,7 @@ def check_line(probe: Probe, say: "Callable[[bytes], Any] | None") -> None:
     bytes_or_none = "bytes, and b'' where none came"
     probe.answer("read_serial", lambda value: type(value) is bytes, bytes_or_none)
     probe.act("write_serial", b"ERR only a check of this board\n")
-    if say is None or probe.blames("read_serial"):
+    if say is None or probe.has_breach_of("read_serial"):
         return
     came = b""
     try:
@@ -141,7 +141,7 @@ def check_hearing(probe: Probe, hear: "Callable[[int], Any]") -> None:
     """Note frames that are lost, given twice, or dropped for their parity, which the board must not check."""
     for frame, what in ((FRAME, "the frame"), (FRAME ^ 1, "the frame of odd parity, which the brain counts,")):
         heard: list[int] = []
-        if probe.blames("received_frames"):
+        if probe.has_breach_of("received_frames"):
             return
         try:
             _take_frames(probe)

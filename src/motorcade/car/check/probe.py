@@ -46,7 +46,7 @@ class Probe:
         if sentence not in self.breaches:
             self.breaches.append(sentence)
 
-    def blames(self, name: str) -> bool:
+    def has_breach_of(self, name: str) -> bool:
         """Return whether a breach of that method is noted already; more of the same wouldn't help its author."""
         return any(sentence.startswith(name) for sentence in self.breaches)
 

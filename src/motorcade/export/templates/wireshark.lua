@@ -7,12 +7,12 @@
 --
 @USE@
 
--- What is declared about each format and its fields, most significant first.
+-- The declared formats and their fields, most significant first.
 local FORMATS = {
 @FORMATS@
 }
 
--- Formats that go over TCP one word behind the other, and their ports; 0 where only "Decode As" finds them.
+-- Formats that go over TCP, one word after the other, and their ports; 0 where only "Decode As" finds them.
 local STREAMS = { @STREAMS@ }
 local HAS_IMAGES = @HAS_IMAGES@
 
@@ -49,7 +49,7 @@ local function refusal(name, raw, allowed)
   return string.format("%s is %d; allowed: %s", name, raw, allowed)
 end
 
--- The first reason to refuse the values, as a sentence; nil where there is none.
+-- Return a sentence with the first reason to refuse the values; nil where there is none.
 local function fault_of(values, format, strict)
   for _, field in ipairs(format.fields) do
     local raw = values[field.name]
@@ -69,7 +69,7 @@ local function fault_of(values, format, strict)
   return nil
 end
 
--- Sentences on bits that no well-made word has set.
+-- Return sentences about bits that are set without effect.
 local function warnings_of(values, format)
   local sentences = {}
   for _, field in ipairs(format.fields) do
@@ -83,7 +83,7 @@ local function warnings_of(values, format)
   return sentences
 end
 
--- The fields of a format as Wireshark's, with `prefix` before their names in filters.
+-- Declare the fields of a format in Wireshark, with `prefix` before their names in filters.
 local function declare(prefix, format)
   local declared = { word = ProtoField.uint32(prefix .. ".word", "word", base.HEX, nil, nil, format.title) }
   for _, field in ipairs(format.fields) do
@@ -108,8 +108,8 @@ local function experts(prefix)
   }
 end
 
--- Shows the word in `range` under `tree`; gives its values, and the reason to refuse it or nil.
-local function show_word(range, tree, label, format, declared, told, options)
+-- Show the word in `range` under `tree`; return its values, and the reason to refuse it or nil.
+local function show_word(range, tree, label, format, declared, infos, options)
   local word = options.little and range:le_uint() or range:uint()
   local add = options.little and tree.add_le or tree.add
   local item = add(tree, declared.word, range)
@@ -121,10 +121,10 @@ local function show_word(range, tree, label, format, declared, told, options)
   end
   local fault = fault_of(values, format, options.strict)
   if not fault and options.strict and values.parity == 1 then fault = "parity is 1, an image writes 0" end
-  if fault then item:add_proto_expert_info(told.refused, fault) end
+  if fault then item:add_proto_expert_info(infos.refused, fault) end
   if not options.strict then
     for _, sentence in ipairs(warnings_of(values, format)) do
-      item:add_proto_expert_info(told.warning, sentence)
+      item:add_proto_expert_info(infos.warning, sentence)
     end
   end
   return values, fault
@@ -138,28 +138,28 @@ local function summary(values, format)
   return table.concat(parts, " ")
 end
 
--- A protocol of words one behind the other on a TCP connection, towards the port.
+-- Make a protocol of words on a TCP connection, one after the other, towards the port.
 local function stream(name, port)
   local format = FORMATS[name]
   local prefix = "motorcade_" .. name
   local proto = Proto(prefix, "Motorcade " .. name .. " words")
-  local declared, told = declare(prefix, format), experts(prefix)
+  local declared, infos = declare(prefix, format), experts(prefix)
   local list = {}
   add_all(list, declared)
   proto.fields = list
-  proto.experts = { told.refused, told.warning }
+  proto.experts = { infos.refused, infos.warning }
   proto.prefs.port = Pref.uint("TCP port", port, "0 for none")
   proto.prefs.little = Pref.bool("Least significant byte first", false, "as a little-endian client sends its int")
 
   local function one_word(tvb, pinfo, tree)
     local range = tvb:range(0, WORD_BYTES)
-    local values, fault = show_word(range, tree, name, format, declared, told, { little = proto.prefs.little })
+    local values, fault = show_word(range, tree, name, format, declared, infos, { little = proto.prefs.little })
     pinfo.cols.info:append(" [" .. (fault or summary(values, format)) .. "]")
     return WORD_BYTES
   end
 
   function proto.dissector(tvb, pinfo, tree)
-    -- What a car answers on the same connection is no word.
+    -- A car's answers on the same connection are no words.
     if pinfo.src_port == pinfo.match_uint and pinfo.dst_port ~= pinfo.match_uint then return 0 end
     pinfo.cols.protocol = string.upper(name)
     pinfo.cols.info = "Motorcade"
@@ -181,18 +181,18 @@ local function stream(name, port)
   register()
 end
 
--- Images: each packet of a user link type (DLT_USER0) is one; and uploads over TCP, by "Decode As".
+-- Make the protocol of images: packets of a user link type (DLT_USER0), and uploads over TCP by "Decode As".
 local function image()
   local proto = Proto("motorcade_image", "Motorcade image")
   local header = declare("motorcade_image.header", FORMATS.header)
   local control = declare("motorcade_image.control", FORMATS.control)
   local answer = ProtoField.string("motorcade_image.answer", "the car's answer")
-  local told = experts("motorcade_image")
+  local infos = experts("motorcade_image")
   local list = { answer }
   add_all(list, header)
   add_all(list, control)
   proto.fields = list
-  proto.experts = { told.refused, told.warning }
+  proto.experts = { infos.refused, infos.warning }
   proto.prefs.user_link = Pref.uint("User link type of captured images", 0, "0 to 15, for DLT_USER0 to DLT_USER15")
 
   local function is_request(tvb, offset)
@@ -204,7 +204,7 @@ local function image()
     return fault_of(raw_values(word, FORMATS.header), FORMATS.header, true) == nil
   end
 
-  -- Bytes of the image that begins here; of what is none, all there are.
+  -- Return the length of the image that begins here in bytes; where no image does, the length of all bytes.
   local function length_at(tvb, _, offset)
     if is_request(tvb, offset) then return WORD_BYTES end
     if not is_header(tvb, offset) then return tvb:len() - offset end
@@ -215,7 +215,7 @@ local function image()
   local function show_words(tvb, pinfo, tree)
     local here = math.floor(tvb:len() / WORD_BYTES)
     local options = { strict = true }
-    local values, fault = show_word(tvb:range(0, WORD_BYTES), tree, "header", FORMATS.header, header, told, options)
+    local values, fault = show_word(tvb:range(0, WORD_BYTES), tree, "header", FORMATS.header, header, infos, options)
     local expected = 1 + values.leader_states + values.follower_words
     pinfo.cols.info = fault or string.format("Image, %d words", expected)
     if fault then return end
@@ -224,12 +224,12 @@ local function image()
       local number = leads and position or position - values.leader_states
       local label = (leads and "leader " or "follower ") .. string.format("%d", number)
       local range = tvb:range(position * WORD_BYTES, WORD_BYTES)
-      show_word(range, tree, label, FORMATS.control, control, told, options)
+      show_word(range, tree, label, FORMATS.control, control, infos, options)
     end
     if here ~= expected or tvb:len() % WORD_BYTES ~= 0 then
       local fault_name = here < expected and "cut off" or "too long"
       local sentence = "the image is %s: its header announces %d words, %d are here"
-      tree:add_proto_expert_info(told.refused, string.format(sentence, fault_name, expected, here))
+      tree:add_proto_expert_info(infos.refused, string.format(sentence, fault_name, expected, here))
     end
   end
 
@@ -238,7 +238,7 @@ local function image()
     pinfo.cols.protocol = "IMAGE"
     item:append_text(", fingerprints " .. FORMATS.header.fingerprint .. " " .. FORMATS.control.fingerprint)
     if tvb:len() < WORD_BYTES then
-      item:add_proto_expert_info(told.refused, "the image is cut off: not even a header word is here")
+      item:add_proto_expert_info(infos.refused, "the image is cut off: not even a header word is here")
     elseif is_request(tvb, 0) then
       pinfo.cols.info = "Request to send the image back"
       item:append_text(": request to send the image back")
