@@ -14,11 +14,11 @@ Finder = Callable[..., Path]
 
 
 @pytest.fixture(scope="session")
-def program(alone: FileLock) -> Finder:
+def program(install_lock: FileLock) -> Finder:
     """Finds a program of Debian's packages, or skips with what is to be done."""
 
     def find(command: str, *packages: str) -> Path:
-        with alone:
+        with install_lock:
             found = debian.find_or_install(command, *packages)
         if found is None:
             pytest.skip(f"no {command} (on Debian: apt-get install {' '.join(packages)})")
@@ -53,6 +53,6 @@ def tshark(program: Finder) -> Path:
 
 
 @pytest.fixture(scope="session")
-def kaitai_installed(alone: FileLock) -> None:
-    with alone:
+def kaitai_installed(install_lock: FileLock) -> None:
+    with install_lock:
         npm_packages.install(HERE, "Kaitai Struct's compiler")
