@@ -10,7 +10,7 @@ from typing import Any
 from arbiter_diagram import arbiter_svg
 from commands_page import commands_page
 from message_types import message_types, remote_types
-from step_files import step_types, with_steps_table
+from step_files import step_types, with_step_names, with_steps_table
 from wiring_pages import wiring_files
 
 from motorcade.config.check import published
@@ -40,6 +40,8 @@ GENERATED = {
     "docs/drive-states.zh.svg": lambda: arbiter_svg("zh"),
     "docs/motorcade-mat-1.schema.json": lambda: _json(published(mat_schema())),
     "docs/motorcade-program-1.schema.json": lambda: _json(published(program_schema())),
+    "docs/api.md": lambda: with_step_names(_text("docs/api.md")),
+    "docs/api.zh.md": lambda: with_step_names(_text("docs/api.zh.md")),
     "docs/programs.md": lambda: with_steps_table(_text("docs/programs.md"), "en"),
     "docs/programs.zh.md": lambda: with_steps_table(_text("docs/programs.zh.md"), "zh"),
     "web/src/generated/messages.ts": message_types,

@@ -1,4 +1,4 @@
-"""What is made of the steps' declarations: web/src/generated/steps.ts, and the table of steps in docs/programs.md."""
+"""Write what comes from the declarations of steps: the page's steps.ts, sections of docs/programs.md and api.md."""
 
 import inspect
 import json
@@ -14,8 +14,8 @@ from motorcade.service.programs import step_kinds
 
 _HEAD = """/** The kinds of steps: blocks, and bits of a word. Written by scripts/generate.py; don't edit. */
 """
-_BEGIN = "<!-- This table is written by scripts/generate.py from the declarations in program/steps.py. -->"
-_END = "<!-- End of the table. -->"
+_BEGIN = "<!-- This section is written by scripts/generate.py from the declarations in program/steps.py. -->"
+_END = "<!-- End of the section. -->"
 
 
 def step_types() -> str:
@@ -49,10 +49,20 @@ def _word_fields() -> dict[str, dict[str, Any]]:
 
 
 def with_steps_table(text: str, language: str) -> str:
-    """The documentation page ``text`` with its table of steps anew."""
+    """The documentation page docs/programs.md, ``text``, with its table of steps anew."""
+    return _with_section(text, _table(language))
+
+
+def with_step_names(text: str) -> str:
+    """The documentation page docs/api.md, ``text``, with the names of steps anew."""
+    names = [name for kind in KINDS.values() for name in kind.names]
+    return _with_section(text, "".join(f"::: motorcade.{name}\n" for name in names))
+
+
+def _with_section(text: str, section: str) -> str:
     before, _, rest = text.partition(_BEGIN)
     _, _, after = rest.partition(_END)
-    return f"{before}{_BEGIN}\n\n{_table(language)}\n{_END}{after}"
+    return f"{before}{_BEGIN}\n\n{section}\n{_END}{after}"
 
 
 def _table(language: str) -> str:

@@ -56,6 +56,7 @@ class BareCar:
     memory: list[int] = field(default_factory=lambda: [0] * brain.SIZE)
     inputs: Change = CALM
     is_new: bool = False
+    now_ms: int = 0
     done: list[object] = field(default_factory=list)
 
     @property
@@ -64,7 +65,7 @@ class BareCar:
 
     def step(self, now: int, inputs: Change, is_new: bool) -> tuple:
         """What it shows from now on, and what it does now."""
-        self.inputs, self.is_new, self.done = inputs, is_new, []
+        self.now_ms, self.inputs, self.is_new, self.done = now, inputs, is_new, []
         shown = step.act(self, now)
         step.send(self, now)
         return shown, brain.looks_mm(self.memory, now, self.levels), self.done
@@ -84,8 +85,8 @@ class BareCar:
     def sense(self, looks_mm: int) -> tuple[int, int]:
         return self.inputs.obstacle_mm if looks_mm else NOTHING_IN_SIGHT_MM, self.inputs.person
 
-    def set_outputs(self, wheels: int, led: int, senses: tuple[int, int]) -> tuple[int, int]:
-        return wheels, led
+    def set_outputs(self, wheels: int, senses: tuple[int, int]) -> tuple[int, int]:
+        return wheels, brain.lit_led(self.memory, self.now_ms, self.levels)
 
     def air_is_busy(self) -> int:
         return self.inputs.air_is_busy

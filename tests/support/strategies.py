@@ -8,18 +8,7 @@ from hypothesis import strategies as st
 from motorcade import Followers, Program
 from motorcade.car.brain import FORWARD, LEFT, RANDOM_FORWARD, RIGHT
 from motorcade.config.profile import Profile, built_in_profile
-from motorcade.program.steps import (
-    DIRECTIONS,
-    AvoidStep,
-    DriveStep,
-    LedStep,
-    PirStep,
-    RepeatStep,
-    Step,
-    TogetherStep,
-    VoiceStep,
-    WaitStep,
-)
+from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep, own_fields
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
 
@@ -40,33 +29,31 @@ def sums(profile: Profile, most: int = 3, least: int = 0) -> st.SearchStrategy[f
     return levels.map(lambda chosen: sum(chosen) / 1000)
 
 
+def made(kind: type[Step], seconds: st.SearchStrategy[float], **more: st.SearchStrategy) -> st.SearchStrategy[Step]:
+    """Steps of one kind, each field as its schema allows."""
+    fields = {}
+    for each in own_fields(kind):
+        schema = each.metadata["schema"]
+        levels = st.integers(schema.get("minimum", 0), schema.get("maximum", 0))
+        others = st.sampled_from(schema["enum"]) if "enum" in schema else levels
+        fields[each.name] = seconds if each.name == "seconds" else others
+    return st.builds(kind, **fields, **more)
+
+
 def single_steps(seconds: st.SearchStrategy[float], **more: st.SearchStrategy) -> st.SearchStrategy[Step]:
     """Steps that are no list of others."""
-    return st.one_of(
-        st.builds(DriveStep, st.sampled_from(DIRECTIONS), LEVELS, seconds, **more),
-        st.builds(WaitStep, seconds, **more),
-        st.builds(LedStep, LEVELS, seconds, **more),
-        st.builds(AvoidStep, LEVELS, seconds, **more),
-        st.builds(VoiceStep, seconds, **more),
-        st.builds(PirStep, seconds, **more),
-    )
+    return st.one_of(made(kind, seconds, **more) for kind in SIMPLE_KINDS)
 
 
 @st.composite
 def togethers(draw: st.DrawFn, seconds: st.SearchStrategy[float], **more: st.SearchStrategy) -> TogetherStep:
-    """Steps of different kinds at once, in any order."""
-    drives = st.builds(DriveStep, st.sampled_from(DIRECTIONS), LEVELS, seconds)
-    kinds = [
-        st.one_of(drives, st.builds(WaitStep, seconds)),
-        st.builds(LedStep, LEVELS, seconds),
-        st.builds(AvoidStep, LEVELS, seconds),
-        st.builds(VoiceStep),
-        st.builds(PirStep),
-    ]
-    chosen = draw(st.lists(st.sampled_from(range(len(kinds))), unique=True))
-    return TogetherStep(
-        tuple(draw(kinds[kind]) for kind in chosen), **{key: draw(value) for key, value in more.items()}
-    )
+    """Steps of different groups at once, in any order."""
+    groups: dict[str, list[st.SearchStrategy[Step]]] = {}
+    for kind in SIMPLE_KINDS:
+        groups.setdefault(kind.group, []).append(made(kind, st.none() if kind.accompanies else seconds))
+    chosen = draw(st.lists(st.sampled_from(sorted(groups)), unique=True))
+    parts = tuple(draw(st.one_of(groups[group])) for group in chosen)
+    return TogetherStep(parts, **{key: draw(value) for key, value in more.items()})
 
 
 def rows(

@@ -110,11 +110,12 @@ class Car:
         obstacle_mm = self.board.obstacle_mm() if looks_mm else NOTHING_IN_SIGHT_MM
         return obstacle_mm, self.board.sees_person()
 
-    def set_outputs(self, wheels: int, led: int, senses: tuple[int, bool]) -> None:
+    def set_outputs(self, wheels: int, senses: tuple[int, bool]) -> None:
         """Set wheels and LED where they change."""
         if wheels != self._wheels:
             self._wheels = wheels
             self.board.set_wheels(wheels >> 2, wheels & 3)
+        led = brain.lit_led(self.memory, self._now_ms, self.levels)
         if led != self._led:
             self._led = led
             self.board.set_led(led)

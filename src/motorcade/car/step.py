@@ -18,8 +18,9 @@ cars, so both do the same in the same order. Each gives its own ``car``, with th
 ``sense(looks_mm)``
     reads the sensors: the distance of the nearest obstacle in mm and whether a person is near come first in what it
     gives. With ``looks_mm`` 0 no obstacle matters and the ultrasonic sensor stays off.
-``set_outputs(wheels, led, senses)``
-    sets wheels and LED; ``senses`` is what ``sense`` gave.
+``set_outputs(wheels, senses)``
+    sets the wheels, and what follows from the memory alone, such as the LED (`motorcade.car.brain.lit_led`);
+    ``senses`` is what ``sense`` gave.
 ``air_is_busy()``
     1 while infrared of any car, this one included, is on the air here.
 ``send_frame(word)``
@@ -69,7 +70,7 @@ def act(car: "Any", now: int) -> "Any":
         brain.hear_voice(s, voice)
     senses = car.sense(brain.looks_mm(s, now, levels))
     wheels = brain.wheels(s, senses[0], senses[1], now, levels)
-    return car.set_outputs(wheels, brain.lit_led(s, now, levels), senses)
+    return car.set_outputs(wheels, senses)
 
 
 def _follow(car: "Any", now: int) -> None:

@@ -14,6 +14,7 @@ from motorcade.config.vocabulary import Vocabulary, fingerprint_text
 from motorcade.errors import Phrase
 from motorcade.locales import command_line_text
 from motorcade.program.diagnostics import Diagnostic
+from motorcade.program.steps import SIMPLE_KINDS
 from motorcade.words.field import Field, WordFormat
 from motorcade.words.formats import CONTROL, HEADER
 from motorcade.words.image import parse_image
@@ -61,7 +62,8 @@ def describe_control(word: int, profile: Profile) -> str:
     if values.avoid_enable:
         radius_mm = profile.avoid_radii_mm[values.avoid_radius]
         parts.append(translated("does-avoid", radius_mm=radius_mm, seconds=seconds[values.avoid_duration]))
-    parts += [translated(f"does-{name}") for name in ("voice", "pir") if getattr(values, name)]
+    companions = (kind.kind for kind in SIMPLE_KINDS if kind.accompanies)
+    parts += [translated(f"does-{name}") for name in companions if getattr(values, name)]
     return translated("comma").join(parts) or translated("does-nothing")
 
 

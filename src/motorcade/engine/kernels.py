@@ -108,7 +108,7 @@ class CarTurn(NamedTuple):
             away = min(away, ticks * rules.tick_ms)
         return bodies.obstacle_mm(distance, rules), person, looks_mm > 0, away, push_x, push_y
 
-    def set_outputs(self, wheels: int, led: int, senses: Senses) -> tuple[bool, int]:
+    def set_outputs(self, wheels: int, senses: Senses) -> tuple[bool, int]:
         """Set the wheels; gives whether the car looked around, and for how many ms it may be left alone.
 
         The LED follows from the memory (`motorcade.car.brain.lit_led`), so nothing has to be set.
