@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 
 import motorcade
+from motorcade.program.steps import KINDS
 
 PUBLIC = {
     "words": ["CONTROL", "DRIVE", "HEADER", "WordError"],
     "programs": ["Compiled", "Followers", "Program", "ProgramError", "compile_program", "decompile", "read_program"],
-    "steps": ["avoid", "forward", "led", "left", "pir", "repeat", "right", "together", "voice", "wait", "wander"],
+    "steps": [name for kind in KINDS.values() for name in kind.names],
     "mats": ["Mat", "Physics", "Pose", "formation", "open_table", "read_mat"],
     "boards": ["check_board"],
     "driving": ["BlockingDriveClient", "CarError", "DriveClient"],
