@@ -1,4 +1,4 @@
-"""Which requests are served: names, origins, tokens, sizes and rates."""
+"""Which requests are served: host names, origins, tokens, sizes and rates."""
 
 import json
 
@@ -163,7 +163,7 @@ def test_without_the_token_only_the_page_is_served(others):
     assert denied(others) == (401, "token-needed")
 
 
-def test_the_token_is_shown_once_and_then_travels_as_a_cookie_that_scripts_cannot_read(others):
+def test_the_token_becomes_a_cookie_that_scripts_cannot_read(others):
     answer = others.get("/", params={"token": TOKEN})
     assert (answer.status_code, answer.headers["location"]) == (303, "/")
     cookie = answer.headers["set-cookie"]
@@ -221,7 +221,7 @@ def test_a_browser_caches_only_what_never_changes(visit, tmp_path):
 
 
 @pytest.mark.parametrize("path", ["/../secret", "/%2e%2e/secret", "/..%2fsecret", "/x/%2e%2e/%2e%2e/secret"])
-def test_no_path_leaves_the_page(visit, tmp_path, path):
+def test_no_path_leads_out_of_the_pages_folder(visit, tmp_path, path):
     (tmp_path / "page").mkdir()
     (tmp_path / "page" / "index.html").write_text("<!doctype html>")
     (tmp_path / "secret").write_text("not yours")

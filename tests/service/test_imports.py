@@ -1,4 +1,4 @@
-"""What the service needs when it is imported: a browser has no more."""
+"""The service can be imported in a browser, which has few modules."""
 
 import ast
 import subprocess

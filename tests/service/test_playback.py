@@ -30,7 +30,7 @@ def playback(poses=NEAR, image=IMAGE, history=None, **more) -> Playback:
 
 
 def play(on: Playback, seconds: float, begin_s: float = 0.0, a_picture_s: float = PICTURE_S) -> list[Picture]:
-    """The pictures of a while in which the page is punctual."""
+    """The pictures of a time in which the page calls punctually."""
     pictures = []
     for number in range(round(seconds / a_picture_s) + 1):
         on.advance(begin_s + number * a_picture_s)
@@ -70,23 +70,23 @@ def test_a_slow_computer_simulates_less_in_each_call_and_shows_its_rate() -> Non
         before_ms = on.world.now_ms
         on.advance(now_s)
         lasted_s.append((on.world.now_ms - before_ms) * 3 / 1000)
-        on.took(lasted_s[-1])
+        on.adapt_to(lasted_s[-1])
         now_s += max(PICTURE_S, lasted_s[-1])
     assert max(lasted_s[20:]) < 2 * PICTURE_S
     assert 0.25 < on.state().rate < 0.34
 
 
-def test_calls_that_come_late_are_made_up_for() -> None:
+def test_time_catches_up_after_late_calls() -> None:
     """Other programs keep the computer busy, while the calls themselves are short."""
     on = playback()
     on.play(1)
     for number in range(50):
         on.advance(number * 0.2)
-        on.took(0.002)
+        on.adapt_to(0.002)
     assert on.world.now_ms == pytest.approx(49 * 200, abs=10)
 
 
-def test_a_short_stop_is_made_up_for_and_a_long_one_is_not() -> None:
+def test_time_catches_up_after_a_short_stop_and_not_after_a_long_one() -> None:
     on = playback()
     on.play(1)
     play(on, 1)

@@ -39,7 +39,7 @@ def context(folder):
 
 @pytest.fixture
 def ask(context):
-    """Sends a request that must be answered; gives the answer."""
+    """Send a request that must be answered; give the answer."""
 
     def asking(name, message=None):
         return json.loads(respond(name, json.dumps(message).encode() if message is not None else b"", context))
@@ -49,7 +49,7 @@ def ask(context):
 
 @pytest.fixture
 def refused(context):
-    """Sends a request that must be refused, in every language; gives its HTTP status and its code."""
+    """Send a request that must be refused, in every language; give its HTTP status and its code."""
 
     def asking(name, message=None, content=b""):
         data = json.dumps(message).encode() if message is not None else content
@@ -66,12 +66,12 @@ def refused(context):
 
 
 def blocks(leader, followers=None):
-    """What the page sends for a program."""
+    """The page's message for a program."""
     leader, followers = blocks_of(Program(leader, followers))
     return {"leader": leader, "followers": followers, "profile": "classroom"}
 
 
-def test_compiling_gives_the_image_that_the_command_line_gives(ask):
+def test_the_image_is_that_of_the_command_line(ask):
     program = Program([forward(3), left(1)], Followers([led(1, 2)]))
     answer = ask("compile", blocks(program.leader, program.followers))
     compiled = compile_program(program)
@@ -90,7 +90,7 @@ def test_the_values_of_a_word_are_its_bits(ask):
         assert sum(word["values"][field["name"]] << field["low"] for field in fields) == int(word["hex"], 16)
 
 
-def test_a_word_names_the_block_that_it_comes_from_and_a_together_those_of_its_fields(ask):
+def test_a_word_has_its_block_and_a_together_the_blocks_of_its_fields(ask):
     at_once = together(forward(2, id="d"), led(1, 1, id="l"), voice(id="v"), pir(id="p"), id="t")
     answer = ask("compile", blocks([wait(4, id="w"), repeat(2, at_once, id="r")]))
     _, first, second, third, fourth, *_ = answer["words"]
@@ -102,7 +102,7 @@ def test_a_word_names_the_block_that_it_comes_from_and_a_together_those_of_its_f
     assert (fields["motor_speed"], fields["led_which"], fields["voice"], fields["pir"]) == ("d", "l", "v", "p")
 
 
-def test_the_timeline_says_when_each_word_runs(ask):
+def test_the_timeline_has_the_time_of_each_word(ask):
     program = [forward(3), led(0, 0), left(1)], [led(1, 2), led(2, 2)]
     timeline = ask("compile", blocks(*program))["timeline"]
     spans = {part: [(span["word"], span["begin_ms"], span["end_ms"]) for span in timeline[part]] for part in timeline}
@@ -120,35 +120,35 @@ def test_too_many_states_still_have_a_costliest_block(ask):
     answer = ask("compile", blocks([wait(3, id="a"), repeat(400, wait(1), id="b")]))
     assert (answer["states"], answer["image"], answer["words"]) == (401, None, [])
     assert answer["costliest"]["leader"] == {"block": "b", "count": 400}
-    (said,) = answer["diagnostics"]
-    assert (said["code"], said["severity"]) == ("too-many-states", "error")
+    (diagnostic,) = answer["diagnostics"]
+    assert (diagnostic["code"], diagnostic["severity"]) == ("too-many-states", "error")
     # The page leads to the block, and nobody there knows a place in a file.
-    assert not any("leader[" in sentence for sentence in said["sentence"].values())
-    assert (said["block"], said["editor"]) == ("b", "leader")
+    assert not any("leader[" in sentence for sentence in diagnostic["sentence"].values())
+    assert (diagnostic["block"], diagnostic["editor"]) == ("b", "leader")
 
 
-def test_a_diagnostic_says_which_editor_and_block_it_is_about(ask):
-    said = ask("compile", blocks([], [wait(0.5, id="half")]))["diagnostics"]
-    assert [(each["code"], each["editor"], each["block"]) for each in said] == [
+def test_a_diagnostic_has_its_editor_and_block(ask):
+    diagnostics = ask("compile", blocks([], [wait(0.5, id="half")]))["diagnostics"]
+    assert [(each["code"], each["editor"], each["block"]) for each in diagnostics] == [
         ("empty-program", "leader", None),
         ("duration-not-expressible", "followers", "half"),
     ]
-    assert all(set(each["sentence"]) == set(languages()) for each in said)
+    assert all(set(each["sentence"]) == set(languages()) for each in diagnostics)
 
 
-def test_blocks_that_no_program_says_are_diagnostics_too(ask):
+def test_invalid_blocks_give_diagnostics(ask):
     answer = ask("compile", {"leader": {"blocks": {"blocks": [{"type": "motorcade_leader", "next": 3}]}}})
     assert (answer["image"], [each["code"] for each in answer["diagnostics"]]) == (None, ["bad-blocks"])
 
 
 @pytest.mark.parametrize("count", [MOST_IN_A_ROW, MOST_IN_A_ROW + 1])
-def test_the_longest_row_of_blocks_still_gets_its_own_sentence(ask, count):
+def test_a_row_of_blocks_that_is_too_long_has_its_own_error(ask, count):
     below = {"type": "motorcade_wait", "fields": {"SECONDS": 1}}
     for _ in range(count - 1):
         below = {"type": "motorcade_wait", "fields": {"SECONDS": 1}, "next": {"block": below}}
     leader = {"blocks": {"blocks": [{"type": "motorcade_leader", "next": {"block": below}}]}}
-    (said,) = ask("compile", {"leader": leader})["diagnostics"]
-    assert said["code"] == ("too-many-states" if count == MOST_IN_A_ROW else "too-many-in-a-row")
+    (diagnostic,) = ask("compile", {"leader": leader})["diagnostics"]
+    assert diagnostic["code"] == ("too-many-states" if count == MOST_IN_A_ROW else "too-many-in-a-row")
     assert ask("open", ask("save-text", {"leader": leader}))["leader"] == leader
 
 
@@ -180,7 +180,7 @@ def test_the_longest_row_of_blocks_still_gets_its_own_sentence(ask, count):
         ("check-mat", b'{"mat": 3}', "bad-message"),
     ],
 )
-def test_a_message_that_can_not_be_is_refused_in_every_language(refused, name, body, code):
+def test_an_invalid_message_is_refused_in_every_language(refused, name, body, code):
     assert refused(name, content=body)[1] == code
 
 
@@ -194,19 +194,19 @@ def test_a_message_that_can_not_be_is_refused_in_every_language(refused, name, b
         ("compile", {"leader": {}, "profile": "lorry"}, "unknown-profile"),
     ],
 )
-def test_what_does_not_exist_is_not_found(refused, name, message, code):
+def test_an_unknown_name_is_refused(refused, name, message, code):
     assert refused(name, message) == (404, code)
 
 
 @given(programs())
-def test_a_program_is_the_same_after_it_was_a_project_file(program):
+def test_a_program_is_unchanged_after_saving_and_opening(program):
     leader, followers = blocks_of(program)
     text = project_text(Project(leader, followers, program.profile, MAT))
     assert read_program(text) == program
     assert open_text(text) == Project(leader, followers, program.profile, MAT)
 
 
-def test_a_project_file_keeps_how_its_blocks_look(ask):
+def test_a_project_file_stores_the_layout_of_its_blocks(ask):
     project = {**blocks([wait(1, id="w")]), "mat": MAT, "range_mm": 700}
     loose = {"type": "motorcade_wait", "id": "loose", "x": 200, "y": 300}
     project["leader"]["blocks"]["blocks"].append(loose)
@@ -215,7 +215,7 @@ def test_a_project_file_keeps_how_its_blocks_look(ask):
     assert ask("open", {"text": text}) == project
 
 
-def test_a_program_that_was_changed_by_hand_is_laid_out_anew(ask):
+def test_a_program_changed_in_its_file_gets_a_new_layout(ask):
     text = ask("save-text", blocks([wait(1, id="w")], []))["text"]
     changed = ask("open", {"text": text.replace('"seconds": 1', '"seconds": 2')})
     assert changed == {**blocks([wait(2, id="w")], []), "mat": None, "range_mm": None}
@@ -224,13 +224,13 @@ def test_a_program_that_was_changed_by_hand_is_laid_out_anew(ask):
 @pytest.mark.parametrize(
     "view", [{}, {"leader": 3}, {"leader": {"blocks": 3}}, {"leader": {}, "followers": 3}, {"range_mm": "far"}]
 )
-def test_a_damaged_view_harms_no_program(ask, view):
+def test_an_invalid_view_is_ignored(ask, view):
     document = {**Program([wait(1)]).as_dict(), "view": view}
     opened = ask("open", {"text": json.dumps(document)})
     assert (opened["leader"], opened["range_mm"]) == (blocks([wait(1)])["leader"], None)
 
 
-def test_blocks_that_no_program_says_yet_are_kept_as_they_are(ask):
+def test_blocks_that_are_no_program_yet_are_stored(ask):
     leader = blocks([wait(1)])["leader"]
     leader["blocks"]["blocks"][0]["next"]["block"]["type"] = "motorcade_infrared"
     project = {"leader": leader, "followers": None, "profile": "classroom", "mat": None, "range_mm": None}
@@ -239,7 +239,7 @@ def test_blocks_that_no_program_says_yet_are_kept_as_they_are(ask):
     assert ask("open", {"text": text}) == project
 
 
-def test_an_error_in_a_file_names_the_place(context):
+def test_an_error_in_a_file_has_its_place(context):
     text = json.dumps({**Program([]).as_dict(), "leader": [{"fly": {}}]})
     with pytest.raises(ProgramError) as problem:
         respond("open", json.dumps({"text": text}).encode(), context)
@@ -261,14 +261,14 @@ def test_a_mat_is_checked(ask, refused):
     assert refused("check-mat", {"mat": {**MAT, "crowd": [{**crowd[0], "cars": 1e300}]}}) == (400, "too-many-cars")
 
 
-def test_formats_name_every_bit_in_every_language(ask):
+def test_formats_have_a_title_for_every_bit_in_every_language(ask):
     for fields in ask("formats").values():
         bits = [bit for field in fields for bit in range(field["low"], field["high"] + 1)]
         assert sorted(bits) == list(range(32))
         assert all(field["title"][language] for field in fields for language in languages())
 
 
-def test_a_profile_says_what_its_levels_mean(ask):
+def test_a_profile_has_the_values_of_its_levels(ask):
     profile = next(each for each in ask("profiles") if each["name"] == "classroom")
     assert profile["durations_ms"] == [0, 1000, 2000, 3000]
     assert profile["infrared"]["range_mm"] == 1000
@@ -296,7 +296,7 @@ def test_step_kinds_have_the_fields_of_their_blocks_and_the_colour_of_their_bits
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=str)
-def test_an_example_compiles_without_a_word_and_its_mat_has_cars_for_it(ask, example):
+def test_an_example_compiles_without_diagnostics_and_its_mat_has_the_cars_for_it(ask, example):
     project = ask("example", {"id": example})
     answer = ask("compile", {key: project[key] for key in ("leader", "followers", "profile")})
     assert answer["diagnostics"] == []
@@ -316,7 +316,7 @@ def test_reserved_bits_and_parity_are_shown_too(ask):
     assert names == [field.name for field in CONTROL.fields]
 
 
-def test_capabilities_tell_what_the_shell_can_do(ask):
+def test_capabilities_are_those_of_the_shell(ask):
     assert ask("capabilities") == {"serial_ports": False, "films": False, "real_cars": False, "most_cars": 100}
 
 
@@ -395,6 +395,6 @@ def test_a_bad_project_name_is_refused(refused, folder, name):
 
 
 @pytest.mark.parametrize("project", [[], {}, {"leader": 1}, {"leader": {}, "mat": []}])
-def test_what_is_no_project_is_not_saved(refused, folder, project):
+def test_an_invalid_project_is_not_saved(refused, folder, project):
     assert refused("projects/write", {"name": "a", "project": project}) == (400, "bad-message")
     assert not folder.exists()

@@ -1,4 +1,4 @@
-"""A page's session with its world, with a clock of the test's own and without a server."""
+"""A page's session with its world, with the test's clock and without a server."""
 
 import pytest
 
@@ -53,7 +53,7 @@ class Page:
                 self.answers.append(Picture(answer) if isinstance(answer, bytes) else answer)
                 if isinstance(answer, bytes) and not self.is_slow:
                     self.session.receive(Shown(self.answers[-1].number))
-            self.session.took(0.001)
+            self.session.adapt_to(0.001)
         self.now_s = end_s
 
     def take(self, kind: type) -> list:
@@ -78,7 +78,7 @@ def test_before_the_first_world_there_are_no_cars() -> None:
         page.send(Play())
 
 
-def test_a_world_that_stands_still_is_shown_once(page: Page) -> None:
+def test_a_paused_world_is_shown_once(page: Page) -> None:
     page.look(1)
     assert len(page.take(Picture)) == 1
     assert page.session.wait_s(page.now_s) is None
@@ -139,7 +139,7 @@ def test_a_page_that_connects_again_finds_its_world(page: Page) -> None:
     assert (picture.number, picture.t_ms) == (1, 500)
 
 
-def test_the_past_is_shown_until_the_present_is_asked_for(page: Page) -> None:
+def test_the_past_is_shown_until_the_present_is_requested(page: Page) -> None:
     page.send(Step(100))
     page.send(Seek(240))
     page.look(1)

@@ -20,7 +20,7 @@ from motorcade.service.messages import decode
 from motorcade.service.programs import error_answer
 
 T = TypeVar("T")
-# Where the build of the pages puts them.
+# The build of the pages writes them here.
 PAGE = Path(__file__).with_name("page")
 _REMOTE = "/drive"
 _NOT_BUILT = """<!doctype html>
@@ -39,18 +39,18 @@ reload.</p>
 
 
 def json_response(data: Any, status: int = 200) -> Response:
-    """``data`` as JSON."""
+    """Return an answer with ``data`` as JSON."""
     return Response(msgspec.json.encode(data), status, media_type="application/json")
 
 
 def error_response(problem: Exception) -> Response:
-    """An error as JSON, with its HTTP status; for an exception that is no MotorcadeError the error 'internal'."""
+    """Return an answer with an error as JSON; an exception other than MotorcadeError is the error 'internal'."""
     error = problem if isinstance(problem, MotorcadeError) else MotorcadeError("internal")
     return json_response({"error": error_answer(error)}, error.http_status)
 
 
 def exception_handlers() -> dict[type[Exception], Callable[[Request, Exception], Awaitable[Response]]]:
-    """The functions of a Starlette application that answer with an error where a request raises an exception."""
+    """Return the functions of a Starlette application that answer a request which raised an exception."""
     return {MotorcadeError: _answer_error, HTTPException: _answer_http, Exception: _answer_error}
 
 
@@ -69,10 +69,10 @@ async def _answer_http(request: Request, problem: Exception) -> Response:
 
 
 async def next_message(socket: WebSocket, kind: type[T], most_characters: int) -> T:
-    """The next message of a page, in JSON.
+    """Receive the next message of a page, in JSON.
 
     Raises:
-        MotorcadeError: it is no message of ``kind``, or longer than ``most_characters``.
+        MotorcadeError: it isn't a message of ``kind``, or is longer than ``most_characters``.
         WebSocketDisconnect: the page has left.
     """
     received = await socket.receive()
@@ -87,7 +87,7 @@ async def next_message(socket: WebSocket, kind: type[T], most_characters: int) -
 
 
 async def until_one_ends(jobs: Iterable[Callable[[], Awaitable[None]]]) -> None:
-    """Run all jobs at once; cancel the others as soon as one is over or the page has left."""
+    """Run all jobs at once; when one ends or the page leaves, cancel the others."""
     async with create_task_group() as group:
 
         async def end_all_with(job: Callable[[], Awaitable[None]]) -> None:
@@ -100,7 +100,7 @@ async def until_one_ends(jobs: Iterable[Callable[[], Awaitable[None]]]) -> None:
 
 
 def page_routes(folder: Path = PAGE) -> list[BaseRoute]:
-    """Routes of the studio's page and the remote's, and of all that they load; they come last among an app's routes."""
+    """Return the routes of both pages and their files; to be the last of an app's routes, as they match every path."""
     if not (folder / "index.html").is_file():
         return [Route(path, _not_built) for path in ("/", _REMOTE)]
     files = StaticFiles(directory=folder, html=True)

@@ -1,7 +1,7 @@
-"""Checks each request before anything else sees it: its name and origin, its token, its rate and its size.
+"""Check each request first: its host name and origin, its token, its rate and its size.
 
-In a browser every page may send requests to this computer. So a request must come to a name of this server (a foreign
-site can point its own name at this computer, 'DNS rebinding'), and from a page of this server.
+In a browser every page may send requests to this computer. So a request must be addressed to a name of this server (a
+foreign site can point its own name at this computer, 'DNS rebinding'), and come from a page of this server.
 """
 
 import ipaddress
@@ -24,7 +24,7 @@ from motorcade.timing import RateLimit, to_ticks
 
 _MOST_ADDRESSES = 4096
 _RATE_WINDOW_MS = 2000
-# What may be opened with the token in its address, and what only our own pages may ask for.
+# Paths that may be opened with the token in the address, and paths that only our own pages may request.
 _PAGES = ("/", "/drive")
 _CAMERA = "/camera"
 _GUARDED = ("/api/", "/drive/", _CAMERA)
@@ -47,12 +47,12 @@ _HEADERS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServerSettings:
-    """How a server is reached, and how much each who reaches it may ask.
+    """The addresses of a server, and the limits for its clients.
 
     Attributes:
         host, port: where it listens.
-        names: the names, beside addresses, under which others reach it.
-        token: what a page must show to be served; None on a loopback address, which others can't reach.
+        names: the host names, beside addresses, by which others reach it.
+        token: the secret that a client must present; None on a loopback address, which others can't reach.
         clock: seconds that never decrease.
         most_body: the most bytes of a request's body or of a message.
         requests_a_second, messages_a_second: the rates of one address and of one WebSocket; twice as many at once
@@ -74,13 +74,13 @@ class ServerSettings:
 
 
 class RequestFilter:
-    """Stands before ``app`` and refuses what may not pass, in a sentence."""
+    """Pass requests on to ``app``, except those that aren't allowed: answer these with an error."""
 
     def __init__(self, app: ASGIApp, settings: ServerSettings):
         self._app = app
         self._settings = settings
         self._rates: OrderedDict[str, RateLimit] = OrderedDict()
-        # Cookies don't know ports: two servers on one computer keep theirs apart by name.
+        # Cookies are shared between ports: two servers on one computer need different names.
         self._cookie = f"motorcade_{settings.port}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -96,7 +96,7 @@ class RequestFilter:
             await _respond(error_response(problem), scope, receive, send)
             return
         if shown:
-            await self._keep_token(scope)(scope, receive, send)
+            await self._store_token(scope)(scope, receive, send)
             return
         await self._app(scope, self._bounded(receive), send)
 
@@ -134,13 +134,13 @@ class RequestFilter:
             address = ipaddress.ip_address(name)
         except ValueError:
             return False
-        # Only a name can be made to point here, so with a token any address is good.
+        # Only a name can be made to point here, so with a token every address is allowed.
         return address.is_loopback or self._settings.token is not None
 
     def _check_origin(self, headers: Headers, path: str) -> None:
         origins = headers.getlist("origin")
         own = (f"http://{headers['host']}", f"https://{headers['host']}")
-        # Following a link from another site to the page is fine, its asking for anything else is not.
+        # A link from another site may open the page; every other request from another site is refused.
         site = headers.get("sec-fetch-site", "none")
         if any(origin not in own for origin in origins) or (
             path.startswith(_GUARDED) and site not in ("same-origin", "none")
@@ -149,11 +149,11 @@ class RequestFilter:
 
     def _check_token(self, scope: Scope) -> None:
         token = self._settings.token
-        asked = HTTPConnection(scope)
-        shown = asked.cookies.get(self._cookie, "")
+        connection = HTTPConnection(scope)
+        shown = connection.cookies.get(self._cookie, "")
         if not shown and scope["path"].startswith(_CAMERA):
-            # Programs that look at a camera have no cookies.
-            shown = asked.query_params.get("token", "")
+            # Programs that show a camera have no cookies.
+            shown = connection.query_params.get("token", "")
         if token is not None and not _is_token(shown, token):
             raise MotorcadeError("token-needed")
 
@@ -166,8 +166,8 @@ class RequestFilter:
             raise MotorcadeError("wrong-token")
         return True
 
-    def _keep_token(self, scope: Scope) -> Response:
-        """Has the browser keep the token and forget it in its address."""
+    def _store_token(self, scope: Scope) -> Response:
+        """Store the token in a cookie, and redirect to the address without it."""
         response = RedirectResponse(scope["path"], 303)
         token, secure = self._settings.token or "", scope["scheme"] == "https"
         response.set_cookie(self._cookie, token, max_age=_WEEK_S, httponly=True, samesite="strict", secure=secure)
@@ -191,7 +191,7 @@ class RequestFilter:
 
 
 def _host_name(host: str) -> str | None:
-    """The name in a Host header, without its port; None where it is no proper one."""
+    """Return the name in a Host header, without its port; None where it isn't valid."""
     found = _HOST.fullmatch(host)
     return (found["address"] or found["name"]).lower() if found else None
 
@@ -201,7 +201,7 @@ def _is_token(shown: str, token: str) -> bool:
 
 
 def _with_headers(scope: Scope, send: Send) -> Send:
-    more: Mapping[str, str] = {**_HEADERS, "Cache-Control": _kept(scope["path"])}
+    more: Mapping[str, str] = {**_HEADERS, "Cache-Control": _caching(scope["path"])}
 
     async def sending(message: Message) -> None:
         if message["type"] in ("http.response.start", "websocket.http.response.start"):
@@ -213,8 +213,8 @@ def _with_headers(scope: Scope, send: Send) -> Send:
     return sending
 
 
-def _kept(path: str) -> str:
-    """How long a browser may keep what stands at ``path``; the names of assets change with what is in them."""
+def _caching(path: str) -> str:
+    """Return how long a browser may cache ``path``; the names of assets change with their content."""
     if path.startswith("/assets/"):
         return "public, max-age=31536000, immutable"
     return "no-store" if path.startswith(_GUARDED) else "no-cache"

@@ -1,4 +1,4 @@
-"""Serves an application at a socket, alone or beside other tasks of its loop; and the addresses of its pages."""
+"""Serve an application at a socket, alone or beside other tasks of an event loop; make the addresses of its pages."""
 
 import asyncio
 import ipaddress
@@ -16,22 +16,22 @@ from websockets.protocol import State
 from motorcade.drive.listener import is_loopback
 from motorcade.server.request_filter import ServerSettings
 
-# So many as fifty pages open at once, and a server that somebody floods still answers.
+# Fifty pages open at once need fewer. Further connections are refused, so a flood of them doesn't stop the server.
 _MOST_CONNECTIONS = 1000
 _PATIENCE_S = 2
-# What waits on its way to a page, in the kernel and here. Who looks at a camera, or drives, and is slow
-# then misses something, and is shown nothing old.
+# The most bytes that wait to be sent to a page, in the kernel and here: a slow page then misses pictures of a camera
+# instead of showing old ones.
 _KERNEL_BYTES = 1 << 15
 _OWN_BYTES = 1 << 14
 
 
 class Server(uvicorn.Server):
-    """Serves an application.
+    """A uvicorn server for an application.
 
     Args:
-        app: what answers.
-        settings: how it is reached.
-        ready: called once it answers.
+        app: answers the requests.
+        settings: its addresses and limits.
+        ready: called when it accepts requests.
         tls: for HTTPS.
     """
 
@@ -41,14 +41,14 @@ class Server(uvicorn.Server):
         config = uvicorn.Config(
             app,
             http=_ShortQueue,
-            ws=_LeavableSocket,
+            ws=_ClosableSocket,
             log_level="warning",
             access_log=False,
-            # Nobody stands between: a header that says who asks would be anybody's invention.
+            # There is no proxy in front, so any client could forge these headers.
             proxy_headers=False,
             server_header=False,
             ws_max_size=settings.most_body,
-            # Pictures don't shrink much, and thirty a second for each page would cost more than they save.
+            # Compressing thirty pictures a second for each page costs more than it saves.
             ws_per_message_deflate=False,
             limit_concurrency=_MOST_CONNECTIONS,
             timeout_graceful_shutdown=_PATIENCE_S,
@@ -58,7 +58,7 @@ class Server(uvicorn.Server):
         self._ready = ready
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
-        """Listen, and say so."""
+        """Listen, then call `ready`."""
         await super().startup(sockets)
         if self.started:
             self._ready()
@@ -71,21 +71,21 @@ def serve_alone(
     ready: Callable[[], None],
     tls: ssl.SSLContext | None = None,
 ) -> None:
-    """Serve at a listening socket until Ctrl-C; ``ready`` is called once it answers."""
+    """Serve at a listening socket until Ctrl-C; ``ready`` is called when it accepts requests."""
     with suppress(KeyboardInterrupt):
         Server(app, settings, ready, tls).run(sockets=[listener])
 
 
-class _ShortQueue(AutoHTTPProtocol):  # type: ignore[misc, valid-type]  # which of two it is depends on what is installed
+class _ShortQueue(AutoHTTPProtocol):  # type: ignore[misc, valid-type]  # one of two classes, depending on what is installed
     def connection_made(self, transport: asyncio.Transport) -> None:
         transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _KERNEL_BYTES)
         transport.set_write_buffer_limits(_OWN_BYTES)
         super().connection_made(transport)
 
 
-class _LeavableSocket(WebSocketsSansIOProtocol):
+class _ClosableSocket(WebSocketsSansIOProtocol):
     def shutdown(self) -> None:
-        # uvicorn would say goodbye a second time to who is just leaving, which ends the whole server with an error.
+        # uvicorn would close a connection that is closing already a second time; that error would end the server.
         if self.conn.state in (State.CLOSING, State.CLOSED):
             self.stop_keepalive()
             self.transport.close()
@@ -96,7 +96,7 @@ class _LeavableSocket(WebSocketsSansIOProtocol):
 class _EmbeddedServer(Server):
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Leave signals to the program around it."""
+        """Handle no signals: the surrounding program does."""
         yield
 
 
@@ -104,7 +104,7 @@ class _EmbeddedServer(Server):
 async def served(
     app: ASGIApp, settings: ServerSettings, listener: socket.socket, tls: ssl.SSLContext | None = None
 ) -> AsyncIterator[None]:
-    """Serve at a listening socket while the block runs; it answers when the block begins."""
+    """Serve at a listening socket while the block runs; requests are accepted when it begins."""
     answers = asyncio.Event()
     server = _EmbeddedServer(app, settings, answers.set, tls)
     serving = asyncio.ensure_future(server.serve(sockets=[listener]))
@@ -119,20 +119,20 @@ async def served(
 
 
 def names_of(listener: socket.socket, host: str) -> list[str]:
-    """The names by which pages may reach the socket, which listens at ``host``; the best to show is the first."""
+    """Return the host names of the socket, which listens at ``host``; the best one to show to users is the first."""
     names = [host.lower()]
     if is_loopback(listener):
         return names
     name = socket.gethostname().lower()
     others = [name, f"{name.partition('.')[0]}.local", socket.getfqdn().lower()]
-    # 'All addresses' is none that a page could be opened at.
+    # A page can't be opened at the unspecified address ('all addresses').
     return others + names if _address(listener).is_unspecified else names + others
 
 
 def url_of(host: str, port: int, token: str | None = None, page: str = "/", scheme: str = "http") -> str:
-    """A page's address."""
-    shown = f"?token={token}" if token else ""
-    return f"{scheme}://{f'[{host}]' if ':' in host else host}:{port}{page}{shown}"
+    """Return a page's address."""
+    query = f"?token={token}" if token else ""
+    return f"{scheme}://{f'[{host}]' if ':' in host else host}:{port}{page}{query}"
 
 
 def _address(listener: socket.socket) -> ipaddress.IPv4Address | ipaddress.IPv6Address:

@@ -1,1 +1,1 @@
-"""Everything that a page may ask for, without HTTP: requests, a world in play, uploads, storage."""
+"""The service behind the page, without HTTP: requests, a simulated world, uploads, storage."""

@@ -1,4 +1,4 @@
-"""A project's file: the program, the mat, and what the blocks look like; and the example projects."""
+"""Project files, with the program, the mat and the layout of the blocks; and the example projects."""
 
 import json
 from importlib import resources
@@ -22,27 +22,26 @@ class _View(Struct):
 
 
 def project_text(project: Project) -> str:
-    """The text of the project's file.
+    """Return the text of the project's file.
 
-    Blocks that make no program yet are stored as well; their program has no steps.
+    Blocks that aren't a valid program yet are stored too; the file's program has no steps then.
     """
     text = _program(project.leader, project.followers, project.profile).as_json().removesuffix("\n}\n")
     view: dict[str, Any] = {"leader": project.leader, "followers": project.followers}
     if project.range_mm is not None:
         view["range_mm"] = project.range_mm
-    beside = {"mat": project.mat, "view": view}
-    for name, value in beside.items():
+    for name, value in (("mat", project.mat), ("view", view)):
         if value is not None:
-            # A line each: indented, a long row of blocks would be mostly spaces.
+            # One line each: a long row of blocks is nested deeply, so indented it would be mostly spaces.
             text += f',\n "{name}": {json.dumps(value, ensure_ascii=False)}'
     return text + "\n}\n"
 
 
 def open_text(text: str | bytes) -> Project:
-    """The project in a file's text; its blocks look as they were left, if they still make the file's program.
+    """Return the project in a file's text, with the stored layout of its blocks if they still make its program.
 
     Raises:
-        ProgramError: the text is no project file, or holds more than blocks can express.
+        ProgramError: the text isn't a project file, or blocks can't express its program.
     """
     document = read_document(text)
     program = program_from_dict(document)
@@ -52,12 +51,12 @@ def open_text(text: str | bytes) -> Project:
 
 
 def project_of(program: Program) -> Project:
-    """A project for a program that was never blocks. Raises ProgramError where blocks can't express it."""
+    """Return a project for a program without a layout. Raises ProgramError where blocks can't express it."""
     return Project(*blocks_of(program), program.profile)
 
 
 def _range_mm(view: Any) -> int | None:
-    """How far infrared reached when the file was saved; None where the file has no valid figure."""
+    """Return the stored range of infrared; None where the file has no valid one."""
     try:
         return msgspec.convert(view, _View).range_mm
     except msgspec.ValidationError:
@@ -65,7 +64,7 @@ def _range_mm(view: Any) -> int | None:
 
 
 def _viewed(view: Any, program: Program) -> tuple[Workspace, Workspace | None] | None:
-    """The workspaces in ``view``; None unless they make ``program``."""
+    """Return the workspaces in ``view``; None unless they make ``program``."""
     try:
         stored = msgspec.convert({**(view or {}), "profile": program.profile, "range_mm": None}, Project)
     except msgspec.ValidationError:
@@ -76,7 +75,7 @@ def _viewed(view: Any, program: Program) -> tuple[Workspace, Workspace | None] |
 
 
 def _program(leader: Workspace, followers: Workspace | None, profile: str) -> Program:
-    """The program of the blocks; one without steps where they make none yet."""
+    """Return the program of the blocks; one without steps where they aren't a valid program yet."""
     try:
         return program_of(leader, followers, profile)
     except ProgramError:
@@ -84,7 +83,7 @@ def _program(leader: Workspace, followers: Workspace | None, profile: str) -> Pr
 
 
 def examples() -> list[Example]:
-    """All examples, with titles in every language."""
+    """Return all examples, with titles in every language."""
     return [
         Example(each, sentences(Phrase(f"example-{each}-title")), sentences(Phrase(f"example-{each}-about")))
         for each in EXAMPLES
@@ -92,7 +91,7 @@ def examples() -> list[Example]:
 
 
 def example(name: str) -> Project:
-    """The project of an example. Raises MotorcadeError."""
+    """Return the project of an example. Raises MotorcadeError."""
     if name not in EXAMPLES:
         raise MotorcadeError("no-example", name=name[:40])
     return open_text((resources.files(__package__) / "gallery" / f"{name}.motorcade.json").read_bytes())

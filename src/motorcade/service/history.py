@@ -1,9 +1,9 @@
-"""What a world has shown so far, as bytes, and the pictures that a page draws of it.
+"""The past of a world, as bytes, and the format of the pictures that a page draws of it.
 
 All numbers are little-endian. A picture is a header, the columns of a moment (17 bytes a car, filled up to a multiple
 of four: x_m, y_m, heading as float32, index of the word as uint16, wheels, led and flags as uint8), and rows of 20
 bytes for the events since the picture before: t_ms, car, kind and reason, word, other. The shell's world packs
-moments and events, see `motorcade.service.playback.SimulatedWorld`.
+moments and events; see `motorcade.service.playback.SimulatedWorld`.
 """
 
 import struct
@@ -15,7 +15,7 @@ PICTURE = 1
 # A picture's flags.
 PAST = 1
 FIRST = 2
-# A car's flags: its word runs, its frame is on the air; since the moment before it lost or heard a frame.
+# A car's flags: its word runs, its frame is on the air; since the moment before it lost or received a frame.
 RUNS = 1
 SENDS = 2
 LOST = 4
@@ -28,21 +28,21 @@ EVENT_BYTES = 20
 EVERY_MS = 100
 MOST_MOMENT_BYTES = 24 << 20
 MOST_EVENT_BYTES = 12 << 20
-# What Python needs for each object, however little is in it.
+# The size in Python of an object without content, about.
 _OBJECT_BYTES = 128
 _TIME = struct.Struct("<I")
 _HEADER = struct.Struct("<BBHIIII")
 
 
 def pack_picture(number: int, flags: int, t_ms: int, cars: int, moment: bytes, events: bytes) -> bytes:
-    """A picture: ``moment`` as packed, and the newest MOST_EVENTS rows of ``events``."""
+    """Return a picture of ``moment`` and the newest MOST_EVENTS rows of ``events``."""
     events = events[-MOST_EVENTS * EVENT_BYTES :]
     count = len(events) // EVENT_BYTES
     return _HEADER.pack(PICTURE, flags, 0, number & 0xFFFFFFFF, t_ms, cars, count) + moment + events
 
 
 class History:
-    """Moments and events by time; the oldest of each are dropped when they exceed their number of bytes."""
+    """Moments and events by time, each up to a number of bytes; the oldest are dropped."""
 
     def __init__(self, most_moment_bytes: int = MOST_MOMENT_BYTES, most_event_bytes: int = MOST_EVENT_BYTES):
         self.most_bytes = most_moment_bytes, most_event_bytes
@@ -61,7 +61,7 @@ class History:
             self._moment_bytes -= len(self._moments.popleft()) + _OBJECT_BYTES
 
     def add_events(self, events: bytes) -> None:
-        """Store rows of events, by time, that happened after those before."""
+        """Store rows of events, sorted by time, that are later than all before."""
         if not events:
             return
         self._events.append(events)
@@ -75,7 +75,7 @@ class History:
         return self._times[0] if self._times else 0
 
     def moment_at(self, t_ms: int) -> tuple[int, bytes]:
-        """The last moment until ``t_ms``, or else the oldest: its time and its bytes. There is at least one."""
+        """Return time and bytes of the last moment until ``t_ms``, or else of the oldest; there must be one."""
         at = max(bisect_right(self._times, t_ms) - 1, 0)
         return self._times[at], self._moments[at]
 

@@ -30,10 +30,10 @@ class Nothing(Struct):
 
 
 class Capabilities(Struct):
-    """What this shell can do beside what every shell can; the page shows only what is there.
+    """What this shell can do beyond what every shell can; the page offers nothing else.
 
     Attributes:
-        serial_ports: the shell lists serial ports of its own, and uploads through them.
+        serial_ports: the shell has serial ports of its own, lists them, and uploads through them.
         films: runs can be downloaded as films.
         real_cars: the remote drives real cars beside the simulated ones.
         most_cars: the most cars in one world.
@@ -55,7 +55,7 @@ class ErrorAnswer(Struct, omit_defaults=True):
 
 
 class Blocks(Struct):
-    """What both editors hold."""
+    """The blocks in both editors, and the profile."""
 
     leader: WorkspaceState
     followers: WorkspaceState | None = None
@@ -63,9 +63,9 @@ class Blocks(Struct):
 
 
 class Word(Struct, omit_defaults=True):
-    """A word, its fields by name, and the block that it comes from.
+    """A word, its fields by name, and the block that it was compiled from.
 
-    ``fields_of`` names the blocks of those fields that come from other blocks.
+    ``fields_of`` has, by field, the blocks of those fields that other blocks fill.
     """
 
     hex: str
@@ -76,7 +76,7 @@ class Word(Struct, omit_defaults=True):
 
 
 class Span(Struct):
-    """When a word runs, counted from the beginning of its round."""
+    """The time in which a word runs, from the beginning of its round."""
 
     word: int
     begin_ms: int
@@ -98,14 +98,14 @@ class Costs(Struct):
 
 
 class Timeline(Struct):
-    """When each word of the leader's and the followers' rounds runs."""
+    """The times of the words in the leader's and the followers' rounds."""
 
     leader: list[Span] = []
     followers: list[Span] = []
 
 
 class Diagnostic(Struct):
-    """A diagnostic of a program; without a block it is about the whole editor."""
+    """An error or warning of a program; ``block`` is None where it concerns the whole editor."""
 
     code: str
     severity: str
@@ -142,7 +142,7 @@ class Image(Struct):
 
 
 class Project(Struct):
-    """What the page works on; ``range_mm`` is how far infrared reaches, None for as far as the profile says."""
+    """The page's project; ``range_mm`` is the range of infrared, None for that of the profile."""
 
     leader: WorkspaceState
     followers: WorkspaceState | None = None
@@ -152,19 +152,19 @@ class Project(Struct):
 
 
 class StoredProject(Project):
-    """A project of the library, by its name there."""
+    """A project, and its name in the library."""
 
     name: str = ""
 
 
 class ProjectName(Struct):
-    """A project of the library."""
+    """The name of a project in the library."""
 
     name: str
 
 
 class ProjectVersion(Struct):
-    """A version of a project; the newest where none is named."""
+    """A version of a project; None for the newest."""
 
     name: str
     version: Annotated[int, Meta(ge=0, lt=1 << 30)] | None = None
@@ -199,7 +199,7 @@ class Version(Struct):
 
 
 class ExampleName(Struct):
-    """An example program."""
+    """The name of an example program."""
 
     id: str
 
@@ -265,7 +265,7 @@ class StepKind(Struct, omit_defaults=True):
 
 
 class Seconds(Struct):
-    """The durations that a step can have."""
+    """The durations that a step can have, in seconds: from ``least`` to ``most``, in steps of ``step``."""
 
     least: float
     step: float
@@ -280,7 +280,7 @@ class ProfileFigures(Profile):
 
 
 class MatToCheck(Struct):
-    """A mat."""
+    """A mat to check."""
 
     mat: MatDocument
 
@@ -301,12 +301,12 @@ class Port(Struct):
 
 
 def sentences(phrase: Any) -> Sentence:
-    """A phrase or an error in every language."""
+    """Return a phrase or an error in every language."""
     return {language: phrase.sentence(language) for language in languages()}
 
 
 def decode(data: bytes | str, kind: type[T]) -> T:
-    """The message of ``kind`` in ``data``, which is JSON. Raises MotorcadeError."""
+    """Decode JSON to a message of type ``kind``. Raises MotorcadeError where it isn't valid."""
     try:
         return msgspec.json.decode(data, type=kind)
     except RecursionError:

@@ -1,4 +1,4 @@
-"""A world in play: its time, its past, and its pictures. Real time is an argument."""
+"""Play a world: its time, its past, and its pictures. Real time is an argument."""
 
 import math
 from collections import deque
@@ -18,15 +18,15 @@ from motorcade.service.messages import MatDocument
 from motorcade.service.world_messages import CarDetails, Hello, State
 
 PICTURE_S = 1 / 30
-# Simulated time that is behind real time is made up for; what exceeds this is dropped, and the world runs slower.
-_MOST_OWED_S = 0.25
+# A world catches up with real time; where it is further behind than this, the rest is dropped and it runs slower.
+_MOST_BEHIND_S = 0.25
 _RATED_S = 1.0
 # The clock of a world wraps a little later.
 _LAST_MS = (1 << 30) - 100_000
 
 
 class SimulatedWorld(Protocol):
-    """A world as a playback uses it; a shell makes it with the engine that it has.
+    """A simulated world; a shell implements it with its engine.
 
     Attributes:
         cars: how many there are.
@@ -48,7 +48,7 @@ class SimulatedWorld(Protocol):
         """Simulate ``duration_ms``, a multiple of ``tick_ms``; returns the rows of what happened, by time."""
 
     def reset(self, seed: int) -> None:
-        """Begin again, but for the furniture."""
+        """Begin again, with the furniture as it is."""
 
     def speak(self, word: str) -> None:
         """Have every car hear ``stop`` or ``go``."""
@@ -60,7 +60,7 @@ class SimulatedWorld(Protocol):
         """Put a car elsewhere. Raises MotorcadeError."""
 
     def moment(self, is_stored: bool) -> bytes:
-        """What the cars show now; the flags tell what happened since the last call with the same ``is_stored``."""
+        """What the cars show now; the flags have what happened since the last call with the same ``is_stored``."""
 
     def check_car(self, car: int) -> None:
         """Raise MotorcadeError where there is no such car."""
@@ -72,14 +72,14 @@ class SimulatedWorld(Protocol):
         """What has happened since the beginning, by name."""
 
     def driven(self) -> list[int]:
-        """The cars whose wheels their own program doesn't have."""
+        """The cars that do not run their own program because somebody drives or drove them."""
 
     def hello(self, session: str, resumed: bool) -> Hello:
         """The cars, and what doesn't change from picture to picture."""
 
 
 class Playback:
-    """A world in play. Its time stands still at first.
+    """A world that a page plays; paused at first.
 
     Args:
         world: at its beginning.
@@ -101,7 +101,7 @@ class Playback:
     def _begin(self, history: History) -> None:
         self.playing = False
         self._at_s: float | None = None
-        self._owed_ms = 0.0
+        self._behind_ms = 0.0
         self._ran_ms = self._most_ms = 0
         self._real_s = self._simulated_s = 0.0
         self._shown_ms: int | None = None
@@ -112,7 +112,7 @@ class Playback:
         self._store_moment()
         self.show_all()
 
-    # What a page can do.
+    # What a page requests.
 
     def play(self, speed: float) -> None:
         """Go on from the present, ``speed`` simulated seconds in a real one."""
@@ -126,18 +126,18 @@ class Playback:
         self._at_s = None
 
     def step(self, ticks: int) -> None:
-        """Go on by so many ticks from the present; then time stands still."""
+        """Go on by so many ticks from the present, then pause."""
         self.pause()
         self.seek(None)
         self._run(ticks)
 
     def reset(self, seed: int) -> None:
-        """Begin again with a seed; only the furniture stays as it is."""
+        """Begin again with a seed, with the furniture as it is."""
         self.world.reset(seed)
         self._begin(History(*self._history.most_bytes))
 
     def furnish(self, mat: MatDocument, range_mm: int | None) -> None:
-        """Change what is around the cars, and how far infrared reaches. Raises MotorcadeError."""
+        """Change what is around the cars, and the range of infrared. Raises MotorcadeError."""
         self.world.furnish(mat, range_mm)
         self.changed = True
 
@@ -160,7 +160,7 @@ class Playback:
         self._watched = car
 
     def show_all(self) -> None:
-        """Make the next picture for a page that has seen none: it has as many events as fit."""
+        """Make the next picture complete, for a page that has none yet: with as many events as fit."""
         self._first = self.changed = True
         self._new = deque([self._history.newest_events(MOST_EVENTS)])
         self._new_bytes = len(self._new[0])
@@ -168,9 +168,9 @@ class Playback:
     # Time.
 
     def advance(self, now_s: float) -> None:
-        """Simulate what is due at a real time; call it for each picture, and then `took`.
+        """Simulate what is due at a real time; call it for each picture, then `adapt_to`.
 
-        A computer that is too slow simulates less in each call, so that calls stay short, and time runs slower.
+        On a slow computer each call simulates less: calls stay short, and simulated time runs slower.
 
         Args:
             now_s: seconds since any moment.
@@ -179,11 +179,11 @@ class Playback:
             return
         elapsed_s = 0.0 if self._at_s is None else max(now_s - self._at_s, 0.0)
         self._at_s = now_s
-        owed = min(self._owed_ms + elapsed_s * 1000 * self.speed, _MOST_OWED_S * 1000 * self.speed)
+        behind_ms = min(self._behind_ms + elapsed_s * 1000 * self.speed, _MOST_BEHIND_S * 1000 * self.speed)
         tick_ms = self.world.tick_ms
-        ticks = int(min(owed, self._most_ms or owed) // tick_ms)
+        ticks = int(min(behind_ms, self._most_ms or behind_ms) // tick_ms)
         self._ran_ms = ticks * tick_ms
-        self._owed_ms = owed - self._ran_ms
+        self._behind_ms = behind_ms - self._ran_ms
         fading = math.exp(-elapsed_s / _RATED_S)
         self._real_s = self._real_s * fading + elapsed_s
         self._simulated_s = self._simulated_s * fading + self._ran_ms / 1000
@@ -191,11 +191,11 @@ class Playback:
         if self.world.now_ms >= _LAST_MS:
             self.pause()
 
-    def took(self, seconds: float) -> None:
-        """Bound the next call of `advance` to what fits between two pictures: the last one took so many seconds."""
+    def adapt_to(self, seconds: float) -> None:
+        """Bound the next call of `advance` to what fits between two pictures; the last call took ``seconds``."""
         if self._ran_ms:
             fits_ms = int(PICTURE_S * self._ran_ms / max(seconds, 1e-6))
-            # At least a tick, or the slowest would never move; and half of it stays, as one slow call may be chance.
+            # At least a tick, so that a slow computer makes progress; a mean, as one slow call may be an accident.
             self._most_ms = max((fits_ms + self._most_ms) // 2, self.world.tick_ms)
 
     def _run(self, ticks: int) -> None:
@@ -224,10 +224,10 @@ class Playback:
         while self._due_ms <= now_ms:
             self._due_ms += EVERY_MS
 
-    # What a page gets.
+    # What is sent to a page.
 
     def picture(self, number: int) -> bytes:
-        """What is shown now, with the events since the picture before (`motorcade.service.history`)."""
+        """Return a picture of what is shown now, with the events since the last one (`motorcade.service.history`)."""
         self.changed = False
         flags, self._first = FIRST if self._first else 0, False
         cars = self.world.cars

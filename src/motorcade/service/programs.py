@@ -1,4 +1,4 @@
-"""Programs as a page works on them: compiled with each word's block and time, decompiled, and what words mean."""
+"""Compile and decompile the page's programs; list profiles, kinds of steps, and the fields of words."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -43,14 +43,14 @@ from motorcade.words.field import WordFormat
 from motorcade.words.formats import CONTROL, HEADER
 from motorcade.words.image import bytes_to_words, words_to_bytes
 
-# Of an error in a file only so many diagnostics are in the sentence; the others often follow from them.
+# The sentence of an error in a file has so many diagnostics at most: the others often follow from them.
 _MOST_SHOWN = 3
 # The fields of the control word that a step of each kind fills.
 _FIELDS = {kind.kind: word_fields(kind) for kind in SIMPLE_KINDS}
 
 
 def profile_named(name: str) -> Profile:
-    """The built-in profile called ``name``. Raises MotorcadeError."""
+    """Return the built-in profile called ``name``. Raises MotorcadeError."""
     try:
         return built_in_profile(name)
     except MotorcadeError:
@@ -58,7 +58,7 @@ def profile_named(name: str) -> Profile:
 
 
 def profile_figures() -> list[ProfileFigures]:
-    """The figures of all built-in profiles."""
+    """Return the figures of all built-in profiles."""
     figures = []
     for profile in map(built_in_profile, built_in_profiles()):
         step, most = gcd(*profile.durations_ms) / 1000, MOST_PIECES * profile.durations_ms[-1] / 1000
@@ -68,7 +68,7 @@ def profile_figures() -> list[ProfileFigures]:
 
 
 def formats() -> Formats:
-    """The fields of both kinds of words, with titles in every language."""
+    """Return the fields of both kinds of words, with titles in every language."""
     return Formats(_fields(HEADER), _fields(CONTROL))
 
 
@@ -80,7 +80,7 @@ def _fields(word_format: WordFormat) -> list[WordField]:
 
 
 def step_kinds() -> list[StepKind]:
-    """All kinds of steps, in the order of the page's toolbox."""
+    """Return all kinds of steps, in the order of the page's toolbox."""
     return [
         StepKind(
             kind=kind.kind,
@@ -109,7 +109,7 @@ def _step_field(step_field: Field[Any]) -> StepField:
 
 
 def decompile_image(image: Image) -> Project:
-    """The blocks of an image. Raises MotorcadeError, ProgramError."""
+    """Return a project whose blocks compile to an image. Raises MotorcadeError where there is none."""
     try:
         return project_of(decompile(bytes_to_words(image.image)))
     except DecompileError as problem:
@@ -117,7 +117,7 @@ def decompile_image(image: Image) -> Project:
 
 
 def compile_blocks(blocks: Blocks) -> Compiled:
-    """Compile what both editors hold. Raises MotorcadeError where there is no such profile."""
+    """Compile the blocks of both editors. Raises MotorcadeError where there is no such profile."""
     profile = profile_named(blocks.profile)
     try:
         program = program_of(blocks.leader, blocks.followers, blocks.profile)
@@ -141,7 +141,7 @@ def compile_blocks(blocks: Blocks) -> Compiled:
 
 
 def error_answer(problem: MotorcadeError) -> ErrorAnswer:
-    """The answer for an error; that of a ProgramError has its diagnostics, and the code of the first."""
+    """Return the answer for an error; for a ProgramError with its diagnostics and the code of the first."""
     if isinstance(problem, ProgramError):
         first = problem.diagnostics[:_MOST_SHOWN]
         sentence = {
@@ -153,7 +153,7 @@ def error_answer(problem: MotorcadeError) -> ErrorAnswer:
 
 
 def diagnostics_in_all_languages(diagnostics: Iterable[program_diagnostics.Diagnostic]) -> list[Diagnostic]:
-    """The diagnostics in every language, each with the editor that it is about."""
+    """Return the diagnostics in every language, each with the editor that it concerns."""
     return [
         Diagnostic(
             each.code,
@@ -182,7 +182,7 @@ def _words(compiled: CompiledProgram, program: Program) -> list[Word]:
 
 
 def _fields_of_togethers(steps: Sequence[Step], path: str) -> Iterator[tuple[str, dict[str, str]]]:
-    """For the path of each together among ``steps`` the blocks that its words' fields come from."""
+    """Yield for each together among ``steps`` its path, and the blocks that fill the fields of its words."""
     for number, step in enumerate(steps):
         place = f"{path}[{number}]"
         if isinstance(step, RepeatStep):
@@ -192,7 +192,7 @@ def _fields_of_togethers(steps: Sequence[Step], path: str) -> Iterator[tuple[str
 
 
 def _costliest(compiled: CompiledProgram, too_many: str, prefix: str, steps: Sequence[Step]) -> Costliest | None:
-    """Which of ``steps``, whose paths begin with ``prefix``, makes the most words."""
+    """Return that of ``steps``, whose paths begin with ``prefix``, which makes the most words."""
     for each in compiled.diagnostics:
         if each.code == too_many:
             return Costliest(each.id, each.details["cost"])

@@ -1,4 +1,4 @@
-"""Everything that a page may request: one table, from a request's name to the function that answers it."""
+"""The requests of a page: one table from a request's name to the function that answers it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -39,7 +39,7 @@ from motorcade.service.programs import compile_blocks, decompile_image, formats,
 
 
 class Quota(NamedTuple):
-    """How many bytes an owner's projects use, and how many they may use; None: as many as there is room for."""
+    """How many bytes an owner's projects use, and how many they may use; None: no limit."""
 
     used_bytes: int
     most_bytes: int | None = None
@@ -48,8 +48,8 @@ class Quota(NamedTuple):
 class Storage(Protocol):
     """Projects by owner and name; every version of a project is stored.
 
-    Each method is atomic: another caller sees everything before it or everything after it. Each raises MotorcadeError
-    where an owner or a project has a name that can't be.
+    Each method is atomic: another caller sees the state before it or after it, never between. Each raises
+    MotorcadeError where the name of an owner or a project isn't allowed.
     """
 
     def read(self, owner: str, name: str, version: int | None = None) -> bytes:
@@ -62,7 +62,7 @@ class Storage(Protocol):
             The number of the version that holds it.
 
         Raises:
-            MotorcadeError: it can't be stored.
+            MotorcadeError: the name isn't allowed, or the data can't be written.
         """
 
     def history(self, owner: str, name: str) -> list[Version]:
@@ -72,7 +72,7 @@ class Storage(Protocol):
         """Remove a project with all its versions from the list. Raises MotorcadeError where there is none."""
 
     def quota(self, owner: str) -> Quota:
-        """How much room an owner has."""
+        """How many bytes an owner uses, and may use."""
 
     # The last method: below it `list` would be this one.
     def list(self, owner: str) -> list[LibraryEntry]:
@@ -81,12 +81,12 @@ class Storage(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Context:
-    """What requests use of their shell.
+    """What a shell provides for the requests.
 
     Attributes:
         capabilities: what the shell can do.
         storage: where projects are stored.
-        check_mat: counts the cars of a mat; raises MotorcadeError where the mat can't be used.
+        check_mat: counts the cars of a mat; raises MotorcadeError where the mat isn't valid.
         ports: lists the ports to upload through.
         owner: whose projects they are.
     """
@@ -99,7 +99,7 @@ class Context:
 
 
 class Request(NamedTuple):
-    """A request: the type of its message, the type of its answer, and the function that makes one of the other."""
+    """A request: the types of its message and its answer, and the function that answers it."""
 
     message: Any
     answer: Any
@@ -149,11 +149,11 @@ REQUESTS: dict[str, Request] = {
 
 
 def respond(name: str, data: bytes, context: Context) -> bytes:
-    """The answer to a request, both in JSON.
+    """Answer a request; message and answer are JSON.
 
     Args:
         name: a key of REQUESTS.
-        data: the message; none where the request has no arguments.
+        data: the message; empty where the request has no arguments.
 
     Raises:
         MotorcadeError: there is no such request, or it is refused.

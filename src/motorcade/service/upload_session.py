@@ -29,7 +29,7 @@ from motorcade.words.ticks import TICKS_MASK
 
 # What the page's own port is called.
 WEB_SERIAL = "Web Serial"
-# After so many bytes that no car sends, what is at the port is no car.
+# No car sends so many bytes: another device is at the port.
 _MOST_BYTES = 1 << 16
 _READ_S = 0.02
 
@@ -38,14 +38,14 @@ class UploadSession:
     """One transfer through a port of the page's.
 
     Args:
-        order: what the page asks for.
-        check_number: a random number from 0 to 255 that tells this upload from others.
+        order: the page's request.
+        check_number: a random number from 0 to 255 that distinguishes this upload from others.
 
     Attributes:
-        is_over: whether the outcome is known; it was the last answer then.
+        is_over: whether the transfer has ended; the outcome was the last answer.
 
     Raises:
-        MotorcadeError: the order can't be.
+        MotorcadeError: the order isn't valid.
     """
 
     def __init__(self, order: UploadOrder, check_number: int) -> None:
@@ -75,7 +75,7 @@ class UploadSession:
         return min(self._transfer.rest_ms / 1000, _READ_S)
 
     def receive(self, data: bytes | None) -> None:
-        """Take bytes that came from the port; None: the page has closed it. `advance` acts on them."""
+        """Store bytes from the port for `advance`; None: the page has closed the port."""
         if data is None or self._count + len(data) > _MOST_BYTES:
             holds = holds_phrase(self._transfer.holds)
             self._end(failed(MotorcadeError("went-away", port=WEB_SERIAL, holds=holds)))
@@ -84,7 +84,7 @@ class UploadSession:
         self._data += data
 
     def advance(self, now_s: float) -> list[bytes | UploadAnswer]:
-        """Go on at ``now_s`` (seconds since any moment); gives bytes for the port, and answers for the page."""
+        """Continue at ``now_s`` (seconds since any moment); return bytes for the port and answers for the page."""
         if not self.is_over:
             data, self._data = self._data, b""
             to_port = self._transfer.step(data, int(now_s * 1000) & TICKS_MASK)
@@ -111,7 +111,7 @@ class UploadSession:
 
 
 def check_order(order: UploadOrder) -> Profile:
-    """The profile of an order. Raises MotorcadeError where the order can't be."""
+    """Check an order; return its profile. Raises MotorcadeError where the order isn't valid."""
     if (order.image is None) != order.readback:
         raise MotorcadeError("bad-message", reason="give either an image or readback")
     if order.image is not None:
@@ -120,17 +120,17 @@ def check_order(order: UploadOrder) -> Profile:
 
 
 def retry_notice(retry: Retry, size: int) -> Progress:
-    """The notice of another try to send ``size`` bytes."""
+    """Return the notice of another try to send ``size`` bytes."""
     return Progress(0, size, RetryNotice(retry.number, retry.of, sentences(retry)))
 
 
 def uploaded(order: UploadOrder, answer: str) -> Outcome:
-    """The outcome of an upload that the car answered, where it was asked to."""
+    """Return the outcome of an upload that succeeded; ``answer`` is the car's, where the order has verify."""
     return Verified(answer) if order.verify else NotVerified()
 
 
 def failed(problem: MotorcadeError, port: str = "") -> Failed:
-    """The outcome that an error is; ``port`` is the name by which the page knows the error's port."""
+    """Return the outcome for an error; ``port`` replaces the name of the port in its sentence."""
     if port and "port" in problem.details:
         problem.details["port"] = port
     return Failed(ErrorAnswer(**problem.to_dict("page")))

@@ -1,4 +1,4 @@
-"""What a page and its world send to each other, and what an upload sends: the messages of the two streams."""
+"""The messages of the two streams: between a page and its world, and of an upload."""
 
 from typing import Annotated, Any
 
@@ -16,7 +16,7 @@ class _WorldMessage(Struct, tag_field="do", tag=str.lower, forbid_unknown_fields
 
 
 class SetWorld(_WorldMessage, tag="set"):
-    """Build a world; without an image all cars stand still."""
+    """Build a world; without an image no car has a program."""
 
     mat: MatDocument
     image: bytes | None = None
@@ -32,7 +32,7 @@ class Play(_WorldMessage):
 
 
 class Pause(_WorldMessage):
-    """Stop the world's time."""
+    """Pause the world."""
 
 
 class Step(_WorldMessage):
@@ -82,7 +82,7 @@ class Seek(_WorldMessage):
 
 
 class Resume(_WorldMessage):
-    """Give a car that was driven by hand back to its program."""
+    """Give a car that somebody drove back to its program."""
 
     car: CarNumber
 
@@ -101,7 +101,7 @@ class _WorldAnswer(Struct, tag_field="is", tag=str.lower):
 
 
 class Hello(_WorldAnswer):
-    """The first answer, and the first after each SetWorld; without a world nothing but the first three is known."""
+    """The first answer of a connection, and after each SetWorld; without a world it has three fields only."""
 
     session: str
     resumed: bool
@@ -120,8 +120,8 @@ class State(_WorldAnswer):
         shown_ms: the stored moment that is shown; None for the present.
         earliest_ms: the oldest moment that is stored.
         counts: what has happened since the beginning, by name (`motorcade.engine.world.World.counts`).
-        rate: simulated seconds in a real one, as the computer manages at present.
-        held: the cars whose wheels their own program doesn't have, as somebody drives or drove them.
+        rate: simulated seconds in a real one at present; less than ``speed`` on a slow computer.
+        held: the cars that do not run their own program because somebody drives or drove them.
     """
 
     playing: bool
@@ -136,7 +136,7 @@ class State(_WorldAnswer):
 
 
 class HeardFrame(Struct):
-    """A frame, the car that sent it, and when it was heard."""
+    """A frame, the car that sent it, and when it was received."""
 
     word: str
     car: int
@@ -164,7 +164,7 @@ class Compiling(_WorldAnswer):
 
 
 class Refused(_WorldAnswer, tag="error"):
-    """What was refused, and why."""
+    """The error of a message that was refused."""
 
     code: str
     details: dict[str, Any]
@@ -178,7 +178,7 @@ WorldAnswer = Hello | State | CarDetails | Compiling | Refused
 
 
 class UploadOrder(Struct, forbid_unknown_fields=True):
-    """Send an image to the car at a port, or (``readback``) fetch the image that it holds."""
+    """Send an image to the car at a port, or (``readback``) read the image that it holds."""
 
     port: str = ""
     image: bytes | None = None
@@ -196,7 +196,7 @@ class RetryNotice(Struct):
 
 
 class Progress(Struct, omit_defaults=True):
-    """So many bytes were sent."""
+    """How many bytes of how many were sent."""
 
     sent: int
     of: int
@@ -214,7 +214,7 @@ class Verified(_Outcome, tag="verified"):
 
 
 class NotVerified(_Outcome, tag="not-verified"):
-    """All bytes were sent, and the car was not asked whether they arrived."""
+    """All bytes were sent; whether they arrived was not checked."""
 
 
 class ImageRead(_Outcome, tag="image"):
@@ -224,7 +224,7 @@ class ImageRead(_Outcome, tag="image"):
 
 
 class Failed(_Outcome, tag="failed"):
-    """Why it failed."""
+    """The transfer failed."""
 
     error: ErrorAnswer
 

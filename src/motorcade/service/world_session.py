@@ -1,4 +1,4 @@
-"""A page's session with its world: messages and real time in, answers and pictures out, without any I/O."""
+"""A page's session with its world, without I/O: messages and real time in, answers and pictures out."""
 
 from collections.abc import Callable
 
@@ -28,23 +28,23 @@ STATE_S, CAR_S = 0.25, 0.1
 
 
 def refused(problem: MotorcadeError) -> Refused:
-    """The answer that tells of an error."""
+    """Return the answer for an error."""
     return Refused(**problem.to_dict("page"))
 
 
 class WorldSession:
-    """One page's world, whichever connection the page has.
+    """One page's world; it outlives the page's connections.
 
     A shell calls `connect` for each connection, `receive` for each message, and `advance` whenever `wait_s` is over;
-    each returns what is to be sent, in that order. Pictures are bytes. Of states and details of cars only the newest
-    is of use.
+    each returns what is to be sent, in order. Pictures are bytes. A newer state, or newer details of a car, make
+    older ones obsolete.
 
     Args:
         key: the session's name.
-        make_world: builds the world that a page wants; raises MotorcadeError. It may take a while.
+        make_world: builds a page's world; raises MotorcadeError. It may take seconds.
 
     Attributes:
-        playback: the world in play; None until the page has set one.
+        playback: None until the page has set a world.
     """
 
     def __init__(self, key: str, make_world: Callable[[SetWorld], SimulatedWorld]) -> None:
@@ -60,7 +60,7 @@ class WorldSession:
         return self._greet(resumed=self.playback is not None)
 
     def begin(self, world: SimulatedWorld) -> list[WorldAnswer]:
-        """Put a world that `make_world` built in place of the one before."""
+        """Play a world that `make_world` built instead of the one before."""
         self.playback = Playback(world)
         return self._greet(resumed=False)
 
@@ -71,10 +71,10 @@ class WorldSession:
         return [self.playback.world.hello(self.key, resumed), self.playback.state()]
 
     def receive(self, message: WorldMessage) -> list[WorldAnswer]:
-        """Do what the page asks. Raises MotorcadeError where that can't be; everything is as before then.
+        """Do what the page requests. Raises MotorcadeError, and changes nothing, where that isn't possible.
 
         A message `Shown` may be received while another thread is in `advance`. `Resume` is for the shell, which knows
-        who drives; here it only brings a new state.
+        who drives; here it only returns a new state.
         """
         if isinstance(message, Shown):
             self._drawn = max(self._drawn, min(message.frame, self._numbered))
@@ -84,18 +84,18 @@ class WorldSession:
         playback = self.playback
         if playback is None:
             raise MotorcadeError("no-world")
-        _obey(playback, message)
+        _apply(playback, message)
         car = playback.car()
         return [playback.state(), *([car] if car else [])]
 
     def wait_s(self, now_s: float) -> float | None:
-        """After how many seconds `advance` is to be called; None: not before the page asks for something."""
+        """After how many seconds `advance` is to be called; None: not before the next message."""
         if self.playback is None or not (self.playback.playing or self.playback.changed):
             return None
         return max(self._due_s - now_s, 0.0)
 
     def advance(self, now_s: float) -> list[WorldAnswer | bytes]:
-        """Simulate what is due at ``now_s`` (seconds since any moment); gives what there is to show."""
+        """Simulate what is due at ``now_s`` (seconds since any moment); return what is to be sent."""
         playback = self.playback
         if playback is None:
             return []
@@ -113,13 +113,13 @@ class WorldSession:
             answers.append(car)
         return answers
 
-    def took(self, seconds: float) -> None:
-        """Tell how long the last call of `advance` took, as `motorcade.service.playback.Playback.took`."""
+    def adapt_to(self, seconds: float) -> None:
+        """Bound the next call of `advance`, as `motorcade.service.playback.Playback.adapt_to`."""
         if self.playback:
-            self.playback.took(seconds)
+            self.playback.adapt_to(seconds)
 
 
-def _obey(playback: Playback, message: WorldMessage) -> None:
+def _apply(playback: Playback, message: WorldMessage) -> None:
     match message:
         case Play():
             playback.play(message.speed)

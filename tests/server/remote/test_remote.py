@@ -1,4 +1,4 @@
-"""A remote's page and its car: seats, sticks, telemetry, the emergency stop, pictures, and who may ask at all."""
+"""A remote's page and its car: driving, telemetry, the emergency stop, pictures, and who is served."""
 
 import asyncio
 import io
@@ -24,7 +24,7 @@ PROFILE = built_in_profile("classroom")
 
 
 class Wheels(DriveBoard):
-    """Notes what it is told."""
+    """Records the setpoints that are applied."""
 
     has_program = True
 
@@ -46,7 +46,7 @@ class Wheels(DriveBoard):
 
 
 class Dots:
-    """A camera that sees nothing but one colour."""
+    """A camera whose pictures have one colour."""
 
     def jpeg(self):
         file = io.BytesIO()
@@ -58,7 +58,7 @@ class Dots:
 
 
 class Rig:
-    """A car, its clock, and a browser that may look at it."""
+    """A car, its clock, and a browser."""
 
     def __init__(self, client, wheels, clock):
         self.client = client
@@ -77,7 +77,7 @@ class Rig:
 
 
 class Page:
-    """The remote's page, as the server meets it."""
+    """A client in place of the remote's page."""
 
     def __init__(self, socket):
         self._socket = socket
@@ -87,25 +87,27 @@ class Page:
         self._socket.send_text(json.dumps({"do": do} | values))
 
     def until(self, kind, holds=lambda message: True):
-        """The next message of a kind for which something holds."""
+        """The next message of a kind that meets a condition."""
         while True:
             message = json.loads(self._socket.receive_text())
             if message["is"] == kind and holds(message):
                 return message
 
     def car(self, holds):
-        """The telemetry of the car when something holds of it."""
-        return self.until("telemetry", lambda told: "1" in told["cars"] and holds(told["cars"]["1"]))["cars"]["1"]
+        """The next telemetry of the car that meets a condition."""
+        return self.until("telemetry", lambda received: "1" in received["cars"] and holds(received["cars"]["1"]))[
+            "cars"
+        ]["1"]
 
     def drive(self, throttle, steering=0.0, number=0):
-        """Moves the stick, and waits until the server has heard of it."""
+        """Send the stick's position, and wait for the answer."""
         self.send("drive", cars=["1"], throttle=throttle, steering=steering, number=number)
         self.until("heard", lambda heard: heard["number"] == number)
 
 
 @pytest.fixture
 def visit():
-    """A car at which somebody is, with these settings."""
+    """Make a server of one car with these settings."""
     opened = []
 
     def visiting(base_url=HERE, camera=None, **settings):
@@ -129,9 +131,9 @@ def test_the_stick_moves_the_wheels(visit):
         page.send("join", car="1")
         page.drive(0.0, number=1)
         page.drive(0.5, -1.0, number=2)
-        told = page.car(lambda car: car["speed"])
+        received = page.car(lambda car: car["speed"])
         assert rig.wheels.applied[-1] == (180, 1, 128)
-        assert (told["state"], told["angle_deg"], told["you"]["drives"]) == ("moving", 180, True)
+        assert (received["state"], received["angle_deg"], received["you"]["drives"]) == ("moving", 180, True)
         page.drive(-1.0, 1.0, number=3)
         assert rig.wheels.applied[-1] == (0, 0, 255)
 
@@ -145,7 +147,7 @@ def test_the_car_stands_still_when_its_page_leaves(visit):
     assert rig.drive.telemetry().watchers == 0
 
 
-def test_of_sticks_that_arrive_together_only_the_last_counts(visit):
+def test_only_the_last_of_many_drive_messages_moves_the_wheels(visit):
     rig = visit()
     with rig.page() as page:
         page.send("join", car="1")
@@ -156,7 +158,7 @@ def test_of_sticks_that_arrive_together_only_the_last_counts(visit):
     assert len(moved) < 20
 
 
-def test_a_page_that_is_not_connected_to_a_car_drives_nothing(visit):
+def test_a_page_must_join_a_car_to_drive_it(visit):
     rig = visit()
     with rig.page() as page:
         page.drive(1.0)
@@ -217,9 +219,9 @@ def test_a_full_car_refuses_another_page_in_every_language(visit):
         rig.drive.join(f"watcher {number}")
     with rig.page() as page:
         page.send("join", car="1")
-        told = page.until("error")
-        assert told["sentence"]["en"] == DriveError("full", seats=9).sentence("en")
-        assert told["sentence"]["zh"] == DriveError("full", seats=9).sentence("zh")
+        received = page.until("error")
+        assert received["sentence"]["en"] == DriveError("full", seats=9).sentence("en")
+        assert received["sentence"]["zh"] == DriveError("full", seats=9).sentence("zh")
         page.send("join", car="2")
         assert page.until("error")["code"] == "car-not-listed"
 
@@ -262,7 +264,7 @@ def test_a_page_that_sends_too_fast_is_disconnected(visit):
 
 
 def test_the_camera_sends_pictures_one_after_the_other(visit):
-    """The first parts of an answer without end."""
+    """Read the first parts of an endless answer."""
     rig = visit(camera=lambda: Camera(Dots(), rate_hz=200))
     seen, enough = [], threading.Event()
 
@@ -315,7 +317,7 @@ def test_an_invalid_rate_is_refused(visit, rate):
     assert (answer.status_code, answer.json()["error"]["code"]) == (400, "bad-request")
 
 
-# Who may ask
+# Who is served
 
 
 def denied(rig, path="/drive/ws", **headers):

@@ -1,4 +1,4 @@
-"""Cars by address behind a remote's page: driven together, cut off, taken by others, stopped, and no others reached."""
+"""Real cars in a remote's page: driven together, without network, driven by others, stopped; and only listed ones."""
 
 import asyncio
 import socket
@@ -42,7 +42,7 @@ def bo():
 
 @pytest.fixture
 def nowhere():
-    """A port at which nobody listens."""
+    """A port without a server."""
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         yield taken.getsockname()[1]
@@ -53,7 +53,7 @@ def at(name, car, **more):
 
 
 class Network:
-    """What is between the server and one car, in a loop of its own: it can be cut."""
+    """The network between the server and one car, in an event loop of its own; it can be cut."""
 
     def __init__(self, car, portal, proxies):
         self._ends = [("127.0.0.1", port) for port in (car.port, car.telemetry_port)]
@@ -67,7 +67,7 @@ class Network:
             self._portal.call(proxy.cut)
 
     def mend(self):
-        """Let new connections through."""
+        """Forward new connections to the car again."""
         for proxy, end in zip(self.proxies, self._ends, strict=True):
             proxy.target = end
 
@@ -84,7 +84,7 @@ def network(car):
 
 @contextmanager
 def served(*cars, keys=None):
-    """Opens pages of a server of far cars, each of which sits at some and has heard of them."""
+    """Make a server of real cars; give a function that opens a page, which joins cars and waits for their telemetry."""
     with TestClient(make_remote(ServerSettings(), RemoteCars(cars, keys)), base_url=f"http://{HERE}") as client:
 
         @contextmanager
@@ -117,7 +117,7 @@ def cuttable(ada, bo):
             yield page, between
 
 
-def test_they_are_listed_by_the_names_that_their_owner_gave_them(ada, bo):
+def test_real_cars_are_listed_by_name(ada, bo):
     with served(at("ada", ada, camera="http://127.0.0.1/camera"), at("bo", bo)) as pages, pages() as page:
         listed = page.until("hello")["cars"]
     assert listed == [
@@ -126,19 +126,19 @@ def test_they_are_listed_by_the_names_that_their_owner_gave_them(ada, bo):
     ]
 
 
-def test_one_stick_drives_several_and_a_page_that_goes_stops_them(pages, ada, bo):
+def test_one_stick_drives_several_cars_and_they_stop_when_the_page_leaves(pages, ada, bo):
     with pages("ada", "bo") as page:
         page.push("ada", "bo")
-        told = page.car("ada", lambda car: car["age_ms"] is not None)
-        assert told["you"]["drives"]
-        assert told["driver"] == told["you"]["name"]
+        received = page.car("ada", lambda car: car["age_ms"] is not None)
+        assert received["you"]["drives"]
+        assert received["driver"] == received["you"]["name"]
         assert ada.board.was_told(FULL)
         assert bo.board.was_told(FULL)
     wait_until(lambda: not ada.board.moves and not bo.board.moves)
     wait_until(lambda: ada.control.telemetry().watchers == bo.control.telemetry().watchers == 0)
 
 
-def test_a_stick_that_nobody_renews_stops_the_car_though_all_is_connected(pages, ada):
+def test_a_car_stops_without_new_commands_while_connected(pages, ada):
     with pages("ada") as page:
         page.push("ada")
         # By its client: the car itself would wait for nine seconds.
@@ -147,7 +147,7 @@ def test_a_stick_that_nobody_renews_stops_the_car_though_all_is_connected(pages,
         assert ada.control.telemetry().failsafes == 0
 
 
-def test_a_car_that_is_not_there_is_a_sentence_and_holds_nobody_up(bo, nowhere):
+def test_an_unreachable_car_has_a_reason_and_delays_no_other(bo, nowhere):
     with served(RemoteCar("ada", "127.0.0.1", nowhere), at("bo", bo)) as pages, pages("ada", "bo") as page:
         why = page.car("ada", lambda car: car["why"])["why"]
         assert why["en"].startswith(f"No car answers at 127.0.0.1:{nowhere} (")
@@ -158,7 +158,7 @@ def test_a_car_that_is_not_there_is_a_sentence_and_holds_nobody_up(bo, nowhere):
         assert page.until("error")["sentence"]["en"].startswith("No car answers")
 
 
-def test_a_car_is_found_as_soon_as_it_is_there(cuttable, nowhere):
+def test_a_car_is_connected_when_it_becomes_reachable(cuttable, nowhere):
     pages, between = cuttable
     between.cut(nowhere)
     with pages("ada") as page:
@@ -168,7 +168,7 @@ def test_a_car_is_found_as_soon_as_it_is_there(cuttable, nowhere):
         page.push("ada")
 
 
-def test_who_is_cut_off_stops_the_others_drive_on_and_a_hand_that_holds_must_let_go(
+def test_a_car_without_network_stops_and_needs_a_released_stick_while_others_drive_on(
     cuttable, ada, bo, nowhere, monkeypatch
 ):
     pages, between = cuttable
@@ -195,7 +195,7 @@ def test_who_is_cut_off_stops_the_others_drive_on_and_a_hand_that_holds_must_let
         page.push("ada", "bo")
 
 
-def test_what_a_silent_network_hides_is_said_to_be_old_and_then_away(cuttable):
+def test_telemetry_grows_old_and_then_the_car_is_away_on_a_silent_network(cuttable):
     pages, between = cuttable
     telling = between.proxies[1]
     with pages("ada") as page:
@@ -207,13 +207,13 @@ def test_what_a_silent_network_hides_is_said_to_be_old_and_then_away(cuttable):
         page.car("ada", lambda car: car["state"] == "ready")
 
 
-def test_a_car_that_another_drives_holds_up_nobody(pages, bo):
+def test_a_car_driven_by_another_page_delays_no_other_car(pages, bo):
     with pages("bo") as other, pages("ada", "bo") as page:
         other.push("bo", throttle=-1.0)
         page.push("ada")
         page.drive("ada", "bo")
-        told = page.car("bo", lambda car: car["you"]["watching"])
-        assert told["driver"] not in (None, told["you"]["name"])
+        received = page.car("bo", lambda car: car["you"]["watching"])
+        assert received["driver"] not in (None, received["you"]["name"])
         assert not bo.board.was_told(FULL)
         page.send("request", car="bo")
         page.car("bo", lambda car: car["you"]["waits"] or car["you"]["drives"])
@@ -221,7 +221,7 @@ def test_a_car_that_another_drives_holds_up_nobody(pages, bo):
         page.push("ada", "bo")
 
 
-def test_the_emergency_stop_reaches_all_and_those_that_are_away_when_they_are_back(cuttable, ada, bo, nowhere):
+def test_the_emergency_stop_reaches_all_cars_and_unreachable_ones_later(cuttable, ada, bo, nowhere):
     pages, between = cuttable
     with pages("ada", "bo") as page:
         page.push("ada", "bo")
@@ -239,7 +239,7 @@ def test_the_emergency_stop_reaches_all_and_those_that_are_away_when_they_are_ba
         page.push("ada", "bo")
 
 
-def test_what_a_car_refuses_is_a_sentence_in_both_languages(pages):
+def test_a_refusal_of_a_car_is_sent_in_both_languages(pages):
     with pages("ada") as page:
         page.car("ada", lambda car: car["state"] == "ready")
         page.send("resume", car="ada")
@@ -247,7 +247,7 @@ def test_what_a_car_refuses_is_a_sentence_in_both_languages(pages):
     assert [DriveError("no-program").sentence(language) in said[language] for language in ("en", "zh")] == [True, True]
 
 
-def test_a_page_reaches_no_address_that_its_owner_did_not_name(ada, bo):
+def test_a_page_reaches_only_listed_cars(ada, bo):
     with served(at("ada", ada)) as pages, pages() as page:
         for car in (f"127.0.0.1:{bo.port}", f"bo=127.0.0.1:{bo.port}", "bo", ""):
             page.send("join", car=car)
@@ -255,19 +255,19 @@ def test_a_page_reaches_no_address_that_its_owner_did_not_name(ada, bo):
     assert not bo.server.commands
 
 
-def test_drivers_show_their_keys_and_a_car_its_name(tmp_path):
+def test_driver_and_car_authenticate_with_keys(tmp_path):
     make_keys(tmp_path, [CarKeys("ada")], ["lin"], datetime.now(UTC))
     with DrivenCar(profile=PATIENT, tls=server_context(tmp_path / "car-ada.pem")) as car:
         keys = client_context(tmp_path / "driver-lin.pem")
         with served(at("ada", car), at("bo", car), keys=keys) as pages, pages("ada", "bo") as page:
             page.push("ada")
             assert page.car("ada")["driver"].startswith("lin:")
-            why = page.car("bo", lambda told: told["why"])["why"]
+            why = page.car("bo", lambda received: received["why"])["why"]
             assert "doesn't show the certificate that your keys expect" in why["en"]
             assert "没有出示您的密钥所期望的证书" in why["zh"]
 
 
-def test_all_who_look_share_one_connection_to_a_camera(nowhere):
+def test_all_pages_share_one_connection_to_a_camera(nowhere):
     async def look(url):
         camera = await RemoteCars([RemoteCar("ada", "127.0.0.1", nowhere, camera=url)]).camera("ada")
         async with aclosing(camera.pictures(30)) as one, aclosing(camera.pictures(30)) as other:
@@ -279,20 +279,20 @@ def test_all_who_look_share_one_connection_to_a_camera(nowhere):
         assert len(server.asked) == 1
 
 
-def test_a_camera_that_fails_says_so_in_both_languages(nowhere):
+def test_a_failing_camera_is_an_error_in_both_languages(nowhere):
     url = f"http://127.0.0.1:{nowhere}/camera?token=secret"
     with served(RemoteCar("ada", "127.0.0.1", nowhere, camera=url), RemoteCar("bo", "127.0.0.1", nowhere)) as pages:
         answer = pages.client.get("/camera/snapshot.jpg?car=ada")
         assert answer.status_code == 503
-        told = answer.json()["error"]["sentence"]
-        assert told["en"].startswith(f"The camera at http://127.0.0.1:{nowhere}/camera gives no picture")
-        assert told["zh"].startswith(f"http://127.0.0.1:{nowhere}/camera 处的摄像头没有图像")
+        received = answer.json()["error"]["sentence"]
+        assert received["en"].startswith(f"The camera at http://127.0.0.1:{nowhere}/camera gives no picture")
+        assert received["zh"].startswith(f"http://127.0.0.1:{nowhere}/camera 处的摄像头没有图像")
         for car, code in (("bo", "no-camera-here"), ("cy", "car-not-listed"), (url, "car-not-listed")):
             answer = pages.client.get("/camera/snapshot.jpg", params={"car": car})
             assert answer.json()["error"]["code"] == code
 
 
-def test_a_car_takes_at_most_nine_pages(nowhere):
+def test_at_most_nine_pages_connect_to_a_car(nowhere):
     async def come():
         cars = RemoteCars([RemoteCar("ada", "127.0.0.1", nowhere)])
         controls = [await cars.connect("ada", f"page {number}") for number in range(9)]
@@ -311,11 +311,11 @@ def test_a_car_takes_at_most_nine_pages(nowhere):
 @pytest.mark.parametrize(
     ("text", "good"), [("ada", True), ("红车-2", True), ("7", False), ("", False), ("a b", False), ("a" * 41, False)]
 )
-def test_names_are_words_and_no_numbers_as_simulated_cars_have(text, good):
+def test_a_name_is_a_word_and_not_a_number(text, good):
     assert is_name(text) == good
 
 
-def test_who_waits_for_nothing_is_told_why_there_is_no_car(nowhere):
+def test_a_client_has_the_reason_why_there_is_no_car(nowhere):
     async def look():
         client = DriveClient("127.0.0.1", nowhere)
         client.begin()

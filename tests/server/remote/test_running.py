@@ -1,4 +1,4 @@
-"""The remote at a real socket: what a viewer sees who was slow, HTTPS, and a server beside other work."""
+"""The remote at a real socket: slow viewers, HTTPS, and a server beside other tasks."""
 
 import asyncio
 import http.client
@@ -50,7 +50,7 @@ class Numbered:
 
 
 class Wheels(DriveBoard):
-    """Counts what it is told."""
+    """Counts the setpoints that are applied."""
 
     def __init__(self):
         self.applied = []
@@ -64,7 +64,7 @@ class Wheels(DriveBoard):
 
 @contextmanager
 def running(source, tls=None, wheels=None):
-    """The address of a car's page, whose loop runs in a thread of its own."""
+    """Serve a car's page in a thread of its own; give its address."""
     begun, ended = threading.Event(), asyncio.Event()
     loop = asyncio.new_event_loop()
     listener = socket.create_server(("127.0.0.1", 0))

@@ -1,4 +1,4 @@
-"""`motorcade studio` as it is started, and its server as it is reached."""
+"""The command `motorcade studio`, and its server in a process of its own."""
 
 import http.client
 import http.cookiejar
@@ -67,12 +67,12 @@ def answer(studio, method, path, body=None, **headers):
     return response.status, json.loads(data)
 
 
-def test_it_says_where_it_is_and_answers_there(studio):
+def test_the_printed_address_answers(studio):
     assert answer(studio, "POST", "/api/projects/list") == (200, [])
     assert studio.url == f"http://127.0.0.1:{studio.port}/"
 
 
-def test_it_keeps_projects_in_the_library_and_ctrl_c_ends_it_quietly(tmp_path):
+def test_projects_are_stored_and_ctrl_c_ends_the_server_without_output(tmp_path):
     with started(tmp_path / "mine") as running:
         assert answer(running, "POST", "/api/projects/write", b'{"name": "a", "project": {"leader": {}}}') == (
             200,
@@ -86,18 +86,18 @@ def test_it_keeps_projects_in_the_library_and_ctrl_c_ends_it_quietly(tmp_path):
     assert len(list((tmp_path / "mine").rglob("*.motorcade.json"))) == 1
 
 
-def test_a_port_that_is_taken_is_a_sentence(studio):
+def test_a_used_port_is_refused_with_a_sentence(studio):
     said = refusal(2, "studio", "--port", studio.port, "--no-browser")
     assert said.startswith(f"port {studio.port} is taken. Perhaps the studio runs already: open {studio.url}")
 
 
 @pytest.mark.parametrize("host", ["no.such.host.invalid", "", "a b", "192.0.2.1", "\N{PILE OF POO}" * 64])
-def test_an_address_that_is_not_this_computers_is_a_sentence(host):
+def test_an_address_of_another_computer_is_refused_with_a_sentence(host):
     said = refusal(2, "studio", "--host", host, "--port", "0", "--no-browser")
     assert said.startswith(("--host", "the studio can't listen"))
 
 
-def test_others_need_the_token_that_it_prints(tmp_path):
+def test_other_computers_need_the_printed_token(tmp_path):
     with started(tmp_path, "--host", "0.0.0.0") as running:
         assert answer(running, "POST", "/api/projects/list")[0] == 401
         shown = running.url.partition("/?")[2]
@@ -116,7 +116,7 @@ class _NotFollowed(urllib.request.HTTPRedirectHandler):
         return None
 
 
-def test_a_foreign_page_does_not_get_past_the_real_server(studio):
+def test_the_real_server_refuses_a_foreign_page(studio):
     status, body = answer(studio, "POST", "/api/projects/list", Host="evil.example")
     assert (status, body["error"]["code"]) == (403, "foreign-host")
     with pytest.raises(InvalidStatus) as refused:
@@ -125,13 +125,13 @@ def test_a_foreign_page_does_not_get_past_the_real_server(studio):
     assert json.loads(refused.value.response.body)["error"]["code"] == "foreign-origin"
 
 
-def test_an_endless_body_is_cut_off(studio):
+def test_an_endless_body_is_refused(studio):
     pieces = (b" " * 65536 for _ in range(17))
     status, body = answer(studio, "POST", "/api/compile", pieces, **{"Transfer-Encoding": "chunked"})
     assert (status, body["error"]["code"]) == (413, "body-too-large")
 
 
-def test_an_endless_message_is_cut_off(studio):
+def test_an_endless_message_is_refused(studio):
     with connect(f"ws://127.0.0.1:{studio.port}/api/world?session={'1' * 32}") as page:
         page.send(" " * (1 << 20) + " ")
         # What was on its way already comes first; then the connection's end.
@@ -141,14 +141,14 @@ def test_an_endless_message_is_cut_off(studio):
 
 
 @pytest.mark.parametrize("missing", ["uvicorn", "msgspec", "numba"])
-def test_a_missing_library_is_a_sentence_that_names_the_extra(missing):
+def test_a_missing_library_gives_a_sentence_with_the_extra(missing):
     code = f"import sys; sys.modules[{missing!r}] = None; from motorcade.cli import main; main()"
     ran = subprocess.run([sys.executable, "-c", code, "studio", "--no-browser"], capture_output=True, text=True)
     sentence = f"motorcade: the studio needs {missing}: pip install 'motorcade[studio]'\n"
     assert (ran.returncode, ran.stdout, ran.stderr) == (2, "", sentence)
 
 
-def test_the_command_line_starts_without_what_the_studio_needs():
+def test_the_command_line_starts_without_the_studios_libraries():
     code = "import sys, motorcade.cli; print(*sys.modules)"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert not {"starlette", "uvicorn", "msgspec", "websockets", "anyio", "asyncio"} & set(ran.stdout.split())

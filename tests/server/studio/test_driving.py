@@ -1,4 +1,4 @@
-"""A remote at the cars of a page's world: who is listed, who drives, and what the world goes on doing."""
+"""A remote that drives the cars of a page's world: the list, drivers, and the world meanwhile."""
 
 import io
 from contextlib import contextmanager
@@ -72,7 +72,7 @@ def remote(client, key=KEY):
 
 
 def push_until_seen(driver, studio, *cars):
-    """Drives until a new picture shows that the wheels of these cars move as somebody steers."""
+    """Drive until a new picture shows that these cars move as steered."""
     studio.wheels = [0] * len(studio.wheels)
     while not all(studio.wheels[car] > DRIVEN for car in cars):
         driver.push(*map(str, cars))
@@ -89,7 +89,7 @@ def test_leaders_are_listed_first_and_all_have_cameras(client):
     ]
 
 
-def test_a_driven_leader_goes_on_sending_and_takes_up_its_program_when_told(client):
+def test_a_driven_leader_continues_to_send_and_resumes_its_program(client):
     with page(client) as studio, remote(client) as driver:
         studio.send("play")
         driver.send("join", car="1")
@@ -112,7 +112,7 @@ def test_several_cars_are_driven_by_one_stick(client):
 
 
 def driven_and_left(client, studio, car="1"):
-    """Somebody drives a car, and leaves."""
+    """Drive a car, then leave."""
     studio.send("play")
     with remote(client) as driver:
         driver.send("join", car=car)
@@ -120,7 +120,7 @@ def driven_and_left(client, studio, car="1"):
     studio.until("state", lambda state: state["held"] == [int(car)])
 
 
-def test_a_car_that_its_driver_left_stands_until_somebody_tells_it_to_go_on(client):
+def test_a_car_stands_still_after_its_driver_left_until_it_is_resumed(client):
     with page(client) as studio, remote(client) as later:
         driven_and_left(client, studio)
         # Whoever sits there next finds it standing, and may tell it.
@@ -131,7 +131,7 @@ def test_a_car_that_its_driver_left_stands_until_somebody_tells_it_to_go_on(clie
         studio.until("state", lambda state: not state["held"])
 
 
-def test_the_page_of_the_world_lets_a_car_go_on_that_everybody_has_left(client):
+def test_the_studios_page_resumes_a_car_without_pages(client):
     with page(client) as studio, remote(client) as later:
         driven_and_left(client, studio)
         studio.send("resume", car=1)
@@ -148,7 +148,7 @@ def test_the_page_of_the_world_lets_a_car_go_on_that_everybody_has_left(client):
         studio.until("state", lambda state: not state["held"])
 
 
-def test_the_page_of_the_world_takes_no_car_from_its_driver(client):
+def test_the_studios_page_cannot_resume_a_driven_car(client):
     with page(client) as studio, remote(client) as driver:
         studio.send("play")
         driver.send("join", car="1")
@@ -159,7 +159,7 @@ def test_the_page_of_the_world_takes_no_car_from_its_driver(client):
 
 
 @pytest.mark.parametrize("change", [{"do": "reset", "seed": 3}, {"do": "set", "mat": TWO, "image": IMAGE}])
-def test_beginning_again_gives_back_the_cars_that_everybody_has_left(client, change):
+def test_a_new_run_gives_back_the_cars_without_pages(client, change):
     with page(client) as studio, remote(client) as driver, remote(client) as stopper:
         driven_and_left(client, studio)
         driver.send("join", car="0")
@@ -175,7 +175,7 @@ def test_beginning_again_gives_back_the_cars_that_everybody_has_left(client, cha
         studio.until("state", lambda state: state["held"] == [0, 1])
 
 
-def test_an_emergency_stop_outlives_who_pressed_it(client):
+def test_an_emergency_stop_lasts_after_its_page_left(client):
     with page(client), remote(client) as later:
         with remote(client) as driver:
             driver.send("join", car="1")
@@ -185,7 +185,7 @@ def test_an_emergency_stop_outlives_who_pressed_it(client):
         assert later.car("1", lambda car: True)["state"] == "stopped"
 
 
-def test_a_world_that_stands_still_is_set_going_by_the_remote(client):
+def test_the_remote_starts_a_paused_world(client):
     with page(client) as studio, remote(client) as driver:
         driver.send("join", car="1")
         assert driver.car("1", lambda car: True)["paused"]
@@ -194,7 +194,7 @@ def test_a_world_that_stands_still_is_set_going_by_the_remote(client):
         studio.until("state", lambda state: state["playing"])
 
 
-def test_a_driver_stays_through_reset_and_through_another_world(client):
+def test_a_driver_continues_after_a_reset_and_in_another_world(client):
     with page(client) as studio, remote(client) as driver:
         studio.send("play")
         driver.send("join", car="1")
@@ -209,7 +209,7 @@ def test_a_driver_stays_through_reset_and_through_another_world(client):
         assert driver.until("error")["code"] == "car-not-listed"
 
 
-def test_the_only_world_needs_no_name_and_one_of_several_does(client):
+def test_the_session_must_be_named_where_there_are_several(client):
     with page(client):
         with remote(client, "") as driver:
             assert driver.until("hello")["cars"]
@@ -218,14 +218,14 @@ def test_the_only_world_needs_no_name_and_one_of_several_does(client):
 
 
 @pytest.mark.parametrize("car", ["3", "-1", "x", "", "²", "1e3"])
-def test_a_car_that_is_not_there_is_refused(client, car):
+def test_an_unlisted_car_is_refused(client, car):
     with page(client), remote(client) as driver:
         driver.send("join", car=car)
         assert driver.until("error")["code"] == "car-not-listed"
         assert client.get(f"/camera/snapshot.jpg?session={KEY}&car={car}").status_code == 404
 
 
-def test_each_car_shows_what_it_sees_while_its_world_plays_or_stands(client):
+def test_each_car_has_its_own_camera_in_a_playing_and_a_paused_world(client):
     with page(client) as studio:
         first, leader = (picture(client, car) for car in (0, 1))
         assert first != leader
@@ -243,7 +243,7 @@ def picture(client, car):
     return answer.content
 
 
-def test_real_cars_are_listed_behind_the_simulated_ones_and_driven_with_them(tmp_path):
+def test_real_cars_are_listed_after_simulated_ones_and_driven_with_them(tmp_path):
     with DrivenCar(profile=PATIENT) as car:
         ada = RemoteCar("ada", "127.0.0.1", car.port, car.telemetry_port)
         settings = Settings(library=tmp_path, page=tmp_path, cars=(ada,))

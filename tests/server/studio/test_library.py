@@ -1,4 +1,4 @@
-"""The library on a disk: nothing saved is ever lost, and no name leads out of its folder."""
+"""The library on a disk: no saved version is lost, and no name leads out of its folder."""
 
 import os
 import unicodedata
@@ -62,7 +62,7 @@ def names(library):
 
 
 def project_folder(library, name):
-    """The project's folder, as it stands on the disk."""
+    """The project's folder on the disk."""
     save(library, name, "x")
     before = {entry.name for entry in library.list("")}
     assert name in before
@@ -70,7 +70,7 @@ def project_folder(library, name):
     return folder
 
 
-def test_every_save_is_kept_and_can_be_brought_back(library):
+def test_every_version_is_stored_and_can_be_restored(library):
     assert [save(library, "a", text) for text in ("one", "two", "three")] == [1, 2, 3]
     assert [save.version for save in library.history("", "a")] == [3, 2, 1]
     assert [read(library, "a", version) for version in (None, 3, 2, 1)] == [b"three", b"three", b"two", b"one"]
@@ -78,7 +78,7 @@ def test_every_save_is_kept_and_can_be_brought_back(library):
     assert read(library, "a") == b"one"
 
 
-def test_the_same_again_is_no_new_save(library):
+def test_an_unchanged_project_is_not_a_new_version(library):
     assert [save(library, "a", text) for text in ("one", "one", "two", "one")] == [1, 1, 2, 3]
 
 
@@ -92,7 +92,7 @@ def test_the_project_saved_last_is_listed_first(library):
     assert library.list("")[0].versions == 1
 
 
-def test_a_library_that_nobody_saved_to_is_empty(library):
+def test_a_new_library_is_empty(library):
     assert library.list("") == []
     assert refusal(library.read, "", "a") == "no-project"
     assert refusal(library.history, "", "a") == "no-project"
@@ -100,7 +100,7 @@ def test_a_library_that_nobody_saved_to_is_empty(library):
 
 
 @pytest.mark.parametrize("name", HARD_NAMES)
-def test_a_name_in_any_language_is_kept_and_stands_on_any_disk(library, name):
+def test_a_name_in_any_language_is_stored_under_a_portable_file_name(library, name):
     folder = project_folder(library, name)
     assert names(library) == [name]
     assert read(library, name) == b"x"
@@ -112,7 +112,7 @@ def test_a_name_in_any_language_is_kept_and_stands_on_any_disk(library, name):
 
 
 @given(st.text(min_size=1, max_size=LONGEST_NAME))
-def test_a_name_leads_to_a_folder_of_its_own_and_back(name):
+def test_a_name_and_its_folder_determine_each_other(name):
     try:
         folder = folder_of(name)
     except MotorcadeError:
@@ -121,13 +121,13 @@ def test_a_name_leads_to_a_folder_of_its_own_and_back(name):
     assert name_of(folder) == unicodedata.normalize("NFC", name).strip()
 
 
-def test_names_that_differ_only_in_case_are_two_even_where_the_disk_knows_no_case(library):
+def test_names_that_differ_only_in_case_have_different_folders(library):
     folders = [project_folder(library, name).name.casefold() for name in ("Dance", "dance", "DANCE")]
     assert len(set(folders)) == 3
     assert sorted(names(library)) == ["DANCE", "Dance", "dance"]
 
 
-def test_one_name_written_in_two_ways_is_one(library):
+def test_unicode_forms_of_a_name_are_one_name(library):
     save(library, "Caf\u00e9", "one")
     assert save(library, "Cafe\u0301 ", "two") == 2
     assert names(library) == ["Caf\u00e9"]
@@ -139,14 +139,14 @@ def test_one_name_written_in_two_ways_is_one(library):
 @pytest.mark.parametrize(
     "name", ["", " ", ".", "..", "../x", "a/b", "a\\b", "/etc", "C:\\x", "a\nb", "a\0b", "\ud800", "x" * 61]
 )
-def test_a_name_that_can_be_none_is_refused(library, tmp_path, name):
+def test_an_invalid_name_is_refused(library, tmp_path, name):
     for call in (library.read, library.history, library.delete):
         assert refusal(call, "", name) == "bad-project-name"
     assert refusal(save, library, name, "x") == "bad-project-name"
     assert list(tmp_path.rglob("*")) == []
 
 
-def test_what_else_lies_in_the_folder_harms_nothing(library):
+def test_other_files_in_the_folder_are_ignored(library):
     folder = project_folder(library, "a")
     save(library, "b", "x")
     (library._folder / "notes.txt").write_text("x")
@@ -162,7 +162,7 @@ def test_what_else_lies_in_the_folder_harms_nothing(library):
     assert save(library, "a", "y") == 3
 
 
-def test_a_file_that_is_only_about_to_be_written_is_no_save_yet(library):
+def test_an_empty_file_is_not_a_version(library):
     folder = project_folder(library, "a")
     (folder / "000002.motorcade.json").touch()
     assert [save.version for save in library.history("", "a")] == [1]
@@ -170,7 +170,7 @@ def test_a_file_that_is_only_about_to_be_written_is_no_save_yet(library):
     assert save(library, "a", "y") == 3
 
 
-def test_a_save_that_fails_half_way_leaves_all_that_was(library, monkeypatch):
+def test_a_failed_save_leaves_the_older_versions(library, monkeypatch):
     save(library, "a", "one")
 
     def full(path, data):
@@ -185,7 +185,7 @@ def test_a_save_that_fails_half_way_leaves_all_that_was(library, monkeypatch):
     assert read(library, "a", save(library, "a", "two")) == b"two"
 
 
-def test_two_who_save_at_once_lose_nothing(tmp_path):
+def test_parallel_saves_lose_nothing(tmp_path):
     texts = [f"save {number}" for number in range(60)]
     libraries = [FolderStorage(tmp_path), FolderStorage(tmp_path)]
     with ThreadPoolExecutor(8) as pool:
@@ -194,8 +194,8 @@ def test_two_who_save_at_once_lose_nothing(tmp_path):
     assert [read(libraries[0], "a", version).decode() for version in versions] == texts
 
 
-def test_two_who_save_at_the_very_same_moment(tmp_path, monkeypatch):
-    """Both look for the newest save before either writes."""
+def test_saves_at_the_same_moment_get_different_numbers(tmp_path, monkeypatch):
+    """Both look for the newest version before either writes."""
     one, other = FolderStorage(tmp_path), FolderStorage(tmp_path)
     reserve = library_module._reserve
 
@@ -209,7 +209,7 @@ def test_two_who_save_at_the_very_same_moment(tmp_path, monkeypatch):
     assert (read(one, "a", 1), read(one, "a", 2)) == (b"other", b"one")
 
 
-def test_what_is_deleted_lies_in_a_folder_of_its_own(library):
+def test_a_deleted_project_is_moved_to_a_folder(library):
     for text in ("one", "two"):
         save(library, "a", text)
         library.delete("", "a")
@@ -220,7 +220,7 @@ def test_what_is_deleted_lies_in_a_folder_of_its_own(library):
 
 
 @pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="needs a folder that can't be written to")
-def test_a_folder_that_cannot_be_written_to_is_a_sentence(library):
+def test_a_read_only_folder_is_an_error(library):
     save(library, "a", "one")
     library._folder.chmod(0o500)
     assert refusal(save, library, "b", "x") == "cant-save"
@@ -228,14 +228,14 @@ def test_a_folder_that_cannot_be_written_to_is_a_sentence(library):
     library._folder.chmod(0o700)
 
 
-def test_a_library_that_is_a_file_is_a_sentence(tmp_path):
+def test_a_file_in_place_of_the_library_is_an_error(tmp_path):
     (tmp_path / "file").write_text("x")
     library = FolderStorage(tmp_path / "file")
     assert library.list("") == []
     assert refusal(save, library, "a", "x") == "cant-save"
 
 
-def test_a_version_that_is_none(library):
+def test_a_missing_version_is_refused(library):
     save(library, "a", "one")
     for version in (0, 2, -1, 10**8):
         assert refusal(library.read, "", "a", version) == "no-version"

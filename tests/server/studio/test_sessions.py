@@ -217,7 +217,7 @@ def test_a_second_page_with_the_session_takes_it_over(client, monkeypatch) -> No
                 assert second.until("error")["code"] == "taken-over"
 
 
-def test_sessions_do_not_meet(client) -> None:
+def test_sessions_are_separate(client) -> None:
     with page(client) as mine, page(client, OTHER) as its:
         mine.set()
         its.set(mat=MAT | {"car": MAT["car"][:1]})
@@ -354,7 +354,7 @@ def test_a_world_that_does_not_exist_has_no_downloads(client, file) -> None:
     assert (answer.status_code, answer.json()["error"]["code"]) == (404, "no-world")
 
 
-def test_a_heavy_world_does_not_hold_up_a_light_one(client, monkeypatch) -> None:
+def test_a_slow_world_does_not_delay_a_fast_one(client, monkeypatch) -> None:
     heavy = MAT | {"tick_ms": 1, "size_m": [12, 12], "crowd": [{"cars": 1900, "leaders": 60}]}
     begun, ended, advance = threading.Event(), threading.Event(), Playback.advance
     held_up = []

@@ -37,7 +37,7 @@ POSIX_ONLY = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no 
 
 @pytest.fixture(autouse=True)
 def no_pauses(monkeypatch) -> None:
-    """Lines are quiet here, and cars answer at once or never."""
+    """Shorten all timeouts, as cars answer at once or never here."""
     monkeypatch.setattr(talk, "SETTLE_MS", 0)
     monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 300)
     monkeypatch.setattr(asking, "ANSWER_WITHIN_MS", 300)
@@ -54,22 +54,22 @@ def base64_of(data: bytes) -> str:
 
 
 def ask(client, **wanted) -> list[dict]:
-    """All that the server says to one wish."""
+    """All answers of the server to one order."""
     if "image" in wanted:
         wanted["image"] = base64_of(wanted["image"])
-    told = []
+    received = []
     with client.websocket_connect(f"{SOCKETS}/upload") as socket:
         socket.send_json(wanted)
         with suppress(WebSocketDisconnect):
             while True:
-                told.append(socket.receive_json())
-    return told
+                received.append(socket.receive_json())
+    return received
 
 
-def failure(told: list[dict]) -> tuple[str, str]:
-    """The code and the English sentence in which it ended."""
-    assert told[-1]["outcome"] == "failed"
-    error = told[-1]["error"]
+def failure(received: list[dict]) -> tuple[str, str]:
+    """The code and the English sentence of the failure."""
+    assert received[-1]["outcome"] == "failed"
+    error = received[-1]["error"]
     assert set(error["sentence"]) == {"en", "zh"}
     assert error["sentence"]["zh"].endswith(("。", "？"))
     return error["code"], error["sentence"]["en"]
@@ -77,7 +77,7 @@ def failure(told: list[dict]) -> tuple[str, str]:
 
 @contextmanager
 def played(monkeypatch, answer: bytes):
-    """A listed port at which a car knows checks, takes images of IMAGE's length, and says something to each."""
+    """List a port whose car receives images of IMAGE's length and gives a fixed answer to each."""
     import pty
     import tty
 
@@ -121,25 +121,25 @@ def test_the_ports_are_those_of_the_computer_and_a_virtual_one(client, monkeypat
     ]
 
 
-def progress(told: list[dict]) -> int:
-    """How much was sent at last, where it was ever more."""
-    sent = [each["sent"] for each in told]
+def progress(received: list[dict]) -> int:
+    """The number of bytes sent, which must have increased."""
+    sent = [each["sent"] for each in received]
     assert sent == sorted(set(sent))
-    assert {each["of"] for each in told} == {len(LONG)}
+    assert {each["of"] for each in received} == {len(LONG)}
     return sent[-1]
 
 
-def test_the_virtual_car_takes_an_image_and_gives_it_back(client, tmp_path) -> None:
+def test_an_image_is_uploaded_to_the_virtual_car_and_read_back(client, tmp_path) -> None:
     assert ask(client, port="virtual", readback=True) == [{"outcome": "image", "image": base64_of(NO_PROGRAM)}]
-    told = ask(client, port="virtual", image=LONG)
-    assert progress(told[:-1]) == len(LONG)
-    assert told[-1]["outcome"] == "verified"
-    assert told[-1]["answer"].startswith("OK words=256 crc32=")
+    received = ask(client, port="virtual", image=LONG)
+    assert progress(received[:-1]) == len(LONG)
+    assert received[-1]["outcome"] == "verified"
+    assert received[-1]["answer"].startswith("OK words=256 crc32=")
     assert ask(client, port="virtual", readback=True) == [{"outcome": "image", "image": base64_of(LONG)}]
     assert (tmp_path / "virtual-car.image").read_bytes() == LONG
 
 
-def test_without_verification_nothing_is_promised(client) -> None:
+def test_without_verification_the_outcome_is_not_verified(client) -> None:
     assert ask(client, port="virtual", image=IMAGE, verify=False)[-1] == {"outcome": "not-verified"}
 
 
@@ -171,13 +171,13 @@ def test_a_damaged_file_of_the_virtual_car_is_named(client, tmp_path) -> None:
 )
 def test_a_failed_upload_is_explained_in_every_language(client, monkeypatch, answer, code, says) -> None:
     with played(monkeypatch, answer) as port:
-        all_told = ask(client, port=port, image=IMAGE)
-    told = failure(all_told)
-    assert told[0] == code
-    assert says in told[1]
-    assert port in told[1]
-    assert "keeps the image that it had" in told[1]
-    retries = [each["retry"] for each in all_told if "retry" in each]
+        answers = ask(client, port=port, image=IMAGE)
+    received = failure(answers)
+    assert received[0] == code
+    assert says in received[1]
+    assert port in received[1]
+    assert "keeps the image that it had" in received[1]
+    retries = [each["retry"] for each in answers if "retry" in each]
     assert [(each["number"], each["of"]) for each in retries] == [(2, 3), (3, 3)]
     assert retries[0]["sentence"]["zh"].endswith("。")
     assert "again, 2 of 3" in retries[0]["sentence"]["en"]
@@ -202,41 +202,41 @@ def test_only_listed_ports_are_opened(client, port) -> None:
         ({"port": "virtual", "imag": ""}, "bad-message"),
     ],
 )
-def test_an_order_that_can_not_be_is_refused(client, wanted, code) -> None:
+def test_an_invalid_order_is_refused(client, wanted, code) -> None:
     assert failure(ask(client, **wanted))[0] == code
 
 
 @pytest.mark.parametrize("code", ["no-such-port", "no-answer", "car-busy", "refused", "mismatch", "went-away"])
-def test_every_failure_names_the_port_as_the_page_does(client, monkeypatch, code) -> None:
+def test_every_failure_has_the_pages_name_of_the_port(client, monkeypatch, code) -> None:
     def fail(*arguments, **options):
         raise MotorcadeError(code, port="/dev/pts/9", detail="DETAIL", holds=holds_phrase("old"))
 
     monkeypatch.setattr(uploads, "upload", fail)
-    told = ask(client, port="virtual", image=IMAGE)[-1]["error"]
-    assert told["code"] == code
-    assert "/dev/pts/9" not in str(told)
-    assert ("keeps the image that it had" in told["sentence"]["en"]) == (code != "no-such-port")
+    received = ask(client, port="virtual", image=IMAGE)[-1]["error"]
+    assert received["code"] == code
+    assert "/dev/pts/9" not in str(received)
+    assert ("keeps the image that it had" in received["sentence"]["en"]) == (code != "no-such-port")
 
 
 def carry(client, wanted: dict, answers, chunks: list[bytes] | None = None) -> tuple[list[dict], bytes]:
-    """A page that carries bytes to a car and back: what the server said, and what reached the car."""
-    told, reached = [], b""
+    """Carry bytes to a car and back as the page does; give the server's answers and the bytes that reached the car."""
+    received, reached = [], b""
     with client.websocket_connect(f"{SOCKETS}/serial") as socket:
         socket.send_json(wanted)
         while True:
             message = socket.receive()
             if message["type"] == "websocket.close":
-                return told, reached
+                return received, reached
             if message.get("bytes"):
                 reached += message["bytes"]
                 for answer in answers(message["bytes"]):
                     socket.send_bytes(answer)
             else:
-                told.append(json.loads(message["text"]))
+                received.append(json.loads(message["text"]))
 
 
 class Car:
-    """What a car says to the bytes that reach it."""
+    """A car's answer to the bytes that reach it."""
 
     def __init__(self, held: bytes = NO_PROGRAM):
         self._end = CarEnd()
@@ -254,11 +254,11 @@ class Car:
 
 def test_an_image_goes_through_a_port_of_the_page_and_back(client) -> None:
     car = Car()
-    told, reached = carry(client, {"image": base64_of(LONG)}, car)
+    received, reached = carry(client, {"image": base64_of(LONG)}, car)
     assert car.held == LONG
     assert reached[CHECK_BYTES:] == LONG
-    assert progress(told[:-1]) == len(LONG)
-    assert told[-1]["outcome"] == "verified"
+    assert progress(received[:-1]) == len(LONG)
+    assert received[-1]["outcome"] == "verified"
     car.now_ms += protocol.SILENCE_MS
     assert carry(client, {"readback": True}, car)[0] == [{"outcome": "image", "image": base64_of(LONG)}]
 
@@ -271,7 +271,7 @@ def test_a_silent_car_at_a_port_of_the_page_is_reported(client) -> None:
     }
 
 
-def test_a_page_that_leaves_in_the_middle_stops_no_other_transfer(client) -> None:
+def test_a_page_that_leaves_during_a_transfer_disturbs_no_other(client) -> None:
     with client.websocket_connect(f"{SOCKETS}/serial") as socket:
         socket.send_json({"readback": True})
     with client.websocket_connect(f"{SOCKETS}/upload") as socket:

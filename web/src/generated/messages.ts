@@ -22,7 +22,7 @@ export interface MatDocument {
 /** A request without arguments, or an answer without content. */
 export type Nothing = Record<string, never>;
 
-/** What this shell can do beside what every shell can; the page shows only what is there. */
+/** What this shell can do beyond what every shell can; the page offers nothing else. */
 export interface Capabilities {
   serial_ports: boolean;
   films: boolean;
@@ -108,7 +108,7 @@ export interface DriveLimits {
   commands_per_s: number;
 }
 
-/** The durations that a step can have. */
+/** The durations that a step can have, in seconds: from ``least`` to ``most``, in steps of ``step``. */
 export interface Seconds {
   least: number;
   step: number;
@@ -137,7 +137,7 @@ export interface StepField {
   first?: number | null;
 }
 
-/** What both editors hold. */
+/** The blocks in both editors, and the profile. */
 export interface Blocks {
   leader: WorkspaceState;
   followers?: WorkspaceState | null;
@@ -157,7 +157,7 @@ export interface Compiled {
   timeline: Timeline;
 }
 
-/** A diagnostic of a program; without a block it is about the whole editor. */
+/** An error or warning of a program; ``block`` is None where it concerns the whole editor. */
 export interface Diagnostic {
   code: string;
   severity: "error" | "warning";
@@ -179,7 +179,7 @@ export interface Costliest {
   count: number;
 }
 
-/** A word, its fields by name, and the block that it comes from. */
+/** A word, its fields by name, and the block that it was compiled from. */
 export interface Word {
   hex: string;
   part: "header" | "leader" | "followers";
@@ -188,13 +188,13 @@ export interface Word {
   fields_of?: Record<string, string>;
 }
 
-/** When each word of the leader's and the followers' rounds runs. */
+/** The times of the words in the leader's and the followers' rounds. */
 export interface Timeline {
   leader: Span[];
   followers: Span[];
 }
 
-/** When a word runs, counted from the beginning of its round. */
+/** The time in which a word runs, from the beginning of its round. */
 export interface Span {
   word: number;
   begin_ms: number;
@@ -206,7 +206,7 @@ export interface Image {
   image: string;
 }
 
-/** What the page works on; ``range_mm`` is how far infrared reaches, None for as far as the profile says. */
+/** The page's project; ``range_mm`` is the range of infrared, None for that of the profile. */
 export interface Project {
   leader: WorkspaceState;
   followers: WorkspaceState | null;
@@ -227,12 +227,12 @@ export interface Example {
   about: Sentence;
 }
 
-/** An example program. */
+/** The name of an example program. */
 export interface ExampleName {
   id: string;
 }
 
-/** A mat. */
+/** A mat to check. */
 export interface MatToCheck {
   mat: MatDocument;
 }
@@ -257,13 +257,13 @@ export interface LibraryEntry {
   versions: number;
 }
 
-/** A version of a project; the newest where none is named. */
+/** A version of a project; None for the newest. */
 export interface ProjectVersion {
   name: string;
   version?: number | null;
 }
 
-/** A project of the library, by its name there. */
+/** A project, and its name in the library. */
 export interface StoredProject {
   leader: WorkspaceState;
   followers: WorkspaceState | null;
@@ -284,7 +284,7 @@ export interface SavedVersion {
   version: number;
 }
 
-/** A project of the library. */
+/** The name of a project in the library. */
 export interface ProjectName {
   name: string;
 }
@@ -303,7 +303,7 @@ export interface ErrorAnswer {
   diagnostics?: Diagnostic[];
 }
 
-/** Send an image to the car at a port, or (``readback``) fetch the image that it holds. */
+/** Send an image to the car at a port, or (``readback``) read the image that it holds. */
 export interface UploadOrder {
   port?: string;
   image?: string | null;
@@ -312,7 +312,7 @@ export interface UploadOrder {
   profile?: string;
 }
 
-/** Build a world; without an image all cars stand still. */
+/** Build a world; without an image no car has a program. */
 export interface SetWorld {
   do: "set";
   mat: MatDocument;
@@ -328,7 +328,7 @@ export interface Play {
   speed?: number;
 }
 
-/** Stop the world's time. */
+/** Pause the world. */
 export interface Pause {
   do: "pause";
 }
@@ -379,7 +379,7 @@ export interface Seek {
   t_ms?: number | null;
 }
 
-/** Give a car that was driven by hand back to its program. */
+/** Give a car that somebody drove back to its program. */
 export interface Resume {
   do: "resume";
   car: number;
@@ -391,7 +391,7 @@ export interface Shown {
   frame: number;
 }
 
-/** The first answer, and the first after each SetWorld; without a world nothing but the first three is known. */
+/** The first answer of a connection, and after each SetWorld; without a world it has three fields only. */
 export interface Hello {
   is: "hello";
   session: string;
@@ -433,7 +433,7 @@ export interface CarDetails {
   hears: HeardFrame | null;
 }
 
-/** A frame, the car that sent it, and when it was heard. */
+/** A frame, the car that sent it, and when it was received. */
 export interface HeardFrame {
   word: string;
   car: number;
@@ -445,7 +445,7 @@ export interface Compiling {
   is: "compiling";
 }
 
-/** What was refused, and why. */
+/** The error of a message that was refused. */
 export interface Refused {
   is: "error";
   code: string;
@@ -459,7 +459,7 @@ export interface Verified {
   answer: string;
 }
 
-/** All bytes were sent, and the car was not asked whether they arrived. */
+/** All bytes were sent; whether they arrived was not checked. */
 export interface NotVerified {
   outcome: "not-verified";
 }
@@ -470,13 +470,13 @@ export interface ImageRead {
   image: string;
 }
 
-/** Why it failed. */
+/** The transfer failed. */
 export interface Failed {
   outcome: "failed";
   error: ErrorAnswer;
 }
 
-/** So many bytes were sent. */
+/** How many bytes of how many were sent. */
 export interface Progress {
   sent: number;
   of: number;

@@ -108,7 +108,7 @@ export interface Heard {
   number: number;
 }
 
-/** What was refused, and why. */
+/** The error of a message that was refused. */
 export interface Refused {
   is: "error";
   code: string;

@@ -22,14 +22,14 @@ _MOST_HZ = 30.0
 
 
 def routes(settings: ServerSettings, fleet_of: Callable[[HTTPConnection], Fleet]) -> list[BaseRoute]:
-    """The WebSocket and the cameras, for the cars that a request may use."""
+    """Return the routes of the WebSocket and the cameras; ``fleet_of`` gives the cars that a request may use."""
 
     async def drive(socket: WebSocket) -> None:
         await socket.accept()
         try:
             fleet = fleet_of(socket)
         except MotorcadeError as problem:
-            # Of a connection that is refused before it begins a browser gives its page no reason.
+            # A browser gives its page no reason where a connection is refused before it is accepted.
             await refuse_page(socket, problem)
         else:
             await serve_page(socket, fleet, settings)
@@ -48,7 +48,7 @@ def routes(settings: ServerSettings, fleet_of: Callable[[HTTPConnection], Fleet]
 
 
 def make_remote(settings: ServerSettings, fleet: Fleet) -> ASGIApp:
-    """The whole server of a page for these cars."""
+    """Return the whole server of a remote for these cars."""
 
     async def to_the_page(request: Request) -> Response:
         return RedirectResponse("/drive")
@@ -61,18 +61,18 @@ def make_remote(settings: ServerSettings, fleet: Fleet) -> ASGIApp:
 
 
 async def snapshot_response(camera: Camera | None) -> Response:
-    """One new picture. Raises MotorcadeError where there is no camera, or it fails."""
-    return Response(await _given(camera).snapshot(), media_type="image/jpeg")
+    """Return an answer with one new picture. Raises MotorcadeError where there is no camera, or it fails."""
+    return Response(await _checked(camera).snapshot(), media_type="image/jpeg")
 
 
 async def stream(request: Request, camera: Camera | None) -> Response:
-    """Pictures one after the other in one answer, as browsers show them (MJPEG), at most ``rate`` a second.
+    """Return an answer with pictures one after the other (MJPEG), at most the query's ``rate`` a second.
 
     Raises:
-        MotorcadeError
+        MotorcadeError: there is no camera, it fails, or the rate isn't allowed.
     """
-    pictures = _given(camera).pictures(_rate(request.query_params.get("rate", "")))
-    # The first picture comes before the answer, so that a camera that fails is an error and no broken picture.
+    pictures = _checked(camera).pictures(_rate(request.query_params.get("rate", "")))
+    # Waits for the first picture, so that a camera that fails gives an error instead of a broken picture.
     first = await anext(pictures)
     return StreamingResponse(_parts(first, pictures), media_type=f"multipart/x-mixed-replace; boundary={_BOUNDARY}")
 
@@ -84,7 +84,7 @@ async def _parts(first: bytes, pictures: AsyncGenerator[bytes, None]) -> AsyncIt
             async for picture in pictures:
                 yield _part(picture)
         except MotorcadeError:
-            # The headers are sent, so no error can be.
+            # The headers are sent, so the answer can't become an error.
             return
 
 
@@ -93,7 +93,7 @@ def _part(picture: bytes) -> bytes:
     return head.encode() + picture + b"\r\n"
 
 
-def _given(camera: Camera | None) -> Camera:
+def _checked(camera: Camera | None) -> Camera:
     if camera is None:
         raise MotorcadeError("no-camera-here")
     return camera

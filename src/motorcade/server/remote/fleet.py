@@ -1,4 +1,4 @@
-"""The cars that a server offers to pages, and a page's control of one of them, wherever the car is."""
+"""The cars that a server offers to pages, and a page's connection to one of them, simulated or real."""
 
 from collections.abc import Callable
 from typing import Any, Literal, Protocol
@@ -9,23 +9,20 @@ from motorcade.drive.session import CarControl
 from motorcade.errors import MotorcadeError
 from motorcade.server.remote.messages import CarTelemetry, ListedCar
 
-# A page may be connected to so many cars at once, and so many cameras of a world may be open.
+# The most cars that a page may be connected to at once, and the most open cameras of a world.
 MOST_CARS = 16
 # Operations of a session of `motorcade.drive`, by their names there.
 Action = Literal["request", "release", "stop", "clear", "resume_program"]
 
 
 class PageControl(Protocol):
-    """One page's connection to one car.
-
-    What is asked of a car may take a moment, and raises MotorcadeError where the car refuses.
-    """
+    """One page's connection to one car."""
 
     def steer(self, throttle: float, steering: float) -> None:
-        """Where the stick is now, both axes -1 to 1; a car that can't be reached stands still."""
+        """Set the stick's position, both axes -1 to 1; a car that can't be reached stands still."""
 
     async def act(self, action: Action) -> None:
-        """Ask to drive, to stop driving or waiting, for the emergency stop, for its end, or for the car's program."""
+        """Request an action of the car; this may take a while. Raises MotorcadeError where the car refuses."""
 
     def telemetry(self) -> CarTelemetry:
         """The car's telemetry, and what concerns this page."""
@@ -41,7 +38,7 @@ class LocalControl:
         car: the car.
         page: the page's name there.
         left: called when the page leaves.
-        is_paused: whether the car's world stands still.
+        is_paused: whether the car's world is paused.
 
     Raises:
         MotorcadeError: too many are connected to the car.
@@ -61,11 +58,11 @@ class LocalControl:
         self._session = car.join(page)
 
     def steer(self, throttle: float, steering: float) -> None:
-        """Move the stick."""
+        """Set the stick's position."""
         self._session.command(stick_word(throttle, steering))
 
     async def act(self, action: Action) -> None:
-        """Ask something of the car. Raises MotorcadeError where it refuses."""
+        """Request an action of the car. Raises MotorcadeError where it refuses."""
         getattr(self._session, action)()
 
     def telemetry(self) -> CarTelemetry:
@@ -94,14 +91,14 @@ class Fleet(Protocol):
         """A car's camera; None where it has none."""
 
     async def start(self) -> None:
-        """Have their world go on."""
+        """Run their world where it is paused."""
 
 
 class SingleCar:
     """The fleet of a car that serves its own page.
 
     Args:
-        car: the car; its ``beat`` is called elsewhere.
+        car: the car; the caller calls its ``beat``.
         camera: its camera; None where it has none.
     """
 
@@ -127,7 +124,7 @@ class SingleCar:
         return self._camera
 
     async def start(self) -> None:
-        """Do nothing: real time always goes on."""
+        """Do nothing: real time can't be paused."""
 
     def _check(self, car: str) -> None:
         if car != self._NAME:
@@ -159,7 +156,7 @@ class CombinedFleet:
         return await (await self._of(car)).camera(car)
 
     async def start(self) -> None:
-        """Have the world go on."""
+        """Run the world where it is paused."""
         await self._simulated.start()
 
     async def _of(self, car: str) -> Fleet:

@@ -52,7 +52,7 @@ class PageSession:
         socket: accepted.
         fleet: the cars.
         name: the page's name at them.
-        settings: how fast it may send.
+        settings: its limits.
     """
 
     def __init__(self, socket: WebSocket, fleet: Fleet, name: str, settings: ServerSettings) -> None:
@@ -61,8 +61,8 @@ class PageSession:
         self._name = name
         self._settings = settings
         self._controls: dict[str, PageControl] = {}
-        # Questions to cars, which may take a moment to answer; none holds up another, or the page.
-        self._questions: set[asyncio.Task[None]] = set()
+        # Requests to cars may take a while; each is a task, so that it delays neither another nor the page.
+        self._requests: set[asyncio.Task[None]] = set()
         self._stick: Drive | None = None
         self._moved = asyncio.Event()
         self._newest: dict[type[RemoteAnswer], RemoteAnswer] = {}
@@ -70,17 +70,17 @@ class PageSession:
         self._changed = asyncio.Event()
 
     async def serve(self) -> None:
-        """Serve until the page leaves; the cars that it drove stand still then."""
+        """Serve until the page leaves; then stop the cars that it drove."""
         try:
-            await until_one_ends((self._listen, self._steer, self._send_telemetry, self._send))
+            await until_one_ends((self._receive, self._steer, self._send_telemetry, self._send))
         finally:
             controls, self._controls = self._controls, {}
             for control in controls.values():
                 control.leave()
-            for question in self._questions:
-                question.cancel()
+            for request in self._requests:
+                request.cancel()
 
-    async def _listen(self) -> None:
+    async def _receive(self) -> None:
         try:
             await self._greet()
         except MotorcadeError as problem:
@@ -89,14 +89,14 @@ class PageSession:
         while True:
             try:
                 message: RemoteMessage = await next_message(self._socket, RemoteMessage, self._settings.most_body)  # type: ignore[arg-type]  # a union
-                await self._obey(message)
+                await self._handle(message)
             except MotorcadeError as problem:
                 self._refuse(problem)
             if not rate.allows(to_ticks(self._settings.clock())):
                 await self._socket.close(_POLICY_VIOLATION)
                 return
 
-    async def _obey(self, message: RemoteMessage) -> None:
+    async def _handle(self, message: RemoteMessage) -> None:
         match message:
             case Drive():
                 self._stick = message
@@ -109,7 +109,7 @@ class PageSession:
                 if message.car in self._controls:
                     self._controls.pop(message.car).leave()
             case Request() | Release() | Clear() | Resume():
-                self._ask(self._control(message.car).act(_ACTIONS[type(message)]))
+                self._request(self._control(message.car).act(_ACTIONS[type(message)]))
             case Start():
                 await self._fleet.start()
                 await self._greet()
@@ -125,10 +125,10 @@ class PageSession:
         self._controls[name] = await self._fleet.connect(name, self._name)
 
     def _stop(self, names: list[str]) -> None:
-        """Stop all cars to which the page is connected; only then refuse the others."""
+        """Stop all cars to which the page is connected, then refuse the others."""
         for name in names:
             if name in self._controls:
-                self._ask(self._controls[name].act("stop"))
+                self._request(self._controls[name].act("stop"))
         for name in names:
             self._control(name)
 
@@ -137,20 +137,20 @@ class PageSession:
             raise MotorcadeError("not-at-car", car=name)
         return self._controls[name]
 
-    def _ask(self, answering: Coroutine[Any, Any, None]) -> None:
-        """Ask a car in a task of its own; send the page an error where the car refuses."""
-        question = asyncio.create_task(self._answer(answering))
-        self._questions.add(question)
-        question.add_done_callback(self._questions.discard)
+    def _request(self, action: Coroutine[Any, Any, None]) -> None:
+        """Wait for a car in a task of its own; send the page an error where the car refuses."""
+        request = asyncio.create_task(self._answer(action))
+        self._requests.add(request)
+        request.add_done_callback(self._requests.discard)
 
-    async def _answer(self, answering: Coroutine[Any, Any, None]) -> None:
+    async def _answer(self, action: Coroutine[Any, Any, None]) -> None:
         try:
-            await answering
+            await action
         except MotorcadeError as problem:
             self._refuse(problem)
 
     async def _steer(self) -> None:
-        """Steer by the newest of the sticks that arrive together: `_listen` takes all of them before this wakes."""
+        """Steer by the newest of the positions that arrive together: `_receive` reads all of them before this runs."""
         while True:
             await self._moved.wait()
             self._moved.clear()
@@ -169,7 +169,7 @@ class PageSession:
             await asyncio.sleep(_TELEMETRY_EVERY_S)
 
     async def _send(self) -> None:
-        """Send what waits; of each kind that repeats only the newest."""
+        """Send all errors; of other answers only the newest of each kind."""
         while True:
             await self._changed.wait()
             self._changed.clear()

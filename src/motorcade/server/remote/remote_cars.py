@@ -1,4 +1,4 @@
-"""Real cars by address. A page can have this server connect to these addresses only."""
+"""Real cars, by the addresses in the server's settings; a page can't make it connect to any other."""
 
 import asyncio
 import re
@@ -43,25 +43,25 @@ def is_name(text: str) -> bool:
 
 
 class RemoteControl:
-    """A page's connection to a real car, by a client of its own, so that the car knows who drives and who watches.
+    """A page's connection to a real car, by a client of its own, so that the car distinguishes drivers and watchers.
 
     Args:
-        client: for this page alone; it has begun.
+        client: for this page alone, already begun.
         left: called when the page leaves, to end the client.
     """
 
     def __init__(self, client: DriveClient, left: Callable[[], None]) -> None:
         self._client = client
         self._left = left
-        self._owes_stop = False
+        self._stop_pending = False
 
     def steer(self, throttle: float, steering: float) -> None:
-        """Move the stick; nothing while an emergency stop is on its way."""
-        if not self._owes_stop:
+        """Set the stick's position; do nothing while an emergency stop is pending."""
+        if not self._stop_pending:
             self._client.steer(throttle, steering)
 
     async def act(self, action: Action) -> None:
-        """Ask something of the car. Raises MotorcadeError where it refuses.
+        """Request an action of the car. Raises MotorcadeError where it refuses.
 
         A car out of reach is stopped as soon as it can be reached again, unless the stop is lifted before.
         """
@@ -69,19 +69,19 @@ class RemoteControl:
             await self._stop()
             return
         if action == "clear":
-            self._owes_stop = False
+            self._stop_pending = False
         await getattr(self._client, action)()
 
     async def _stop(self) -> None:
-        if self._owes_stop:
+        if self._stop_pending:
             return
-        self._owes_stop = True
-        while self._owes_stop:
+        self._stop_pending = True
+        while self._stop_pending:
             try:
                 await self._client.stop()
-                self._owes_stop = False
+                self._stop_pending = False
             except CarRefusesError:
-                self._owes_stop = False
+                self._stop_pending = False
                 raise
             except CarError:
                 await asyncio.sleep(_AGAIN_S)
@@ -101,7 +101,7 @@ class RemoteControl:
 
     def leave(self) -> None:
         """End the connection."""
-        self._owes_stop = False
+        self._stop_pending = False
         self._client.steer(0, 0)
         self._left()
 
@@ -110,7 +110,7 @@ class RemoteControl:
         if problem is None:
             return None
         if problem.code == "away":
-            # Its own sentence counts seconds, which a screen reader would read aloud once a second.
+            # Its own sentence has a count of seconds, which a screen reader would read aloud every second.
             return sentences(MotorcadeError("car-out-of-reach", detail=problem.details["detail"]))
         return sentences(problem)
 
@@ -120,8 +120,8 @@ class RemoteCars:
 
     Args:
         cars: no two of one name.
-        keys: the TLS context of a driver's keys (`motorcade.drive.tls.keys.client_context`), where the cars want keys.
-        trust: the certificates that HTTPS cameras may have; those that this computer trusts unless given.
+        keys: the TLS context of a driver's keys (`motorcade.drive.tls.keys.client_context`), where the cars need keys.
+        trust: the certificates that HTTPS cameras may have; None for those that this computer trusts.
     """
 
     def __init__(
@@ -136,7 +136,7 @@ class RemoteCars:
         self._cameras: dict[str, Camera] = {}
 
     async def listed(self) -> list[ListedCar]:
-        """All of them, by the names that their owner gave them."""
+        """All cars, by the names that their owner gave them."""
         return [ListedCar(car.name, None, car.camera is not None, car.name) for car in self._cars.values()]
 
     async def connect(self, car: str, page: str) -> PageControl:
@@ -164,7 +164,7 @@ class RemoteCars:
         return self._cameras.get(car)
 
     async def start(self) -> None:
-        """Do nothing: real time always goes on."""
+        """Do nothing: real time can't be paused."""
 
     def _left(self, car: str, client: DriveClient) -> None:
         self._pages[car] -= 1

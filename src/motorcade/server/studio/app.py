@@ -1,4 +1,4 @@
-"""The studio's server: which address answers what."""
+"""The studio's server: its routes, and the downloads of a run."""
 
 import asyncio
 import csv
@@ -45,7 +45,7 @@ _SECONDS, _MOST_SECONDS = 10.0, 60.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Settings(ServerSettings):
-    """How a studio runs; the same for all who use it.
+    """The settings of a studio.
 
     Attributes:
         library: the folder that projects are stored in.
@@ -65,7 +65,7 @@ class Settings(ServerSettings):
 
 
 def make_app(settings: Settings) -> ASGIApp:
-    """The whole server, as an ASGI application."""
+    """Return the whole server, as an ASGI application."""
     worlds = PageWorlds(settings, settings.most_sessions, settings.most_cars)
     app = Starlette(
         routes=[
@@ -82,7 +82,7 @@ def make_app(settings: Settings) -> ASGIApp:
 
 
 def _request_route(settings: Settings) -> Route:
-    """Every request of `motorcade.service.requests.REQUESTS`, as ``POST /api/<name>``."""
+    """Return the route of all `motorcade.service.requests.REQUESTS`: ``POST /api/<name>``."""
     context = Context(
         Capabilities(serial_ports=True, films=True, real_cars=bool(settings.cars), most_cars=settings.most_cars),
         FolderStorage(settings.library),
@@ -99,7 +99,7 @@ def _request_route(settings: Settings) -> Route:
 
 
 def _remote_routes(settings: Settings, worlds: PageWorlds) -> list[BaseRoute]:
-    """The remote, for the world of the session that the address names, or of the only one; and for real cars."""
+    """Return the remote's routes: for the world of the session in the address, or the only world, and real cars."""
     fleets: WeakKeyDictionary[PageWorld, SessionFleet] = WeakKeyDictionary()
     real = RemoteCars(settings.cars, settings.keys, settings.trust) if settings.cars else None
 
@@ -118,7 +118,7 @@ def _remote_routes(settings: Settings, worlds: PageWorlds) -> list[BaseRoute]:
 
 
 def _download_route(worlds: PageWorlds) -> Route:
-    """The events of a run as CSV, and films of its last seconds, one drawn at a time."""
+    """Return the route of downloads: events of a run as CSV, and films of its last seconds, one drawn at a time."""
     drawing = asyncio.Semaphore(1)
 
     async def download(request: Request) -> Response:
@@ -140,7 +140,7 @@ def _download_route(worlds: PageWorlds) -> Route:
 
 
 def timeline(batches: Iterable[bytes]) -> Iterator[str]:
-    """Rows of events as CSV, with a head, a batch at a time."""
+    """Yield rows of events as CSV: the header, then a text for each batch."""
     yield _csv([COLUMNS])
     for batch in batches:
         yield _csv(
@@ -156,7 +156,7 @@ def _csv(rows: Iterable[Iterable[object]]) -> str:
 
 
 def _recording(session: PageWorld, seconds: float) -> InMemoryRecording:
-    """The last simulated seconds of a session's run."""
+    """Return a recording of the last simulated seconds of a session's run."""
     world = session.current().world
     assert isinstance(world, StudioWorld)
     run = InMemoryRecording(world.description())
@@ -168,7 +168,7 @@ def _recording(session: PageWorld, seconds: float) -> InMemoryRecording:
 async def _film(run: InMemoryRecording, file: str) -> bytes:
     if run.last_ms == 0:
         raise MotorcadeError("nothing-to-draw")
-    # Drawing is Python's own work, which would hold up all cars in this process.
+    # Drawing holds Python's lock for long, so it would stop all worlds in this process.
     process = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
     try:
         return await asyncio.get_running_loop().run_in_executor(process, draw, run, file)
@@ -179,7 +179,7 @@ async def _film(run: InMemoryRecording, file: str) -> bytes:
 
 
 def draw(run: InMemoryRecording, file: str) -> bytes:
-    """The bytes of a film. Raises MotorcadeError."""
+    """Draw a film; return its bytes. Raises MotorcadeError."""
     # Matplotlib takes longer to load than the rest of the server.
     from motorcade.runs.video import draw_film
 

@@ -1,4 +1,4 @@
-"""Driving the cars of a page's world by hand: who drives which car, and which wait to go on with their program."""
+"""Driving the cars of a page's world: who drives which car, and which were driven and stand still."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -22,8 +22,8 @@ _BEAT_S = 0.05
 
 
 @dataclass(eq=False, slots=True)
-class _Held:
-    """A car to which pages are connected, or which stands still since they left."""
+class _DrivenCar:
+    """A car to which pages are connected, or that stands still after they left."""
 
     control: CarControl
     beating: asyncio.Task[None] | None = None
@@ -34,24 +34,24 @@ class ManualControl:
     """The cars of one world that somebody drives, or drove and has not given back to their program.
 
     Attributes:
-        boards: what drivers do with the cars, for the world.
+        boards: for the world, the setpoints of the cars that somebody drives.
     """
 
     def __init__(self) -> None:
         self.boards = DrivenCars()
-        self._held: dict[int, _Held] = {}
+        self._cars: dict[int, _DrivenCar] = {}
 
     def connect(self, car: int, profile: Profile, page: str, is_paused: Callable[[], bool]) -> LocalControl:
         """Connect a page to a car, which runs its program until somebody drives. Raises MotorcadeError."""
-        held = self._held.get(car)
-        if held is None:
+        driven = self._cars.get(car)
+        if driven is None:
             control = CarControl(self.boards.board(car, has_program=True), monotonic_ms, profile)
-            held = self._held[car] = _Held(control)
+            driven = self._cars[car] = _DrivenCar(control)
             _resume(control)
-        local = LocalControl(held.control, page, partial(self._left, car), is_paused)
-        held.pages += 1
-        if held.beating is None:
-            held.beating = asyncio.create_task(_beat(held.control))
+        local = LocalControl(driven.control, page, partial(self._leave, car), is_paused)
+        driven.pages += 1
+        if driven.beating is None:
+            driven.beating = asyncio.create_task(_beat(driven.control))
         return local
 
     def give_back(self, car: int) -> None:
@@ -60,33 +60,33 @@ class ManualControl:
         Raises:
             MotorcadeError: somebody drives it.
         """
-        held = self._held.get(car)
-        if held is None:
+        driven = self._cars.get(car)
+        if driven is None:
             return
-        if not held.pages:
-            held.control.clear()
-        _resume(held.control)
-        self._forget_where_idle(car)
+        if not driven.pages:
+            driven.control.clear()
+        _resume(driven.control)
+        self._remove_if_idle(car)
 
     def give_back_all(self) -> None:
         """Give back all cars to which no page is connected, except those that the emergency stop holds."""
-        for car, held in list(self._held.items()):
-            if not held.pages and held.control.telemetry().state != "stopped":
+        for car, driven in list(self._cars.items()):
+            if not driven.pages and driven.control.telemetry().state != "stopped":
                 self.give_back(car)
 
-    def _left(self, car: int) -> None:
-        held = self._held[car]
-        held.pages -= 1
-        if not held.pages and held.beating:
-            # Nothing becomes due any more: the car stands still, or its program drives.
-            held.beating.cancel()
-            held.beating = None
-        self._forget_where_idle(car)
+    def _leave(self, car: int) -> None:
+        driven = self._cars[car]
+        driven.pages -= 1
+        if not driven.pages and driven.beating:
+            # No deadline remains: the car stands still, or its program runs.
+            driven.beating.cancel()
+            driven.beating = None
+        self._remove_if_idle(car)
 
-    def _forget_where_idle(self, car: int) -> None:
-        held = self._held[car]
-        if not held.pages and held.control.telemetry().state == "program":
-            del self._held[car]
+    def _remove_if_idle(self, car: int) -> None:
+        driven = self._cars[car]
+        if not driven.pages and driven.control.telemetry().state == "program":
+            del self._cars[car]
 
 
 async def _beat(control: CarControl) -> None:
@@ -109,13 +109,13 @@ class DrivableSession(Protocol):
     control: ManualControl
 
     def is_paused(self) -> bool:
-        """Whether the world stands still, or its page has left."""
+        """Whether the world is paused, or its page has left."""
 
     async def play(self) -> None:
         """Go on. Raises MotorcadeError."""
 
     def work(self, job: Callable[[StudioWorld], Any]) -> Awaitable[Any]:
-        """Do a job with the world, which nobody else uses meanwhile. Raises MotorcadeError."""
+        """Do a job with the world while nothing else uses it. Raises MotorcadeError."""
 
 
 class SessionFleet:
@@ -123,7 +123,7 @@ class SessionFleet:
 
     def __init__(self, session: DrivableSession) -> None:
         self._session = session
-        # A camera exists for as long as somebody looks through it.
+        # A camera exists while a page shows it.
         self._cameras: WeakValueDictionary[int, Camera] = WeakValueDictionary()
 
     async def listed(self) -> list[ListedCar]:
@@ -149,7 +149,7 @@ class SessionFleet:
         return camera
 
     async def start(self) -> None:
-        """Have the world go on. Raises MotorcadeError."""
+        """Run the world where it is paused. Raises MotorcadeError."""
         await self._session.play()
 
     async def _count(self) -> int:
@@ -163,7 +163,7 @@ class SessionFleet:
 
 
 class _WorldCamera:
-    """A simulated camera for a thread: it asks the loop for each picture, as only one task at a time uses a world."""
+    """A simulated camera for use in a thread: the event loop makes each picture, as one task at a time uses a world."""
 
     def __init__(self, session: DrivableSession, car: int) -> None:
         self._session = session
@@ -182,4 +182,4 @@ class _WorldCamera:
         return picture
 
     def close(self) -> None:
-        """Nothing is to be released."""
+        """Do nothing: there is nothing to release."""

@@ -1,7 +1,7 @@
 """Projects in a folder on disk, with all their versions (`motorcade.service.requests.Storage`).
 
-A project is a folder, and its versions are the files ``000001.motorcade.json`` and so on in it: a folder that anybody
-can look into, copy and put under version control. An owner other than "" has a folder of its own in ``owners``.
+A project is a folder; its versions are the files ``000001.motorcade.json`` and so on in it, which users can read, copy
+and put under version control. An owner other than "" has a folder of its own in ``owners``.
 """
 
 import re
@@ -16,22 +16,22 @@ from motorcade.errors import MotorcadeError
 from motorcade.service.messages import LibraryEntry, Version
 from motorcade.service.requests import Quota
 
-# Four bytes each, or three for a quoted one, and the digest: short of the 255 bytes that a file's name may have.
+# A character takes at most four bytes, three where it is quoted: with the digest a file name stays below 255 bytes.
 LONGEST_NAME = 60
 DELETED = "deleted"
 OWNERS = "owners"
 _ENDING = ".motorcade.json"
 _DIGITS = 6
-# What some file system can't take, or takes for something else; a dot, for Windows sees a device in "con.x".
+# Characters that some file system refuses or treats specially; the dot because for Windows "con.x" is a device.
 _QUOTED = re.compile(r'[<>:"/\\|?*%.]')
 _QUOTE = re.compile("%([0-9A-F]{2})")
 _UNWANTED = ("Cc", "Cs", "Co", "Zl", "Zp")
 
 
 class FolderStorage:
-    """The projects in ``folder``, which is made when the first is saved.
+    """The projects in ``folder``, which is created when the first is saved.
 
-    Any number of these, in any number of processes, may share a folder.
+    Several objects, also in several processes, may use one folder.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -41,9 +41,9 @@ class FolderStorage:
         """Store ``data`` as the newest version, unless it equals the newest one; returns its number.
 
         Raises:
-            MotorcadeError: the name can't be, or the disk refuses.
+            MotorcadeError: the name isn't allowed, or the file can't be written.
         """
-        folder = self._shelf(owner) / folder_of(name)
+        folder = self._owner_folder(owner) / folder_of(name)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             newest = next(iter(_versions(folder)), None)
@@ -71,9 +71,9 @@ class FolderStorage:
         return self._existing(owner, name)[1]
 
     def delete(self, owner: str, name: str) -> None:
-        """Move a project to the folder ``deleted``, from which it can be restored by hand. Raises MotorcadeError."""
+        """Move a project to the folder ``deleted``, from which a user can move it back. Raises MotorcadeError."""
         folder, _ = self._existing(owner, name)
-        deleted = self._shelf(owner) / DELETED
+        deleted = self._owner_folder(owner) / DELETED
         try:
             deleted.mkdir(exist_ok=True)
             number = 1 + sum(1 for each in _children(deleted) if each.name.startswith(f"{folder.name}."))
@@ -83,15 +83,15 @@ class FolderStorage:
 
     def quota(self, owner: str) -> Quota:
         """How many bytes an owner's projects use; the disk is the only limit."""
-        projects = [folder for folder in _children(self._shelf(owner)) if name_of(folder.name) is not None]
+        projects = [folder for folder in _children(self._owner_folder(owner)) if name_of(folder.name) is not None]
         sizes = [_file(folder, each.version).stat().st_size for folder in projects for each in _versions(folder)]
         return Quota(sum(sizes))
 
-    def _shelf(self, owner: str) -> Path:
+    def _owner_folder(self, owner: str) -> Path:
         return self._folder / OWNERS / folder_of(owner) if owner else self._folder
 
     def _existing(self, owner: str, name: str) -> tuple[Path, list[Version]]:
-        folder = self._shelf(owner) / folder_of(name)
+        folder = self._owner_folder(owner) / folder_of(name)
         versions = _versions(folder)
         if not versions:
             raise MotorcadeError("no-project", name=name)
@@ -101,7 +101,7 @@ class FolderStorage:
     def list(self, owner: str) -> list[LibraryEntry]:
         """All projects of an owner, the one saved last first."""
         found = []
-        for folder in _children(self._shelf(owner)):
+        for folder in _children(self._owner_folder(owner)):
             name = name_of(folder.name)
             versions = _versions(folder) if name is not None else []
             if name is not None and versions:
@@ -114,20 +114,19 @@ def _disk_error(code: str, problem: OSError) -> MotorcadeError:
 
 
 def folder_of(name: str) -> str:
-    """The folder of the project called ``name``, which every file system can take. Raises MotorcadeError.
+    """Return the folder of the project called ``name``: a name that every file system allows. Raises MotorcadeError.
 
-    Two names never share a folder, even where the file system doesn't tell a
-    from A: the digest does.
+    Its digest makes two names differ also where the file system doesn't distinguish a from A.
     """
     name = unicodedata.normalize("NFC", name).strip()
-    wanted = 0 < len(name) <= LONGEST_NAME and name not in (".", "..") and not set(name) & {"/", "\\"}
-    if not wanted or any(unicodedata.category(character) in _UNWANTED for character in name):
+    is_allowed = 0 < len(name) <= LONGEST_NAME and name not in (".", "..") and not set(name) & {"/", "\\"}
+    if not is_allowed or any(unicodedata.category(character) in _UNWANTED for character in name):
         raise MotorcadeError("bad-project-name", most=LONGEST_NAME)
     return f"{_QUOTED.sub(lambda found: f'%{ord(found[0]):02X}', name)}-{sha256(name.encode()).hexdigest()[:8]}"
 
 
 def name_of(folder: str) -> str | None:
-    """The project that ``folder`` belongs to; None where it belongs to none."""
+    """Return the name of the project in ``folder``; None where it isn't a project's folder."""
     quoted = unicodedata.normalize("NFC", folder).rpartition("-")[0]
     name = _QUOTE.sub(lambda found: chr(int(found[1], 16)), quoted)
     try:
@@ -137,7 +136,7 @@ def name_of(folder: str) -> str | None:
 
 
 def _versions(folder: Path) -> list[Version]:
-    """The versions in a project's folder, the newest first; not the empty files, which are about to be written."""
+    """Return the versions in a project's folder, the newest first, without empty files, which are being written."""
     found = []
     for file in _children(folder):
         number = file.name.removesuffix(_ENDING)
@@ -158,7 +157,7 @@ def _file(folder: Path, version: int) -> Path:
 
 
 def _reserve(folder: Path, version: int) -> int:
-    """The first free number from ``version`` on, taken by making its file."""
+    """Reserve the first free number from ``version`` on by creating its file; return it."""
     while True:
         try:
             _file(folder, version).touch(exist_ok=False)
@@ -169,7 +168,7 @@ def _reserve(folder: Path, version: int) -> int:
 
 
 def _children(folder: Path) -> list[Path]:
-    """What stands in ``folder``; nothing where it isn't there, or can't be read."""
+    """Return the entries of ``folder``; none where it doesn't exist or can't be read."""
     try:
         return list(folder.iterdir())
     except OSError:

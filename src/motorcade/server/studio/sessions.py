@@ -1,6 +1,6 @@
 """The studio's worlds over WebSockets: threads, real time and bounded queues around `motorcade.service.world_session`.
 
-A session lives while its page is connected, and a minute longer for a page that is loaded again.
+A session exists while its page is connected, and a minute longer for a page that is loaded again.
 """
 
 import asyncio
@@ -38,7 +38,7 @@ from motorcade.service.world_session import WorldSession, refused
 from motorcade.timing import to_ticks
 
 GRACE_S = 60.0
-# A thread that hands work to another waits for Python's lock longer than this.
+# Passing a job to another thread takes longer than this.
 _QUICK_S = 0.002
 _KEY = re.compile(r"[0-9a-f]{32}")
 _MOST_WAITING = 64
@@ -49,8 +49,8 @@ _T = TypeVar("_T")
 class Outbox:
     """Answers that wait to be sent to a page, in order; at most 64.
 
-    A newer state replaces one that waits, and so do details of a car. Pictures are few, since the session makes none
-    while a page has enough that it has not drawn.
+    A newer state replaces one that waits; so do newer details of a car. Pictures are few: the session makes none
+    while the page has two that it hasn't drawn.
     """
 
     def __init__(self) -> None:
@@ -70,7 +70,7 @@ class Outbox:
         self._changed.set()
 
     async def send_to(self, socket: WebSocket) -> None:
-        """Send what is put here, until the connection is to be closed."""
+        """Send the answers as they come, until the connection is to be closed."""
         while not self._closing or self._waiting:
             await self._changed.wait()
             self._changed.clear()
@@ -84,19 +84,19 @@ class Outbox:
 
 
 class PageWorld(WorldSession):
-    """A session, and what the server knows of it.
+    """A session of the server.
 
     Args:
         most_cars: the most cars in its world.
         workers: how many threads may work for all sessions.
 
     Attributes:
-        page: what waits for the page that is connected; None while none is.
-        forget_timer: removes the session unless a page comes back.
-        lock: held by the task that works with the session, which is not safe for threads.
-        changed: set whenever there may be something to show.
-        control: the cars that somebody drives, or has driven.
-        is_quick: whether the last picture took so little time that a thread of its own would take more.
+        page: the answers to the connected page; None while no page is connected.
+        forget_timer: removes the session unless a page connects again.
+        lock: for the task that uses the session, which is not safe for threads.
+        changed: set when there may be something to show.
+        control: the cars that somebody drives, or drove.
+        is_quick: whether making the last picture took less time than passing it to a thread.
     """
 
     def __init__(self, key: str, most_cars: int, workers: CapacityLimiter) -> None:
@@ -110,12 +110,12 @@ class PageWorld(WorldSession):
         self.is_quick = False
 
     async def alone(self, job: Callable[[], _T]) -> _T:
-        """Do a job with the session that nothing else uses meanwhile, in a thread unless that is slower."""
+        """Do a job while nothing else uses the session; in a thread unless that takes longer."""
         async with self.lock:
             return job() if self.is_quick else await self.in_thread(job)
 
     async def in_thread(self, job: Callable[[], _T]) -> _T:
-        """Do a job in a thread; the caller holds the lock."""
+        """Do a job in a thread; the caller has acquired the lock."""
         return await to_thread.run_sync(job, limiter=self._workers)
 
     async def work(self, job: Callable[[StudioWorld], _T]) -> _T:
@@ -135,7 +135,7 @@ class PageWorld(WorldSession):
         return self.playback
 
     def is_paused(self) -> bool:
-        """Whether the world stands still, or its page has left."""
+        """Whether the world is paused, or its page has left."""
         return self.page is None or self.playback is None or not self.playback.playing
 
     async def play(self) -> None:
@@ -148,7 +148,7 @@ class PageWorlds:
     """The sessions of a server, and the threads that work for them.
 
     Args:
-        settings: how fast a page may send.
+        settings: the limits for a page.
         most_sessions: the most worlds at once.
         most_cars: the most cars in one of them.
     """
@@ -158,18 +158,18 @@ class PageWorlds:
         self._most_sessions = most_sessions
         self._most_cars = most_cars
         self._sessions: dict[str, PageWorld] = {}
-        # The kernels release Python's lock, so a heavy world keeps one of these threads busy and no more.
+        # The kernels release Python's lock, so a large world occupies only one of these threads.
         self._workers = CapacityLimiter(max(os.cpu_count() or 1, 2))
 
     def session(self, key: str) -> PageWorld:
-        """The session of that key, which has a world. Raises MotorcadeError."""
+        """Return the session of that key. Raises MotorcadeError where it has no world."""
         session = self._sessions.get(key)
         if session is None or session.playback is None:
             raise MotorcadeError("no-world")
         return session
 
     def named_or_only(self, key: str) -> PageWorld:
-        """The session of that key; without a key the only one. Raises MotorcadeError."""
+        """Return the session of that key, or the only one where ``key`` is empty. Raises MotorcadeError."""
         if not key and len(self._sessions) == 1:
             key = next(iter(self._sessions))
         return self.session(key)
@@ -186,7 +186,7 @@ class PageWorlds:
                 await page.send_to(socket)
             return
         jobs = (
-            partial(self._listen, socket, session, page),
+            partial(self._receive, socket, session, page),
             partial(page.send_to, socket),
             partial(self._show, session, page),
         )
@@ -228,7 +228,7 @@ class PageWorlds:
             session.forget_timer.cancel()
         self._sessions.pop(session.key, None)
 
-    async def _listen(self, socket: WebSocket, session: PageWorld, page: Outbox) -> None:
+    async def _receive(self, socket: WebSocket, session: PageWorld, page: Outbox) -> None:
         settings = self._settings
         async with session.lock:
             _put_all(session, page, session.connect())
@@ -236,7 +236,7 @@ class PageWorlds:
         while True:
             try:
                 message: WorldMessage = await next_message(socket, WorldMessage, settings.most_body)  # type: ignore[arg-type]  # a union
-                await self._obey(session, page, message)
+                await self._handle(session, page, message)
             except MotorcadeError as problem:
                 page.put(refused(problem))
             if not rate.allows(to_ticks(settings.clock())):
@@ -244,9 +244,9 @@ class PageWorlds:
                 page.put(refused(too_many), closing=True)
                 await asyncio.Event().wait()
 
-    async def _obey(self, session: PageWorld, page: Outbox, message: WorldMessage) -> None:
+    async def _handle(self, session: PageWorld, page: Outbox, message: WorldMessage) -> None:
         if isinstance(message, Shown):
-            # Without the lock: the page's acknowledgement need not wait for a picture that is being made.
+            # Without the lock, as the page's acknowledgement needn't wait for a picture in the making.
             if session.page is page:
                 session.receive(message)
         elif isinstance(message, SetWorld):
@@ -263,12 +263,12 @@ class PageWorlds:
                 session.control.give_back(message.car)
             session.is_quick = False
             answers = await session.alone(lambda: session.receive(message))
-            # A picture that was made meanwhile, and timed, had nothing of this to show.
+            # A picture that was made and timed meanwhile didn't show this change.
             session.is_quick = False
             _put_all(session, page, answers)
 
     async def _show(self, session: PageWorld, page: Outbox) -> None:
-        """Advance the world while the page is connected, and send what there is to show."""
+        """Advance the world while the page is connected, and send its answers."""
         clock = self._settings.clock
         while True:
             await session.changed.wait()
@@ -287,7 +287,7 @@ class PageWorlds:
 def _advance(session: PageWorld, clock: Callable[[], float]) -> list[WorldAnswer | bytes]:
     now_s = clock()
     answers = session.advance(now_s)
-    session.took(clock() - now_s)
+    session.adapt_to(clock() - now_s)
     return answers
 
 

@@ -1,4 +1,4 @@
-"""The studio's worlds: the engine, packed for a page by NumPy (`motorcade.service.playback.SimulatedWorld`)."""
+"""The studio's worlds: the engine's state, packed for a page (`motorcade.service.playback.SimulatedWorld`)."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -26,7 +26,7 @@ from motorcade.words.formats import CONTROL
 from motorcade.words.image import bytes_to_words, parse_image_bytes, words_to_bytes
 from motorcade.words.ticks import elapsed_ms
 
-# More would make a moment so costly that one world holds up the others.
+# With more a moment takes so long to compute that one world delays the others.
 MOST_FURNITURE = 400
 _NO_PROGRAM = words_to_bytes((0,))
 _FRAME, _HEARD, _LOST = (KINDS.index(kind) for kind in ("frame", "heard", "lost"))
@@ -49,14 +49,14 @@ _COLUMNS = ("<f4", "<f4", "<f4", "<u2", "u1", "u1", "u1")
 
 
 def pack_moment(*columns: NDArray[Any]) -> bytes:
-    """The columns x_m, y_m, heading, index of the word, wheels, led and flags (see `motorcade.service.history`)."""
+    """Pack the columns x_m, y_m, heading, index of the word, wheels, led and flags (`motorcade.service.history`)."""
     pairs = zip(columns, _COLUMNS, strict=True)
     packed = b"".join([np.asarray(column).astype(kind).tobytes() for column, kind in pairs])
     return packed + bytes(-len(packed) % 4)
 
 
 def unpack_moment(data: bytes, cars: int) -> list[NDArray[Any]]:
-    """The columns that `pack_moment` packed."""
+    """Return the columns that `pack_moment` packed."""
     columns: list[NDArray[Any]] = []
     at = 0
     for kind in _COLUMNS:
@@ -66,7 +66,7 @@ def unpack_moment(data: bytes, cars: int) -> list[NDArray[Any]]:
 
 
 def event_rows(events: NDArray[np.void]) -> NDArray[np.void]:
-    """Events of `motorcade.engine.events.EVENT` as the rows of a picture."""
+    """Return events of `motorcade.engine.events.EVENT` as the rows of a picture."""
     rows = np.zeros(len(events), EVENT_ROW)
     for name in ("t_ms", "car", "kind", "why", "word", "other"):
         rows[name] = events[name]
@@ -125,7 +125,7 @@ class StudioWorld:
         return events.tobytes()
 
     def reset(self, seed: int) -> None:
-        """Begin again, but for the furniture."""
+        """Begin again, with the furniture as it is."""
         self._world.reset(seed)
         self._begin()
 
@@ -151,7 +151,7 @@ class StudioWorld:
             )
 
     def moment(self, is_stored: bool) -> bytes:
-        """What the cars show now; the flags tell what happened since the last call with the same ``is_stored``."""
+        """What the cars show now; the flags have what happened since the last call with the same ``is_stored``."""
         now = self._world.snapshot()
         flags = now.runs * np.uint8(RUNS) | now.sends * np.uint8(SENDS) | self._counters.take_marks(is_stored)
         return pack_moment(now.x_m, now.y_m, now.heading, self._words.indices(), now.wheels, now.led, flags)
@@ -165,7 +165,7 @@ class StudioWorld:
         return {name: int(values[0]) for name, values in self._world.counts().items()}
 
     def driven(self) -> list[int]:
-        """The cars whose wheels their own program doesn't have."""
+        """The cars that do not run their own program because somebody drives or drove them."""
         return self._driven.driven(self.cars)
 
     def leads(self) -> list[int]:
@@ -198,12 +198,12 @@ class StudioWorld:
             is_known = index != NO_INDEX
             word = np.where(is_known, words[np.where(is_known, index, 0)], 0).astype(np.uint32)
             runs, sends = (flags & flag > 0 for flag in (RUNS, SENDS))
-            # A dict, as a mappingproxy can't be sent to the process that draws.
+            # An empty dict, not the default: a mappingproxy can't be sent to the process that draws.
             yield Moment(t_ms, x_m, y_m, heading, word, runs, wheels, led, sends, {})
 
 
 def build_world(message: SetWorld, driven: DrivenCars, most_cars: int) -> StudioWorld:
-    """The world that a page wants. Raises MotorcadeError."""
+    """Build a page's world. Raises MotorcadeError."""
     mat = mat_from(message.mat, most_cars)
     _check_furniture(mat)
     profile = profile_named(message.profile)
@@ -227,8 +227,8 @@ def count_cars(document: MatDocument, most_cars: int) -> MatCars:
 
 
 def mat_from(document: Any, most_cars: int) -> Mat:
-    """The mat in a page's ``document``. Raises MotorcadeError."""
-    # Checked before anything is placed: a crowd is one line, yet it may be millions of cars.
+    """Return the mat in a page's ``document``. Raises MotorcadeError."""
+    # Checked before cars are placed: a crowd is one line, yet it may have millions of cars.
     count = _cars_in(document)
     if count > most_cars:
         raise MotorcadeError("too-many-cars", count=count, most=most_cars)
@@ -236,7 +236,7 @@ def mat_from(document: Any, most_cars: int) -> Mat:
 
 
 def _or_refuse(code: str, work: Callable[[], _T]) -> _T:
-    """Do some work; an error of it is the reason of the error ``code``."""
+    """Call ``work``; where it raises a MotorcadeError, raise the error ``code`` with that as its reason."""
     try:
         return work()
     except MotorcadeError as problem:
@@ -244,7 +244,7 @@ def _or_refuse(code: str, work: Callable[[], _T]) -> _T:
 
 
 def _cars_in(document: Any) -> float:
-    """How many cars the document has; 0 where it is no mat, which its own check finds."""
+    """Count the cars in the document; 0 where it isn't a mat, which another check refuses."""
     if not isinstance(document, dict):
         return 0
     cars, crowds = document.get("car"), document.get("crowd")
@@ -269,7 +269,7 @@ def _leaders(mat: Mat) -> list[int]:
 
 
 class _WordIndex:
-    """Which of the image's words each car executes or holds."""
+    """For each car the index of the image's word that it executes or holds."""
 
     def __init__(self, world: World) -> None:
         self._world = world
@@ -280,7 +280,7 @@ class _WordIndex:
         self._leaders = np.flatnonzero(world.mat.starts.leads)
 
     def _memory(self) -> NDArray[np.uint32]:
-        """The memory of the cars' brains, a column each, in the order of their numbers."""
+        """The memory of each car's program, in columns sorted by the number of the car."""
         state = self._world.state
         columns: NDArray[np.uint32] = state.memory[:, np.argsort(state.number)]
         return columns
@@ -288,7 +288,7 @@ class _WordIndex:
     def indices(self) -> NDArray[np.uint16]:
         """The index, among the image's words, of what each car executes or holds; NO_INDEX for none.
 
-        Of equal words a follower's is the one that the leader sent last.
+        Where the image has a follower's word more than once, the index of the one that the leader sent last.
         """
         memory = self._memory()
         index = np.full(self._world.cars, NO_INDEX, np.uint16)
@@ -302,7 +302,7 @@ class _WordIndex:
         return index
 
     def _latest(self, slot: int) -> NDArray[np.uint16]:
-        """For each different follower word its latest index in a round that ends with ``slot``."""
+        """For each distinct follower word its latest index in a round that ends with ``slot``."""
         if slot not in self._by_slot:
             count = len(self._place)
             latest = np.zeros(len(self._sent), np.uint16)
@@ -312,7 +312,7 @@ class _WordIndex:
         return self._by_slot[slot]
 
     def details(self, car: int) -> dict[str, Any]:
-        """What a car holds: the word by fields, its index, and for how long."""
+        """The word that a car executes or holds: by fields, its index, and since when."""
         memory = self._memory()[:, car]
         is_leader = bool(self._world.mat.starts.leads[car])
         holds = bool(memory[RUNNING if is_leader else HOLDS])
@@ -328,7 +328,7 @@ class _WordIndex:
 
 
 class _Counters:
-    """What each car has sent, heard and lost, and what it heard last."""
+    """Count the frames that each car sent, received and lost; store the last one received."""
 
     def __init__(self, cars: int) -> None:
         self._cars = cars
@@ -358,7 +358,7 @@ class _Counters:
         return marks
 
     def of(self, car: int) -> dict[str, Any]:
-        """The counts of a car by name, and the frame that it heard last."""
+        """The counts of a car by name, and the last frame that it received."""
         word, sender, t_ms = self._last[:, car].tolist()
         heard = int(self._heard[car])
         return {

@@ -27,11 +27,11 @@ from motorcade.upload.serial_port import readback, upload
 
 VIRTUAL = "virtual"
 _MOST_AT_ONCE = 4
-Tell = Callable[[UploadAnswer], None]
+Report = Callable[[UploadAnswer], None]
 
 
 def listed_ports() -> list[Port]:
-    """The ports that there are: the likeliest first, those of the mainboard last, as seldom anything is there."""
+    """List all ports: the likeliest first; those of the mainboard last, as usually nothing is connected there."""
     found = ports()
     likely = [_listed(port) for port in found if port.rank != BARE]
     bare = [_listed(port) for port in found if port.rank == BARE]
@@ -43,16 +43,16 @@ def _listed(port: PortInfo) -> Port:
 
 
 class VirtualCar:
-    """A simulated leader that stores its image in a file, and runs only during a transfer."""
+    """A simulated leader that stores its image in a file and runs only during a transfer."""
 
     def __init__(self, store: Path) -> None:
         self._store = store
-        self._taken = threading.Lock()
+        self._lock = threading.Lock()
 
     @contextmanager
     def at_a_port(self, profile: Profile) -> Iterator[str]:
-        """Serve the car at a port of its own until the context is left. Raises MotorcadeError."""
-        if not self._taken.acquire(blocking=False):
+        """Run the car at a port of its own during the context. Raises MotorcadeError."""
+        if not self._lock.acquire(blocking=False):
             raise MotorcadeError("car-busy", port=VIRTUAL, holds="")
         try:
             # Only this user can open a pseudo-terminal, while every user of this computer can reach a TCP port.
@@ -65,14 +65,14 @@ class VirtualCar:
         except (StoreError, LineError):
             raise MotorcadeError("virtual-car", path=self._store) from None
         finally:
-            self._taken.release()
+            self._lock.release()
 
 
 class Uploads:
     """The uploads of a server.
 
     Args:
-        settings: its clock, and how large a message may be.
+        settings: the clock, and the size of a message.
         store: the file in which the virtual car stores its image.
     """
 
@@ -82,13 +82,13 @@ class Uploads:
         self._workers = CapacityLimiter(_MOST_AT_ONCE)
 
     async def serve(self, socket: WebSocket) -> None:
-        """Do one transfer through a port of the server; it goes on where the page leaves meanwhile."""
+        """Do one transfer through a port of the server; it continues if the page leaves."""
 
         async def transfer(order: UploadOrder) -> Outcome:
             profile = check_order(order)
             try:
-                async with _sender(socket) as tell:
-                    return await to_thread.run_sync(self._transfer, order, profile, tell, limiter=self._workers)
+                async with _sender(socket) as report:
+                    return await to_thread.run_sync(self._transfer, order, profile, report, limiter=self._workers)
             except MotorcadeError as problem:
                 return failed(problem, order.port)
 
@@ -100,13 +100,13 @@ class Uploads:
         async def transfer(order: UploadOrder) -> None:
             session = UploadSession(order, secrets.randbelow(256))
             incoming: asyncio.Queue[bytes | None] = asyncio.Queue()
-            listening = asyncio.create_task(_listen(socket, incoming))
+            receiving = asyncio.create_task(_receive(socket, incoming))
             try:
                 await self._exchange(socket, session, incoming)
             finally:
-                listening.cancel()
+                receiving.cancel()
                 with suppress(asyncio.CancelledError):
-                    await listening
+                    await receiving
 
         await self._answer(socket, transfer)
 
@@ -137,7 +137,7 @@ class Uploads:
                 await _send(socket, outcome)
             await socket.close()
 
-    def _transfer(self, order: UploadOrder, profile: Profile, tell: Tell) -> Outcome:
+    def _transfer(self, order: UploadOrder, profile: Profile, report: Report) -> Outcome:
         with self._port(order.port, profile) as port:
             if order.image is None:
                 return ImageRead(readback(port, profile.serial.baud))
@@ -147,30 +147,30 @@ class Uploads:
                 order.image,
                 profile.serial.baud,
                 order.verify,
-                lambda sent: from_thread.run_sync(tell, Progress(sent, size)),
-                lambda retry: from_thread.run_sync(tell, retry_notice(retry, size)),
+                lambda sent: from_thread.run_sync(report, Progress(sent, size)),
+                lambda retry: from_thread.run_sync(report, retry_notice(retry, size)),
             )
             return uploaded(order, answer)
 
     def _port(self, port: str, profile: Profile) -> AbstractContextManager[str]:
         if port == VIRTUAL:
             return self._virtual_car.at_a_port(profile)
-        # Some of pyserial's URLs write files, so a page may only name a port that is listed.
+        # Some of pyserial's URLs write files, so a page may use listed ports only.
         if port not in {each.device for each in ports()}:
             raise MotorcadeError("no-such-port", port=port)
         return nullcontext(port)
 
 
-async def _listen(socket: WebSocket, incoming: "asyncio.Queue[bytes | None]") -> None:
-    # Anything but bytes ends the transfer: the page has left, or it is broken.
+async def _receive(socket: WebSocket, incoming: "asyncio.Queue[bytes | None]") -> None:
+    # Anything other than bytes ends the transfer: the page has left, or is faulty.
     while data := (await socket.receive()).get("bytes"):
         incoming.put_nowait(data)
     incoming.put_nowait(None)
 
 
 @asynccontextmanager
-async def _sender(socket: WebSocket) -> AsyncIterator[Tell]:
-    """A function that sends answers to the page; all are sent when the context is left."""
+async def _sender(socket: WebSocket) -> AsyncIterator[Report]:
+    """Return a function that sends answers to the page; when the context ends, all are sent."""
     waiting: asyncio.Queue[UploadAnswer | None] = asyncio.Queue()
 
     async def send_all() -> None:
