@@ -1,7 +1,7 @@
 """Motorcade: program and drive small cars with 32-bit words.
 
-The public names; each is imported from its room when it is first used, so that
-a command that needs none of them starts at once.
+The public names. Each is imported from its module on first use, so that a command
+that needs none of them starts quickly.
 """
 
 from importlib import import_module
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
-_HOMES = {
+_MODULES = {
     "motorcade.car.check": ("check_board",),
     "motorcade.drive.blocking_client": ("BlockingDriveClient",),
     "motorcade.drive.connection": ("CarError",),
@@ -78,14 +78,14 @@ _HOMES = {
     "motorcade.words.field": ("WordError",),
     "motorcade.words.formats": ("CONTROL", "DRIVE", "HEADER"),
 }
-_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
-__all__ = ["__version__", *sorted(_HOME_OF)]
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
+__all__ = ["__version__", *sorted(_MODULE_OF)]
 
 
 def __getattr__(name: str) -> object:
-    if name not in _HOME_OF:
+    if name not in _MODULE_OF:
         raise AttributeError(f"module 'motorcade' has no attribute '{name}'")
-    value = getattr(import_module(_HOME_OF[name]), name)
+    value = getattr(import_module(_MODULE_OF[name]), name)
     globals()[name] = value
     return value
 

@@ -1,4 +1,4 @@
-"""What an error's code means to a shell and to HTTP: one table."""
+"""The exit code and the HTTP status of each error code, in one table."""
 
 from functools import cache
 
@@ -13,7 +13,7 @@ PORT_FORBIDDEN = 7
 REFUSED = 8
 WENT_AWAY = 9
 
-# Exit code, HTTP status, and the error codes that have them; an error that isn't here has the first line's.
+# Exit code, HTTP status, and the error codes that have them. Other errors have DEFAULT.
 DEFAULT = (PROGRAM_ERROR, 400)
 OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (*DEFAULT, ()),
@@ -123,10 +123,10 @@ def _by_code() -> dict[str, tuple[int, int]]:
 
 
 def exit_code_of(code: str) -> int:
-    """The exit code of a command that ends with the error ``code``."""
+    """Return the exit code of a command that ends with the error ``code``."""
     return _by_code().get(code, DEFAULT)[0]
 
 
 def http_status_of(code: str) -> int:
-    """The HTTP status of a request that is answered by the error ``code``."""
+    """Return the HTTP status of a request that is answered by the error ``code``."""
     return _by_code().get(code, DEFAULT)[1]
