@@ -6,6 +6,7 @@ import re
 import socket
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -56,16 +57,22 @@ def pad(monkeypatch):
 
 
 class Log:
-    """What a car says, as it comes."""
+    """The lines that a car prints, as they come."""
 
     def __init__(self, process):
         self._process = process
 
-    def until(self, said):
-        for line in self._process.stderr:
-            if said in line:
-                return
-        pytest.fail(f"never said: {said}")
+    def until(self, text):
+        # The car's end ends a wait for a line that never comes.
+        alarm = threading.Timer(DEADLINE_S, self._process.kill)
+        alarm.start()
+        try:
+            for line in self._process.stderr:
+                if text in line:
+                    return
+        finally:
+            alarm.cancel()
+        pytest.fail(f"never printed: {text}")
 
 
 def tells(client, **expected):
@@ -83,7 +90,7 @@ def test_a_gamepad_at_a_served_car_comes_before_the_network(pad):
             with BlockingDriveClient("127.0.0.1", **address, patience_s=DEADLINE_S) as network:
                 network.drive_for(0.2, throttle=0.5)
                 pad.happens("plug")
-                log.until("is there")
+                log.until("is connected")
                 pad.happens(f"push {LEFT_X} {UP}")
                 wait_until(lambda: tells(network, angle_deg=180, driver="Pad of the tests at the car"), DEADLINE_S)
                 pad.happens(f"hold {RIGHT_BUTTON}")
@@ -119,13 +126,13 @@ def test_a_driver_s_gamepad_drives_and_the_keys_give_orders(pad):
     with DrivenCar(profile=PATIENT) as car:
         connect = ("drive", "connect", f"127.0.0.1:{car.port}", "--telemetry-port", car.telemetry_port)
         with seated(*connect, "--stick", "gamepad", "--language", "en", program=pad.program) as seat:
-            seat.look("No gamepad is there")
+            seat.look("No gamepad is connected")
             pad.happens("plug")
             seat.look("gamepad: Pad of the tests")
             pad.happens(f"push {LEFT_Y} {DOWN}")
             seat.wait(lambda: car.board.setpoint == (90, 0, 255))
             seat.type(b"g")
-            seat.look("Let go of the keys or the stick")
+            seat.look("Release the keys or the stick")
             seat.wait(lambda: car.control.telemetry().driver is None)
             for _ in range(1000):
                 # Between the two it may not have looked.
