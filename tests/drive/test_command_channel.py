@@ -1,4 +1,4 @@
-"""The end that takes commands, with bytes cut, joined and made up in any way, and more clients than seats."""
+"""The end that takes commands, with bytes cut, joined and made up in any way, and more clients than sessions."""
 
 from itertools import accumulate, pairwise
 

@@ -110,7 +110,7 @@ class CarControl:
             if watches and self._arbiter.driver == NOBODY:
                 taken += 1
             if kind == CLIENT and taken >= MOST_SESSIONS:
-                raise DriveError("full", seats=MOST_SESSIONS)
+                raise DriveError("full", sessions=MOST_SESSIONS)
             self._last_number += 1
             rate = RateLimit(max(1, self._limits.commands_per_s * _RATE_WINDOW_MS // 1000), _RATE_WINDOW_MS)
             session = ControlSession(self, self._last_number, name, kind, rate, counts or Counts())

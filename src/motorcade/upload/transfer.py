@@ -139,8 +139,8 @@ class Transfer(ABC):
         begin_ms, count = self._now_ms, 0
         needed_ms = -(-len(data) * _BITS_A_BYTE * 1000 // self._baud)
         while (rest_ms := needed_ms - elapsed_ms(self._now_ms, begin_ms)) > 0 or count < len(data):
-            carried = elapsed_ms(self._now_ms, begin_ms) * self._baud // (_BITS_A_BYTE * 1000)
-            piece = data[count : carried + _AHEAD_BYTES]
+            due_bytes = elapsed_ms(self._now_ms, begin_ms) * self._baud // (_BITS_A_BYTE * 1000)
+            piece = data[count : due_bytes + _AHEAD_BYTES]
             count += len(piece)
             if piece:
                 sent(count)

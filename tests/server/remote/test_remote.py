@@ -220,8 +220,8 @@ def test_a_full_car_refuses_another_page_in_every_language(visit):
     with rig.page() as page:
         page.send("join", car="1")
         received = page.until("error")
-        assert received["sentence"]["en"] == DriveError("full", seats=9).sentence("en")
-        assert received["sentence"]["zh"] == DriveError("full", seats=9).sentence("zh")
+        assert received["sentence"]["en"] == DriveError("full", sessions=9).sentence("en")
+        assert received["sentence"]["zh"] == DriveError("full", sessions=9).sentence("zh")
         page.send("join", car="2")
         assert page.until("error")["code"] == "car-not-listed"
 

@@ -305,7 +305,7 @@ def test_at_most_nine_pages_connect_to_a_car(nowhere):
         await asyncio.sleep(0)
         return full.value.sentence("zh")
 
-    assert asyncio.run(come()) == DriveError("full", seats=9).sentence("zh")
+    assert asyncio.run(come()) == DriveError("full", sessions=9).sentence("zh")
 
 
 @pytest.mark.parametrize(

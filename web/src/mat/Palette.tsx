@@ -9,7 +9,7 @@ import type { Session } from "./session";
 import fields from "./fields.module.css";
 import css from "./mat.module.css";
 
-interface Carried {
+interface Drag {
   kind: NewKind;
   x: number;
   y: number;
@@ -18,7 +18,7 @@ interface Carried {
 /** Things to drag onto the mat; a key or a tap puts one in the middle. */
 export const Palette = memo(function Palette({ session, scene }: { session: Session; scene: Scene | null }) {
   const { t } = useTranslation();
-  const [carried, setCarried] = useState<Carried | null>(null);
+  const [drag, setDrag] = useState<Drag | null>(null);
   const dragged = useRef(false);
 
   const drop = (kind: NewKind, event: { clientX: number; clientY: number }) => {
@@ -42,11 +42,11 @@ export const Palette = memo(function Palette({ session, scene }: { session: Sess
     dragged.current = false;
     button.onpointermove = ({ clientX: x, clientY: y }) => {
       dragged.current ||= Math.hypot(x - begin.x, y - begin.y) > 8;
-      if (dragged.current) setCarried({ kind, x, y });
+      if (dragged.current) setDrag({ kind, x, y });
     };
     const end = (up: globalThis.PointerEvent) => {
       button.onpointermove = button.onpointerup = button.onpointercancel = null;
-      setCarried(null);
+      setDrag(null);
       if (dragged.current && up.type === "pointerup") drop(kind, up);
       // The click that follows belongs to this drag.
       setTimeout(() => (dragged.current = false));
@@ -69,12 +69,12 @@ export const Palette = memo(function Palette({ session, scene }: { session: Sess
           <Icon name={kind} />
         </button>
       ))}
-      {carried && <Ghost {...carried} />}
+      {drag && <Ghost {...drag} />}
     </div>
   );
 });
 
-function Ghost({ kind, x, y }: Carried) {
+function Ghost({ kind, x, y }: Drag) {
   useEffect(() => {
     document.body.classList.add(css.carrying!);
     return () => document.body.classList.remove(css.carrying!);

@@ -143,7 +143,7 @@ class RemoteCars:
         """Connect a page to a car, whether or not the car can be reached. Raises MotorcadeError."""
         found = self._car(car)
         if self._pages[car] >= MOST_SESSIONS:
-            raise DriveError("full", seats=MOST_SESSIONS)
+            raise DriveError("full", sessions=MOST_SESSIONS)
         client = DriveClient(
             found.host,
             found.port,
