@@ -6,19 +6,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.car import brain, next_wakeup, step
+from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, make_levels
 from motorcade.config.profile import levels_of
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import to_frame
 from motorcade.words.ticks import elapsed_ms, later_ms
-from support.strategies import BRISK, images, words
+from support.strategies import BRISK, images, tagged_frames, words
 
 LEVELS = levels_of(BRISK)
 # A relay period shorter than a frame, and times that are no round numbers.
 HASTY = make_levels(
-    (0, 130, 999, 1501), (90, 170, 333, 500, 701, 1200, 1999, 4001), (1, 150, 151, 499), 37, 500, 0, 40, 2
+    (0, 130, 999, 1501),
+    (90, 170, 333, 500, 701, 1200, 1999, 4001),
+    (1, 150, 151, 499),
+    37,
+    (500, 0, 40, 2, 31, 333, 1, 4100),
 )
 DURATION_MS = 3000
 NOISE = st.integers(0, (1 << 32) - 1)
@@ -37,7 +41,7 @@ class Change:
 
 changes = st.builds(
     Change,
-    st.none() | words().map(to_frame) | NOISE,
+    st.none() | words().map(to_frame) | tagged_frames() | NOISE,
     st.sampled_from([brain.NO_VOICE, brain.NO_VOICE, brain.VOICE_STOP, brain.VOICE_GO]),
     st.integers(0, 1),
     st.sampled_from([NOTHING_IN_SIGHT_MM, 50, 250]),
@@ -91,14 +95,15 @@ class BareCar:
     def air_is_busy(self) -> int:
         return self.inputs.air_is_busy
 
-    def send_frame(self, word: int) -> None:
-        self.done.append(("sends", word))
+    def send_frame(self, frame: int) -> None:
+        self.done.append(("sends", frame))
 
     def rest_ms(self, now: int, inputs: Change) -> int:
+        free_ms = next_wakeup.NEVER_MS if inputs.air_is_busy else 0
         if self.image:
-            frames_ms = next_wakeup.frames_rest_ms(self.memory, self.image, now)
+            frames_ms = next_wakeup.frames_rest_ms(self.memory, self.image, free_ms, now, self.levels)
         else:
-            frames_ms = next_wakeup.relay_rest_ms(self.memory, inputs.air_is_busy, now)
+            frames_ms = next_wakeup.relay_rest_ms(self.memory, free_ms, now)
         return min(next_wakeup.word_rest_ms(self.memory, now, self.levels), frames_ms)
 
 
@@ -114,7 +119,7 @@ def test_a_car_stepped_only_when_due_equals_one_stepped_each_millisecond(leads: 
     for car in (prompt, lazy):
         brain.switch_on(car.memory, number, began_ms)
         if image:
-            brain.leader_start(car.memory, image, began_ms)
+            step.begin_program(car, began_ms)
     at, due_ms, shown = CALM, 0, []
     for t_ms in range(DURATION_MS):
         now, is_new = later_ms(began_ms, t_ms), t_ms in news
@@ -137,7 +142,7 @@ PASSED_ON = CONTROL.encode(accept_ir=1, forward=1, led_duration=3)
 def follower(word: int) -> list[int]:
     memory = [0] * brain.SIZE
     brain.switch_on(memory, 1, 0)
-    brain.follower_hears(memory, to_frame(word), 0, LEVELS)
+    frames.follower_hears(memory, to_frame(word), 0, LEVELS)
     return memory
 
 
@@ -150,15 +155,15 @@ def test_a_car_rests_until_its_word_changes_something(word: int, rest_ms: int) -
 
 def test_a_car_with_a_word_to_pass_on_rests_while_others_send() -> None:
     memory = follower(PASSED_ON)
-    assert next_wakeup.relay_rest_ms(memory, 1, 0) == next_wakeup.NEVER_MS
+    assert next_wakeup.relay_rest_ms(memory, 700, 0) == 700
     assert next_wakeup.relay_rest_ms(memory, 0, 0) == 1
 
 
 def test_a_car_that_waits_to_send_rests_until_then() -> None:
     memory = follower(PASSED_ON)
     now = 0
-    while memory[brain.RELAY] != brain.WAITING:
-        assert not brain.follower_sends(memory, 0, now, LEVELS)
+    while memory[brain.RELAY] != frames.WAITING:
+        assert not frames.follower_sends(memory, 0, now, LEVELS)
         now += 1
     assert 1 < next_wakeup.relay_rest_ms(memory, 0, now) == elapsed_ms(memory[brain.RELAY_MS], now)
 
@@ -168,4 +173,4 @@ def test_a_car_with_nothing_to_do_rests_for_days() -> None:
     brain.switch_on(memory, 1, 0)
     assert next_wakeup.word_rest_ms(memory, 0, LEVELS) == next_wakeup.NEVER_MS
     assert next_wakeup.relay_rest_ms(memory, 0, 0) == next_wakeup.NEVER_MS
-    assert next_wakeup.frames_rest_ms(memory, (0,), 0) == next_wakeup.NEVER_MS
+    assert next_wakeup.frames_rest_ms(memory, (0,), 0, 0, LEVELS) == next_wakeup.NEVER_MS

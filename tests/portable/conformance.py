@@ -13,7 +13,7 @@ from drivers import DrivenCar
 from drivers import total_names as drive_names
 from inputs import Random, damaged, draw_frame, draw_image, draw_raw
 
-from motorcade.car import brain, next_wakeup
+from motorcade.car import brain, frames, next_wakeup
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board, make_levels
 from motorcade.car.loop import Car
 from motorcade.errors import Phrase
@@ -28,14 +28,23 @@ from motorcade.words.upload import CHECK, READBACK_REQUEST, CarEnd, ReadbackEnd,
 STEPS_OF_A_PAIR = 50
 # Profiles, in the order of make_levels: the built-in one, and one whose times are no round numbers.
 CLASSROOM = make_levels(
-    (0, 1000, 2000, 3000), tuple(range(1000, 9000, 1000)), (100, 200, 300, 400), 100, 560, 5, 250, 6
+    (0, 1000, 2000, 3000),
+    tuple(range(1000, 9000, 1000)),
+    (100, 200, 300, 400),
+    100,
+    (560, 5, 250, 6, 150, 2400, 2, 10000),
 )
 HASTY = make_levels(
-    (0, 130, 999, 1501), (90, 170, 333, 500, 701, 1200, 1999, 4001), (1, 150, 151, 499), 37, 500, 0, 40, 2
+    (0, 130, 999, 1501),
+    (90, 170, 333, 500, 701, 1200, 1999, 4001),
+    (1, 150, 151, 499),
+    37,
+    (500, 0, 40, 2, 31, 333, 1, 4100),
 )
 # From, to: 0 and 1 ms, the period of a fast loop and of a slow one, just on time, and late by whole states.
 ADVANCES_MS = ((0, 0), (1, 1), (2, 12), (2, 12), (10, 60), (50, 300), (500, 500), (300, 1100), (1000, 9000))
 DIRECTIONS = ("forward", "left", "right")
+RELAY_STATES = ("busy", "sensing", "waiting", "scheduled", "listening", "resting")
 NOTED = {
     "image": "images taken",
     "state": "states begun",
@@ -48,9 +57,17 @@ NOTED = {
 def total_names():
     """Return the names of the cases that a run must meet at least once."""
     names = ["clock wrapped", "states begun", "several states in a tick", "words begun", "words over", "frames heard"]
-    names += ["lost: parity", "lost: reserved", "lost: deaf", "frames sent by leaders", "frames sent by followers"]
+    names += [
+        "lost: parity",
+        "lost: reserved",
+        "lost: check",
+        "lost: deaf",
+        "frames sent by leaders",
+        "frames sent by followers",
+    ]
     names += ["wheels still", "wheels forward", "wheels left", "wheels right", "led off", "led on"]
-    names += ["random forward", "stopped by voice", "avoiding", "relay sensing", "relay waiting", "relayed program"]
+    names += ["random forward", "stopped by voice", "avoiding", "relayed program", "tagged", "tag forgotten"]
+    names += ["relay " + state for state in RELAY_STATES[1:]]
     names += ["images taken", "images not stored", "images refused", "images read back", "images announced"]
     names += ["upload verified", "upload not verified", "upload mismatch", "upload refused", "upload silent"]
     names += ["readback image", "readback refused", "readback silent"]
@@ -188,8 +205,8 @@ class Pair:
         self._clock_ms = (before_ms + random.between(low, high)) & TICKS_MASK
         if self._clock_ms < before_ms:
             record.count("clock wrapped")
-        held = self._follower.memory[brain.WORD]
-        self._follower.board.frames = [draw_frame(random, held) for _ in range(random.pick((0, 0, 0, 1, 1, 3)))]
+        held, tag = self._follower.memory[brain.WORD], self._follower.memory[brain.TAG]
+        self._follower.board.frames = [draw_frame(random, held, tag) for _ in range(random.pick((0, 0, 0, 1, 1, 3)))]
         states = record.totals["states begun"]
         for car in (self._leader, self._follower):
             car.board.clock_ms = self._clock_ms
@@ -206,19 +223,23 @@ class Pair:
         record.add(*car.image)
         record.add(next_wakeup.word_rest_ms(memory, self._clock_ms, levels))
         if car.board.is_leader:
-            record.add(next_wakeup.frames_rest_ms(memory, car.image, self._clock_ms))
+            rests = [next_wakeup.frames_rest_ms(memory, car.image, free, self._clock_ms, levels) for free in (0, 70)]
         else:
-            record.add(*[next_wakeup.relay_rest_ms(memory, busy, self._clock_ms) for busy in (0, 1)])
+            rests = [next_wakeup.relay_rest_ms(memory, free, self._clock_ms) for free in (0, 70)]
+        record.add(*rests)
         if in_the_way != free:
             record.count("avoiding")
         if memory[brain.DRAWS]:
             record.count("random forward")
         if memory[brain.STOPPED]:
             record.count("stopped by voice")
-        if memory[brain.RELAYED]:
-            record.count("relayed program")
-        if memory[brain.RELAY]:
-            record.count("relay sensing" if memory[brain.RELAY] == brain.SENSING else "relay waiting")
+        if car.board.is_leader and not frames.is_tagged(car.image):
+            if memory[brain.RELAYED]:
+                record.count("relayed program")
+        elif memory[brain.RELAY]:
+            record.count("relay " + RELAY_STATES[memory[brain.RELAY]])
+        if memory[brain.TAG]:
+            record.count("tag forgotten" if memory[brain.TAG] == brain.FORGOTTEN else "tagged")
 
 
 def step_ticks(random, record):

@@ -2,7 +2,7 @@
 
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
-from motorcade.words.infrared import to_frame
+from motorcade.words.infrared import tagged_frame, to_frame
 
 
 class Random:
@@ -48,15 +48,18 @@ def draw_word(random, for_leader=False):
 def draw_image(random):
     leader = [draw_word(random, for_leader=True) for _ in range(random.below(9))]
     followers = [draw_word(random) for _ in range(random.below(6))]
-    return words_to_bytes(image_words(Image(leader, followers, random.below(8))))
+    return words_to_bytes(image_words(Image(leader, followers, random.below(8), 0 if random.one_in(2) else 1)))
 
 
-def draw_frame(random, held):
-    """Return a frame for a follower whose word is ``held``."""
+def draw_frame(random, held, tag):
+    """Return a frame for a follower whose word is ``held``, with a tag in half of the cases, often one near ``tag``."""
     kind = random.below(6)
     if kind == 0:
         return to_frame(held)
     frame = to_frame(draw_word(random))
+    if random.one_in(2):
+        near = (tag + random.pick((0, 0, 0, 1, 1, 2, 31, 32, 62))) % 63 + 1
+        frame = tagged_frame(frame, near if random.one_in(2) else random.between(1, 63))
     if kind == 1:
         return frame ^ 1 << random.below(32)
     if kind == 2:

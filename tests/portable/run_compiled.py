@@ -8,12 +8,13 @@ from typing import Any
 import conformance
 import numpy as np
 
-from motorcade.car import brain, loop, next_wakeup, step
+from motorcade.car import brain, frames, loop, next_wakeup, step
 from motorcade.engine.native import compiled
 
-SWITCH_ON, LEADER_START, LEADER_STEP, LEADER_SENDS, SENT_WORD, FRAMES_REST = range(6)
+SWITCH_ON, LEADER_START, LEADER_STEP, LEADER_SENDS, LEADER_FRAME, FRAMES_REST = range(6)
 FOLLOWER_STEP, FOLLOWER_HEARS, FOLLOWER_SENDS, RELAY_REST = range(6, 10)
 HEAR_VOICE, LOOKS, WHEELS, LED, WORD_REST = range(10, 15)
+LEADER_BEGIN, FOLLOWER_FRAME = range(15, 17)
 
 
 def _kernel(fingerprint: str) -> Callable[..., int]:
@@ -28,17 +29,17 @@ def _kernel(fingerprint: str) -> Callable[..., int]:
         if which == LEADER_STEP:
             return brain.leader_step(s, image, now, levels)
         if which == LEADER_SENDS:
-            return brain.leader_sends(s, image, now, levels)
-        if which == SENT_WORD:
-            return int(brain.sent_word(s, image))
+            return frames.leader_sends(s, image, first, now, levels)
+        if which == LEADER_FRAME:
+            return int(frames.leader_frame(s, image))
         if which == FRAMES_REST:
-            return next_wakeup.frames_rest_ms(s, image, now)
+            return next_wakeup.frames_rest_ms(s, image, first, now, levels)
         if which == FOLLOWER_STEP:
             return brain.follower_step(s, now, levels)
         if which == FOLLOWER_HEARS:
-            return brain.follower_hears(s, first, now, levels)
+            return frames.follower_hears(s, first, now, levels)
         if which == FOLLOWER_SENDS:
-            return brain.follower_sends(s, first, now, levels)
+            return frames.follower_sends(s, first, now, levels)
         if which == RELAY_REST:
             return next_wakeup.relay_rest_ms(s, first, now)
         if which == HEAR_VOICE:
@@ -51,19 +52,23 @@ def _kernel(fingerprint: str) -> Callable[..., int]:
             return brain.lit_led(s, now, levels)
         if which == WORD_REST:
             return next_wakeup.word_rest_ms(s, now, levels)
+        if which == LEADER_BEGIN:
+            frames.leader_begin(s, image, now)
+        if which == FOLLOWER_FRAME:
+            return int(frames.follower_frame(s))
         return 0
 
     return call
 
 
 class CompiledBrain:
-    """A replacement for `motorcade.car.brain` and `motorcade.car.next_wakeup`."""
+    """A replacement for `motorcade.car.brain`, `motorcade.car.frames` and `motorcade.car.next_wakeup`."""
 
     def __init__(self) -> None:
         self._call = compiled(_kernel, (Path(__file__),), parallel=False)
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(brain, name)
+        return getattr(brain if hasattr(brain, name) else frames, name)
 
     def _run(self, which: int, s: list[int], image=(0,), now=0, levels=(0,), first=0, second=0) -> int:
         memory = np.array(s, np.uint32).reshape(-1, 1)
@@ -81,14 +86,20 @@ class CompiledBrain:
     def leader_step(self, s, image, now, levels):
         return self._run(LEADER_STEP, s, image, now, levels)
 
-    def leader_sends(self, s, image, now, levels):
-        return self._run(LEADER_SENDS, s, image, now, levels)
+    def leader_begin(self, s, image, now):
+        self._run(LEADER_BEGIN, s, image, now)
 
-    def sent_word(self, s, image):
-        return self._run(SENT_WORD, s, image)
+    def leader_sends(self, s, image, air_is_busy, now, levels):
+        return self._run(LEADER_SENDS, s, image, now, levels, first=air_is_busy)
 
-    def frames_rest_ms(self, s, image, now):
-        return self._run(FRAMES_REST, s, image, now)
+    def leader_frame(self, s, image):
+        return self._run(LEADER_FRAME, s, image)
+
+    def follower_frame(self, s):
+        return self._run(FOLLOWER_FRAME, s)
+
+    def frames_rest_ms(self, s, image, free_ms, now, levels):
+        return self._run(FRAMES_REST, s, image, now, levels, first=free_ms)
 
     def follower_step(self, s, now, levels):
         return self._run(FOLLOWER_STEP, s, now=now, levels=levels)
@@ -99,8 +110,8 @@ class CompiledBrain:
     def follower_sends(self, s, air_is_busy, now, levels):
         return self._run(FOLLOWER_SENDS, s, now=now, levels=levels, first=air_is_busy)
 
-    def relay_rest_ms(self, s, air_is_busy, now):
-        return self._run(RELAY_REST, s, now=now, first=air_is_busy)
+    def relay_rest_ms(self, s, free_ms, now):
+        return self._run(RELAY_REST, s, now=now, first=free_ms)
 
     def hear_voice(self, s, voice):
         self._run(HEAR_VOICE, s, first=voice)
@@ -119,6 +130,7 @@ class CompiledBrain:
 
 
 if __name__ == "__main__":
-    step.brain = loop.brain = conformance.brain = conformance.next_wakeup = CompiledBrain()
+    step.brain = step.frames = loop.brain = conformance.brain = conformance.frames = CompiledBrain()
+    conformance.next_wakeup = step.brain
     for line in conformance.lines(*[int(argument) for argument in sys.argv[1:]]):
         print(line)

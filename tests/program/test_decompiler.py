@@ -50,7 +50,7 @@ def images(draw: st.DrawFn) -> tuple[int, ...]:
     leader = draw(st.lists(control_words(accept_ir=0, forward=1), max_size=5))
     few = draw(st.lists(control_words(), min_size=1, max_size=3))
     followers = draw(st.lists(st.sampled_from(few) | control_words(), max_size=8))
-    return image_words(Image(leader, followers, draw(st.integers(0, 7)) if followers else -1))
+    return image_words(Image(leader, followers, draw(st.integers(0, 7)) if followers else -1, 0))
 
 
 def assert_comes_back(words: tuple[int, ...], profile: Profile = CLASSROOM) -> Program:
@@ -79,7 +79,7 @@ def test_any_valid_image_comes_back_as_a_program_that_compiles_to_it(words: tupl
 @pytest.mark.parametrize("word", [0xA5800000, 0x80000000, 0x00000000, 0xFFFFF000])
 @pytest.mark.parametrize("level", range(8))
 def test_the_largest_image_comes_back(word: int, level: int) -> None:
-    assert_comes_back(image_words(Image([0x7FFFF000] * 255, [word] * 255, level)))
+    assert_comes_back(image_words(Image([0x7FFFF000] * 255, [word] * 255, level, 0)))
 
 
 @pytest.mark.parametrize(
@@ -97,7 +97,7 @@ def test_a_plain_program_comes_back_as_it_was_written(program: Program) -> None:
 
 def test_words_that_no_compiler_would_choose_keep_their_dwell() -> None:
     short = CONTROL.encode(accept_ir=1, led_which=1, led_duration=1)
-    program = assert_comes_back(image_words(Image([], [short, short], 7)))
+    program = assert_comes_back(image_words(Image([], [short, short], 7, 0)))
     assert program.followers == Followers([led(1, 1), led(1, 1)], dwell_seconds=8)
 
 
@@ -122,7 +122,7 @@ def test_a_project_that_came_back_finds_its_profile_again(tmp_path: Path) -> Non
     ],
 )
 def test_a_word_that_no_step_says_is_named(leader: list[int], followers: list[int], position: int, said: str) -> None:
-    words = image_words(Image(leader, followers, 0 if followers else -1))
+    words = image_words(Image(leader, followers, 0 if followers else -1, 0))
     name = f"word {position} (0x{words[position]:08X})"
     with pytest.raises(MotorcadeError, match=re.escape(name) + f".*{said}") as caught:
         decompile(words)
@@ -134,7 +134,7 @@ def test_any_image_comes_back_or_has_its_word_named(leader: list[int], followers
     """The rest of each word is kept, only what no image may hold (reserved bits, parity) is taken off."""
     unused = CONTROL.reserved_mask | 1
     words = image_words(
-        Image([word & ~unused for word in leader], [word & ~unused for word in followers], 3 if followers else -1)
+        Image([word & ~unused for word in leader], [word & ~unused for word in followers], 3 if followers else -1, 0)
     )
     assert parse_image(words)
     try:

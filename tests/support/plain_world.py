@@ -25,7 +25,7 @@ from motorcade.engine.geometry import (
     sine,
 )
 from motorcade.mats import Mat, Pose
-from motorcade.words.infrared import air_us, ones
+from motorcade.words.infrared import air_us, check_is_good, ones, tag_of
 from support import plain_senses
 
 BY_COLLISION, BY_SENDING = "collision", "sending"
@@ -95,7 +95,7 @@ class PlainBoard(Board):
 
     def note(self, kind: str, at_ms: int, word: int, detail: int | str) -> None:
         why, other = "", 0
-        if kind == "state":
+        if kind in ("state", "start"):
             other = int(detail)
         elif kind in ("heard", "lost"):
             why, other = str(detail) if kind == "lost" else "", self.senders[0]
@@ -190,7 +190,11 @@ class PlainWorld:
             self.on_air.remove(frame)
             for receiver in frame.alive:
                 bits = self._flipped(frame.bits, receiver)
-                if bits != frame.bits and ones(bits) % 2 == 0 and not bits & 0xFFE:
+                if (
+                    bits != frame.bits
+                    and ones(bits) % 2 == 0
+                    and (check_is_good(bits) if tag_of(bits) else not bits & 0xFFE)
+                ):
                     self.undetected += not self._is_deaf(receiver)
                 self.boards[receiver].inbox.append((bits, frame.sender))
 
@@ -232,7 +236,7 @@ class PlainWorld:
     def _spread(self, frame: Frame) -> None:
         self.on_air.append(frame)
         for receiver, board in enumerate(self.boards):
-            if board.is_leader or receiver == frame.sender:
+            if receiver == frame.sender:
                 continue
             distance = self._reaches(frame.sender, receiver)
             if distance is None:
@@ -242,7 +246,9 @@ class PlainWorld:
                 self.loudest[receiver] = distance
             loudest = self.loudest[receiver]
             self.loudest[receiver] = min(loudest, distance)
-            if self._sends_soon(receiver):
+            if board.is_leader:
+                pass  # It receives no frames; it only finds that the air is busy.
+            elif self._sends_soon(receiver):
                 self._lose(frame, receiver, BY_SENDING)
             else:
                 for other in others:

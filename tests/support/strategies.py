@@ -11,6 +11,7 @@ from motorcade.config.profile import Profile, built_in_profile
 from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep, own_fields
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
+from motorcade.words.infrared import TAGS, tagged_frame
 
 CLASSROOM = built_in_profile("classroom")
 # The same cars in a hurry: as many cases in less than half of the simulated time.
@@ -135,9 +136,15 @@ def words(draw: st.DrawFn, leads: bool = False) -> int:
     )
 
 
+def tagged_frames() -> st.SearchStrategy[int]:
+    """Frames of any control word with any tag."""
+    return st.builds(tagged_frame, words(), st.integers(1, TAGS))
+
+
 @st.composite
 def images(draw: st.DrawFn, states: int = 0, followers: int = 0) -> bytes:
     """Any image of ``states`` to four leader words, and ``followers`` to three for followers."""
     leader = draw(st.lists(words(leads=True), min_size=states, max_size=4))
-    told = draw(st.lists(words(), min_size=followers, max_size=3))
-    return words_to_bytes(image_words(Image(leader, told, draw(LEVELS))))
+    follower_words = draw(st.lists(words(), min_size=followers, max_size=3))
+    tagged = draw(st.integers(0, 1)) if follower_words else 0
+    return words_to_bytes(image_words(Image(leader, follower_words, draw(LEVELS), tagged)))

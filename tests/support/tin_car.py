@@ -30,7 +30,11 @@ class TinBoard(Board):
     number = 12
     is_leader = False
     levels = make_levels(
-        (0, 1000, 2000, 3000), tuple(range(1000, 9000, 1000)), (100, 200, 300, 400), 100, 560, 5, 250, 6
+        (0, 1000, 2000, 3000),
+        tuple(range(1000, 9000, 1000)),
+        (100, 200, 300, 400),
+        100,
+        (560, 5, 250, 6, 150, 2400, 2, 10000),
     )
 
     def __init__(self, tin, folder):

@@ -37,7 +37,7 @@ def drawn_image(random):
     most = 255 if random.random() < 0.02 else 7
     leader = [random.getrandbits(20) << 12 & 0x7FFFFFFF for _ in range(random.randint(0, most))]
     followers = [random.getrandbits(20) << 12 for _ in range(random.randint(0, most))]
-    return words_to_bytes(image_words(Image(leader, followers, random.randrange(8))))
+    return words_to_bytes(image_words(Image(leader, followers, random.randrange(8), 0)))
 
 
 def drawn_faults(random):

@@ -28,7 +28,7 @@ LONG_ROWS = st.builds(lambda word, count: (word,) * count, CONTROLS, st.sampled_
 @st.composite
 def images(draw):
     leader, followers = draw(ROWS | LONG_ROWS), draw(ROWS | LONG_ROWS)
-    return Image(leader, followers, draw(LEVELS) if followers else -1)
+    return Image(leader, followers, draw(LEVELS) if followers else -1, draw(st.integers(0, 1)) if followers else 0)
 
 
 def image_bytes(image):
@@ -53,11 +53,12 @@ def test_an_image_is_the_same_after_packing_and_parsing(image):
 @pytest.mark.parametrize(
     ("image", "data"),
     [
-        (Image((), (), -1), "00 00 00 00"),
-        (Image((0x65800000,), (), -1), "01 00 00 00  65 80 00 00"),
-        (Image((), (0xA3000000,), 0), "00 01 01 00  a3 00 00 00"),
-        (Image((), (0xA3000000,), 7), "00 01 80 00  a3 00 00 00"),
-        (Image((0x65800000,), (0xA3000000, 0x80000000), 2), "01 02 04 00  65 80 00 00  a3 00 00 00  80 00 00 00"),
+        (Image((), (), -1, 0), "00 00 00 00"),
+        (Image((0x65800000,), (), -1, 0), "01 00 00 00  65 80 00 00"),
+        (Image((), (0xA3000000,), 0, 0), "00 01 01 00  a3 00 00 00"),
+        (Image((), (0xA3000000,), 7, 0), "00 01 80 00  a3 00 00 00"),
+        (Image((), (0xA3000000,), 7, 1), "00 01 80 01  a3 00 00 00"),
+        (Image((0x65800000,), (0xA3000000, 0x80000000), 2, 0), "01 02 04 00  65 80 00 00  a3 00 00 00  80 00 00 00"),
     ],
 )
 def test_the_bytes_of_an_image(image, data):
@@ -66,7 +67,7 @@ def test_the_bytes_of_an_image(image, data):
 
 
 def test_the_longest_image_has_511_words():
-    image = Image((0x40000000,) * 255, (0x80000000,) * 255, 0)
+    image = Image((0x40000000,) * 255, (0x80000000,) * 255, 0, 0)
     data = image_bytes(image)
     assert len(data) == 2044
     assert data[:4] == bytes([0xFF, 0xFF, 0x01, 0x00])
@@ -76,8 +77,8 @@ def test_the_longest_image_has_511_words():
 @pytest.mark.parametrize(
     ("image", "field", "value"),
     [
-        (Image((0,) * 256, (), -1), "leader_states", 256),
-        (Image((), (0,) * 256, 0), "follower_words", 256),
+        (Image((0,) * 256, (), -1, 0), "leader_states", 256),
+        (Image((), (0,) * 256, 0, 0), "follower_words", 256),
     ],
 )
 def test_more_words_than_the_header_can_count_are_refused(image, field, value):
@@ -89,7 +90,7 @@ def test_more_words_than_the_header_can_count_are_refused(image, field, value):
 @pytest.mark.parametrize("level", [-1, 8])
 def test_follower_words_without_a_dwell_level_are_refused(level):
     with pytest.raises(WordError, match="dwell"):
-        image_words(Image((), (0,), level))
+        image_words(Image((), (0,), level, 0))
 
 
 @given(image=images(), data=st.data())
@@ -126,7 +127,8 @@ def test_an_image_with_part_of_a_word_behind_it_is_refused(image, more):
         ("00 01 00 00  80 00 00 00", "dwell is 0; allowed: exactly one bit"),
         ("01 00 01 00  40 00 00 00", "dwell is 1; allowed: 0, as there are no follower words"),
         ("00 00 80 00", "dwell is 128; allowed: 0, as there are no follower words"),
-        ("01 00 00 01  40 00 00 00", "reserved is 1"),
+        ("01 00 00 01  40 00 00 00", "reserved is 1; allowed: 0, as there are no follower words"),
+        ("00 01 01 02  80 00 00 00", "reserved is 2; allowed: 0 to 1"),
         ("00 00 00 ff", "reserved is 255"),
     ],
 )
@@ -160,7 +162,7 @@ def test_a_reserved_or_parity_bit_in_any_word_is_refused_with_its_place(image, b
         ("00 00", "2 个字节"),
         ("02 00 00 00  40 00 00 00", "说明有 3 个码字，这里只有 2 个"),
         ("00 00 00 00  40 00 00 00", "说明有 1 个码字，这里有 2 个"),
-        ("00 00 00 ff", "头位串 0x000000FF 无效：reserved 的值 255 无效；允许：0（保留）"),
+        ("00 00 00 ff", "头位串 0x000000FF 无效：reserved 的值 255 无效；允许：0 至 1"),
         ("01 00 00 00  40 00 00 01", "第 1 个码字（0x40000001）无效：parity"),
         ("01 00 00 00  40 00 00 02", "第 1 个码字（0x40000002）无效：reserved"),
     ],

@@ -16,16 +16,19 @@ def make_levels(
     dwells_ms: tuple[int, ...],
     avoid_radii_mm: tuple[int, ...],
     idle_state_ms: int,
-    unit_us: int,
-    gap_ms: int,
-    relay_period_ms: int,
-    sense_ms: int,
+    infrared: tuple[int, ...],
 ) -> tuple[int, ...]:
-    """Return the profile's integers in the order that `motorcade.car.brain` reads: 4, 8, 4 and five single ones."""
-    if len(durations_ms) != 4 or len(dwells_ms) != 8 or len(avoid_radii_mm) != 4:
-        raise ValueError("a profile has 4 durations, 8 dwells and 4 avoidance radii")
-    singles = (idle_state_ms, unit_us, gap_ms, relay_period_ms, sense_ms)
-    return tuple(durations_ms) + tuple(dwells_ms) + tuple(avoid_radii_mm) + singles
+    """Return the profile's integers in the order that `motorcade.car.brain` reads.
+
+    Args:
+        durations_ms, dwells_ms, avoid_radii_mm: the 4, 8 and 4 levels of the profile.
+        idle_state_ms: the length of a state in which nothing has a duration.
+        infrared: the profile's keys unit_us, gap_ms, relay_period_ms, sense_ms, first_interval_ms, last_interval_ms,
+            redundancy and forget_ms.
+    """
+    if len(durations_ms) != 4 or len(dwells_ms) != 8 or len(avoid_radii_mm) != 4 or len(infrared) != 8:
+        raise ValueError("a profile has 4 durations, 8 dwells, 4 avoidance radii and 8 figures for infrared")
+    return tuple(durations_ms) + tuple(dwells_ms) + tuple(avoid_radii_mm) + (idle_state_ms,) + tuple(infrared)
 
 
 class Board:
@@ -99,5 +102,6 @@ class Board:
             kind: image (one was stored), state, start, over, frame, heard or lost.
             at_ms: when it happened.
             word: the word; the number of bytes for ``image``.
-            detail: a state's index, or why a frame was lost: parity, reserved or deaf.
+            detail: a state's index, the tag of a word that starts (0: bare), or why a frame was lost: parity, reserved,
+                check or deaf.
         """

@@ -1,8 +1,10 @@
 """What a car does with a word: plain functions of integers, the same source on every target.
 
-CPython and MicroPython run this file, the simulator compiles it, and it translates to C line by line. Therefore it has
-no classes, no floats, no allocation, no clock, no input and no output. Times are arguments, in milliseconds that wrap
-(`motorcade.words.ticks`).
+`motorcade.car.frames` is the other half of the brain: which frames a car sends and takes.
+
+CPython and MicroPython run these files, the simulator compiles them, and they translate to C line by line. Therefore
+they have no classes, no floats, no allocation, no clock, no input and no output. Times are arguments, in milliseconds
+that wrap (`motorcade.words.ticks`).
 
 The functions take these arguments:
 
@@ -19,8 +21,7 @@ Source: seed 000, c1-c9, for the fields; the protocol's section "What a car does
 """
 
 from motorcade.words.formats import CONTROL
-from motorcade.words.infrared import air_us, parity_is_even, to_frame
-from motorcade.words.ticks import elapsed_ms, later_ms, reached
+from motorcade.words.ticks import elapsed_ms, later_ms
 
 # A car's memory, s.
 WORD = 0  # the word that the car executes or holds
@@ -35,19 +36,26 @@ RANDOM = 7  # the generator's state, never 0
 STATE = 8  # leader: which of its states
 SLOT = 9  # leader: which follower word it sends
 SLOT_STARTED_MS = 10  # leader: since when
-NEXT_FRAME_MS = 11  # leader: when the next frame is due
+NEXT_FRAME_MS = 11  # leader of bare words: when the next frame is due
 QUIET_MS = 12  # leader: when its last frame and the gap behind it are over
-RELAYED = 13  # leader: 1 where followers pass words on
-RELAY = 8  # follower: how far it is with passing its word on: BUSY, SENSING or WAITING
-RELAY_MS = 9  # follower: free since (SENSING), or sends at (WAITING)
-LOST_PARITY = 10  # follower: frames dropped for their parity
-LOST_RESERVED = 11  # follower: frames dropped for a reserved field
-SIZE = 14
+RELAYED = 13  # leader of bare words: 1 where followers pass words on
+LOST_PARITY = 8  # follower: frames dropped for their parity
+LOST_RESERVED = 9  # follower: frames dropped for a reserved field
+LOST_CHECK = 10  # follower: tagged frames dropped for their check
+RELAY_MS = 11  # follower, leader of tagged words: the moment that RELAY names
+RELAY = 13  # follower, leader of tagged words: how far it is with sending its word, BUSY to RESTING
+# Places for tagged words; a bare word leaves them 0.
+TAG = 14  # the tag of the held or sent word, or FORGOTTEN
+INTERVAL = 15  # length of the present interval in ms; 0 while nothing is to be passed on
+INTERVAL_MS = 16  # when the present interval began
+SAME_TAG = 17  # follower: frames received with its own tag in this interval
+SENT = 17  # leader: frames of this slot that it has sent, at most OPENING_FRAMES
+SIZE = 18
 
-BUSY = 0
-SENSING = 1
-WAITING = 2
-
+# A tagged word that has been held for FORGET_MS: a frame with any tag, or a bare one, replaces it.
+FORGOTTEN = 64
+# The header's reserved field where the follower words travel with a tag.
+TAGGED = 1
 # The profile's integers, levels.
 DURATIONS_MS = 0  # 4 of them
 DWELLS_MS = 4  # 8
@@ -57,6 +65,10 @@ UNIT_US = 17
 GAP_MS = 18
 RELAY_PERIOD_MS = 19
 SENSE_MS = 20
+FIRST_INTERVAL_MS = 21
+LAST_INTERVAL_MS = 22
+REDUNDANCY = 23
+FORGET_MS = 24
 
 # Directions as in a control word. The state of the wheels is direction * 4 + speed level.
 FORWARD = 0
@@ -72,15 +84,6 @@ NO_VOICE = 0
 VOICE_STOP = 1
 VOICE_GO = 2
 
-# What became of a frame.
-BEGUN = 0
-IGNORED = 1
-BAD_PARITY = 2
-BAD_RESERVED = 3
-DEAF = 4
-
-_ACCEPT_IR_AT = CONTROL.field("accept_ir").low
-_FORWARD_AT = CONTROL.field("forward").low
 _MOTOR_ENABLE_AT = CONTROL.field("motor_enable").low
 _MOTOR_DIRECTION_AT = CONTROL.field("motor_direction").low
 _MOTOR_SPEED_AT = CONTROL.field("motor_speed").low
@@ -92,8 +95,6 @@ _AVOID_RADIUS_AT = CONTROL.field("avoid_radius").low
 _AVOID_DURATION_AT = CONTROL.field("avoid_duration").low
 _VOICE_AT = CONTROL.field("voice").low
 _PIR_AT = CONTROL.field("pir").low
-_RESERVED_MASK = CONTROL.reserved_mask
-_WORD_MASK = 0xFFFFFFFE  # a word without its parity bit
 
 
 def motor_ms(word: int, levels: tuple[int, ...]) -> int:
@@ -129,20 +130,6 @@ def length_ms(word: int, levels: tuple[int, ...]) -> int:
     return levels[IDLE_STATE_MS]
 
 
-def dwell_ms(image: tuple[int, ...], levels: tuple[int, ...]) -> int:
-    """How long a leader with ``image`` sends each follower word."""
-    dwell = image[0] >> 8 & 255
-    level = 0
-    while dwell >> level > 1:
-        level = level + 1
-    return levels[DWELLS_MS + level]
-
-
-def frame_ms(frame: int, levels: tuple[int, ...]) -> int:
-    """How long a frame occupies the air, in whole milliseconds."""
-    return (air_us(frame, levels[UNIT_US]) + 999) // 1000
-
-
 def switch_on(s: list[int], number: int, now: int) -> None:
     """Clear the memory, and seed the generator with the car's own number, spread so that neighbours differ."""
     for i in range(SIZE):
@@ -164,22 +151,13 @@ def draw(s: list[int]) -> int:
 
 
 def leader_start(s: list[int], image: tuple[int, ...], now: int) -> int:
-    """Begin a leader's program. Gives 1 where its first state began, 0 for a leader without states."""
-    leader_states = image[0] >> 24
-    follower_words = image[0] >> 16 & 255
-    s[RELAYED] = 0
-    for i in range(follower_words):
-        if image[1 + leader_states + i] >> _FORWARD_AT & 1:
-            s[RELAYED] = 1
+    """Begin a leader's states. Gives 1 where its first state began, 0 for a leader without states."""
     s[STATE] = 0
-    s[SLOT] = 0
-    s[SLOT_STARTED_MS] = now
-    s[NEXT_FRAME_MS] = now
     s[RUNNING] = 0
     s[HOLDS] = 0
-    if leader_states == 0:
+    if image[0] >> 24 == 0:
         return 0
-    _begin(s, image[1], now)
+    begin_word(s, image[1], now)
     return 1
 
 
@@ -195,95 +173,27 @@ def leader_step(s: list[int], image: tuple[int, ...], now: int, levels: tuple[in
     length = length_ms(s[WORD], levels)
     if elapsed_ms(now, s[STARTED_MS]) < length:
         return 0
-    _draw_headings(s, length, levels)
+    draw_headings(s, length, levels)
     s[STATE] = (s[STATE] + 1) % leader_states
-    _begin(s, image[1 + s[STATE]], later_ms(s[STARTED_MS], length))
+    begin_word(s, image[1 + s[STATE]], later_ms(s[STARTED_MS], length))
     return 1
-
-
-def leader_sends(s: list[int], image: tuple[int, ...], now: int, levels: tuple[int, ...]) -> int:
-    """Gives 1 where the leader begins a frame of its follower word ``s[SLOT]`` now, else 0."""
-    follower_words = image[0] >> 16 & 255
-    if follower_words == 0:
-        return 0
-    if reached(now, s[NEXT_FRAME_MS]) == 0 or reached(now, s[QUIET_MS]) == 0:
-        return 0
-    dwell = dwell_ms(image, levels)
-    while elapsed_ms(now, s[SLOT_STARTED_MS]) >= dwell:
-        s[SLOT_STARTED_MS] = later_ms(s[SLOT_STARTED_MS], dwell)
-        s[SLOT] = (s[SLOT] + 1) % follower_words
-    frame = to_frame(sent_word(s, image))
-    s[QUIET_MS] = later_ms(now, frame_ms(frame, levels) + levels[GAP_MS])
-    if s[RELAYED] == 0:
-        s[NEXT_FRAME_MS] = s[QUIET_MS]
-    while s[RELAYED] and reached(now, s[NEXT_FRAME_MS]):
-        s[NEXT_FRAME_MS] = later_ms(s[NEXT_FRAME_MS], levels[RELAY_PERIOD_MS])
-    return 1
-
-
-def sent_word(s: list[int], image: tuple[int, ...]) -> int:
-    """The follower word that a leader is sending."""
-    return image[1 + (image[0] >> 24) + s[SLOT]]
 
 
 def follower_step(s: list[int], now: int, levels: tuple[int, ...]) -> int:
-    """End the word that a follower runs if its length is over. Gives 1 then, else 0."""
+    """End the word that a follower runs if its length is over. Gives 1 then, else 0.
+
+    It also forgets the tag of a word that was begun FORGET_MS ago.
+    """
+    if 0 < s[TAG] < FORGOTTEN and elapsed_ms(now, s[STARTED_MS]) >= levels[FORGET_MS]:
+        s[TAG] = FORGOTTEN
+        s[INTERVAL] = 0
     if s[RUNNING] == 0:
         return 0
     length = length_ms(s[WORD], levels)
     if elapsed_ms(now, s[STARTED_MS]) < length:
         return 0
-    _draw_headings(s, length, levels)
+    draw_headings(s, length, levels)
     s[RUNNING] = 0
-    return 1
-
-
-def follower_hears(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -> int:
-    """Take a frame that ended now; call follower_step first. Gives the result, BEGUN to DEAF."""
-    if s[RUNNING] and s[WORD] >> _ACCEPT_IR_AT & 1 == 0:
-        return DEAF
-    if parity_is_even(frame) == 0:
-        s[LOST_PARITY] = s[LOST_PARITY] + 1
-        return BAD_PARITY
-    if frame & _RESERVED_MASK:
-        s[LOST_RESERVED] = s[LOST_RESERVED] + 1
-        return BAD_RESERVED
-    word = frame & _WORD_MASK
-    if s[RUNNING]:
-        if s[WORD] == word:
-            return IGNORED
-        running_ms = elapsed_ms(now, s[STARTED_MS])
-        if running_ms > 0:
-            _draw_headings(s, running_ms - 1, levels)
-    s[HOLDS] = 1
-    _begin(s, word, now)
-    return BEGUN
-
-
-def follower_sends(s: list[int], air_is_busy: int, now: int, levels: tuple[int, ...]) -> int:
-    """Gives 1 where a follower that passes its word on begins a frame of ``s[WORD]`` now, else 0.
-
-    ``air_is_busy`` is 1 while the car senses a carrier or sends one itself.
-    """
-    if s[HOLDS] == 0 or s[WORD] >> _FORWARD_AT & 1 == 0:
-        s[RELAY] = BUSY
-        return 0
-    if s[RELAY] != WAITING:
-        if air_is_busy:
-            s[RELAY] = BUSY
-            return 0
-        if s[RELAY] == BUSY:
-            s[RELAY] = SENSING
-            s[RELAY_MS] = now
-        if elapsed_ms(now, s[RELAY_MS]) < levels[SENSE_MS]:
-            return 0
-        s[RELAY] = WAITING
-        s[RELAY_MS] = later_ms(now, (draw(s) >> 8) % levels[RELAY_PERIOD_MS])
-    if reached(now, s[RELAY_MS]) == 0:
-        return 0
-    s[RELAY] = BUSY
-    if air_is_busy:
-        return 0
     return 1
 
 
@@ -322,7 +232,7 @@ def wheels(s: list[int], obstacle_mm: int, person: int, now: int, levels: tuple[
         return STILL
     direction = word >> _MOTOR_DIRECTION_AT & 3
     if direction == RANDOM_FORWARD:
-        _draw_headings(s, running_ms, levels)
+        draw_headings(s, running_ms, levels)
         direction = s[HEADING]
     if s[STOPPED]:
         return STILL
@@ -341,7 +251,8 @@ def lit_led(s: list[int], now: int, levels: tuple[int, ...]) -> int:
     return NO_LED
 
 
-def _begin(s: list[int], word: int, now: int) -> None:
+def begin_word(s: list[int], word: int, now: int) -> None:
+    """Begin ``word`` now."""
     s[WORD] = word
     s[STARTED_MS] = now
     s[RUNNING] = 1
@@ -350,7 +261,7 @@ def _begin(s: list[int], word: int, now: int) -> None:
         s[STOPPED] = 0
 
 
-def _draw_headings(s: list[int], running_ms: int, levels: tuple[int, ...]) -> None:
+def draw_headings(s: list[int], running_ms: int, levels: tuple[int, ...]) -> None:
     """Make the draws that were due in the first ``running_ms`` of the word.
 
     Draws are counted, not timed, so a car draws the same numbers whenever its ticks happen, and whether or not it stood

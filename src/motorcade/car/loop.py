@@ -3,15 +3,20 @@
 Portable.
 """
 
-from motorcade.car import brain, step
+from motorcade.car import brain, frames, step
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
 from motorcade.words.check import ready_line
 from motorcade.words.image import bytes_to_words
-from motorcade.words.infrared import to_frame
 from motorcade.words.upload import CANT_STORE, CHECK, IMAGE, NO_PROGRAM, READBACK, CarEnd, CarEvent, error_line
 
+_ALL_BUT_PARITY = 0xFFFFFFFE
 _KINDS = ("state", "start", "over")  # at the indices of motorcade.car.step
-_LOSS_REASONS = {brain.BAD_PARITY: "parity", brain.BAD_RESERVED: "reserved", brain.DEAF: "deaf"}
+_LOSS_REASONS = {
+    frames.BAD_PARITY: "parity",
+    frames.BAD_RESERVED: "reserved",
+    frames.BAD_CHECK: "check",
+    frames.DEAF: "deaf",
+}
 
 
 class Car:
@@ -99,7 +104,7 @@ class Car:
         if result in _LOSS_REASONS:
             self.board.note("lost", self._now_ms, frame, _LOSS_REASONS[result])
         else:
-            self.board.note("heard", self._now_ms, frame & 0xFFFFFFFE, 0)
+            self.board.note("heard", self._now_ms, frame & _ALL_BUT_PARITY, 0)
 
     def heard_voice(self) -> int:
         """What was said since the last tick."""
@@ -124,7 +129,7 @@ class Car:
         """Whether infrared of any car, this one included, is on the air here."""
         return self.board.is_sending() or self.board.senses_carrier()
 
-    def send_frame(self, word: int) -> None:
-        """Begin to send ``word`` by infrared."""
-        self.board.send_frame(to_frame(word))
-        self.board.note("frame", self._now_ms, word, 0)
+    def send_frame(self, frame: int) -> None:
+        """Begin to send ``frame`` by infrared."""
+        self.board.send_frame(frame)
+        self.board.note("frame", self._now_ms, frame & _ALL_BUT_PARITY, 0)

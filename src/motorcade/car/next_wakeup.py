@@ -4,9 +4,9 @@ Portable, and compiled into the simulator, which gives a car its turn only when 
 every tick. The arguments are those of `motorcade.car.brain`.
 """
 
-from motorcade.car import brain
+from motorcade.car import brain, frames
 from motorcade.words.formats import CONTROL
-from motorcade.words.ticks import elapsed_ms, reached
+from motorcade.words.ticks import elapsed_ms, later_ms, reached
 
 # Longer than any duration, and short enough that the wrapping clock still takes it for the future.
 NEVER_MS = 1 << 28
@@ -15,23 +15,47 @@ _FORWARD_AT = CONTROL.field("forward").low
 _MOTOR_DIRECTION_AT = CONTROL.field("motor_direction").low
 
 
-def frames_rest_ms(s: list[int], image: tuple[int, ...], now: int) -> int:
-    """For how many ms after now a leader begins no frame."""
+def frames_rest_ms(s: list[int], image: tuple[int, ...], free_ms: int, now: int, levels: tuple[int, ...]) -> int:
+    """For how many ms after now a leader begins no frame, if the air is free in ``free_ms`` and no sooner."""
     if image[0] >> 16 & 255 == 0:
         return NEVER_MS
+    if frames.is_tagged(image):
+        slot_ms = frames.dwell_ms(image, levels) - elapsed_ms(now, s[brain.SLOT_STARTED_MS])
+        rest = 0
+        if reached(now, s[brain.QUIET_MS]) == 0:
+            rest = elapsed_ms(s[brain.QUIET_MS], now)
+        moment = _moment_ms(s, free_ms, now)
+        if moment > rest:
+            rest = moment
+        if slot_ms < rest:
+            return slot_ms
+        return rest
     due = s[brain.NEXT_FRAME_MS]
     if reached(due, s[brain.QUIET_MS]) == 0:
         due = s[brain.QUIET_MS]
     return elapsed_ms(due, now)
 
 
-def relay_rest_ms(s: list[int], air_is_busy: int, now: int) -> int:
-    """For how many ms after now a follower doesn't begin to pass its word on, if the air stays as busy as it is."""
+def relay_rest_ms(s: list[int], free_ms: int, now: int) -> int:
+    """For how many ms after now a follower doesn't begin to pass its word on, if the air is free in ``free_ms``."""
     if s[brain.HOLDS] == 0 or s[brain.WORD] >> _FORWARD_AT & 1 == 0:
         return NEVER_MS
-    if s[brain.RELAY] == brain.WAITING:
-        return elapsed_ms(s[brain.RELAY_MS], now)
-    return NEVER_MS if air_is_busy else 1
+    if s[brain.TAG] and s[brain.INTERVAL] == 0:
+        return NEVER_MS
+    return _moment_ms(s, free_ms, now)
+
+
+def _moment_ms(s: list[int], free_ms: int, now: int) -> int:
+    """For how many ms after now a car that wants to send does nothing; at least 1."""
+    state = s[brain.RELAY]
+    due = s[brain.RELAY_MS]
+    if state == frames.RESTING:
+        due = later_ms(s[brain.INTERVAL_MS], s[brain.INTERVAL])
+    elif state != frames.WAITING and state != frames.SCHEDULED:
+        return free_ms if free_ms > 0 else 1
+    if reached(now, due):
+        return 1
+    return elapsed_ms(due, now)
 
 
 def word_rest_ms(s: list[int], now: int, levels: tuple[int, ...]) -> int:
@@ -39,11 +63,16 @@ def word_rest_ms(s: list[int], now: int, levels: tuple[int, ...]) -> int:
 
     A car may rest for so long, or until it has a frame to send, if it receives none and its sensors find nothing new.
     """
-    if s[brain.RUNNING] == 0:
-        return NEVER_MS
-    word = s[brain.WORD]
     running_ms = elapsed_ms(now, s[brain.STARTED_MS])
+    forget = NEVER_MS
+    if s[brain.HOLDS] and 0 < s[brain.TAG] < brain.FORGOTTEN:
+        forget = levels[brain.FORGET_MS] - running_ms
+    if s[brain.RUNNING] == 0:
+        return forget
+    word = s[brain.WORD]
     rest = brain.length_ms(word, levels) - running_ms
+    if forget < rest:
+        rest = forget
     motor = brain.motor_ms(word, levels)
     if running_ms < motor:
         if motor - running_ms < rest:

@@ -8,11 +8,12 @@ cars, so both do the same in the same order. Each gives its own ``car``, with th
 ``memory``, ``image``, ``levels``
     ``s``, ``image`` and ``levels`` of `motorcade.car.brain`.
 ``note(kind, at_ms, word, detail)``
-    a state (STATE) or a word (START) begins, or a word's length is over (OVER); ``detail`` is a state's index, else 0.
+    a state (STATE) or a word (START) begins, or a word's length is over (OVER); ``detail`` is a state's index, the tag
+    with which a word came (0: bare), or 0.
 ``received_frames()``
     the infrared frames that ended since the last tick, in order.
 ``note_frame(frame, result)``
-    the brain took such a frame, with this result of `motorcade.car.brain.follower_hears`.
+    the brain took such a frame, with this result of `motorcade.car.frames.follower_hears`.
 ``heard_voice()``
     what was said since the last tick.
 ``sense(looks_mm)``
@@ -23,11 +24,11 @@ cars, so both do the same in the same order. Each gives its own ``car``, with th
     ``senses`` is what ``sense`` gave.
 ``air_is_busy()``
     1 while infrared of any car, this one included, is on the air here.
-``send_frame(word)``
-    begins to send ``word`` by infrared.
+``send_frame(frame)``
+    begins to send the 32 bits of ``frame`` by infrared.
 """
 
-from motorcade.car import brain
+from motorcade.car import brain, frames
 from motorcade.words.ticks import later_ms
 
 # For the type checker alone: MicroPython has no such module.
@@ -43,6 +44,7 @@ OVER = 2
 
 def begin_program(car: "Any", now: int) -> None:
     """Let a leader begin its image."""
+    frames.leader_begin(car.memory, car.image, now)
     if brain.leader_start(car.memory, car.image, now):
         car.note(STATE, now, car.memory[brain.WORD], 0)
 
@@ -79,21 +81,21 @@ def _follow(car: "Any", now: int) -> None:
         over_ms = later_ms(s[brain.STARTED_MS], brain.length_ms(s[brain.WORD], levels))
         car.note(OVER, over_ms, s[brain.WORD], 0)
     for frame in car.received_frames():
-        result = brain.follower_hears(s, frame, now, levels)
+        result = frames.follower_hears(s, frame, now, levels)
         car.note_frame(frame, result)
-        if result == brain.BEGUN:
-            car.note(START, now, s[brain.WORD], 0)
+        if result == frames.BEGUN:
+            car.note(START, now, s[brain.WORD], s[brain.TAG])
 
 
 def send(car: "Any", now: int) -> int:
     """Begin the frame that is due, if one is; call it after ``act``. Gives 1 where a frame was begun, else 0."""
     s = car.memory
     if car.leads:
-        if brain.leader_sends(s, car.image, now, car.levels) == 0:
+        if frames.leader_sends(s, car.image, car.air_is_busy(), now, car.levels) == 0:
             return 0
-        car.send_frame(brain.sent_word(s, car.image))
+        car.send_frame(frames.leader_frame(s, car.image))
     else:
-        if brain.follower_sends(s, car.air_is_busy(), now, car.levels) == 0:
+        if frames.follower_sends(s, car.air_is_busy(), now, car.levels) == 0:
             return 0
-        car.send_frame(s[brain.WORD])
+        car.send_frame(frames.follower_frame(s))
     return 1

@@ -4,7 +4,7 @@ Times are integer milliseconds. The built-in profile is ``classroom`` (`profiles
 another TOML file beside it.
 """
 
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, astuple, dataclass, fields
 from functools import cache, lru_cache
 from importlib import resources
 from pathlib import Path
@@ -17,17 +17,24 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.words.infrared import air_us
 
 _MOST = (1 << 20) - 1
+_FORGET_MS = 10_000
+# The word of a slot is begun again by a car that forgets its tag within the slot.
+_BEYOND_DWELL_MS = 2000
 
 
 @dataclass(frozen=True, slots=True)
 class Infrared:
-    """Range of a frame, its unit, and the pauses between frames."""
+    """Range of a frame, its unit, the pauses between frames, and how tagged words are passed on."""
 
     range_mm: int
     unit_us: int
     gap_ms: int
     relay_period_ms: int
     sense_ms: int
+    first_interval_ms: int = 150
+    last_interval_ms: int = 2400
+    redundancy: int = 2
+    forget_ms: int = _FORGET_MS
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,6 +179,8 @@ def profile_from_dict(document: Any, name: str) -> Profile:
         if list(levels) != sorted(set(levels)):
             raise MotorcadeError("levels-not-rising", file=file, key=key, value=values[key])
         values[key] = levels
+    if "forget_ms" not in document["infrared"]:
+        values["infrared"]["forget_ms"] = max(_FORGET_MS, values["dwell_ms"][-1] + _BEYOND_DWELL_MS)
     profile = Profile(name=name, **{**values, **{key: kind(**values[key]) for key, kind in TABLES.items()}})
     _check_times(profile, file)
     return profile
@@ -183,6 +192,12 @@ def _check_times(profile: Profile, file: Phrase) -> None:
     if infrared.relay_period_ms <= longest_ms:
         times = {"period_ms": infrared.relay_period_ms, "longest_ms": f"{longest_ms:g}"}
         raise MotorcadeError("relay-period-too-short", file=file, **times)
+    if not 1 < infrared.first_interval_ms <= infrared.last_interval_ms:
+        times = {key: getattr(infrared, key) for key in ("first_interval_ms", "last_interval_ms")}
+        raise MotorcadeError("intervals-not-rising", file=file, **times)
+    if infrared.forget_ms <= profile.dwell_ms[-1]:
+        times = {"forget_ms": infrared.forget_ms, "dwell_ms": profile.dwell_ms[-1]}
+        raise MotorcadeError("forget-time-too-short", file=file, **times)
     if not drive.watchdog_ms < drive.failsafe_ms < drive.hand_over_ms:
         times = {key: getattr(drive, key) for key in ("watchdog_ms", "failsafe_ms", "hand_over_ms")}
         raise MotorcadeError("drive-times-not-rising", file=file, **times)
@@ -190,14 +205,5 @@ def _check_times(profile: Profile, file: Phrase) -> None:
 
 def levels_of(profile: Profile) -> tuple[int, ...]:
     """Return the profile's integers as `motorcade.car.brain` takes them for ``levels``."""
-    infrared = profile.infrared
-    return make_levels(
-        profile.durations_ms,
-        profile.dwell_ms,
-        profile.avoid_radii_mm,
-        profile.idle_state_ms,
-        infrared.unit_us,
-        infrared.gap_ms,
-        infrared.relay_period_ms,
-        infrared.sense_ms,
-    )
+    infrared = astuple(profile.infrared)[1:]
+    return make_levels(profile.durations_ms, profile.dwell_ms, profile.avoid_radii_mm, profile.idle_state_ms, infrared)

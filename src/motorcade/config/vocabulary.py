@@ -102,7 +102,7 @@ def field_notes(of: Field) -> str:
     if of.unit:
         notes.append(f"in {of.unit}")
     if of.reserved:
-        notes.append("written 0")
+        notes.append(str(of.reserved_allowed) if of.defined else "written 0")
     else:
         notes.append(str(of.allowed))
     if of.goes_with:

@@ -1,6 +1,6 @@
 """Infrared between cars, frame by frame, and voices.
 
-A frame reaches every follower that is, when the frame begins, within range of its sender, within the sender's beam and
+A frame reaches every car that is, when the frame begins, within range of its sender, within the sender's beam and
 in its line of sight, where walls, obstacles and the bodies of other cars shade. It occupies the air there for its own
 air time.
 
@@ -16,19 +16,30 @@ flips and no even number.
 
 import math
 
-from motorcade.car import brain
+from motorcade.car import frames
 from motorcade.engine import events
 from motorcade.engine.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS, cell_at
 from motorcade.engine.geometry import cosine, cross, is_shaded, mix, sine
 from motorcade.engine.native import in_kernel
 from motorcade.engine.state import NOBODY, Arrays, Cars, Floats, Now, Place, Voices
-from motorcade.words.ticks import later_ms, reached
+from motorcade.words.ticks import elapsed_ms, later_ms, reached
 
 
 @in_kernel
 def air_is_busy(i: int, now: int, cars: Cars) -> int:
     """1 while frames of others, or its own, are on the air around car ``i``."""
     return 1 - reached(now, cars.air_until[i]) * reached(now, cars.sends_until[i])
+
+
+@in_kernel
+def free_in_ms(i: int, now: int, cars: Cars) -> int:
+    """In how many ms the air around car ``i`` is free, as far as frames on the air now tell; 0 where it is free."""
+    if air_is_busy(i, now, cars) == 0:
+        return 0
+    free = cars.air_until[i]
+    if reached(cars.sends_until[i], free):
+        free = cars.sends_until[i]
+    return elapsed_ms(free, now)
 
 
 @in_kernel
@@ -41,7 +52,7 @@ def begin_frame(i: int, frame: int, arrays: Arrays, now: Now) -> None:
         )
         cars.heard_from[i] = NOBODY
     cars.heard[i] = frame
-    cars.sends_until[i] = later_ms(now.ms, brain.frame_ms(frame, arrays.rules.levels))
+    cars.sends_until[i] = later_ms(now.ms, frames.frame_ms(frame, arrays.rules.levels))
     counters.counts[now.part, events.FRAMES] += 1
 
 
@@ -64,7 +75,7 @@ def spread_frame(j: int, low_row: int, high_row: int, arrays: Arrays, now: Now) 
         for i in range(first[row * columns + left], first[row * columns + right + 1]):
             dx, dy = float(cars.x[i]) - x, float(cars.y[i]) - y
             squared = dx * dx + dy * dy
-            if squared > rules.range * rules.range or i == j or cars.program[i] != 0:
+            if squared > rules.range * rules.range or i == j:
                 continue
             distance = math.sqrt(squared)
             if dx * ahead_x + dy * ahead_y < rules.beam_cos * distance:
@@ -82,7 +93,10 @@ def _arrive(i: int, j: int, distance: int, arrays: Arrays, now: Now) -> None:
     is_free = reached(now.ms, cars.air_until[i])
     drowned = is_free == 0 and not _is_louder(distance, loudest, capture)
     number, sender = cars.number[i], cars.number[j]
-    if reached(now.ms, cars.sends_until[i]) == 0:
+    if cars.program[i] != 0:
+        # A leader receives no frames; it only finds that the air is busy.
+        pass
+    elif reached(now.ms, cars.sends_until[i]) == 0:
         events.record_loss(counters, now.part, now.ms, number, events.SENDING, cars.heard[j], sender)
     else:
         if cars.heard_from[i] != NOBODY and not _is_louder(loudest, distance, capture):

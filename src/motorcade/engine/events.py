@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 # One event. kind is an index into KINDS and why one into LOSS_REASONS. word is the control word, for a lost frame the
-# bits on the air. other is a state's index, or the number of a frame's sender, else 0.
+# bits on the air. other is a state's index, the tag of a word that starts, or the number of a frame's
+# sender, else 0.
 EVENT = np.dtype(
     [
         ("t_ms", "<u4"),
@@ -24,7 +25,7 @@ EVENT = np.dtype(
     ]
 )
 KINDS = ("state", "start", "over", "frame", "heard", "lost")
-LOSS_REASONS = ("", "parity", "reserved", "deaf", "sending", "collision")
+LOSS_REASONS = ("", "parity", "reserved", "deaf", "sending", "collision", "check")
 
 # Indices into KINDS; the first three are those of `motorcade.car.step`.
 STATE = 0
@@ -39,13 +40,14 @@ RESERVED = 2
 DEAF = 3
 SENDING = 4
 COLLISION = 5
+CHECK = 6
 
 # Columns of the counts. Lost frames are counted at their index into LOSS_REASONS; index 0 is free for those begun.
 FRAMES = 0
-FRAMES_HEARD = 6
-UNDETECTED = 7
-TOUCHING_MS = 8
-EVENTS = 9  # events that happened, whether or not there was room for them
+FRAMES_HEARD = 7
+UNDETECTED = 8
+TOUCHING_MS = 9
+EVENTS = 10  # events that happened, whether or not there was room for them
 COUNTS = 16  # two cache lines, so that no two threads write to one
 # One event while a run goes on: t_ms, the car's number, kind, why, word, other.
 COLUMNS = 6

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numba
 
-from motorcade.car import brain, next_wakeup, step
+from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.engine import bicycle, bodies, cells, channel, clearance, events, geometry, native, state
 from motorcade.engine.events import Counters
@@ -36,7 +36,6 @@ from motorcade.engine.state import (
     Voices,
 )
 from motorcade.words.formats import CONTROL
-from motorcade.words.infrared import to_frame
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 
 ALL = -1
@@ -77,11 +76,13 @@ class CarTurn(NamedTuple):
         cars, counters, i, part, now = self.arrays.cars, self.arrays.counters, self.i, self.now.part, self.now.ms
         number, sender = cars.number[i], cars.heard_from[i]
         cars.heard_from[i] = NOBODY
-        if result == brain.BAD_PARITY:
+        if result == frames.BAD_PARITY:
             events.record_loss(counters, part, now, number, events.PARITY, frame, sender)
-        elif result == brain.BAD_RESERVED:
+        elif result == frames.BAD_RESERVED:
             events.record_loss(counters, part, now, number, events.RESERVED, frame, sender)
-        elif result == brain.DEAF:
+        elif result == frames.BAD_CHECK:
+            events.record_loss(counters, part, now, number, events.CHECK, frame, sender)
+        elif result == frames.DEAF:
             events.record_loss(counters, part, now, number, events.DEAF, frame, sender)
         else:
             counters.counts[part, events.FRAMES_HEARD] += 1
@@ -131,11 +132,11 @@ class CarTurn(NamedTuple):
         """1 while frames are on the air around the car."""
         return channel.air_is_busy(self.i, self.now.ms, self.arrays.cars)
 
-    def send_frame(self, word: int) -> None:
-        """Begin a frame of ``word``."""
-        number = self.arrays.cars.number[self.i]
+    def send_frame(self, frame: int) -> None:
+        """Begin to send the 32 bits of ``frame``."""
+        number, word = self.arrays.cars.number[self.i], frame & 0xFFFFFFFE
         events.record(self.arrays.counters, self.now.part, self.now.ms, number, events.FRAME, 0, word, 0)
-        channel.begin_frame(self.i, to_frame(word), self.arrays, self.now)
+        channel.begin_frame(self.i, frame, self.arrays, self.now)
 
 
 @in_kernel
@@ -200,17 +201,11 @@ def _left_to_word(car: CarTurn) -> int:
 def _set_due(car: CarTurn, wait: int) -> None:
     """Set when the car's next turn is due: in ``wait`` ms at the latest."""
     s, i, cars, now = car.memory, car.i, car.arrays.cars, car.now.ms
+    free_ms = channel.free_in_ms(i, now, cars)
     if car.leads:
-        wait = min(wait, next_wakeup.frames_rest_ms(s, car.image, now))
+        wait = min(wait, next_wakeup.frames_rest_ms(s, car.image, free_ms, now, car.levels))
     else:
-        relay = next_wakeup.relay_rest_ms(s, 0, now)
-        if s[brain.RELAY] != brain.WAITING and relay < next_wakeup.NEVER_MS and channel.air_is_busy(i, now, cars):
-            # It waits for the air to be free.
-            free = cars.air_until[i]
-            if reached(cars.sends_until[i], free):
-                free = cars.sends_until[i]
-            relay = elapsed_ms(free, now)
-        wait = min(wait, relay)
+        wait = min(wait, next_wakeup.relay_rest_ms(s, free_ms, now))
         if cars.heard_from[i] != NOBODY:
             wait = min(wait, elapsed_ms(cars.heard_at[i], now))
     cars.due[i] = later_ms(now, max(wait, 1))

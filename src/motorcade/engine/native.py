@@ -20,7 +20,7 @@ import numba
 from numba.core import event, types
 from numba.extending import overload_method, register_jitable
 
-from motorcade.car import brain, next_wakeup, step
+from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.engine import events
 from motorcade.words import infrared, ticks
 
@@ -28,7 +28,7 @@ from motorcade.words import infrared, ticks
 in_kernel = register_jitable(forceinline=True)
 
 Class = TypeVar("Class", bound=type)
-_PLAIN = (ticks, infrared, brain, next_wakeup, step, events)
+_PLAIN = (ticks, infrared, brain, frames, next_wakeup, step, events)
 for _module in _PLAIN:
     for _function in list(vars(_module).values()):
         if isinstance(_function, FunctionType) and _function.__module__ == _module.__name__:

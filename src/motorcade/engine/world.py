@@ -31,6 +31,7 @@ _COUNTED = {
     "lost_sending": events.SENDING,
     "lost_parity": events.PARITY,
     "lost_reserved": events.RESERVED,
+    "lost_check": events.CHECK,
     "deaf": events.DEAF,
     "undetected": events.UNDETECTED,
     "touching_ms": events.TOUCHING_MS,
@@ -241,8 +242,9 @@ class World:
         """Count what has happened since reset; each array has the shape (worlds,).
 
         ``frames`` are the frames begun. At each receiver a frame is ``heard`` or lost: ``lost_collision``,
-        ``lost_sending``, ``lost_parity``, ``lost_reserved``, ``deaf``. ``undetected`` are frames that were heard with
-        flipped bits. ``touching_ms`` is the time that cars were in touch with something, summed over cars.
+        ``lost_sending``, ``lost_parity``, ``lost_reserved``, ``lost_check``, ``deaf``. ``undetected`` are frames
+        that were heard with flipped bits. ``touching_ms`` is the time that cars were in touch with something, summed
+        over cars.
         """
         counts = self._counters.counts
         return {

@@ -10,13 +10,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from motorcade.car.brain import NEXT_FRAME_MS, QUIET_MS, SIZE, frame_ms, leader_sends, leader_start, sent_word
+from motorcade.car import brain, frames, next_wakeup
 from motorcade.config.profile import Profile, levels_of
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.experiments.parameters import Value, kind_of
 from motorcade.experiments.plan import Batch, Task, code_hash, describe
 from motorcade.words.image import bytes_to_words
-from motorcade.words.infrared import to_frame
 
 if TYPE_CHECKING:
     from motorcade.engine.world import World
@@ -41,6 +40,7 @@ MEASURES = (
     Measure("lost_sending", "frames lost to own sending", True),
     Measure("lost_parity", "frames lost to wrong parity", True),
     Measure("lost_reserved", "frames lost to reserved bits", True),
+    Measure("lost_check", "frames lost to a wrong check", True),
     Measure("deaf", "frames missed while deaf", True),
     Measure("undetected", "wrong frames taken for good", True),
     Measure("touching_ms", "cars touching (ms)", True),
@@ -51,7 +51,7 @@ MEASURES = (
     Measure("alignment", "alignment of the cars", False),
     Measure("moved_m", "distance from start to end (m)", False),
 )
-_LOST = ("lost_collision", "lost_sending", "lost_parity", "lost_reserved", "deaf")
+_LOST = ("lost_collision", "lost_sending", "lost_parity", "lost_reserved", "lost_check", "deaf")
 
 
 def table_schema(parameters: Sequence[str]) -> pa.Schema:
@@ -166,14 +166,16 @@ def last_word(image: bytes, profile: Profile, duration_ms: int, tick_ms: int) ->
 
     None where it has completed none. The brain itself computes the frames.
     """
-    words, levels, memory = bytes_to_words(image), levels_of(profile), [0] * SIZE
-    leader_start(memory, words, 0)
+    words, levels, memory = bytes_to_words(image), levels_of(profile), [0] * brain.SIZE
+    brain.switch_on(memory, 0, 0)
+    frames.leader_begin(memory, words, 0)
     now_ms, last = 0, None
-    while now_ms < duration_ms and leader_sends(memory, words, now_ms, levels):
-        word = sent_word(memory, words)
-        if now_ms + frame_ms(to_frame(word), levels) > duration_ms:
-            break
-        last = word
-        due_ms = max(memory[NEXT_FRAME_MS], memory[QUIET_MS])
+    while now_ms < duration_ms:
+        if frames.leader_sends(memory, words, 0, now_ms, levels):
+            frame = frames.leader_frame(memory, words)
+            if now_ms + frames.frame_ms(frame, levels) > duration_ms:
+                break
+            last = frame & 0xFFFFF000
+        due_ms = now_ms + max(next_wakeup.frames_rest_ms(memory, words, 0, now_ms, levels), 1)
         now_ms = -(-due_ms // tick_ms) * tick_ms
     return last

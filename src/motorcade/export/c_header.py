@@ -184,7 +184,7 @@ def _decode(word_format: WordFormat) -> str:
         shifted = f"word >> {field.low}" if field.low else "word"
         lines.append(f"    values->{field.name} = (uint{_type_bits(field)}_t)({shifted} & 0x{field.raw_mask:X}UL);")
     strict = [
-        f"    if (strict && values->{field.name} != 0) return {_fault(word_format, field)};"
+        f"    if (strict && values->{field.name} > {field.defined}) return {_fault(word_format, field)};"
         for field in word_format.fields
         if field.reserved
     ] or ["    (void)strict;"]

@@ -57,7 +57,7 @@ def _table(vocabulary: Vocabulary, word_format: WordFormat, language: str) -> st
 
 def _values(field: Field, language: str) -> str:
     if field.reserved:
-        return Phrase("zero-reserved").sentence(language)
+        return field.reserved_allowed.sentence(language)
     if field.only:
         return ", ".join(f"{raw} ({name})" for raw, name in field.only)
     values = str(field.minimum) if field.minimum == field.maximum else f"{field.minimum}–{field.maximum}"

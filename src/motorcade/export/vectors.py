@@ -165,7 +165,7 @@ def _limits(field: Field) -> list[int]:
 def _drawn(field: Field, seed: str) -> int:
     number = crc32(seed.encode())
     if field.reserved and number & 1:
-        return 0
+        return number >> 1 & field.defined
     choices = _limits(field)
     if field.only or field.one_hot:
         return choices[number % len(choices)]
@@ -239,12 +239,12 @@ def _word(word_format: WordFormat, word: int) -> dict[str, Any]:
 
 
 _IMAGES = (
-    Image((), (), -1),
+    Image((), (), -1, 0),
     # Forward at speed 2 for duration 3, then left at speed 1 for duration 1.
-    Image((0x65800000, 0x6A800000), (), -1),
+    Image((0x65800000, 0x6A800000), (), -1, 0),
     # The followers: LED 1 for duration 1, and another that is passed on.
-    Image((0x64800000,), (0x80280000, 0xC0280000), 1),
-    Image((), (0xBFFFF000,), 7),
+    Image((0x64800000,), (0x80280000, 0xC0280000), 1, 0),
+    Image((), (0xBFFFF000,), 7, 0),
 )
 _FRAMES = (0x00000000, 0x80280000, 0xC0280000, 0x64800000, 0xFFFFF000, WORD_MASK)
 

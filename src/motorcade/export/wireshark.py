@@ -62,6 +62,8 @@ def _field(field: Field) -> str:
     }
     entries |= {key: True for key in ("one_hot", "reserved") if getattr(field, key)}
     entries |= {key: getattr(field, key) for key in ("needs", "unit") if getattr(field, key)}
+    if field.reserved:
+        entries |= {"defined": field.defined, "reserved_allowed": str(field.reserved_allowed)}
     if field.goes_with:
         entries["goes_with"] = field.goes_with
         entries["allowed_beside_0"] = str(field.allowed_beside(0))

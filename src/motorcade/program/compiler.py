@@ -69,7 +69,7 @@ def compile_program(program: Program, profile: Profile | None = None) -> Compile
     origins: tuple[tuple[str, str | None], ...] = ()
     if not has_errors(diagnostics):
         level = profile.dwell_ms.index(followers.dwell_ms) if followers.words else -1
-        words = image_words(Image(leader.words, followers.words, level))
+        words = image_words(Image(leader.words, followers.words, level, 0))
         origins = (("", None), *leader.origins, *followers.origins)
     return Compiled(words, leader.count, followers.count, followers.dwell_ms, diagnostics, origins)
 

@@ -41,6 +41,7 @@ _OUTCOMES = {
     "lost_sending": ("sending itself", "#ff7f0e"),
     "lost_parity": ("parity", "#9467bd"),
     "lost_reserved": ("reserved bits", "#8c564b"),
+    "lost_check": ("check", "#e377c2"),
     "deaf": ("deaf", "#9a9a9a"),
 }
 

@@ -153,7 +153,7 @@ def _fields_by_dtype(fields: Sequence[Field]) -> list[tuple[np.dtype[Any], list[
 def _allowed(field: Field, strict: bool) -> Sequence[int]:
     """Return the raw values that ``field`` may hold, ascending; a range where they have no gaps."""
     if strict and field.reserved:
-        return range(1)
+        return range(field.defined + 1)
     if not field.restricted:
         return range(field.raw_mask + 1)
     raws = [raw for raw in range(field.raw_mask + 1) if field.allows(raw)]

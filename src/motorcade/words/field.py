@@ -52,7 +52,8 @@ class Values:
         only: allowed raw values by name, as ``((1, "speed and direction"),)``; others are refused.
         default: the raw value where a caller gives none.
         unit: the unit of the raw value, such as ``"deg"``; empty for levels, counts and flags.
-        reserved: has no meaning; strict decoding refuses a value other than 0.
+        reserved: has no meaning but in values up to ``defined``; strict decoding refuses larger ones.
+        defined: the largest value of a reserved field that has a meaning.
     """
 
     def __init__(
@@ -64,6 +65,7 @@ class Values:
         default: int = 0,
         unit: str = "",
         reserved: bool = False,
+        defined: int = 0,
     ) -> None:
         self.minimum = minimum
         self.maximum = maximum
@@ -72,6 +74,7 @@ class Values:
         self.default = default
         self.unit = unit
         self.reserved = reserved
+        self.defined = defined
 
 
 ANY = Values()
@@ -122,6 +125,7 @@ class Field:
         self.default = values.default
         self.unit = values.unit
         self.reserved = values.reserved
+        self.defined = values.defined
         self.needs = needs
         self.goes_with = goes_with
 
@@ -132,6 +136,13 @@ class Field:
     def restricted(self) -> bool:
         """Whether some values that fit into the bits are refused."""
         return self.minimum > 0 or self.maximum < self.raw_mask or self.one_hot or bool(self.only)
+
+    @property
+    def reserved_allowed(self) -> Phrase:
+        """The values of this reserved field that strict decoding takes."""
+        if self.defined:
+            return Phrase("values-from-to", minimum=0, maximum=self.defined)
+        return Phrase("zero-reserved")
 
     @property
     def allowed(self) -> Phrase:
@@ -216,7 +227,7 @@ class WordFormat:
         phrases = []
         for field in self.fields:
             raw = word >> field.low & field.raw_mask
-            if raw and field.reserved:
+            if field.reserved and raw > field.defined:
                 phrases.append(Phrase("reserved-bits-set", field=field.name, value=raw))
             elif raw and field.needs and not word & self.field(field.needs).word_mask:
                 phrases.append(Phrase("field-without-effect", field=field.name, value=raw, needs=field.needs))
@@ -244,7 +255,9 @@ class WordFormat:
     def _decode_source(self, space: "dict[str, Any]") -> str:
         lines = ["def decode(word, strict=False):"]
         lines.append("    if word >> 32: _refuse_word(word)")
-        strict = f"    if strict and word & {self.reserved_mask}: _refuse(word, None)"
+        reserved = [field for field in self.fields if field.reserved]
+        unknown = " or ".join([f"({_bits('word', field.high, field.low)}) > {field.defined}" for field in reserved])
+        strict = f"    if strict and ({unknown or 0}): _refuse(word, None)"
         made = "_new(_values, {})".format(" + ".join(self._decoded_runs(space)))
         restricted = [field for field in self.fields if field.restricted]
         if not restricted and not self.paired:
@@ -319,8 +332,8 @@ class WordFormat:
         if raws is None:
             raws = tuple(word >> field.low & field.raw_mask for field in self.fields)
             for field, raw in zip(self.fields, raws):
-                if field.reserved and raw:
-                    raise WordError(field.name, raw, Phrase("zero-reserved"))
+                if field.reserved and raw > field.defined:
+                    raise WordError(field.name, raw, field.reserved_allowed)
         for field, raw in zip(self.fields, raws):
             if not isinstance(raw, int) or not field.allows(raw):
                 raise WordError(field.name, raw, field.allowed)

@@ -21,7 +21,9 @@ HEADER = WordFormat(
             Values(one_hot=True),
             goes_with="follower_words",
         ),
-        Field("reserved", 7, 0, "for extensions", "seed 000, h3", RESERVED),
+        Field(
+            "reserved", 7, 0, "1: follower words travel with a tag", "seed 000, h3", Values(reserved=True, defined=1)
+        ),
     ),
 )
 
@@ -101,7 +103,7 @@ def canonical_text(word_format: WordFormat) -> str:
         if field.only:
             parts.append("only=" + ",".join([str(value) for value in sorted([value for value, _ in field.only])]))
         if field.reserved:
-            parts.append("reserved")
+            parts.append("reserved-above=" + str(field.defined) if field.defined else "reserved")
         if field.goes_with:
             parts.append("goes-with=" + field.goes_with)
         lines.append(" ".join(parts))

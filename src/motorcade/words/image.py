@@ -13,11 +13,12 @@ from motorcade.words.formats import CONTROL, HEADER
 WORD_BYTES = 4
 _PACKING = {"big": ">I", "little": "<I"}
 
-Image = namedtuple("Image", ("leader", "followers", "dwell_level"))
+Image = namedtuple("Image", ("leader", "followers", "dwell_level", "tagged"))
 """The content of an image.
 
 ``leader`` and ``followers`` are tuples of control words; ``dwell_level`` is 0 to 7,
-or -1 where there are no follower words.
+or -1 where there are no follower words; ``tagged`` is 1 where the follower words
+travel with a tag, else 0.
 """
 
 
@@ -53,7 +54,9 @@ def image_words(image: Image) -> tuple[int, ...]:
     if image.followers and not 0 <= image.dwell_level <= 7:
         raise WordError("dwell_level", image.dwell_level, Phrase("values-from-to", minimum=0, maximum=7))
     dwell = 1 << image.dwell_level if image.followers else 0
-    header = HEADER.encode(leader_states=len(image.leader), follower_words=len(image.followers), dwell=dwell)
+    header = HEADER.encode(
+        leader_states=len(image.leader), follower_words=len(image.followers), dwell=dwell, reserved=image.tagged
+    )
     return (header,) + tuple(image.leader) + tuple(image.followers)
 
 
@@ -65,9 +68,12 @@ def announced_words(header: int) -> int:
 def check_header(header: int) -> None:
     """Raise ImageError where no image can begin with this header word."""
     try:
-        HEADER.decode(header, True)
+        values = HEADER.decode(header, True)
     except WordError as error:
         raise ImageError("image-header", word=header, reason=error)
+    if values.reserved and not values.follower_words:
+        reason = WordError("reserved", values.reserved, Phrase("zero-without-others", others="follower words"))
+        raise ImageError("image-header", word=header, reason=reason)
 
 
 def parse_image(words: tuple[int, ...]) -> Image:
@@ -92,7 +98,7 @@ def parse_image(words: tuple[int, ...]) -> Image:
     level = -1
     while header.dwell >> level + 1:
         level += 1
-    return Image(leader, tuple(words[1 + header.leader_states :]), level)
+    return Image(leader, tuple(words[1 + header.leader_states :]), level, header.reserved)
 
 
 def parse_image_bytes(data: bytes) -> Image:

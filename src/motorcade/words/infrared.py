@@ -1,10 +1,17 @@
-"""A word as an infrared frame: parity, air time, marks and spaces.
+"""A word as an infrared frame: tag, check and parity, air time, marks and spaces.
 
 Portable; the engine compiles the functions of integers, too. A frame has the
 shape of an NEC remote control's, with 32 free bits: a mark of 16 units and a
 space of 8, then for each bit, most significant first, a mark of 1 unit and a
 space of 1 (a zero) or 3 (a one), and one mark at the end. A unit is 560 µs.
+
+A tagged frame has a tag in bits 11 to 6, the number of the leader's slot, and five
+check bits in bits 5 to 1. With the parity bit the 32 bits are an extended Hamming
+code (32,26), which finds every one, two or three flipped bits. Source: the
+protocol's section "Tagged words".
 """
+
+TAGS = 63
 
 UNIT_US = 560
 HEADER_MARK_UNITS = 16
@@ -32,6 +39,63 @@ def to_frame(word: int) -> int:
 def parity_is_even(frame: int) -> int:
     """Return 1 where the number of ones in a frame is even, as in every good frame, else 0."""
     return 1 - (ones(frame) & 1)
+
+
+def _mask(check_bit: int) -> int:
+    """Return which of the bits 31 to 6 a check bit covers.
+
+    The 26 bits are numbered, from bit 31 down, by the integers from 3 to 31 that are no
+    powers of two. A check bit covers those bits whose number contains it.
+    """
+    mask = 0
+    number = 2
+    for bit in range(31, 5, -1):
+        number = number + 1
+        if number & (number - 1) == 0:
+            number = number + 1
+        mask = mask | (number >> check_bit & 1) << bit
+    return mask
+
+
+_CHECK_0 = _mask(0)
+_CHECK_1 = _mask(1)
+_CHECK_2 = _mask(2)
+_CHECK_3 = _mask(3)
+_CHECK_4 = _mask(4)
+
+
+def check_of(frame: int) -> int:
+    """Return the check, 0 to 31, that belongs to bits 31 to 6 of a frame."""
+    low = (ones(frame & _CHECK_1) & 1) << 1 | (ones(frame & _CHECK_0) & 1)
+    high = (ones(frame & _CHECK_3) & 1) << 1 | (ones(frame & _CHECK_2) & 1)
+    return (ones(frame & _CHECK_4) & 1) << 4 | high << 2 | low
+
+
+def tag_of(frame: int) -> int:
+    """Return the tag of a frame: 1 to 63, or 0 for a bare frame."""
+    return frame >> 6 & 63
+
+
+def check_is_good(frame: int) -> int:
+    """Return 1 where the check of a tagged frame belongs to its word and tag, else 0."""
+    return 1 if check_of(frame) == frame >> 1 & 31 else 0
+
+
+def tagged_frame(word: int, tag: int) -> int:
+    """Return the frame of ``word`` with ``tag``, 1 to 63; tag 0 gives the bare frame."""
+    frame = (word & 0xFFFFF000) | tag << 6
+    return to_frame(frame | check_of(frame) << 1)
+
+
+def next_tag(tag: int) -> int:
+    """Return the tag of the slot after the one with ``tag``: after 63 comes 1."""
+    return tag % TAGS + 1
+
+
+def tag_is_newer(tag: int, other: int) -> int:
+    """Return 1 where ``tag`` is 1 to 31 slots after ``other``, else 0."""
+    slots = (tag + TAGS - other) % TAGS
+    return 1 if 1 <= slots <= 31 else 0
 
 
 def air_us(frame: int, unit_us: int) -> int:

@@ -9,17 +9,18 @@ if MYPY:
     from collections.abc import Callable
     from typing import Any
 
+from motorcade.car import frames
 from motorcade.car.board import Board
 from motorcade.car.brain import (
     AVOID_RADII_MM,
     DURATIONS_MS,
     DWELLS_MS,
+    FORGET_MS,
     GAP_MS,
     NO_LED,
     RIGHT,
     SENSE_MS,
     VOICE_GO,
-    frame_ms,
 )
 from motorcade.car.check.probe import LONGEST_CALL_MS, BoardFailedError, Probe, brief, is_count
 from motorcade.words.image import ImageError, parse_image_bytes
@@ -57,7 +58,7 @@ def check_attributes(probe: Probe) -> bool:
         probe.breach(f"number is {brief(number)}; it has to be a whole number from 0 to 4294967295")
     if is_leader not in (True, False):
         probe.breach(f"is_leader is {brief(is_leader)}; it has to be True or False")
-    if not isinstance(levels, tuple) or len(levels) != SENSE_MS + 1 or not all(is_count(each) for each in levels):
+    if not isinstance(levels, tuple) or len(levels) != FORGET_MS + 1 or not all(is_count(each) for each in levels):
         probe.breach(f"levels is {brief(levels)}; it has to be the tuple that motorcade.car.board.make_levels gives")
         return False
     zeros = [place for place in range(len(levels)) if levels[place] == 0 and place not in _MAY_BE_0]
@@ -190,7 +191,7 @@ def _has_sender(board: object) -> bool:
 
 def _sends_right(probe: Probe) -> bool:
     """Send a frame and watch it; return False where this computer was too busy to judge that."""
-    air_ms = frame_ms(FRAME, probe.board.levels)
+    air_ms = frames.frame_ms(FRAME, probe.board.levels)
     for _ in range(_WITHIN_MS // _STEP_MS):
         if not probe.call("is_sending"):
             break

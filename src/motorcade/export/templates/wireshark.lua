@@ -64,7 +64,9 @@ local function fault_of(values, format, strict)
   end
   for _, field in ipairs(format.fields) do
     local raw = values[field.name]
-    if strict and field.reserved and raw ~= 0 then return refusal(field.name, raw, "0 (reserved)") end
+    if strict and field.reserved and raw > field.defined then
+      return refusal(field.name, raw, field.reserved_allowed)
+    end
   end
   return nil
 end
@@ -74,7 +76,7 @@ local function warnings_of(values, format)
   local sentences = {}
   for _, field in ipairs(format.fields) do
     local raw = values[field.name]
-    if raw ~= 0 and field.reserved then
+    if field.reserved and raw > field.defined then
       table.insert(sentences, string.format("%s is %d, yet these bits are written 0", field.name, raw))
     elseif raw ~= 0 and field.needs and values[field.needs] == 0 then
       table.insert(sentences, string.format("%s is %d, yet %s is 0: it has no effect", field.name, raw, field.needs))

@@ -1,0 +1,344 @@
+"""Which infrared frames a car sends, and what it does with those that it receives; a part of its brain.
+
+Functions of integers as in `motorcade.car.brain`, which describes their arguments. A bare word goes on the air for the
+whole of its slot. A tagged word is begun once by each car, however often a car receives it, and cars pass it on as RFC
+6206 (Trickle) describes. Source: the protocol's sections "What a car does with a word" and "Tagged words".
+"""
+
+from motorcade.car.brain import (
+    DWELLS_MS,
+    FIRST_INTERVAL_MS,
+    FORGOTTEN,
+    GAP_MS,
+    HOLDS,
+    INTERVAL,
+    INTERVAL_MS,
+    LAST_INTERVAL_MS,
+    LOST_CHECK,
+    LOST_PARITY,
+    LOST_RESERVED,
+    NEXT_FRAME_MS,
+    QUIET_MS,
+    REDUNDANCY,
+    RELAY,
+    RELAY_MS,
+    RELAY_PERIOD_MS,
+    RELAYED,
+    RUNNING,
+    SAME_TAG,
+    SENSE_MS,
+    SENT,
+    SLOT,
+    SLOT_STARTED_MS,
+    STARTED_MS,
+    TAG,
+    TAGGED,
+    UNIT_US,
+    WORD,
+    begin_word,
+    draw,
+    draw_headings,
+)
+from motorcade.words.formats import CONTROL
+from motorcade.words.infrared import (
+    air_us,
+    check_is_good,
+    next_tag,
+    parity_is_even,
+    tag_is_newer,
+    tag_of,
+    tagged_frame,
+    to_frame,
+)
+from motorcade.words.ticks import elapsed_ms, later_ms, reached
+
+BUSY = 0  # waits for the air to be free
+SENSING = 1  # the air is free since RELAY_MS
+WAITING = 2  # sends at RELAY_MS if the air is free then
+SCHEDULED = 3  # begins to sense at RELAY_MS
+LISTENING = 4  # senses since RELAY_MS, and sends at once if the air stays free
+RESTING = 5  # sends no more in this interval
+
+# A leader sends a new word so often in so many ms before it sends it as a follower would.
+OPENING_FRAMES = 3
+OPENING_MS = 500
+
+# What became of a frame.
+BEGUN = 0
+IGNORED = 1
+BAD_PARITY = 2
+BAD_RESERVED = 3
+DEAF = 4
+BAD_CHECK = 5
+
+_ACCEPT_IR_AT = CONTROL.field("accept_ir").low
+_FORWARD_AT = CONTROL.field("forward").low
+_RESERVED_MASK = CONTROL.reserved_mask
+_WORD_MASK = 0xFFFFF000  # a word without tag, check and parity
+
+
+def dwell_ms(image: tuple[int, ...], levels: tuple[int, ...]) -> int:
+    """How long a leader with ``image`` sends each follower word."""
+    dwell = image[0] >> 8 & 255
+    level = 0
+    while dwell >> level > 1:
+        level = level + 1
+    return levels[DWELLS_MS + level]
+
+
+def frame_ms(frame: int, levels: tuple[int, ...]) -> int:
+    """How long a frame occupies the air, in whole milliseconds."""
+    return (air_us(frame, levels[UNIT_US]) + 999) // 1000
+
+
+def leader_begin(s: list[int], image: tuple[int, ...], now: int) -> None:
+    """Begin to send the follower words of a leader's image."""
+    leader_states = image[0] >> 24
+    s[RELAYED] = 0
+    for i in range(image[0] >> 16 & 255):
+        if image[1 + leader_states + i] >> _FORWARD_AT & 1:
+            s[RELAYED] = 1
+    s[SLOT] = 0
+    s[SLOT_STARTED_MS] = now
+    s[NEXT_FRAME_MS] = now
+    s[TAG] = 0
+    if is_tagged(image):
+        s[TAG] = 1
+        _open_slot(s)
+
+
+def is_tagged(image: tuple[int, ...]) -> int:
+    """Gives 1 where the follower words of ``image`` travel with a tag, else 0."""
+    return 1 if image[0] & 255 == TAGGED else 0
+
+
+def leader_sends(s: list[int], image: tuple[int, ...], air_is_busy: int, now: int, levels: tuple[int, ...]) -> int:
+    """Gives 1 where the leader begins a frame of its follower word ``s[SLOT]`` now, else 0.
+
+    ``air_is_busy`` is 1 while the car senses a carrier; a leader of bare words sends all the same.
+    """
+    follower_words = image[0] >> 16 & 255
+    if follower_words == 0:
+        return 0
+    if is_tagged(image):
+        return _sends_tagged(s, image, air_is_busy, now, levels)
+    if reached(now, s[NEXT_FRAME_MS]) == 0 or reached(now, s[QUIET_MS]) == 0:
+        return 0
+    _enter_slot(s, image, now, levels)
+    s[QUIET_MS] = later_ms(now, frame_ms(leader_frame(s, image), levels) + levels[GAP_MS])
+    if s[RELAYED] == 0:
+        s[NEXT_FRAME_MS] = s[QUIET_MS]
+    while s[RELAYED] and reached(now, s[NEXT_FRAME_MS]):
+        s[NEXT_FRAME_MS] = later_ms(s[NEXT_FRAME_MS], levels[RELAY_PERIOD_MS])
+    return 1
+
+
+def leader_frame(s: list[int], image: tuple[int, ...]) -> int:
+    """The frame of the follower word that a leader is sending."""
+    word = image[1 + (image[0] >> 24) + s[SLOT]]
+    if s[TAG]:
+        return tagged_frame(word, s[TAG])
+    return to_frame(word)
+
+
+def follower_frame(s: list[int]) -> int:
+    """The frame of the word that a follower passes on."""
+    if s[TAG]:
+        return tagged_frame(s[WORD], s[TAG])
+    return to_frame(s[WORD])
+
+
+def _enter_slot(s: list[int], image: tuple[int, ...], now: int, levels: tuple[int, ...]) -> int:
+    """Go on to the slot that ``now`` is in. Gives 1 where it is a new one, else 0."""
+    dwell = dwell_ms(image, levels)
+    is_new = 0
+    while elapsed_ms(now, s[SLOT_STARTED_MS]) >= dwell:
+        s[SLOT_STARTED_MS] = later_ms(s[SLOT_STARTED_MS], dwell)
+        s[SLOT] = (s[SLOT] + 1) % (image[0] >> 16 & 255)
+        if s[TAG]:
+            s[TAG] = next_tag(s[TAG])
+        is_new = 1
+    return is_new
+
+
+def _open_slot(s: list[int]) -> None:
+    """Make the first frame of a slot due."""
+    s[SENT] = 0
+    s[INTERVAL] = 0
+    s[RELAY] = SCHEDULED
+    s[RELAY_MS] = s[SLOT_STARTED_MS]
+
+
+def _sends_tagged(s: list[int], image: tuple[int, ...], air_is_busy: int, now: int, levels: tuple[int, ...]) -> int:
+    """A leader of tagged words: a new word at once, twice more in OPENING_MS, then as a follower passes it on.
+
+    It counts no frames of others, for a leader doesn't receive any. Where the air is busy it sends as soon as the air
+    is free, before the followers, who draw a wait.
+    """
+    if _enter_slot(s, image, now, levels):
+        _open_slot(s)
+    if reached(now, s[QUIET_MS]) == 0:
+        return 0
+    if _is_time_to_send(s, now, levels) == 0:
+        return 0
+    begins = 1 if s[INTERVAL] == 0 and s[SENT] == 0 and s[RELAY] == LISTENING else 0
+    if begins == 0 or air_is_busy:
+        begins = _finds_air_free(s, air_is_busy, 1, now, levels)
+    if begins == 0:
+        return 0
+    s[QUIET_MS] = later_ms(now, frame_ms(leader_frame(s, image), levels) + levels[GAP_MS])
+    s[RELAY] = RESTING
+    if s[INTERVAL] == 0:
+        _go_on_opening(s, levels)
+    return 1
+
+
+def _go_on_opening(s: list[int], levels: tuple[int, ...]) -> None:
+    """Schedule what follows a frame of the slot's opening."""
+    s[SENT] = s[SENT] + 1
+    s[RELAY] = SCHEDULED
+    if s[SENT] < OPENING_FRAMES:
+        part_ms = OPENING_MS // (OPENING_FRAMES - 1)
+        wait_ms = part_ms * (s[SENT] - 1) + part_ms // 2 + (draw(s) >> 8) % (part_ms // 2)
+        s[RELAY_MS] = later_ms(s[SLOT_STARTED_MS], wait_ms)
+    else:
+        s[INTERVAL] = levels[FIRST_INTERVAL_MS]
+        s[INTERVAL_MS] = later_ms(s[SLOT_STARTED_MS], OPENING_MS)
+        s[RELAY_MS] = later_ms(s[INTERVAL_MS], (draw(s) >> 8) % s[INTERVAL])
+
+
+def follower_hears(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -> int:
+    """Take a frame that ended now; call follower_step first. Gives the result, BEGUN to BAD_CHECK."""
+    if s[RUNNING] and s[WORD] >> _ACCEPT_IR_AT & 1 == 0:
+        return DEAF
+    if parity_is_even(frame) == 0:
+        s[LOST_PARITY] = s[LOST_PARITY] + 1
+        return BAD_PARITY
+    if tag_of(frame):
+        return _hears_tagged(s, frame, now, levels)
+    if frame & _RESERVED_MASK:
+        s[LOST_RESERVED] = s[LOST_RESERVED] + 1
+        return BAD_RESERVED
+    if 0 < s[TAG] < FORGOTTEN:
+        return IGNORED
+    word = frame & _WORD_MASK
+    if s[RUNNING] and s[WORD] == word:
+        return IGNORED
+    s[TAG] = 0
+    _replace(s, word, now, levels)
+    return BEGUN
+
+
+def _hears_tagged(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -> int:
+    """Take a frame with a tag: begin its word if the tag is newer than the held one, and note who needs which word."""
+    if check_is_good(frame) == 0:
+        s[LOST_CHECK] = s[LOST_CHECK] + 1
+        return BAD_CHECK
+    tag = tag_of(frame)
+    if s[TAG] == 0 or s[TAG] == FORGOTTEN or tag_is_newer(tag, s[TAG]):
+        _replace(s, frame & _WORD_MASK, now, levels)
+        s[TAG] = tag
+        s[INTERVAL] = 0
+        if s[WORD] >> _FORWARD_AT & 1:
+            s[INTERVAL] = levels[FIRST_INTERVAL_MS]
+            s[INTERVAL_MS] = now
+            s[SAME_TAG] = 1
+            s[RELAY] = SCHEDULED
+            s[RELAY_MS] = later_ms(now, (draw(s) >> 8) % s[INTERVAL])
+        return BEGUN
+    if s[INTERVAL] == 0:
+        return IGNORED
+    if tag == s[TAG]:
+        s[SAME_TAG] = s[SAME_TAG] + 1
+    elif s[INTERVAL] > levels[FIRST_INTERVAL_MS]:
+        # The sender is behind.
+        _begin_interval(s, levels[FIRST_INTERVAL_MS], now)
+    return IGNORED
+
+
+def _replace(s: list[int], word: int, now: int, levels: tuple[int, ...]) -> None:
+    """Let a follower begin ``word``, whatever it ran before."""
+    if s[RUNNING]:
+        running_ms = elapsed_ms(now, s[STARTED_MS])
+        if running_ms > 0:
+            draw_headings(s, running_ms - 1, levels)
+    s[HOLDS] = 1
+    begin_word(s, word, now)
+
+
+def follower_sends(s: list[int], air_is_busy: int, now: int, levels: tuple[int, ...]) -> int:
+    """Gives 1 where a follower that passes its word on begins a frame of ``s[WORD]`` now, else 0.
+
+    ``air_is_busy`` is 1 while the car senses a carrier or sends one itself. A tagged word is passed on as RFC 6206
+    (Trickle) describes: once in each interval, unless enough others nearby sent the same tag in it.
+    """
+    if s[HOLDS] == 0 or s[WORD] >> _FORWARD_AT & 1 == 0:
+        s[RELAY] = BUSY
+        return 0
+    if s[TAG] == 0:
+        return _finds_air_free(s, air_is_busy, levels[RELAY_PERIOD_MS], now, levels)
+    if s[INTERVAL] == 0 or _is_time_to_send(s, now, levels) == 0:
+        return 0
+    if s[SAME_TAG] >= levels[REDUNDANCY]:
+        s[RELAY] = RESTING
+        return 0
+    if _finds_air_free(s, air_is_busy, levels[FIRST_INTERVAL_MS], now, levels) == 0:
+        return 0
+    s[RELAY] = RESTING
+    return 1
+
+
+def _is_time_to_send(s: list[int], now: int, levels: tuple[int, ...]) -> int:
+    """Gives 1 from the moment of an interval at which a tagged word is due to be sent, else 0."""
+    if s[RELAY] == RESTING:
+        if elapsed_ms(now, s[INTERVAL_MS]) < s[INTERVAL]:
+            return 0
+        interval = s[INTERVAL] * 2
+        if interval > levels[LAST_INTERVAL_MS]:
+            interval = levels[LAST_INTERVAL_MS]
+        _begin_interval(s, interval, now)
+    if s[RELAY] == SCHEDULED:
+        if reached(now, s[RELAY_MS]) == 0:
+            return 0
+        s[RELAY] = LISTENING
+        s[RELAY_MS] = now
+    if s[RELAY] == WAITING:
+        return reached(now, s[RELAY_MS])
+    return 1
+
+
+def _begin_interval(s: list[int], interval: int, now: int) -> None:
+    """Begin an interval of so many ms; the frame is due at a random moment of its second half."""
+    s[INTERVAL] = interval
+    s[INTERVAL_MS] = now
+    s[SAME_TAG] = 0
+    s[RELAY] = SCHEDULED
+    half = interval // 2
+    s[RELAY_MS] = later_ms(now, half + (draw(s) >> 8) % (interval - half))
+
+
+def _finds_air_free(s: list[int], air_is_busy: int, wait_ms: int, now: int, levels: tuple[int, ...]) -> int:
+    """Gives 1 where a frame may begin now, else 0.
+
+    Once the air has been free for SENSE_MS, the car draws a wait below ``wait_ms`` and sends if the air is still free
+    when the wait is over. LISTENING, it sends without a wait.
+    """
+    if s[RELAY] != WAITING:
+        if air_is_busy:
+            s[RELAY] = BUSY
+            return 0
+        if s[RELAY] == BUSY:
+            s[RELAY] = SENSING
+            s[RELAY_MS] = now
+        if elapsed_ms(now, s[RELAY_MS]) < levels[SENSE_MS]:
+            return 0
+        if s[RELAY] == LISTENING:
+            return 1
+        s[RELAY] = WAITING
+        s[RELAY_MS] = later_ms(now, (draw(s) >> 8) % wait_ms)
+    if reached(now, s[RELAY_MS]) == 0:
+        return 0
+    s[RELAY] = BUSY
+    if air_is_busy:
+        return 0
+    return 1
