@@ -19,7 +19,7 @@ seq:
     doc: What the leader sends to its followers, in turn and for ever.
 types:
   header_word:
-    doc: "Fingerprint 0x71B74BB1"
+    doc: "Fingerprint 0x9504E75C"
     seq:
       - id: leader_states
         type: b8
@@ -34,7 +34,7 @@ types:
           expr: "((_ == 0 or _ == 1 or _ == 2 or _ == 4 or _ == 8 or _ == 16 or _ == 32 or _ == 64 or _ == 128)) and ((_ == 0) == (follower_words == 0))"
       - id: reserved
         type: b8
-        doc: "for extensions; written 0"
+        doc: "1: follower words travel with a tag; 0 to 1"
   control_word:
     doc: "Fingerprint 0xE2E12312"
     seq:

@@ -12,12 +12,12 @@
 local FORMATS = {
   header = {
     title = "header word",
-    fingerprint = "0x71B74BB1",
+    fingerprint = "0x9504E75C",
     fields = {
       { name = "leader_states", high = 31, low = 24, minimum = 0, maximum = 255, meaning = "how many leader control words follow", allowed = "0 to 255" },
       { name = "follower_words", high = 23, low = 16, minimum = 0, maximum = 255, meaning = "how many follower control words follow those", allowed = "0 to 255" },
       { name = "dwell", high = 15, low = 8, minimum = 0, maximum = 255, meaning = "how long each follower word is sent: one bit, 8 levels", allowed = "0, or one of 1, 2, 4, 8, 16, 32, 64, 128 (exactly one bit)", one_hot = true, goes_with = "follower_words", allowed_beside_0 = "0, as there are no follower words", allowed_beside_others = "exactly one bit" },
-      { name = "reserved", high = 7, low = 0, minimum = 0, maximum = 255, meaning = "for extensions", allowed = "0 to 255", reserved = true },
+      { name = "reserved", high = 7, low = 0, minimum = 0, maximum = 255, meaning = "1: follower words travel with a tag", allowed = "0 to 255", reserved = true, defined = 1, reserved_allowed = "0 to 1" },
     },
   },
   control = {
@@ -37,7 +37,7 @@ local FORMATS = {
       { name = "avoid_duration", high = 15, low = 14, minimum = 0, maximum = 3, meaning = "level 0 (0 s) to 3 (longest)", allowed = "0 to 3", needs = "avoid_enable" },
       { name = "voice", high = 13, low = 13, minimum = 0, maximum = 1, meaning = "listens for 'stop' and 'go'", allowed = "0 to 1" },
       { name = "pir", high = 12, low = 12, minimum = 0, maximum = 1, meaning = "stands still while a person is sensed", allowed = "0 to 1" },
-      { name = "reserved", high = 11, low = 1, minimum = 0, maximum = 2047, meaning = "for extensions", allowed = "0 to 2047", reserved = true },
+      { name = "reserved", high = 11, low = 1, minimum = 0, maximum = 2047, meaning = "for extensions", allowed = "0 to 2047", reserved = true, defined = 0, reserved_allowed = "0 (reserved)" },
       { name = "parity", high = 0, low = 0, minimum = 0, maximum = 1, meaning = "set on the air for an even number of ones", allowed = "0 to 1" },
     },
   },
@@ -49,7 +49,7 @@ local FORMATS = {
       { name = "angle", high = 27, low = 20, minimum = 0, maximum = 180, meaning = "servo angle in degrees; 90 centre, below right", allowed = "0 to 180", unit = "deg" },
       { name = "direction", high = 19, low = 19, minimum = 0, maximum = 1, meaning = "1 forward, 0 backward", allowed = "0 to 1" },
       { name = "speed", high = 18, low = 11, minimum = 0, maximum = 255, meaning = "PWM duty, 0 to 255", allowed = "0 to 255" },
-      { name = "reserved", high = 10, low = 0, minimum = 0, maximum = 2047, meaning = "for extensions", allowed = "0 to 2047", reserved = true },
+      { name = "reserved", high = 10, low = 0, minimum = 0, maximum = 2047, meaning = "for extensions", allowed = "0 to 2047", reserved = true, defined = 0, reserved_allowed = "0 (reserved)" },
     },
   },
 }
@@ -106,7 +106,9 @@ local function fault_of(values, format, strict)
   end
   for _, field in ipairs(format.fields) do
     local raw = values[field.name]
-    if strict and field.reserved and raw ~= 0 then return refusal(field.name, raw, "0 (reserved)") end
+    if strict and field.reserved and raw > field.defined then
+      return refusal(field.name, raw, field.reserved_allowed)
+    end
   end
   return nil
 end
@@ -116,7 +118,7 @@ local function warnings_of(values, format)
   local sentences = {}
   for _, field in ipairs(format.fields) do
     local raw = values[field.name]
-    if raw ~= 0 and field.reserved then
+    if field.reserved and raw > field.defined then
       table.insert(sentences, string.format("%s is %d, yet these bits are written 0", field.name, raw))
     elseif raw ~= 0 and field.needs and values[field.needs] == 0 then
       table.insert(sentences, string.format("%s is %d, yet %s is 0: it has no effect", field.name, raw, field.needs))

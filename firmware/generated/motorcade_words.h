@@ -40,14 +40,14 @@ static inline uint32_t motorcade_word_from_bytes(const uint8_t *bytes)
 /* header */
 
 /* Two ends with the same fingerprint give these words the same meaning. */
-#define MOTORCADE_HEADER_FINGERPRINT 0x71B74BB1UL
+#define MOTORCADE_HEADER_FINGERPRINT 0x9504E75CUL
 #define MOTORCADE_HEADER_DEFAULTS { 0, 0, 0, 0 }
 
 struct motorcade_header {
     uint8_t leader_states; /* bits 31-24: how many leader control words follow; 0 to 255 */
     uint8_t follower_words; /* bits 23-16: how many follower control words follow those; 0 to 255 */
     uint8_t dwell; /* bits 15-8: how long each follower word is sent: one bit, 8 levels; 0, or one of 1, 2, 4, 8, 16, 32, 64, 128 (exactly one bit); 0 exactly where follower_words is 0 */
-    uint8_t reserved; /* bits 7-0: for extensions; written 0 */
+    uint8_t reserved; /* bits 7-0: 1: follower words travel with a tag; 0 to 1 */
 };
 
 enum motorcade_header_fault {
@@ -88,7 +88,7 @@ static inline enum motorcade_header_fault motorcade_header_decode(uint32_t word,
     values->reserved = (uint8_t)(word & 0xFFUL);
     fault = motorcade_header_check(values);
     if (fault != MOTORCADE_HEADER_OK) return fault;
-    if (strict && values->reserved != 0) return MOTORCADE_HEADER_FAULT_RESERVED;
+    if (strict && values->reserved > 1) return MOTORCADE_HEADER_FAULT_RESERVED;
     return MOTORCADE_HEADER_OK;
 }
 
@@ -200,7 +200,7 @@ static inline enum motorcade_control_fault motorcade_control_decode(uint32_t wor
     values->parity = (uint8_t)(word & 0x1UL);
     fault = motorcade_control_check(values);
     if (fault != MOTORCADE_CONTROL_OK) return fault;
-    if (strict && values->reserved != 0) return MOTORCADE_CONTROL_FAULT_RESERVED;
+    if (strict && values->reserved > 0) return MOTORCADE_CONTROL_FAULT_RESERVED;
     return MOTORCADE_CONTROL_OK;
 }
 
@@ -261,7 +261,7 @@ static inline enum motorcade_drive_fault motorcade_drive_decode(uint32_t word, i
     values->reserved = (uint16_t)(word & 0x7FFUL);
     fault = motorcade_drive_check(values);
     if (fault != MOTORCADE_DRIVE_OK) return fault;
-    if (strict && values->reserved != 0) return MOTORCADE_DRIVE_FAULT_RESERVED;
+    if (strict && values->reserved > 0) return MOTORCADE_DRIVE_FAULT_RESERVED;
     return MOTORCADE_DRIVE_OK;
 }
 

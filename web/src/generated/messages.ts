@@ -62,13 +62,17 @@ export interface ProfileFigures {
   seconds: Seconds;
 }
 
-/** Range of a frame, its unit, and the pauses between frames. */
+/** Range of a frame, its unit, the pauses between frames, and how tagged words are passed on. */
 export interface Infrared {
   range_mm: number;
   unit_us: number;
   gap_ms: number;
   relay_period_ms: number;
   sense_ms: number;
+  first_interval_ms: number;
+  last_interval_ms: number;
+  redundancy: number;
+  forget_ms: number;
 }
 
 /** The serial line; always 8 data bits, no parity, 1 stop bit. */
