@@ -19,7 +19,7 @@ seq:
     doc: What the leader sends to its followers, in turn and for ever.
 types:
   header_word:
-    doc: "Fingerprint 0x9504E75C"
+    doc: "Fingerprint 0x71B74BB1"
     seq:
       - id: leader_states
         type: b8

@@ -12,7 +12,7 @@
 local FORMATS = {
   header = {
     title = "header word",
-    fingerprint = "0x9504E75C",
+    fingerprint = "0x71B74BB1",
     fields = {
       { name = "leader_states", high = 31, low = 24, minimum = 0, maximum = 255, meaning = "how many leader control words follow", allowed = "0 to 255" },
       { name = "follower_words", high = 23, low = 16, minimum = 0, maximum = 255, meaning = "how many follower control words follow those", allowed = "0 to 255" },

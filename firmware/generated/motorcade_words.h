@@ -40,7 +40,7 @@ static inline uint32_t motorcade_word_from_bytes(const uint8_t *bytes)
 /* header */
 
 /* Two ends with the same fingerprint give these words the same meaning. */
-#define MOTORCADE_HEADER_FINGERPRINT 0x9504E75CUL
+#define MOTORCADE_HEADER_FINGERPRINT 0x71B74BB1UL
 #define MOTORCADE_HEADER_DEFAULTS { 0, 0, 0, 0 }
 
 struct motorcade_header {

@@ -115,7 +115,7 @@ def expected_faults(word_format, words, strict):
         note(field.name, (columns[field.name] == 0) != (columns[field.goes_with] == 0))
     for field in word_format.fields:
         if field.reserved and strict:
-            note(field.name, columns[field.name] != 0)
+            note(field.name, columns[field.name] > field.defined)
     return faults
 
 

@@ -95,7 +95,8 @@ def test_the_vectors_hold(vocabulary):
         word_format = formats[each["format"]]
         assert word_format.encode(**each["fields"]) == each["word"] == int(each["hex"], 16) == int(each["bytes"], 16)
         assert word_format.decode(each["word"])._asdict() == each["fields"]
-        assert bool(each["word"] & word_format.reserved_mask) != each["strict"]
+        reserved = [field for field in word_format.fields if field.reserved]
+        assert all(each["fields"][field.name] <= field.defined for field in reserved) == each["strict"]
         assert [str(warning) for warning in word_format.warnings(each["word"])] == each["warnings"]
     for each in document["refused_words"]:
         with pytest.raises(WordError) as caught:
@@ -128,10 +129,10 @@ def test_the_vectors_meet_every_field_at_its_limits_and_every_bit(word_format):
 def test_the_vectors_hold_images_and_frames():
     document = json.loads(only_text("vectors"))
     for each in document["images"]:
-        leader, followers, dwell_level = parse_image_bytes(bytes.fromhex(each["bytes"]))
+        leader, followers, dwell_level, tagged = parse_image_bytes(bytes.fromhex(each["bytes"]))
         assert [f"0x{word:08X}" for word in leader] == each["leader"]
         assert [f"0x{word:08X}" for word in followers] == each["followers"]
-        assert dwell_level == each["dwell_level"]
+        assert (dwell_level, bool(tagged)) == (each["dwell_level"], each["tagged"])
     assert "02000000658000006a800000" in {each["bytes"] for each in document["images"]}
     by_word = {each["word"]: each for each in document["infrared"]}
     # All zeros is the shortest frame, all ones the longest (protocol: 49.84 and 85.68 ms).

@@ -22,7 +22,7 @@ def test_the_canonical_text_has_a_line_for_each_field():
         "leader_states 31 24 0 255\n"
         "follower_words 23 16 0 255\n"
         "dwell 15 8 0 255 one-hot goes-with=follower_words\n"
-        "reserved 7 0 0 255 reserved-above=1\n"
+        "reserved 7 0 0 255 reserved\n"
     )
     assert canonical_text(DRIVE).splitlines()[1:3] == ["code 31 28 0 15 only=1", "angle 27 20 0 180 unit=deg"]
 

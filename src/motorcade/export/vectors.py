@@ -245,6 +245,7 @@ _IMAGES = (
     # The followers: LED 1 for duration 1, and another that is passed on.
     Image((0x64800000,), (0x80280000, 0xC0280000), 1, 0),
     Image((), (0xBFFFF000,), 7, 0),
+    Image((0x64800000,), (0xC0280000, 0xE3000000), 7, 1),
 )
 _FRAMES = (0x00000000, 0x80280000, 0xC0280000, 0x64800000, 0xFFFFF000, WORD_MASK)
 
@@ -256,6 +257,7 @@ def _image(image: Image) -> dict[str, Any]:
         "leader": [f"0x{word:08X}" for word in image.leader],
         "followers": [f"0x{word:08X}" for word in image.followers],
         "dwell_level": image.dwell_level,
+        "tagged": bool(image.tagged),
         "answer": ok_line(data).decode().strip(),
     }
 

@@ -91,7 +91,8 @@ def canonical_text(word_format: WordFormat) -> str:
 
     The line of a field holds name, first and last bit, smallest and largest raw value, and
     its unit and rules where it has them. Its meaning, source and default are left out:
-    they don't change the word.
+    they don't change the word. So is the meaning of a reserved field: an end that doesn't
+    know it refuses the word and never misreads it.
     """
     lines = [word_format.name]
     for field in word_format.fields:
@@ -103,7 +104,7 @@ def canonical_text(word_format: WordFormat) -> str:
         if field.only:
             parts.append("only=" + ",".join([str(value) for value in sorted([value for value, _ in field.only])]))
         if field.reserved:
-            parts.append("reserved-above=" + str(field.defined) if field.defined else "reserved")
+            parts.append("reserved")
         if field.goes_with:
             parts.append("goes-with=" + field.goes_with)
         lines.append(" ".join(parts))
