@@ -15,7 +15,7 @@ from wiring_pages import wiring_files
 
 from motorcade.config.check import published
 from motorcade.config.vocabulary import MOTORCADE
-from motorcade.export.targets import TARGETS, export
+from motorcade.export import TARGETS, export
 from motorcade.mats.schema import mat_schema
 from motorcade.program.model import program_schema
 

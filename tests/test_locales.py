@@ -11,7 +11,7 @@ import pytest
 from motorcade import locales
 from motorcade.config.vocabulary import MOTORCADE
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.export.targets import export
+from motorcade.export import export
 from motorcade.outcomes import OUTCOMES, exit_code_of, http_status_of
 from motorcade.words.formats import FORMATS
 from support.command_line import PARADE, run

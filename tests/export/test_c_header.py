@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from motorcade.export import export
 from motorcade.export.c_header import c_header
-from motorcade.export.targets import export
 from motorcade.words.bulk import decode_columns
 from motorcade.words.field import WordError
 from motorcade.words.formats import fingerprint

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from motorcade.config.vocabulary import MOTORCADE, fingerprint_text
-from motorcade.export.targets import TARGETS, export
+from motorcade.export import TARGETS, export
 from motorcade.words.formats import CONTROL, DRIVE, HEADER
 from support.command_line import Terminal, data, refusal, run
 from support.vocabularies import WALKER_FILE

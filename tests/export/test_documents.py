@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.config.vocabulary import MOTORCADE, fingerprint_text
+from motorcade.export import TARGETS, export
 from motorcade.export.markdown import bit_diagram
-from motorcade.export.targets import TARGETS, export
 from motorcade.export.vectors import ERRATA
 from motorcade.words.field import WordError
 from motorcade.words.formats import DRIVE, format_named

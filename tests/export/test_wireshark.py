@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from motorcade.export.targets import export
+from motorcade.export import export
 from motorcade.words.field import WordError
 from motorcade.words.formats import CONTROL, DRIVE, HEADER, fingerprint
 from motorcade.words.image import ImageError, bytes_to_words, parse_image_bytes, words_to_bytes

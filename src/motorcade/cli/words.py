@@ -215,7 +215,7 @@ def export(
     as_json: Annotated[bool, typer.Option("--json", help="Print the names of the files as JSON.")] = False,
 ) -> None:
     """Write what lets another tool or language speak the words; files of an earlier export are replaced."""
-    from motorcade.export.targets import export as make
+    from motorcade.export import export as make
 
     files = make(target, _vocabulary_in(format_file))
     try:
