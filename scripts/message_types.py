@@ -54,7 +54,6 @@ _NAMED = {
     "editor": '"leader" | "followers"',
     "part": '"header" | "leader" | "followers"',
     ("Port", "kind"): '"serial" | "virtual"',
-    ("StepField", "input"): '"choice" | "level" | "number" | "seconds"',
     ("Speak", "word"): '"stop" | "go"',
 }
 _PLAIN = {

@@ -2,15 +2,13 @@
 
 import inspect
 import json
+from dataclasses import Field
 from typing import Any
-
-from msgspec import to_builtins
 
 from motorcade.locales import catalogue
 from motorcade.program import steps
 from motorcade.program.parts import word_fields
 from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, own_fields
-from motorcade.service.programs import step_kinds
 
 _HEAD = """/** The kinds of steps: blocks, and bits of a word. Written by scripts/generate.py; don't edit. */
 """
@@ -23,7 +21,7 @@ def step_types() -> str:
     categories = list(dict.fromkeys(kind.category for kind in KINDS.values()))
     groups = {kind.group: kind.hue for kind in KINDS.values() if kind.group}
     parts = {
-        "STEP_KINDS": to_builtins(step_kinds()),
+        "STEP_KINDS": _step_kinds(),
         "CATEGORIES": categories,
         "WORD_FIELDS": _word_fields(),
         "HUES": groups,
@@ -32,10 +30,43 @@ def step_types() -> str:
     return "\n".join([_HEAD, *lines])
 
 
+def _step_kinds() -> list[dict[str, Any]]:
+    """The blocks of all kinds of steps, in the order of the page's toolbox.
+
+    ``holds`` says whether other steps stand inside the block. ``group`` and ``hue`` are absent where the kind has no
+    bits of a word.
+    """
+    return [
+        {
+            "kind": kind.kind,
+            "category": kind.category,
+            "accompanies": kind.accompanies,
+            "holds": kind in (TogetherStep, RepeatStep),
+            "fields": [_input(each) for each in own_fields(kind)],
+            **({"group": kind.group, "hue": kind.hue} if kind.group else {}),
+        }
+        for kind in KINDS.values()
+    ]
+
+
+def _input(field: Field[Any]) -> dict[str, Any]:
+    """How a field is edited in its block: a choice, a level, a number or seconds."""
+    name, schema = field.name.upper(), field.metadata["schema"]
+    if field.name == "seconds":
+        return {"input": "seconds", "name": name}
+    if "enum" in schema:
+        return {"input": "choice", "name": name, "options": list(schema["enum"])}
+    first = field.metadata["first"]
+    if "menu" in field.metadata:
+        levels = list(range(schema["minimum"], schema["maximum"] + 1))
+        return {"input": "level", "name": name, "menu": field.metadata["menu"], "levels": levels, "first": first}
+    return {"input": "number", "name": name, "minimum": schema["minimum"], "first": first}
+
+
 def _word_fields() -> dict[str, dict[str, Any]]:
     """Of each field of a control word that steps fill: its group, and what its value means."""
     made: dict[str, dict[str, Any]] = {}
-    for kind, block in zip(KINDS.values(), to_builtins(step_kinds()), strict=True):
+    for kind, block in zip(KINDS.values(), _step_kinds(), strict=True):
         meanings = {name: {"meaning": "flag"} for name in word_fields(kind)}
         for field, shown in zip(own_fields(kind), block["fields"], strict=True):
             if "word" in field.metadata:

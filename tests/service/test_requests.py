@@ -5,6 +5,7 @@ import json
 import re
 from collections import Counter
 
+import numpy as np
 import pytest
 from hypothesis import given
 
@@ -14,9 +15,9 @@ from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
 from motorcade.program.blocks import MOST_IN_A_ROW, blocks_of
 from motorcade.program.diagnostics import ProgramError
-from motorcade.program.steps import DriveStep, pir, together, voice
+from motorcade.program.steps import pir, together, voice
 from motorcade.server.studio.library import FolderStorage
-from motorcade.server.studio.simulation import count_cars
+from motorcade.server.studio.simulation import mat_from
 from motorcade.service.documents import EXAMPLES, open_text, project_text
 from motorcade.service.messages import Capabilities, Project
 from motorcade.service.programs import error_answer
@@ -34,7 +35,7 @@ def folder(tmp_path):
 @pytest.fixture
 def context(folder):
     capabilities = Capabilities(serial_ports=False, films=False, real_cars=False, most_cars=100)
-    return Context(capabilities, FolderStorage(folder), lambda mat: count_cars(mat, 100), list)
+    return Context(capabilities, FolderStorage(folder), list)
 
 
 @pytest.fixture
@@ -176,8 +177,6 @@ def test_a_row_of_blocks_that_is_too_long_has_its_own_error(ask, count):
         ("decompile", b'{"image": "AAAA/w=="}', "image-header"),
         ("decompile", b'{"image": "AQAAAAAAAAE="}', "image-word"),
         ("decompile", b'{"image": "AQAAAIAAAAA="}', "not-decompiled"),
-        ("check-mat", b'{"mat": {}}', "bad-mat"),
-        ("check-mat", b'{"mat": 3}', "bad-message"),
     ],
 )
 def test_an_invalid_message_is_refused_in_every_language(refused, name, body, code):
@@ -253,14 +252,6 @@ def test_an_image_becomes_blocks_that_compile_to_it(ask):
     assert ask("compile", ask("decompile", {"image": image}))["image"] == image
 
 
-def test_a_mat_is_checked(ask, refused):
-    assert ask("check-mat", {"mat": MAT}) == {"cars": 1, "leads": [0]}
-    crowd = [{"cars": 100, "corner_m": [0, 0], "size_m": [9, 9]}]
-    assert refused("check-mat", {"mat": {**MAT, "crowd": crowd}}) == (400, "too-many-cars")
-    # Not even looked for places.
-    assert refused("check-mat", {"mat": {**MAT, "crowd": [{**crowd[0], "cars": 1e300}]}}) == (400, "too-many-cars")
-
-
 def test_formats_have_a_title_for_every_bit_in_every_language(ask):
     for fields in ask("formats").values():
         bits = [bit for field in fields for bit in range(field["low"], field["high"] + 1)]
@@ -275,34 +266,14 @@ def test_a_profile_has_the_values_of_its_levels(ask):
     assert profile["seconds"] == {"least": 0, "step": 1, "most": 765}
 
 
-def test_step_kinds_have_the_fields_of_their_blocks_and_the_colour_of_their_bits(ask):
-    kinds = {each["kind"]: each for each in ask("step-kinds")}
-    assert kinds["drive"] == {
-        "kind": "drive",
-        "category": "drive",
-        "accompanies": False,
-        "holds": False,
-        "fields": [
-            {"input": "choice", "name": "DIRECTION", "options": ["forward", "left", "right", "random"]},
-            {"input": "level", "name": "SPEED", "menu": "speed", "levels": [0, 1, 2, 3], "first": 2},
-            {"input": "seconds", "name": "SECONDS"},
-        ],
-        "group": "motor",
-        "hue": DriveStep.hue,
-    }
-    assert kinds["repeat"]["fields"] == [{"input": "number", "name": "TIMES", "minimum": 1, "first": 2}]
-    assert [name for name, kind in kinds.items() if kind["accompanies"]] == ["voice", "pir"]
-    assert [name for name, kind in kinds.items() if kind["holds"]] == ["repeat", "together"]
-
-
 @pytest.mark.parametrize("example", EXAMPLES, ids=str)
 def test_an_example_compiles_without_diagnostics_and_its_mat_has_the_cars_for_it(ask, example):
     project = ask("example", {"id": example})
     answer = ask("compile", {key: project[key] for key in ("leader", "followers", "profile")})
     assert answer["diagnostics"] == []
-    cars = ask("check-mat", {"mat": project["mat"]})
-    assert cars["leads"] == [0]
-    assert (cars["cars"] > 1) == (project["followers"] is not None)
+    leads = mat_from(project["mat"], most_cars=100).starts.leads
+    assert np.flatnonzero(leads).tolist() == [0]
+    assert (len(leads) > 1) == (project["followers"] is not None)
 
 
 def test_the_gallery_is_in_every_language(ask):

@@ -29,12 +29,14 @@ KEYWORDS = frozenset(
     )
 )
 _LONGEST_SHOWN = 40
+_NUMBERS = (int, float)
+_LISTS = (list, tuple)
 _TYPES: dict[str, tuple[type, ...]] = {
     "boolean": (bool,),
     "integer": (int,),
-    "number": (int, float),
+    "number": _NUMBERS,
     "string": (str,),
-    "array": (list, tuple),
+    "array": _LISTS,
     "object": (dict,),
     "null": (type(None),),
 }
@@ -90,15 +92,13 @@ def check(document: Any, schema: Schema) -> tuple[Any, list[Fault]]:
     """Return ``document`` with the default of each key that is absent, and all its faults.
 
     A whole number that is written with a point, such as 2.0, becomes an integer where the schema wants one. The value
-    is of use only where there are no faults. The schema is prepared when it is first used, and must not change then.
+    is of use only where there are no faults.
     """
-    if id(schema) not in _PREPARED:
-        _PREPARED[id(schema)] = _Node(schema, schema.get("$defs", {}), {})
-    faults: list[Fault] = []
-    return _PREPARED[id(schema)].check(document, None, faults), faults
+    checker = _Checker(schema.get("$defs", {}))
+    return checker.check(document, schema, None), checker.faults
 
 
-# Where a value is, as it is built up on the way there: its key and the place around it.
+# Where a value is: its key and the place around it. A fault's Place is made of it.
 _At = tuple[Any, str | int] | None
 
 
@@ -110,119 +110,91 @@ def _place(at: _At) -> Place:
     return tuple(reversed(keys))
 
 
-class _Node:
-    """A schema that is prepared for checking; ``nodes`` holds those of the definitions that it refers to."""
+class _Checker:
+    """Checks one document; ``definitions`` are the schemas that others refer to."""
 
-    def __init__(self, schema: Schema, definitions: Mapping[str, Schema], nodes: dict[str, "_Node"]) -> None:
-        def node_of(part: Schema) -> _Node:
-            if "$ref" not in part:
-                return _Node(part, definitions, nodes)
-            name = part["$ref"].rpartition("/")[2]
-            if name not in nodes:
-                nodes[name] = _Node.__new__(_Node)
-                nodes[name].__init__(definitions[name], definitions, nodes)  # type: ignore[misc]
-            return nodes[name]
+    def __init__(self, definitions: Mapping[str, Schema]) -> None:
+        self.faults: list[Fault] = []
+        self._definitions = definitions
 
-        self.schema = schema
-        # What fits at a glance, for speed; `fits` decides the rest.
-        plain = {"integer": (int,), "number": (int, float)} if "exclusiveMinimum" not in schema else {}
-        self._numbers = plain.get(schema.get("type", ""), ()) if isinstance(schema.get("type"), str) else ()
-        self._least, self._most = schema.get("minimum", -inf), schema.get("maximum", inf)
-        self._texts = frozenset(each for each in schema.get("enum", ()) if isinstance(each, str))
-        self._is_table = schema.get("type") == "object"
-        self._properties = {key: node_of(part) for key, part in schema.get("properties", {}).items()}
-        others = schema.get("additionalProperties", True)
-        self._is_closed = others is False
-        self._others = node_of(others) if isinstance(others, dict) else None
-        self._required = tuple(schema.get("required", ()))
-        self._dependent = tuple(schema.get("dependentRequired", {}).items())
-        self._kinds = frozenset(each["required"][0] for each in schema.get("oneOf", ()))
-        parts = schema.get("properties", {}).items()
-        self._defaults = tuple((key, part["default"]) for key, part in parts if "default" in part)
-        self._first = tuple(node_of(part) for part in schema.get("prefixItems", ()))
-        self._rest = node_of(schema["items"]) if "items" in schema else None
-
-    def check(self, value: Any, at: _At, faults: list[Fault]) -> Any:
+    def check(self, value: Any, schema: Schema, at: _At) -> Any:
         """Return ``value`` with its defaults; what is wrong is appended to ``faults``."""
-        kind = type(value)
-        if kind is dict and self._is_table:
-            return self._table(value, at, faults)
-        if kind in self._numbers and self._least <= value <= self._most and value < inf:
-            return value
-        if kind is str and value in self._texts:
-            return value
-        if not fits(value, self.schema):
-            faults.append(Fault("not-allowed", _place(at), shown(value), allowed(self.schema)))
-        elif kind is dict:
-            return self._table(value, at, faults)
-        elif kind is list or kind is tuple:
-            return self._list(value, at, faults)
-        elif isinstance(value, float) and self.schema.get("type") == "integer":
+        if "$ref" in schema:
+            schema = self._definitions[schema["$ref"].rpartition("/")[2]]
+        if not fits(value, schema):
+            self._fault("not-allowed", at, shown(value), allowed(schema))
+        elif isinstance(value, dict):
+            return self._table(value, schema, at)
+        elif isinstance(value, _LISTS):
+            return self._list(value, schema, at)
+        elif isinstance(value, float) and schema.get("type") == "integer":
             return int(value)
         return value
 
-    def _table(self, table: dict[str, Any], at: _At, faults: list[Fault]) -> dict[str, Any]:
-        checked, properties, is_known, present = {}, self._properties, True, 0
+    def _fault(self, code: str, at: _At, value: Text = "", allowed: Text = "") -> None:
+        self.faults.append(Fault(code, _place(at), value, allowed))
+
+    def _table(self, table: dict[str, Any], schema: Schema, at: _At) -> dict[str, Any]:
+        properties, others = schema.get("properties", {}), schema.get("additionalProperties", True)
+        checked, is_known = {}, True
         for key, value in table.items():
-            node = properties.get(key, self._others)
-            if key in self._kinds:
-                present += 1
-            if node is not None:
-                checked[key] = node.check(value, (at, key), faults)
-            elif self._is_closed:
+            part = properties.get(key, others)
+            if part is False:
                 is_known = False
-                known = ", ".join(properties) or Phrase("nothing")
-                faults.append(Fault("unknown-key", _place((at, key)), "", known))
+                self._fault("unknown-key", (at, key), "", ", ".join(properties) or Phrase("nothing"))
             else:
-                checked[key] = value
-        needed = self._required
-        if self._dependent:
-            needed += tuple(key for given, keys in self._dependent if given in table for key in keys)
+                checked[key] = value if part is True else self.check(value, part, (at, key))
+        needed = list(schema.get("required", ()))
+        for given, keys in schema.get("dependentRequired", {}).items():
+            needed += keys if given in table else ()
         for key in needed:
             if key not in table:
-                faults.append(Fault("missing-key", _place((at, key)), "", allowed(properties[key].schema)))
-        if present != 1 and self._kinds:
-            kinds = ", ".join(key for key in properties if key in self._kinds)
-            if present:
-                given = ", ".join(key for key in table if key in self._kinds)
-                faults.append(Fault("several-keys", _place(at), given, kinds))
-            elif is_known:
-                faults.append(Fault("no-key", _place(at), "", kinds))
-        for key, default in self._defaults:
-            if key not in table:
-                checked[key] = properties[key].check(deepcopy(default), (at, key), faults)
+                self._fault("missing-key", (at, key), "", allowed(properties[key]))
+        if "oneOf" in schema:
+            self._one_of(table, schema, at, is_known)
+        for key, part in properties.items():
+            if key not in table and "default" in part:
+                checked[key] = self.check(deepcopy(part["default"]), part, (at, key))
         return checked
 
-    def _list(self, values: Sequence[Any], at: _At, faults: list[Fault]) -> list[Any]:
-        if self.schema.get("uniqueItems"):
+    def _one_of(self, table: dict[str, Any], schema: Schema, at: _At, is_known: bool) -> None:
+        """Check that the table has exactly one of the keys of which one is needed."""
+        kinds = [each["required"][0] for each in schema["oneOf"]]
+        present = [key for key in table if key in kinds]
+        if len(present) > 1:
+            self._fault("several-keys", at, ", ".join(present), ", ".join(kinds))
+        elif not present and is_known:
+            self._fault("no-key", at, "", ", ".join(kinds))
+
+    def _list(self, values: Sequence[Any], schema: Schema, at: _At) -> list[Any]:
+        if schema.get("uniqueItems"):
             seen: set[str] = set()
             for index, value in enumerate(values):
                 if (text := json.dumps(value, default=str)) in seen:
-                    faults.append(Fault("repeated-value", _place((at, index)), shown(value)))
+                    self._fault("repeated-value", (at, index), shown(value))
                 seen.add(text)
-        checked = []
-        for index, value in enumerate(values):
-            node = self._first[index] if index < len(self._first) else self._rest
-            checked.append(value if node is None else node.check(value, (at, index), faults))
-        return checked
-
-
-_PREPARED: dict[int, _Node] = {}
+        first, rest = schema.get("prefixItems", ()), schema.get("items", {})
+        return [
+            self.check(value, first[index] if index < len(first) else rest, (at, index))
+            for index, value in enumerate(values)
+        ]
 
 
 def fits(value: Any, schema: Schema) -> bool:
     """Whether ``value`` fits the schema, without what stands inside a table or a list."""
     if "enum" in schema:
-        return any(type(value) is type(each) and value == each for each in schema["enum"])
+        # True equals 1, yet it is another value.
+        values = schema["enum"]
+        return value in values and type(value) is type(values[values.index(value)])
     kinds = schema.get("type", ())
-    if kinds and not any(_is(value, kind) for kind in ((kinds,) if isinstance(kinds, str) else kinds)):
+    if kinds and not (_is(value, kinds) if isinstance(kinds, str) else any(_is(value, kind) for kind in kinds)):
         return False
-    if isinstance(value, int | float) and not isinstance(value, bool):
+    if isinstance(value, _NUMBERS) and not isinstance(value, bool):
         above = schema.get("exclusiveMinimum", -inf) < value
         return bool(above and schema.get("minimum", -inf) <= value <= schema.get("maximum", inf) and value < inf)
     if isinstance(value, str):
         return _text_fits(value, schema)
-    if isinstance(value, list | tuple):
+    if isinstance(value, _LISTS):
         return bool(schema.get("minItems", 0) <= len(value) <= schema.get("maxItems", inf))
     return True
 
@@ -238,10 +210,8 @@ def _text_fits(text: str, schema: Schema) -> bool:
         return False
     if schema.get("format") == "line" and not (text.isprintable() and text.strip()):
         return False
-    try:
-        text.encode()
-    except UnicodeEncodeError:  # half a surrogate pair, which no file can hold
-        return False
+    if not text.isascii() and any("\ud800" <= character <= "\udfff" for character in text):
+        return False  # half a surrogate pair, which no file can hold
     return "pattern" not in schema or re.search(schema["pattern"], text) is not None
 
 

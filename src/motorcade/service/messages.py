@@ -228,42 +228,6 @@ class Formats(Struct):
     control: list[WordField]
 
 
-class StepField(Struct, omit_defaults=True):
-    """A field of a step's block.
-
-    Attributes:
-        input: ``choice`` of ``options``, ``level`` of ``levels``, ``number`` from ``minimum`` on, or ``seconds``.
-        name: its name in the block's serialization.
-        menu: what the levels are, such as ``speed``.
-        first: the value in a new block.
-    """
-
-    input: str
-    name: str
-    options: list[str] = []
-    menu: str = ""
-    levels: list[int] = []
-    minimum: int | None = None
-    first: int | None = None
-
-
-class StepKind(Struct, omit_defaults=True):
-    """A kind of step; see `motorcade.program.steps.Step`.
-
-    Attributes:
-        holds: whether its block holds other steps.
-        group: the bits of the control word that it fills, if any; ``hue`` is their colour in degrees.
-    """
-
-    kind: str
-    category: str
-    accompanies: bool
-    holds: bool
-    fields: list[StepField]
-    group: str = ""
-    hue: int = 0
-
-
 class Seconds(Struct):
     """The durations that a step can have, in seconds: from ``least`` to ``most``, in steps of ``step``."""
 
@@ -277,19 +241,6 @@ class ProfileFigures(Profile):
     """A profile, and the durations that its steps can have."""
 
     seconds: Seconds
-
-
-class MatToCheck(Struct):
-    """A mat to check."""
-
-    mat: MatDocument
-
-
-class MatCars(Struct):
-    """How many cars a mat has, and which of them lead."""
-
-    cars: int
-    leads: list[int]
 
 
 class Port(Struct):

@@ -1,10 +1,9 @@
-"""Compile and decompile the page's programs; list profiles, kinds of steps, and the fields of words."""
+"""Compile and decompile the page's programs; list profiles and the fields of words."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import Field, fields
+from dataclasses import fields
 from math import gcd
-from typing import Any
 
 from motorcade.config.profile import Profile, built_in_profile, built_in_profiles
 from motorcade.errors import MotorcadeError, Phrase
@@ -17,28 +16,10 @@ from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.model import Program
 from motorcade.program.parts import MOST_PIECES, word_fields
-from motorcade.program.steps import KINDS, SIMPLE_KINDS, RepeatStep, Step, TogetherStep, own_fields
+from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep
+from motorcade.service import messages
 from motorcade.service.documents import project_of
-from motorcade.service.messages import (
-    Blocks,
-    Compiled,
-    Costliest,
-    Costs,
-    Diagnostic,
-    ErrorAnswer,
-    Formats,
-    Image,
-    ProfileFigures,
-    Project,
-    Seconds,
-    Span,
-    StepField,
-    StepKind,
-    Timeline,
-    Word,
-    WordField,
-    sentences,
-)
+from motorcade.service.messages import sentences
 from motorcade.words.field import WordFormat
 from motorcade.words.formats import CONTROL, HEADER
 from motorcade.words.image import bytes_to_words, words_to_bytes
@@ -57,58 +38,29 @@ def profile_named(name: str) -> Profile:
         raise MotorcadeError("unknown-profile", name=name[:40], known=", ".join(built_in_profiles())) from None
 
 
-def profile_figures() -> list[ProfileFigures]:
+def profile_figures() -> list[messages.ProfileFigures]:
     """Return the figures of all built-in profiles."""
     figures = []
     for profile in map(built_in_profile, built_in_profiles()):
         step, most = gcd(*profile.durations_ms) / 1000, MOST_PIECES * profile.durations_ms[-1] / 1000
         values = {each.name: getattr(profile, each.name) for each in fields(profile)}
-        figures.append(ProfileFigures(**values, seconds=Seconds(0, step, most)))
+        figures.append(messages.ProfileFigures(**values, seconds=messages.Seconds(0, step, most)))
     return figures
 
 
-def formats() -> Formats:
+def formats() -> messages.Formats:
     """Return the fields of both kinds of words, with titles in every language."""
-    return Formats(_fields(HEADER), _fields(CONTROL))
+    return messages.Formats(_fields(HEADER), _fields(CONTROL))
 
 
-def _fields(word_format: WordFormat) -> list[WordField]:
+def _fields(word_format: WordFormat) -> list[messages.WordField]:
     return [
-        WordField(each.name, each.high, each.low, sentences(Phrase("field-" + each.name.replace("_", "-"))))
+        messages.WordField(each.name, each.high, each.low, sentences(Phrase("field-" + each.name.replace("_", "-"))))
         for each in word_format.fields
     ]
 
 
-def step_kinds() -> list[StepKind]:
-    """Return all kinds of steps, in the order of the page's toolbox."""
-    return [
-        StepKind(
-            kind=kind.kind,
-            category=kind.category,
-            accompanies=kind.accompanies,
-            holds=kind in (TogetherStep, RepeatStep),
-            fields=[_step_field(each) for each in own_fields(kind)],
-            group=kind.group,
-            hue=kind.hue,
-        )
-        for kind in KINDS.values()
-    ]
-
-
-def _step_field(step_field: Field[Any]) -> StepField:
-    name, given = step_field.name.upper(), step_field.metadata
-    if step_field.name == "seconds":
-        return StepField("seconds", name)
-    schema = given["schema"]
-    if "enum" in schema:
-        return StepField("choice", name, options=list(schema["enum"]))
-    if "menu" in given:
-        levels = list(range(schema["minimum"], schema["maximum"] + 1))
-        return StepField("level", name, menu=given["menu"], levels=levels, first=given["first"])
-    return StepField("number", name, minimum=schema["minimum"], first=given["first"])
-
-
-def decompile_image(image: Image) -> Project:
+def decompile_image(image: messages.Image) -> messages.Project:
     """Return a project whose blocks compile to an image. Raises MotorcadeError where there is none."""
     try:
         return project_of(decompile(bytes_to_words(image.image)))
@@ -116,22 +68,22 @@ def decompile_image(image: Image) -> Project:
         raise MotorcadeError("not-decompiled", reason=problem) from None
 
 
-def compile_blocks(blocks: Blocks) -> Compiled:
+def compile_blocks(blocks: messages.Blocks) -> messages.Compiled:
     """Compile the blocks of both editors. Raises MotorcadeError where there is no such profile."""
     profile = profile_named(blocks.profile)
     try:
         program = program_of(blocks.leader, blocks.followers, blocks.profile)
     except ProgramError as problem:
-        return Compiled(diagnostics_in_all_languages(problem.diagnostics))
+        return messages.Compiled(diagnostics_in_all_languages(problem.diagnostics))
     compiled = compile_program(program, profile)
     followers_steps = program.followers.steps if program.followers else ()
-    return Compiled(
+    return messages.Compiled(
         diagnostics=diagnostics_in_all_languages(compiled.diagnostics),
         image=words_to_bytes(compiled.words) if compiled.words else None,
         dwell_ms=compiled.dwell_ms,
         states=compiled.leader_states,
         follower_words=compiled.follower_words,
-        costliest=Costs(
+        costliest=messages.Costs(
             _costliest(compiled, "too-many-states", "leader[", program.leader),
             _costliest(compiled, "too-many-words", "followers.steps[", followers_steps),
         ),
@@ -140,7 +92,7 @@ def compile_blocks(blocks: Blocks) -> Compiled:
     )
 
 
-def error_answer(problem: MotorcadeError) -> ErrorAnswer:
+def error_answer(problem: MotorcadeError) -> messages.ErrorAnswer:
     """Return the answer for an error; for a ProgramError with its diagnostics and the code of the first."""
     if isinstance(problem, ProgramError):
         first = problem.diagnostics[:_MOST_SHOWN]
@@ -148,14 +100,14 @@ def error_answer(problem: MotorcadeError) -> ErrorAnswer:
             language: "\n".join(f"{each.path}: {each.sentence(language)}".removeprefix(": ") for each in first)
             for language in languages()
         }
-        return ErrorAnswer(first[0].code, {}, sentence, diagnostics_in_all_languages(problem.diagnostics))
-    return ErrorAnswer(**problem.to_dict("page"))
+        return messages.ErrorAnswer(first[0].code, {}, sentence, diagnostics_in_all_languages(problem.diagnostics))
+    return messages.ErrorAnswer(**problem.to_dict("page"))
 
 
-def diagnostics_in_all_languages(diagnostics: Iterable[program_diagnostics.Diagnostic]) -> list[Diagnostic]:
+def diagnostics_in_all_languages(diagnostics: Iterable[program_diagnostics.Diagnostic]) -> list[messages.Diagnostic]:
     """Return the diagnostics in every language, each with the editor that it concerns."""
     return [
-        Diagnostic(
+        messages.Diagnostic(
             each.code,
             each.severity,
             {language: each.sentence(language, "page") for language in languages()},
@@ -167,17 +119,17 @@ def diagnostics_in_all_languages(diagnostics: Iterable[program_diagnostics.Diagn
     ]
 
 
-def _words(compiled: CompiledProgram, program: Program) -> list[Word]:
+def _words(compiled: CompiledProgram, program: Program) -> list[messages.Word]:
     if not compiled.words:
         return []
     header, *control = compiled.words
-    words = [Word(f"{header:08x}", "header", HEADER.decode(header)._asdict(), None)]
+    words = [messages.Word(f"{header:08x}", "header", HEADER.decode(header)._asdict(), None)]
     fields_of = dict(_fields_of_togethers(program.leader, "leader"))
     if program.followers:
         fields_of |= _fields_of_togethers(program.followers.steps, "followers.steps")
     for number, (word, (path, block)) in enumerate(zip(control, compiled.origins[1:], strict=True)):
         part = "leader" if number < compiled.leader_states else "followers"
-        words.append(Word(f"{word:08x}", part, CONTROL.decode(word)._asdict(), block, fields_of.get(path, {})))
+        words.append(messages.Word(f"{word:08x}", part, CONTROL.decode(word)._asdict(), block, fields_of.get(path, {})))
     return words
 
 
@@ -191,29 +143,31 @@ def _fields_of_togethers(steps: Sequence[Step], path: str) -> Iterator[tuple[str
             yield place, {name: part.id for part in step.steps if part.id for name in _FIELDS[part.kind]}
 
 
-def _costliest(compiled: CompiledProgram, too_many: str, prefix: str, steps: Sequence[Step]) -> Costliest | None:
+def _costliest(
+    compiled: CompiledProgram, too_many: str, prefix: str, steps: Sequence[Step]
+) -> messages.Costliest | None:
     """Return that of ``steps``, whose paths begin with ``prefix``, which makes the most words."""
     for each in compiled.diagnostics:
         if each.code == too_many:
-            return Costliest(each.id, each.details["cost"])
+            return messages.Costliest(each.id, each.details["cost"])
     counts = Counter(
         int(path.removeprefix(prefix).partition("]")[0]) for path, _ in compiled.origins if path.startswith(prefix)
     )
     if not counts:
         return None
     ((number, count),) = counts.most_common(1)
-    return Costliest(steps[number].id, count)
+    return messages.Costliest(steps[number].id, count)
 
 
-def _timeline(compiled: CompiledProgram, profile: Profile) -> Timeline:
+def _timeline(compiled: CompiledProgram, profile: Profile) -> messages.Timeline:
     leader = [length_ms(word, profile) for word in compiled.words[1 : 1 + compiled.leader_states]]
     followers = [compiled.dwell_ms] * (len(compiled.words) - 1 - len(leader))
-    return Timeline(_spans(leader, 1), _spans(followers, 1 + len(leader)))
+    return messages.Timeline(_spans(leader, 1), _spans(followers, 1 + len(leader)))
 
 
-def _spans(lengths_ms: Sequence[int], first_word: int) -> list[Span]:
+def _spans(lengths_ms: Sequence[int], first_word: int) -> list[messages.Span]:
     spans, begin_ms = [], 0
     for number, duration_ms in enumerate(lengths_ms):
-        spans.append(Span(first_word + number, begin_ms, begin_ms + duration_ms))
+        spans.append(messages.Span(first_word + number, begin_ms, begin_ms + duration_ms))
         begin_ms += duration_ms
     return spans

@@ -8,34 +8,10 @@ import msgspec
 
 from motorcade.errors import MotorcadeError
 from motorcade.program.diagnostics import ProgramError
+from motorcade.service import messages
 from motorcade.service.documents import example, examples, open_text, project_text
-from motorcade.service.messages import (
-    Blocks,
-    Capabilities,
-    Compiled,
-    Example,
-    ExampleName,
-    Formats,
-    Image,
-    LibraryEntry,
-    MatCars,
-    MatDocument,
-    MatToCheck,
-    Nothing,
-    Port,
-    ProfileFigures,
-    Project,
-    ProjectName,
-    ProjectToSave,
-    ProjectVersion,
-    SavedVersion,
-    StepKind,
-    StoredProject,
-    Text,
-    Version,
-    decode,
-)
-from motorcade.service.programs import compile_blocks, decompile_image, formats, profile_figures, step_kinds
+from motorcade.service.messages import Nothing, decode
+from motorcade.service.programs import compile_blocks, decompile_image, formats, profile_figures
 
 
 class Quota(NamedTuple):
@@ -65,7 +41,7 @@ class Storage(Protocol):
             MotorcadeError: the name isn't allowed, or the data can't be written.
         """
 
-    def history(self, owner: str, name: str) -> list[Version]:
+    def history(self, owner: str, name: str) -> list[messages.Version]:
         """All versions of a project, the newest first. Raises MotorcadeError where there is no such project."""
 
     def delete(self, owner: str, name: str) -> None:
@@ -75,7 +51,7 @@ class Storage(Protocol):
         """How many bytes an owner uses, and may use."""
 
     # The last method: below it `list` would be this one.
-    def list(self, owner: str) -> list[LibraryEntry]:
+    def list(self, owner: str) -> list[messages.LibraryEntry]:
         """All projects of an owner, the one saved last first."""
 
 
@@ -86,15 +62,13 @@ class Context:
     Attributes:
         capabilities: what the shell can do.
         storage: where projects are stored.
-        check_mat: counts the cars of a mat; raises MotorcadeError where the mat isn't valid.
         ports: lists the ports to upload through.
         owner: whose projects they are.
     """
 
-    capabilities: Capabilities
+    capabilities: messages.Capabilities
     storage: Storage
-    check_mat: Callable[[MatDocument], MatCars]
-    ports: Callable[[], list[Port]]
+    ports: Callable[[], list[messages.Port]]
     owner: str = ""
 
 
@@ -106,45 +80,53 @@ class Request(NamedTuple):
     function: Callable[[Any, Context], Any]
 
 
-def _read_project(wanted: ProjectVersion, context: Context) -> StoredProject:
+def _save_text(project: messages.Project, context: Context) -> messages.Text:
+    return messages.Text(project_text(project))
+
+
+def _list_projects(message: Nothing, context: Context) -> list[messages.LibraryEntry]:
+    return context.storage.list(context.owner)
+
+
+def _read_project(wanted: messages.ProjectVersion, context: Context) -> messages.StoredProject:
     text = context.storage.read(context.owner, wanted.name, wanted.version)
     try:
         project = open_text(text)
     except ProgramError:
         raise MotorcadeError("damaged-version", name=wanted.name) from None
-    return StoredProject(**msgspec.structs.asdict(project), name=wanted.name)
+    return messages.StoredProject(**msgspec.structs.asdict(project), name=wanted.name)
 
 
-def _write_project(sent: ProjectToSave, context: Context) -> SavedVersion:
+def _write_project(sent: messages.ProjectToSave, context: Context) -> messages.SavedVersion:
     data = project_text(sent.project).encode()
-    return SavedVersion(context.storage.write_version(context.owner, sent.name, data))
+    return messages.SavedVersion(context.storage.write_version(context.owner, sent.name, data))
 
 
-def _delete_project(named: ProjectName, context: Context) -> Nothing:
+def _list_versions(named: messages.ProjectName, context: Context) -> list[messages.Version]:
+    return context.storage.history(context.owner, named.name)
+
+
+def _delete_project(named: messages.ProjectName, context: Context) -> Nothing:
     context.storage.delete(context.owner, named.name)
     return Nothing()
 
 
 REQUESTS: dict[str, Request] = {
-    "capabilities": Request(Nothing, Capabilities, lambda message, context: context.capabilities),
-    "formats": Request(Nothing, Formats, lambda message, context: formats()),
-    "profiles": Request(Nothing, list[ProfileFigures], lambda message, context: profile_figures()),
-    "step-kinds": Request(Nothing, list[StepKind], lambda message, context: step_kinds()),
-    "compile": Request(Blocks, Compiled, lambda blocks, context: compile_blocks(blocks)),
-    "decompile": Request(Image, Project, lambda image, context: decompile_image(image)),
-    "open": Request(Text, Project, lambda file, context: open_text(file.text)),
-    "save-text": Request(Project, Text, lambda project, context: Text(project_text(project))),
-    "examples": Request(Nothing, list[Example], lambda message, context: examples()),
-    "example": Request(ExampleName, Project, lambda wanted, context: example(wanted.id)),
-    "check-mat": Request(MatToCheck, MatCars, lambda sent, context: context.check_mat(sent.mat)),
-    "ports": Request(Nothing, list[Port], lambda message, context: context.ports()),
-    "projects/list": Request(Nothing, list[LibraryEntry], lambda message, context: context.storage.list(context.owner)),
-    "projects/read": Request(ProjectVersion, StoredProject, _read_project),
-    "projects/write": Request(ProjectToSave, SavedVersion, _write_project),
-    "projects/history": Request(
-        ProjectName, list[Version], lambda named, context: context.storage.history(context.owner, named.name)
-    ),
-    "projects/delete": Request(ProjectName, Nothing, _delete_project),
+    "capabilities": Request(Nothing, messages.Capabilities, lambda message, context: context.capabilities),
+    "formats": Request(Nothing, messages.Formats, lambda message, context: formats()),
+    "profiles": Request(Nothing, list[messages.ProfileFigures], lambda message, context: profile_figures()),
+    "compile": Request(messages.Blocks, messages.Compiled, lambda blocks, context: compile_blocks(blocks)),
+    "decompile": Request(messages.Image, messages.Project, lambda image, context: decompile_image(image)),
+    "open": Request(messages.Text, messages.Project, lambda file, context: open_text(file.text)),
+    "save-text": Request(messages.Project, messages.Text, _save_text),
+    "examples": Request(Nothing, list[messages.Example], lambda message, context: examples()),
+    "example": Request(messages.ExampleName, messages.Project, lambda wanted, context: example(wanted.id)),
+    "ports": Request(Nothing, list[messages.Port], lambda message, context: context.ports()),
+    "projects/list": Request(Nothing, list[messages.LibraryEntry], _list_projects),
+    "projects/read": Request(messages.ProjectVersion, messages.StoredProject, _read_project),
+    "projects/write": Request(messages.ProjectToSave, messages.SavedVersion, _write_project),
+    "projects/history": Request(messages.ProjectName, list[messages.Version], _list_versions),
+    "projects/delete": Request(messages.ProjectName, Nothing, _delete_project),
 }
 
 

@@ -2,19 +2,10 @@
 
 from motorcade.config.profile import Profile
 from motorcade.errors import MotorcadeError
+from motorcade.service import world_messages
 from motorcade.service.messages import ErrorAnswer, sentences
 from motorcade.service.programs import profile_named
-from motorcade.service.world_messages import (
-    Failed,
-    ImageRead,
-    NotVerified,
-    Outcome,
-    Progress,
-    RetryNotice,
-    UploadAnswer,
-    UploadOrder,
-    Verified,
-)
+from motorcade.service.world_messages import Outcome, UploadAnswer, UploadOrder
 from motorcade.upload.transfer import (
     ReadbackTransfer,
     Retry,
@@ -65,7 +56,7 @@ class UploadSession:
                 baud,
                 order.verify,
                 check_number,
-                sent=lambda count: self._out.append(Progress(count, size)),
+                sent=lambda count: self._out.append(world_messages.Progress(count, size)),
                 retrying=lambda retry: self._out.append(retry_notice(retry, size)),
             )
 
@@ -105,7 +96,7 @@ class UploadSession:
         assert outcome is not None
         if self._order.image is None:
             failure = readback_error(WEB_SERIAL, outcome)
-            return failed(failure) if failure else ImageRead(bytes(outcome.detail))
+            return failed(failure) if failure else world_messages.ImageRead(bytes(outcome.detail))
         failure = upload_error(WEB_SERIAL, outcome, self._transfer.holds)
         return failed(failure) if failure else uploaded(self._order, str(outcome.detail))
 
@@ -119,18 +110,18 @@ def check_order(order: UploadOrder) -> Profile:
     return profile_named(order.profile)
 
 
-def retry_notice(retry: Retry, size: int) -> Progress:
+def retry_notice(retry: Retry, size: int) -> world_messages.Progress:
     """Return the notice of another try to send ``size`` bytes."""
-    return Progress(0, size, RetryNotice(retry.number, retry.of, sentences(retry)))
+    return world_messages.Progress(0, size, world_messages.RetryNotice(retry.number, retry.of, sentences(retry)))
 
 
 def uploaded(order: UploadOrder, answer: str) -> Outcome:
     """Return the outcome of an upload that succeeded; ``answer`` is the car's, where the order has verify."""
-    return Verified(answer) if order.verify else NotVerified()
+    return world_messages.Verified(answer) if order.verify else world_messages.NotVerified()
 
 
-def failed(problem: MotorcadeError, port: str = "") -> Failed:
+def failed(problem: MotorcadeError, port: str = "") -> world_messages.Failed:
     """Return the outcome for an error; ``port`` replaces the name of the port in its sentence."""
     if port and "port" in problem.details:
         problem.details["port"] = port
-    return Failed(ErrorAnswer(**problem.to_dict("page")))
+    return world_messages.Failed(ErrorAnswer(**problem.to_dict("page")))

@@ -3,33 +3,18 @@
 from collections.abc import Callable
 
 from motorcade.errors import MotorcadeError
+from motorcade.service import world_messages
 from motorcade.service.playback import PICTURE_S, Playback, SimulatedWorld
-from motorcade.service.world_messages import (
-    Furnish,
-    Hello,
-    Move,
-    Pause,
-    Play,
-    Refused,
-    Reset,
-    Seek,
-    SetWorld,
-    Shown,
-    Speak,
-    Step,
-    Watch,
-    WorldAnswer,
-    WorldMessage,
-)
+from motorcade.service.world_messages import WorldAnswer, WorldMessage
 
 # The session makes no more pictures while the page has so many that it has not drawn.
 MOST_PICTURES_UNDER_WAY = 2
 STATE_S, CAR_S = 0.25, 0.1
 
 
-def refused(problem: MotorcadeError) -> Refused:
+def refused(problem: MotorcadeError) -> world_messages.Refused:
     """Return the answer for an error."""
-    return Refused(**problem.to_dict("page"))
+    return world_messages.Refused(**problem.to_dict("page"))
 
 
 class WorldSession:
@@ -47,7 +32,7 @@ class WorldSession:
         playback: None until the page has set a world.
     """
 
-    def __init__(self, key: str, make_world: Callable[[SetWorld], SimulatedWorld]) -> None:
+    def __init__(self, key: str, make_world: Callable[[world_messages.SetWorld], SimulatedWorld]) -> None:
         self.key = key
         self.make_world = make_world
         self.playback: Playback | None = None
@@ -66,7 +51,7 @@ class WorldSession:
 
     def _greet(self, resumed: bool) -> list[WorldAnswer]:
         if self.playback is None:
-            return [Hello(self.key, resumed, 0)]
+            return [world_messages.Hello(self.key, resumed, 0)]
         self.playback.show_all()
         return [self.playback.world.hello(self.key, resumed), self.playback.state()]
 
@@ -76,10 +61,10 @@ class WorldSession:
         A message `Shown` may be received while another thread is in `advance`. `Resume` is for the shell, which knows
         who drives; here it only returns a new state.
         """
-        if isinstance(message, Shown):
+        if isinstance(message, world_messages.Shown):
             self._drawn = max(self._drawn, min(message.frame, self._numbered))
             return []
-        if isinstance(message, SetWorld):
+        if isinstance(message, world_messages.SetWorld):
             return self.begin(self.make_world(message))
         playback = self.playback
         if playback is None:
@@ -121,21 +106,21 @@ class WorldSession:
 
 def _apply(playback: Playback, message: WorldMessage) -> None:
     match message:
-        case Play():
+        case world_messages.Play():
             playback.play(message.speed)
-        case Pause():
+        case world_messages.Pause():
             playback.pause()
-        case Step():
+        case world_messages.Step():
             playback.step(message.ticks)
-        case Reset():
+        case world_messages.Reset():
             playback.reset(message.seed)
-        case Speak():
+        case world_messages.Speak():
             playback.world.speak(message.word)
-        case Furnish():
+        case world_messages.Furnish():
             playback.furnish(message.mat, message.range_mm)
-        case Move():
+        case world_messages.Move():
             playback.move(message.car, message.x_m, message.y_m, message.heading_deg)
-        case Watch():
+        case world_messages.Watch():
             playback.watch(message.car)
-        case Seek():
+        case world_messages.Seek():
             playback.seek(message.t_ms)

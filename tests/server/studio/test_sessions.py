@@ -242,6 +242,8 @@ def test_sessions_are_separate(client) -> None:
         (json.dumps(SET | {"mat": {}}), "bad-mat", "is missing"),
         (json.dumps(SET | {"mat": MAT | {"car": [{"at_m": [0, 0]}] * 2}}), "bad-mat", "m from car"),
         (json.dumps(SET | {"mat": MAT | {"crowd": [{"cars": 1998}]}}), "too-many-cars", "2,000"),
+        # Refused before a place for any car is searched for.
+        (json.dumps(SET | {"mat": MAT | {"crowd": [{"cars": 1e300}]}}), "too-many-cars", "2,000"),
         (json.dumps(SET | {"profile": "lorry"}), "unknown-profile", "lorry"),
         (
             json.dumps(SET | {"mat": MAT | {"disc": [{"centre_m": [9, 9], "radius_m": 1}] * 401}}),

@@ -119,28 +119,6 @@ export interface Seconds {
   most: number;
 }
 
-/** A kind of step; see `motorcade.program.steps.Step`. */
-export interface StepKind {
-  kind: string;
-  category: string;
-  accompanies: boolean;
-  holds: boolean;
-  fields: StepField[];
-  group?: string;
-  hue?: number;
-}
-
-/** A field of a step's block. */
-export interface StepField {
-  input: "choice" | "level" | "number" | "seconds";
-  name: string;
-  options?: string[];
-  menu?: string;
-  levels?: number[];
-  minimum?: number | null;
-  first?: number | null;
-}
-
 /** The blocks in both editors, and the profile. */
 export interface Blocks {
   leader: WorkspaceState;
@@ -234,17 +212,6 @@ export interface Example {
 /** The name of an example program. */
 export interface ExampleName {
   id: string;
-}
-
-/** A mat to check. */
-export interface MatToCheck {
-  mat: MatDocument;
-}
-
-/** How many cars a mat has, and which of them lead. */
-export interface MatCars {
-  cars: number;
-  leads: number[];
 }
 
 /** A port to upload through; ``kind`` is serial or virtual. */
@@ -507,14 +474,12 @@ export interface Requests {
   "capabilities": { message: Nothing; answer: Capabilities };
   "formats": { message: Nothing; answer: Formats };
   "profiles": { message: Nothing; answer: ProfileFigures[] };
-  "step-kinds": { message: Nothing; answer: StepKind[] };
   "compile": { message: Blocks; answer: Compiled };
   "decompile": { message: Image; answer: Project };
   "open": { message: Text; answer: Project };
   "save-text": { message: Project; answer: Text };
   "examples": { message: Nothing; answer: Example[] };
   "example": { message: ExampleName; answer: Project };
-  "check-mat": { message: MatToCheck; answer: MatCars };
   "ports": { message: Nothing; answer: Port[] };
   "projects/list": { message: Nothing; answer: LibraryEntry[] };
   "projects/read": { message: ProjectVersion; answer: StoredProject };

@@ -11,23 +11,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from motorcade.errors import MotorcadeError
 from motorcade.server.http import next_message, until_one_ends
+from motorcade.server.remote import messages
 from motorcade.server.remote.fleet import MOST_CARS, Action, Fleet, PageControl
-from motorcade.server.remote.messages import (
-    Clear,
-    Drive,
-    Heard,
-    Hello,
-    Join,
-    Leave,
-    Release,
-    RemoteAnswer,
-    RemoteMessage,
-    Request,
-    Resume,
-    Start,
-    Stop,
-    Telemetry,
-)
+from motorcade.server.remote.messages import RemoteAnswer, RemoteMessage
 from motorcade.server.request_filter import ServerSettings
 from motorcade.service.world_messages import Refused
 from motorcade.service.world_session import refused
@@ -38,10 +24,10 @@ _MOST_WAITING = 32
 _POLICY_VIOLATION = 1008
 
 _ACTIONS: dict[type[RemoteMessage], Action] = {
-    Request: "request",
-    Release: "release",
-    Clear: "clear",
-    Resume: "resume_program",
+    messages.Request: "request",
+    messages.Release: "release",
+    messages.Clear: "clear",
+    messages.Resume: "resume_program",
 }
 
 
@@ -63,7 +49,7 @@ class PageSession:
         self._controls: dict[str, PageControl] = {}
         # Requests to cars may take a while; each is a task, so that it delays neither another nor the page.
         self._requests: set[asyncio.Task[None]] = set()
-        self._stick: Drive | None = None
+        self._stick: messages.Drive | None = None
         self._moved = asyncio.Event()
         self._newest: dict[type[RemoteAnswer], RemoteAnswer] = {}
         self._errors: deque[Refused] = deque(maxlen=_MOST_WAITING)
@@ -98,24 +84,24 @@ class PageSession:
 
     async def _handle(self, message: RemoteMessage) -> None:
         match message:
-            case Drive():
+            case messages.Drive():
                 self._stick = message
                 self._moved.set()
-            case Stop():
+            case messages.Stop():
                 self._stop(message.cars)
-            case Join():
+            case messages.Join():
                 await self._join(message.car)
-            case Leave():
+            case messages.Leave():
                 if message.car in self._controls:
                     self._controls.pop(message.car).leave()
-            case Request() | Release() | Clear() | Resume():
+            case messages.Request() | messages.Release() | messages.Clear() | messages.Resume():
                 self._request(self._control(message.car).act(_ACTIONS[type(message)]))
-            case Start():
+            case messages.Start():
                 await self._fleet.start()
                 await self._greet()
 
     async def _greet(self) -> None:
-        self._put(Hello(await self._fleet.listed(), self._name))
+        self._put(messages.Hello(await self._fleet.listed(), self._name))
 
     async def _join(self, name: str) -> None:
         if name in self._controls:
@@ -160,12 +146,12 @@ class PageSession:
             for name in stick.cars:
                 if name in self._controls:
                     self._controls[name].steer(stick.throttle, stick.steering)
-            self._put(Heard(stick.number))
+            self._put(messages.Heard(stick.number))
 
     async def _send_telemetry(self) -> None:
         """Send the telemetry of the page's cars, ten times a second."""
         while True:
-            self._put(Telemetry({name: control.telemetry() for name, control in self._controls.items()}))
+            self._put(messages.Telemetry({name: control.telemetry() for name, control in self._controls.items()}))
             await asyncio.sleep(_TELEMETRY_EVERY_S)
 
     async def _send(self) -> None:

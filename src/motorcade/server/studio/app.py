@@ -34,7 +34,7 @@ from motorcade.server.studio import uploads
 from motorcade.server.studio.driving import SessionFleet
 from motorcade.server.studio.library import FolderStorage
 from motorcade.server.studio.sessions import PageWorld, PageWorlds
-from motorcade.server.studio.simulation import EVENT_ROW, StudioWorld, count_cars
+from motorcade.server.studio.simulation import EVENT_ROW, StudioWorld
 from motorcade.service.messages import Capabilities
 from motorcade.service.requests import Context, respond
 
@@ -86,7 +86,6 @@ def _request_route(settings: Settings) -> Route:
     context = Context(
         Capabilities(serial_ports=True, films=True, real_cars=bool(settings.cars), most_cars=settings.most_cars),
         FolderStorage(settings.library),
-        lambda mat: count_cars(mat, settings.most_cars),
         uploads.listed_ports,
     )
 

@@ -22,18 +22,9 @@ from motorcade.server.http import next_message, until_one_ends
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio.driving import ManualControl
 from motorcade.server.studio.simulation import StudioWorld, build_world
+from motorcade.service import world_messages
 from motorcade.service.playback import Playback
-from motorcade.service.world_messages import (
-    CarDetails,
-    Compiling,
-    Reset,
-    Resume,
-    SetWorld,
-    Shown,
-    State,
-    WorldAnswer,
-    WorldMessage,
-)
+from motorcade.service.world_messages import WorldAnswer, WorldMessage
 from motorcade.service.world_session import WorldSession, refused
 from motorcade.timing import to_ticks
 
@@ -61,7 +52,7 @@ class Outbox:
     def put(self, answer: WorldAnswer | bytes, closing: bool = False) -> None:
         """Send an answer; ``closing`` ends the connection with it."""
         kind = type(answer)
-        if isinstance(answer, State | CarDetails):
+        if isinstance(answer, world_messages.State | world_messages.CarDetails):
             self._waiting = deque(each for each in self._waiting if each[0] is not kind)
         if len(self._waiting) < _MOST_WAITING or isinstance(answer, bytes):
             data = answer if isinstance(answer, bytes) else msgspec.json.encode(answer).decode()
@@ -245,21 +236,21 @@ class PageWorlds:
                 await asyncio.Event().wait()
 
     async def _handle(self, session: PageWorld, page: Outbox, message: WorldMessage) -> None:
-        if isinstance(message, Shown):
+        if isinstance(message, world_messages.Shown):
             # Without the lock, as the page's acknowledgement needn't wait for a picture in the making.
             if session.page is page:
                 session.receive(message)
-        elif isinstance(message, SetWorld):
-            notify = partial(asyncio.get_running_loop().call_soon_threadsafe, page.put, Compiling())
+        elif isinstance(message, world_messages.SetWorld):
+            notify = partial(asyncio.get_running_loop().call_soon_threadsafe, page.put, world_messages.Compiling())
             with on_compiling(notify):
                 async with session.lock:
                     world = await session.in_thread(lambda: session.make_world(message))
                     session.control.give_back_all()
                     _put_all(session, page, session.begin(world))
         else:
-            if isinstance(message, Reset):
+            if isinstance(message, world_messages.Reset):
                 session.control.give_back_all()
-            elif isinstance(message, Resume):
+            elif isinstance(message, world_messages.Resume):
                 session.control.give_back(message.car)
             session.is_quick = False
             answers = await session.alone(lambda: session.receive(message))

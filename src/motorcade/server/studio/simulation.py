@@ -19,7 +19,7 @@ from motorcade.mats import Mat, Pose, check_mat
 from motorcade.mats.document import mat_of
 from motorcade.runs.recording import Description
 from motorcade.service.history import EVENT_BYTES, EVERY_MS, HEARD, LOST, NO_INDEX, RUNS, SENDS
-from motorcade.service.messages import MatCars, MatDocument
+from motorcade.service.messages import MatDocument
 from motorcade.service.programs import profile_named
 from motorcade.service.world_messages import CarDetails, HeardFrame, Hello, SetWorld
 from motorcade.words.formats import CONTROL
@@ -170,7 +170,8 @@ class StudioWorld:
 
     def leads(self) -> list[int]:
         """The cars that lead."""
-        return _leaders(self._world.mat)
+        leaders: list[int] = np.flatnonzero(self._world.mat.starts.leads).tolist()
+        return leaders
 
     def hello(self, session: str, resumed: bool) -> Hello:
         """The cars, and what doesn't change from picture to picture."""
@@ -220,12 +221,6 @@ def build_world(message: SetWorld, driven: DrivenCars, most_cars: int) -> Studio
     return StudioWorld(_or_refuse("bad-world", build), driven)
 
 
-def count_cars(document: MatDocument, most_cars: int) -> MatCars:
-    """Check a mat, and count its cars. Raises MotorcadeError."""
-    mat = mat_from(document, most_cars)
-    return MatCars(len(mat.starts.x_m), _leaders(mat))
-
-
 def mat_from(document: Any, most_cars: int) -> Mat:
     """Return the mat in a page's ``document``. Raises MotorcadeError."""
     # Checked before cars are placed: a crowd is one line, yet it may have millions of cars.
@@ -261,11 +256,6 @@ def _check_furniture(mat: Mat) -> None:
     count = len(mat.walls) + len(mat.discs) + corners + steps + len(mat.voices)
     if count > MOST_FURNITURE:
         raise MotorcadeError("too-much-furniture", count=count, most=MOST_FURNITURE)
-
-
-def _leaders(mat: Mat) -> list[int]:
-    leaders: list[int] = np.flatnonzero(mat.starts.leads).tolist()
-    return leaders
 
 
 class _WordIndex:
