@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from motorcade.config.vocabulary import MOTORCADE, fingerprint_text
 from motorcade.export import TARGETS, export
 from motorcade.export.markdown import bit_diagram
-from motorcade.export.vectors import ERRATA
+from motorcade.export.vectors import errata
 from motorcade.words.field import WordError
 from motorcade.words.formats import DRIVE, format_named
 from motorcade.words.image import parse_image_bytes
@@ -145,15 +145,15 @@ def test_the_vectors_hold_images_and_frames():
 
 def test_the_errata_of_both_seeds_stand_in_the_vectors_with_their_words():
     document = json.loads(only_text("vectors"))
-    assert [each["where"] for each in document["errata"]] == [erratum.where for erratum in ERRATA]
+    assert [each["where"] for each in document["errata"]] == [erratum["where"] for erratum in errata()]
     drive = {word["word"]: word["fields"] for each in document["errata"] for word in each["words"]}
     assert (drive[311209984]["angle"], drive[311209984]["speed"]) == (40, 150)
     assert drive[313307136]["angle"] == 42
     assert (drive[310685696]["angle"], drive[310685696]["direction"], drive[310685696]["speed"]) == (40, 0, 150)
     assert (drive[425803776]["angle"], drive[425803776]["speed"]) == (150, 40)
-    for erratum in ERRATA:
-        for name, word in erratum.words:
-            format_named(name).decode(word)
+    for erratum in errata():
+        for name, word in erratum["words"]:
+            format_named(name).decode(int(word, 16))
 
 
 # Pages

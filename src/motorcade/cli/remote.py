@@ -22,7 +22,7 @@ from motorcade.errors import MotorcadeError
 if TYPE_CHECKING:
     from motorcade.cameras.broadcast import Source
     from motorcade.drive.session import CarControl
-    from motorcade.server.remote.remote_cars import RemoteCar
+    from motorcade.server.remote.fleet import RemoteCar
 
 
 class CameraName(StrEnum):
@@ -121,7 +121,7 @@ DriverKeys = Annotated[
 
 
 class NamedCars(NamedTuple):
-    """Cars by address, as `motorcade.server.remote.remote_cars.RemoteCars` takes them."""
+    """Cars by address, as `motorcade.server.remote.fleet.RemoteCars` takes them."""
 
     cars: "tuple[RemoteCar, ...]"
     keys: "ssl.SSLContext | None"
@@ -155,7 +155,7 @@ def remote_command(
     with needs_extra("remote", "drive"):
         from motorcade.drive.listener import is_loopback
         from motorcade.server.remote.app import make_remote
-        from motorcade.server.remote.remote_cars import RemoteCars
+        from motorcade.server.remote.fleet import RemoteCars
         from motorcade.server.request_filter import ServerSettings
         from motorcade.server.running import names_of, serve_alone, url_of
     from motorcade.drive.listener import bind
@@ -201,7 +201,7 @@ def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) 
 
 
 def _car(text: str, urls: dict[str, str]) -> "RemoteCar":
-    from motorcade.server.remote.remote_cars import RemoteCar, is_name
+    from motorcade.server.remote.fleet import RemoteCar, is_name
 
     name, where = _pair(text, "not-name-and-host", form=_METAVAR)
     if not is_name(name):

@@ -3,10 +3,8 @@
 Only its table of fields is generated; the code that uses the table is in `templates/wireshark.lua`.
 """
 
-import re
-from importlib import resources
-
 from motorcade.config.vocabulary import Vocabulary, fingerprint_text
+from motorcade.export.templates import filled_template
 from motorcade.words.field import Field, WordFormat
 
 # The TCP port on which a car listens for drive commands by default.
@@ -24,16 +22,15 @@ def wireshark(vocabulary: Vocabulary) -> str:
     parts_of_images = ("header", "control") if vocabulary.has_images else ()
     names = [word_format.name for word_format in vocabulary.formats]
     streams = [name for name in names if name not in parts_of_images]
-    filled = {
-        "NAMES": ", ".join(names),
-        "FILE": f"{vocabulary.file_stem}.lua",
-        "USE": _USE if vocabulary.has_images else _USE_OWN.format(name=names[0]),
-        "FORMATS": "\n".join(_format(word_format) for word_format in vocabulary.formats),
-        "STREAMS": ", ".join(f'{{ name = "{name}", port = {_STREAMS.get(name, 0)} }}' for name in streams),
-        "HAS_IMAGES": _lua(vocabulary.has_images),
-    }
-    template = resources.files("motorcade.export") / "templates" / "wireshark.lua"
-    return re.sub("@([A-Z_]+)@", lambda place: filled[place[1]], template.read_text(encoding="utf-8"))
+    return filled_template(
+        "wireshark.lua",
+        NAMES=", ".join(names),
+        FILE=f"{vocabulary.file_stem}.lua",
+        USE=_USE if vocabulary.has_images else _USE_OWN.format(name=names[0]),
+        FORMATS="\n".join(_format(word_format) for word_format in vocabulary.formats),
+        STREAMS=", ".join(f'{{ name = "{name}", port = {_STREAMS.get(name, 0)} }}' for name in streams),
+        HAS_IMAGES=_lua(vocabulary.has_images),
+    )
 
 
 def _format(word_format: WordFormat) -> str:

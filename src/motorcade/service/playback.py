@@ -35,10 +35,9 @@ class SimulatedWorld(Protocol):
         seed: the seed of this run.
     """
 
-    @property
-    def cars(self) -> int: ...
-    @property
-    def tick_ms(self) -> int: ...
+    cars: int
+    tick_ms: int
+
     @property
     def now_ms(self) -> int: ...
     @property

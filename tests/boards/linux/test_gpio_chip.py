@@ -15,8 +15,7 @@ if sys.platform == "linux":
     from motorcade.boards.lines import Line
     from motorcade.boards.linux import gpio_chip
     from motorcade.boards.linux.opening import open_car, open_drive
-    from motorcade.config.chips import CHIPS
-    from motorcade.config.pins import parse_pins
+    from motorcade.config.pins import CHIPS, parse_pins
     from motorcade.config.profile import levels_of
     from motorcade.errors import MotorcadeError
     from support.strategies import CLASSROOM

@@ -16,7 +16,7 @@ from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.drive.tls.keys import client_context, server_context
 from motorcade.errors import MotorcadeError
 from motorcade.server.remote.app import make_remote
-from motorcade.server.remote.remote_cars import RemoteCar, RemoteCars, is_name
+from motorcade.server.remote.fleet import RemoteCar, RemoteCars, is_name
 from motorcade.server.request_filter import ServerSettings
 from motorcade.timing import monotonic_ms
 from support.driven_car import NEUTRAL, PATIENT, DrivenCar, wait_until

@@ -15,13 +15,13 @@ from starlette.websockets import WebSocketDisconnect
 
 from motorcade import Followers, Program, compile_program, forward, led, left
 from motorcade.errors import MotorcadeError
-from motorcade.server.studio import sessions
+from motorcade.server.page_socket import PageSocket
+from motorcade.server.request_filter import ServerSettings
+from motorcade.server.studio import driving, sessions
 from motorcade.server.studio.app import Settings, make_app
-from motorcade.server.studio.sessions import Outbox
 from motorcade.service.history import FIRST, PAST
 from motorcade.service.playback import Playback
 from motorcade.service.world_messages import State
-from motorcade.service.world_session import refused
 from support.pictures import Picture
 
 DEADLINE_S = 60
@@ -117,8 +117,8 @@ def test_a_page_is_notified_while_the_simulator_is_compiled(client, monkeypatch)
         with event.trigger_event("numba:compile"):
             return build_world(*arguments)
 
-    build_world = sessions.build_world
-    monkeypatch.setattr(sessions, "build_world", compile_first)
+    build_world = driving.build_world
+    monkeypatch.setattr(driving, "build_world", compile_first)
     with page(client) as mine:
         mine.send(**SET)
         assert mine.until("compiling") == {}
@@ -272,11 +272,7 @@ def test_a_binary_message_is_refused(client) -> None:
 
 
 def test_the_queue_of_a_page_that_reads_nothing_is_bounded_and_has_the_newest_state() -> None:
-    waiting, sent = Outbox(), []
-    for t_ms in range(1000):
-        waiting.put(State(True, 1.0, t_ms, None, 0, 0, {}, 1.0, []))
-        waiting.put(refused(MotorcadeError("no-world")))
-    waiting.put(refused(MotorcadeError("taken-over")), closing=True)
+    sent = []
 
     class Socket:
         async def send_text(self, text: str) -> None:
@@ -285,7 +281,12 @@ def test_the_queue_of_a_page_that_reads_nothing_is_bounded_and_has_the_newest_st
         async def close(self, code: int) -> None:
             sent.append(code)
 
-    asyncio.run(waiting.send_to(Socket()))
+    waiting = PageSocket(Socket(), ServerSettings(), (State,))
+    for t_ms in range(1000):
+        waiting.put(State(True, 1.0, t_ms, None, 0, 0, {}, 1.0, []))
+        waiting.refuse(MotorcadeError("no-world"))
+    waiting.refuse(MotorcadeError("taken-over"), closing=True)
+    asyncio.run(waiting.send_all())
     assert len(sent) < 100
     assert [each["t_ms"] for each in sent[:-1] if each["is"] == "state"] == [999]
     assert sent[-1] == 1008

@@ -15,7 +15,7 @@ from typing import Any
 from gpiozero import GPIOZeroError
 from gpiozero.pins import BoardInfo, HeaderInfo, PinInfo
 
-from motorcade.config.chips import CHIPS, Chip
+from motorcade.config.pins import CHIPS, Chip
 from motorcade.errors import MotorcadeError
 
 _RASPBERRY_PI = "raspberry-pi"

@@ -13,8 +13,9 @@ from starlette.websockets import WebSocket
 from motorcade.cameras.broadcast import RATE_HZ, Camera
 from motorcade.errors import MotorcadeError
 from motorcade.server.http import exception_handlers, page_routes
+from motorcade.server.page_socket import refuse_page
 from motorcade.server.remote.fleet import Fleet
-from motorcade.server.remote.page_session import refuse_page, serve_page
+from motorcade.server.remote.page_session import PageSession
 from motorcade.server.request_filter import RequestFilter, ServerSettings
 
 _BOUNDARY = "motorcade-picture"
@@ -30,9 +31,9 @@ def routes(settings: ServerSettings, fleet_of: Callable[[HTTPConnection], Fleet]
             fleet = fleet_of(socket)
         except MotorcadeError as problem:
             # A browser gives its page no reason where a connection is refused before it is accepted.
-            await refuse_page(socket, problem)
+            await refuse_page(socket, settings, problem)
         else:
-            await serve_page(socket, fleet, settings)
+            await PageSession(socket, fleet, settings).serve()
 
     async def camera(request: Request) -> Response:
         return await stream(request, await fleet_of(request).camera(request.query_params.get("car", "")))

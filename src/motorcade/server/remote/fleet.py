@@ -1,14 +1,27 @@
-"""The cars that a server offers to pages, and a page's connection to one of them, simulated or real."""
+"""The cars that a server offers to pages, and a page's connection to one of them, simulated or real.
 
-from collections.abc import Callable
-from typing import Any, Literal, Protocol
+A page can't make the server connect to any address: it chooses from the cars in the server's settings.
+"""
+
+import asyncio
+import re
+import ssl
+from collections import Counter
+from collections.abc import Callable, Iterable
+from typing import Any, Literal, NamedTuple, Protocol
 
 from motorcade.cameras.broadcast import Camera
+from motorcade.cameras.web import WebCamera
+from motorcade.drive.client import DriveClient
+from motorcade.drive.connection import CarError, CarRefusesError
 from motorcade.drive.input.deadman import stick_word
-from motorcade.drive.session import CarControl
+from motorcade.drive.session import MOST_SESSIONS, CarControl, DriveError
 from motorcade.errors import MotorcadeError
 from motorcade.server.remote.messages import CarTelemetry, ListedCar
+from motorcade.service.messages import sentences
 
+_AGAIN_S = 0.1
+_NAME = re.compile(r"\w[\w-]{0,39}")
 # The most cars that a page may be connected to at once, and the most open cameras of a world.
 MOST_CARS = 16
 # Operations of a session of `motorcade.drive`, by their names there.
@@ -31,7 +44,7 @@ class PageControl(Protocol):
         """End the connection; the car stands still if this page drove it."""
 
 
-class LocalControl:
+class LocalControl(PageControl):
     """A page's connection to a car of this process.
 
     Args:
@@ -58,22 +71,18 @@ class LocalControl:
         self._session = car.join(page)
 
     def steer(self, throttle: float, steering: float) -> None:
-        """Set the stick's position."""
         self._session.command(stick_word(throttle, steering))
 
     async def act(self, action: Action) -> None:
-        """Request an action of the car. Raises MotorcadeError where it refuses."""
         getattr(self._session, action)()
 
     def telemetry(self) -> CarTelemetry:
-        """The car's telemetry, and what concerns this page."""
         telemetry = self._car.telemetry()
         you: dict[str, Any] = {"drives": self._session.drives, "waits": telemetry.wanted_by == self._page}
         you |= self._session.counts.as_dict()
         return CarTelemetry(**telemetry._asdict(), paused=self._is_paused(), silent_ms=0, you=you)
 
     def leave(self) -> None:
-        """End the connection."""
         self._session.leave()
         self._left()
 
@@ -91,10 +100,12 @@ class Fleet(Protocol):
         """A car's camera; None where it has none."""
 
     async def start(self) -> None:
-        """Run their world where it is paused."""
+        """Run the cars' world where it is paused."""
+        # Real time can't be paused: real cars have nothing to do.
+        return
 
 
-class SingleCar:
+class SingleCar(Fleet):
     """The fleet of a car that serves its own page.
 
     Args:
@@ -109,11 +120,9 @@ class SingleCar:
         self._camera = camera
 
     async def listed(self) -> list[ListedCar]:
-        """The car itself."""
         return [ListedCar(self._NAME, None, self._camera is not None)]
 
     async def connect(self, car: str, page: str) -> PageControl:
-        """Connect a page to the car. Raises MotorcadeError for any other car."""
         self._check(car)
         return LocalControl(self._car, page)
 
@@ -123,15 +132,12 @@ class SingleCar:
             self._check(car)
         return self._camera
 
-    async def start(self) -> None:
-        """Do nothing: real time can't be paused."""
-
     def _check(self, car: str) -> None:
         if car != self._NAME:
             raise MotorcadeError("car-not-listed", car=car)
 
 
-class CombinedFleet:
+class CombinedFleet(Fleet):
     """The cars of a world, then real cars.
 
     Args:
@@ -144,20 +150,168 @@ class CombinedFleet:
         self._real = real
 
     async def listed(self) -> list[ListedCar]:
-        """All of them."""
         return await self._simulated.listed() + await self._real.listed()
 
     async def connect(self, car: str, page: str) -> PageControl:
-        """Connect a page to a car."""
         return await (await self._of(car)).connect(car, page)
 
     async def camera(self, car: str) -> Camera | None:
-        """A car's camera; None where it has none."""
         return await (await self._of(car)).camera(car)
 
     async def start(self) -> None:
-        """Run the world where it is paused."""
         await self._simulated.start()
 
     async def _of(self, car: str) -> Fleet:
         return self._real if car in {each.car for each in await self._real.listed()} else self._simulated
+
+
+class RemoteCar(NamedTuple):
+    """Where a car is.
+
+    Attributes:
+        name: the name that its owner gave it; where drivers have keys, also the name in its own keys.
+        host, port, telemetry_port: as `motorcade.drive.client.DriveClient` has them; None: the port behind.
+        camera: the address of its pictures, http:// or https://, if it has a camera.
+    """
+
+    name: str
+    host: str
+    port: int
+    telemetry_port: int | None = None
+    camera: str | None = None
+
+
+def is_name(text: str) -> bool:
+    """Whether a real car may have this name: up to 40 letters, digits and hyphens; numbers are simulated cars."""
+    return bool(_NAME.fullmatch(text)) and not text.isdecimal()
+
+
+class RemoteControl(PageControl):
+    """A page's connection to a real car, by a client of its own, so that the car distinguishes drivers and watchers.
+
+    Args:
+        client: for this page alone, already begun.
+        left: called when the page leaves, to end the client.
+    """
+
+    def __init__(self, client: DriveClient, left: Callable[[], None]) -> None:
+        self._client = client
+        self._left = left
+        self._stop_pending = False
+
+    def steer(self, throttle: float, steering: float) -> None:
+        """Set the stick's position; do nothing while an emergency stop is pending."""
+        if not self._stop_pending:
+            self._client.steer(throttle, steering)
+
+    async def act(self, action: Action) -> None:
+        """Request an action of the car. Raises MotorcadeError where it refuses.
+
+        A car out of reach is stopped as soon as it can be reached again, unless the stop is lifted before.
+        """
+        if action == "stop":
+            await self._stop()
+            return
+        if action == "clear":
+            self._stop_pending = False
+        await getattr(self._client, action)()
+
+    async def _stop(self) -> None:
+        if self._stop_pending:
+            return
+        self._stop_pending = True
+        while self._stop_pending:
+            try:
+                await self._client.stop()
+                self._stop_pending = False
+            except CarRefusesError:
+                self._stop_pending = False
+                raise
+            except CarError:
+                await asyncio.sleep(_AGAIN_S)
+
+    def telemetry(self) -> CarTelemetry:
+        """The last telemetry, and what concerns this page."""
+        telemetry = self._client.telemetry
+        if telemetry is None:
+            return CarTelemetry(silent_ms=self._client.silent_ms, why=self._why())
+        waits = telemetry.wanted_by is not None and telemetry.wanted_by == self._client.you.get("name")
+        you = {"drives": False} | self._client.you | {"waits": waits}
+        shown = CarTelemetry(**telemetry._asdict(), silent_ms=self._client.silent_ms, you=you)
+        if self._client.waits_for_release and shown.state in ("ready", "standing"):
+            # The car no longer knows that the stick was held when the connection broke; its client does.
+            shown.state = "failsafe"
+        return shown
+
+    def leave(self) -> None:
+        self._stop_pending = False
+        self._client.steer(0, 0)
+        self._left()
+
+    def _why(self) -> dict[str, str] | None:
+        problem = self._client.problem
+        if problem is None:
+            return None
+        if problem.code == "away":
+            # Its own sentence has a count of seconds, which a screen reader would read aloud every second.
+            return sentences(MotorcadeError("car-out-of-reach", detail=problem.details["detail"]))
+        return sentences(problem)
+
+
+class RemoteCars(Fleet):
+    """The fleet of real cars.
+
+    Args:
+        cars: no two of one name.
+        keys: the TLS context of a driver's keys (`motorcade.drive.tls.keys.client_context`), where the cars need keys.
+        trust: the certificates that HTTPS cameras may have; None for those that this computer trusts.
+    """
+
+    def __init__(
+        self, cars: Iterable[RemoteCar], keys: ssl.SSLContext | None = None, trust: ssl.SSLContext | None = None
+    ) -> None:
+        self._cars = {car.name: car for car in cars}
+        self._keys = keys
+        self._trust = trust
+        self._pages: Counter[str] = Counter()
+        # A task that nothing refers to may be collected before it ends.
+        self._ending: set[asyncio.Task[None]] = set()
+        self._cameras: dict[str, Camera] = {}
+
+    async def listed(self) -> list[ListedCar]:
+        return [ListedCar(car.name, None, car.camera is not None, car.name) for car in self._cars.values()]
+
+    async def connect(self, car: str, page: str) -> PageControl:
+        """Connect a page to a car, whether or not the car can be reached. Raises MotorcadeError."""
+        found = self._car(car)
+        if self._pages[car] >= MOST_SESSIONS:
+            raise DriveError("full", sessions=MOST_SESSIONS)
+        client = DriveClient(
+            found.host,
+            found.port,
+            telemetry_port=found.telemetry_port,
+            keys=self._keys,
+            car=car if self._keys else None,
+            rearm=False,
+        )
+        client.begin()
+        self._pages[car] += 1
+        return RemoteControl(client, lambda: self._left(car, client))
+
+    async def camera(self, car: str) -> Camera | None:
+        """The car's camera, one for all pages. Raises MotorcadeError."""
+        url = self._car(car).camera
+        if url is not None and car not in self._cameras:
+            self._cameras[car] = Camera(WebCamera(url, self._trust))
+        return self._cameras.get(car)
+
+    def _left(self, car: str, client: DriveClient) -> None:
+        self._pages[car] -= 1
+        ending = asyncio.create_task(client.end())
+        self._ending.add(ending)
+        ending.add_done_callback(self._ending.discard)
+
+    def _car(self, car: str) -> RemoteCar:
+        if car not in self._cars:
+            raise MotorcadeError("car-not-listed", car=car)
+        return self._cars[car]

@@ -1,28 +1,19 @@
-"""One page of the remote: its WebSocket, and its connections to cars."""
+"""One page of the remote: its messages, and its connections to cars."""
 
 import asyncio
-from collections import deque
 from collections.abc import Coroutine
-from contextlib import suppress
 from typing import Any
 
-import msgspec
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocket
 
 from motorcade.errors import MotorcadeError
-from motorcade.server.http import next_message, until_one_ends
+from motorcade.server.page_socket import PageSocket
 from motorcade.server.remote import messages
 from motorcade.server.remote.fleet import MOST_CARS, Action, Fleet, PageControl
-from motorcade.server.remote.messages import RemoteAnswer, RemoteMessage
+from motorcade.server.remote.messages import RemoteMessage
 from motorcade.server.request_filter import ServerSettings
-from motorcade.service.world_messages import Refused
-from motorcade.service.world_session import refused
-from motorcade.timing import to_ticks
 
 _TELEMETRY_EVERY_S = 0.1
-_MOST_WAITING = 32
-_POLICY_VIOLATION = 1008
-
 _ACTIONS: dict[type[RemoteMessage], Action] = {
     messages.Request: "request",
     messages.Release: "release",
@@ -32,55 +23,39 @@ _ACTIONS: dict[type[RemoteMessage], Action] = {
 
 
 class PageSession:
-    """Serve one WebSocket.
+    """Serve one page.
 
     Args:
         socket: accepted.
         fleet: the cars.
-        name: the page's name at them.
-        settings: its limits.
+        settings: the page's limits.
     """
 
-    def __init__(self, socket: WebSocket, fleet: Fleet, name: str, settings: ServerSettings) -> None:
-        self._socket = socket
+    def __init__(self, socket: WebSocket, fleet: Fleet, settings: ServerSettings) -> None:
+        self._page = PageSocket(socket, settings, (messages.Hello, messages.Telemetry, messages.Heard))
         self._fleet = fleet
-        self._name = name
-        self._settings = settings
+        host, port = socket.client or ("?", 0)
+        self._name = f"{host}:{port}"
         self._controls: dict[str, PageControl] = {}
         # Requests to cars may take a while; each is a task, so that it delays neither another nor the page.
         self._requests: set[asyncio.Task[None]] = set()
         self._stick: messages.Drive | None = None
         self._moved = asyncio.Event()
-        self._newest: dict[type[RemoteAnswer], RemoteAnswer] = {}
-        self._errors: deque[Refused] = deque(maxlen=_MOST_WAITING)
-        self._changed = asyncio.Event()
 
     async def serve(self) -> None:
         """Serve until the page leaves; then stop the cars that it drove."""
         try:
-            await until_one_ends((self._receive, self._steer, self._send_telemetry, self._send))
+            try:
+                await self._greet()
+            except MotorcadeError as problem:
+                self._page.refuse(problem)
+            await self._page.serve(RemoteMessage, self._handle, (self._steer, self._send_telemetry))
         finally:
             controls, self._controls = self._controls, {}
             for control in controls.values():
                 control.leave()
             for request in self._requests:
                 request.cancel()
-
-    async def _receive(self) -> None:
-        try:
-            await self._greet()
-        except MotorcadeError as problem:
-            self._refuse(problem)
-        rate = self._settings.message_rate()
-        while True:
-            try:
-                message: RemoteMessage = await next_message(self._socket, RemoteMessage, self._settings.most_body)  # type: ignore[arg-type]  # a union
-                await self._handle(message)
-            except MotorcadeError as problem:
-                self._refuse(problem)
-            if not rate.allows(to_ticks(self._settings.clock())):
-                await self._socket.close(_POLICY_VIOLATION)
-                return
 
     async def _handle(self, message: RemoteMessage) -> None:
         match message:
@@ -101,7 +76,7 @@ class PageSession:
                 await self._greet()
 
     async def _greet(self) -> None:
-        self._put(messages.Hello(await self._fleet.listed(), self._name))
+        self._page.put(messages.Hello(await self._fleet.listed(), self._name))
 
     async def _join(self, name: str) -> None:
         if name in self._controls:
@@ -133,7 +108,7 @@ class PageSession:
         try:
             await action
         except MotorcadeError as problem:
-            self._refuse(problem)
+            self._page.refuse(problem)
 
     async def _steer(self) -> None:
         """Steer by the newest of the positions that arrive together: `_receive` reads all of them before this runs."""
@@ -146,40 +121,10 @@ class PageSession:
             for name in stick.cars:
                 if name in self._controls:
                     self._controls[name].steer(stick.throttle, stick.steering)
-            self._put(messages.Heard(stick.number))
+            self._page.put(messages.Heard(stick.number))
 
     async def _send_telemetry(self) -> None:
         """Send the telemetry of the page's cars, ten times a second."""
         while True:
-            self._put(messages.Telemetry({name: control.telemetry() for name, control in self._controls.items()}))
+            self._page.put(messages.Telemetry({name: control.telemetry() for name, control in self._controls.items()}))
             await asyncio.sleep(_TELEMETRY_EVERY_S)
-
-    async def _send(self) -> None:
-        """Send all errors; of other answers only the newest of each kind."""
-        while True:
-            await self._changed.wait()
-            self._changed.clear()
-            while self._newest or self._errors:
-                answer = self._errors.popleft() if self._errors else self._newest.pop(next(iter(self._newest)))
-                await self._socket.send_text(msgspec.json.encode(answer).decode())
-
-    def _put(self, answer: RemoteAnswer) -> None:
-        self._newest[type(answer)] = answer
-        self._changed.set()
-
-    def _refuse(self, problem: MotorcadeError) -> None:
-        self._errors.append(refused(problem))
-        self._changed.set()
-
-
-async def serve_page(socket: WebSocket, fleet: Fleet, settings: ServerSettings) -> None:
-    """Serve a page's connection until it ends."""
-    host, port = socket.client or ("?", 0)
-    await PageSession(socket, fleet, f"{host}:{port}", settings).serve()
-
-
-async def refuse_page(socket: WebSocket, problem: MotorcadeError) -> None:
-    """Send a page the reason why it can't drive, and close the connection."""
-    with suppress(WebSocketDisconnect):
-        await socket.send_text(msgspec.json.encode(refused(problem)).decode())
-        await socket.close(_POLICY_VIOLATION)

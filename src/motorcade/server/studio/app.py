@@ -28,12 +28,12 @@ from motorcade.runs.recording import InMemoryRecording
 from motorcade.server.http import PAGE, exception_handlers, page_routes
 from motorcade.server.remote.app import routes as remote_routes
 from motorcade.server.remote.fleet import CombinedFleet, Fleet
-from motorcade.server.remote.remote_cars import RemoteCar, RemoteCars
+from motorcade.server.remote.fleet import RemoteCar, RemoteCars
 from motorcade.server.request_filter import RequestFilter, ServerSettings
 from motorcade.server.studio import uploads
-from motorcade.server.studio.driving import SessionFleet
+from motorcade.server.studio.driving import PageWorld, SessionFleet
 from motorcade.server.studio.library import FolderStorage
-from motorcade.server.studio.sessions import PageWorld, PageWorlds
+from motorcade.server.studio.sessions import PageWorlds
 from motorcade.server.studio.simulation import EVENT_ROW, StudioWorld
 from motorcade.service.messages import Capabilities
 from motorcade.service.requests import Context, respond
@@ -52,7 +52,7 @@ class Settings(ServerSettings):
         page: the folder of the built page.
         most_sessions: the most worlds at once.
         most_cars: the most cars in one of them.
-        cars, keys, trust: real cars, as `motorcade.server.remote.remote_cars.RemoteCars` takes them.
+        cars, keys, trust: real cars, as `motorcade.server.remote.fleet.RemoteCars` takes them.
     """
 
     library: Path

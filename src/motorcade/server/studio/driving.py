@@ -1,24 +1,30 @@
-"""Driving the cars of a page's world: who drives which car, and which were driven and stand still."""
+"""A page's world in the server, and its cars that somebody drives, or drove and that stand still."""
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Protocol
+from typing import TypeVar
 from weakref import WeakValueDictionary
+
+from anyio import CapacityLimiter, to_thread
 
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.cameras.broadcast import Camera
 from motorcade.config.profile import Profile
 from motorcade.drive.session import CarControl
 from motorcade.errors import MotorcadeError
-from motorcade.server.remote.fleet import MOST_CARS, LocalControl, PageControl
+from motorcade.server.page_socket import PageSocket
+from motorcade.server.remote.fleet import MOST_CARS, Fleet, LocalControl, PageControl
 from motorcade.server.remote.messages import ListedCar
-from motorcade.server.studio.simulation import StudioWorld
+from motorcade.server.studio.simulation import StudioWorld, build_world
+from motorcade.service.playback import Playback
+from motorcade.service.world_session import WorldSession
 from motorcade.timing import monotonic_ms
 
 _MOST_LISTED = 200
 _BEAT_S = 0.05
+_T = TypeVar("_T")
 
 
 @dataclass(eq=False, slots=True)
@@ -103,25 +109,71 @@ def _resume(control: CarControl) -> None:
         session.leave()
 
 
-class DrivableSession(Protocol):
-    """A session whose cars can be driven; see `motorcade.server.studio.sessions.PageWorld`."""
+class PageWorld(WorldSession):
+    """A session of the server.
 
-    control: ManualControl
+    Args:
+        most_cars: the most cars in its world.
+        workers: how many threads may work for all sessions.
+
+    Attributes:
+        page: the answers to the connected page; None while no page is connected.
+        forget_timer: removes the session unless a page connects again.
+        lock: for the task that uses the session, which is not safe for threads.
+        changed: set when there may be something to show.
+        control: the cars that somebody drives, or drove.
+        is_quick: whether making the last picture took less time than passing it to a thread.
+    """
+
+    def __init__(self, key: str, most_cars: int, workers: CapacityLimiter) -> None:
+        self.control = ManualControl()
+        super().__init__(key, lambda message: build_world(message, self.control.boards, most_cars))
+        self._workers = workers
+        self.page: PageSocket | None = None
+        self.forget_timer: asyncio.TimerHandle | None = None
+        self.lock = asyncio.Lock()
+        self.changed = asyncio.Event()
+        self.is_quick = False
+
+    async def alone(self, job: Callable[[], _T]) -> _T:
+        """Do a job while nothing else uses the session; in a thread unless that takes longer."""
+        async with self.lock:
+            return job() if self.is_quick else await self.in_thread(job)
+
+    async def in_thread(self, job: Callable[[], _T]) -> _T:
+        """Do a job in a thread; the caller has acquired the lock."""
+        return await to_thread.run_sync(job, limiter=self._workers)
+
+    async def work(self, job: Callable[[StudioWorld], _T]) -> _T:
+        """Do a job with the world, as `alone`. Raises MotorcadeError where there is no world."""
+
+        def do() -> _T:
+            world = self.current().world
+            assert isinstance(world, StudioWorld)
+            return job(world)
+
+        return await self.alone(do)
+
+    def current(self) -> Playback:
+        """The world in play. Raises MotorcadeError where there is none."""
+        if self.playback is None:
+            raise MotorcadeError("no-world")
+        return self.playback
 
     def is_paused(self) -> bool:
         """Whether the world is paused, or its page has left."""
+        return self.page is None or self.playback is None or not self.playback.playing
 
     async def play(self) -> None:
-        """Go on. Raises MotorcadeError."""
+        """Go on. Raises MotorcadeError where there is no world."""
+        await self.alone(lambda: self.current().play(self.current().speed))
+        self.changed.set()
 
-    def work(self, job: Callable[[StudioWorld], Any]) -> Awaitable[Any]:
-        """Do a job with the world while nothing else uses it. Raises MotorcadeError."""
 
-
-class SessionFleet:
+class SessionFleet(Fleet):
     """The cars of one page's world."""
 
-    def __init__(self, session: DrivableSession) -> None:
+    def __init__(self, session: PageWorld) -> None:
         self._session = session
         # A camera exists while a page shows it.
         self._cameras: WeakValueDictionary[int, Camera] = WeakValueDictionary()
@@ -133,13 +185,11 @@ class SessionFleet:
         return [ListedCar(str(car), car in leaders, True) for car in order[:_MOST_LISTED]]
 
     async def connect(self, car: str, page: str) -> PageControl:
-        """Connect a page to a car. Raises MotorcadeError."""
         number = await self._number(car)
         profile = await self._session.work(lambda world: world.profile)
         return self._session.control.connect(number, profile, page, self._session.is_paused)
 
     async def camera(self, car: str) -> Camera:
-        """The camera of a car. Raises MotorcadeError."""
         number = await self._number(car)
         camera = self._cameras.get(number)
         if camera is None:
@@ -149,12 +199,10 @@ class SessionFleet:
         return camera
 
     async def start(self) -> None:
-        """Run the world where it is paused. Raises MotorcadeError."""
         await self._session.play()
 
     async def _count(self) -> int:
-        count: int = await self._session.work(lambda world: world.cars)
-        return count
+        return await self._session.work(lambda world: world.cars)
 
     async def _number(self, car: str) -> int:
         if not car.isdecimal() or not car.isascii() or int(car) >= await self._count():
@@ -165,7 +213,7 @@ class SessionFleet:
 class _WorldCamera:
     """A simulated camera for use in a thread: the event loop makes each picture, as one task at a time uses a world."""
 
-    def __init__(self, session: DrivableSession, car: int) -> None:
+    def __init__(self, session: PageWorld, car: int) -> None:
         self._session = session
         self._car = car
         self._loop = asyncio.get_running_loop()
@@ -178,8 +226,7 @@ class _WorldCamera:
             raise OSError(str(problem)) from None
 
     async def _view(self) -> bytes:
-        picture: bytes = await self._session.work(partial(StudioWorld.view, car=self._car))
-        return picture
+        return await self._session.work(partial(StudioWorld.view, car=self._car))
 
     def close(self) -> None:
         """Do nothing: there is nothing to release."""

@@ -14,7 +14,7 @@ from stat import S_ISREG
 from motorcade.config.files import replace_file
 from motorcade.errors import MotorcadeError
 from motorcade.service.messages import LibraryEntry, Version
-from motorcade.service.requests import Quota
+from motorcade.service.requests import Quota, Storage
 
 # A character takes at most four bytes, three where it is quoted: with the digest a file name stays below 255 bytes.
 LONGEST_NAME = 60
@@ -28,7 +28,7 @@ _QUOTE = re.compile("%([0-9A-F]{2})")
 _UNWANTED = ("Cc", "Cs", "Co", "Zl", "Zp")
 
 
-class FolderStorage:
+class FolderStorage(Storage):
     """The projects in ``folder``, which is created when the first is saved.
 
     Several objects, also in several processes, may use one folder.
@@ -38,11 +38,6 @@ class FolderStorage:
         self._folder = folder
 
     def write_version(self, owner: str, name: str, data: bytes) -> int:
-        """Store ``data`` as the newest version, unless it equals the newest one; returns its number.
-
-        Raises:
-            MotorcadeError: the name isn't allowed, or the file can't be written.
-        """
         folder = self._owner_folder(owner) / folder_of(name)
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -56,7 +51,6 @@ class FolderStorage:
         return version
 
     def read(self, owner: str, name: str, version: int | None = None) -> bytes:
-        """The text of a version, by default of the newest. Raises MotorcadeError."""
         folder, versions = self._existing(owner, name)
         chosen = versions[0].version if version is None else version
         if chosen not in {each.version for each in versions}:
@@ -67,7 +61,6 @@ class FolderStorage:
             raise _disk_error("cant-read", problem) from None
 
     def history(self, owner: str, name: str) -> list[Version]:
-        """All versions of a project, the newest first. Raises MotorcadeError."""
         return self._existing(owner, name)[1]
 
     def delete(self, owner: str, name: str) -> None:
@@ -99,7 +92,6 @@ class FolderStorage:
 
     # The last method: below it `list` would be this one.
     def list(self, owner: str) -> list[LibraryEntry]:
-        """All projects of an owner, the one saved last first."""
         found = []
         for folder in _children(self._owner_folder(owner)):
             name = name_of(folder.name)

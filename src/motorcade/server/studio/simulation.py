@@ -20,6 +20,7 @@ from motorcade.mats.document import mat_of
 from motorcade.runs.recording import Description
 from motorcade.service.history import EVENT_BYTES, EVERY_MS, HEARD, LOST, NO_INDEX, RUNS, SENDS
 from motorcade.service.messages import MatDocument
+from motorcade.service.playback import SimulatedWorld
 from motorcade.service.programs import profile_named
 from motorcade.service.world_messages import CarDetails, HeardFrame, Hello, SetWorld
 from motorcade.words.formats import CONTROL
@@ -73,7 +74,7 @@ def event_rows(events: NDArray[np.void]) -> NDArray[np.void]:
     return rows
 
 
-class StudioWorld:
+class StudioWorld(SimulatedWorld):
     """A world that a page plays.
 
     Args:
@@ -82,33 +83,20 @@ class StudioWorld:
     """
 
     def __init__(self, world: World, driven: DrivenCars | None = None) -> None:
+        self.cars = world.cars
+        self.tick_ms = world.tick_ms
         self._world = world
         self._driven = driven or DrivenCars()
         self._scene: tuple[Mat, Scene] | None = None
         self._words = _WordIndex(world)
-        self._begin()
-
-    def _begin(self) -> None:
-        self._counters = _Counters(self._world.cars)
-
-    @property
-    def cars(self) -> int:
-        """How many there are."""
-        return self._world.cars
-
-    @property
-    def tick_ms(self) -> int:
-        """The length of a tick."""
-        return self._world.tick_ms
+        self._counters = _Counters(self.cars)
 
     @property
     def now_ms(self) -> int:
-        """Simulated time."""
         return self._world.now_ms
 
     @property
     def seed(self) -> int:
-        """The seed of this run."""
         return int(self._world.seeds[0])
 
     @property
@@ -117,7 +105,6 @@ class StudioWorld:
         return self._world.profile
 
     def run(self, duration_ms: int) -> bytes:
-        """Simulate ``duration_ms``; returns the rows of what happened."""
         self._driven.steer(self._world)
         self._world.run(duration_ms)
         events = event_rows(self._world.take_events())
@@ -125,47 +112,38 @@ class StudioWorld:
         return events.tobytes()
 
     def reset(self, seed: int) -> None:
-        """Begin again, with the furniture as it is."""
         self._world.reset(seed)
-        self._begin()
+        self._counters = _Counters(self.cars)
 
     def speak(self, word: str) -> None:
-        """Have every car hear ``stop`` or ``go``."""
         self._world.say(word)
 
     def furnish(self, mat: MatDocument, range_mm: int | None) -> None:
-        """Change walls, obstacles, people, voices, physics and infrared range. Raises MotorcadeError."""
         furniture = mat_from({**mat, "car": [], "crowd": []}, 0)
         _check_furniture(furniture)
         _or_refuse("bad-world", lambda: self._world.furnish(furniture, range_mm))
 
     def move(self, car: int, x_m: float, y_m: float, heading_deg: float) -> None:
-        """Put a car elsewhere. Raises MotorcadeError."""
         _or_refuse("bad-world", lambda: self._world.move(car, Pose(x_m, y_m, math.radians(heading_deg))))
 
     def check_car(self, car: int) -> None:
-        """Raise MotorcadeError where there is no such car."""
         if not 0 <= car < self.cars:
             raise MotorcadeError(
                 "bad-world", reason=MotorcadeError("no-such-car-in-world", car=car, last=self.cars - 1)
             )
 
     def moment(self, is_stored: bool) -> bytes:
-        """What the cars show now; the flags have what happened since the last call with the same ``is_stored``."""
         now = self._world.snapshot()
         flags = now.runs * np.uint8(RUNS) | now.sends * np.uint8(SENDS) | self._counters.take_marks(is_stored)
         return pack_moment(now.x_m, now.y_m, now.heading, self._words.indices(), now.wheels, now.led, flags)
 
     def details(self, car: int) -> CarDetails:
-        """The details of a car."""
         return CarDetails(car=car, **self._words.details(car), **self._counters.of(car))
 
     def counts(self) -> dict[str, int]:
-        """What has happened since the beginning, by name."""
         return {name: int(values[0]) for name, values in self._world.counts().items()}
 
     def driven(self) -> list[int]:
-        """The cars that do not run their own program because somebody drives or drove them."""
         return self._driven.driven(self.cars)
 
     def leads(self) -> list[int]:
@@ -174,7 +152,6 @@ class StudioWorld:
         return leaders
 
     def hello(self, session: str, resumed: bool) -> Hello:
-        """The cars, and what doesn't change from picture to picture."""
         radius_m = self.profile.body.diameter_mm / 2000
         range_m = self.profile.infrared.range_mm / 1000
         return Hello(session, resumed, self.cars, self.leads(), self.tick_ms, radius_m, range_m)

@@ -17,7 +17,7 @@ from motorcade.boards.computer import ImageStore, StoreError, simulated_car
 from motorcade.boards.lines import LineError, PseudoTerminal, TcpPort
 from motorcade.config.profile import Profile
 from motorcade.errors import MotorcadeError
-from motorcade.server.http import next_message
+from motorcade.server.page_socket import next_message
 from motorcade.server.request_filter import ServerSettings
 from motorcade.service.messages import Port
 from motorcade.service.upload_session import UploadSession, check_order, failed, retry_notice, uploaded
