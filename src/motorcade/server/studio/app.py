@@ -27,8 +27,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.runs.recording import InMemoryRecording
 from motorcade.server.http import PAGE, exception_handlers, page_routes
 from motorcade.server.remote.app import routes as remote_routes
-from motorcade.server.remote.fleet import CombinedFleet, Fleet
-from motorcade.server.remote.fleet import RemoteCar, RemoteCars
+from motorcade.server.remote.fleet import CombinedFleet, Fleet, RemoteCar, RemoteCars
 from motorcade.server.request_filter import RequestFilter, ServerSettings
 from motorcade.server.studio import uploads
 from motorcade.server.studio.driving import PageWorld, SessionFleet
