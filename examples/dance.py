@@ -19,7 +19,7 @@ program = Program(
 
 
 def star() -> list[Pose]:
-    """The leader in the middle, the dancers around it, each looking outwards."""
+    """Return the places of the leader in the middle and of the dancers around it, each facing outwards."""
     poses = [Pose(0, 0)]
     for number in range(DANCERS):
         angle = math.tau * number / DANCERS

@@ -1,4 +1,4 @@
-"""Cars that stop when somebody says 'stop' and go on at 'go'."""
+"""Cars stop when somebody says 'stop', and continue at 'go'."""
 
 from motorcade import Program, World, compile_program, formation, forward, open_table, together, voice
 
@@ -6,10 +6,10 @@ program = Program(leader=[together(forward(3, speed=1), voice())], followers=[to
 
 if __name__ == "__main__":
     world = World(open_table(formation(2)), [compile_program(program).image])
-    for said, seconds in ((None, 2), ("stop", 3), ("go", 2)):
-        if said:
-            world.say(said)
+    for voice_word, seconds in ((None, 2), ("stop", 3), ("go", 2)):
+        if voice_word:
+            world.say(voice_word)
         for _ in range(seconds):
             world.run(1000)
             places = ", ".join(f"{x_m:.2f} m" for x_m in world.snapshot().x_m)
-            print(f"{world.now_ms // 1000} s: {said or 'nothing said yet'}; the cars are at {places}")
+            print(f"{world.now_ms // 1000} s: {voice_word or 'nothing said yet'}; the cars are at {places}")

@@ -1,4 +1,4 @@
-"""The followers drive what the leader drives, each where it stands."""
+"""The followers drive the same figure as the leader, each from its own place."""
 
 from motorcade import Program, forward, led, left, show, together
 

@@ -6,7 +6,7 @@ from motorcade import Pose, Program, World, compile_program, forward, open_table
 from motorcade.mats import Person
 
 program = Program(leader=[together(forward(3), pir())])
-# They walk up from the side, stand before the car from the 3rd second to the 6th, and walk on.
+# The person comes from the side, stands in front of the car from second 3 to second 6, and walks on.
 passer_by = Person(((0, 2.5, 6), (3, 2.5, 0), (6, 2.5, 0), (9, 2.5, -6)))
 
 if __name__ == "__main__":

@@ -1,14 +1,14 @@
-"""A word that runs down a line of cars, each passing it on to the next.
+"""A word runs down a line of cars: each car passes it on to the next one.
 
-The leader reaches only the first follower. When the word arrives, a car blinks
-once and goes on passing it; the table at the end shows the ripple.
+The leader reaches only the first follower. When the word arrives, a car lights its LED and passes the word on. The
+table at the end shows when each car got the word.
 """
 
 from motorcade import Followers, Pose, Program, led, open_table, show, wait
 from motorcade.engine.events import KINDS
 
 CARS = 9
-APART_M = 0.8  # infrared reaches 1 m: the next car, not the one behind it
+APART_M = 0.8  # infrared reaches 1 m: the next car, but not the second next
 
 program = Program(leader=[wait(3)], followers=Followers([led(0, 3)], forward=True))
 

@@ -1,4 +1,4 @@
-"""A leader without followers drives a square, for ever."""
+"""A leader without followers drives a square again and again."""
 
 from motorcade import Program, forward, left, show
 

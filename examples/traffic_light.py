@@ -1,4 +1,4 @@
-"""A leader stands still as a traffic light: LED 0 is red, 1 amber, 2 green."""
+"""A leader stands still and shows a traffic light: LED 0 is red, LED 1 amber, LED 2 green."""
 
 from motorcade import Program, led, repeat, show, wait
 

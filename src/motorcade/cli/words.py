@@ -183,7 +183,7 @@ def inspect(
 def formats(format_file: FormatFile = None, as_json: Json = False) -> None:
     """Show the word formats, their fields and their fingerprints.
 
-    Two ends that name the same fingerprint mean the same by their words.
+    Two ends with the same fingerprint give their words the same meaning.
     """
     vocabulary = _vocabulary_in(format_file)
     if wants_json(as_json):

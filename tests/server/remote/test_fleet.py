@@ -264,7 +264,7 @@ def test_driver_and_car_authenticate_with_keys(tmp_path):
             assert page.car("ada")["driver"].startswith("lin:")
             why = page.car("bo", lambda received: received["why"])["why"]
             assert "doesn't show the certificate that your keys expect" in why["en"]
-            assert "没有出示您的密钥所期望的证书" in why["zh"]
+            assert "没有出示你的密钥所期望的证书" in why["zh"]
 
 
 def test_all_pages_share_one_connection_to_a_camera(nowhere):
