@@ -83,6 +83,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     # Uploads.
     (USAGE, 400, ("several-ports",)),
     (PORT_NOT_FOUND, 400, ("no-port-named", "not-a-port-name", "no-such-port", "no-car-found", "no-serial-port")),
+    (PORT_NOT_FOUND, 400, ("no-car-at-address",)),
     (PORT_BUSY, 400, ("port-busy", "car-busy")),
     (NO_ANSWER, 400, ("no-answer", "takes-no-bytes", "nothing-to-read")),
     (VERIFICATION, 400, ("mismatch", "no-image")),

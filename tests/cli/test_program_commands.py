@@ -228,6 +228,15 @@ def test_a_file_that_is_not_there_and_a_directory_are_usage_errors(typed, tmp_pa
         assert "Traceback" not in ran.err
 
 
+def test_a_file_that_is_neither_a_project_nor_an_image_is_named(tmp_path):
+    script = tmp_path / "square.py"
+    script.write_text("from motorcade import Program")
+    for command in ("simulate", "upload"):
+        ran = run(command, script)
+        assert (ran.code, ran.out) == (1, "")
+        assert "square.py is neither a project nor an image: " in only_line(ran.err)
+
+
 @pytest.mark.parametrize("name", ["missing/it.image", "."])
 def test_an_output_that_cannot_be_written_is_a_usage_error(tmp_path, name):
     ran = run("compile", PARADE, "-o", tmp_path / name)

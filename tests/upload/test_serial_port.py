@@ -287,6 +287,13 @@ def test_a_port_that_is_not_there(port):
             assert " ." not in sentence
 
 
+def test_an_address_without_a_car_is_not_called_a_cable():
+    with deaf_port() as free:
+        sentence = refused(PORT_NOT_FOUND, upload, f"socket://127.0.0.1:{free}")
+    assert "No car answers" in sentence
+    assert "cable" not in sentence
+
+
 @POSIX_ONLY
 def test_a_file_and_a_directory_are_no_ports(tmp_path):
     notes = tmp_path / "notes.txt"

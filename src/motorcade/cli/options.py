@@ -87,18 +87,22 @@ def compile_project(data: bytes, folder: Path) -> "tuple[Compiled, Profile]":
 def image_of(source: Path, profile_name: str, language: str) -> "tuple[bytes, Profile]":
     """Return the image in a file, or compile the project in it, and the profile.
 
-    Diagnostics are printed on standard error; errors among them end the command.
+    Diagnostics are printed on standard error; errors among them end the command. Raises MotorcadeError for a file that
+    is neither.
     ``profile_name`` is the profile of an image; a project names its own.
     """
     from rich.console import Console
 
     from motorcade.cli.console import print_diagnostics
     from motorcade.program.diagnostics import ProgramError, has_errors
-    from motorcade.words.image import parse_image_bytes
+    from motorcade.words.image import ImageError, parse_image_bytes
 
     data = read_file(source)
     if not _is_project(source, data):
-        parse_image_bytes(data)
+        try:
+            parse_image_bytes(data)
+        except ImageError as problem:
+            raise MotorcadeError("neither-project-nor-image", file=source, reason=problem) from None
         return data, profile_named(profile_name)
     try:
         compiled, profile = compile_project(data, source.parent)

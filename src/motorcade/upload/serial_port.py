@@ -123,7 +123,7 @@ def open_error(port: str, problem: Exception) -> MotorcadeError:
         return MotorcadeError("port-busy", port=port)
     if code in (errno.ENOTTY, errno.EISDIR) or "Inappropriate ioctl" in text:
         return MotorcadeError("no-serial-port", port=port)
-    return MotorcadeError("no-such-port", port=port)
+    return MotorcadeError("no-car-at-address" if "://" in port else "no-such-port", port=port)
 
 
 def _gone(port: str, problem: Exception, holds: str) -> MotorcadeError:
