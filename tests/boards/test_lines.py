@@ -4,11 +4,9 @@ import sys
 import time
 from contextlib import closing, contextmanager
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 import serial
-from serial.urlhandler import protocol_socket
 
 from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore, simulated_car
 from motorcade.boards.lines import PseudoTerminal, SerialLine, TcpPort
@@ -17,6 +15,7 @@ from motorcade.config.profile import levels_of
 from motorcade.errors import MotorcadeError
 from motorcade.upload import serial_port
 from support.mock_pi import Clock
+from support.socket_lines import without_pauses
 from support.strategies import CLASSROOM
 
 DEADLINE_S = 60
@@ -33,7 +32,7 @@ every_line = pytest.mark.parametrize("kind", [PTY, "tcp"])
 @pytest.fixture(autouse=True)
 def no_pauses(monkeypatch):
     """Keep pyserial from sleeping after each socket that it closes."""
-    monkeypatch.setattr(protocol_socket, "time", SimpleNamespace(sleep=lambda seconds: None))
+    without_pauses(monkeypatch)
 
 
 @pytest.fixture

@@ -1,8 +1,7 @@
-"""A camera that many watch: packed once, newest only, each at its own pace."""
+"""A camera with many viewers: each picture is packed once, and each viewer gets the newest at its own rate."""
 
 import asyncio
 import sys
-import time
 from contextlib import aclosing
 from types import SimpleNamespace
 
@@ -10,6 +9,8 @@ import pytest
 
 from motorcade.cameras.broadcast import MOST_VIEWERS, Camera, OpenCvCamera, PiCamera, find_camera
 from motorcade.errors import MotorcadeError
+from support.mock_clock import mock_clock, pass_time
+from support.waiting import until
 
 
 class Numbered:
@@ -30,97 +31,86 @@ class Numbered:
         self.closed = True
 
 
+def camera_of(source, **options):
+    """A camera with the clock of the running loop."""
+    return Camera(source, clock=asyncio.get_running_loop().time, **options)
+
+
 async def first(count, pictures):
     async with aclosing(pictures):
         return [await anext(pictures) for _ in range(count)]
 
 
-def test_each_picture_is_packed_once_for_all_who_watch():
+@mock_clock
+async def test_each_picture_is_packed_once_for_all_viewers():
     source = Numbered()
-
-    async def watch():
-        camera = Camera(source, rate_hz=100)
-        return await asyncio.gather(*(first(5, camera.pictures(1000)) for _ in range(8)))
-
-    seen = asyncio.run(watch())
+    camera = camera_of(source, rate_hz=100)
+    seen = await asyncio.gather(*(first(5, camera.pictures(1000)) for _ in range(8)))
     assert seen == [seen[0]] * 8
     assert source.taken <= int(seen[0][-1]) + 2
 
 
-def test_who_is_slow_sees_the_newest_and_never_an_old_one():
+@mock_clock
+async def test_a_slow_viewer_gets_the_newest_picture():
     source = Numbered()
-
-    async def watch():
-        camera = Camera(source, rate_hz=500)
-        async with aclosing(camera.pictures(1000)) as pictures:
-            await anext(pictures)
-            while source.taken < 50:
-                await asyncio.sleep(0.001)
-            return int(await anext(pictures))
-
-    assert asyncio.run(watch()) >= 49
+    camera = camera_of(source, rate_hz=500)
+    async with aclosing(camera.pictures(1000)) as pictures:
+        await anext(pictures)
+        await until(lambda: source.taken >= 50)
+        assert int(await anext(pictures)) >= 49
 
 
-def test_each_watches_at_its_own_pace():
-    async def watch():
-        camera = Camera(Numbered(), rate_hz=500)
-        begun_s = time.monotonic()
+@mock_clock
+async def test_each_viewer_has_its_own_rate():
+    clock = asyncio.get_running_loop().time
+    camera = camera_of(Numbered(), rate_hz=500)
+    begin_s = clock()
 
-        async def took_s(pictures):
-            await first(5, pictures)
-            return time.monotonic() - begun_s
+    async def duration_s(pictures):
+        await first(5, pictures)
+        return clock() - begin_s
 
-        return await asyncio.gather(took_s(camera.pictures(20)), took_s(camera.pictures(1000)))
-
-    slow_s, quick_s = asyncio.run(watch())
-    assert slow_s >= 4 / 20
+    slow_s, quick_s = await asyncio.gather(duration_s(camera.pictures(20)), duration_s(camera.pictures(1000)))
+    assert slow_s == pytest.approx(4 / 20, abs=0.01)
     assert quick_s < slow_s
 
 
-def test_no_picture_is_taken_while_nobody_watches():
+@mock_clock
+async def test_no_picture_is_taken_without_a_viewer():
     source = Numbered()
-
-    async def look_away():
-        camera = Camera(source, rate_hz=1000)
-        await first(3, camera.pictures(1000))
-        taken = source.taken
-        await asyncio.sleep(0.05)
-        assert source.taken <= taken + 1
-        assert camera.viewers == 0
-        assert int(await camera.snapshot()) > taken
-        await camera.close()
-
-    asyncio.run(look_away())
+    camera = camera_of(source, rate_hz=1000)
+    await first(3, camera.pictures(1000))
+    taken = source.taken
+    await pass_time(0.05)
+    assert source.taken <= taken + 1
+    assert camera.viewers == 0
+    assert int(await camera.snapshot()) > taken
+    await camera.close()
     assert source.closed
 
 
-def test_more_than_it_can_serve_are_told_so():
-    async def crowd():
-        camera = Camera(Numbered(), rate_hz=100)
-        watching = [camera.pictures(1) for _ in range(MOST_VIEWERS)]
-        await asyncio.gather(*(anext(each) for each in watching))
-        with pytest.raises(MotorcadeError) as refused:
-            await camera.snapshot()
-        assert refused.value.code == "too-many-viewers"
-        await watching[0].aclose()
-        assert await camera.snapshot()
-        for each in watching:
-            await each.aclose()
-
-    asyncio.run(crowd())
+@mock_clock
+async def test_a_viewer_too_many_is_refused():
+    camera = camera_of(Numbered(), rate_hz=100)
+    watching = [camera.pictures(1) for _ in range(MOST_VIEWERS)]
+    await asyncio.gather(*(anext(each) for each in watching))
+    with pytest.raises(MotorcadeError) as refused:
+        await camera.snapshot()
+    assert refused.value.code == "too-many-viewers"
+    await watching[0].aclose()
+    assert await camera.snapshot()
+    for each in watching:
+        await each.aclose()
 
 
-def test_a_camera_that_fails_says_why_and_works_again_when_it_does():
+@mock_clock
+async def test_a_camera_that_fails_gives_the_reason_and_later_pictures_again():
     source = Numbered(broken=True)
-
-    async def watch():
-        camera = Camera(source, rate_hz=1000, patience_s=1)
-        with pytest.raises(MotorcadeError, match="the cable is out"):
-            await camera.snapshot()
-        source.broken = False
-        assert await camera.snapshot()
-
-    asyncio.run(watch())
+    camera = camera_of(source, rate_hz=1000, patience_s=1)
+    with pytest.raises(MotorcadeError, match="the cable is out"):
+        await camera.snapshot()
+    source.broken = False
+    assert await camera.snapshot()
 
 
 # Hardware, by stand-ins for the packages that read it.

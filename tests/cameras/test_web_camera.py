@@ -13,8 +13,8 @@ from motorcade.cameras.web import Parts, WebCamera
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.drive.tls.keys import https_context, visitor_context
 from motorcade.errors import MotorcadeError
-from support.driven_car import wait_until
 from support.picture_server import BOUNDARY, part, picture_server
+from support.waiting import wait_until
 
 
 @given(

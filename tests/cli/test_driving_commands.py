@@ -1,4 +1,4 @@
-"""Commands for those who drive: drive connect, drive send and drive keys, against a running car."""
+"""The commands drive connect, drive send and drive keys, against a running car."""
 
 import sys
 
@@ -7,8 +7,9 @@ import pytest
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.tls.keys import server_context
 from support.command_line import Terminal, data, refusal, run
-from support.driven_car import NEUTRAL, PATIENT, DrivenCar, deaf_port, wait_until
-from support.terminal_seat import seated
+from support.driven_car import NEUTRAL, PATIENT, DrivenCar, deaf_port
+from support.terminal_process import terminal
+from support.waiting import wait_until
 
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
@@ -25,7 +26,7 @@ def at(car, *options):
 
 
 def moved(car):
-    """What the wheels were told, repetitions and standing aside."""
+    """The setpoints that moved the wheels, without repetitions."""
     setpoints = [setpoint for _, setpoint in car.board.notes if setpoint[2]]
     return [each for number, each in enumerate(setpoints) if each not in setpoints[number - 1 : number]]
 
@@ -34,26 +35,26 @@ def moved(car):
 
 
 def test_send_drives_one_command_after_the_other_and_then_stands(car):
-    told = data("drive", "send", *at(car), "throttle=0.4,steering=-0.2,seconds=0.6", "throttle=-1,seconds=0.6")
-    assert (told["state"], told["speed"], told["failsafes"]) == ("standing", 0, 0)
+    answer = data("drive", "send", *at(car), "throttle=0.4,steering=-0.2,seconds=0.6", "throttle=-1,seconds=0.6")
+    assert (answer["state"], answer["speed"], answer["failsafes"]) == ("standing", 0, 0)
     assert moved(car) == [(108, 1, 102), (90, 0, 255)]
     wait_until(lambda: car.board.setpoint == NEUTRAL)
 
 
-def test_send_says_on_a_terminal_what_it_did(car):
+def test_send_prints_on_a_terminal_what_it_did(car):
     ran = run("drive", "send", *at(car), "throttle=0.4,seconds=0.1", "seconds=0.1", stdout=Terminal())
     assert (ran.code, ran.out) == (0, f"0.2 s sent to 127.0.0.1:{car.port}; its state is standing\n")
 
 
 @pytest.mark.parametrize("part", ["throttle=1.1", "throttle=x", "speed=1", "seconds=0", "seconds=nan", "throttle", ""])
-def test_a_command_that_can_not_be_is_refused_before_anything_is_sent(car, part):
-    said = refusal(2, "drive", "send", *at(car), "throttle=0.5", f"steering=0,{part}")
-    assert f"'{part}' is no part of a command" in said
+def test_an_invalid_command_is_refused_before_anything_is_sent(car, part):
+    sentence = refusal(2, "drive", "send", *at(car), "throttle=0.5", f"steering=0,{part}")
+    assert f"'{part}' is no part of a command" in sentence
     assert moved(car) == []
 
 
 @pytest.mark.parametrize("language", ["en", "zh"])
-def test_send_to_a_car_that_another_drives_or_that_is_stopped_says_so(car, language):
+def test_send_to_a_car_that_another_drives_or_that_is_stopped_gives_the_reason(car, language):
     with BlockingDriveClient("127.0.0.1", car.port, telemetry_port=car.telemetry_port) as other:
         other.drive()
         wait_until(lambda: other.you.get("drives"))
@@ -69,12 +70,12 @@ def test_send_to_a_car_that_another_drives_or_that_is_stopped_says_so(car, langu
 
 
 @pytest.mark.parametrize("address", ["", ":5005", "127.0.0.1:", "127.0.0.1:0", "127.0.0.1:65536", "127.0.0.1:x", "[]"])
-def test_an_address_that_is_none_is_a_usage_error(address):
+def test_an_invalid_address_is_a_usage_error(address):
     assert "is not HOST or HOST:PORT" in refusal(2, "drive", "send", address, "throttle=0.1")
 
 
 @pytest.mark.parametrize("address", ["localhost", "127.0.0.1", "[::1]", "::1"])
-def test_where_no_car_is_the_exit_code_is_3(address, monkeypatch):
+def test_without_a_car_the_exit_code_is_3(address, monkeypatch):
     monkeypatch.setattr("motorcade.drive.client.PATIENCE_S", 1)
     with deaf_port() as port:
         monkeypatch.setattr("motorcade.cli.driving._PORT", port)
@@ -94,24 +95,24 @@ def test_keys_let_a_driver_drive_and_others_not(tmp_path, monkeypatch):
     with DrivenCar(server_context(folder / "car-ada.pem"), profile=PATIENT) as car:
         for driver in ("lin", "mei"):
             key = folder / f"driver-{driver}.pem"
-            told = data("drive", "send", *at(car, "--keys", key), "throttle=0.2,seconds=0.2")
-            assert told["driver"].startswith(driver)
-        said = refusal(6, "drive", "send", *at(car, "--keys", others / "driver-mallory.pem"), "throttle=0.5")
-        assert "one folder of `motorcade drive keys`" in said
+            answer = data("drive", "send", *at(car, "--keys", key), "throttle=0.2,seconds=0.2")
+            assert answer["driver"].startswith(driver)
+        sentence = refusal(6, "drive", "send", *at(car, "--keys", others / "driver-mallory.pem"), "throttle=0.5")
+        assert "one folder of `motorcade drive keys`" in sentence
         assert "--keys" in refusal(9, "drive", "send", *at(car), "throttle=0.5")
-        said = refusal(6, "drive", "send", *at(car, "--keys", key, "--car", "bob"), "throttle=0.5")
-        assert "bob" in said
+        sentence = refusal(6, "drive", "send", *at(car, "--keys", key, "--car", "bob"), "throttle=0.5")
+        assert "bob" in sentence
         assert {setpoint[2] for setpoint in moved(car)} == {51}
 
 
-def test_keys_says_on_a_terminal_who_does_what_with_them(tmp_path):
+def test_keys_prints_on_a_terminal_who_uses_which_file(tmp_path):
     ran = run("drive", "keys", tmp_path / "class", "--car", "ada", "--driver", "lin", stdout=Terminal())
     assert ran.code == 0
     assert "driver-lin.pem" in ran.out
     assert "keep it to yourself" in ran.out
 
 
-def test_keys_that_can_not_be_made_or_read_are_usage_errors(tmp_path, car):
+def test_keys_that_cannot_be_made_or_read_are_usage_errors(tmp_path, car):
     assert "nobody is named" in refusal(2, "drive", "keys", tmp_path)
     assert "no name for a driver" in refusal(2, "drive", "keys", tmp_path, "--driver", "../lin")
     assert "no address of a car" in refusal(2, "drive", "keys", tmp_path, "--car", "ada@no address")
@@ -129,68 +130,67 @@ def test_connect_needs_a_terminal(car):
 
 
 @posix_only
-def test_who_holds_a_key_drives_and_who_lets_go_stops(car):
-    with seated("drive", "connect", *at(car)) as seat:
-        seat.look("ready")
+def test_a_held_key_drives_and_a_released_key_stops(car):
+    with terminal("drive", "connect", *at(car)) as user:
+        user.wait_for("ready")
         assert moved(car) == []
-        seat.hold(b"w", lambda: car.board.setpoint == (90, 1, 102))
-        seat.hold(b"\x1b[D", lambda: car.board.setpoint[0] == 180)
-        seat.wait(lambda: not car.board.moves)
-        seat.hold(b"s", lambda: car.board.setpoint == (90, 0, 102))
-        seat.type(b" ")
-        seat.look("EMERGENCY STOP")
-        seat.wait(lambda: not car.board.moves)
+        user.hold(b"w", lambda: car.board.setpoint == (90, 1, 102))
+        user.hold(b"\x1b[D", lambda: car.board.setpoint[0] == 180)
+        user.wait(lambda: not car.board.moves)
+        user.hold(b"s", lambda: car.board.setpoint == (90, 0, 102))
+        user.hold(b" ", lambda: car.control.telemetry().state == "stopped")
+        user.wait_for("EMERGENCY STOP")
+        user.wait(lambda: not car.board.moves)
         count = len(moved(car))
         for _ in range(10):
-            seat.type(b"w")
-            seat.glance()
+            user.type(b"w")
+            user.read()
         assert len(moved(car)) == count
-        seat.type(b"c")
-        seat.wait(lambda: car.control.telemetry().state != "stopped")
-        seat.type(b"+")
-        seat.look("45%")
-        seat.press_anew(b"w", lambda: car.board.setpoint == (90, 1, 115))
-        seat.type(b"q")
-        seat.wait(lambda: seat.process.poll() is not None)
-        assert seat.process.returncode == 0
+        user.hold(b"c", lambda: car.control.telemetry().state != "stopped")
+        user.type(b"+")
+        user.wait_for("45%")
+        user.hold(b"w", lambda: car.board.setpoint == (90, 1, 115))
+        user.type(b"q")
+        user.wait(lambda: user.process.poll() is not None)
+        assert user.process.returncode == 0
     wait_until(lambda: car.board.setpoint == NEUTRAL)
 
 
 @posix_only
-def test_a_terminal_that_tells_of_releases_needs_no_repetition(car):
-    with seated("drive", "connect", *at(car), answers_kitty=True) as seat:
-        seat.look("ready")
-        seat.type(b"\x1b[119;1:1u")
-        seat.wait(lambda: car.board.moves)
+def test_a_terminal_that_reports_releases_needs_no_repetition(car):
+    with terminal("drive", "connect", *at(car), answers_kitty=True) as user:
+        user.wait_for("ready")
+        user.type(b"\x1b[119;1:1u")
+        user.wait(lambda: car.board.moves)
         # The other key goes on, so that the terminal doesn't seem to have fallen silent.
-        seat.type(b"\x1b[97;1:1u")
-        seat.type(b"\x1b[119;1:3u")
-        seat.hold(b"\x1b[97;1:2u", lambda: car.board.setpoint == (180, 1, 0))
+        user.type(b"\x1b[97;1:1u")
+        user.type(b"\x1b[119;1:3u")
+        user.hold(b"\x1b[97;1:2u", lambda: car.board.setpoint == (180, 1, 0))
 
 
 @posix_only
 @pytest.mark.parametrize("key", [b"q", b"\x1b[99;5u"], ids=["q", "ctrl-c"])
 def test_leaving_ends_in_exit_code_0_and_a_car_that_stands(car, key):
-    with seated("drive", "connect", *at(car), "--language", "zh") as seat:
-        seat.look("就绪")
-        seat.hold(b"w", lambda: car.board.moves)
-        seat.type(key)
-        seat.wait(lambda: seat.process.poll() is not None)
-        assert seat.process.returncode == 0
+    with terminal("drive", "connect", *at(car), "--language", "zh") as user:
+        user.wait_for("就绪")
+        user.hold(b"w", lambda: car.board.moves)
+        user.type(key)
+        user.wait(lambda: user.process.poll() is not None)
+        assert user.process.returncode == 0
     wait_until(lambda: not car.board.moves)
 
 
 @posix_only
 def test_a_terminal_that_is_closed_stops_the_car(car):
-    with seated("drive", "connect", *at(car)) as seat:
-        seat.look("ready")
-        seat.hold(b"w", lambda: car.board.moves)
+    with terminal("drive", "connect", *at(car)) as user:
+        user.wait_for("ready")
+        user.hold(b"w", lambda: car.board.moves)
     wait_until(lambda: not car.board.moves)
 
 
 @posix_only
 def test_connect_to_no_car_ends_in_a_sentence(tmp_path):
-    with deaf_port() as port, seated("drive", "connect", f"127.0.0.1:{port}") as seat:
-        seat.look("No car answers")
-        seat.wait(lambda: seat.process.poll() is not None)
-        assert seat.process.returncode == 3
+    with deaf_port() as port, terminal("drive", "connect", f"127.0.0.1:{port}") as user:
+        user.wait_for("No car answers")
+        user.wait(lambda: user.process.poll() is not None)
+        assert user.process.returncode == 3

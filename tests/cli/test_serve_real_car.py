@@ -7,7 +7,6 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
@@ -21,8 +20,8 @@ from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.words.upload import ok_line
 from support.command_line import refusal
 from support.mock_pi import ENABLED, HEAD, LEDS
+from support.waiting import DEADLINE_S, wait_until
 
-DEADLINE_S = 120
 LINUX = Path(__file__).parents[2] / "firmware" / "linux"
 NOTED = Path(__file__).parent / "noted_pi_car.py"
 CLASSROOM = Path(__file__).parents[2] / "src" / "motorcade" / "profiles" / "classroom.toml"
@@ -37,8 +36,9 @@ ONE_LIT, TWO_LIT = (0, 255, 0, 0), (0, 0, 255, 0)
 class Pins:
     """The state of a car's pins, from the changes that it wrote to a file."""
 
-    def __init__(self, file: Path) -> None:
+    def __init__(self, file: Path, process: subprocess.Popen) -> None:
         self._file = file
+        self._process = process
 
     def show(self, numbers: tuple[int, ...]) -> tuple[int, ...]:
         lines = self._file.read_text(encoding="ascii").splitlines() if self._file.exists() else []
@@ -46,10 +46,7 @@ class Pins:
         return tuple(int(last.get(f"GPIO{number}", 0)) for number in numbers)
 
     def until(self, numbers: tuple[int, ...], shown: tuple[int, ...]) -> None:
-        end_s = time.monotonic() + DEADLINE_S
-        while (now := self.show(numbers)) != shown:
-            assert time.monotonic() < end_s, f"{now}, not {shown}"
-            time.sleep(0.01)
+        wait_until(lambda: self.show(numbers) == shown, self._process)
 
 
 @pytest.fixture
@@ -75,7 +72,7 @@ def served(tmp_path: Path, files: tuple[Path, Path], *options: str) -> Iterator[
         try:
             line = process.stdout.readline()
             assert line, process.stderr.read()
-            yield process, json.loads(line), Pins(noted)
+            yield process, json.loads(line), Pins(noted, process)
         finally:
             process.kill()
 

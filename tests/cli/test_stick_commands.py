@@ -15,9 +15,10 @@ from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.errors import MotorcadeError
 from support import virtual_pad
 from support.command_line import refusal
-from support.driven_car import PATIENT, DrivenCar, wait_until
-from support.terminal_seat import seated
+from support.driven_car import PATIENT, DrivenCar
+from support.terminal_process import terminal
 from support.virtual_pad import DOWN, LEFT_X, LEFT_Y, RIGHT_BUTTON, START, UP
+from support.waiting import wait_until
 
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 # A simulated car's world may have to be compiled first.
@@ -38,8 +39,8 @@ class RemotePad:
         port = self._listener.getsockname()[1]
         self.program = (sys.executable, virtual_pad.__file__, str(port))
 
-    def happens(self, order):
-        """``plug`` and so on, as `support.virtual_pad` says."""
+    def do(self, order):
+        """Do ``plug`` and so on, see `support.virtual_pad`."""
         self._line = self._line or self._listener.accept()[0]
         self._line.sendall(order.encode() + b"\n")
 
@@ -75,13 +76,13 @@ class Log:
         pytest.fail(f"never printed: {text}")
 
 
-def tells(client, **expected):
-    """Whether a car tells this, as far as it can be heard."""
-    told = client.telemetry
-    return told and all(getattr(told, name) == value for name, value in expected.items())
+def shows(client, **expected):
+    """Whether the last telemetry has these values."""
+    telemetry = client.telemetry
+    return telemetry and all(getattr(telemetry, name) == value for name, value in expected.items())
 
 
-def test_a_gamepad_at_a_served_car_comes_before_the_network(pad):
+def test_a_gamepad_at_a_served_car_has_priority_over_the_network(pad):
     command = [*pad.program, "drive", "serve", "--port", "0", "--telemetry-port", "0", "--json", "--stick", "gamepad"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
@@ -89,13 +90,13 @@ def test_a_gamepad_at_a_served_car_comes_before_the_network(pad):
             address = {"port": ports["port"], "telemetry_port": ports["telemetry_port"]}
             with BlockingDriveClient("127.0.0.1", **address, patience_s=DEADLINE_S) as network:
                 network.drive_for(0.2, throttle=0.5)
-                pad.happens("plug")
+                pad.do("plug")
                 log.until("is connected")
-                pad.happens(f"push {LEFT_X} {UP}")
-                wait_until(lambda: tells(network, angle_deg=180, driver="Pad of the tests at the car"), DEADLINE_S)
-                pad.happens(f"hold {RIGHT_BUTTON}")
-                wait_until(lambda: tells(network, state="stopped"), DEADLINE_S)
-                pad.happens("unplug")
+                pad.do(f"push {LEFT_X} {UP}")
+                wait_until(lambda: shows(network, angle_deg=180, driver="Pad of the tests at the car"), process)
+                pad.do(f"hold {RIGHT_BUTTON}")
+                wait_until(lambda: shows(network, state="stopped"), process)
+                pad.do("unplug")
                 log.until("is gone")
         finally:
             process.kill()
@@ -104,60 +105,60 @@ def test_a_gamepad_at_a_served_car_comes_before_the_network(pad):
 @posix_only
 def test_the_keys_of_the_car_s_own_terminal_drive_it_and_end_it():
     serve = ("drive", "serve", "--port", "0", "--telemetry-port", "0", "--stick", "keyboard")
-    with seated(*serve) as seat:
-        seat.look("Ctrl-C ends")
+    with terminal(*serve) as user:
+        user.wait_for("Ctrl-C ends")
         # A key that is down before the first look at the keyboard counts only when it is pressed again.
-        seat.look("keyboard is connected")
-        ports = re.search(rb"port (\d+), telemetry is at (\d+)", seat.seen)
+        user.wait_for("keyboard is connected")
+        ports = re.search(rb"port (\d+), telemetry is at (\d+)", user.seen)
         port, telemetry_port = map(int, ports.groups())
         with BlockingDriveClient("127.0.0.1", port, telemetry_port=telemetry_port, patience_s=DEADLINE_S) as network:
-            seat.hold(b"a", lambda: tells(network, angle_deg=180, driver="keyboard at the car"))
-            seat.hold(b" ", lambda: tells(network, state="stopped"))
+            user.hold(b"a", lambda: shows(network, angle_deg=180, driver="keyboard at the car"))
+            user.hold(b" ", lambda: shows(network, state="stopped"))
             # Keys that are at rest arm it at once.
-            seat.hold(b"c", lambda: network.telemetry and network.telemetry.state != "stopped")
-        seat.type(b"q")
-        seat.look("The car stands still")
-        seat.wait(lambda: seat.process.poll() is not None)
-        assert seat.process.returncode == 0
+            user.hold(b"c", lambda: network.telemetry and network.telemetry.state != "stopped")
+        user.type(b"q")
+        user.wait_for("The car stands still")
+        user.wait(lambda: user.process.poll() is not None)
+        assert user.process.returncode == 0
 
 
 @posix_only
 def test_a_driver_s_gamepad_drives_and_the_keys_give_orders(pad):
     with DrivenCar(profile=PATIENT) as car:
         connect = ("drive", "connect", f"127.0.0.1:{car.port}", "--telemetry-port", car.telemetry_port)
-        with seated(*connect, "--stick", "gamepad", "--language", "en", program=pad.program) as seat:
-            seat.look("No gamepad is connected")
-            pad.happens("plug")
-            seat.look("gamepad: Pad of the tests")
-            pad.happens(f"push {LEFT_Y} {DOWN}")
-            seat.wait(lambda: car.board.setpoint == (90, 0, 255))
-            seat.type(b"g")
-            seat.look("Release the keys or the stick")
-            seat.wait(lambda: car.control.telemetry().driver is None)
+        with terminal(*connect, "--stick", "gamepad", "--language", "en", program=pad.program) as user:
+            user.wait_for("No gamepad is connected")
+            pad.do("plug")
+            user.wait_for("gamepad: Pad of the tests")
+            pad.do(f"push {LEFT_Y} {DOWN}")
+            user.wait(lambda: car.board.setpoint == (90, 0, 255))
+            user.type(b"g")
+            user.wait_for("Release the keys or the stick")
+            user.wait(lambda: car.control.telemetry().driver is None)
             for _ in range(1000):
-                # Between the two it may not have looked.
-                pad.happens(f"push {LEFT_Y} 0")
-                seat.glance()
-                pad.happens(f"push {LEFT_Y} {DOWN}")
-                seat.glance()
+                # It may not have read the pad between the two.
+                pad.do(f"push {LEFT_Y} 0")
+                user.read()
+                pad.do(f"push {LEFT_Y} {DOWN}")
+                user.read()
                 if car.board.moves:
                     break
             assert car.board.setpoint == (90, 0, 255)
-            pad.happens(f"push {LEFT_Y} 0")
-            seat.wait(lambda: not car.board.moves)
-            pad.happens(f"hold {RIGHT_BUTTON}")
-            seat.look("EMERGENCY STOP")
-            seat.type(b"c")
-            seat.wait(lambda: car.control.telemetry().state != "stopped")
-            pad.happens(f"push {LEFT_Y} {UP}")
-            seat.wait(lambda: car.board.setpoint == (90, 1, 255))
-            pad.happens("unplug")
-            seat.wait(lambda: not car.board.moves)
-            pad.happens("plug")
-            pad.happens(f"hold {START}")
-            seat.type(b"q")
-            seat.wait(lambda: seat.process.poll() is not None)
-            assert seat.process.returncode == 0
+            pad.do(f"push {LEFT_Y} 0")
+            user.wait(lambda: not car.board.moves)
+            pad.do(f"hold {RIGHT_BUTTON}")
+            user.wait_for("EMERGENCY STOP")
+            user.type(b"c")
+            user.wait(lambda: car.control.telemetry().state != "stopped")
+            pad.do(f"push {LEFT_Y} {UP}")
+            user.wait(lambda: car.board.setpoint == (90, 1, 255))
+            pad.do("unplug")
+            user.wait(lambda: not car.board.moves)
+            pad.do("plug")
+            pad.do(f"hold {START}")
+            user.type(b"q")
+            user.wait(lambda: user.process.poll() is not None)
+            assert user.process.returncode == 0
 
 
 @pytest.mark.parametrize("command", [("serve", "--port", "0"), ("connect", "127.0.0.1")])
@@ -165,7 +166,7 @@ def test_keys_need_a_terminal(command):
     assert "needs a terminal" in refusal(2, "drive", *command, "--stick", "keyboard")
 
 
-def test_where_no_gamepad_can_be_read_the_sentence_says_what_is_missing(monkeypatch, tmp_path):
+def test_without_a_gamepads_library_the_sentence_says_what_is_missing(monkeypatch, tmp_path):
     serve = ("drive", "serve", "--port", "0", "--stick", "gamepad")
     monkeypatch.setitem(sys.modules, "sdl2", None)
     assert "pip install 'motorcade[gamepad]'" in refusal(2, *serve)

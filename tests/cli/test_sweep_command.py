@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import psutil
 import pyarrow.parquet as pq
@@ -15,8 +14,8 @@ import pytest
 from motorcade.experiments import plan as planning
 from motorcade.experiments import run as running
 from support.command_line import PARADE, data, refusal, run
+from support.waiting import DEADLINE_S, wait_until
 
-DEADLINE_S = 180
 CAR_STEPS = 150_000
 # The command with small tasks, so that there are many of them.
 SMALL_TASKS = f"""
@@ -58,14 +57,6 @@ def long_spec(spec):
     """Enough tasks to stop between the first and the last."""
     spec.write_text(SPEC.replace("seeds = 3", "seeds = 240"), encoding="utf-8")
     return spec
-
-
-def wait_until(holds, *processes):
-    end = time.monotonic() + DEADLINE_S
-    while not holds():
-        assert time.monotonic() < end
-        assert all(process.poll() is None for process in processes), "it ended too early"
-        time.sleep(0.01)
 
 
 def parts_of(table):

@@ -6,7 +6,8 @@ import pytest
 
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.connection import CarError, CarRefusesError
-from support.driven_car import NEUTRAL, deaf_port, wait_until
+from support.driven_car import NEUTRAL, deaf_port
+from support.waiting import wait_until
 from support.working_drivers import HALF
 
 

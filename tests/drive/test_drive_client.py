@@ -2,16 +2,16 @@
 
 import asyncio
 from contextlib import AsyncExitStack
-from threading import Thread
 
 import pytest
 
 from motorcade.drive.client import DriveClient
 from motorcade.drive.connection import CarError, CarRefusesError
-from support.driven_car import NEUTRAL, DrivenCar, deaf_port, wait_until
-from support.loop_car import loop_car, until
-from support.mock_clock import mock_clock
-from support.working_drivers import HALF, client, come_and_drive, drive_on, wishing
+from support.driven_car import NEUTRAL, DrivenCar, deaf_port
+from support.loop_car import loop_car
+from support.mock_clock import mock_clock, pass_time
+from support.waiting import until, wait_until
+from support.working_drivers import HALF, client, come_and_drive, drive_on, driving
 
 AHEAD = (90, 1, 128)
 
@@ -22,7 +22,7 @@ async def test_a_command_reaches_the_wheels_and_leaving_stops_them():
         async with client(car) as driver:
             await driver.drive(throttle=0.4, steering=-0.2)
             await until(lambda: car.board.setpoint == (108, 1, 102))
-            async with wishing(driver, 0.4, -0.2):
+            async with driving(driver, 0.4, -0.2):
                 await until(lambda: driver.telemetry and driver.telemetry.state == "moving")
                 assert driver.telemetry[1:4] == (108, 1, 102)
                 assert driver.you["drives"]
@@ -44,7 +44,7 @@ async def test_driving_for_a_time_ends_by_itself():
 @mock_clock
 async def test_a_caller_that_hangs_stops_the_car_though_the_connection_works():
     async with loop_car() as car, client(car, fresh_s=0.1) as driver:
-        async with wishing(driver):
+        async with driving(driver):
             await until(car.board.has_moved)
         last_s = asyncio.get_running_loop().time()
         await until(lambda: not car.board.moves)
@@ -60,16 +60,13 @@ def test_a_program_that_freezes_as_a_whole_stops_the_car():
     with DrivenCar() as car:
 
         async def drive():
-            async with client(car) as driver, wishing(driver):
-                await until(lambda: car.board.moves)
+            async with client(car) as driver:
+                while not car.board.moves:
+                    await driver.drive(HALF)
+                    await driver.next_telemetry()
                 failsafes = car.control.telemetry().failsafes
                 # The driver's loop is stuck here: the car itself has to notice.
-                stopped = Thread(
-                    target=wait_until,
-                    args=(lambda: not car.board.moves and car.control.telemetry().failsafes > failsafes,),
-                )
-                stopped.start()
-                stopped.join()
+                wait_until(lambda: not car.board.moves and car.control.telemetry().failsafes > failsafes)
 
         asyncio.run(drive())
 
@@ -81,7 +78,7 @@ async def test_only_the_newest_command_is_sent_and_no_more_than_the_car_takes():
         end_s = loop.time() + 0.5
         while loop.time() < end_s:
             await driver.drive(HALF)
-            await asyncio.sleep(0.001)
+            await pass_time(0.001)
         await driver.next_telemetry()
         await driver.next_telemetry()
         assert driver.you["over-rate"] == 0
@@ -91,17 +88,17 @@ async def test_only_the_newest_command_is_sent_and_no_more_than_the_car_takes():
 @mock_clock
 async def test_two_drivers_hand_the_wheel_over_and_anyone_stops_the_car():
     async with loop_car() as car, client(car, fresh_s=1) as first, client(car) as second:
-        async with wishing(first):
+        async with driving(first):
             await until(lambda: first.you.get("drives") and car.board.moves)
             assert await second.request() is False
             await until(lambda: second.you and first.telemetry.wanted_by == second.you["name"])
             await second.stop()
             await until(lambda: not car.board.moves and first.telemetry.state == "stopped")
             await second.clear()
-        async with wishing(second):
+        async with driving(second):
             await until(lambda: second.you["drives"] and car.board.moves)
         await second.release()
-        async with wishing(first):
+        async with driving(first):
             await until(lambda: first.you["drives"] and car.board.moves)
 
 
@@ -119,7 +116,7 @@ async def test_a_car_that_refuses_gives_its_reason():
 
 @mock_clock
 async def test_a_car_without_telemetry_is_driven_too():
-    async with loop_car() as car, DriveClient("127.0.0.1", car.port, telemetry_port=0) as driver, wishing(driver):
+    async with loop_car() as car, DriveClient("127.0.0.1", car.port, telemetry_port=0) as driver, driving(driver):
         await until(lambda: car.board.setpoint == AHEAD)
 
 

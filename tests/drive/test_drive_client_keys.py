@@ -4,9 +4,10 @@ import pytest
 
 from motorcade.drive.connection import CarError, CarRefusesError
 from motorcade.drive.tls.keys import server_context
-from support.loop_car import loop_car, until
+from support.loop_car import loop_car
 from support.mock_clock import mock_clock
-from support.working_drivers import behind_proxies, client, come_and_drive, wishing
+from support.waiting import until
+from support.working_drivers import behind_proxies, client, come_and_drive, driving
 
 
 @pytest.fixture
@@ -16,7 +17,7 @@ def tls(keys):
 
 @mock_clock
 async def test_with_keys_a_driver_drives_under_the_name_in_them(tls, keys):
-    async with loop_car(tls) as car, client(car, keys=keys / "driver-lin.pem") as driver, wishing(driver):
+    async with loop_car(tls) as car, client(car, keys=keys / "driver-lin.pem") as driver, driving(driver):
         await until(lambda: driver.telemetry and driver.telemetry.driver)
         assert driver.telemetry.driver.startswith("lin")
         await until(lambda: car.board.moves)
@@ -26,7 +27,7 @@ async def test_with_keys_a_driver_drives_under_the_name_in_them(tls, keys):
 
 @mock_clock
 async def test_a_car_with_keys_goes_on_sending_telemetry(tls, keys):
-    async with loop_car(tls) as car, client(car, keys=keys / "driver-lin.pem") as driver, wishing(driver):
+    async with loop_car(tls) as car, client(car, keys=keys / "driver-lin.pem") as driver, driving(driver):
         await until(lambda: driver.you.get("drives"))
         names = set()
         for _ in range(8):
@@ -40,7 +41,7 @@ async def test_a_cut_connection_by_tls_comes_back(tls, keys):
     async with (
         loop_car(tls) as car,
         behind_proxies(car, keys=keys / "driver-lin.pem") as (driver, proxies),
-        wishing(driver),
+        driving(driver),
     ):
         await until(lambda: car.board.moves)
         for proxy in proxies:

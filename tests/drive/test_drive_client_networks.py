@@ -1,20 +1,20 @@
 """A driver's end behind bad networks: it connects again, the car stands still meanwhile, nothing old moves it."""
 
-import asyncio
 from dataclasses import replace
 
 import pytest
 
 from support.driven_car import CLASSROOM
-from support.loop_car import loop_car, until
-from support.mock_clock import mock_clock
-from support.working_drivers import HALF, behind_proxies, wishing
+from support.loop_car import loop_car
+from support.mock_clock import mock_clock, pass_time
+from support.waiting import until
+from support.working_drivers import HALF, behind_proxies, driving
 
 
 @pytest.mark.parametrize("reset", [True, False], ids=["reset", "ended"])
 @mock_clock
 async def test_a_connection_that_is_cut_comes_back_and_the_car_stands_still_meanwhile(reset):
-    async with loop_car() as car, behind_proxies(car) as (driver, proxies), wishing(driver):
+    async with loop_car() as car, behind_proxies(car) as (driver, proxies), driving(driver):
         await until(lambda: car.board.moves)
         for proxy in proxies:
             proxy.cut(reset)
@@ -26,7 +26,7 @@ async def test_a_connection_that_is_cut_comes_back_and_the_car_stands_still_mean
 @mock_clock
 async def test_a_stick_that_is_held_while_the_connection_breaks_does_not_move_the_car_again():
     async with loop_car() as car, behind_proxies(car, rearm=False) as (driver, proxies):
-        async with wishing(driver):
+        async with driving(driver):
             await until(lambda: car.board.moves)
             for proxy in proxies:
                 proxy.cut()
@@ -37,9 +37,9 @@ async def test_a_stick_that_is_held_while_the_connection_breaks_does_not_move_th
                 await driver.next_telemetry()
             assert driver.waits_for_release
             assert not car.board.has_moved(count)
-        async with wishing(driver, 0.0):
+        async with driving(driver, 0.0):
             await until(lambda: not driver.waits_for_release)
-        async with wishing(driver):
+        async with driving(driver):
             await until(lambda: car.board.moves)
 
 
@@ -48,7 +48,7 @@ async def test_a_stick_that_is_held_while_the_car_starts_again_does_not_move_it(
     async with (
         loop_car() as car,
         behind_proxies(car, rearm=False) as (driver, proxies),
-        wishing(driver),
+        driving(driver),
         loop_car() as other,
     ):
         await until(lambda: car.board.moves)
@@ -65,7 +65,7 @@ async def test_a_stick_that_is_held_while_the_car_starts_again_does_not_move_it(
 @mock_clock
 async def test_a_pulled_cable_is_noticed_and_the_client_gets_its_wheel_again():
     never = replace(CLASSROOM, drive=replace(CLASSROOM.drive, hand_over_ms=600_000))
-    async with loop_car(profile=never) as car, behind_proxies(car) as (driver, proxies), wishing(driver):
+    async with loop_car(profile=never) as car, behind_proxies(car) as (driver, proxies), driving(driver):
         await until(lambda: car.board.moves and driver.you.get("drives"))
         for proxy in proxies:
             proxy.half_open()
@@ -77,13 +77,13 @@ async def test_a_pulled_cable_is_noticed_and_the_client_gets_its_wheel_again():
 
 @mock_clock
 async def test_a_frozen_network_brings_no_old_commands_when_it_goes_on():
-    async with loop_car() as car, behind_proxies(car) as (driver, proxies), wishing(driver):
+    async with loop_car() as car, behind_proxies(car) as (driver, proxies), driving(driver):
         await until(lambda: driver.you.get("drives") and car.board.moves)
         for proxy in proxies:
             proxy.set_both(held=True)
         await until(lambda: not car.board.moves)
         # Longer than a client sends to a car without telemetry, and shorter than until it connects again.
-        await asyncio.sleep(1.0)
+        await pass_time(1.0)
         waiting = proxies[0].up_waiting
         for proxy in proxies:
             proxy.set_both(held=False)
@@ -104,7 +104,7 @@ async def test_a_frozen_network_brings_no_old_commands_when_it_goes_on():
 @mock_clock
 async def test_a_bad_network_is_driven_through(faults):
     async with loop_car() as car:
-        async with behind_proxies(car) as (driver, proxies), wishing(driver, HALF, -1.0):
+        async with behind_proxies(car) as (driver, proxies), driving(driver, HALF, -1.0):
             proxies[0].set_both(**faults)
             await until(lambda: sum(setpoint == (180, 1, 128) for _, setpoint in car.board.notes) >= 20)
             assert car.control.telemetry().refused == 0

@@ -1,13 +1,13 @@
-"""A car that is served: whatever becomes of its clients or its own loop, the wheels stand still in time."""
+"""A car that is served: whatever happens to its clients or its own loop, the wheels stop in time."""
 
 import asyncio
 import contextlib
+import itertools
 import json
 import random
 import socket
 import struct
 import threading
-import time
 from collections.abc import AsyncIterator, Iterator
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -19,16 +19,15 @@ from motorcade.drive.listener import MOST_OF_ONE_ADDRESS, ClientProtocol, Listen
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.drive.tls.keys import client_context, server_context
 from motorcade.words.formats import DRIVE
-from support.driven_car import NEUTRAL, PATIENT, DrivenCar, wait_until
+from support.driven_car import NEUTRAL, PATIENT, DrivenCar
 from support.fault_proxy import FaultProxy
-from support.loop_car import LoopCar, loop_car, until
-from support.mock_clock import mock_clock
+from support.loop_car import LoopCar, loop_car
+from support.mock_clock import mock_clock, pass_time
+from support.waiting import DEADLINE_S, until, wait_until
 
 MOVE = struct.pack(">I", DRIVE.encode(angle=40, direction=1, speed=150))
 STILL = struct.pack(">I", DRIVE.encode(angle=40, direction=1, speed=0))
 PERIOD_S = 0.04
-# What a test may wait for on a busy machine; what counts is what the board noted when.
-DEADLINE_S = 60
 FLOOD = 300
 
 
@@ -66,7 +65,7 @@ class Telemetry:
 
 @contextlib.contextmanager
 def steady(line: socket.socket, word: bytes = MOVE) -> Iterator[threading.Event]:
-    """Somebody who sends the same command again and again, whatever the test does meanwhile, until the event is set."""
+    """Send one command again and again in a thread, until the block ends or the event is set."""
     ended = threading.Event()
 
     def send() -> None:
@@ -85,14 +84,14 @@ def steady(line: socket.socket, word: bytes = MOVE) -> Iterator[threading.Event]
 
 def drive_on(car: DrivenCar, line: socket.socket) -> None:
     """Drive until the wheels turn. A car on a busy machine may have to be armed again."""
-    end_s = time.monotonic() + DEADLINE_S
-    while time.monotonic() < end_s:
-        for word in (STILL, MOVE):
-            line.sendall(word)
-            time.sleep(PERIOD_S)
+    port = line.getsockname()[1]
+    channel = wait_until(lambda: next((each for each in car.server.commands if each.port == port), None))
+    for word in itertools.cycle((STILL, MOVE)):
+        received = sum(channel.counts.outcomes)
+        line.sendall(word)
+        wait_until(lambda received=received: sum(channel.counts.outcomes) > received)
         if car.board.moves:
             return
-    raise AssertionError("it never drove")
 
 
 class Driver:
@@ -106,7 +105,7 @@ class Driver:
         """Send a command, and wait for a period."""
         self.sent_s = asyncio.get_running_loop().time()
         self.writer.write(word)
-        await asyncio.sleep(PERIOD_S)
+        await pass_time(PERIOD_S)
 
 
 @contextlib.asynccontextmanager
@@ -174,7 +173,7 @@ async def test_a_client_behind_a_pulled_cable_stops_the_wheels_after_300_ms() ->
         assert 0.3 <= car.board.notes[-1][0] - sent_s < 0.33
 
 
-def test_a_server_that_is_stuck_stops_the_wheels_and_forgets_what_came_meanwhile() -> None:
+def test_a_server_that_is_stuck_stops_the_wheels_and_drops_what_came_meanwhile() -> None:
     # No failsafe helps here.
     watched = replace(PATIENT, drive=replace(PATIENT.drive, watchdog_ms=200))
     with DrivenCar(profile=watched) as car, connect(car) as line:
@@ -228,7 +227,7 @@ def test_the_first_to_send_drives_and_others_watch_until_it_leaves(patient_car: 
 
 
 @mock_clock
-async def test_clients_that_have_left_take_no_place() -> None:
+async def test_clients_that_have_left_take_no_slot() -> None:
     async with loop_car() as car:
         for _ in range(2 * MOST_OF_ONE_ADDRESS):
             async with driver_at(car.port, car):
@@ -240,36 +239,38 @@ async def test_clients_that_have_left_take_no_place() -> None:
 def test_open_connections_get_a_turn_between_two_newcomers() -> None:
     turns, turn_of_each = 0, []
 
-    async def go_on() -> None:
-        nonlocal turns
-        while True:
+    async def accept() -> None:
+        loop, all_came = asyncio.get_running_loop(), asyncio.Event()
+
+        def count_turn() -> None:
+            nonlocal turns
             turns += 1
-            await asyncio.sleep(0)
+            loop.call_soon(count_turn)
 
-    def accepted(closed) -> Standing:
-        turn_of_each.append(turns)
-        return Standing(lambda: None, closed)
+        def accepted(closed) -> Standing:
+            turn_of_each.append(turns)
+            if len(turn_of_each) == 12:
+                all_came.set()
+            return Standing(lambda: None, closed)
 
-    async def let_in() -> None:
-        with bind("127.0.0.1", 0) as listener, contextlib.ExitStack() as held:
-            door = Listener(
-                listener, lambda closed: turn_of_each.append(turns) or Standing(lambda: None, closed), lambda: None
-            )
+        with bind("127.0.0.1", 0) as socket_of_listener, contextlib.ExitStack() as held:
+            listener = Listener(socket_of_listener, accepted, lambda: None)
             for _ in range(12):
-                held.enter_context(socket.create_connection(door.address))
-            tasks = [asyncio.ensure_future(each) for each in (go_on(), door.serve())]
-            await until(lambda: len(turn_of_each) == 12)
-            door.close_to_newcomers()
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
+                held.enter_context(socket.create_connection(listener.address))
+            count_turn()
+            serving = asyncio.ensure_future(listener.serve())
+            async with asyncio.timeout(DEADLINE_S):
+                await all_came.wait()
+            listener.close_to_newcomers()
+            serving.cancel()
+            await asyncio.gather(serving, return_exceptions=True)
 
-    asyncio.run(let_in())
+    asyncio.run(accept())
     assert len(set(turn_of_each)) == len(turn_of_each)
 
 
 class Standing(ClientProtocol, asyncio.Protocol):
-    """One who stays."""
+    """A client that stays."""
 
     def has_session(self) -> bool:
         return True
@@ -291,9 +292,9 @@ def test_a_flood_of_connections_leaves_the_driver_undisturbed_and_room_for_other
         wait_until(lambda: car.control.telemetry().turned_away > 0.9 * FLOOD)
         assert len(car.server.commands) <= MOST_OF_ONE_ADDRESS
         assert len(car.server.channels) <= MOST_OF_ONE_ADDRESS
-        with connect(car) as other, telemetry(car) as tells:
+        with connect(car) as other, telemetry(car) as frames:
             other.sendall(STILL)
-            assert tells.next()["state"] == "moving"
+            assert frames.next()["state"] == "moving"
             wait_until(lambda: len([each for each in car.server.commands if each.session]) == 2)
         assert {setpoint for _, setpoint in car.board.notes[notes:]} == {(40, 1, 150)}
 
@@ -315,21 +316,21 @@ def test_ten_million_random_bytes_leave_the_driver_undisturbed(patient_car: Driv
 
 
 def test_the_sender_of_a_wrong_command_gets_the_reason(car: DrivenCar) -> None:
-    with connect(car) as line, telemetry(car) as tells:
-        assert tells.ask(do="join", port=line.getsockname()[1])["ok"]
+    with connect(car) as line, telemetry(car) as frames:
+        assert frames.ask(do="join", port=line.getsockname()[1])["ok"]
         line.sendall(struct.pack(">I", 1 << 28 | 181 << 20))
-        frames = (tells.next() for _ in range(100))
-        you = next(frame["you"] for frame in frames if frame["you"]["refused"])
+        received = (frames.next() for _ in range(100))
+        you = next(frame["you"] for frame in received if frame["you"]["refused"])
         assert you["last_refusal"] == "angle is 181; allowed: 0 to 180"
 
 
 def test_an_emergency_stop_of_a_watcher_stops_a_driver_who_goes_on(patient_car: DrivenCar) -> None:
     car = patient_car
     # A second connection, or the watcher would be taken for the driver's own channel.
-    with connect(car) as line, connect(car), telemetry(car) as tells:
+    with connect(car) as line, connect(car), telemetry(car) as frames:
         drive_on(car, line)
         with steady(line):
-            assert tells.ask(do="stop")["ok"]
+            assert frames.ask(do="stop")["ok"]
             assert not car.board.moves
             halted = next(iter(car.server.commands)).session.counts.outcomes
             wait_until(lambda: halted[3] > 2)

@@ -5,7 +5,8 @@ import socket
 import threading
 from contextlib import suppress
 
-from support.driven_car import DEADLINE_S, PATIENT, DrivenCar, wait_until
+from support.driven_car import PATIENT, DrivenCar
+from support.waiting import DEADLINE_S, wait_until
 
 STARTS, KNOCKS = 8, 5
 

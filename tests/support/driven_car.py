@@ -1,4 +1,4 @@
-"""A car that is driven, served on free ports by a loop of its own, and what its board was told when."""
+"""A car that is driven, served on free ports by an event loop of its own, and its board, which records setpoints."""
 
 import asyncio
 import socket
@@ -16,17 +16,17 @@ from motorcade.drive.safety.watchdog import watched
 from motorcade.drive.server import DriveServer, serving
 from motorcade.drive.session import CarControl
 from motorcade.timing import monotonic_ms
+from support.waiting import DEADLINE_S
 
 NEUTRAL = (90, 1, 0)
-DEADLINE_S = 60.0
 CLASSROOM = built_in_profile("classroom")
-# Of cars that forgive a busy machine its lateness: that of their own loop, and that of their drivers too.
+# Cars with long time limits for a busy machine: STEADY for a late loop of the car, PATIENT for late drivers too.
 STEADY = replace(CLASSROOM, drive=replace(CLASSROOM.drive, watchdog_ms=8000))
 PATIENT = replace(CLASSROOM, drive=replace(STEADY.drive, failsafe_ms=9000, hand_over_ms=60_000))
 
 
 class NotedBoard(DriveBoard):
-    """Notes what it is told: ``(seconds of time.perf_counter, (angle, direction, speed))``."""
+    """Record each setpoint with its time: ``(seconds of the clock, (angle, direction, speed))``."""
 
     def __init__(self, clock: Callable[[], float] = time.perf_counter) -> None:
         self._clock = clock
@@ -40,7 +40,7 @@ class NotedBoard(DriveBoard):
 
     @property
     def setpoint(self) -> tuple[int, int, int]:
-        """What holds now."""
+        """The last setpoint."""
         return self.notes[-1][1]
 
     @property
@@ -48,11 +48,11 @@ class NotedBoard(DriveBoard):
         return self.setpoint[2] > 0
 
     def was_told(self, setpoint: tuple[int, int, int], since: int = 0) -> bool:
-        """Whether it was told so, behind as many notes, even where that held for a moment only."""
+        """Whether this setpoint came, after the first ``since`` records."""
         return any(each == setpoint for _, each in self.notes[since:])
 
     def has_moved(self, since: int = 0) -> bool:
-        """Whether the wheels have turned, behind as many notes, even if for a moment only."""
+        """Whether the wheels have turned, after the first ``since`` records."""
         return any(setpoint[2] for _, setpoint in self.notes[since:])
 
 
@@ -116,21 +116,7 @@ class DrivenCar:
 
 @contextmanager
 def deaf_port() -> Iterator[int]:
-    """A port that is taken, and at which nobody listens."""
+    """A port that is taken, and at which no server listens."""
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         yield taken.getsockname()[1]
-
-
-async def until(condition: Callable[[], Any], deadline_s: float = DEADLINE_S) -> Any:
-    """Wait for something to be true, or fail."""
-    end_s = time.monotonic() + deadline_s
-    while not (found := condition()):
-        assert time.monotonic() < end_s, "it never happened"
-        await asyncio.sleep(0.005)
-    return found
-
-
-def wait_until(condition: Callable[[], Any], deadline_s: float = DEADLINE_S) -> Any:
-    """As ``until``, where nothing else runs."""
-    return asyncio.run(until(condition, deadline_s))

@@ -1,29 +1,31 @@
 """A TCP proxy that makes a bad network of a good one: for tests of both ends of a drive, and their benchmark.
 
-It stands between client and server in the same event loop and passes chunks on as the faults of the moment say, each
-way by itself. What the kernels' netem would do to packets it does to chunks: a lost packet stalls a TCP connection
-until it is sent again, so a 'loss' here is a stall of everything behind it.
+It stands between client and server in an event loop and passes chunks on as its faults say, each way by itself. What
+the kernel's netem would do to packets it does to chunks: a lost packet stalls a TCP connection until it is sent again,
+so a 'loss' here is a stall of everything behind it.
 """
 
 import asyncio
+import contextlib
 import random
 import struct
 from dataclasses import dataclass
 from socket import SO_LINGER, SOL_SOCKET
 
 CHUNK_BYTES = 65536
+_Writers = tuple[asyncio.StreamWriter, asyncio.StreamWriter]
 
 
 @dataclass
 class Faults:
-    """What is wrong with the network now; changes take effect at once, also on what is under way.
+    """What is wrong with the network now; `FaultProxy.set_both` changes it at once, also for chunks under way.
 
     Attributes:
         delay_s, jitter_s: each chunk comes so late, and up to so much later.
         loss, retransmit_s: chances that a chunk is 'lost', and how long all then waits for it.
         reorder: chances that a chunk swaps places with the one behind it, as no TCP does, but broken boxes do.
         split: the most bytes that arrive in one piece; 0 leaves pieces as they are.
-        held: nothing passes, nothing is lost, nobody is told: a frozen network.
+        held: nothing passes and nothing is lost: a frozen network.
     """
 
     delay_s: float = 0.0
@@ -48,11 +50,13 @@ class FaultProxy:
         self.up, self.down = Faults(), Faults()
         self.port = 0
         self._random = random.Random(seed)
-        self._pairs: list[tuple[asyncio.StreamWriter, asyncio.StreamWriter]] = []
+        self._pairs: list[_Writers] = []
         self._ways: list[_Way] = []
-        self._tasks: set[asyncio.Task[None]] = set()
+        self._carrying: set[asyncio.Task[None]] = set()
+        self._changed = _Change()
 
     async def __aenter__(self) -> "FaultProxy":
+        self._loop = asyncio.get_running_loop()
         self._server = await asyncio.start_server(self._carry, "127.0.0.1", 0)
         self.port = self._server.sockets[0].getsockname()[1]
         return self
@@ -60,9 +64,10 @@ class FaultProxy:
     async def __aexit__(self, *problem: object) -> None:
         self._server.close()
         self.cut()
-        for task in self._tasks:
+        # Each closes its sockets, also one that is connecting to the server just now.
+        for task in self._carrying:
             task.cancel()
-        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await asyncio.gather(*self._carrying, return_exceptions=True)
 
     @property
     def connections(self) -> int:
@@ -75,10 +80,11 @@ class FaultProxy:
         return sum(way.waiting for way in self._ways[::2])
 
     def set_both(self, **faults: object) -> None:
-        """Set faults of both ways."""
+        """Set faults of both ways; any thread may call this."""
         for name, value in faults.items():
             setattr(self.up, name, value)
             setattr(self.down, name, value)
+        self._loop.call_soon_threadsafe(self._changed.notify)
 
     def cut(self, reset: bool = True) -> None:
         """End all connections at both ends: by RST, as a crash does, or by FIN."""
@@ -92,38 +98,70 @@ class FaultProxy:
         self._pairs.clear()
 
     def half_open(self) -> None:
-        """From now on what the open connections carry is swallowed, their ends too, as behind a pulled cable."""
+        """From now on the open connections lose everything, their ends too, as behind a pulled cable."""
         for way in self._ways:
             way.dead = True
 
     async def _carry(self, client_reader: asyncio.StreamReader, client_writer: asyncio.StreamWriter) -> None:
-        try:
-            server_reader, server_writer = await asyncio.open_connection(*self.target)
-        except OSError:
-            client_writer.transport.abort()
-            return
-        pair = client_writer, server_writer
-        self._pairs.append(pair)
+        task = asyncio.current_task()
+        assert task
+        self._carrying.add(task)
+        task.add_done_callback(self._carrying.discard)
+        with contextlib.closing(client_writer):
+            try:
+                server_reader, server_writer = await asyncio.open_connection(*self.target)
+            except OSError:
+                client_writer.transport.abort()
+                return
+            pair = client_writer, server_writer
+            self._pairs.append(pair)
+            with contextlib.closing(server_writer):
+                await self._carry_both(client_reader, server_reader, pair)
+            if pair in self._pairs:
+                self._pairs.remove(pair)
+
+    async def _carry_both(
+        self, client_reader: asyncio.StreamReader, server_reader: asyncio.StreamReader, writers: _Writers
+    ) -> None:
+        client_writer, server_writer = writers
         ways = [
-            _Way(self.up, self._random, client_reader, server_writer),
-            _Way(self.down, self._random, server_reader, client_writer),
+            _Way(self.up, self._changed, self._random, client_reader, server_writer),
+            _Way(self.down, self._changed, self._random, server_reader, client_writer),
         ]
         self._ways.extend(ways)
-        tasks = [asyncio.create_task(way.carry()) for way in ways]
-        self._tasks.update(tasks)
-        await asyncio.gather(*tasks, return_exceptions=True)
-        self._tasks.difference_update(tasks)
-        if pair in self._pairs:
-            self._pairs.remove(pair)
-        for writer in pair:
-            writer.close()
+        await asyncio.gather(*(way.carry() for way in ways), return_exceptions=True)
+
+
+class _Change:
+    """Wakes all that wait when the faults have changed."""
+
+    def __init__(self) -> None:
+        self._event = asyncio.Event()
+
+    def notify(self) -> None:
+        self._event.set()
+        self._event = asyncio.Event()
+
+    async def wait(self, seconds: float | None) -> None:
+        """Wait for a change, at most for a time."""
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(seconds):
+                await self._event.wait()
 
 
 class _Way:
     """One direction of one connection."""
 
-    def __init__(self, faults: Faults, dice: random.Random, source: asyncio.StreamReader, target: asyncio.StreamWriter):
-        self._faults, self._dice, self._source, self._target = faults, dice, source, target
+    def __init__(
+        self,
+        faults: Faults,
+        changed: _Change,
+        random_source: random.Random,
+        source: asyncio.StreamReader,
+        target: asyncio.StreamWriter,
+    ):
+        self._faults, self._changed, self._random = faults, changed, random_source
+        self._source, self._target = source, target
         self._under_way: asyncio.Queue[tuple[float, bytes]] = asyncio.Queue()
         self.dead = False
 
@@ -133,7 +171,7 @@ class _Way:
         return self._under_way.qsize()
 
     async def carry(self) -> None:
-        """Pass on until the source ends; then let the other end know."""
+        """Pass on until the source ends; then end the target."""
         delivery = asyncio.create_task(self._deliver())
         try:
             while chunk := await self._source.read(CHUNK_BYTES):
@@ -147,8 +185,8 @@ class _Way:
         faults = self._faults
         size = faults.split or len(chunk) or 1
         for begin in range(0, max(len(chunk), 1), size):
-            late_s = faults.delay_s + self._dice.random() * faults.jitter_s
-            if self._dice.random() < faults.loss:
+            late_s = faults.delay_s + self._random.random() * faults.jitter_s
+            if self._random.random() < faults.loss:
                 late_s += faults.retransmit_s
             due_s = asyncio.get_running_loop().time() + late_s
             self._under_way.put_nowait((due_s, chunk[begin : begin + size]))
@@ -158,7 +196,7 @@ class _Way:
         while True:
             due_s, chunk = await self._under_way.get()
             await self._until(due_s)
-            if chunk and late is None and self._dice.random() < self._faults.reorder:
+            if chunk and late is None and self._random.random() < self._faults.reorder:
                 late = chunk
                 continue
             self._target.write(chunk + (late or b""))
@@ -169,7 +207,6 @@ class _Way:
             await self._target.drain()
 
     async def _until(self, due_s: float) -> None:
-        """Wait for the time, for the network to thaw, and for ever behind a pulled cable."""
+        """Wait for the time, while the network is held, and for ever behind a pulled cable."""
         while (wait_s := due_s - asyncio.get_running_loop().time()) > 0 or self._faults.held or self.dead:
-            # Faults come and go at any time, and a poll is fine enough for networks of milliseconds.
-            await asyncio.sleep(min(max(wait_s, 0.002), 0.02))
+            await self._changed.wait(wait_s if wait_s > 0 else None)

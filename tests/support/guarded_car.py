@@ -1,13 +1,12 @@
-"""A car in a process of its own that drives until it is told to end, or until somebody ends it; run by test_guard.py.
+"""A car in a process of its own that drives until it is told to end, or until it is killed; for test_motor_guard.py.
 
-``python -m support.guarded_car FILE [FAILSAFE_MS]``: its board appends to FILE what it is told, and when by the clock
-of all processes. It says ``drives`` once it does.
+``python -m support.guarded_car FILE [FAILSAFE_MS]``: its board appends each call to FILE, a line with the method. The
+process prints ``drives`` when the wheels turn, and obeys two lines on its standard input: ``end`` and ``fail``.
 """
 
 import asyncio
 import sys
 import threading
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,64 +20,62 @@ from motorcade.words.formats import DRIVE
 CLASSROOM = built_in_profile("classroom")
 MOVE = DRIVE.encode(angle=40, direction=1, speed=150)
 STILL = DRIVE.encode(angle=40, direction=1, speed=0)
+PERIOD_S = 0.04
 
 
 class FileBoard(DriveBoard):
-    """Wheels that go on as they were told last, whatever becomes of the process."""
+    """Wheels that keep their last setpoint, whatever becomes of the process."""
 
     def __init__(self, file: str) -> None:
         self._file = file
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
-        note(self._file, "apply")
+        record(self._file, "apply")
 
     def neutral(self) -> None:
-        note(self._file, "neutral")
+        record(self._file, "neutral")
 
     def rescue(self) -> tuple[str, tuple[str, ...]]:
         return "support.guarded_car:rescue", (self._file,)
 
 
-def note(file: str, told: str) -> None:
-    with Path(file).open("a", encoding="ascii") as notes:
-        notes.write(f"{told} {time.monotonic()}\n")
+def record(file: str, call: str) -> None:
+    with Path(file).open("a", encoding="ascii") as calls:
+        calls.write(f"{call}\n")
 
 
 def rescue(file: str) -> None:
-    """Called by the guard; as those of a process that has just died, the pins are free at the second try."""
+    """Called by the guard. The first try fails, as after the death of a process that still holds the pins."""
     tried_before = "try" in Path(file).read_text(encoding="ascii")
-    note(file, "try")
+    record(file, "try")
     if not tried_before:
         raise OSError("the pins are held")
-    note(file, "rescue")
+    record(file, "rescue")
 
 
-heard: list[str] = []
+def read_order(loop: asyncio.AbstractEventLoop, order: asyncio.Future[str]) -> None:
+    loop.call_soon_threadsafe(order.set_result, sys.stdin.readline().strip())
 
 
-def listen() -> None:
-    for line in sys.stdin:
-        heard.append(line.strip())
-
-
-async def drive_until_told(file: str, failsafe_ms: int) -> None:
+async def drive(file: str, failsafe_ms: int) -> None:
+    """Repeat a command every 40 ms, which a guard watches in real time, until a line comes."""
     limits = replace(CLASSROOM.drive, failsafe_ms=failsafe_ms)
-    drive = CarControl(FileBoard(file), monotonic_ms, replace(CLASSROOM, drive=limits))
-    threading.Thread(target=listen, daemon=True).start()
-    async with watched(drive):
-        seat = drive.join("test")
-        told = False
-        while "end" not in heard:
-            if "fail" in heard:
-                raise ZeroDivisionError
-            outcome = seat.command(MOVE)
-            if outcome == APPLIED and not told:
-                told = True
+    control = CarControl(FileBoard(file), monotonic_ms, replace(CLASSROOM, drive=limits))
+    loop = asyncio.get_running_loop()
+    order: asyncio.Future[str] = loop.create_future()
+    threading.Thread(target=read_order, args=(loop, order), daemon=True).start()
+    async with watched(control):
+        session, has_driven = control.join("test"), False
+        while not order.done():
+            if session.command(MOVE) != APPLIED:
+                session.command(STILL)
+            elif not has_driven:
+                has_driven = True
                 print("drives", flush=True)
-            elif outcome != APPLIED:
-                seat.command(STILL)
-            await asyncio.sleep(0.04)
+            await asyncio.wait([order], timeout=PERIOD_S)
+        if order.result() == "fail":
+            raise ZeroDivisionError
 
 
 if __name__ == "__main__":
-    asyncio.run(drive_until_told(sys.argv[1], int(sys.argv[2]) if sys.argv[2:] else CLASSROOM.drive.failsafe_ms))
+    asyncio.run(drive(sys.argv[1], int(sys.argv[2]) if sys.argv[2:] else CLASSROOM.drive.failsafe_ms))

@@ -2,7 +2,7 @@
 
 import asyncio
 import contextlib
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from typing import Any
 
 from motorcade.config.profile import Profile
@@ -11,6 +11,7 @@ from motorcade.drive.server import DriveServer, serving
 from motorcade.drive.session import CarControl
 from motorcade.timing import to_ticks
 from support.driven_car import CLASSROOM, NotedBoard
+from support.mock_clock import pass_time
 
 _BEAT_S = 0.01
 
@@ -31,7 +32,7 @@ class LoopCar:
         """Do what is due, again and again."""
         while True:
             self.control.beat()
-            await asyncio.sleep(_BEAT_S)
+            await pass_time(_BEAT_S)
 
 
 @contextlib.asynccontextmanager
@@ -46,13 +47,3 @@ async def loop_car(tls: Any = None, profile: Profile = CLASSROOM) -> AsyncIterat
         beating.cancel()
         await asyncio.gather(beating, return_exceptions=True)
         car.control.close()
-
-
-async def until(condition: Callable[[], Any], deadline_s: float = 60.0) -> Any:
-    """Wait until ``condition`` is true, by the loop's clock, or fail."""
-    loop = asyncio.get_running_loop()
-    end_s = loop.time() + deadline_s
-    while not (found := condition()):
-        assert loop.time() < end_s, "it never happened"
-        await asyncio.sleep(0.005)
-    return found

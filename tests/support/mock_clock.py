@@ -61,6 +61,12 @@ class _JumpingSelector(selectors.DefaultSelector):
         return events
 
 
+async def pass_time(seconds: float) -> None:
+    """Let so much time of the mock clock pass. It fails in a loop with the real clock, because no test sleeps."""
+    assert isinstance(asyncio.get_running_loop(), MockClockLoop), "this loop has the real clock"
+    await asyncio.sleep(seconds)
+
+
 def mock_clock(test):
     """Run an ``async def`` test in a loop with a mock clock."""
 

@@ -1,4 +1,4 @@
-"""Drivers who wish the same again and again, as a program does that works; directly, or through bad networks."""
+"""Drivers that repeat one command, as a working program does, by a mock clock; directly or through bad networks."""
 
 import asyncio
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
@@ -6,6 +6,7 @@ from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from motorcade.drive.client import DriveClient
 from motorcade.drive.connection import CarError
 from support.fault_proxy import FaultProxy
+from support.mock_clock import pass_time
 
 HALF = 0.5
 
@@ -15,18 +16,18 @@ def client(served, **options):
 
 
 async def keep(driver, throttle=HALF, steering=0.0):
-    """Wish the same for ever, as a program does that works; whatever happens to the connection."""
+    """Repeat one command for ever, whatever happens to the connection."""
     while True:
         with suppress(CarError):
             await driver.drive(throttle, steering)
-        await asyncio.sleep(0.05)
+        await pass_time(0.05)
 
 
 async def drive_on(driver):
-    """Wish the same until that is an error."""
+    """Repeat one command until that is an error."""
     while True:
         await driver.drive(HALF)
-        await asyncio.sleep(0.05)
+        await pass_time(0.05)
 
 
 async def come_and_drive(driver):
@@ -35,8 +36,8 @@ async def come_and_drive(driver):
 
 
 @asynccontextmanager
-async def wishing(driver, *wish):
-    task = asyncio.create_task(keep(driver, *wish))
+async def driving(driver, *axes):
+    task = asyncio.create_task(keep(driver, *axes))
     try:
         yield
     finally:

@@ -4,11 +4,9 @@ import contextlib
 import sys
 from collections import Counter
 from random import Random
-from types import SimpleNamespace
 
 import pytest
 from hypothesis import settings
-from serial.urlhandler import protocol_socket
 
 from motorcade.boards.computer import ImageStore, simulated_car
 from motorcade.boards.lines import PseudoTerminal, TcpPort
@@ -21,6 +19,7 @@ from motorcade.words import upload
 from motorcade.words.image import Image, image_words, words_to_bytes
 from motorcade.words.upload import VERIFIED
 from support.faulty_line import Faults, RealCar, Way, talk_through
+from support.socket_lines import without_pauses
 from support.strategies import CLASSROOM
 
 # 10,000; ten times as many in `make soak`.
@@ -111,7 +110,7 @@ def test_the_same_holds_on_real_lines_in_real_time(kind, tmp_path, monkeypatch):
     monkeypatch.setattr(talk, "SETTLE_MS", 60)
     monkeypatch.setattr(upload, "ANSWER_WITHIN_MS", 150)
     monkeypatch.setattr(asking, "ANSWER_WITHIN_MS", 150)
-    monkeypatch.setattr(protocol_socket, "time", SimpleNamespace(sleep=lambda seconds: None))
+    without_pauses(monkeypatch)
     store, said = ImageStore(tmp_path / "car.image"), Counter()
     for seed in range(UPLOADS_OF_A_LINE):
         random = Random(seed)

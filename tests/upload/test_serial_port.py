@@ -4,13 +4,10 @@ import contextlib
 import gc
 import os
 import sys
-import time
 from functools import partial
-from types import SimpleNamespace
 
 import pytest
 import serial
-from serial.urlhandler import protocol_socket
 
 from motorcade.boards.computer import ImageStore, simulated_car
 from motorcade.boards.lines import PseudoTerminal, TcpPort
@@ -33,6 +30,7 @@ from motorcade.words.check import CHECK_BYTES, read_check
 from motorcade.words.upload import READBACK_REQUEST
 from support.driven_car import deaf_port
 from support.played_car import IMAGE, PlayedCar
+from support.socket_lines import without_pauses
 
 CLASSROOM = built_in_profile("classroom")
 OK = b"OK words=2 crc32=fcf9a423\n"
@@ -48,7 +46,7 @@ every_line = pytest.mark.parametrize("kind", [PTY, "tcp"])
 def no_pauses(monkeypatch):
     """Before it sends, the uploader lets the line settle; pyserial rests a while after each socket that it closes."""
     monkeypatch.setattr(talk, "SETTLE_MS", 0)
-    monkeypatch.setattr(protocol_socket, "time", SimpleNamespace(sleep=lambda seconds: None))
+    without_pauses(monkeypatch)
 
 
 @pytest.fixture
@@ -256,25 +254,6 @@ def test_a_line_that_takes_no_bytes(car, monkeypatch):
         while os.write(car.client, bytes(1024)):
             pass
     assert "takes no more bytes" in refused(NO_ANSWER, upload, car.port)
-
-
-@pytest.mark.parametrize("kind", [PTY])
-def test_the_answer_is_awaited_as_long_as_a_slow_line_carries_bytes(car, monkeypatch):
-    """A pseudo-terminal takes all bytes at once, and the car behind it gets 960 a second."""
-    image = bytes.fromhex("FF000000" + "64800000" * 255)
-    monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 900)
-
-    def script():
-        car.get_ready()
-        due_s = time.monotonic()
-        for at in range(0, len(image), 4):
-            assert car.receive(4) == image[at : at + 4]
-            due_s += 4 / 960
-            time.sleep(max(due_s - time.monotonic(), 0))
-        car.send(protocol.ok_line(image))
-
-    car.play(script)
-    assert serial_port.upload(car.port, image, 9600).startswith("OK words=256")
 
 
 @pytest.mark.parametrize("port", ["/dev/there-is-none", "COM321", "socket://127.0.0.1:{free}", "pigeon://home", ""])

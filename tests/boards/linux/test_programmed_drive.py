@@ -1,10 +1,9 @@
 """A car with a Raspberry Pi that is driven and runs its own image: who has the wheels, and what goes on."""
 
+import math
 import os
 import sys
 import threading
-import time
-from collections import deque
 
 import pytest
 
@@ -34,9 +33,10 @@ from support.mock_pi import (
     shown,
     wheels,
 )
+from support.paced_line import PacedLine
 from support.strategies import CLASSROOM
+from support.waiting import DEADLINE_S
 
-DEADLINE_S = 60
 DUTIES = "[duties]\ndrive = [0, 51, 102, 255]\nturn = [0, 17, 34, 85]\n"
 BENDS_LEFT = DRIVE.encode(angle=135, direction=1, speed=200)
 STILL = DRIVE.encode(angle=90, direction=1, speed=0)
@@ -52,50 +52,13 @@ TURNING_LEFT, DRIVEN_LEFT = ((0, 255, 17), (255, 0, 17)), ((255, 0, 100), (255, 
 ONE_LIT, THREE_LIT = (0, 255, 0, 0), (0, 0, 0, 255)
 
 
-class Line:
-    """A line for uploads, by which a test also makes the car's thread go on, hang or die."""
-
-    def __init__(self) -> None:
-        self.sent: deque[bytes] = deque()
-        self.answered = b""
-        self.ticks = 0
-        self.problem: Exception | None = None
-        self.may_go, self.hangs = threading.Event(), threading.Event()
-        self.may_go.set()
-
-    def wait(self, seconds: float) -> None:
-        if not self.may_go.is_set():
-            self.hangs.set()
-            assert self.may_go.wait(DEADLINE_S)
-        if self.problem:
-            raise self.problem
-        self.ticks += 1
-        time.sleep(seconds / 4)
-
-    def read(self) -> bytes:
-        return self.sent.popleft() if self.sent else b""
-
-    def write(self, data: bytes) -> None:
-        self.answered += data
-
-    def close(self) -> None:
-        """There is nothing to close."""
-
-
-def until(condition):
-    end_s = time.monotonic() + DEADLINE_S
-    while not condition():
-        assert time.monotonic() < end_s, "it never happened"
-        time.sleep(0.001)
-
-
 class Car:
     """A car, its ``control``, and the ``session`` of a driver."""
 
     def __init__(self, clock, pins, text, image, is_leader, watchdog=None) -> None:
-        self.line, self.sender, self.stored, self.events = Line(), Sender(clock), [], []
-        self.saves_slowly = threading.Event()
-        self.saves_slowly.set()
+        self.line, self.sender, self.stored, self.events = PacedLine(), Sender(clock), [], []
+        self.saving, self.may_save = threading.Event(), threading.Event()
+        self.may_save.set()
         self._clock = clock
         # In the middle of a millisecond, so that rounding errors of sums don't matter.
         clock.now_s += 0.0005
@@ -111,22 +74,23 @@ class Car:
         )
         wiring = parse_pins(HEAD + text, "test.toml")
         self.board = ProgrammedDrive(equipment, wiring, CLASSROOM, pins, self.sender, watchdog)
+        self.thread = next(each for each in threading.enumerate() if each.name == "car program")
         self.control = CarControl(self.board, lambda: int(clock() * 1000) & TICKS_MASK, CLASSROOM)
         self.session = self.control.join("ada")
         self.go_on()
 
     def _save(self, data: bytes) -> None:
-        assert self.saves_slowly.wait(DEADLINE_S)
+        self.saving.set()
+        assert self.may_save.wait(DEADLINE_S)
         self.stored.append(data)
 
     def go_on(self, milliseconds: int = 0) -> None:
-        """Let time pass, and wait until the car's thread has ticked."""
+        """Let time pass, and the car's thread tick at least every 50 ms."""
         while milliseconds >= 0:
             step_ms = min(milliseconds, 50)
             self._clock.now_s += step_ms / 1000
             milliseconds -= step_ms or 1
-            seen = self.line.ticks
-            until(lambda seen=seen: self.line.ticks > seen + 1)
+            self.line.tick()
 
     @property
     def state(self) -> str:
@@ -144,8 +108,8 @@ def made(clock, pins):
 
     yield make
     for car in cars:
-        car.line.may_go.set()
-        car.saves_slowly.set()
+        car.line.allow(math.inf)
+        car.may_save.set()
         car.control.close()
 
 
@@ -259,7 +223,8 @@ def test_an_upload_while_somebody_drives_is_stored_and_does_not_move_the_wheels(
         car.session.resume_program()
     car.session.command(BENDS_LEFT)
     car.line.sent.append(TURNS_LEFT)
-    until(lambda: car.line.answered == ok_line(TURNS_LEFT))
+    car.go_on()
+    assert car.line.answered == ok_line(TURNS_LEFT)
     assert car.stored == [TURNS_LEFT]
     assert wheels(pins) == DRIVEN_LEFT
     assert car.board.has_program
@@ -272,22 +237,25 @@ def test_a_leader_without_states_has_no_program(made):
     car = made(image=TURNS_LEFT)
     assert car.board.has_program
     car.line.sent.append(bytes.fromhex("00010100 A4800000"))
-    until(lambda: car.line.answered)
+    car.go_on()
+    assert car.line.answered
     assert not car.board.has_program
 
 
 def test_a_programmed_car_stands_still_while_its_image_is_stored(made, pins):
     car = made()
     car.session.resume_program()
-    car.saves_slowly.clear()
+    car.may_save.clear()
     car.line.sent.append(TURNS_LEFT)
-    until(lambda: wheels(pins) == ALL_STILL)
+    car.line.allow(1)
+    assert car.saving.wait(DEADLINE_S)
+    assert wheels(pins) == ALL_STILL
     car._clock.now_s += 5
     car.control.tick()
     assert car.state == "program"
-    car.saves_slowly.set()
-    until(lambda: wheels(pins) == TURNING_LEFT)
+    car.may_save.set()
     car.go_on()
+    assert wheels(pins) == TURNING_LEFT
     car.control.tick()
     assert (car.state, wheels(pins)) == ("program", TURNING_LEFT)
 
@@ -298,8 +266,6 @@ def test_a_programmed_car_stands_still_while_its_image_is_stored(made, pins):
 def test_wheels_stop_within_the_watchdogs_time_where_the_program_hangs(made, pins):
     car = made()
     car.session.resume_program()
-    car.line.may_go.clear()
-    assert car.line.hangs.wait(DEADLINE_S)
     # A check every 50 ms: what is 149 ms old at one check is less than 200 ms old at the next.
     car._clock.now_s += 0.149
     car.control.tick()
@@ -310,7 +276,6 @@ def test_wheels_stop_within_the_watchdogs_time_where_the_program_hangs(made, pin
     assert "stuck for 199 ms" in car.control.telemetry().last_fault
     car.session.resume_program()
     assert (car.state, wheels(pins)) == ("failsafe", ALL_STILL)
-    car.line.may_go.set()
     car.go_on()
     car.session.resume_program()
     assert (car.state, wheels(pins)) == ("program", STRAIGHT)
@@ -320,11 +285,13 @@ def test_wheels_stop_where_the_program_dies_and_the_driver_drives_on(made, pins)
     car = made()
     car.session.resume_program()
     car.line.problem = ZeroDivisionError("one by none")
-    until(lambda: wheels(pins) == ALL_STILL)
+    car.line.allow(1)
+    car.thread.join(DEADLINE_S)
+    assert wheels(pins) == ALL_STILL
     car.control.tick()
     assert car.state == "failsafe"
     assert "ended by ZeroDivisionError: one by none; serve the car anew" in car.control.telemetry().last_fault
-    until(lambda: car.events[-1][0] == "fault")
+    assert car.events[-1][0] == "fault"
     car.session.command(STILL)
     car.session.command(BENDS_LEFT)
     assert wheels(pins) == DRIVEN_LEFT
@@ -341,8 +308,8 @@ def test_a_part_that_fails_stops_the_programs_wheels_until_it_works_again(made, 
 
     with monkeypatch.context() as broken:
         broken.setattr(car.board._board, "set_led", fail)
-        car._clock.now_s += 2
-        until(lambda: wheels(pins) == ALL_STILL)
+        car.go_on(2000)
+        assert wheels(pins) == ALL_STILL
         car.control.tick()
         assert (car.state, car.control.telemetry().last_fault) == ("failsafe", "the LEDs are out")
     car.go_on()
@@ -380,7 +347,7 @@ def test_a_closed_car_is_in_neutral_and_has_released_its_hardware(made, pins, tm
     released = [pins.pin(number) for number in (*LEFT_MOTOR, *RIGHT_MOTOR, *LEDS_AT)]
     car.session.resume_program()
     car.control.beat()
-    thread = next(each for each in threading.enumerate() if each.name == "car program")
+    car.line.allow(math.inf)
     car.control.close()
     car.control.close = lambda: None
     assert os.read(reader, 100) == b"\0V"
@@ -388,7 +355,7 @@ def test_a_closed_car_is_in_neutral_and_has_released_its_hardware(made, pins, tm
     assert [(pin.state, pin.function) for pin in released] == [(0, "input")] * 10
     assert pins.pins == {}
     assert car.sender.closed
-    assert not thread.is_alive()
+    assert not car.thread.is_alive()
 
 
 def test_a_pin_file_without_wheels_is_refused(made):

@@ -12,8 +12,9 @@ from motorcade.drive.input.deadman import QUIT, Reading
 from motorcade.drive.input.gamepad import Gamepad
 from motorcade.drive.input.local import reading_input
 from motorcade.errors import MotorcadeError
-from support.driven_car import PATIENT, STEADY, DrivenCar, until
+from support.driven_car import PATIENT, STEADY, DrivenCar
 from support.virtual_pad import LEFT_X, LEFT_Y, RIGHT_BUTTON, START, UP, VirtualPad
+from support.waiting import until
 
 BY_PAD, BY_NETWORK, STANDING = (180, 1, 255), (0, 0, 128), (90, 1, 0)
 
@@ -43,13 +44,13 @@ def pad():
 
 @asynccontextmanager
 async def pushed_by_network(car):
-    """Somebody on the network, who wants full right and half back all the time."""
+    """A driver on the network, who commands full right and half back all the time."""
     async with DriveClient("127.0.0.1", car.port, telemetry_port=car.telemetry_port) as client:
 
         async def push():
             while True:
                 await client.drive(-0.5, 1)
-                await asyncio.sleep(0.05)
+                await client.next_telemetry()
 
         pushing = asyncio.ensure_future(push())
         yield
@@ -64,10 +65,10 @@ def ignored():
 
 def test_a_pushed_pad_drives_and_a_released_pad_leaves_the_car_to_the_network(car, pad):
     async def scene():
-        said = []
-        async with reading_input(car.control, Gamepad(), said.append, ignored):
+        reports = []
+        async with reading_input(car.control, Gamepad(), reports.append, ignored):
             pad.plug()
-            await until(lambda: said)
+            await until(lambda: reports)
             async with pushed_by_network(car):
                 await until(lambda: car.board.setpoint == BY_NETWORK)
                 pad.push(LEFT_Y, UP)
@@ -77,17 +78,17 @@ def test_a_pushed_pad_drives_and_a_released_pad_leaves_the_car_to_the_network(ca
                 pad.rest()
                 await until(lambda: car.board.setpoint == STANDING)
                 await until(lambda: car.board.setpoint == BY_NETWORK)
-        assert "is connected" in str(said[0])
+        assert "is connected" in str(reports[0])
 
     asyncio.run(scene())
 
 
 def test_a_pad_that_is_pulled_out_while_it_drives_leaves_a_car_that_stands_and_may_come_again(car, pad):
     async def scene():
-        said = []
-        async with reading_input(car.control, Gamepad(), said.append, ignored):
+        reports = []
+        async with reading_input(car.control, Gamepad(), reports.append, ignored):
             pad.plug((LEFT_Y, UP))
-            await until(lambda: len(said) == 1)
+            await until(lambda: len(reports) == 1)
             pad.rest()
             # So that it has been seen at rest, which nothing else tells.
             pad.hold(RIGHT_BUTTON)
@@ -97,15 +98,15 @@ def test_a_pad_that_is_pulled_out_while_it_drives_leaves_a_car_that_stands_and_m
             pad.push(LEFT_Y, UP)
             await until(lambda: car.board.moves)
             pad.unplug()
-            await until(lambda: len(said) == 2)
+            await until(lambda: len(reports) == 2)
             assert not car.board.moves
             count = len(car.board.notes)
             pad.plug((LEFT_Y, UP))
-            await until(lambda: len(said) == 3)
+            await until(lambda: len(reports) == 3)
             pad.hold(RIGHT_BUTTON)
             await until(lambda: car.control.telemetry().state == "stopped")
         assert not any(setpoint[2] for _, setpoint in car.board.notes[count:])
-        assert [str(sentence).split(":")[0] for sentence in said] == [
+        assert [str(sentence).split(":")[0] for sentence in reports] == [
             "Pad of the tests is connected",
             "Pad of the tests is gone",
             "Pad of the tests is connected",
@@ -161,13 +162,13 @@ async def driving(car, source):
 
 def test_a_device_that_cannot_be_read_any_more_stops_the_car_and_is_reported(car):
     async def scene():
-        said, source = [], Source()
-        async with reading_input(car.control, opened(source), said.append, ignored):
+        reports, source = [], Source()
+        async with reading_input(car.control, opened(source), reports.append, ignored):
             await driving(car, source)
             source.reading = OSError("the cable broke")
             await until(lambda: not car.board.moves)
-            await until(lambda: len(said) == 2)
-        assert str(said[1]) == "the stick at the car can't be read any more: the cable broke"
+            await until(lambda: len(reports) == 2)
+        assert str(reports[1]) == "the stick at the car can't be read any more: the cable broke"
         assert car.control.telemetry().driver is None
 
     asyncio.run(scene())

@@ -1,10 +1,9 @@
-"""The wheels of a car whose process is killed or frozen: another process stops them."""
+"""The wheels of a car whose process is killed or frozen: another process stops them, in real time."""
 
 import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,16 +12,16 @@ import psutil
 import pytest
 
 from motorcade.drive.safety.motor_guard import MotorGuard
+from support.waiting import DEADLINE_S, wait_until
 
 TESTS = Path(__file__).parents[2]
-DEADLINE_S = 60
-# A guard takes a process that a busy machine lets wait for so long for a frozen one.
+# A guard takes a process that is silent for so long for a frozen one, also where only the machine is busy.
 QUICK_MS, PATIENT_MS = 1000, 30_000
 
 
 @contextmanager
 def driving(file: Path, failsafe_ms: int = PATIENT_MS) -> Iterator[subprocess.Popen]:
-    """A process whose car drives, and notes what its wheels are told in ``file``."""
+    """A process whose car drives, and records the calls of its board in ``file``."""
     command = [sys.executable, "-m", "support.guarded_car", str(file), str(failsafe_ms)]
     path = os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])
     environment = {**os.environ, "PYTHONPATH": path}
@@ -42,25 +41,20 @@ def driving(file: Path, failsafe_ms: int = PATIENT_MS) -> Iterator[subprocess.Po
             process.kill()
 
 
-def last_told(file: Path) -> str:
-    return file.read_text(encoding="ascii").splitlines()[-1].split()[0]
+def calls(file: Path) -> list[str]:
+    return file.read_text(encoding="ascii").split()
 
 
-def wait_for_rescue(file: Path) -> None:
-    end_s = time.monotonic() + DEADLINE_S
-    while last_told(file) != "rescue":
-        assert time.monotonic() < end_s, "nobody stopped the wheels"
-        time.sleep(0.01)
+def wait_for_last(file: Path, call: str) -> None:
+    wait_until(lambda: calls(file)[-1] == call)
 
 
 def freeze_while_it_drives(process: subprocess.Popen, file: Path) -> None:
-    """As Ctrl-Z does, with all of its group. A busy machine's car may stand still at any moment, and is let go on."""
-    end_s = time.monotonic() + DEADLINE_S
+    """Do what Ctrl-Z does, with the whole group. On a busy machine the car may stand still just then; try again."""
     os.killpg(process.pid, signal.SIGSTOP)
-    while last_told(file) != "apply":
-        assert time.monotonic() < end_s, "it never drove"
+    while calls(file)[-1] != "apply":
         os.killpg(process.pid, signal.SIGCONT)
-        time.sleep(0.05)
+        wait_for_last(file, "apply")
         os.killpg(process.pid, signal.SIGSTOP)
 
 
@@ -69,7 +63,7 @@ def test_killing_the_process_stops_the_wheels(tmp_path: Path) -> None:
     with driving(file) as process:
         process.kill()
         process.wait(DEADLINE_S)
-        wait_for_rescue(file)
+        wait_for_last(file, "rescue")
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="only POSIX freezes a process")
@@ -78,7 +72,7 @@ def test_a_frozen_process_is_killed_and_its_wheels_are_stopped(tmp_path: Path) -
     with driving(file, QUICK_MS) as process:
         freeze_while_it_drives(process, file)
         assert process.wait(DEADLINE_S) == -signal.SIGKILL
-        wait_for_rescue(file)
+        wait_for_last(file, "rescue")
 
 
 def test_a_process_that_ends_by_itself_needs_no_rescue(tmp_path: Path) -> None:
@@ -86,8 +80,8 @@ def test_a_process_that_ends_by_itself_needs_no_rescue(tmp_path: Path) -> None:
     with driving(file) as process:
         process.communicate("end\n", DEADLINE_S)
         assert process.returncode == 0
-        assert last_told(file) == "neutral"
-        assert "try" not in file.read_text(encoding="ascii")
+        assert calls(file)[-1] == "neutral"
+        assert "try" not in calls(file)
 
 
 def test_a_process_that_ends_by_an_exception_leaves_the_wheels_still(tmp_path: Path) -> None:
@@ -95,7 +89,7 @@ def test_a_process_that_ends_by_an_exception_leaves_the_wheels_still(tmp_path: P
     with driving(file) as process:
         process.communicate("fail\n", DEADLINE_S)
         assert process.returncode == 1
-        assert last_told(file) == "neutral"
+        assert calls(file)[-1] == "neutral"
 
 
 def test_wheels_without_their_guard_stand_still(tmp_path: Path) -> None:
@@ -107,23 +101,20 @@ def test_wheels_without_their_guard_stand_still(tmp_path: Path) -> None:
             if "motorcade.drive.safety.motor_guard" in child.cmdline()
         )
         guard.kill()
-        end_s = time.monotonic() + DEADLINE_S
-        while last_told(file) != "neutral":
-            assert time.monotonic() < end_s, "the wheels go on without a guard"
-            time.sleep(0.01)
-        length = len(file.read_text(encoding="ascii"))
+        wait_for_last(file, "neutral")
+        count = len(calls(file))
         process.communicate("end\n", DEADLINE_S)
-        assert "apply" not in file.read_text(encoding="ascii")[length:]
+        assert "apply" not in calls(file)[count:]
 
 
-def beat_on(guard: MotorGuard) -> None:
-    """More often than any pipe can hold."""
+def beat_often(guard: MotorGuard) -> None:
+    """Send more signs of life than a pipe can hold."""
     for _ in range(1 << 21):
         guard.beat(False)
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="only POSIX freezes a process")
-def test_a_guard_that_hangs_is_as_good_as_gone() -> None:
+def test_a_guard_that_hangs_counts_as_gone() -> None:
     guard = MotorGuard(("json:dumps", ("",)), 300)
     process = next(
         each for each in psutil.Process().children() if "motorcade.drive.safety.motor_guard" in each.cmdline()
@@ -131,7 +122,7 @@ def test_a_guard_that_hangs_is_as_good_as_gone() -> None:
     process.suspend()
     try:
         with pytest.raises(OSError, match="is gone"):
-            beat_on(guard)
+            beat_often(guard)
     finally:
         process.kill()
         guard.dismiss()

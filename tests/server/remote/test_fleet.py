@@ -19,10 +19,12 @@ from motorcade.server.remote.app import make_remote
 from motorcade.server.remote.fleet import RemoteCar, RemoteCars, is_name
 from motorcade.server.request_filter import ServerSettings
 from motorcade.timing import monotonic_ms
-from support.driven_car import NEUTRAL, PATIENT, DrivenCar, wait_until
+from support.driven_car import NEUTRAL, PATIENT, DrivenCar
 from support.fault_proxy import FaultProxy
+from support.mock_clock import mock_clock
 from support.picture_server import picture_server
 from support.remote_page import RemotePage
+from support.waiting import until, wait_until
 
 HERE = "127.0.0.1:7700"
 FULL = (90, 1, 255)
@@ -141,9 +143,10 @@ def test_one_stick_drives_several_cars_and_they_stop_when_the_page_leaves(pages,
 def test_a_car_stops_without_new_commands_while_connected(pages, ada):
     with pages("ada") as page:
         page.push("ada")
+        wait_until(lambda: ada.board.was_told(FULL))
         # By its client: the car itself would wait for nine seconds.
+        wait_until(lambda: ada.board.setpoint == NEUTRAL)
         page.car("ada", lambda car: car["state"] == "standing")
-        assert ada.board.setpoint == NEUTRAL
         assert ada.control.telemetry().failsafes == 0
 
 
@@ -302,7 +305,6 @@ def test_at_most_nine_pages_connect_to_a_car(nowhere):
         controls.append(await cars.connect("ada", "one more"))
         for control in controls:
             control.leave()
-        await asyncio.sleep(0)
         return full.value.sentence("zh")
 
     assert asyncio.run(come()) == DriveError("full", sessions=9).sentence("zh")
@@ -315,17 +317,12 @@ def test_a_name_is_a_word_and_not_a_number(text, good):
     assert is_name(text) == good
 
 
-def test_a_client_has_the_reason_why_there_is_no_car(nowhere):
-    async def look():
-        client = DriveClient("127.0.0.1", nowhere)
-        client.begin()
-        try:
-            assert client.problem is None
-            while client.problem is None:
-                await asyncio.sleep(0.01)
-            client.steer(1, 0)
-            return client.problem.code
-        finally:
-            await client.end()
-
-    assert asyncio.run(look()) == "no-car-there"
+@mock_clock
+async def test_a_client_has_the_reason_why_there_is_no_car(nowhere):
+    client = DriveClient("127.0.0.1", nowhere)
+    client.begin()
+    assert client.problem is None
+    await until(lambda: client.problem)
+    client.steer(1, 0)
+    assert client.problem.code == "no-car-there"
+    await client.end()

@@ -3,7 +3,6 @@
 import asyncio
 import io
 import json
-import threading
 from contextlib import contextmanager
 
 import pytest
@@ -266,7 +265,7 @@ def test_a_page_that_sends_too_fast_is_disconnected(visit):
 def test_the_camera_sends_pictures_one_after_the_other(visit):
     """Read the first parts of an endless answer."""
     rig = visit(camera=lambda: Camera(Dots(), rate_hz=200))
-    seen, enough = [], threading.Event()
+    seen, enough = [], asyncio.Event()
 
     async def send(message):
         seen.append(message)
@@ -278,8 +277,7 @@ def test_the_camera_sends_pictures_one_after_the_other(visit):
     scope |= {"http_version": "1.1", "scheme": "http", "client": ("127.0.0.1", 1), "root_path": "", "asgi": {}}
 
     async def receive():
-        while not enough.is_set():
-            await asyncio.sleep(0.001)
+        await enough.wait()
         return {"type": "http.disconnect"}
 
     rig.client.portal.call(rig.client.app, scope, receive, send)

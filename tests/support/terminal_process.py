@@ -1,4 +1,4 @@
-"""Someone at a terminal in which the command line runs; POSIX alone has such terminals for tests."""
+"""The command line in a pseudo-terminal, with a user at it; only POSIX has pseudo-terminals."""
 
 import contextlib
 import os
@@ -11,29 +11,30 @@ from support.command_line import INSTALLED
 
 # A simulated car's world may have to be compiled first.
 DEADLINE_S = 180
-# Longer than a key counts as held, and a wish as fresh.
-LET_GO_S = 0.7
+HELD_S = 4.0
+# Longer than a key counts as held, and a command as new.
+RELEASED_S = 0.7
 KITTY_QUERY, WHERE_QUERY = b"\x1b[?u", b"\x1b[6n"
 
 
-class ControlSession:
-    """Someone at a terminal."""
+class TerminalProcess:
+    """A user at a terminal in which ``process`` runs."""
 
     def __init__(self, handle):
         self.handle = handle
         self.seen = b""
         self.answers_kitty = False
 
-    def look(self, text):
-        """Wait until the terminal shows it."""
+    def wait_for(self, text):
+        """Wait until the terminal shows the text."""
         end_s = time.monotonic() + DEADLINE_S
         while text not in re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", self.seen.decode("utf-8", "ignore")):
             assert time.monotonic() < end_s, f"never shown: {text}; but {self.seen[-600:]!r}"
-            assert self.process.poll() is None or self.glance(), self.seen[-600:]
-            self.glance()
+            assert self.process.poll() is None or self.read(), self.seen[-600:]
+            self.read()
 
-    def glance(self):
-        """Read what has been written, and answer as a terminal does: whether there was anything."""
+    def read(self):
+        """Read what the process wrote, and answer as a terminal does. Returns whether there was anything."""
         if not select.select([self.handle], [], [], 0.05)[0]:
             return False
         try:
@@ -51,34 +52,30 @@ class ControlSession:
         os.write(self.handle, keys)
 
     def hold(self, key, condition):
-        """Hold a key, which repeats, until something is so."""
-        end_s = time.monotonic() + DEADLINE_S
-        while not condition():
-            assert time.monotonic() < end_s, "it never happened"
-            self.type(key)
-            self.glance()
+        """Hold a key, which repeats, until a condition holds.
 
-    def press_anew(self, key, condition):
-        """Press a key and let go of it for a while, again and again, until something is so."""
+        The key is released now and then: a car whose connection broke on a busy machine waits for that.
+        """
         end_s = time.monotonic() + DEADLINE_S
         while not condition():
             assert time.monotonic() < end_s, "it never happened"
-            for keys in (key * 3, b""):
-                self.type(keys)
-                rested_s = time.monotonic() + LET_GO_S
-                while time.monotonic() < rested_s and not condition():
-                    self.glance()
+            for keys, seconds in ((key, HELD_S), (b"", RELEASED_S)):
+                end_of_phase_s = time.monotonic() + seconds
+                while time.monotonic() < end_of_phase_s and not condition():
+                    self.type(keys)
+                    self.read()
 
     def wait(self, condition):
+        """Wait until a condition holds."""
         end_s = time.monotonic() + DEADLINE_S
         while not condition():
             assert time.monotonic() < end_s, "it never happened"
-            self.glance()
+            self.read()
 
 
 @contextlib.contextmanager
-def seated(*arguments, answers_kitty=False, program=(INSTALLED,)):
-    """Someone at a terminal in which the command runs."""
+def terminal(*arguments, answers_kitty=False, program=(INSTALLED,)):
+    """Run the command in a terminal while the block runs."""
     import pty
 
     ours, theirs = pty.openpty()
@@ -86,11 +83,11 @@ def seated(*arguments, answers_kitty=False, program=(INSTALLED,)):
     command = [*program, *map(str, arguments)]
     process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment, close_fds=True)
     os.close(theirs)
-    seat = ControlSession(ours)
-    seat.answers_kitty = answers_kitty
-    seat.process = process
+    user = TerminalProcess(ours)
+    user.answers_kitty = answers_kitty
+    user.process = process
     try:
-        yield seat
+        yield user
     finally:
         process.kill()
         process.wait()
