@@ -239,7 +239,7 @@ class Pair:
         elif memory[brain.RELAY]:
             record.count("relay " + RELAY_STATES[memory[brain.RELAY]])
         if memory[brain.TAG]:
-            record.count("tag forgotten" if memory[brain.TAG] == brain.FORGOTTEN else "tagged")
+            record.count("tag forgotten" if memory[brain.TAG] >= brain.FORGOTTEN else "tagged")
 
 
 def step_ticks(random, record):

@@ -235,7 +235,8 @@ def _hears_tagged(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -
         s[LOST_CHECK] = s[LOST_CHECK] + 1
         return BAD_CHECK
     tag = tag_of(frame)
-    if s[TAG] == 0 or s[TAG] == FORGOTTEN or tag_is_newer(tag, s[TAG]):
+    held = s[TAG] & 63
+    if held == 0 or tag_is_newer(tag, held) or (s[TAG] >= FORGOTTEN and tag != held):
         _replace(s, frame & _WORD_MASK, now, levels)
         s[TAG] = tag
         s[INTERVAL] = 0

@@ -17,9 +17,6 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.words.infrared import air_us
 
 _MOST = (1 << 20) - 1
-_FORGET_MS = 10_000
-# The word of a slot is begun again by a car that forgets its tag within the slot.
-_BEYOND_DWELL_MS = 2000
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,10 +28,10 @@ class Infrared:
     gap_ms: int
     relay_period_ms: int
     sense_ms: int
-    first_interval_ms: int = 150
-    last_interval_ms: int = 2400
+    first_interval_ms: int = 110
+    last_interval_ms: int = 3520
     redundancy: int = 2
-    forget_ms: int = _FORGET_MS
+    forget_ms: int = 10_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,8 +176,6 @@ def profile_from_dict(document: Any, name: str) -> Profile:
         if list(levels) != sorted(set(levels)):
             raise MotorcadeError("levels-not-rising", file=file, key=key, value=values[key])
         values[key] = levels
-    if "forget_ms" not in document["infrared"]:
-        values["infrared"]["forget_ms"] = max(_FORGET_MS, values["dwell_ms"][-1] + _BEYOND_DWELL_MS)
     profile = Profile(name=name, **{**values, **{key: kind(**values[key]) for key, kind in TABLES.items()}})
     _check_times(profile, file)
     return profile
@@ -195,9 +190,6 @@ def _check_times(profile: Profile, file: Phrase) -> None:
     if not 1 < infrared.first_interval_ms <= infrared.last_interval_ms:
         times = {key: getattr(infrared, key) for key in ("first_interval_ms", "last_interval_ms")}
         raise MotorcadeError("intervals-not-rising", file=file, **times)
-    if infrared.forget_ms <= profile.dwell_ms[-1]:
-        times = {"forget_ms": infrared.forget_ms, "dwell_ms": profile.dwell_ms[-1]}
-        raise MotorcadeError("forget-time-too-short", file=file, **times)
     if not drive.watchdog_ms < drive.failsafe_ms < drive.hand_over_ms:
         times = {key: getattr(drive, key) for key in ("watchdog_ms", "failsafe_ms", "hand_over_ms")}
         raise MotorcadeError("drive-times-not-rising", file=file, **times)
