@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
+from rich.console import Console, Group
 from rich.table import Table
 
 from motorcade.cli.console import print_diagnostics, words_table
@@ -16,6 +16,10 @@ from motorcade.mats import Mat
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
 from motorcade.runs.running import Run, simulate
+from motorcade.runs.slots import Slot
+
+# Slots in a table; --json lists all.
+_MOST_SLOTS = 20
 
 
 def cars_table(run: Run) -> Table:
@@ -46,6 +50,11 @@ def cars_table(run: Run) -> Table:
     return table
 
 
+def run_tables(run: Run) -> Group:
+    """Make the tables of a run: what each car did, then how the words spread."""
+    return Group(cars_table(run), *([slots_table(run)] if run.slots else []))
+
+
 def run_as_dict(run: Run) -> dict[str, object]:
     """Describe what the cars did, for JSON; ``events`` is null where the run was not recorded in memory."""
     end = run.world.snapshot()
@@ -53,7 +62,20 @@ def run_as_dict(run: Run) -> dict[str, object]:
     cars = [{"id": car, "x": x, "y": y, "heading": heading} for car, (x, y, heading) in enumerate(columns)]
     counts = {name: int(values[0]) for name, values in run.world.counts().items()}
     events = [_event_as_dict(event) for event in run.events] if run.recording else None
-    return {"cars": cars, "counts": counts, "events": events}
+    slots = [slot._asdict() for slot in run.slots]
+    return {"cars": cars, "counts": counts, "slots": slots, "events": events}
+
+
+def slots_table(run: Run) -> Table:
+    """Make a table of the leaders' slots: how many followers began the word of each, and how late."""
+    table = Table(title=translated("slots-table-title"), title_justify="left")
+    for name in Slot._fields:
+        table.add_column(translated(f"column-slot-{name.replace('_', '-')}"), justify="right")
+    for slot in run.slots[:_MOST_SLOTS]:
+        table.add_row(*("–" if value is None else str(value) for value in slot))
+    if len(run.slots) > _MOST_SLOTS:
+        table.caption = translated("slots-table-more", count=len(run.slots) - _MOST_SLOTS)
+    return table
 
 
 def _event_as_dict(event: np.void) -> dict[str, object]:
@@ -125,7 +147,7 @@ def show(
     console.print(words_table(compiled.words, profile) if compiled.words else "")
     record = [picture] if picture else []
     run = simulate(compiled.image, followers, seconds, seed, profile, mat, record)
-    console.print(cars_table(run))
+    console.print(run_tables(run))
     if picture:
         console.print(translated("tracks-are-drawn", picture=picture))
     return run

@@ -61,7 +61,7 @@ def simulate_command(
     with needs_extra("simulating"):
         from motorcade.cli.console import progress_bar
         from motorcade.cli.options import compiling_announced
-        from motorcade.cli.run_tables import cars_table, print_unheard, run_as_dict
+        from motorcade.cli.run_tables import print_unheard, run_as_dict, run_tables
         from motorcade.mats import read_mat
         from motorcade.runs.recording import FILM_ENDINGS, PICTURE_ENDINGS
         from motorcade.runs.running import simulate
@@ -78,7 +78,7 @@ def simulate_command(
     if wants_json(as_json):
         print_json(run_as_dict(run))
     else:
-        print_table(cars_table(run))
+        print_table(run_tables(run))
 
 
 RunFile = Annotated[Path, typer.Argument(metavar="RUN", help="A .mcap or .parquet file of `simulate --record`.")]

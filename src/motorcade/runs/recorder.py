@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 EVERY_MS = 100
 
-Target = str | Path | InMemoryRecording
+Target = str | Path | Sink
 
 
 def open_recording(path: str | Path) -> Recording:
@@ -79,7 +79,8 @@ class Recorder:
 
     Args:
         targets: files; .mcap and .parquet record, .mp4 and .gif are films, .png, .svg and .pdf are pictures of the
-            tracks. An `InMemoryRecording` keeps the run in memory. None is ignored.
+            tracks. An `InMemoryRecording` keeps the run in memory; any other `Sink` gets what a file gets. None is
+            ignored.
         world: the world, before the first slice.
         every_ms: the interval between recorded moments; choose slices that divide it.
         events: whether to record events too, for which the world was made with ``events=True``.
@@ -98,14 +99,15 @@ class Recorder:
         events: bool = True,
         index: int = 0,
     ):
-        targets = [targets] if isinstance(targets, Target) else list(targets)
+        targets = list(targets) if isinstance(targets, Iterable) and not isinstance(targets, str) else [targets]
         self._world = world
         self._events = events
         self._every_ms = every_ms
         self._index = index
         self._due_ms = world.now_ms
         self._last_ms = -1
-        in_memory = [target for target in targets if isinstance(target, InMemoryRecording)]
+        self._sinks: list[Sink] = [each for each in targets if each is not None and not isinstance(each, str | Path)]
+        in_memory = [each for each in self._sinks if isinstance(each, InMemoryRecording)]
         paths = [Path(target) for target in targets if isinstance(target, str | Path)]
         for path in paths:
             check_writable(path, (*DATA_ENDINGS, *FILM_ENDINGS, *PICTURE_ENDINGS))
@@ -117,7 +119,6 @@ class Recorder:
             self._folder = tempfile.TemporaryDirectory(prefix="motorcade-", ignore_cleanup_errors=True)
             self._files = [Path(self._folder.name) / "run.parquet"]
         self._in_memory = in_memory[0] if in_memory else None
-        self._sinks: list[Sink] = [*in_memory]
         about = Description.of(world, every_ms, index)
         try:
             for path in self._files:

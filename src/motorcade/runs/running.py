@@ -13,6 +13,7 @@ from motorcade.engine.world import World
 from motorcade.mats import Mat, check_mat, formation, open_table
 from motorcade.runs.recorder import EVERY_MS, Recorder, draw
 from motorcade.runs.recording import DATA_ENDINGS, Description, InMemoryRecording, Progress
+from motorcade.runs.slots import Slot, SlotCounts
 
 # Runs of more cars are recorded into files where that is asked for, and not in memory.
 MOST_CARS_IN_MEMORY = 1000
@@ -26,11 +27,13 @@ class Run:
         world: the world at its end.
         driven_m: how far each car drove, measured between its positions every 100 ms; shape (cars,).
         recording: the moments, every 100 ms, and the events; None for more than MOST_CARS_IN_MEMORY cars.
+        slots: the slots of the leaders, and how many followers began the word of each.
     """
 
     world: World
     driven_m: NDArray[np.float64]
     recording: InMemoryRecording | None
+    slots: list[Slot]
 
     @property
     def events(self) -> NDArray[np.void]:
@@ -81,13 +84,14 @@ def simulate(
     check_mat(place, chosen)
     files = [Path(path) for path in record]
     is_small = len(place.starts) <= MOST_CARS_IN_MEMORY
-    events = is_small or any(path.suffix.lower() in DATA_ENDINGS for path in files)
+    slots = SlotCounts(image, place, chosen)
+    events = is_small or slots.counts_anything or any(path.suffix.lower() in DATA_ENDINGS for path in files)
     world = World(place, [image], chosen, seeds=seed, events=events)
     recording = InMemoryRecording(Description.of(world, EVERY_MS)) if is_small else None
     driven_m = np.zeros(world.cars)
     slice_ms = max(EVERY_MS // world.tick_ms, 1) * world.tick_ms
     duration_ms = round(seconds * 1000)
-    with Recorder([recording, *files], world, EVERY_MS, events) as recorder:
+    with Recorder([recording, slots if slots.counts_anything else None, *files], world, EVERY_MS, events) as recorder:
         before = world.snapshot()
         while world.now_ms < duration_ms:
             world.run(min(slice_ms, -(-duration_ms // world.tick_ms) * world.tick_ms - world.now_ms))
@@ -97,7 +101,7 @@ def simulate(
             before = now
             progress(world.now_ms)
         recorder.draw(_after(duration_ms, progress))
-    return Run(world, driven_m, recording)
+    return Run(world, driven_m, recording, slots.slots(duration_ms) if slots.counts_anything else [])
 
 
 def _after(run_ms: int, progress: Progress) -> Progress:

@@ -1,0 +1,93 @@
+"""How many followers began the word of each slot, counted while a run goes on."""
+
+from statistics import median_low
+
+import numpy as np
+import pytest
+
+from motorcade.engine.events import START
+from motorcade.mats import Mat, Physics, Pose, open_table
+from motorcade.mats.model import Starts
+from motorcade.runs.running import simulate
+from motorcade.runs.slots import Slot
+from motorcade.words.formats import CONTROL
+from motorcade.words.image import Image, image_words, words_to_bytes
+
+# LED 0 and LED 1 for 1 s each, passed on; a dwell of 2 s.
+WORDS = tuple(CONTROL.encode(accept_ir=1, forward=1, led_which=led, led_duration=1) for led in (0, 1))
+DWELL_MS = 2000
+
+
+def image(tagged: int, words: tuple[int, ...] = WORDS) -> bytes:
+    return words_to_bytes(image_words(Image((0x40000000,), words, 1 if words else -1, tagged)))
+
+
+def chain(cars: int) -> Mat:
+    return open_table([Pose(0.9 * place, 0) for place in range(cars)], tick_ms=5)
+
+
+def slots_of(events, tagged: bool, slot: int, followers: range) -> tuple[int, int, int]:
+    """Followers that began the word of a slot once, more than once and never, from the list of all events."""
+    begun = dict.fromkeys(followers, 0)
+    for event in events:
+        at_slot = int(event["t_ms"]) // DWELL_MS
+        if event["kind"] != START:
+            continue
+        if tagged:
+            is_its = event["other"] == slot % 63 + 1 and 0 <= at_slot - slot < 32
+        else:
+            word = WORDS[slot % len(WORDS)]
+            is_its = event["word"] == word and at_slot in (slot, slot + 1)
+        begun[int(event["car"])] += bool(is_its)
+    once, again = (sum(count == 1 for count in begun.values()), sum(count > 1 for count in begun.values()))
+    return once, again, len(begun) - once - again
+
+
+@pytest.mark.parametrize("tagged", [0, 1], ids=["bare", "tagged"])
+def test_slots_count_the_beginnings_among_the_events(tagged: int) -> None:
+    run = simulate(image(tagged), seconds=140, mat=chain(5))
+    assert [slot.begin_ms for slot in run.slots] == list(range(0, 140_000, DWELL_MS))
+    for number, slot in enumerate(run.slots):
+        assert (slot.leader, slot.tag) == (0, number % 63 + 1 if tagged else 0)
+        counted = (slot.once, slot.again, slot.never)
+        assert counted == slots_of(run.events, bool(tagged), number, range(1, 5)), slot
+
+
+def test_each_follower_of_a_chain_begins_each_tagged_word_once() -> None:
+    run = simulate(image(1), seconds=20, mat=chain(4))
+    assert {(slot.once, slot.again, slot.never) for slot in run.slots[:-1]} == {(3, 0, 0)}
+
+
+def test_lags_are_those_of_the_first_beginnings() -> None:
+    run = simulate(image(1), seconds=4, mat=chain(4))
+    for slot in run.slots:
+        begun = [int(event["t_ms"]) for event in run.events if event["kind"] == START and event["other"] == slot.tag]
+        assert slot.lag_p50_ms == median_low(begun) - slot.begin_ms
+        assert slot.lag_p95_ms == max(begun) - slot.begin_ms
+
+
+def test_slots_are_counted_for_more_cars_than_are_recorded_and_for_each_leader() -> None:
+    place = [(0.2 * (k % 40), 0.2 * (k // 40)) for k in range(1200)]
+    leads = [k in (0, 600) for k in range(1200)]
+    x_m, y_m = np.array(place).T
+    starts = Starts(x_m, y_m, np.zeros(1200), np.array(leads))
+    mat = Mat("hall", starts, 20, physics=Physics(collisions=False, line_of_sight=False))
+    run = simulate(image(1), seconds=4, mat=mat)
+    assert run.recording is None
+    assert [(slot.leader, slot.tag) for slot in run.slots] == [(0, 1), (600, 1), (0, 2), (600, 2)]
+    assert all(slot.once + slot.again + slot.never == 1198 for slot in run.slots)
+    assert run.slots[0].once > 1000
+
+
+def test_a_word_that_nobody_begins_has_no_lag() -> None:
+    far = open_table([Pose(0, 0), Pose(9, 0)])
+    assert simulate(image(1), seconds=1, mat=far).slots == [Slot(0, 1, 0, 0, 0, 1, None, None)]
+
+
+@pytest.mark.parametrize("followers", [0, 3])
+def test_a_program_for_the_leader_alone_has_no_slots(followers: int) -> None:
+    assert simulate(image(0, ()), followers, seconds=1).slots == []
+
+
+def test_a_leader_without_followers_has_no_slots() -> None:
+    assert simulate(image(1), followers=0, seconds=1).slots == []
