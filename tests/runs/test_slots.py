@@ -8,8 +8,7 @@ import pytest
 from motorcade.engine.events import START
 from motorcade.mats import Mat, Physics, Pose, open_table
 from motorcade.mats.model import Starts
-from motorcade.runs.running import simulate
-from motorcade.runs.slots import Slot
+from motorcade.runs.running import Slot, simulate
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
 

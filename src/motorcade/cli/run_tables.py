@@ -15,8 +15,7 @@ from motorcade.locales import command_line_text
 from motorcade.mats import Mat
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
-from motorcade.runs.running import Run, simulate
-from motorcade.runs.slots import Slot
+from motorcade.runs.running import Run, Slot, simulate
 
 # Slots in a table; --json lists all.
 _MOST_SLOTS = 20
