@@ -81,6 +81,10 @@ export function disposeWorkspace(editor: EditorName): void {
 /** Fill the editor; a state without the first block gets one. */
 export function fill(editor: EditorName, state: WorkspaceState): void {
   const workspace = live.get(editor)!;
+  // Without events: the trash can keeps what a user deleted, not the blocks of the project before.
+  Blockly.Events.disable();
+  workspace.clear();
+  Blockly.Events.enable();
   Blockly.serialization.workspaces.load(state, workspace);
   if (workspace.getBlocksByType(hatOf(editor)).length === 0) {
     Blockly.serialization.blocks.append({ type: hatOf(editor), id: hatOf(editor), x: 24, y: 24 }, workspace);
