@@ -28,7 +28,7 @@ def main() -> None:
     program = read_program(PROJECT.read_bytes())
     profile = load_profile(program.profile, PROJECT.parent)
     compiled = compile_program(program, profile)
-    print_diagnostics(console, compiled.diagnostics, "en")
+    print_diagnostics(console, compiled.diagnostics)
     console.print(words_table(compiled.words, profile))
 
     with tempfile.TemporaryDirectory() as folder:

@@ -4,16 +4,20 @@ import typer
 from typer.cli import get_docs_for_click
 
 from motorcade.cli import app
+from motorcade.cli.language import request_language, translate_help
 
 _INTRODUCTIONS = {
     "en": "# Commands\n\nEvery command also says this with `--help`.\n",
-    "zh": "# 命令\n\n每条命令都可用 `--help` 显示这些内容（英文）。\n",
+    "zh": "# 命令\n\n每条命令都可用 `--help` 显示这些内容。\n",
 }
 
 
 def commands_page(language: str) -> str:
-    """Return the page in Markdown; only its introduction is in ``language`` (en or zh)."""
+    """Return the page in Markdown, in ``language`` (en or zh); its headings are Typer's, in English."""
     command = typer.main.get_command(app)
+    request_language(language)
+    translate_help(command)
+    request_language("")
     context = typer.Context(command, info_name="motorcade")
     page = get_docs_for_click(obj=command, ctx=context, name="motorcade")
     # These lines show the arguments of a command: a console block would make them look like lines to type.

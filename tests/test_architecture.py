@@ -25,16 +25,16 @@ COMMON = ("errors", "locales", "outcomes")
 ARROWS = {
     "__init__": ("car", "cli", "config", "drive", "engine", "mats", "program", "runs", "words"),
     "__main__": ("cli",),
-    "boards": ("cameras", "car", "config", "engine", "runs", "words"),
+    "boards": ("cameras", "car", "config", "engine", "runs", "sockets", "words"),
     "cameras": ("engine", "runs"),
     "car": ("words",),
     # The command line may import everything, and only __init__, for `show`, imports it.
     "cli": ("",),
     "config": ("car", "words"),
-    "drive": ("car", "config", "timing", "words"),
+    "drive": ("car", "config", "sockets", "timing", "words"),
     "engine": ("car", "config", "mats", "words"),
     "errors": (),
-    "experiments": ("car", "config", "engine", "mats", "words"),
+    "experiments": ("car", "config", "engine", "mats", "runs", "words"),
     "export": ("config", "words"),
     "firmware": ("boards", "config", "upload"),
     "locales": (),
@@ -44,10 +44,11 @@ ARROWS = {
     "runs": ("config", "engine", "mats", "words"),
     "server": (
         *("boards", "cameras", "car", "config", "drive", "engine", "mats"),
-        *("runs", "service", "timing", "upload", "words"),
+        *("runs", "service", "sockets", "timing", "upload", "words"),
     ),
     # It also runs where there is neither a web framework nor NumPy.
     "service": ("config", "program", "upload", "words"),
+    "sockets": (),
     "timing": ("words",),
     "upload": ("timing", "words"),
     "words": (),

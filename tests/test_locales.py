@@ -7,8 +7,10 @@ from pathlib import Path
 from string import Formatter
 
 import pytest
+import typer
 
 from motorcade import locales
+from motorcade.cli import app
 from motorcade.config.vocabulary import MOTORCADE
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.export import export
@@ -52,7 +54,12 @@ def error_classes():
 ERRORS, WITH_CONSTRUCTOR = error_classes()
 # Which part of the catalogue the first argument of a call names.
 PARTS = dict.fromkeys((ERRORS | DIAGNOSTICS) - WITH_CONSTRUCTOR, "errors")
-PARTS |= {"Phrase": "phrases", "command_line_text": "command_line", "translated": "command_line"}
+PARTS |= {
+    "Phrase": "phrases",
+    "picture_text": "phrases",
+    "command_line_text": "command_line",
+    "translated": "command_line",
+}
 
 
 def pattern_of(node):
@@ -159,12 +166,43 @@ def test_every_language_has_the_same_keys_and_placeholders(language):
     english, other = locales.catalogue("en"), locales.catalogue(language)
     assert set(other) == set(english)
     pages = (english["page"].get("errors", {}), other["page"].get("errors", {}))
-    for ours, theirs in [(english[part], other[part]) for part in ("errors", "phrases", "command_line")] + [pages]:
+    for ours, theirs in [(english[part], other[part]) for part in ("errors", "phrases", "command_line", "help")] + [
+        pages
+    ]:
         assert set(theirs) == set(ours)
         assert {key: placeholders(text) for key, text in theirs.items()} == {
             key: placeholders(text) for key, text in ours.items()
         }
     assert set(pages[0]) <= set(english["errors"])
+
+
+def commands_below(command, path="motorcade"):
+    yield path.removeprefix("motorcade "), command
+    for name, each in getattr(command, "commands", {}).items():
+        yield from commands_below(each, f"{path} {name}")
+
+
+def test_every_command_and_option_has_help_and_no_help_is_left_over():
+    known, used = locales.catalogue("en")["help"], set()
+    # An argument whose name in the usage says all needs no more.
+    named = {"compile.project", "decompile.image", "inspect.image", "simulate.source", "upload.source", "sweep.spec"}
+    for path, command in commands_below(typer.main.get_command(app)):
+        used.add(path)
+        for parameter in command.params:
+            own = f"{path}.{parameter.name}"
+            used |= {own if own in known else f".{parameter.name}"} - (
+                {f".{parameter.name}"} if own in named else set()
+            )
+    assert used == set(known)
+
+
+def test_help_is_in_the_language_of_the_option_or_the_system(monkeypatch):
+    chinese = locales.catalogue("zh")["help"]
+    assert chinese["simulate"] in run("simulate", "--language", "zh", "--help").out
+    monkeypatch.setenv("LC_ALL", "zh_CN.UTF-8")
+    shown = run("--help").out
+    assert chinese["plot"] in shown
+    assert locales.catalogue("en")["help"]["plot"] not in shown
 
 
 def test_every_field_of_the_words_has_its_meaning_in_every_language():

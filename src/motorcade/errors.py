@@ -31,6 +31,9 @@ class Phrase:
     def __str__(self) -> str:
         return self.sentence()
 
+    def __repr__(self) -> str:
+        return repr(self.sentence())
+
     def sentence(self, language: str = "en") -> str:
         """The phrase in ``language``; key and details where no sentences are installed."""
         try:

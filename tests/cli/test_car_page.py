@@ -16,7 +16,7 @@ from urllib.parse import urlsplit
 import pytest
 from PIL import Image
 
-from motorcade.cli.remote import CameraName, open_camera
+from motorcade.cli.pages import CameraName, open_camera
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.errors import MotorcadeError
 from motorcade.outcomes import PORT_NOT_FOUND

@@ -85,7 +85,7 @@ def test_a_simulated_car_and_its_page_are_ready_before_the_address_is_told(monke
     async def serve(*offer: object) -> None:
         done.append("served")
 
-    monkeypatch.setattr("motorcade.cli.remote.load_page", lambda: done.append("loaded"))
+    monkeypatch.setattr("motorcade.cli.pages.load_page", lambda: done.append("loaded"))
     monkeypatch.setattr("motorcade.boards.simulated_drive.warm_up", warm_up)
     monkeypatch.setattr("motorcade.cli.serving.serve", serve)
     for language in languages():

@@ -12,8 +12,8 @@ def lines(settings, platform):
         board = bench.open().board
         if name:
             setattr(board, name, broken)
-        for sentence in check_board(board, wait_ms=bench.clock.sleep_ms, hear=bench.hear_frame, say=bench.usb.arrive):
-            yield f"{name}: {sentence}"
+        for breach in check_board(board, wait_ms=bench.clock.sleep_ms, hear=bench.hear_frame, say=bench.usb.arrive):
+            yield f"{name}: {breach.brief()}"
 
 
 def fail(*arguments):

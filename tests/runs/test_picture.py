@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from motorcade.errors import MotorcadeError
-from motorcade.runs import video
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.runs import drawing, video
+from motorcade.runs.drawing import pictures_in
 from motorcade.runs.palette import LEADER, rgb
 from motorcade.runs.plots import Thinned, draw_plots
 from motorcade.runs.recording import Description, InMemoryRecording
@@ -62,6 +63,24 @@ def test_the_three_plots_share_a_picture(recording, tmp_path):
     draw_plots(recording, tmp_path / "plot.png")
     with Image.open(tmp_path / "plot.png") as picture:
         assert picture.size == (1800, 900)
+
+
+def test_the_texts_of_a_picture_are_in_english_where_no_font_has_the_letters(recording, tmp_path, monkeypatch):
+    # Matplotlib's own fonts have no Chinese letters.
+    monkeypatch.setattr(drawing, "_CHINESE_FONTS", ("STIXGeneral", "no such font"))
+    with pictures_in("zh") as language:
+        draw_plots(recording, tmp_path / "air.svg", ["air"])
+    assert language == "en"
+    assert Phrase("picture-sent-rate").sentence("en") in (tmp_path / "air.svg").read_text(encoding="utf-8")
+
+
+def test_the_texts_of_a_picture_are_in_its_language_where_a_font_has_the_letters(recording, tmp_path, monkeypatch):
+    # It comes with Matplotlib, and has a sign for every letter.
+    monkeypatch.setattr(drawing, "_CHINESE_FONTS", ("Last Resort High-Efficiency",))
+    with pictures_in("zh") as language:
+        draw_plots(recording, tmp_path / "air.svg", ["air"])
+    assert language == "zh"
+    assert Phrase("picture-sent-rate").sentence("zh") in (tmp_path / "air.svg").read_text(encoding="utf-8")
 
 
 def test_tracks_show_the_leader_in_red_and_the_wall_in_dark_grey(recording, tmp_path):

@@ -83,18 +83,6 @@ def test_the_last_moment_is_recorded_with_any_slices(ending, tmp_path):
     assert [moment.t_ms for moment in open_recording(tmp_path / f"run.{ending}").moments()] == [0, 540, 1080, 1260]
 
 
-def test_one_of_several_worlds_is_recorded(tmp_path):
-    both, alone = world(seeds=[3, 4]), world(seeds=4)
-    for cars, index in ((both, 1), (alone, 0)):
-        with Recorder(tmp_path / f"{index}.parquet", cars, index=index) as recorder:
-            cars.run(2000)
-            recorder(cars)
-    one, other = (open_recording(tmp_path / f"{index}.parquet") for index in (1, 0))
-    assert one.about.seed == other.about.seed == 4
-    assert_same_moments(list(one.moments()), list(other.moments()))
-    np.testing.assert_array_equal(all_events(one), all_events(other))
-
-
 def test_a_world_without_events_is_recorded_without_them(tmp_path):
     cars = world()
     with Recorder([tmp_path / "run.mcap", tmp_path / "run.parquet"], cars, events=False) as recorder:

@@ -187,10 +187,7 @@ class HardwareWatchdog:
 def run(board: ComputerBoard, wait: Callable[[float], None], stops: Callable[[], bool]) -> None:
     """Run the car until ``stops()`` is true. Put it in neutral and close it however that ends.
 
-    Args:
-        board: the car's board.
-        wait: called before each tick with the seconds until it; may return early when bytes have come.
-        stops: called before each tick.
+    ``wait`` is called before each tick with the seconds until it, and may return early when bytes have come.
     """
     car = Car(board)
     try:

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from motorcade.errors import MotorcadeError
+from motorcade.sockets import listen
 from motorcade.words.upload import error_line
 
 if TYPE_CHECKING:
@@ -154,10 +155,9 @@ class TcpPort(Line):
 
     def __init__(self, host: str, port: int) -> None:
         try:
-            family = socket.AF_INET6 if ":" in host else socket.AF_INET
-            self._listener = socket.create_server((host, port), family=family)
-        except OSError as problem:
-            reason = os.strerror(problem.errno) if problem.errno and problem.errno > 0 else problem.strerror
+            self._listener = listen(host, port)
+        except (OSError, UnicodeError) as problem:
+            reason = getattr(problem, "strerror", None) or problem
             raise LineError("cannot-listen", host=host, port=port, reason=reason) from None
         self._client: socket.socket | None = None
         self._waiting_clients: list[socket.socket] = []

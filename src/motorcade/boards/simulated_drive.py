@@ -24,7 +24,7 @@ _MAX_LAG_S = 0.25
 
 
 class SimulatedBoard(DriveBoard):
-    """The wheels of one simulated car.
+    """The wheels of one simulated car; each command counts from the next tick on.
 
     The car's program goes on while somebody drives. When it gets the wheels back, it continues from where it is then.
 
@@ -37,19 +37,15 @@ class SimulatedBoard(DriveBoard):
         self.setpoint: Setpoint | None = None
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
-        """Steer and drive from the next tick on."""
         self.setpoint = (angle_deg, direction, speed)
 
     def neutral(self) -> None:
-        """Stop, with straight wheels, from the next tick on."""
         self.setpoint = NEUTRAL
 
     def begin_program(self) -> None:
-        """Give the wheels to the car's own program."""
         self.setpoint = None
 
     def end_program(self) -> None:
-        """Take the wheels from the car's own program."""
         self.setpoint = NEUTRAL
 
 
@@ -60,7 +56,6 @@ class DrivenCars:
         self._boards: dict[int, SimulatedBoard] = {}
 
     def board(self, car: int, has_program: bool) -> SimulatedBoard:
-        """Return the board of a car."""
         return self._boards.setdefault(car, SimulatedBoard(has_program))
 
     def driven(self, cars: int) -> list[int]:
@@ -97,7 +92,6 @@ class LiveWorld:
         self._thread = threading.Thread(target=self._run, name="simulated world", daemon=True)
         self._at_s = clock_s()
         self._lag_s = 0.0
-        self.cars = world.cars
 
     def board(self, car: int) -> SimulatedBoard:
         """Return the board of a car. It has a program where it follows, or leads and its image has states."""

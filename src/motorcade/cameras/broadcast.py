@@ -130,10 +130,10 @@ class PiCamera:
         try:
             from picamera2 import Picamera2
 
-            self._has_newra = Picamera2()
-            self._has_newra.configure(self._has_newra.create_video_configuration(main={"size": (WIDTH, HEIGHT)}))
-            self._has_newra.options["quality"] = _QUALITY
-            self._has_newra.start()
+            self._camera = Picamera2()
+            self._camera.configure(self._camera.create_video_configuration(main={"size": (WIDTH, HEIGHT)}))
+            self._camera.options["quality"] = _QUALITY
+            self._camera.start()
         except ImportError:
             raise MotorcadeError(
                 "camera-driver-missing", package="picamera2", command="sudo apt install python3-picamera2"
@@ -145,22 +145,18 @@ class PiCamera:
         """The newest picture. Raises OSError."""
         file = io.BytesIO()
         try:
-            self._has_newra.capture_file(file, format="jpeg")
+            self._camera.capture_file(file, format="jpeg")
         except RuntimeError as problem:
             raise OSError(str(problem)) from None
         return file.getvalue()
 
     def close(self) -> None:
         """Close the hardware."""
-        self._has_newra.close()
+        self._camera.close()
 
 
 class OpenCvCamera:
-    """A USB camera, by OpenCV. Raises MotorcadeError where there is none.
-
-    Args:
-        number: index of the camera, from 0.
-    """
+    """The USB camera of index ``number``, by OpenCV. Raises MotorcadeError where there is none."""
 
     def __init__(self, number: int = 0) -> None:
         try:
@@ -170,15 +166,15 @@ class OpenCvCamera:
                 "camera-driver-missing", package="OpenCV", command="pip install opencv-python-headless"
             ) from None
         self._cv2: Any = cv2
-        self._has_newra = cv2.VideoCapture(number)
-        if not self._has_newra.isOpened():
+        self._camera = cv2.VideoCapture(number)
+        if not self._camera.isOpened():
             raise MotorcadeError("no-camera", reason=f"OpenCV: {number}")
         for name, value in (("FRAME_WIDTH", WIDTH), ("FRAME_HEIGHT", HEIGHT), ("BUFFERSIZE", 1)):
-            self._has_newra.set(getattr(cv2, f"CAP_PROP_{name}"), value)
+            self._camera.set(getattr(cv2, f"CAP_PROP_{name}"), value)
 
     def jpeg(self) -> bytes:
         """The newest picture. Raises OSError."""
-        good, picture = self._has_newra.read()
+        good, picture = self._camera.read()
         if not good:
             raise OSError("OpenCV: no picture")
         _, packed = self._cv2.imencode(".jpg", picture, [self._cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
@@ -186,7 +182,7 @@ class OpenCvCamera:
 
     def close(self) -> None:
         """Close the hardware."""
-        self._has_newra.release()
+        self._camera.release()
 
 
 def find_camera() -> Source:

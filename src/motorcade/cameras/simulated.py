@@ -64,12 +64,7 @@ class _Seen(NamedTuple):
 
 
 class Scene:
-    """Draws the pictures of the cameras of a run.
-
-    Args:
-        about: the run.
-        width, height: of the pictures, in pixels.
-    """
+    """Draws the pictures of the cameras of a run; ``width`` and ``height`` are in pixels."""
 
     def __init__(self, about: Description, width: int = WIDTH, height: int = HEIGHT):
         self._about = about

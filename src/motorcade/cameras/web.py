@@ -159,10 +159,10 @@ class WebCamera:
 
     def _pictures(self) -> Iterator[bytes]:
         """The camera's pictures as they come. Raises OSError, HTTPException, ValueError."""
-        with closing(self._line()) as line:
+        with closing(self._connection()) as connection:
             while True:
-                line.request("GET", self._path)
-                answer = line.getresponse()
+                connection.request("GET", self._path)
+                answer = connection.getresponse()
                 if answer.status != http.HTTPStatus.OK:
                     raise OSError(f"{answer.status} {answer.reason}"[:60])
                 kind = answer.headers.get_content_type()
@@ -177,7 +177,7 @@ class WebCamera:
                 yield picture
                 time.sleep(1 / RATE_HZ)
 
-    def _line(self) -> http.client.HTTPConnection:
+    def _connection(self) -> http.client.HTTPConnection:
         if self._tls:
             return http.client.HTTPSConnection(self._host, self._port, timeout=self._patience_s, context=self._tls)
         return http.client.HTTPConnection(self._host, self._port, timeout=self._patience_s)

@@ -107,7 +107,7 @@ class Car:
             self.board.note("heard", self._now_ms, frame & _ALL_BUT_PARITY, 0)
 
     def heard_voice(self) -> int:
-        """What was said since the last tick."""
+        """The voice command since the last tick."""
         return self.board.heard_voice()
 
     def sense(self, looks_mm: int) -> tuple[int, bool]:

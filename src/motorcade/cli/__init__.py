@@ -1,4 +1,8 @@
-"""The command line: parses, calls, prints."""
+"""The command line: parses, calls, prints.
+
+Each command imports what it needs when it runs, so that all of them start at once. Their help is in the catalogue of
+`motorcade.locales`, under "help".
+"""
 
 import io
 import sys
@@ -7,35 +11,35 @@ from typing import Annotated, NoReturn
 import typer
 
 from motorcade import __version__
-from motorcade.cli import car, drive, experiments, firmware, runs, studio, uploads, words
-from motorcade.cli.language import current_language, requested_language
+from motorcade.cli import car, drive, experiments, firmware, pages, runs, uploads, words
+from motorcade.cli.language import current_language, language_in, request_language, translate_help
 from motorcade.errors import MotorcadeError
 from motorcade.outcomes import USAGE
 
+_HELP = ("-h", "--help")
+
 app = typer.Typer(
     name="motorcade",
-    help="Program and drive small cars: a leader, its followers, and the 32-bit words between them. "
-    "Commands that print data print JSON into files and pipes, or with --json.",
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings={"help_option_names": list(_HELP)},
     pretty_exceptions_enable=False,
     add_completion=False,
 )
-words.add_to(app)
-runs.add_to(app)
-car.add_to(app)
-uploads.add_to(app)
-firmware.add_to(app)
-experiments.add_to(app)
-drive.add_to(app)
-studio.add_to(app)
+for _part in (words.app, runs.app, uploads.app, firmware.app, experiments.app, pages.studio_app):
+    app.add_typer(_part)
+app.add_typer(car.app, name="car")
+app.add_typer(drive.app, name="drive")
 
 
 def main() -> NoReturn:
     """Run the command line; an error ends it with one sentence and its exit code."""
     _use_utf8()
-    requested_language.set("")
+    arguments = sys.argv[1:]
+    command = typer.main.get_command(app)
+    request_language(language_in(arguments))
+    if not arguments or set(_HELP) & set(arguments):
+        translate_help(command)
     try:
-        app()
+        command()
     except (MotorcadeError, OSError) as error:
         sentence = error.sentence(current_language()) if isinstance(error, MotorcadeError) else str(error)
         print(f"motorcade: {sentence}", file=sys.stderr)
@@ -54,10 +58,7 @@ def _use_utf8() -> None:
 
 
 @app.callback(invoke_without_command=True)
-def _motorcade(
-    context: typer.Context,
-    version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False,
-) -> None:
+def _motorcade(context: typer.Context, version: Annotated[bool, typer.Option("--version")] = False) -> None:
     if version:
         print(f"motorcade {__version__}")
         raise typer.Exit

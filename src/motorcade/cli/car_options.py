@@ -1,20 +1,16 @@
-"""The options of a car that runs its image, for its role, line for uploads, store and voice; and what they open.
-
-It imports what it needs when it is called, so that the commands start at once.
-"""
+"""The options of a car that runs its image, for its role, line for uploads, store and voice; and what they open."""
 
 import sys
 from contextlib import ExitStack
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import typer
 
-from motorcade.cli.language import current_language
-from motorcade.cli.options import host_and_port
+from motorcade.cli.language import translated
+from motorcade.cli.options import host_and_port, print_note
 from motorcade.errors import MotorcadeError
-from motorcade.locales import command_line_text
 
 if TYPE_CHECKING:
     from motorcade.boards.computer import Equipment, Observer
@@ -26,23 +22,18 @@ KEYBOARD = "keyboard"
 _WRITE_TIMEOUT_S = 0.2
 
 
+class BoardName(StrEnum):
+    """The hardware of a car."""
+
+    SIMULATED = "simulated"
+    RASPBERRY_PI = "raspberry-pi"
+
+
 class Role(StrEnum):
     """What a car does."""
 
     LEADER = "leader"
     FOLLOWER = "follower"
-
-
-RoleOption = Annotated[Role, typer.Option("--role", help="Whether the car leads or follows.")]
-NumberOption = Annotated[
-    int, typer.Option("--number", min=0, max=(1 << 32) - 1, help="The car's own; its dice go by it.")
-]
-StoreOption = Annotated[Path | None, typer.Option("--store", help="The file that the car keeps its image in.")]
-VoiceOption = Annotated[str, typer.Option("--voice", help="'keyboard', or the serial port of a voice module.")]
-VoiceMapOption = Annotated[
-    Path | None,
-    typer.Option("--voice-map", help="What the voice module sends: a .toml file.", exists=True, dir_okay=False),
-]
 
 
 class CarOptions(NamedTuple):
@@ -87,10 +78,7 @@ def open_parts(resources: ExitStack, options: CarOptions, profile: "Profile", ob
         image = store.load()
     except StoreError as problem:
         # A car that waits for an upload is of more use than one that doesn't start.
-        print(
-            f"motorcade: {command_line_text('begins-without-program', current_language(), problem=problem)}",
-            file=sys.stderr,
-        )
+        print_note(translated("begins-without-program", problem=problem))
     is_leader, voice = options.role == Role.LEADER, _open_voice(resources, options.voice, options.voice_map)
     equipment = Equipment(is_leader, options.number, levels_of(profile), line, image, store.save, voice, observe)
     return CarParts(equipment, address, store.path)

@@ -8,11 +8,10 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
-from motorcade.cli.language import current_language, translated
+from motorcade.cli.language import current_language, in_language, translated
 from motorcade.config.profile import Profile
 from motorcade.config.vocabulary import Vocabulary, fingerprint_text
 from motorcade.errors import Phrase
-from motorcade.locales import command_line_text
 from motorcade.program.diagnostics import Diagnostic
 from motorcade.program.steps import SIMPLE_KINDS
 from motorcade.words.field import Field, WordFormat
@@ -95,14 +94,14 @@ def _describe_infrared(word: int) -> str:
     return deaf + (translated("word-passed-on") if values.forward else "")
 
 
-def print_diagnostics(console: Console, diagnostics: Iterable[Diagnostic], language: str) -> None:
+def print_diagnostics(console: Console, diagnostics: Iterable[Diagnostic]) -> None:
     """Print each diagnostic in a line: place, severity, code, sentence."""
     for each in diagnostics:
         line = Text()
         line.append(f"{each.path}: " if each.path else "")
         style = "bold red" if each.severity == "error" else "bold yellow"
-        line.append(command_line_text(each.severity, language), style=style)
-        line.append(f" {each.code}: {each.sentence(language)}")
+        line.append(translated(each.severity), style=style)
+        line.append(f" {each.code}: {each.sentence(current_language())}")
         console.print(line, soft_wrap=True)
 
 
@@ -111,11 +110,8 @@ def fields_table(word: int, word_format: WordFormat, vocabulary: Vocabulary, war
     lines = [translated("warning-line", warning=warning) for warning in warnings]
     title = translated("fields-table-title", format=word_format.name, word=word)
     table = Table(title=title, title_justify="left", caption="\n".join(lines) or None, caption_justify="left")
-    table.add_column(translated("column-bits"), justify="right")
-    table.add_column(translated("column-field"))
-    table.add_column(translated("column-raw"), justify="right")
-    table.add_column(translated("column-meaning"))
-    table.add_column(translated("column-source"))
+    for name in ("bits", "field", "raw", "meaning", "source"):
+        table.add_column(translated(f"column-{name}"), justify="right" if name in ("bits", "raw") else "left")
     for field in word_format.fields:
         meaning = vocabulary.meaning(word_format, field, current_language())
         table.add_row(_bits(field), field.name, str(word >> field.low & field.raw_mask), meaning, field.source)
@@ -128,8 +124,8 @@ def format_table(word_format: WordFormat, vocabulary: Vocabulary) -> Table:
     table = Table(title=title, title_justify="left")
     table.add_column(translated("column-bits"), justify="right", no_wrap=True)
     table.add_column(translated("column-field"), no_wrap=True)
-    for key in ("column-allowed", "column-meaning", "column-source"):
-        table.add_column(translated(key))
+    for name in ("allowed", "meaning", "source"):
+        table.add_column(translated(f"column-{name}"))
     for field in word_format.fields:
         allowed = f"{field.allowed.sentence(current_language())} {field.unit}".rstrip()
         meaning = vocabulary.meaning(word_format, field, current_language())
@@ -152,3 +148,12 @@ def progress_bar(doing: str, total: int) -> Iterator[Callable[[int], None]]:
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task(doing, total=total)
         yield lambda done: progress.update(task, completed=done)
+
+
+@contextmanager
+def drawing_texts() -> Iterator[None]:
+    """Draw pictures in the current language while the block runs, or in English where no font has its letters."""
+    from motorcade.runs.drawing import pictures_in
+
+    with pictures_in(current_language()) as language, in_language(language):
+        yield

@@ -1,61 +1,47 @@
-"""The command `drive serve`; the drivers' commands are in `motorcade.cli.driving`.
-
-It imports what it needs when it runs, so that the other commands start at once.
-"""
+"""The command `drive serve`; the drivers' commands are in `motorcade.cli.driving`."""
 
 import sys
 from collections import deque
 from contextlib import ExitStack
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli import driving, remote
-from motorcade.cli.car_options import (
-    KEYBOARD,
-    CarOptions,
-    NumberOption,
-    Role,
-    RoleOption,
-    StoreOption,
-    VoiceMapOption,
-    VoiceOption,
-)
+from motorcade.cli import driving, pages
+from motorcade.cli.car_options import KEYBOARD, BoardName, CarOptions, Role
 from motorcade.cli.driving import StickName, open_stick
-from motorcade.cli.language import Language, resolve_locale
+from motorcade.cli.language import Language, translated
 from motorcade.cli.options import (
+    CarNumber,
+    GpioChip,
     Json,
-    ProfileOption,
+    OptionalFile,
+    TcpPortNumber,
     compiling_announced,
     host_and_port,
     image_of,
     needs_extra,
-    print_text,
+    print_lines,
     profile_named,
 )
-from motorcade.cli.remote import CameraName
+from motorcade.cli.pages import CameraName, KeysFile
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.locales import command_line_text
 
 if TYPE_CHECKING:
     import socket
-    import ssl
 
     from motorcade.cameras.broadcast import Source
     from motorcade.car.drive_board import DriveBoard
     from motorcade.cli.car_options import CarParts
     from motorcade.config.profile import Profile
 
-_PORT = 5005
-
-
-class BoardName(StrEnum):
-    """The cars that can be served."""
-
-    SIMULATED = "simulated"
-    RASPBERRY_PI = "raspberry-pi"
+app = typer.Typer()
+app.add_typer(driving.app)
+app.add_typer(pages.remote_app)
+OptionalTcpPort = Annotated[int | None, typer.Option(min=0, max=65535)]
 
 
 class ByteOrder(StrEnum):
@@ -65,76 +51,40 @@ class ByteOrder(StrEnum):
     LITTLE = "little"
 
 
-def add_to(app: typer.Typer) -> None:
-    """Register the group and its commands."""
-    group = typer.Typer(help="Drive a car over a network, and be one that is driven.")
-    group.command("serve")(serve_command)
-    driving.add_to(group)
-    remote.add_to(group)
-    app.add_typer(group, name="drive")
-
-
-def serve_command(
-    board: Annotated[BoardName, typer.Option(help="The car; simulated needs no hardware.")] = BoardName.SIMULATED,
-    host: Annotated[str, typer.Option(help="The address that it listens at.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="For commands; 0 takes a free one.")] = _PORT,
-    telemetry_port: Annotated[
-        int | None, typer.Option(min=0, max=65535, help="For telemetry and requests; the one behind --port.")
-    ] = None,
-    keys: Annotated[
-        Path | None,
-        typer.Option(dir_okay=False, help="The car's keys file, car-….pem: only drivers of the same authority get in."),
-    ] = None,
-    insecure_lan: Annotated[
-        bool, typer.Option("--insecure-lan", help="Let everybody drive who reaches the address, without keys.")
-    ] = False,
-    byte_order: Annotated[ByteOrder, typer.Option(help="Of a command's four bytes.")] = ByteOrder.BIG,
-    pins: Annotated[
-        Path | None, typer.Option(exists=True, dir_okay=False, help="A real car's pin file: which part is where.")
-    ] = None,
-    gpio_chip: Annotated[
-        int | None, typer.Option(min=0, help="N of /dev/gpiochipN; the computer's own, unless given.")
-    ] = None,
-    watchdog: Annotated[Path | None, typer.Option(help="Feed this hardware watchdog, such as /dev/watchdog.")] = None,
-    role: RoleOption = Role.LEADER,
-    number: NumberOption = 0,
-    upload_serial: Annotated[str, typer.Option(help="The serial port that a real car's uploads come by.")] = "",
-    upload_tcp: Annotated[str, typer.Option(help="Take uploads at HOST:PORT instead; port 0 takes a free one.")] = "",
-    store: StoreOption = None,
-    voice: VoiceOption = "",
-    voice_map: VoiceMapOption = None,
-    web: Annotated[
-        int | None, typer.Option(min=0, max=65535, help="For the car's own page, to drive it in a browser; 0: any.")
-    ] = None,
-    camera: Annotated[
-        CameraName, typer.Option(help="A real car's camera. A simulated car always has one.")
-    ] = CameraName.NONE,
-    mat: Annotated[
-        Path | None, typer.Option(exists=True, dir_okay=False, help="Where a simulated car drives; car 0 is it.")
-    ] = None,
-    program: Annotated[
-        Path | None,
-        typer.Option(exists=True, dir_okay=False, help="What simulated leaders run: project or image."),
-    ] = None,
-    stick: Annotated[
-        StickName | None,
-        typer.Option(help="What drives at the car itself, before everybody else; keys as in `drive connect`."),
-    ] = None,
-    profile: ProfileOption = "classroom",
+@app.command("serve")
+def _serve(
+    board: BoardName = BoardName.SIMULATED,
+    host: str = "127.0.0.1",
+    port: TcpPortNumber = 5005,
+    telemetry_port: OptionalTcpPort = None,
+    keys: KeysFile = None,
+    insecure_lan: Annotated[bool, typer.Option("--insecure-lan")] = False,
+    byte_order: ByteOrder = ByteOrder.BIG,
+    pins: OptionalFile = None,
+    gpio_chip: GpioChip = None,
+    watchdog: Path | None = None,
+    role: Role = Role.LEADER,
+    number: CarNumber = 0,
+    upload_serial: str = "",
+    upload_tcp: str = "",
+    store: Path | None = None,
+    voice: str = "",
+    voice_map: OptionalFile = None,
+    web: OptionalTcpPort = None,
+    camera: CameraName = CameraName.NONE,
+    mat: OptionalFile = None,
+    program: OptionalFile = None,
+    stick: StickName | None = None,
+    profile: str = "classroom",
     language: Language = "",
     as_json: Json = False,
 ) -> None:
-    """Serve a car that is driven over a network; it stands still when no commands come.
-
-    A real car also holds an image and runs it; on request the image drives.
-    """
     import asyncio
 
-    from motorcade.cli.remote import PageOptions, https, load_page, open_camera
     from motorcade.cli.serving import ServeOptions, serve
     from motorcade.drive.listener import bind
+    from motorcade.drive.tls.keys import server_context
 
-    locale = resolve_locale(language)
     options = CarOptions(role, number, upload_serial, upload_tcp, store, voice, voice_map)
     if keys and insecure_lan:
         raise MotorcadeError("options-exclude-each-other", first="--keys", second="--insecure-lan")
@@ -144,48 +94,39 @@ def serve_command(
         raise MotorcadeError("options-of-simulated-cars")
     _check_options(options, pins is not None, stick)
     chosen, source = profile_named(profile), open_stick(stick) if stick else None
-    tls = _tls(keys)
+    tls = server_context(keys) if keys else None
     second = telemetry_port if telemetry_port is not None else port and port + 1
+    notes: deque[Phrase | str] = deque()
     with ExitStack() as resources:
         commands, telemetry = (resources.enter_context(bind(host, each)) for each in (port, second))
-        _check_reach(commands, tls, insecure_lan, locale)
+        _check_reach(commands, bool(tls), insecure_lan)
         page = resources.enter_context(bind(host, web)) if web is not None else None
         if page:
-            load_page()
-        notes: deque[Phrase | str] = deque()
+            pages.load_page()
         parts = _open_parts(resources, options, chosen, notes, insecure_lan) if pins else None
         if pins and parts:
-            car, pictures = _open_real(parts, pins, chosen, gpio_chip, watchdog), open_camera(camera) if page else None
+            car = _open_real(parts, pins, chosen, gpio_chip, watchdog)
+            pictures = pages.open_camera(camera) if page else None
         else:
-            image, chosen = image_of(program, profile, locale) if program else (bytes(4), chosen)
+            image, chosen = image_of(program, profile) if program else (bytes(4), chosen)
             car, pictures = _open_simulated(resources, chosen, mat, image)
-        page_options = PageOptions(page, host, https(keys), pictures) if page else None
-        serve_options = ServeOptions(
-            commands, telemetry, tls, byte_order, as_json, page_options, source, parts, notes, locale
-        )
-        asyncio.run(serve(car, chosen, serve_options))
+        serve_page = partial(pages.serving_page, page, host, pages.https(keys), pictures) if page else None
+        serving = ServeOptions(commands, telemetry, tls, byte_order, as_json, serve_page, source, parts, notes)
+        asyncio.run(serve(car, chosen, serving))
     if not as_json:
-        print_text(command_line_text("serve-ended", locale) + "\n")
+        print_lines([translated("serve-ended")])
 
 
-def _tls(keys: Path | None) -> "ssl.SSLContext | None":
-    if keys is None:
-        return None
-    from motorcade.drive.tls.keys import server_context
-
-    return server_context(keys)
-
-
-def _check_reach(listener: "socket.socket", tls: "ssl.SSLContext | None", insecure_lan: bool, locale: str) -> None:
+def _check_reach(listener: "socket.socket", has_keys: bool, insecure_lan: bool) -> None:
     """Refuse an address that other computers reach, unless it is clear who may drive. Raises MotorcadeError."""
-    from motorcade.drive.listener import is_loopback
+    from motorcade.sockets import is_loopback
 
-    if is_loopback(listener) or tls:
+    if is_loopback(listener) or has_keys:
         return
     host = listener.getsockname()[0]
     if not insecure_lan:
         raise MotorcadeError("address-without-keys", host=host)
-    print(command_line_text("serve-insecure", locale, host=host), file=sys.stderr, flush=True)
+    print(translated("serve-insecure", host=host), file=sys.stderr, flush=True)
 
 
 def _check_options(options: CarOptions, is_real: bool, stick: StickName | None) -> None:
@@ -231,7 +172,7 @@ def _open_real(
 
 def _open_simulated(
     resources: ExitStack, profile: "Profile", mat: Path | None, image: bytes
-) -> "tuple[DriveBoard, Source]":
+) -> "tuple[DriveBoard, Source | None]":
     """Start a simulated world. Returns its first car and that car's pictures; closing ``resources`` ends the world."""
     with needs_extra("simulated-car"):
         from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera

@@ -3,12 +3,12 @@
 import sys
 import time
 from contextlib import ExitStack, suppress
-from types import TracebackType
 from typing import Self
 
 from blessed import Terminal
 from blessed.keyboard import Keystroke
 
+from motorcade.cli.language import current_language, translated
 from motorcade.drive.blocking_client import BlockingDriveClient
 from motorcade.drive.connection import CarError
 from motorcade.drive.input.deadman import (
@@ -29,7 +29,6 @@ from motorcade.drive.input.deadman import (
 )
 from motorcade.drive.wire import Telemetry
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.locales import command_line_text
 from motorcade.timing import monotonic_ms
 
 THROTTLE, HOLD_S = 0.4, 0.25
@@ -40,6 +39,10 @@ _ORDERS = {" ": STOP, "c": CLEAR, "g": RELEASE, "t": REQUEST, "p": RESUME, "q": 
 _QUITS = ("KEY_CTRL_C", "KEY_ESCAPE")
 _STEP, _LEAST = 0.05, 0.05
 _QUERY_S = 0.3
+# A car takes 100 commands a second.
+_LOOK_S = 0.02
+_DRAW_S = 0.1
+_USUAL_SIZE = 80, 24
 
 
 def check_terminal() -> None:
@@ -78,9 +81,7 @@ class Keyboard:
             self._modes = modes.pop_all()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Restore the terminal."""
         self._modes.close()
 
@@ -113,27 +114,19 @@ class Keyboard:
         return _ORDERS.get(letter)
 
 
-# A car takes 100 commands a second.
-_LOOK_S = 0.02
-_DRAW_S = 0.1
-_USUAL_SIZE = 80, 24
-
-
 class DriveTerminal:
     """Drive a car from a terminal.
 
     Args:
         car: the car's name on the screen.
         keyboard: the terminal's keys.
-        language: of the texts.
         pad: what steers in place of the keys, which still give the orders.
     """
 
-    def __init__(self, car: str, keyboard: Keyboard, language: str, pad: StickSource | None = None) -> None:
+    def __init__(self, car: str, keyboard: Keyboard, pad: StickSource | None = None) -> None:
         self._car = car
         self._keyboard = keyboard
         self._pad = pad
-        self._language = language
         self._switch = DeadmanSwitch()
         self._device: str | None = None
         self._notice: MotorcadeError | None = None
@@ -184,40 +177,41 @@ class DriveTerminal:
     def _draw(self, terminal: Terminal, client: BlockingDriveClient, is_away: bool) -> None:
         # A terminal at a serial line has no known size.
         width, height = terminal.width or _USUAL_SIZE[0], terminal.height or _USUAL_SIZE[1]
-        lines = [self._text("title", car=self._car), *self._stick_lines(), ""]
+        lines = [_text("title", car=self._car), *self._stick_lines(), ""]
         if is_away:
-            lines.append(self._text("away", car=self._car))
+            lines.append(_text("away", car=self._car))
         elif client.telemetry:
-            lines += self._telemetry_lines(client.telemetry)
+            lines += _telemetry_lines(client.telemetry)
             if client.waits_for_release or (self._device and self._switch.must_rest):
-                lines.append(terminal.bold(self._text("let-go")))
-        drives = "" if self._pad else self._text("drive-keys", throttle=self._keyboard.throttle)
-        lines += ["", *terminal.wrap(self._text("keys", drive=drives), width)]
+                lines.append(terminal.bold(_text("let-go")))
+        drives = "" if self._pad else _text("drive-keys", throttle=self._keyboard.throttle)
+        lines += ["", *terminal.wrap(_text("keys", drive=drives), width)]
         shown = [terminal.truncate(line, width) + terminal.clear_eol for line in lines[:height]]
         print(terminal.home + "\r\n".join(shown) + terminal.clear_eos, end="", flush=True)
 
     def _stick_lines(self) -> list[str]:
         if self._pad is None:
             return []
-        line = self._text("pad", name=self._device) if self._device else self._text("no-pad")
-        return [line, *([self._notice.sentence(self._language)] if self._notice else [])]
+        line = _text("pad", name=self._device) if self._device else _text("no-pad")
+        return [line, *([self._notice.sentence(current_language())] if self._notice else [])]
 
-    def _telemetry_lines(self, telemetry: Telemetry) -> list[str]:
-        way = self._text("ahead" if telemetry.direction else "back")
-        state = Phrase(f"car-state-{telemetry.state}").sentence(self._language)
-        wheels = self._text("applied", angle=telemetry.angle_deg, way=way, speed=telemetry.speed)
-        lines = [
-            f"{self._text('state')}: {state}",
-            f"{self._text('driver')}: {telemetry.driver or self._text('nobody')}",
-            f"{self._text('wheels')}: {wheels}",
-        ]
-        if telemetry.age_ms is not None:
-            lines.append(self._text("age", age=telemetry.age_ms))
-        if telemetry.wanted_by:
-            lines.append(self._text("waits", name=telemetry.wanted_by))
-        if telemetry.battery_mv is not None:
-            lines.append(f"{self._text('battery')}: {telemetry.battery_mv / 1000:.2f} V")
-        return lines
 
-    def _text(self, key: str, **details: object) -> str:
-        return command_line_text(f"terminal-{key}", self._language, **details)
+def _telemetry_lines(telemetry: Telemetry) -> list[str]:
+    way = _text("ahead" if telemetry.direction else "back")
+    wheels = _text("applied", angle=telemetry.angle_deg, way=way, speed=telemetry.speed)
+    lines = [
+        f"{_text('state')}: {Phrase(f'car-state-{telemetry.state}').sentence(current_language())}",
+        f"{_text('driver')}: {telemetry.driver or _text('nobody')}",
+        f"{_text('wheels')}: {wheels}",
+    ]
+    if telemetry.age_ms is not None:
+        lines.append(_text("age", age=telemetry.age_ms))
+    if telemetry.wanted_by:
+        lines.append(_text("waits", name=telemetry.wanted_by))
+    if telemetry.battery_mv is not None:
+        lines.append(f"{_text('battery')}: {telemetry.battery_mv / 1000:.2f} V")
+    return lines
+
+
+def _text(key: str, **details: object) -> str:
+    return translated(f"terminal-{key}", **details)

@@ -1,10 +1,6 @@
-"""The command about large experiments: sweep.
-
-It imports what it needs when it runs, so that the other commands start at once.
-"""
+"""The command about large experiments: sweep."""
 
 import dataclasses
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli.language import Language, resolve_locale
-from motorcade.cli.options import Json, image_of, print_json, print_text, wants_json
+from motorcade.cli.language import Language, translated
+from motorcade.cli.options import Json, image_of, print_json, print_lines, print_note, wants_json
 from motorcade.errors import MotorcadeError
-from motorcade.locales import command_line_text
 
 if TYPE_CHECKING:
     from motorcade.config.profile import Profile
@@ -25,54 +20,49 @@ if TYPE_CHECKING:
 
 STOPPED = 130
 
-
-def add_to(app: typer.Typer) -> None:
-    """Register the command."""
-    app.command()(sweep)
+app = typer.Typer()
 
 
-def sweep(
+@app.command("sweep")
+def _sweep(
     spec: Annotated[Path, typer.Argument(metavar="SPEC.toml", exists=True, dir_okay=False, readable=True)],
-    output: Annotated[Path, typer.Option("-o", "--output", dir_okay=False, help="The table, a Parquet file.")],
-    jobs: Annotated[int, typer.Option(min=0, max=1024, help="How many processes at once; 0: one a core.")] = 0,
-    scheduler: Annotated[str, typer.Option(help="Run on the Dask cluster at tcp://HOST:PORT instead.")] = "",
-    picture: Annotated[Path | None, typer.Option(help="Draw the table into this PNG, SVG or PDF file.")] = None,
-    x: Annotated[str, typer.Option(help="The picture's axis to the right: a parameter, program or mat.")] = "",
-    y: Annotated[str, typer.Option(help="Its axis upwards: a measure, or with --colour a parameter.")] = "",
-    colour: Annotated[str, typer.Option(help="A measure to colour it by.")] = "",
+    output: Annotated[Path, typer.Option("-o", "--output", dir_okay=False)],
+    jobs: Annotated[int, typer.Option(min=0, max=1024)] = 0,
+    scheduler: str = "",
+    picture: Path | None = None,
+    x: str = "",
+    y: str = "",
+    colour: str = "",
     language: Language = "",
     as_json: Json = False,
 ) -> None:
-    """Run programs on mats with many parameters and seeds, and make a table with a row for each run.
-
-    After a stop, the same command continues.
-    """
     if len({bool(each) for each in (picture, x, y)}) > 1 or (colour and not picture):
         raise MotorcadeError("picture-needs-options")
-    language = resolve_locale(language)
-    with _ended_by_sentences(output, language):
-        plan = _plan(spec, language)
+    with _ended_by_sentences(output):
+        plan = _plan(spec)
         if picture:
             from motorcade.experiments.picture import check_picture
 
             check_picture(plan.sweep, picture, x, y, colour)
         ran = _run(plan, output, jobs, scheduler)
         if picture:
+            from motorcade.cli.console import drawing_texts
             from motorcade.experiments.picture import draw_sweep
 
-            draw_sweep(plan.sweep, output, picture, x, y, colour)
+            with drawing_texts():
+                draw_sweep(plan.sweep, output, picture, x, y, colour)
     if wants_json(as_json):
         result = {"runs": plan.runs, "tasks": plan.tasks, "tasks_run": ran, "table": str(output)}
         print_json(result | ({"picture": str(picture)} if picture else {}))
         return
     key = "sweep-is-done" if ran == plan.tasks else "sweep-was-done"
-    lines = [command_line_text(key, language, runs=plan.runs, table=output, done=plan.tasks - ran, tasks=plan.tasks)]
+    lines = [translated(key, runs=plan.runs, table=output, done=plan.tasks - ran, tasks=plan.tasks)]
     if picture:
-        lines.append(command_line_text("sweep-is-drawn", language, picture=picture))
-    print_text("".join(f"{line}\n" for line in lines))
+        lines.append(translated("sweep-is-drawn", picture=picture))
+    print_lines(lines)
 
 
-def _plan(spec: Path, language: str) -> "Plan":
+def _plan(spec: Path) -> "Plan":
     from motorcade import __version__
     from motorcade.cli.console import progress_bar
     from motorcade.experiments.plan import Plan
@@ -82,7 +72,7 @@ def _plan(spec: Path, language: str) -> "Plan":
         wanted = read_sweep(spec)
     except MotorcadeError as problem:
         raise MotorcadeError("sweep-not-valid", reason=problem) from None
-    programs = [_program(spec, index, wanted, language) for index in range(len(wanted.programs))]
+    programs = [_program(spec, index, wanted) for index in range(len(wanted.programs))]
     mats = [_mat(spec, index, wanted) for index in range(len(wanted.mats))]
     with progress_bar("checked", wanted.cells) as advance:
         return Plan(wanted, programs, mats, __version__, advance)
@@ -96,7 +86,7 @@ def _run(plan: "Plan", output: Path, jobs: int, scheduler: str) -> int:
     return run_sweep(plan, output, workers, progress_bar)
 
 
-def _program(spec: Path, index: int, wanted: "Sweep", language: str) -> "tuple[bytes, Profile]":
+def _program(spec: Path, index: int, wanted: "Sweep") -> "tuple[bytes, Profile]":
     """Read one of the programs that a sweep names: its image and its cars' profile."""
     from motorcade.words.image import ImageError
 
@@ -106,13 +96,13 @@ def _program(spec: Path, index: int, wanted: "Sweep", language: str) -> "tuple[b
     if profile_name.endswith(".toml"):
         profile_name = str(spec.parent / profile_name)
     try:
-        image, profile = image_of(spec.parent / name, profile_name, language)
+        image, profile = image_of(spec.parent / name, profile_name)
     except OSError as problem:
         raise MotorcadeError("sweep-program-unreadable", place=place, reason=problem.strerror) from None
     except ImageError as problem:
         raise MotorcadeError("not-a-program", place=place, reason=problem) from None
     except typer.Exit:
-        print(f"motorcade: {command_line_text('sweep-program-has-errors', language, place=place)}", file=sys.stderr)
+        print_note(translated("sweep-program-has-errors", place=place))
         raise
     return image, dataclasses.replace(profile, name=Path(profile.name).name)
 
@@ -132,7 +122,7 @@ def _mat(spec: Path, index: int, wanted: "Sweep") -> "Mat | None":
 
 
 @contextmanager
-def _ended_by_sentences(output: Path, language: str) -> Iterator[None]:
+def _ended_by_sentences(output: Path) -> Iterator[None]:
     """Print a sentence for all that ends a sweep early: a missing library, Ctrl-C, a failing disk."""
     try:
         yield
@@ -140,7 +130,7 @@ def _ended_by_sentences(output: Path, language: str) -> Iterator[None]:
         extra = "cluster" if problem.name in ("dask", "distributed") else "sim"
         raise MotorcadeError("missing-library", library=problem.name, extra=extra) from None
     except KeyboardInterrupt:
-        print(f"motorcade: {command_line_text('sweep-is-stopped', language, table=output)}", file=sys.stderr)
+        print_note(translated("sweep-is-stopped", table=output))
         raise typer.Exit(STOPPED) from None
     except OSError as problem:
         reason = problem.strerror or problem

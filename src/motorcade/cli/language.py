@@ -1,30 +1,27 @@
-"""The language of the command line: the option --language, or the system's."""
+"""The language of the command line: the option --language, or the system's; and the help in that language."""
 
-import locale
-import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Annotated, Any
 
 import typer
 
 from motorcade.errors import MotorcadeError
-from motorcade.locales import FIRST, catalogue, command_line_text, languages
+from motorcade.locales import FIRST, catalogue, command_line_text, languages, system_language, text
 
-# The value of --language, for the sentence that is printed when the command fails.
-requested_language: ContextVar[str] = ContextVar("requested_language", default="")
+_requested: ContextVar[str] = ContextVar("requested_language", default="")
 
 
-def _remember(language: str) -> str:
-    requested_language.set(language)
+def request_language(language: str) -> str:
+    """Take the value of --language, empty for none. Raises MotorcadeError: unknown-language."""
+    if language and language not in languages():
+        raise MotorcadeError("unknown-language", language=language, languages=", ".join(languages()))
+    _requested.set(language)
     return language
 
 
-Language = Annotated[
-    str,
-    typer.Option(
-        help=f"Language of diagnostics: {' or '.join(languages())}. The system's, unless given.", callback=_remember
-    ),
-]
+Language = Annotated[str, typer.Option(callback=request_language)]
 
 
 def translated(key: str, **details: Any) -> str:
@@ -32,26 +29,43 @@ def translated(key: str, **details: Any) -> str:
     return command_line_text(key, current_language(), **details)
 
 
-def resolve_locale(language: str) -> str:
-    """Return ``language``, or the system's where it is empty. Raises MotorcadeError: unknown-language."""
-    if language and language not in languages():
-        raise MotorcadeError("unknown-language", language=language, languages=", ".join(languages()))
-    return language or _system_language()
-
-
 def current_language() -> str:
-    """Return the language of --language, or the system's where none is given or it is unknown."""
-    language = requested_language.get()
-    return language if language in languages() else _system_language()
+    """Return the language of --language, or the system's where none is given."""
+    return _requested.get() or system_language()
 
 
-def _system_language() -> str:
-    # The variables count even where the locale that they name isn't installed.
-    names = [os.environ.get(name, "") for name in ("LC_ALL", "LC_MESSAGES", "LANG")]
-    names.append(locale.getlocale()[0] or "")
-    system = next((name for name in names if name.partition(".")[0] not in ("", "C", "POSIX")), "")
-    for language in languages():
-        # Windows writes 'Chinese (Simplified)_China' where others write 'zh_CN'.
-        if system.lower().startswith((language, catalogue(language)["english_name"].lower())):
-            return language
-    return FIRST
+@contextmanager
+def in_language(language: str) -> Iterator[None]:
+    """Make ``language`` the current one while the block runs."""
+    token = _requested.set(language)
+    try:
+        yield
+    finally:
+        _requested.reset(token)
+
+
+def translate_help(command: Any, path: str = "") -> None:
+    """Give a Typer command, and all commands below it, their help: the texts "COMMAND" and "COMMAND.PARAMETER".
+
+    A text ".PARAMETER" is for all commands that have none of their own.
+    """
+    known = catalogue(FIRST)["help"]
+    command.help = text("help", path or "motorcade", {}, current_language())
+    for parameter in command.params:
+        own = f"{path}.{parameter.name}"
+        key = own if own in known else f".{parameter.name}"
+        if key in known:
+            details = {"languages": " / ".join(languages())}
+            parameter.help = text("help", key, details, current_language())
+    for name, each in getattr(command, "commands", {}).items():
+        translate_help(each, f"{path} {name}".lstrip())
+
+
+def language_in(arguments: list[str]) -> str:
+    """Return the value of --language in ``arguments``; empty where it is missing or unknown."""
+    for place, argument in enumerate(arguments):
+        name, _, value = argument.partition("=")
+        if name == "--language":
+            value = value or "".join(arguments[place + 1 : place + 2])
+            return value if value in languages() else ""
+    return ""

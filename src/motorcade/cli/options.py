@@ -3,7 +3,7 @@
 import json
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -22,14 +22,15 @@ if TYPE_CHECKING:
 
 _MOST_BYTES = 1 << 24
 
-Json = Annotated[bool, typer.Option("--json", help="Print JSON, on a terminal too.")]
-
-
+Json = Annotated[bool, typer.Option("--json")]
 ExistingFile = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True)]
 Source = Annotated[Path, typer.Argument(metavar="PROJECT|IMAGE", exists=True, dir_okay=False, readable=True)]
-ProfileOption = Annotated[
-    str, typer.Option("--profile", help="What the levels mean: a built-in profile's name, or a .toml file.")
-]
+OptionalFile = Annotated[Path | None, typer.Option(exists=True, dir_okay=False)]
+Output = Annotated[Path, typer.Option("-o", "--output")]
+OptionalOutput = Annotated[Path | None, typer.Option("-o", "--output")]
+GpioChip = Annotated[int | None, typer.Option(min=0)]
+TcpPortNumber = Annotated[int, typer.Option(min=0, max=65535)]
+CarNumber = Annotated[int, typer.Option(min=0, max=(1 << 32) - 1)]
 
 
 def wants_json(as_json: bool) -> bool:
@@ -39,7 +40,15 @@ def wants_json(as_json: bool) -> bool:
 
 def print_json(data: Any) -> None:
     """Print a JSON document on standard output."""
-    print_text(json.dumps(data, ensure_ascii=False) + "\n")
+    print_lines([json.dumps(data, ensure_ascii=False)])
+
+
+def print_result(data: Any, sentence: str, as_json: bool) -> None:
+    """Print ``data`` as JSON, or ``sentence``."""
+    if as_json:
+        print_json(data)
+    else:
+        print_lines([sentence])
 
 
 def print_table(table: "RenderableType") -> None:
@@ -49,16 +58,23 @@ def print_table(table: "RenderableType") -> None:
     console = Console()
     with console.capture() as drawn:
         console.print(table)
-    print_text(drawn.get())
+    print_lines([drawn.get().removesuffix("\n")])
 
 
-def print_text(text: str) -> None:
-    """Print text on standard output; it is no error if the reader has closed the pipe."""
+def print_lines(lines: Iterable[str]) -> None:
+    """Print lines on standard output; it is no error if the reader has closed the pipe."""
     try:
-        print(text, end="", flush=True)
+        for line in lines:
+            print(line)
+        sys.stdout.flush()
     except BrokenPipeError:
         # Python flushes again when it ends, which would print an error.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def print_note(sentence: str) -> None:
+    """Print a sentence of the program on standard error."""
+    print(f"motorcade: {sentence}", file=sys.stderr)
 
 
 def profile_named(name: str) -> "Profile":
@@ -71,7 +87,6 @@ def profile_named(name: str) -> "Profile":
 def compile_project(data: bytes, folder: Path) -> "tuple[Compiled, Profile]":
     """Compile the project in ``data``, of a file in ``folder``; return it with its profile. Raises ProgramError."""
     from motorcade.config.profile import load_profile
-    from motorcade.errors import MotorcadeError
     from motorcade.program.compiler import compile_program
     from motorcade.program.diagnostics import ProgramError, error
     from motorcade.program.model import read_program
@@ -84,7 +99,7 @@ def compile_project(data: bytes, folder: Path) -> "tuple[Compiled, Profile]":
     return compile_program(program, profile), profile
 
 
-def image_of(source: Path, profile_name: str, language: str) -> "tuple[bytes, Profile]":
+def image_of(source: Path, profile_name: str) -> "tuple[bytes, Profile]":
     """Return the image in a file, or compile the project in it, and the profile.
 
     Diagnostics are printed on standard error; errors among them end the command. Raises MotorcadeError for a file that
@@ -109,7 +124,7 @@ def image_of(source: Path, profile_name: str, language: str) -> "tuple[bytes, Pr
         diagnostics = compiled.diagnostics
     except ProgramError as problem:
         diagnostics = problem.diagnostics
-    print_diagnostics(Console(stderr=True), diagnostics, language)
+    print_diagnostics(Console(stderr=True), diagnostics)
     if has_errors(diagnostics):
         raise typer.Exit(PROGRAM_ERROR)
     return compiled.image, profile

@@ -2,19 +2,20 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.console import Console, Group
 from rich.table import Table
 
 from motorcade.cli.console import print_diagnostics, words_table
-from motorcade.cli.language import current_language, translated
+from motorcade.cli.language import translated
 from motorcade.config.profile import built_in_profile
-from motorcade.engine.events import KINDS, LOSS_REASONS
-from motorcade.locales import command_line_text
+from motorcade.engine.events import KINDS
 from motorcade.mats import Mat
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
+from motorcade.runs.recording import events_as_dicts
 from motorcade.runs.running import Run, Slot, simulate
 
 # Slots in a table; --json lists all.
@@ -60,7 +61,7 @@ def run_as_dict(run: Run) -> dict[str, object]:
     columns = zip(end.x_m.tolist(), end.y_m.tolist(), end.heading.tolist(), strict=True)
     cars = [{"id": car, "x": x, "y": y, "heading": heading} for car, (x, y, heading) in enumerate(columns)]
     counts = {name: int(values[0]) for name, values in run.world.counts().items()}
-    events = [_event_as_dict(event) for event in run.events] if run.recording else None
+    events = [_event_as_dict(event) for event in events_as_dicts(run.events)] if run.recording else None
     slots = [slot._asdict() for slot in run.slots]
     return {"cars": cars, "counts": counts, "slots": slots, "events": events}
 
@@ -77,15 +78,13 @@ def slots_table(run: Run) -> Table:
     return table
 
 
-def _event_as_dict(event: np.void) -> dict[str, object]:
-    kind, why = KINDS[event["kind"]], LOSS_REASONS[event["why"]]
-    shown: dict[str, object] = {"t_ms": int(event["t_ms"]), "car": int(event["car"]), "kind": kind}
-    shown["word"] = int(event["word"])
+def _event_as_dict(event: dict[str, Any]) -> dict[str, object]:
+    kind, why, other = event["kind"], event.pop("why"), event.pop("other")
     if kind == "state":
-        shown["index"] = int(event["other"])
+        event["index"] = other
     if kind in ("heard", "lost"):
-        shown["sender"] = int(event["other"])
-    return shown | ({"why": why} if why else {})
+        event["sender"] = other
+    return event | ({"why": why} if why else {})
 
 
 def _crowd_table(run: Run) -> Table:
@@ -99,7 +98,7 @@ def _crowd_table(run: Run) -> Table:
     return table
 
 
-def print_unheard(run: Run, language: str) -> None:
+def print_unheard(run: Run) -> None:
     """Print on standard error which followers never heard a frame, where some were sent."""
     if run.recording is None or not int(run.world.counts()["frames"][0]):
         return
@@ -108,7 +107,7 @@ def print_unheard(run: Run, language: str) -> None:
     silent = [car for car, leads in enumerate(run.world.mat.starts.leads) if not leads and car not in heard]
     if silent:
         key = "car-out-of-range" if len(silent) == 1 else "cars-out-of-range"
-        line = command_line_text(key, language, car=silent[0], count=len(silent))
+        line = translated(key, car=silent[0], count=len(silent))
         Console(stderr=True).print(line, soft_wrap=True)
 
 
@@ -141,7 +140,7 @@ def show(
     """
     console = Console()
     compiled = compile_program(program)
-    print_diagnostics(console, compiled.diagnostics, current_language())
+    print_diagnostics(console, compiled.diagnostics)
     profile = built_in_profile(program.profile)
     console.print(words_table(compiled.words, profile) if compiled.words else "")
     record = [picture] if picture else []

@@ -1,14 +1,10 @@
-"""Commands about simulated runs: simulate, replay, plot.
-
-Each command imports what it needs when it runs, so that the others start quickly.
-"""
+"""Commands about simulated runs: simulate, replay, plot."""
 
 import heapq
 import json
 import math
-import os
-import sys
 from collections.abc import Iterator
+from contextlib import nullcontext
 from enum import StrEnum
 from operator import itemgetter
 from pathlib import Path
@@ -16,50 +12,60 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli.language import Language, current_language, resolve_locale
+from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
+    CarNumber,
     Json,
-    ProfileOption,
+    Output,
     Source,
     image_of,
     needs_extra,
     print_json,
+    print_lines,
+    print_note,
+    print_result,
     print_table,
-    print_text,
     wants_json,
 )
 from motorcade.errors import MotorcadeError
-from motorcade.locales import command_line_text
 
 if TYPE_CHECKING:
     from motorcade.runs.recording import Recording
 
+app = typer.Typer()
+RunFile = Annotated[Path, typer.Argument(metavar="RUN")]
 
-def simulate_command(
+
+class Kind(StrEnum):
+    """What `plot` draws."""
+
+    TRACKS = "tracks"
+    WORDS = "words"
+    AIR = "air"
+
+
+@app.command("simulate")
+def _simulate(
     source: Source,
-    followers: Annotated[
-        int | None,
-        typer.Option(min=0, max=10_000, help="How many; 5 unless given, 0 where only the leader is programmed."),
-    ] = None,
-    seconds: Annotated[float, typer.Option(min=0, max=86400, help="Simulated time.")] = 30,
-    seed: Annotated[int, typer.Option(min=0, max=(1 << 32) - 1, help="The same seed gives the same run.")] = 0,
-    mat: Annotated[Path | None, typer.Option(help="The place that they drive on, a .toml or .json file.")] = None,
-    record: Annotated[list[Path] | None, typer.Option(help="Record the run into this .mcap or .parquet file.")] = None,
-    video: Annotated[Path | None, typer.Option(help="Draw the run into this MP4 or GIF file.")] = None,
-    picture: Annotated[Path | None, typer.Option(help="Draw the tracks into this PNG, SVG or PDF file.")] = None,
-    profile: ProfileOption = "classroom",
+    followers: Annotated[int | None, typer.Option(min=0, max=10_000)] = None,
+    seconds: Annotated[float, typer.Option(min=0, max=86400)] = 30,
+    seed: CarNumber = 0,
+    mat: Path | None = None,
+    record: list[Path] | None = None,
+    video: Path | None = None,
+    picture: Path | None = None,
+    profile: str = "classroom",
     language: Language = "",
     as_json: Json = False,
 ) -> None:
-    """Simulate a leader and its followers, which run the same bytes that an upload sends."""
-    image, chosen = image_of(source, profile, resolve_locale(language))
+    image, chosen = image_of(source, profile)
     if math.isnan(seconds):
         raise MotorcadeError("option-not-allowed", option="--seconds", value="nan", allowed="0 to 86400")
     if mat and followers is not None:
         raise MotorcadeError("followers-with-mat")
     files = [*(record or ()), *([video] if video else ()), *([picture] if picture else ())]
     with needs_extra("simulating"):
-        from motorcade.cli.console import progress_bar
+        from motorcade.cli.console import drawing_texts, progress_bar
         from motorcade.cli.options import compiling_announced
         from motorcade.cli.run_tables import print_unheard, run_as_dict, run_tables
         from motorcade.mats import read_mat
@@ -72,40 +78,18 @@ def simulate_command(
         place = read_mat(mat) if mat else None
         drawings = [path for path in files if path.suffix.lower() in (*FILM_ENDINGS, *PICTURE_ENDINGS)]
         total_ms = round(seconds * 1000) * (1 + len(drawings))
-        with compiling_announced(), progress_bar("done", total_ms) as advance:
+        texts = drawing_texts() if drawings else nullcontext()
+        with compiling_announced(), progress_bar("done", total_ms) as advance, texts:
             run = simulate(image, followers, seconds, seed, chosen, place, files, advance)
-    print_unheard(run, current_language())
+    print_unheard(run)
     if wants_json(as_json):
         print_json(run_as_dict(run))
     else:
         print_table(run_tables(run))
 
 
-RunFile = Annotated[Path, typer.Argument(metavar="RUN", help="A .mcap or .parquet file of `simulate --record`.")]
-
-
-class Kind(StrEnum):
-    """What `plot` draws."""
-
-    TRACKS = "tracks"
-    WORDS = "words"
-    AIR = "air"
-
-
-def add_to(app: typer.Typer) -> None:
-    """Register the commands."""
-    app.command("simulate")(simulate_command)
-    app.command("replay")(replay_command)
-    app.command("plot")(plot_command)
-
-
-def replay_command(
-    run: RunFile,
-    video: Annotated[Path | None, typer.Option(help="Draw the run into this MP4 or GIF file instead.")] = None,
-    speed: Annotated[float, typer.Option(help="Simulated seconds in a second of the film.")] = 1,
-    as_json: Json = False,
-) -> None:
-    """Print a recorded run as JSON, one line for each moment and each event; or draw it as a film."""
+@app.command("replay")
+def _replay(run: RunFile, video: Path | None = None, speed: float = 1, as_json: Json = False) -> None:
     if not math.isfinite(speed) or not 0.001 <= speed <= 100_000:
         raise MotorcadeError("option-not-allowed", option="--speed", value=f"{speed:g}", allowed="0.001 to 100000")
     with needs_extra("replaying"):
@@ -114,87 +98,50 @@ def replay_command(
         recording = open_recording(run)
         if video:
             _draw_film(recording, video, speed)
-            result = {"video": str(video), "t_ms": recording.last_ms}
-            sentence = command_line_text(
-                "film-is-drawn", current_language(), video=video, seconds=recording.last_ms / 1000, run=run
-            )
-            _print_result(result, sentence, as_json)
+            last_ms = recording.last_ms
+            sentence = translated("film-is-drawn", video=video, seconds=last_ms / 1000, run=run)
+            print_result({"video": str(video), "t_ms": last_ms}, sentence, as_json)
         else:
-            _print_lines(_lines(recording))
+            print_lines(_lines(recording))
     _print_damage(recording)
 
 
-def plot_command(
-    run: RunFile,
-    output: Annotated[Path, typer.Option("-o", "--output", help="The picture, a PNG, SVG or PDF file.")],
-    kind: Annotated[Kind | None, typer.Option(help="Only this plot; all three in one picture unless given.")] = None,
-    as_json: Json = False,
-) -> None:
-    """Draw a recorded run: tracks on the mat, which car held which word when, what happened to the frames."""
+@app.command("plot")
+def _plot(run: RunFile, output: Output, kind: Kind | None = None, as_json: Json = False) -> None:
     with needs_extra("drawing"):
-        from motorcade.cli.console import describe_control, progress_bar
+        from motorcade.cli.console import describe_control, drawing_texts, progress_bar
         from motorcade.runs.plots import draw_plots
         from motorcade.runs.recorder import open_recording
 
         recording = open_recording(run)
         profile = recording.about.profile
         kinds = [kind] if kind else list(Kind)
-        with progress_bar("read", recording.last_ms) as advance:
+        with progress_bar("read", recording.last_ms) as advance, drawing_texts():
             draw_plots(recording, output, kinds, lambda word: describe_control(word, profile), advance)
-    sentence = command_line_text("plots-are-drawn", current_language(), picture=output, kinds=", ".join(kinds), run=run)
-    _print_result({"picture": str(output), "kinds": kinds}, sentence, as_json)
+    sentence = translated("plots-are-drawn", picture=output, kinds=", ".join(kinds), run=run)
+    print_result({"picture": str(output), "kinds": kinds}, sentence, as_json)
     _print_damage(recording)
 
 
 def _draw_film(recording: "Recording", video: Path, speed: float) -> None:
-    from motorcade.cli.console import progress_bar
+    from motorcade.cli.console import drawing_texts, progress_bar
     from motorcade.runs.video import draw_film
 
-    with progress_bar("drawn", recording.last_ms) as advance:
+    with progress_bar("drawn", recording.last_ms) as advance, drawing_texts():
         draw_film(recording, video, speed, advance)
 
 
 def _lines(recording: "Recording") -> Iterator[str]:
     """Yield the run's description, then its moments and events in order of time, each as JSON."""
-    from motorcade.engine.events import KINDS, LOSS_REASONS
+    from motorcade.runs.recording import events_as_dicts
 
-    def events() -> Iterator[tuple[int, dict[str, object]]]:
-        for batch in recording.events():
-            for t_ms, _, car, kind, why, word, other in batch.tolist():
-                event = {
-                    "t_ms": t_ms,
-                    "car": car,
-                    "kind": KINDS[kind],
-                    "why": LOSS_REASONS[why],
-                    "word": word,
-                    "other": other,
-                }
-                yield t_ms, {"type": "event", **event}
-
-    moments = ((moment.t_ms, {"type": "cars", **moment.to_dict()}) for moment in recording.moments())
+    events = ({"type": "event", **event} for batch in recording.events() for event in events_as_dicts(batch))
+    moments = ({"type": "cars", **moment.to_dict()} for moment in recording.moments())
     yield json.dumps({"type": "run", **recording.about.to_dict()}, ensure_ascii=False)
-    for _, line in heapq.merge(events(), moments, key=itemgetter(0)):
+    for line in heapq.merge(events, moments, key=itemgetter("t_ms")):
         yield json.dumps(line)
-
-
-def _print_lines(lines: Iterator[str]) -> None:
-    """Print all lines; stop without an error when nobody reads them any more."""
-    try:
-        for line in lines:
-            print(line)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        # Python flushes again when it ends, which would fail with a traceback.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def _print_result(data: dict[str, object], sentence: str, as_json: bool) -> None:
-    if as_json:
-        print_json(data)
-    else:
-        print_text(sentence + "\n")
 
 
 def _print_damage(recording: "Recording") -> None:
     if recording.damage:
-        print(f"motorcade: {recording.damage.sentence(current_language())}", file=sys.stderr)
+        print_note(recording.damage.sentence(current_language()))

@@ -9,11 +9,11 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, AsyncExitStack, contextmanager
-from typing import TYPE_CHECKING, NamedTuple
+from contextlib import AbstractAsyncContextManager, AbstractContextManager, AsyncExitStack, contextmanager
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from motorcade.cli.options import print_json, print_text
-from motorcade.cli.remote import PageOptions, serving_page
+from motorcade.cli.language import current_language, translated
+from motorcade.cli.options import print_result
 from motorcade.drive.input.local import reading_input
 from motorcade.drive.safety.watchdog import watched
 from motorcade.drive.server import DriveServer, serving
@@ -39,13 +39,10 @@ class ServeOptions(NamedTuple):
     Attributes:
         commands, telemetry: where it listens.
         tls: for both; None for none.
-        byte_order: of commands.
-        as_json: whether to print JSON.
-        page: where its page is served, if it has one.
+        page: serves its page, if it has one, and gives the page's address.
         stick: what steers at the car itself, if anything does.
         parts: a real car's equipment; None for a simulated car.
         notes: sentences for the log; other threads append to it.
-        language: of what is printed.
     """
 
     commands: socket.socket
@@ -53,11 +50,10 @@ class ServeOptions(NamedTuple):
     tls: ssl.SSLContext | None
     byte_order: str
     as_json: bool
-    page: PageOptions | None
+    page: "Callable[[CarControl], AbstractAsyncContextManager[str]] | None"
     stick: "AbstractContextManager[StickSource] | None"
     parts: "CarParts | None"
     notes: deque[Phrase | str]
-    language: str
 
 
 async def serve(board: "DriveBoard", profile: "Profile", options: ServeOptions) -> None:
@@ -65,14 +61,18 @@ async def serve(board: "DriveBoard", profile: "Profile", options: ServeOptions) 
     control = CarControl(board, monotonic_ms, profile)
     server = DriveServer(control, options.byte_order)
     ended, loop = asyncio.Event(), asyncio.get_running_loop()
+    # Other threads don't know what --language is.
+    language = current_language()
 
     def end() -> None:
         loop.call_soon_threadsafe(ended.set)
 
     def report(sentence: Phrase | MotorcadeError) -> None:
-        _log(sentence.sentence(options.language))
+        _log(sentence.sentence(language))
 
-    _on_signals(end)
+    for name in _ENDS:
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), lambda number, frame: end())
     async with AsyncExitStack() as resources:
         await resources.enter_async_context(watched(control))
         listeners = await resources.enter_async_context(
@@ -80,64 +80,49 @@ async def serve(board: "DriveBoard", profile: "Profile", options: ServeOptions) 
         )
         if options.stick:
             await resources.enter_async_context(reading_input(control, options.stick, report, end))
-        url = await resources.enter_async_context(serving_page(control, options.page)) if options.page else None
-        resources.enter_context(_logging(control.telemetry, options.notes, options.language))
+        url = await resources.enter_async_context(options.page(control)) if options.page else None
+        resources.enter_context(_logging(control.telemetry, options.notes, language))
         (host, port), (_, telemetry_port) = (each.address for each in listeners)
-        _print_addresses(host, port, telemetry_port, url, options)
+        _print_addresses({"host": host, "port": port, "telemetry_port": telemetry_port}, url, options)
         await ended.wait()
 
 
-def _print_addresses(host: str, port: int, telemetry_port: int, url: str | None, options: ServeOptions) -> None:
-    parts, language = options.parts, options.language
-    if options.as_json:
-        addresses = {"host": host, "port": port, "telemetry_port": telemetry_port, "tls": options.tls is not None}
-        uploads = {"uploads": parts.address, "store": str(parts.store)} if parts else {}
-        print_json(addresses | ({"url": url} if url else {}) | uploads)
-        return
-    more = command_line_text("serve-uploads", language, address=parts.address) if parts and parts.address else ""
+def _print_addresses(addresses: dict[str, Any], url: str | None, options: ServeOptions) -> None:
+    parts = options.parts
+    data = addresses | {"tls": options.tls is not None} | ({"url": url} if url else {})
+    if parts:
+        data |= {"uploads": parts.address, "store": str(parts.store)}
+    more = translated("serve-uploads", address=parts.address) if parts and parts.address else ""
     if url:
-        more += command_line_text("serve-page", language, url=url)
-    ports = {"host": host, "port": port, "telemetry_port": telemetry_port}
-    print_text(command_line_text("serve-begins", language, **ports, more=more) + "\n")
-
-
-def _on_signals(end: Callable[[], None]) -> None:
-    for name in _ENDS:
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), lambda number, frame: end())
+        more += translated("serve-page", url=url)
+    print_result(data, translated("serve-begins", **addresses, more=more), options.as_json)
 
 
 @contextmanager
 def _logging(telemetry: "Callable[[], Telemetry]", notes: deque[Phrase | str], language: str) -> Iterator[None]:
     """Print driver and state whenever they change, in a thread: a terminal that hangs doesn't stop the car."""
-    over = threading.Event()
-    arguments = (telemetry, _visible(telemetry()), notes, language, over)
-    thread = threading.Thread(target=_log_changes, args=arguments, name="log", daemon=True)
+    over, last = threading.Event(), _visible(telemetry())
+
+    def log_changes() -> None:
+        nonlocal last
+        is_over = False
+        while not is_over:
+            is_over = over.wait(_PERIOD_S)
+            while notes:
+                note = notes.popleft()
+                _log(note if isinstance(note, str) else note.sentence(language))
+            now = telemetry()
+            if _visible(now) != last:
+                _log(_line(now, language))
+            last = _visible(now)
+
+    thread = threading.Thread(target=log_changes, name="log", daemon=True)
     thread.start()
     try:
         yield
     finally:
         over.set()
         thread.join(_LAST_LINE_S)
-
-
-def _log_changes(
-    telemetry: "Callable[[], Telemetry]",
-    last: tuple[object, ...],
-    notes: deque[Phrase | str],
-    language: str,
-    over: threading.Event,
-) -> None:
-    is_over = False
-    while not is_over:
-        is_over = over.wait(_PERIOD_S)
-        while notes:
-            note = notes.popleft()
-            _log(note if isinstance(note, str) else note.sentence(language))
-        now = telemetry()
-        if _visible(now) != last:
-            _log(_line(now, language))
-        last = _visible(now)
 
 
 def _line(telemetry: "Telemetry", language: str) -> str:

@@ -1,51 +1,39 @@
-"""Commands that reach a car through a port: ports, upload, readback.
-
-Each command imports what it needs when it runs, so that the others start quickly.
-"""
+"""Commands that reach a car through a port: ports, upload, readback."""
 
 import sys
 from binascii import crc32
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli.language import Language, current_language, resolve_locale, translated
+from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
     Json,
-    ProfileOption,
+    Output,
     Source,
     image_of,
     print_json,
+    print_result,
     profile_named,
     wants_json,
     write_file,
 )
 
 if TYPE_CHECKING:
-    from motorcade.upload.ports import PortInfo
     from motorcade.upload.transfer import Retry
 
-Port = Annotated[
-    str,
-    typer.Option("--port", "-p", help="Such as /dev/ttyUSB0, COM3 or socket://127.0.0.1:7000. Found, unless given."),
-]
+app = typer.Typer()
+Port = Annotated[str, typer.Option("--port", "-p")]
 
 
-def add_to(app: typer.Typer) -> None:
-    """Register the commands."""
-    app.command("ports")(ports_command)
-    app.command("upload")(upload_command)
-    app.command("readback")(readback_command)
-
-
-def ports_command(as_json: Json = False) -> None:
-    """List this computer's serial ports, those first at which a car is likely."""
+@app.command("ports")
+def _ports(as_json: Json = False) -> None:
     from motorcade.upload.ports import BARE, ports
 
     found = ports()
     if wants_json(as_json):
-        print_json([_as_dict(port) for port in found])
+        names = ("device", "description", "hardware", "board")
+        print_json([{name: getattr(port, name) for name in names} for port in found])
         return
     if all(port.rank == BARE for port in found):
         print(translated("no-car-plugged-in"))
@@ -53,70 +41,45 @@ def ports_command(as_json: Json = False) -> None:
         print(f"{port.device}  {port.title or translated('port-unknown')}")
 
 
-def _as_dict(port: "PortInfo") -> dict[str, str | bool]:
-    return {
-        "device": port.device,
-        "description": port.description,
-        "hardware": port.hardware,
-        "board": port.board,
-    }
-
-
-def upload_command(
+@app.command("upload")
+def _upload(
     source: Source,
     port: Port = "",
-    no_verify: Annotated[bool, typer.Option("--no-verify", help="For a board that never answers.")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be sent and where; open nothing.")] = False,
-    profile: ProfileOption = "classroom",
+    no_verify: Annotated[bool, typer.Option("--no-verify")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run")] = False,
+    profile: str = "classroom",
     language: Language = "",
     as_json: Json = False,
 ) -> None:
-    """Send a program to the leader and check that it arrived."""
     from motorcade.cli.console import progress_bar
     from motorcade.upload.serial_port import upload
 
-    image, chosen = image_of(source, profile, resolve_locale(language))
-    baud = chosen.serial.baud
-    port = port or _only_port()
+    image, chosen = image_of(source, profile)
+    baud, port = chosen.serial.baud, port or _only_port()
     if dry_run:
-        _print_plan(port, image, baud, as_json)
+        plan = {"words": len(image) // 4, "crc32": f"{crc32(image):08x}", "baud": baud}
+        plan = {"port": port, "bytes": len(image), **plan}
+        print_result({**plan, "sent": False}, translated("upload-planned", **plan), as_json)
         return
     with progress_bar("sent", len(image)) as advance:
         answer = upload(port, image, baud, verify=not no_verify, progress=advance, retrying=_print_retry)
-    if as_json:
-        print_json({"port": port, "bytes": len(image), "verified": not no_verify, "answer": answer})
-    elif no_verify:
-        print(translated("upload-not-verified", count=len(image), port=port))
-    else:
-        print(translated("upload-verified", count=len(image), port=port, answer=answer))
+    key = "upload-not-verified" if no_verify else "upload-verified"
+    done = {"port": port, "bytes": len(image), "verified": not no_verify, "answer": answer}
+    print_result(done, translated(key, count=len(image), port=port, answer=answer), as_json)
 
 
-def _print_plan(port: str, image: bytes, baud: int, as_json: bool) -> None:
-    plan = {"port": port, "bytes": len(image), "words": len(image) // 4, "crc32": f"{crc32(image):08x}", "baud": baud}
-    if as_json:
-        print_json({**plan, "sent": False})
-    else:
-        print(translated("upload-planned", **plan))
-
-
-def readback_command(
-    output: Annotated[Path, typer.Option("-o", "--output", help="Write the image's bytes here.")],
-    port: Port = "",
-    profile: ProfileOption = "classroom",
-    language: Language = "",
-    as_json: Json = False,
+@app.command("readback")
+def _readback(
+    output: Output, port: Port = "", profile: str = "classroom", language: Language = "", as_json: Json = False
 ) -> None:
-    """Fetch the image that a car holds."""
     from motorcade.upload.serial_port import readback
 
     baud = profile_named(profile).serial.baud
     port = port or _only_port()
     image = readback(port, baud, _print_retry)
     write_file(output, image)
-    if as_json:
-        print_json({"port": port, "bytes": len(image), "file": str(output)})
-    else:
-        print(translated("image-read-back", count=len(image), port=port, file=output))
+    done = {"port": port, "bytes": len(image), "file": str(output)}
+    print_result(done, translated("image-read-back", count=len(image), port=port, file=output), as_json)
 
 
 def _only_port() -> str:
@@ -124,12 +87,11 @@ def _only_port() -> str:
     from motorcade.upload.ports import SeveralPortsError, likely_port, ports
 
     try:
-        port = likely_port(ports())
+        return likely_port(ports()).device
     except SeveralPortsError as problem:
         if not (sys.stdin and sys.stdin.isatty() and sys.stderr.isatty()):
             raise
         return _chosen(problem.ports)
-    return port.device
 
 
 def _chosen(ports: list[tuple[str, str]]) -> str:

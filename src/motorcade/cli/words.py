@@ -1,22 +1,19 @@
-"""Commands about words, programs and formats: encode, decode, compile, decompile, inspect, formats, export.
-
-Each command imports what it needs when it runs, so that the others start quickly.
-"""
+"""Commands about words, programs and formats: encode, decode, compile, decompile, inspect, formats, export."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from motorcade.cli.language import Language, resolve_locale, translated
+from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
     ExistingFile,
     Json,
-    ProfileOption,
+    OptionalOutput,
     compile_project,
     print_json,
+    print_lines,
     print_table,
-    print_text,
     profile_named,
     read_file,
     wants_json,
@@ -31,38 +28,19 @@ if TYPE_CHECKING:
     from motorcade.config.vocabulary import Vocabulary
     from motorcade.words.field import WordFormat
 
+app = typer.Typer()
+FormatName = Annotated[str, typer.Argument(metavar="FORMAT")]
 FormatFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--format",
-        metavar="FILE.toml",
-        exists=True,
-        dir_okay=False,
-        readable=True,
-        help="A word format of your own in place of Motorcade's.",
-    ),
+    Path | None, typer.Option("--format", metavar="FILE.toml", exists=True, dir_okay=False, readable=True)
 ]
 
 
-def add_to(app: typer.Typer) -> None:
-    """Register the commands."""
-    app.command()(encode)
-    app.command(context_settings={"ignore_unknown_options": True})(decode)
-    app.command("compile")(compile_command)
-    app.command("decompile")(decompile_command)
-    app.command()(inspect)
-    app.command()(formats)
-    app.command()(export)
-
-
-def encode(
-    word_format: Annotated[
-        str, typer.Argument(metavar="FORMAT", help="header, control, drive, or a FILE.toml of your own.")
-    ],
-    values: Annotated[list[str] | None, typer.Argument(metavar="NAME=VALUE...", help="Raw values of fields.")] = None,
+@app.command("encode")
+def _encode(
+    word_format: FormatName,
+    values: Annotated[list[str] | None, typer.Argument(metavar="NAME=VALUE...")] = None,
     as_json: Json = False,
 ) -> None:
-    """Make a word from the values of its fields; fields left out take their default."""
     chosen, _ = _format_called(word_format)
     fields: dict[str, int] = {}
     for text in values or ():
@@ -74,25 +52,18 @@ def encode(
             raise MotorcadeError("field-given-twice", field=name)
         fields[name] = whole_number(value, name)
     word = chosen.encode(**fields)
-    made = {"word": word, "hex": f"0x{word:08X}", "bits": f"{word:032b}"}
     if wants_json(as_json):
-        print_json(made)
+        print_json({"word": word, "hex": f"0x{word:08X}", "bits": f"{word:032b}"})
     else:
         from motorcade.cli.console import coloured_bits
 
         print_table(coloured_bits(word, chosen, f"{word}  0x{word:08X}  "))
 
 
-def decode(
-    word_format: Annotated[
-        str, typer.Argument(metavar="FORMAT", help="header, control, drive, or a FILE.toml of your own.")
-    ],
-    words: Annotated[
-        list[str], typer.Argument(metavar="WORD...", help="Decimal or 0x hex; a negative one is a signed int.")
-    ],
-    as_json: Json = False,
+@app.command("decode", context_settings={"ignore_unknown_options": True})
+def _decode(
+    word_format: FormatName, words: Annotated[list[str], typer.Argument(metavar="WORD...")], as_json: Json = False
 ) -> None:
-    """Show the fields of words."""
     chosen, vocabulary = _format_called(word_format)
     decoded = []
     for text in words:
@@ -109,19 +80,15 @@ def decode(
         print_table(fields_table(each["word"], chosen, vocabulary, each["warnings"]))
 
 
-def compile_command(
-    project: ExistingFile,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Write the image's bytes here.")] = None,
-    language: Language = "",
-    as_json: Json = False,
+@app.command("compile")
+def _compile(
+    project: ExistingFile, output: OptionalOutput = None, language: Language = "", as_json: Json = False
 ) -> None:
-    """Compile a project into the words of its image."""
     from rich.console import Console
 
     from motorcade.cli.console import print_diagnostics, words_table
     from motorcade.program.diagnostics import ProgramError, has_errors
 
-    locale = resolve_locale(language)
     try:
         compiled, profile = compile_project(read_file(project), project.parent)
         words, diagnostics = compiled.words, compiled.diagnostics
@@ -135,32 +102,26 @@ def compile_command(
         print_json(
             {
                 "words": list(words),
-                "leader_states": counts[0],
-                "follower_words": counts[1],
-                "dwell_ms": counts[2],
-                "diagnostics": [each.as_dict(locale) for each in diagnostics],
+                **dict(zip(("leader_states", "follower_words", "dwell_ms"), counts, strict=True)),
+                "diagnostics": [each.as_dict(current_language()) for each in diagnostics],
             }
         )
     elif profile and not failed:
         print_table(words_table(words, profile))
-    print_diagnostics(Console(stderr=True), diagnostics, locale)
+    print_diagnostics(Console(stderr=True), diagnostics)
     if failed:
         raise typer.Exit(PROGRAM_ERROR)
 
 
-def decompile_command(
-    image: ExistingFile, profile: ProfileOption = "classroom", language: Language = "", as_json: Json = True
-) -> None:
-    """Print the project, always JSON, that compiles to an image."""
+@app.command("decompile")
+def _decompile(image: ExistingFile, profile: str = "classroom", language: Language = "", as_json: Json = True) -> None:
     from motorcade.program.decompiler import decompile
 
-    print_text(decompile(words_in(image), profile_named(profile)).as_json())
+    print_lines([decompile(words_in(image), profile_named(profile)).as_json().removesuffix("\n")])
 
 
-def inspect(
-    image: ExistingFile, profile: ProfileOption = "classroom", language: Language = "", as_json: Json = False
-) -> None:
-    """Show the words of an image with their fields."""
+@app.command("inspect")
+def _inspect(image: ExistingFile, profile: str = "classroom", language: Language = "", as_json: Json = False) -> None:
     from motorcade.words.formats import CONTROL, HEADER
     from motorcade.words.image import parse_image
 
@@ -180,11 +141,8 @@ def inspect(
     )
 
 
-def formats(format_file: FormatFile = None, as_json: Json = False) -> None:
-    """Show the word formats, their fields and their fingerprints.
-
-    Two ends with the same fingerprint give their words the same meaning.
-    """
+@app.command("formats")
+def _formats(format_file: FormatFile = None, as_json: Json = False) -> None:
     vocabulary = _vocabulary_in(format_file)
     if wants_json(as_json):
         print_json([_format_as_dict(word_format) for word_format in vocabulary.formats])
@@ -204,20 +162,16 @@ def _format_as_dict(word_format: "WordFormat") -> dict[str, object]:
     return {"name": word_format.name, "fingerprint": fingerprint_text(word_format), "fields": fields}
 
 
-def export(
-    target: Annotated[
-        str, typer.Argument(metavar="TARGET", help="c, wireshark, kaitai, json-schema, markdown or vectors")
-    ],
-    output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="DIR", file_okay=False, help="The folder to write into.")
-    ] = Path(),
+@app.command("export")
+def _export(
+    target: Annotated[str, typer.Argument(metavar="TARGET")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR", file_okay=False)] = Path(),
     format_file: FormatFile = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the names of the files as JSON.")] = False,
+    as_json: Json = False,
 ) -> None:
-    """Write what lets another tool or language speak the words; files of an earlier export are replaced."""
-    from motorcade.export import export as make
+    from motorcade.export import export
 
-    files = make(target, _vocabulary_in(format_file))
+    files = export(target, _vocabulary_in(format_file))
     try:
         output.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
@@ -229,7 +183,7 @@ def export(
     if as_json:
         print_json({"files": written})
     else:
-        print_text("".join(translated("file-written", file=path) + "\n" for path in written))
+        print_lines(translated("file-written", file=path) for path in written)
 
 
 def _vocabulary_in(format_file: Path | None) -> "Vocabulary":

@@ -3,7 +3,6 @@
 import asyncio
 import threading
 from collections.abc import Coroutine
-from types import TracebackType
 from typing import Any, Self, TypeVar
 
 from motorcade.drive.client import DriveClient
@@ -15,9 +14,9 @@ _Result = TypeVar("_Result")
 class BlockingDriveClient:
     """Drive a car over the network: ``with BlockingDriveClient("192.168.1.20") as car: ...``.
 
-    It takes the arguments of `DriveClient`, and its methods do and raise what the methods of `DriveClient` of the same
-    name do and raise. The connection lives in a thread of its own. It repeats a command only while the command is
-    fresh, so the car stops soon when the program hangs.
+    It takes the arguments of `DriveClient`, and its attributes and methods are those of `DriveClient`. The connection
+    lives in a thread of its own. It repeats a command only while the command is fresh, so the car stops soon when the
+    program hangs.
     """
 
     def __init__(self, host: str, *arguments: Any, **options: Any) -> None:
@@ -35,65 +34,51 @@ class BlockingDriveClient:
             raise
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Stop the car and hang up."""
         try:
-            self._wait(self._client.__aexit__(kind, problem, trace))
+            self._wait(self._client.end())
         finally:
             self._end()
 
     @property
     def telemetry(self) -> Telemetry | None:
-        """The latest; None before the first, and while the car can't be reached."""
         return self._client.telemetry
 
     @property
     def you(self) -> dict[str, Any]:
-        """What the car sent with it about this client; see `DriveClient`."""
         return self._client.you
 
     @property
     def connected(self) -> bool:
-        """Whether the car can be reached now."""
         return self._client.connected
 
     @property
     def waits_for_release(self) -> bool:
-        """Whether the car stopped by itself and stands still until the caller releases the stick."""
         return self._client.waits_for_release
 
     def drive(self, throttle: float = 0.0, steering: float = 0.0) -> None:
-        """Command the car for the next ``fresh_s``; returns at once."""
         self._wait(self._client.drive(throttle, steering))
 
     def drive_for(self, seconds: float, throttle: float = 0.0, steering: float = 0.0) -> None:
-        """Command the same for a time, then to stand still; returns when the time is over."""
         self._wait(self._client.drive_for(seconds, throttle, steering))
 
     def next_telemetry(self) -> Telemetry:
-        """The telemetry that comes next."""
         return self._wait(self._client.next_telemetry())
 
     def request(self) -> bool:
-        """Ask for the wheel: True where this client has it now."""
         return self._wait(self._client.request())
 
     def release(self) -> None:
-        """Give the wheel back, or stop waiting for it."""
         self._wait(self._client.release())
 
     def stop(self) -> None:
-        """Emergency stop: nothing moves until `clear`."""
         self._wait(self._client.stop())
 
     def clear(self) -> None:
-        """Lift the emergency stop."""
         self._wait(self._client.clear())
 
     def resume_program(self) -> None:
-        """Make the car run its image again."""
         self._wait(self._client.resume_program())
 
     def _run(self) -> None:

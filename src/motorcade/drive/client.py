@@ -6,7 +6,6 @@ import ssl
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 from motorcade.drive.connection import Address, CarError, CarRefusesError, Connection, connected, to_error
@@ -102,9 +101,7 @@ class DriveClient:
             raise
         return self
 
-    async def __aexit__(
-        self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    async def __aexit__(self, *_: object) -> None:
         """Stop the car and hang up."""
         await self.end()
 

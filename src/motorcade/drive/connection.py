@@ -27,11 +27,7 @@ class CarRefusesError(CarError):
 
 
 class CarSentence:
-    """A sentence that a car sent, as a detail of an error.
-
-    Args:
-        answer: the car's answer, with the sentence by language.
-    """
+    """A sentence that a car sent, as a detail of an error; the car's answer has it by language."""
 
     def __init__(self, answer: dict[str, Any]) -> None:
         self._sentences = answer
@@ -166,11 +162,7 @@ async def connected(address: Address, timeout_s: float) -> AsyncIterator[Connect
 
 
 def to_error(address: Address, problem: Exception, has_telemetry: bool) -> CarError:
-    """The error for what ended a connection.
-
-    Args:
-        has_telemetry: whether the car has sent any in this connection.
-    """
+    """The error for what ended a connection; ``has_telemetry``: the car has sent some in it."""
     if isinstance(problem, CarError):
         return problem
     car = str(address)

@@ -1,8 +1,7 @@
-"""Bind sockets, and accept connections at them: at most 64 at a time."""
+"""Listen at an address, and accept connections there: at most 64 at a time."""
 
 import asyncio
 import errno
-import ipaddress
 import socket
 import ssl
 from abc import ABC, abstractmethod
@@ -11,6 +10,7 @@ from contextlib import suppress
 
 from motorcade.drive.tls.keys import peer_name
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.sockets import listen
 
 HANDSHAKE_S = 2.0
 MOST_AT_ONCE = 64
@@ -33,32 +33,16 @@ def bind(host: str, port: int, program: str = "car") -> socket.socket:
     Raises:
         MotorcadeError: "no-local-address", "port-taken" or "address-unusable".
     """
+    who = Phrase(f"program-{program}")
     try:
-        family, *_, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        return listen(host, port)
     except (socket.gaierror, UnicodeError):
         raise MotorcadeError("no-local-address", host=host[:60]) from None
-    bound = socket.socket(family, socket.SOCK_STREAM)
-    try:
-        if hasattr(socket, "SO_EXCLUSIVEADDRUSE"):
-            bound.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
-        else:
-            bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        bound.bind(address)
-        # Two sockets may bind one port, but only one may listen at it.
-        bound.listen(socket.SOMAXCONN)
     except OSError as problem:
-        bound.close()
-        who = Phrase(f"program-{program}")
         if problem.errno == errno.EADDRINUSE:
             raise MotorcadeError("port-taken", port=port, program=who) from None
         reason = problem.strerror or type(problem).__name__
         raise MotorcadeError("address-unusable", program=who, host=host[:60], port=port, reason=reason) from None
-    return bound
-
-
-def is_loopback(listener: socket.socket) -> bool:
-    """Whether only this computer can reach the socket."""
-    return ipaddress.ip_address(listener.getsockname()[0].partition("%")[0]).is_loopback
 
 
 class ClientProtocol(asyncio.BaseProtocol, ABC):

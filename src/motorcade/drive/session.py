@@ -35,15 +35,9 @@ class DriveError(MotorcadeError):
 
 
 class CarControl:
-    """A car that is driven.
+    """A car that is driven; its ``board`` is set to neutral, which raises OSError where the hardware isn't there.
 
-    Args:
-        board: its hardware, which is set to neutral.
-        clock: gives the time in ms that wraps (`motorcade.words.ticks`).
-        profile: the car's profile.
-
-    Raises:
-        OSError: the hardware isn't there.
+    ``clock`` gives the time in ms that wraps (`motorcade.words.ticks`).
     """
 
     def __init__(self, board: DriveBoard, clock: Callable[[], int], profile: Profile) -> None:
@@ -129,10 +123,9 @@ class CarControl:
             raise
 
     def change(self, session: "ControlSession | None", action: Callable[[Arbiter, int], _Result]) -> _Result | None:
-        """Call ``action`` with the arbiter and the time, then make the wheels follow.
+        """Call ``action`` with the arbiter and the time, and make the wheels follow; not where ``session`` is over.
 
-        Returns:
-            What ``action`` returns; None, without a call, where ``session`` is over.
+        Returns what ``action`` returns, or None.
         """
         with self._lock:
             if session and session.number not in self._sessions:
@@ -144,7 +137,7 @@ class CarControl:
     def apply(self, session: "ControlSession", word: int, setpoint: Setpoint) -> int:
         """Take a command of ``session``. Returns its outcome, an index of `motorcade.drive.wire.OUTCOMES`."""
         with self._lock:
-            now = session.heard_ms = self._clock()
+            now = session.commanded_ms = self._clock()
             if session.number not in self._sessions:
                 return WATCHING
             # A command that stops is never over the rate.
@@ -171,9 +164,10 @@ class CarControl:
         """Lift the emergency stop; a command with speed 0 then arms the car."""
         self.change(None, lambda arbiter, now: arbiter.clear())
 
-    def drives(self, session: "ControlSession") -> bool:
-        """Whether ``session`` has the wheel."""
-        return self._arbiter.driver == session.number
+    @property
+    def driver(self) -> int:
+        """The number of the session that has the wheel, or NOBODY."""
+        return self._arbiter.driver
 
     def turn_away(self) -> None:
         """Count a connection that got or kept no place."""
@@ -287,7 +281,7 @@ class ControlSession:
         kind: CLIENT or LOCAL.
         rate: of commands that move the car.
         counts: what became of its words.
-        heard_ms: when it last sent a valid command (ticks); when it joined, before the first.
+        commanded_ms: when it last sent a valid command (ticks); when it joined, before the first.
     """
 
     def __init__(self, control: CarControl, number: int, name: str, kind: int, rate: RateLimit, counts: Counts) -> None:
@@ -296,27 +290,23 @@ class ControlSession:
         self.kind = kind
         self.rate = rate
         self.counts = counts
-        self.heard_ms = control.now_ms()
+        self.commanded_ms = control.now_ms()
         self._control = control
 
     @property
     def drives(self) -> bool:
         """Whether it has the wheel."""
-        return self._control.drives(self)
+        return self._control.driver == self.number
 
     @property
     def silent_ms(self) -> int:
         """Time since its last valid command, or since it joined."""
-        return elapsed_ms(self._control.now_ms(), self.heard_ms)
+        return elapsed_ms(self._control.now_ms(), self.commanded_ms)
 
     def command(self, word: int) -> int:
-        """Take a DRIVE word that came just now.
+        """Take a DRIVE word that came just now. Returns its outcome, an index of `motorcade.drive.wire.OUTCOMES`.
 
-        Returns:
-            APPLIED, or another index of `motorcade.drive.wire.OUTCOMES`.
-
-        Raises:
-            WordError: it is no DRIVE word; counted.
+        Raises WordError, and counts it, where it is no DRIVE word.
         """
         outcome = self._control.apply(self, word, self._control.check(word, self.counts))
         self.counts.outcomes[outcome] += 1
@@ -341,8 +331,7 @@ class ControlSession:
     def resume_program(self) -> None:
         """Give the wheels to the car's image again.
 
-        Raises:
-            DriveError: the car has no program, another session drives, or the emergency stop holds.
+        Raises DriveError: the car has no program, another session drives, or the emergency stop holds.
         """
         if not self._control.has_program:
             raise DriveError("no-program")

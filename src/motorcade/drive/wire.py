@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 from motorcade.words.formats import DRIVE
 
-BYTE_ORDERS = ("big", "little")
 WORD_BYTES = 4
 # The longest JSON text of a client's request, and of what a car sends.
 MOST_REQUEST_BYTES = 1024
@@ -29,11 +28,7 @@ class FrameTooLongError(ValueError):
 
 
 class WordReader:
-    """Read words from a stream of bytes, however it is cut.
-
-    Args:
-        byte_order: of a word, "big" or "little".
-    """
+    """Read words from a stream of bytes, however it is cut. ``byte_order`` is "big" or "little"."""
 
     def __init__(self, byte_order: str = "big") -> None:
         self._word = _WORDS[byte_order]
@@ -50,11 +45,7 @@ class WordReader:
 
 
 class FrameReader:
-    """Read frames from a stream of bytes, however it is cut.
-
-    Args:
-        most_bytes: the longest JSON text that is taken.
-    """
+    """Read frames from a stream of bytes, however it is cut, with JSON texts of at most ``most_bytes``."""
 
     def __init__(self, most_bytes: int) -> None:
         self._most_bytes = most_bytes

@@ -21,9 +21,9 @@ from motorcade.errors import MotorcadeError
 from motorcade.experiments.parameters import NEVER, Sample
 from motorcade.experiments.spec import Sweep
 from motorcade.experiments.task import MEASURES
+from motorcade.runs.drawing import picture_text
 
 _NAMED = ("program", "mat")
-_LABELS = {measure.name: measure.label for measure in MEASURES}
 _MOST_LINES = 8
 _MOST_PLACES = 40  # along an axis; more values are put into bins
 _MOST_BINS = 24
@@ -41,9 +41,6 @@ def draw_sweep(sweep: Sweep, table: Path, picture: Path, x: str, y: str, colour:
     Call `check_picture` before.
 
     Args:
-        sweep: the sweep.
-        table: its table.
-        picture: the file to write.
         x: a parameter, ``program`` or ``mat``.
         y: a measure, whose mean and middle range are drawn along ``x``, a line for each program and mat. With a
             ``colour``, another parameter.
@@ -80,11 +77,11 @@ def check_picture(sweep: Sweep, picture: Path, x: str, y: str, colour: str = "")
     check_option("--x", x, parameters)
     if colour:
         check_option("--y", y, (each for each in parameters if each != x))
-        check_option("--colour", colour, _LABELS)
+        check_option("--colour", colour, MEASURES)
         return
     if y in parameters:
-        raise MotorcadeError("picture-needs-colour", value=y, allowed=", ".join(_LABELS))
-    check_option("--y", y, _LABELS)
+        raise MotorcadeError("picture-needs-colour", value=y, allowed=", ".join(MEASURES))
+    check_option("--y", y, MEASURES)
     lines = (x == "program" or len(sweep.programs)) * (x == "mat" or len(sweep.mats))
     if lines > _MOST_LINES:
         raise MotorcadeError("picture-has-too-many-lines", count=lines, most=_MOST_LINES)
@@ -172,19 +169,19 @@ def _heat(sweep: Sweep, figure: Figure, axes: Axes, data: pa.Table, names: tuple
         mean = (total / count).reshape(up.places, across.places)
     edges = [np.arange(each.places + 1) - 0.5 if each.edges is None else each.edges for each in (across, up)]
     mesh = axes.pcolormesh(*edges, np.ma.masked_invalid(mean), cmap="viridis")
-    figure.colorbar(mesh, ax=axes, label=f"mean {_LABELS[names[2]]}")
+    figure.colorbar(mesh, ax=axes, label=picture_text("picture-mean", measure=_measure(names[2])))
     across.show(axes.xaxis, axes.set_xscale)
     up.show(axes.yaxis, axes.set_yscale)
     axes.set_xlabel(across.label)
     axes.set_ylabel(up.label)
-    axes.set_title(f"{len(values):,} runs, {_each(count[count > 0])} a field")
+    axes.set_title(picture_text("picture-runs-a-field", runs=len(values), each=_each(count[count > 0])))
 
 
 def _lines(sweep: Sweep, axes: Axes, data: pa.Table, x: str, y: str) -> None:
     across = _axis(sweep, x, data[x], int(np.clip(sweep.points.count / 10, 4, _MOST_BINS)))
     values = data[y].to_numpy().astype(np.float64)
     counts: list[int] = []
-    for number, (label, belongs) in enumerate(_lines_of(sweep, data, x)):
+    for number, (name, belongs) in enumerate(_lines_of(sweep, data, x)):
         chosen = belongs & ~np.isnan(values)
         runs = [values[chosen & (across.of == place)] for place in range(across.places)]
         shown = [place for place, some in enumerate(runs) if len(some)]
@@ -195,17 +192,16 @@ def _lines(sweep: Sweep, axes: Axes, data: pa.Table, x: str, y: str) -> None:
         if x in _NAMED:  # no line between names
             colour = f"C{number}"
             axes.vlines(where, low, high, color=colour, alpha=0.5)
-            axes.plot(where, mean, "o", color=colour, label=label)
+            axes.plot(where, mean, "o", color=colour, label=name)
             axes.margins(x=0.5 / len(where))
         else:
-            (line,) = axes.plot(where, mean, marker="o", markersize=4, label=label)
+            (line,) = axes.plot(where, mean, marker="o", markersize=4, label=name)
             axes.fill_between(where, low, high, color=line.get_color(), alpha=0.2, linewidth=0)
     across.show(axes.xaxis, axes.set_xscale)
     axes.set_xlabel(across.label)
-    axes.set_ylabel(_LABELS[y])
-    axes.set_title(
-        f"{len(values):,} runs, {_each(np.array(counts))} a point: mean, and the middle {_HIGHEST - _LOWEST} %"
-    )
+    axes.set_ylabel(_measure(y))
+    share = _HIGHEST - _LOWEST
+    axes.set_title(picture_text("picture-runs-a-point", runs=len(values), each=_each(np.array(counts)), share=share))
     axes.grid(alpha=0.3)
     if axes.get_legend_handles_labels()[1]:
         axes.legend()
@@ -221,11 +217,16 @@ def _lines_of(sweep: Sweep, data: pa.Table, x: str) -> Iterator[tuple[str, NDArr
             if name:
                 belongs &= pc.equal(data[kind], name).to_numpy()
         names = [name for name, others in ((program, programs), (mat, mats)) if len(others) > 1]
-        yield " on ".join(names), belongs
+        both = picture_text("picture-program-on-mat", program=program, mat=mat)
+        yield both if len(names) > 1 else "".join(names), belongs
 
 
 def _each(counts: NDArray[np.int64]) -> str:
     if not len(counts):
         return "0"
     lowest, highest = int(counts.min()), int(counts.max())
-    return f"{lowest:,}" if lowest == highest else f"{lowest:,} to {highest:,}"
+    return f"{lowest:,}" if lowest == highest else picture_text("picture-from-to", lowest=lowest, highest=highest)
+
+
+def _measure(name: str) -> str:
+    return picture_text(f"picture-measure-{name}")

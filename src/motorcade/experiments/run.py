@@ -57,12 +57,10 @@ def _no_bar(verb: str, total: int) -> Iterator[Callable[[int], None]]:
 
 
 def run_sweep(plan: Plan, path: Path, workers: Workers, bar: ProgressBar = _no_bar) -> int:
-    """Make the table at ``path``; tasks that an earlier call has finished don't run again.
+    """Make the table at ``path``, a Parquet file; tasks that an earlier call has finished don't run again.
 
     Args:
-        plan: what to run.
-        path: of the table, a Parquet file.
-        workers: `on_this_computer` or `on_a_cluster`.
+        workers: of `on_this_computer` or `on_a_cluster`.
         bar: shows the progress, such as `motorcade.cli.console.progress_bar`.
 
     Returns:

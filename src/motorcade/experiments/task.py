@@ -1,7 +1,6 @@
 """Run one task of a sweep: simulate its worlds, measure them, and make rows of the table."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -24,33 +23,21 @@ Numbers = NDArray[np.float64]
 _TYPES = {bool: pa.bool_(), int: pa.int64(), float: pa.float64()}
 
 
-@dataclass(frozen=True, slots=True)
-class Measure:
-    """A measure of a run: its column, its label in pictures, and whether it is a count."""
-
-    name: str
-    label: str
-    counts: bool
-
-
-MEASURES = (
-    Measure("frames", "frames sent", True),
-    Measure("heard", "frames heard", True),
-    Measure("lost_collision", "frames lost to other frames", True),
-    Measure("lost_sending", "frames lost to own sending", True),
-    Measure("lost_parity", "frames lost to wrong parity", True),
-    Measure("lost_reserved", "frames lost to reserved bits", True),
-    Measure("lost_check", "frames lost to a wrong check", True),
-    Measure("deaf", "frames missed while deaf", True),
-    Measure("undetected", "wrong frames taken for good", True),
-    Measure("touching_ms", "cars touching (ms)", True),
-    Measure("lost_share", "share of frames lost", False),
-    Measure("informed_share", "share of followers that hold the leader's word", False),
-    Measure("leader_distance_m", "distance to the nearest leader (m)", False),
-    Measure("spread_m", "spread of the cars (m)", False),
-    Measure("alignment", "alignment of the cars", False),
-    Measure("moved_m", "distance from start to end (m)", False),
+# The measures of a run: counts of the whole run, and figures of which most are of its last moment.
+COUNTS = (
+    "frames",
+    "heard",
+    "lost_collision",
+    "lost_sending",
+    "lost_parity",
+    "lost_reserved",
+    "lost_check",
+    "deaf",
+    "undetected",
+    "touching_ms",
 )
+FIGURES = ("lost_share", "informed_share", "leader_distance_m", "spread_m", "alignment", "moved_m")
+MEASURES = (*COUNTS, *FIGURES)
 _LOST = ("lost_collision", "lost_sending", "lost_parity", "lost_reserved", "lost_check", "deaf")
 
 
@@ -63,7 +50,8 @@ def table_schema(parameters: Sequence[str]) -> pa.Schema:
             ("mat", pa.string()),
             ("seed", pa.int64()),
             *((name, _TYPES[kind_of(name)]) for name in parameters),
-            *((measure.name, pa.int64() if measure.counts else pa.float64()) for measure in MEASURES),
+            *((name, pa.int64()) for name in COUNTS),
+            *((name, pa.float64()) for name in FIGURES),
         ]
     )
 
@@ -112,9 +100,7 @@ def run_and_measure(world: "World", image: bytes, duration_ms: int) -> dict[str,
     """Run every world for ``duration_ms``; return each measure's values, one for each world, None where undefined."""
     world.run(duration_ms)
     counts = world.counts()
-    columns: dict[str, list[int] | list[float | None]] = {
-        measure.name: counts[measure.name].tolist() for measure in MEASURES if measure.counts
-    }
+    columns: dict[str, list[int] | list[float | None]] = {name: counts[name].tolist() for name in COUNTS}
     lost = np.sum([counts[name] for name in _LOST], axis=0)
     columns["lost_share"] = _known(lost / np.maximum(lost + counts["heard"], 1), lost + counts["heard"] > 0)
     return columns | _ends(world, last_word(image, world.profile, duration_ms, world.tick_ms))

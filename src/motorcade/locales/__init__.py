@@ -7,6 +7,7 @@ A file has these parts:
 - ``errors``: the sentence of each code of `motorcade.errors.MotorcadeError` and of each diagnostic of a program.
 - ``phrases``: parts of sentences, by key.
 - ``command_line``: what commands print besides errors.
+- ``help``: the help of each command and, behind a full stop, of its parameters; ``.name`` is for all commands.
 - ``meanings``: what each field of Motorcade's words means.
 - ``page``: the texts of the page; ``page.errors`` replaces a sentence of ``errors`` that speaks of the command line.
 
@@ -14,6 +15,7 @@ A file has these parts:
 """
 
 import json
+import locale
 import os
 from collections.abc import Mapping
 from functools import cache
@@ -59,6 +61,19 @@ def error_sentence(code: str, details: Mapping[str, Any], language: str, audienc
 def command_line_text(key: str, language: str, **details: Any) -> str:
     """Return a text of the command line with its details."""
     return text("command_line", key, details, language)
+
+
+def system_language() -> str:
+    """Return the language that this computer is set to; English where there is no file of it."""
+    # The variables count even where the locale that they name isn't installed.
+    names = [os.environ.get(name, "") for name in ("LC_ALL", "LC_MESSAGES", "LANG")]
+    names.append(locale.getlocale()[0] or "")
+    system = next((name for name in names if name.partition(".")[0] not in ("", "C", "POSIX")), "")
+    for language in languages():
+        # Windows writes 'Chinese (Simplified)_China' where others write 'zh_CN'.
+        if system.lower().startswith((language, catalogue(language)["english_name"].lower())):
+            return language
+    return FIRST
 
 
 def _in_language(value: Any, language: str) -> Any:

@@ -1,15 +1,21 @@
-"""Draw a mat and its cars on Matplotlib's axes, for pictures and films."""
+"""Draw a mat and its cars on Matplotlib's axes, for pictures and films; give the texts of pictures."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any
 
 import numpy as np
+from matplotlib import rc_context, rcParams
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection
+from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.patches import Circle, Polygon, Rectangle
 from numpy.typing import ArrayLike, NDArray
 
 from motorcade.engine.state import Moment
+from motorcade.errors import Phrase
+from motorcade.locales import FIRST, catalogue
 from motorcade.runs.palette import LEDS, rgb
 from motorcade.runs.recording import Description, Recording
 
@@ -24,7 +30,44 @@ _DETAIL_POINTS = 7
 # The colours that do not depend on words.
 PLAIN = np.array([rgb(colour) for colour in (_WALL, _SOLID, _PERSON, "#202020", *LEDS)], np.float32)
 
+# Fonts with Chinese letters, where Matplotlib's own has none.
+_CHINESE_FONTS = (
+    *("Noto Sans CJK SC", "Noto Sans CJK JP", "Noto Sans SC", "Source Han Sans SC", "Droid Sans Fallback"),
+    *("WenQuanYi Micro Hei", "WenQuanYi Zen Hei", "Microsoft YaHei", "SimHei", "PingFang SC", "Arial Unicode MS"),
+)
+_language: ContextVar[str] = ContextVar("picture_language", default=FIRST)
+
 Box = tuple[float, float, float, float]
+
+
+def picture_text(key: str, **details: Any) -> str:
+    """A text of a picture: the phrase ``key`` in the language of `pictures_in`, English outside of it."""
+    return Phrase(key, **details).sentence(_language.get())
+
+
+@contextmanager
+def pictures_in(language: str) -> Iterator[str]:
+    """Write the texts of pictures in ``language`` while the block runs; in English where no font has its letters.
+
+    Yields the language that is written.
+    """
+    letters = {ord(letter) for letter in catalogue(language)["language"] if letter.isalpha()}
+    family = next((each for each in ("", *_CHINESE_FONTS) if _has_letters(each, letters)), None)
+    token = _language.set(FIRST if family is None else language)
+    try:
+        with rc_context({"font.family": [*rcParams["font.family"], *([family] if family else [])]}):
+            yield _language.get()
+    finally:
+        _language.reset(token)
+
+
+def _has_letters(family: str, letters: set[int]) -> bool:
+    """Whether an installed font family has all ``letters``; the usual family where none is named."""
+    try:
+        path = findfont(FontProperties(family=[family] if family else None), fallback_to_default=not family)
+    except ValueError:
+        return False
+    return letters <= get_font(path).get_charmap().keys()
 
 
 def bounding_box(about: Description, moments: Iterable[Moment]) -> Box:

@@ -22,78 +22,10 @@ _HEIGHT_M = 0.06
 _WALL_HEIGHT_M = 0.1
 _WALL_WIDTH_M = 0.02
 _UPRIGHT = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
-Corners = tuple[tuple[float, float], ...]
+_STILL: dict[str, Any] = {"lifetime": {"sec": 0, "nsec": 0}, "frame_locked": False, "metadata": []}
 _PRIMITIVES = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
-
-
-def _object(**properties: Any) -> dict[str, Any]:
-    return {"type": "object", "properties": properties}
-
-
-def _array(items: dict[str, Any]) -> dict[str, Any]:
-    return {"type": "array", "items": items}
-
-
-_NUMBER = {"type": "number"}
-_INTEGER = {"type": "integer"}
-_TEXT = {"type": "string"}
-_TIME = _object(sec=_INTEGER, nsec=_INTEGER)
-_VECTOR = _object(x=_NUMBER, y=_NUMBER, z=_NUMBER)
-_POSE = _object(position=_VECTOR, orientation=_object(x=_NUMBER, y=_NUMBER, z=_NUMBER, w=_NUMBER))
-_COLOUR = _object(r=_NUMBER, g=_NUMBER, b=_NUMBER, a=_NUMBER)
-_ARROW = _object(
-    pose=_POSE,
-    shaft_length=_NUMBER,
-    shaft_diameter=_NUMBER,
-    head_length=_NUMBER,
-    head_diameter=_NUMBER,
-    color=_COLOUR,
-)
-_CUBE = _object(pose=_POSE, size=_VECTOR, color=_COLOUR)
-_CYLINDER = _object(pose=_POSE, size=_VECTOR, bottom_scale=_NUMBER, top_scale=_NUMBER, color=_COLOUR)
-_LINE = _object(
-    type=_INTEGER,
-    pose=_POSE,
-    thickness=_NUMBER,
-    scale_invariant={"type": "boolean"},
-    points=_array(_VECTOR),
-    color=_COLOUR,
-    colors=_array(_COLOUR),
-    indices=_array(_INTEGER),
-)
-_TRIANGLES = _object(
-    pose=_POSE, points=_array(_VECTOR), color=_COLOUR, colors=_array(_COLOUR), indices=_array(_INTEGER)
-)
-_WRITING = _object(
-    pose=_POSE,
-    billboard={"type": "boolean"},
-    font_size=_NUMBER,
-    scale_invariant={"type": "boolean"},
-    color=_COLOUR,
-    text=_TEXT,
-)
-_ENTITY = _object(
-    timestamp=_TIME,
-    frame_id=_TEXT,
-    id=_TEXT,
-    lifetime=_TIME,
-    frame_locked={"type": "boolean"},
-    metadata=_array(_object(key=_TEXT, value=_TEXT)),
-    arrows=_array(_ARROW),
-    cubes=_array(_CUBE),
-    spheres=_array(_CUBE),
-    cylinders=_array(_CYLINDER),
-    lines=_array(_LINE),
-    triangles=_array(_TRIANGLES),
-    texts=_array(_WRITING),
-    models=_array(_object()),
-)
-_DELETION = _object(timestamp=_TIME, type=_INTEGER, id=_TEXT)
 SCENE_UPDATE_NAME = "foxglove.SceneUpdate"
-SCENE_UPDATE = {
-    "title": SCENE_UPDATE_NAME,
-    **_object(deletions=_array(_DELETION), entities=_array(_ENTITY)),
-}
+Corners = tuple[tuple[float, float], ...]
 
 
 def mat_message(about: Description) -> bytes:
@@ -166,13 +98,12 @@ class Scene:
 
 def _message(t_ms: int, **entities: dict[str, list[Any]]) -> bytes:
     stamp = {"sec": t_ms // 1000, "nsec": t_ms % 1000 * 1_000_000}
-    still = {"lifetime": {"sec": 0, "nsec": 0}, "frame_locked": False, "metadata": []}
     every = [
         {
             "timestamp": stamp,
             "frame_id": FRAME_ID,
             "id": name,
-            **still,
+            **_STILL,
             **{primitive: parts.get(primitive, []) for primitive in _PRIMITIVES},
         }
         for name, parts in entities.items()
@@ -232,10 +163,9 @@ def _walls_around(corners: Corners, colour: dict[str, float]) -> list[dict[str, 
 
 def _loop(corners: Corners, colour: dict[str, float]) -> dict[str, Any]:
     points = [{"x": x, "y": y, "z": _WALL_HEIGHT_M} for x, y in corners]
-    closed_line = 1
     return {
-        "type": closed_line,
-        "pose": _pose(0, 0),
+        "type": 1,  # a closed line
+        "pose": _pose(0.0, 0.0),
         "thickness": _WALL_WIDTH_M,
         "scale_invariant": False,
         "points": points,
@@ -246,4 +176,40 @@ def _loop(corners: Corners, colour: dict[str, float]) -> dict[str, Any]:
 
 
 def _triangles(points: list[dict[str, float]], colour: dict[str, float]) -> dict[str, Any]:
-    return {"pose": _pose(0, 0), "points": points, "color": colour, "colors": [], "indices": []}
+    return {"pose": _pose(0.0, 0.0), "points": points, "color": colour, "colors": [], "indices": []}
+
+
+def _schema(example: Any) -> dict[str, Any]:
+    """The JSON schema of values like ``example``."""
+    if isinstance(example, dict):
+        return {"type": "object", "properties": {key: _schema(value) for key, value in example.items()}}
+    if isinstance(example, list):
+        return {"type": "array", "items": _schema(example[0])}
+    return {"type": {bool: "boolean", int: "integer", float: "number", str: "string"}[type(example)]}
+
+
+def _example() -> dict[str, Any]:
+    """A message with one of each thing."""
+    colour, corner = _colour(LEADER), {"x": 0.0, "y": 0.0, "z": 0.0}
+    cube = _wall(0.0, 0.0, 1.0, 0.0, colour)
+    lists = {"colors": [colour], "indices": [0]}
+    entity = {
+        "timestamp": {"sec": 0, "nsec": 0},
+        "frame_id": FRAME_ID,
+        "id": "",
+        **_STILL,
+        "metadata": [{"key": "", "value": ""}],
+        "arrows": [_arrow(0.0, 0.0, 0.0, 1.0, colour)],
+        "cubes": [cube],
+        "spheres": [cube],
+        "cylinders": [_cylinder(0.0, 0.0, 1.0, 1.0, colour, 0.0)],
+        "lines": [{**_loop(((0.0, 0.0),), colour), **lists}],
+        "triangles": [{**_triangles([corner], colour), **lists}],
+        "texts": [_text(0.0, 0.0, "", 1.0)],
+        "models": [{}],
+    }
+    deletion = {"timestamp": {"sec": 0, "nsec": 0}, "type": 0, "id": ""}
+    return {"deletions": [deletion], "entities": [entity]}
+
+
+SCENE_UPDATE = {"title": SCENE_UPDATE_NAME, **_schema(_example())}

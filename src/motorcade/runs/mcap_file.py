@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from mcap.exceptions import InvalidMagic, McapError
 from mcap.reader import make_reader
-from mcap.records import Channel, McapRecord, Message, Metadata
+from mcap.records import Channel, Message, Metadata
 from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
 from motorcade.engine.state import Moment
 from motorcade.errors import MotorcadeError
 from motorcade.runs.foxglove import SCENE_UPDATE, SCENE_UPDATE_NAME, Scene, mat_message
-from motorcade.runs.recording import Description
+from motorcade.runs.recording import EVENT_FIELDS, Description, events_as_dicts
 
 _CHUNK_BYTES = 1 << 18
 _MOST_EVENTS = 10_000
@@ -43,8 +43,7 @@ CARS = _columns(
     led="integer",
     sends="boolean",
 )
-_EVENT_FIELDS = ("t_ms", "car", "kind", "why", "word", "other")
-_EVENT = {name: {"type": "string" if name in ("kind", "why") else "integer"} for name in _EVENT_FIELDS}
+_EVENT = {name: {"type": "string" if name in ("kind", "why") else "integer"} for name in EVENT_FIELDS}
 EVENTS = {
     "title": "motorcade.Events",
     "type": "object",
@@ -83,12 +82,8 @@ class McapSink:
         self._add("/scene", moment.t_ms, self._scene.message(moment))
 
     def write_events(self, t_ms: int, events: NDArray[np.void]) -> None:
-        rows = events[list(_EVENT_FIELDS)].tolist()
-        for first in range(0, len(rows), _MOST_EVENTS):
-            batch = [dict(zip(_EVENT_FIELDS, row, strict=True)) for row in rows[first : first + _MOST_EVENTS]]
-            for event in batch:
-                event["kind"] = KINDS[event["kind"]]
-                event["why"] = LOSS_REASONS[event["why"]]
+        for first in range(0, len(events), _MOST_EVENTS):
+            batch = events_as_dicts(events[first : first + _MOST_EVENTS])
             self._add("/events", t_ms, _json({"events": batch}))
 
     def close(self) -> None:
@@ -173,7 +168,7 @@ class McapRecording:
         last_ms = 0
         with self._path.open("rb") as file:
             try:
-                for record in self._records(file):
+                for record in StreamReader(file, validate_crcs=True).records:
                     if isinstance(record, Channel) and record.topic in topics:
                         chosen[record.id] = record.topic
                     elif isinstance(record, Message) and record.channel_id in chosen:
@@ -181,9 +176,6 @@ class McapRecording:
                         yield chosen[record.channel_id], json.loads(record.data)
             except _DAMAGE:
                 self.damage = MotorcadeError("recording-cut-off", file=self.name, seconds=last_ms / 1000)
-
-    def _records(self, file: Any) -> Iterator[McapRecord]:
-        return iter(StreamReader(file, validate_crcs=True).records)
 
 
 def _json(data: dict[str, Any]) -> bytes:

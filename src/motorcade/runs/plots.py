@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from motorcade.engine.state import Moment
 from motorcade.errors import MotorcadeError
-from motorcade.runs.drawing import Cars, bounding_box, draw_mat, show_box
+from motorcade.runs.drawing import Cars, bounding_box, draw_mat, picture_text, show_box
 from motorcade.runs.palette import FOLLOWERS, LEADER, WordColours, rgb
 from motorcade.runs.recording import PICTURE_ENDINGS, Description, Progress, Recording, check_writable
 
@@ -34,15 +34,16 @@ _LEGEND: dict[str, Any] = {
     "fontsize": 8,
     "frameon": False,
 }
+# The colour of each outcome of a frame that reached a car.
 _OUTCOMES = {
-    "heard": ("heard", "#2ca02c"),
-    "undetected": ("heard wrongly", "#bcbd22"),
-    "lost_collision": ("collision", "#d62728"),
-    "lost_sending": ("sending itself", "#ff7f0e"),
-    "lost_parity": ("parity", "#9467bd"),
-    "lost_reserved": ("reserved bits", "#8c564b"),
-    "lost_check": ("check", "#e377c2"),
-    "deaf": ("deaf", "#9a9a9a"),
+    "heard": "#2ca02c",
+    "undetected": "#bcbd22",
+    "lost_collision": "#d62728",
+    "lost_sending": "#ff7f0e",
+    "lost_parity": "#9467bd",
+    "lost_reserved": "#8c564b",
+    "lost_check": "#e377c2",
+    "deaf": "#9a9a9a",
 }
 
 T = TypeVar("T")
@@ -142,10 +143,16 @@ class Tracks:
         leaders = len(self._about.leaders)
         followers = self._about.cars - leaders
         t_s = self._last.t_ms / 1000 if self._last else 0
-        title = f"{_count(leaders, 'leader')} (red), {_count(followers, 'follower')}, {t_s:g} s"
+        title = picture_text(
+            "picture-tracks",
+            leaders=picture_text("picture-one-leader" if leaders == 1 else "picture-leaders", count=leaders),
+            followers=picture_text("picture-one-follower" if followers == 1 else "picture-followers", count=followers),
+            t_s=t_s,
+        )
         if few:
-            return f"{title}; x marks where each began"
-        return title if len(self._drawn) == self._about.cars else f"{title}; tracks of {len(self._drawn):,} cars"
+            return picture_text("picture-tracks-few", title=title)
+        drawn = len(self._drawn)
+        return title if drawn == self._about.cars else picture_text("picture-tracks-some", title=title, count=drawn)
 
 
 class Words:
@@ -190,13 +197,13 @@ class Words:
         return placed
 
     def _label(self, axes: Axes, rows: int) -> None:
-        cars = "" if rows == self._about.cars else f", {self._about.cars:,} cars in {rows} rows"
-        axes.set_title(f"Who held which word{cars}; pale: over")
-        axes.set_xlabel("time (s)")
+        key = "picture-words" if rows == self._about.cars else "picture-words-rows"
+        axes.set_title(picture_text(key, cars=self._about.cars, rows=rows))
+        axes.set_xlabel(picture_text("picture-time"))
         digits = 2 if self._distance_m.max(initial=0) < 2 else 1
         ticks = np.unique(np.linspace(0, rows - 1, min(rows, 8)).round().astype(int))
         axes.set_yticks(ticks + 0.5, [f"{self._distance_m[tick]:.{digits}f}" for tick in ticks])
-        axes.set_ylabel("first distance from the leader (m)")
+        axes.set_ylabel(picture_text("picture-distance"))
 
     def _name(self, axes: Axes, codes: NDArray[np.uint16], name_of_word: Callable[[int], str]) -> None:
         known = len(self._colours.words)
@@ -205,17 +212,17 @@ class Words:
         named = words[:_MOST_NAMED]
         more = len(words) - len(named)
         if known in seen:
-            named.append(("no word yet", known))
+            named.append((picture_text("picture-no-word"), known))
         handles = [Patch(color=tuple(self._colours.shades[code, 1]), label=name) for name, code in named]
         if more:
-            handles.append(Patch(color="none", label=f"and {more} more"))
+            handles.append(Patch(color="none", label=picture_text("picture-more-words", count=more)))
         if handles:
             axes.legend(handles=handles, ncols=2, **_LEGEND)
 
     def _call(self, code: int, name_of_word: Callable[[int], str]) -> str:
         name = name_of_word(self._colours.words[code])
         name = name if len(name) <= _LONGEST_NAME else name[:_LONGEST_NAME] + "…"
-        return name if code < self._colours.followers else f"leader: {name}"
+        return name if code < self._colours.followers else picture_text("picture-leader-word", name=name)
 
 
 class Air:
@@ -234,22 +241,24 @@ class Air:
         rates = {name: self._rate(t_s, edges, name, counts) for name in ("frames", *_OUTCOMES)}
         rates["heard"] = np.maximum(rates["heard"] - rates["undetected"], 0)
         floor = np.zeros(len(edges) - 1)
-        for name, (label, colour) in _OUTCOMES.items():
+        for name, colour in _OUTCOMES.items():
             if rates[name].any():
                 top = floor + rates[name]
-                axes.stairs(top, edges, baseline=floor, fill=True, color=colour, label=label)
+                text = picture_text(f"picture-air-{name}")
+                axes.stairs(top, edges, baseline=floor, fill=True, color=colour, label=text)
                 floor = top
         sent = axes.twinx()
-        sent.stairs(rates["frames"], edges, baseline=None, color="black", linewidth=1.2, label="frames sent (right)")
+        line = picture_text("picture-sent")
+        sent.stairs(rates["frames"], edges, baseline=None, color="black", linewidth=1.2, label=line)
         sent.set_ylim(0, max(float(rates["frames"].max()), 1) * 1.15)
-        sent.set_ylabel("frames sent a second")
+        sent.set_ylabel(picture_text("picture-sent-rate"))
         for each in (axes, sent):
             each.yaxis.set_major_formatter(lambda value, place: f"{value:,.6g}" if value < 1e6 else f"{value:,.0f}")
-        axes.set_title("What became of the frames that reached a car")
+        axes.set_title(picture_text("picture-air"))
         axes.set_xlim(edges[0], edges[-1])
         axes.set_ylim(0, max(float(floor.max()), 1) * 1.15)
-        axes.set_xlabel("time (s)")
-        axes.set_ylabel("receptions a second")
+        axes.set_xlabel(picture_text("picture-time"))
+        axes.set_ylabel(picture_text("picture-reception-rate"))
         handles = [*axes.get_legend_handles_labels()[0], *sent.get_legend_handles_labels()[0]]
         sent.legend(handles=handles, ncols=4, **_LEGEND)
 
@@ -264,10 +273,6 @@ class Air:
 KINDS_OF_PLOT: dict[str, Callable[[Description], Panel]] = {"tracks": Tracks, "words": Words, "air": Air}
 
 
-def _count(number: int, noun: str) -> str:
-    return f"{'One' if number == 1 else f'{number:,}'} {noun}{'' if number == 1 else 's'}"
-
-
 def draw_plots(
     recording: Recording,
     path: str | Path,
@@ -278,7 +283,6 @@ def draw_plots(
     """Write plots of a run to ``path``, in the format of its ending.
 
     Args:
-        recording: the run.
         path: a PNG, SVG or PDF file.
         kinds: tracks (on the mat), words (which car held which word when), air (what happened to frames).
         name_of_word: gives a word's name in the legend.

@@ -7,7 +7,6 @@ import tempfile
 from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from motorcade.errors import MotorcadeError, Phrase
@@ -84,7 +83,6 @@ class Recorder:
         world: the world, before the first slice.
         every_ms: the interval between recorded moments; choose slices that divide it.
         events: whether to record events too, for which the world was made with ``events=True``.
-        index: which of the worlds to record, where there are several.
 
     Raises:
         MotorcadeError: a file can't be written, or has another ending.
@@ -97,13 +95,11 @@ class Recorder:
         world: "World",
         every_ms: int = EVERY_MS,
         events: bool = True,
-        index: int = 0,
     ):
         targets = list(targets) if isinstance(targets, Iterable) and not isinstance(targets, str) else [targets]
         self._world = world
         self._events = events
         self._every_ms = every_ms
-        self._index = index
         self._due_ms = world.now_ms
         self._last_ms = -1
         self._sinks: list[Sink] = [each for each in targets if each is not None and not isinstance(each, str | Path)]
@@ -119,7 +115,7 @@ class Recorder:
             self._folder = tempfile.TemporaryDirectory(prefix="motorcade-", ignore_cleanup_errors=True)
             self._files = [Path(self._folder.name) / "run.parquet"]
         self._in_memory = in_memory[0] if in_memory else None
-        about = Description.of(world, every_ms, index)
+        about = Description.of(world, every_ms)
         try:
             for path in self._files:
                 self._sinks.append(_new_file(path, about))
@@ -150,7 +146,7 @@ class Recorder:
         """End the recording and draw the films and pictures; leaving the context does the same.
 
         Args:
-            progress: called with the simulated time in ms that has been drawn, for each drawing from 0.
+            progress: called with the simulated time in ms that has been drawn, added up over all drawings.
 
         Raises:
             MotorcadeError: one can't be drawn.
@@ -159,12 +155,12 @@ class Recorder:
             self._record_moment(self._world)
         self._close()
         drawings, self._drawings = self._drawings, []
-        for path in drawings:
-            draw(self._in_memory or open_recording(self._files[0]), path, progress)
+        for number, path in enumerate(drawings):
+            before_ms = number * self._last_ms
+            recording = self._in_memory or open_recording(self._files[0])
+            draw(recording, path, lambda done_ms, before_ms=before_ms: progress(before_ms + done_ms))  # type: ignore[misc]
 
-    def __exit__(
-        self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         try:
             if kind is None:
                 self.draw()
@@ -175,14 +171,12 @@ class Recorder:
 
     def _record_events(self, world: "World") -> None:
         events = world.take_events()
-        if world.worlds > 1:
-            events = events[events["world"] == self._index]
         if len(events):
             for sink in self._sinks:
                 sink.write_events(world.now_ms, events)
 
     def _record_moment(self, world: "World") -> None:
-        moment = world.snapshot(self._index).in_single_precision()
+        moment = world.snapshot().in_single_precision()
         for sink in self._sinks:
             sink.write(moment)
         self._last_ms = world.now_ms

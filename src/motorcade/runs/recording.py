@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motorcade.config.profile import TABLES, Profile
+from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.engine.state import Moment
 from motorcade.errors import MotorcadeError, Phrase
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from motorcade.engine.world import World
 
 FORMAT = "motorcade-recording/1"
+EVENT_FIELDS = ("t_ms", "car", "kind", "why", "word", "other")
 DATA_ENDINGS = (".mcap", ".parquet")
 FILM_ENDINGS = (".mp4", ".gif")
 PICTURE_ENDINGS = (".png", ".svg", ".pdf")
@@ -67,8 +69,8 @@ class Description:
     every_ms: int
 
     @classmethod
-    def of(cls, world: "World", every_ms: int, index: int = 0) -> "Description":
-        """Describe world number ``index`` of ``world``."""
+    def of(cls, world: "World", every_ms: int) -> "Description":
+        """Describe ``world``, or the first where there are several."""
         mat = world.mat
         return cls(
             mat=mat.name,
@@ -83,7 +85,7 @@ class Description:
             images=tuple(image.hex() for image in world.images),
             leaders=tuple(np.flatnonzero(mat.starts.leads).tolist()),
             cars=world.cars,
-            seed=int(world.seeds[index]),
+            seed=int(world.seeds[0]),
             tick_ms=world.tick_ms,
             every_ms=every_ms,
         )
@@ -202,6 +204,14 @@ class InMemoryRecording:
 
     def events(self) -> Iterator[NDArray[np.void]]:
         return iter(self._events)
+
+
+def events_as_dicts(events: NDArray[np.void]) -> list[dict[str, Any]]:
+    """Events of `motorcade.engine.events.EVENT` for JSON: EVENT_FIELDS by name, with the names of kinds and reasons."""
+    dicts = [dict(zip(EVENT_FIELDS, row, strict=True)) for row in events[list(EVENT_FIELDS)].tolist()]
+    for event in dicts:
+        event["kind"], event["why"] = KINDS[event["kind"]], LOSS_REASONS[event["why"]]
+    return dicts
 
 
 def check_writable(path: Path, endings: Iterable[str]) -> None:

@@ -216,19 +216,5 @@ def simulate(
             driven_m += np.hypot(now.x_m - before.x_m, now.y_m - before.y_m)
             before = now
             progress(world.now_ms)
-        recorder.draw(_after(duration_ms, progress))
+        recorder.draw(lambda done_ms: progress(duration_ms + done_ms))
     return Run(world, driven_m, recording, slots.slots(duration_ms) if slots.counts_anything else [])
-
-
-def _after(run_ms: int, progress: Progress) -> Progress:
-    """Add up the progress of drawings that follow a run; each drawing begins again from 0."""
-    done_ms, last_ms = run_ms, 0
-
-    def add(now_ms: int) -> None:
-        nonlocal done_ms, last_ms
-        if now_ms < last_ms:
-            done_ms += run_ms
-        last_ms = now_ms
-        progress(done_ms + now_ms)
-
-    return add

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from motorcade.engine.state import Moment
 from motorcade.errors import MotorcadeError
-from motorcade.runs.drawing import PLAIN, Box, Cars, draw_mat, recording_box, show_box
+from motorcade.runs.drawing import PLAIN, Box, Cars, draw_mat, picture_text, recording_box, show_box
 from motorcade.runs.palette import WordColours
 from motorcade.runs.recording import FILM_ENDINGS, Description, Progress, Recording, check_writable
 
@@ -37,7 +37,6 @@ def draw_film(
     second moment does, or every third, and so on.
 
     Args:
-        recording: the run.
         path: the file; an old one stays until the new one is complete.
         speed: simulated seconds in a second of the film, above 0.
         progress: called with the simulated time in ms that has been drawn.
@@ -104,7 +103,7 @@ class _Pictures:
         )
         self._cars = Cars(self._axes, about)
         self._colours = WordColours(about.images)
-        self._name = f"{about.mat}, {about.cars:,} car{'' if about.cars == 1 else 's'}"
+        self._mat = about.mat
 
     def palette(self) -> Image:
         """At most 256 colours, a row each: those that are drawn, and their mixtures with their surroundings."""
@@ -115,7 +114,9 @@ class _Pictures:
 
     def draw(self, moment: Moment) -> Image:
         self._cars.show(moment, self._colours.of(moment.word, moment.runs))
-        self._title.set_text(f"{self._name}, {moment.t_ms / 1000:.1f} s")
+        cars = len(moment.x_m)
+        key = "picture-film-of-one" if cars == 1 else "picture-film"
+        self._title.set_text(picture_text(key, mat=self._mat, cars=cars, t_s=moment.t_ms / 1000))
         self._canvas.restore_region(self._still)
         for artist in (*self._cars.artists, self._title):
             self._axes.draw_artist(artist)

@@ -13,8 +13,8 @@ from uvicorn.protocols.http.auto import AutoHTTPProtocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from websockets.protocol import State
 
-from motorcade.drive.listener import is_loopback
 from motorcade.server.request_filter import ServerSettings
+from motorcade.sockets import is_loopback
 
 # Fifty pages open at once need fewer. Further connections are refused, so a flood of them doesn't stop the server.
 _MOST_CONNECTIONS = 1000

@@ -304,13 +304,7 @@ def outcome_of(answer: Answer) -> Outcome:
 
 
 def upload_error(port: str, outcome: Outcome, holds: str) -> MotorcadeError | None:
-    """The error for an upload's outcome; None where it succeeded.
-
-    Args:
-        port: its name.
-        outcome: `Transfer.outcome`.
-        holds: `Transfer.holds`.
-    """
+    """The error for `Transfer.outcome` and `Transfer.holds` of an upload; None where it succeeded."""
     kind, detail = outcome
     if kind == SILENT:
         return MotorcadeError("no-answer", port=port, detail=detail, holds=holds_phrase(holds))

@@ -18,7 +18,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from motorcade.cli import studio as studio_command
+from motorcade.cli import pages
 from support.command_line import refusal
 
 SESSION = "0" * 32
@@ -160,10 +160,10 @@ def test_the_command_line_starts_without_the_studios_libraries():
 )
 def test_a_browser_is_opened_where_it_has_a_window(monkeypatch, system, display, opens):
     threads = []
-    monkeypatch.setattr(studio_command.threading, "Thread", lambda **how: threads.append(how) or mock.Mock())
-    monkeypatch.setattr(studio_command.sys, "platform", system)
+    monkeypatch.setattr(pages.threading, "Thread", lambda **how: threads.append(how) or mock.Mock())
+    monkeypatch.setattr(pages.sys, "platform", system)
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv(display, "0")
-    studio_command.open_browser("http://127.0.0.1:7700/")
+    pages.open_browser("http://127.0.0.1:7700/")
     assert [how["args"] for how in threads] == [("http://127.0.0.1:7700/",)] * opens

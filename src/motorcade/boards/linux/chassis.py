@@ -21,11 +21,15 @@ CENTRE_DEG = 90
 FULL_RIGHT_DEG = 0
 
 
-class Chassis(Protocol):
-    """Wheels of any kind. No motor gets a higher duty than the profile's ``motor.pwm_max``. Methods raise OSError."""
+class WordWheels(Protocol):
+    """Wheels that obey control words."""
 
     def set(self, direction: int, speed_level: int) -> None:
-        """Turn as a control word asks; arguments as of `motorcade.car.board.Board.set_wheels`."""
+        """Turn as a control word asks; arguments as of `motorcade.car.board.Board.set_wheels`. Raises OSError."""
+
+
+class Chassis(WordWheels, Protocol):
+    """Wheels of any kind. No motor gets a higher duty than the profile's ``motor.pwm_max``. Methods raise OSError."""
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
         """Turn as a DRIVE word asks; arguments as of `motorcade.car.drive_board.DriveBoard.apply`."""

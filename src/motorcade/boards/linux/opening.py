@@ -19,16 +19,9 @@ _RESCUE = f"{pull_low.__module__}:{pull_low.__name__}"
 
 
 def open_car(equipment: Equipment, pins: PinMap, profile: Profile, gpio_chip: int | None = None) -> RaspberryPi:
-    """Open the board of a car that words drive.
+    """Open the board of a car that words drive; ``gpio_chip`` as for `open_gpio`.
 
-    Args:
-        equipment: what every car on a computer has.
-        pins: which part is at which pin.
-        profile: the car's kind.
-        gpio_chip: the number of the gpiochip, None for the computer's own.
-
-    Raises:
-        MotorcadeError: the pin file is another car's; the hardware isn't there, or this user may not use it.
+    Raises MotorcadeError: the pin file is another car's; the hardware isn't there, or this user may not use it.
     """
     _check_pins(equipment, pins)
     factory = open_gpio(pins.chip, gpio_chip)
@@ -44,12 +37,7 @@ def open_drive(
 ) -> ProgrammedDrive:
     """Open the board of a car that somebody drives, and that words drive when the driver gives them the wheels.
 
-    Args:
-        equipment, pins, profile, gpio_chip: as for open_car.
-        watchdog: the device of a hardware watchdog, None to use none.
-
-    Raises:
-        MotorcadeError: the pin file is another car's; the hardware isn't there, or this user may not use it.
+    ``watchdog`` is the device of a hardware watchdog, None to use none. Raises what `open_car` raises.
     """
     _check_pins(equipment, pins)
     factory = open_gpio(pins.chip, gpio_chip)
@@ -60,11 +48,7 @@ def open_drive(
 
 
 def stop_wheels(pins: PinMap, gpio_chip: int | None = None) -> list[int]:
-    """Make all pins that turn wheels low and return them; for a car whose program has died.
-
-    Raises:
-        MotorcadeError: the pin file is another car's; the hardware isn't there, or this user may not use it.
-    """
+    """Make all pins that turn wheels low and return them; for a car whose program has died. Raises as `open_car`."""
     _check_computer(pins)
     pull_low(*_pull_low_arguments(pins, gpio_chip))
     return motor_pins(pins)

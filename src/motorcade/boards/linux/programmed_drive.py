@@ -33,7 +33,7 @@ _CHECK_PERIOD_MS = 50
 _JOIN_TIMEOUT_S = 1.0
 
 
-class SharedWheels:
+class SharedWheels(DriveBoard):
     """The wheels of a car that is driven and programmed.
 
     The program's thread calls the methods for the program. Its last setpoint is stored, and written to the wheels
@@ -99,7 +99,7 @@ class SharedWheels:
     # For the driver
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
-        """Take the wheels from the program and drive; see `motorcade.car.drive_board.DriveBoard.apply`."""
+        """Take the wheels from the program and drive."""
         self._is_programmed = False
         with self._locked():
             self._chassis.apply(angle_deg, direction, speed)
@@ -127,7 +127,7 @@ class SharedWheels:
         self._is_programmed = False
 
     def check_program(self) -> None:
-        """Raise OSError where the program doesn't control the wheels; see `motorcade.car.drive_board.DriveBoard`."""
+        """Raise OSError where the program doesn't control the wheels."""
         self._check_heartbeat()
         if not self._is_programmed:
             raise self._fault.with_traceback(None) if self._fault else HardwareError("wheels-stopped")
@@ -170,17 +170,14 @@ class SharedWheels:
             self._lock.release()
 
 
-class ProgrammedDrive(DriveBoard):
+class ProgrammedDrive(SharedWheels):
     """A car that is driven and programmed: two motors, or one motor and a servo.
 
     Its program runs from now on, and its wheels stand still.
 
     Args:
-        equipment: what every car on a computer has; its observer gets faults of the program too, as kind ``fault``.
-        pins: which part is at which pin.
-        profile: the car's kind; its ``servo`` and ``motor`` count.
-        factory: gpiozero's pin factory (`motorcade.boards.linux.gpio_chip.open_gpio`); closed with the board.
-        sender: of infrared, None for none; closed with the board.
+        equipment, pins, profile, factory, sender: as for RaspberryPi. The observer of ``equipment`` gets faults of the
+            program too, as kind ``fault``.
         watchdog: gets a sign of life as long as all is well, and is disarmed at the end; None for none.
         rescue: see `motorcade.car.drive_board.DriveBoard.rescue`.
 
@@ -210,28 +207,13 @@ class ProgrammedDrive(DriveBoard):
         limit_ms = profile.drive.watchdog_ms
         max_silence_ms = max(limit_ms // 2, limit_ms - _CHECK_PERIOD_MS)
         self._equipment = equipment
-        self._wheels = SharedWheels(chassis, equipment.now_ms, max_silence_ms)
-        self._board = RaspberryPi(replace(equipment, save=self._save), pins, profile, factory, sender, self._wheels)
+        super().__init__(chassis, equipment.now_ms, max_silence_ms)
+        self._board = RaspberryPi(replace(equipment, save=self._save), pins, profile, factory, sender, self)
         self.has_program = self._has_program(equipment.image)
         self._last_fault = ""
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="car program", daemon=True)
         self._thread.start()
-
-    def apply(self, angle_deg: int, direction: int, speed: int) -> None:
-        self._wheels.apply(angle_deg, direction, speed)
-
-    def neutral(self) -> None:
-        self._wheels.neutral()
-
-    def begin_program(self) -> None:
-        self._wheels.begin_program()
-
-    def check_program(self) -> None:
-        self._wheels.check_program()
-
-    def end_program(self) -> None:
-        self._wheels.end_program()
 
     def keep_alive(self) -> None:
         if self._watchdog is not None:
@@ -257,7 +239,7 @@ class ProgrammedDrive(DriveBoard):
                 self._tick(car)
         except Exception as problem:  # noqa: BLE001 - whatever it is, the driver can drive on and sees the fault
             fault = HardwareError("program-ended", kind=type(problem).__name__, reason=problem)
-            self._wheels.fail(fault, is_over=True)
+            self.fail(fault, is_over=True)
             self._report(str(fault))
 
     def _tick(self, car: Car) -> None:
@@ -266,9 +248,9 @@ class ProgrammedDrive(DriveBoard):
             car.tick()
         except OSError as problem:
             fault = problem
-        self._wheels.heartbeat()
+        self.heartbeat()
         if fault:
-            self._wheels.fail(fault)
+            self.fail(fault)
         # The same fault may come with each tick.
         text = str(fault) if fault else ""
         if text and text != self._last_fault:
@@ -280,7 +262,7 @@ class ProgrammedDrive(DriveBoard):
 
     def _save(self, data: bytes) -> None:
         """Store an image, which takes seconds on a worn card; the program can't control the wheels meanwhile."""
-        with self._wheels.paused():
+        with self.paused():
             self._equipment.save(data)
         self.has_program = self._has_program(data)
 

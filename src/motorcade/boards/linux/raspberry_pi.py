@@ -3,13 +3,13 @@
 import warnings
 from collections.abc import Callable
 from contextlib import ExitStack
-from typing import Any, Protocol
+from typing import Any
 
 from gpiozero import DigitalInputDevice, DistanceSensor, GPIODevice, OutputDevice
 from gpiozero.exc import DistanceSensorNoEcho, PWMSoftwareFallback
 
 from motorcade.boards.computer import ComputerBoard, Equipment
-from motorcade.boards.linux.chassis import open_chassis
+from motorcade.boards.linux.chassis import WordWheels, open_chassis
 from motorcade.boards.linux.infrared import LircSender
 from motorcade.boards.on_chip.infrared import InfraredReceiver
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
@@ -22,13 +22,6 @@ _LEDS = 4
 _PINGS = 3
 # More than a second of frames has; a power of two.
 _MAX_EDGES = 1024
-
-
-class WordWheels(Protocol):
-    """Wheels that obey control words."""
-
-    def set(self, direction: int, speed_level: int) -> None:
-        """Turn as a control word asks; arguments as of `motorcade.car.board.Board.set_wheels`."""
 
 
 class RaspberryPi(ComputerBoard):

@@ -123,14 +123,9 @@ class InfraredReceiver:
 def open_receiver(
     machine: "Any", clock: "Any", pin: int, unit_us: int, interrupt: "dict[str, bool]"
 ) -> InfraredReceiver:
-    """Receive at a pin of a microcontroller.
+    """Receive at a GPIO pin of a microcontroller; ``clock`` is MicroPython's time module.
 
-    Args:
-        machine: MicroPython's module.
-        clock: MicroPython's time module.
-        pin: its GPIO number.
-        unit_us: the unit of a frame.
-        interrupt: further arguments of machine.Pin.irq, such as ``{"hard": True}`` where the chip has that.
+    ``interrupt`` has further arguments of machine.Pin.irq, such as ``{"hard": True}`` where the chip has that.
     """
     ticks_us = clock.ticks_us
     receiver = InfraredReceiver(ticks_us, unit_us)
@@ -143,13 +138,7 @@ def open_receiver(
 
 
 class RmtSender:
-    """Send frames by an ESP32's RMT.
-
-    Args:
-        machine, esp32: MicroPython's modules.
-        pin: the LED's GPIO number.
-        unit_us: the unit of a frame.
-    """
+    """Send frames by an ESP32's RMT; ``pin`` is the LED's GPIO number, ``unit_us`` the unit of a frame."""
 
     def __init__(self, machine: "Any", esp32: "Any", pin: int, unit_us: int) -> None:
         self._unit_us = unit_us
@@ -163,13 +152,7 @@ class RmtSender:
 
 
 class PioSender:
-    """Send frames by a state machine of an RP2040.
-
-    Args:
-        machine, rp2: MicroPython's modules.
-        pin: the LED's GPIO number.
-        unit_us: the unit of a frame.
-    """
+    """Send frames by a state machine of an RP2040; the arguments are as RmtSender's."""
 
     def __init__(self, machine: "Any", rp2: "Any", pin: int, unit_us: int) -> None:
         steps_hz = CARRIER_HZ * CYCLE_STEPS

@@ -25,8 +25,7 @@ class Ultrasonic:
     """Measure distances with an HC-SR04.
 
     Args:
-        machine: MicroPython's module.
-        clock: MicroPython's time module.
+        machine, clock: MicroPython's modules machine and time.
         pins: ``trigger`` and ``echo``, GPIO numbers.
         range_mm: a distance beyond it counts as nothing in sight.
     """
@@ -60,7 +59,8 @@ class Ultrasonic:
         now_ms = self._clock.ticks_ms()
         waited_ms = elapsed_ms(now_ms, self._pinged_ms)
         if self._width_us:
-            self._distance_mm = self._within_range(self._width_us * _MM_PER_2000_US // 2000)
+            distance_mm = self._width_us * _MM_PER_2000_US // 2000
+            self._distance_mm = distance_mm if distance_mm <= self._range_mm else NOTHING_IN_SIGHT_MM
             self._width_us = 0
             self._has_answer = True
         if not self._has_pinged or waited_ms >= PING_EVERY_MS:
@@ -68,9 +68,6 @@ class Ultrasonic:
                 self._distance_mm = NOTHING_IN_SIGHT_MM
             self._ping(now_ms)
         return self._distance_mm
-
-    def _within_range(self, distance_mm: int) -> int:
-        return distance_mm if distance_mm <= self._range_mm else NOTHING_IN_SIGHT_MM
 
     def _ping(self, now_ms: int) -> None:
         self._has_pinged = True

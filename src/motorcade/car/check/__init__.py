@@ -21,6 +21,7 @@ from motorcade.car.check.parts import (
 )
 from motorcade.car.check.probe import Probe
 from motorcade.car.check.store import check_store
+from motorcade.errors import Phrase
 
 
 def check_board(
@@ -29,8 +30,8 @@ def check_board(
     wait_ms: "Callable[[int], Any] | None" = None,
     hear: "Callable[[int], Any] | None" = None,
     say: "Callable[[bytes], Any] | None" = None,
-) -> list[str]:
-    """Return what breaks the contract of a board, one sentence each; an empty list where nothing does.
+) -> list[Phrase]:
+    """Return what breaks the contract of a board, an empty list where nothing does; ``str`` makes sentences of them.
 
     The wheels turn for moments, LEDs flash, a frame is sent, and images are stored. At the end the image that was
     there is stored again (the empty one where there was none).

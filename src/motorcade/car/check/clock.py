@@ -13,6 +13,7 @@ import sys
 import time
 
 from motorcade.car.check.probe import BoardFailedError, Probe
+from motorcade.errors import Phrase
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms
 
 # A clock beside the board's, to compare with.
@@ -39,13 +40,14 @@ def _readings_fit(probe: Probe) -> bool:
     for _ in range(_READS):
         now_ms = probe.call("now_ms")
         if type(now_ms) is not int:
-            probe.breach(f"now_ms() gave {now_ms!r}; it has to give whole milliseconds, an int")
+            expected = Phrase("check-expects-milliseconds")
+            probe.breach(Phrase("check-answer", method="now_ms", value=repr(now_ms), expected=expected))
             return False
         if not 0 <= now_ms <= TICKS_MASK:
-            probe.breach(f"now_ms() gave {now_ms}; it has to wrap at 2^30: give now & 0x3FFFFFFF")
+            probe.breach(Phrase("check-clock-unwrapped", now_ms=now_ms))
             return False
         if before_ms is not None and elapsed_ms(now_ms, before_ms) > TICKS_MASK >> 1:
-            probe.breach(f"now_ms() went back from {before_ms} to {now_ms}; take a clock that never does")
+            probe.breach(Phrase("check-clock-goes-back", before_ms=before_ms, now_ms=now_ms))
             return False
         before_ms = now_ms
     return True
@@ -60,10 +62,7 @@ def _wraps(probe: Probe) -> bool:
             # The board has a clock of its own.
             return True
         if not 0 <= now_ms <= TICKS_MASK or elapsed_ms(now_ms, later_ms(before_ms, ahead_ms)) > _NEAR_MS:
-            probe.breach(
-                f"now_ms() will give {now_ms} once the computer has been on for some days; "
-                "it has to wrap at 2^30, neither sooner nor later: give now & 0x3FFFFFFF"
-            )
+            probe.breach(Phrase("check-clock-wraps-elsewhere", now_ms=now_ms))
             return False
     return True
 
@@ -72,7 +71,7 @@ def _goes_on(probe: Probe) -> bool:
     # Read the other clock before and after the board's, so that a busy computer doesn't make it seem wrong.
     outer_begin_ms, begin_ms, inner_begin_ms = _host_ms(), probe.call("now_ms"), _host_ms()
     if not probe.wait(_WATCHED_MS):
-        probe.breach("now_ms() stands still, or counts something longer than milliseconds")
+        probe.breach(Phrase("check-clock-stands-still"))
         return False
     inner_end_ms, end_ms, outer_end_ms = _host_ms(), probe.call("now_ms"), _host_ms()
     if probe.clock_is_simulated or not HAS_CLOCK:
@@ -82,7 +81,7 @@ def _goes_on(probe: Probe) -> bool:
     # One more on either side, since readings are whole milliseconds.
     if least_ms / _PACE - 1 <= passed_ms <= most_ms * _PACE + 1:
         return True
-    probe.breach(f"now_ms() went on by {passed_ms} in {most_ms:.3f} ms; it has to count milliseconds")
+    probe.breach(Phrase("check-clock-pace", passed_ms=passed_ms, real_ms=most_ms))
     return False
 
 

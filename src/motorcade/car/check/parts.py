@@ -23,6 +23,7 @@ from motorcade.car.brain import (
     VOICE_GO,
 )
 from motorcade.car.check.probe import LONGEST_CALL_MS, BoardFailedError, Probe, brief, is_count
+from motorcade.errors import Phrase
 from motorcade.words.image import ImageError, parse_image_bytes
 from motorcade.words.infrared import to_frame
 from motorcade.words.ticks import elapsed_ms
@@ -43,7 +44,6 @@ _WORD = 0xE4800000
 # No image begins like this, and no answer to an upload.
 _SENT = b"check\n"
 FRAME = to_frame(0xA4A80000)
-_FRAMES = "a list or tuple of frames, ints of 32 bits"
 _WITHIN_MS = 500
 _PAUSE_MS = 5
 _TRIES = 3
@@ -55,16 +55,16 @@ def check_attributes(probe: Probe) -> bool:
     """Note what is wrong with number, is_leader and levels; return False where the levels can't be used."""
     number, is_leader, levels = [getattr(probe.board, name, None) for name in ("number", "is_leader", "levels")]
     if not is_count(number, 0xFFFFFFFF):
-        probe.breach(f"number is {brief(number)}; it has to be a whole number from 0 to 4294967295")
+        probe.breach(Phrase("check-number", value=brief(number)))
     if is_leader not in (True, False):
-        probe.breach(f"is_leader is {brief(is_leader)}; it has to be True or False")
+        probe.breach(Phrase("check-is-leader", value=brief(is_leader)))
     if not isinstance(levels, tuple) or len(levels) != FORGET_MS + 1 or not all(is_count(each) for each in levels):
-        probe.breach(f"levels is {brief(levels)}; it has to be the tuple that motorcade.car.board.make_levels gives")
+        probe.breach(Phrase("check-levels", value=brief(levels)))
         return False
     zeros = [place for place in range(len(levels)) if levels[place] == 0 and place not in _MAY_BE_0]
     falls = [list(each) != sorted(each) for each in (levels[DURATIONS_MS:DWELLS_MS], levels[DWELLS_MS:AVOID_RADII_MM])]
     if zeros or True in falls:
-        probe.breach(f"levels is {levels!r}; its times are 0 or fall where they can't: make it with make_levels")
+        probe.breach(Phrase("check-levels-times", value=repr(levels)))
         return False
     return True
 
@@ -73,26 +73,23 @@ def check_methods(probe: Probe) -> bool:
     """Note which methods of the contract are missing; return False where some are."""
     missing = [name for name in METHODS if not callable(getattr(probe.board, name, None))]
     for name in missing:
-        probe.breach(f"it has no method {name}; derive it from motorcade.car.board.Board, which has them all")
+        probe.breach(Phrase("check-no-method", method=name))
     return not missing
 
 
 def check_sensors(probe: Probe) -> None:
     """Note sensors that give a wrong type, or give the same event twice."""
     for name in ("senses_carrier", "is_sending", "sees_person"):
-        probe.answer(name, lambda value: type(value) in (bool, int) and 0 <= value <= 1, "True or False")
-    where_free = "NOTHING_IN_SIGHT_MM of motorcade.car.board where nothing is there"
-    probe.answer("obstacle_mm", is_count, f"whole millimetres, an int; {where_free}")
-    voices = "NO_VOICE, VOICE_STOP or VOICE_GO of motorcade.car.brain: 0, 1 or 2"
-    heard = probe.answer("heard_voice", _is_voice, voices)
-    if heard and probe.answer("heard_voice", _is_voice, voices) == heard:
-        probe.breach(f"heard_voice() gave {heard} twice; each word is given once, and then NO_VOICE")
+        probe.answer(name, lambda value: type(value) in (bool, int) and 0 <= value <= 1, "bool")
+    probe.answer("obstacle_mm", is_count, "millimetres")
+    heard = probe.answer("heard_voice", _is_voice, "voice")
+    if heard and probe.answer("heard_voice", _is_voice, "voice") == heard:
+        probe.breach(Phrase("check-voice-twice", method="heard_voice", value=heard))
 
 
 def check_line(probe: Probe, say: "Callable[[bytes], Any] | None") -> None:
     """Note what is wrong with the serial line. ``say`` sends bytes to it."""
-    bytes_or_none = "bytes, and b'' where none came"
-    probe.answer("read_serial", lambda value: type(value) is bytes, bytes_or_none)
+    probe.answer("read_serial", lambda value: type(value) is bytes, "bytes")
     probe.act("write_serial", b"ERR only a check of this board\n")
     if say is None or probe.has_breach_of("read_serial"):
         return
@@ -102,12 +99,12 @@ def check_line(probe: Probe, say: "Callable[[bytes], Any] | None") -> None:
             probe.wait(_PAUSE_MS)
         say(_SENT)
         for _ in range(_WITHIN_MS // _PAUSE_MS):
-            came += probe.answer("read_serial", lambda value: type(value) is bytes, bytes_or_none) or b""
+            came += probe.answer("read_serial", lambda value: type(value) is bytes, "bytes") or b""
             probe.wait(_PAUSE_MS)
     except BoardFailedError:
         return
     if came != _SENT:
-        probe.breach(f"read_serial() gave {brief(came)} in all where {_SENT!r} was sent; each byte is given once")
+        probe.breach(Phrase("check-line", method="read_serial", value=brief(came), sent=repr(_SENT)))
 
 
 def check_actuators(probe: Probe) -> None:
@@ -140,7 +137,7 @@ def check_sending(probe: Probe) -> None:
 
 def check_hearing(probe: Probe, hear: "Callable[[int], Any]") -> None:
     """Note frames that are lost, given twice, or dropped for their parity, which the board must not check."""
-    for frame, what in ((FRAME, "the frame"), (FRAME ^ 1, "the frame of odd parity, which the brain counts,")):
+    for frame, key in ((FRAME, "check-frame"), (FRAME ^ 1, "check-frame-of-odd-parity")):
         heard: list[int] = []
         if probe.has_breach_of("received_frames"):
             return
@@ -153,8 +150,8 @@ def check_hearing(probe: Probe, hear: "Callable[[int], Any]") -> None:
         except BoardFailedError:
             return
         if heard != [frame]:
-            shown = ", ".join([f"0x{each:08X}" for each in heard[:_TRIES]]) or "none"
-            probe.breach(f"received_frames() gave {shown} in all where {what} 0x{frame:08X} was sent once")
+            shown = ", ".join([f"0x{each:08X}" for each in heard[:_TRIES]]) or Phrase("check-none")
+            probe.breach(Phrase(key, method="received_frames", value=shown, frame=f"0x{frame:08X}"))
 
 
 def is_image_or_none(value: object) -> bool:
@@ -172,10 +169,10 @@ def _is_voice(value: object) -> bool:
 
 
 def _take_frames(probe: Probe) -> "list[int]":
-    frames = probe.answer("received_frames", _are_frames, _FRAMES) or ()
-    again = (probe.answer("received_frames", _are_frames, _FRAMES) or ()) if frames else ()
+    frames = probe.answer("received_frames", _are_frames, "frames") or ()
+    again = (probe.answer("received_frames", _are_frames, "frames") or ()) if frames else ()
     if frames and list(frames) == list(again):
-        probe.breach("received_frames() gave the same frames twice; each frame is given once: empty the list")
+        probe.breach(Phrase("check-frames-twice", method="received_frames"))
     return list(frames)
 
 
@@ -203,10 +200,10 @@ def _sends_right(probe: Probe) -> bool:
     looked_ms = elapsed_ms(probe.call("now_ms"), begin_ms)
     if not sends:
         if returned_ms > LONGEST_CALL_MS:
-            probe.breach(f"send_frame took {returned_ms} ms; it begins a frame and comes back at once")
+            probe.breach(Phrase("check-send-waits", took_ms=returned_ms))
             return True
         if looked_ms < air_ms:
-            probe.breach("is_sending() is False right after send_frame; it is True while the frame is on the air")
+            probe.breach(Phrase("check-never-sending"))
             return True
         return False
     last_ms = looked_ms
@@ -214,13 +211,13 @@ def _sends_right(probe: Probe) -> bool:
         probe.wait(_STEP_MS)
         last_ms = elapsed_ms(probe.call("now_ms"), begin_ms)
     if last_ms < air_ms - _SLACK_MS:
-        probe.breach(f"is_sending() is False after {last_ms} ms of a frame that is on the air for {air_ms} ms")
+        probe.breach(Phrase("check-sends-too-short", after_ms=last_ms, air_ms=air_ms))
     if last_ms >= air_ms + _WITHIN_MS:
-        probe.breach(f"is_sending() is still True {last_ms} ms after send_frame; a frame takes {air_ms} ms")
+        probe.breach(Phrase("check-sends-too-long", after_ms=last_ms, air_ms=air_ms))
     return True
 
 
 def _check_echo(probe: Probe) -> None:
     probe.wait(_SLACK_MS)
     if FRAME in _take_frames(probe):
-        probe.breach("received_frames() gave the frame that the board sent itself; a car can't hear while it sends")
+        probe.breach(Phrase("check-echo", method="received_frames"))

@@ -9,6 +9,7 @@ if MYPY:
     from collections.abc import Callable
     from typing import Any
 
+from motorcade.errors import Phrase
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms
 
 # A car ticks every few milliseconds: no call of its board may take much longer.
@@ -27,28 +28,27 @@ class Probe:
     """A board that is being checked.
 
     Args:
-        board: the board.
         wait_ms: makes that many milliseconds pass; None to watch the board's own clock.
 
     Attributes:
-        breaches: what is wrong with it, a sentence each.
+        breaches: what is wrong with it; ``str`` gives the sentence of each.
         clock_is_simulated: whether time passes only by ``wait_ms``.
     """
 
     def __init__(self, board: "Any", wait_ms: "Callable[[int], Any] | None") -> None:
         self.board = board
-        self.breaches: list[str] = []
+        self.breaches: list[Phrase] = []
         self.clock_is_simulated = wait_ms is not None
         self._wait_ms = wait_ms
 
-    def breach(self, sentence: str) -> None:
+    def breach(self, breach: Phrase) -> None:
         """Note what is wrong, once."""
-        if sentence not in self.breaches:
-            self.breaches.append(sentence)
+        if breach not in self.breaches:
+            self.breaches.append(breach)
 
-    def has_breach_of(self, name: str) -> bool:
+    def has_breach_of(self, method: str) -> bool:
         """Return whether a breach of that method is noted already; more of the same wouldn't help its author."""
-        return any(sentence.startswith(name) for sentence in self.breaches)
+        return any(breach.details.get("method") == method for breach in self.breaches)
 
     def call(self, name: str, *arguments: object) -> "Any":
         """Call the board's method and return its result. Raises BoardFailedError."""
@@ -60,7 +60,8 @@ class Probe:
             return getattr(board, name)(*arguments)
         except Exception as problem:  # noqa: BLE001 - the board's author has to see any error
             shown = ", ".join([brief(argument) for argument in arguments])
-            self.breach(f"{name}({shown}) raised {type(problem).__name__}: {problem}")
+            error = f"{type(problem).__name__}: {problem}"
+            self.breach(Phrase("check-raised", method=name, arguments=shown, error=error))
         raise BoardFailedError
 
     def timed(self, name: str, *arguments: object) -> "Any":
@@ -73,18 +74,23 @@ class Probe:
             shortest_ms = min(shortest_ms, elapsed_ms(self.call("now_ms"), begin_ms))
             if shortest_ms <= LONGEST_CALL_MS:
                 return value
-        self.breach(f"{name} took {shortest_ms} ms; it must never wait, for a car ticks every few milliseconds")
+        self.breach(Phrase("check-takes-long", method=name, took_ms=shortest_ms))
         return value
 
     def answer(self, name: str, fits: "Callable[[Any], bool]", expected: str) -> "Any":
-        """Return what the method gives; note a breach and return None where it raises or gives what doesn't fit."""
+        """Return what the method gives; note a breach and return None where it raises or gives what doesn't fit.
+
+        ``expected`` is the phrase "check-expects-…" that names what fits.
+        """
         try:
             value = self.timed(name)
         except BoardFailedError:
             return None
         if fits(value):
             return value
-        self.breach(f"{name}() gave {brief(value)}; it has to give {expected}")
+        self.breach(
+            Phrase("check-answer", method=name, value=brief(value), expected=Phrase(f"check-expects-{expected}"))
+        )
         return None
 
     def act(self, name: str, *arguments: object) -> None:

@@ -13,6 +13,7 @@ import sys
 
 from motorcade.car.check.parts import is_image_or_none
 from motorcade.car.check.probe import BoardFailedError, Probe, brief
+from motorcade.errors import Phrase
 
 EMPTY = b"\x00\x00\x00\x00"
 # One state: LED 0 for a second. And the largest image.
@@ -23,8 +24,7 @@ _MAX_CUTS = 500
 
 def check_store(probe: Probe, reopen: "Callable[[], Any] | None") -> None:
     """Note what is wrong with load_image and store_image, and put the image back that was there."""
-    image = "the bytes of the image that it stores, or None"
-    before = probe.answer("load_image", is_image_or_none, image)
+    before = probe.answer("load_image", is_image_or_none, "image")
     try:
         if _round_trips(probe, reopen):
             _check_cuts(probe, reopen)
@@ -39,12 +39,10 @@ def _round_trips(probe: Probe, reopen: "Callable[[], Any] | None") -> bool:
         probe.call("store_image", data)
         found = probe.call("load_image")
         if found != data or type(found) is not bytes:
-            probe.breach(
-                f"load_image() gave {brief(found)} after store_image({brief(data)}); it has to give that image"
-            )
+            probe.breach(Phrase("check-store-loses", found=brief(found), stored=brief(data)))
             return False
         if reopen is not None and probe.call_of(reopen(), "load_image") != data:
-            probe.breach(f"a board that was opened anew has lost the image of {len(data)} bytes that was stored")
+            probe.breach(Phrase("check-store-forgets", bytes=len(data)))
             return False
     return True
 
@@ -60,10 +58,7 @@ def _check_cuts(probe: Probe, reopen: "Callable[[], Any] | None") -> None:
         board = reopen() if reopen is not None else probe.board
         found = probe.call_of(board, "load_image")
         if found not in (old, new):
-            probe.breach(
-                f"a cut of power in store_image, at {place}, leaves {brief(found)} in place of the old image or "
-                "the new one: write a second file, flush it, and rename it to the first one's name"
-            )
+            probe.breach(Phrase("check-store-cut", found=brief(found), **place))
             return
         # The cut may have left this board damaged, as with an open file: use the one that was opened after it.
         probe.call_of(board, "store_image", old)
@@ -73,11 +68,11 @@ class PowerCut(BaseException):
     """A cut of power. A BaseException, so that no ``except Exception`` or ``except OSError`` continues after it."""
 
 
-def _cuts_of(action: "Callable[[], Any]") -> "Iterator[str]":
+def _cuts_of(action: "Callable[[], Any]") -> "Iterator[dict[str, Any]]":
     """Run ``action`` repeatedly, cut off a moment later each time, until it runs to its end.
 
     The moments are before each line, and, in Python's own library, before each call that may reach the system.
-    Yields the place of each cut: ``line 7 of board.py``.
+    Yields the place of each cut: ``{"line": 7, "file": "board.py"}``.
     """
     if not hasattr(sys, "settrace"):
         return
@@ -93,11 +88,11 @@ class _Cut:
 
     def __init__(self, moments: int) -> None:
         self._left = moments
-        self._place = ""
+        self._place: dict[str, Any] = {}
         self._library = sys.modules["os"].__file__.rpartition("os.")[0]  # type: ignore[union-attr]
 
-    def run(self, action: "Callable[[], Any]") -> str:
-        """Run ``action`` until the cut; return its place, ``""`` where the action ended before it."""
+    def run(self, action: "Callable[[], Any]") -> "dict[str, Any]":
+        """Run ``action`` until the cut; return its place, ``{}`` where the action ended before it."""
         traced, profiled = sys.gettrace(), sys.getprofile()
         sys.settrace(self._trace)
         sys.setprofile(self._profile)
@@ -134,5 +129,5 @@ class _Cut:
         while self._is_of_library(frame) and frame.f_back is not None:
             frame = frame.f_back
         file = frame.f_code.co_filename.replace("\\", "/").split("/")[-1]
-        self._place = f"line {frame.f_lineno} of {file}"
+        self._place = {"line": frame.f_lineno, "file": file}
         raise PowerCut

@@ -6,7 +6,6 @@ The left stick drives, or the triggers do for speed, as on the car's page.
 import ctypes
 import warnings
 from collections.abc import Callable
-from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from motorcade.drive.input.deadman import CLEAR, STOP, Axes, Reading
@@ -21,6 +20,8 @@ DEAD_ZONE = 0.2
 LONGEST_STILL_MS = 3000
 
 _MOST_NAME = 40
+# In the order of PadNumbers.
+_AXES = ("LEFTX", "LEFTY", "RIGHTX", "RIGHTY", "TRIGGERLEFT", "TRIGGERRIGHT")
 _HINTS = {
     # There is no window that has the focus, and no message loop.
     "SDL_JOYSTICK_ALLOW_BACKGROUND_EVENTS": "1",
@@ -114,9 +115,7 @@ class Gamepad:
             raise MotorcadeError("sdl-fails", reason=self._reason())
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Close the gamepad and SDL."""
         self._close()
         self._sdl.SDL_QuitSubSystem(self._sdl.SDL_INIT_GAMECONTROLLER)
@@ -172,20 +171,8 @@ class Gamepad:
         self._pad = None
 
     def _numbers(self) -> PadNumbers:
-        sdl = self._sdl
-        return PadNumbers(
-            *(
-                sdl.SDL_GameControllerGetAxis(self._pad, axis)
-                for axis in (
-                    sdl.SDL_CONTROLLER_AXIS_LEFTX,
-                    sdl.SDL_CONTROLLER_AXIS_LEFTY,
-                    sdl.SDL_CONTROLLER_AXIS_RIGHTX,
-                    sdl.SDL_CONTROLLER_AXIS_RIGHTY,
-                    sdl.SDL_CONTROLLER_AXIS_TRIGGERLEFT,
-                    sdl.SDL_CONTROLLER_AXIS_TRIGGERRIGHT,
-                )
-            )
-        )
+        axes = (getattr(self._sdl, f"SDL_CONTROLLER_AXIS_{name}") for name in _AXES)
+        return PadNumbers(*(self._sdl.SDL_GameControllerGetAxis(self._pad, axis) for axis in axes))
 
     def _reason(self) -> str:
         return str(self._sdl.SDL_GetError().decode(errors="replace"))

@@ -124,16 +124,10 @@ async def reading_input(
     report: Report,
     leave: Callable[[], None],
 ) -> AsyncIterator[None]:
-    """Drive a car by a stick while the block runs.
+    """Drive a car by a stick while the block runs. Raises OSError or MotorcadeError where it can't be opened.
 
-    Args:
-        control: the car.
-        opening: the stick; opened, read and closed in a thread of its own.
-        report: see `LocalStick`; called from that thread, as is ``leave``.
-        leave: called when the user of the stick quits.
-
-    Raises:
-        OSError, MotorcadeError: the stick can't be opened.
+    The stick is opened, read and closed in a thread of its own, which also calls ``report`` (see `LocalStick`), and
+    ``leave`` when the user of the stick quits.
     """
     opened: Future[None] = Future()
     ended = threading.Event()

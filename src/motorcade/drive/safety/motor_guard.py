@@ -14,7 +14,8 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import BinaryIO
 
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.locales import catalogue, system_language
 
 _MOVING, _STILL, _END = b"m", b"s", b"q"
 # Windows ends a process by any signal that it can't deliver.
@@ -108,11 +109,16 @@ def _rescue(rescue: Callable[..., None], arguments: Sequence[str]) -> bool:
         try:
             rescue(*arguments)
         except Exception as problem:  # noqa: BLE001 - try again whatever the reason
-            print(f"motorcade: the wheels may still turn: {problem}", file=sys.stderr)
+            _print(Phrase("guard-wheels-may-turn", reason=problem))
             pause.wait(_TRY_EVERY_S)
         else:
             return True
     return False
+
+
+def _print(phrase: Phrase) -> None:
+    # This process doesn't know what --language is.
+    print(f"motorcade: {phrase.sentence(system_language())}", file=sys.stderr)
 
 
 def main(pid: str, patience_ms: str, call: str, *arguments: str) -> int:
@@ -126,6 +132,8 @@ def main(pid: str, patience_ms: str, call: str, *arguments: str) -> int:
             signal.signal(getattr(signal, name), signal.SIG_IGN)
     module, _, function = call.partition(":")
     rescue = getattr(importlib.import_module(module), function)
+    # After the death of that process there is no time for reading files.
+    catalogue(system_language())
     outcome = _Watch(sys.stdin.buffer).outcome(int(patience_ms) / 1000 - _RESCUE_S)
     if outcome == "dismissed":
         return 0
@@ -133,7 +141,7 @@ def main(pid: str, patience_ms: str, call: str, *arguments: str) -> int:
         # It holds the pins, and would execute old commands when it goes on.
         with suppress(OSError):
             os.kill(int(pid), _KILL)
-    print(f"motorcade: the car's server was {outcome}; the wheels are being stopped", file=sys.stderr)
+    _print(Phrase(f"guard-server-{outcome}"))
     return 1 if _rescue(rescue, arguments) else 2
 
 

@@ -11,7 +11,6 @@ import asyncio
 import threading
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from types import TracebackType
 
 from motorcade.drive.safety.motor_guard import MotorGuard
 from motorcade.drive.session import CarControl
@@ -20,12 +19,7 @@ _BEAT_MS = 50
 
 
 class Watchdog:
-    """A thread that asks the loop for signs of life; use it as a context manager.
-
-    Args:
-        control: the car.
-        loop: the event loop that takes its commands.
-    """
+    """A thread that asks ``loop``, which takes a car's commands, for signs of life; use it as a context manager."""
 
     def __init__(self, control: CarControl, loop: asyncio.AbstractEventLoop) -> None:
         self._control = control
@@ -43,9 +37,7 @@ class Watchdog:
     def __enter__(self) -> None:
         self._thread.start()
 
-    def __exit__(
-        self, kind: type[BaseException] | None, problem: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._ended.set()
         self._thread.join()
         try:

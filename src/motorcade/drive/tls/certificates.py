@@ -76,7 +76,8 @@ def make_keys(folder: Path, cars: Sequence[CarKeys], drivers: Sequence[str], now
     authority = _read_authority(folder / AUTHORITY)
     for (role, name), purpose in zip(names, purposes, strict=True):
         made.append(folder / f"{role}-{name}.pem")
-        _write_secret(made[-1], title(role, name), _signed(authority, name, purpose, now), authority)
+        own = _certified(name, now, _KEYS_DAYS, purpose, authority)
+        _write_secret(made[-1], title(role, name), own, authority)
     return made
 
 
@@ -101,15 +102,10 @@ def _general_name(host: str) -> x509.GeneralName:
 
 def _found_authority(folder: Path, now: datetime) -> Iterable[Path]:
     folder.mkdir(parents=True, exist_ok=True)
-    key = ec.generate_private_key(ec.SECP256R1())
-    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, f"Motorcade authority {folder.resolve().name}"[:64])])
-    builder = _builder(name, name, key.public_key(), key.public_key(), now, _AUTHORITY_DAYS)
-    builder = builder.add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
-    certificate = builder.add_extension(_usage(signs_certificates=True), critical=True).sign(key, hashes.SHA256())
+    authority = _certified(f"Motorcade authority {folder.resolve().name}"[:64], now, _AUTHORITY_DAYS)
     secret, public = folder / AUTHORITY, folder / AUTHORITY_PUBLIC
-    authority = _Authority(key, certificate)
     _write_secret(secret, "Motorcade authority: whoever has this file can make keys", authority)
-    public.write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
+    public.write_bytes(authority.certificate.public_bytes(serialization.Encoding.PEM))
     return secret, public
 
 
@@ -125,33 +121,31 @@ def _read_authority(file: Path) -> _Authority:
     return _Authority(key, certificate)
 
 
-def _signed(
-    authority: _Authority, common_name: str, purpose: Iterable[x509.ExtensionType], now: datetime
-) -> _Authority:
-    key = ec.generate_private_key(ec.SECP256R1())
-    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, common_name)])
-    issuer = authority.certificate.subject
-    builder = _builder(name, issuer, key.public_key(), authority.key.public_key(), now, _KEYS_DAYS)
-    builder = builder.add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
-    builder = builder.add_extension(_usage(signs_certificates=False), critical=True)
-    for extension in purpose:
-        builder = builder.add_extension(extension, critical=False)
-    return _Authority(key, builder.sign(authority.key, hashes.SHA256()))
-
-
-def _builder(
-    name: x509.Name,
-    issuer: x509.Name,
-    key: ec.EllipticCurvePublicKey,
-    issuer_key: ec.EllipticCurvePublicKey,
+def _certified(
+    name: str,
     now: datetime,
     lasts: timedelta,
-) -> x509.CertificateBuilder:
-    return (
-        x509.CertificateBuilder(issuer, name, key, x509.random_serial_number(), now - _BACKDATED, now + lasts)
-        .add_extension(x509.SubjectKeyIdentifier.from_public_key(key), critical=False)
-        .add_extension(x509.AuthorityKeyIdentifier.from_issuer_public_key(issuer_key), critical=False)
+    purpose: Iterable[x509.ExtensionType] = (),
+    authority: _Authority | None = None,
+) -> _Authority:
+    """A new key and its certificate; without an ``authority`` it is one itself."""
+    key = ec.generate_private_key(ec.SECP256R1())
+    subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
+    issuer, issuer_key = (authority.certificate.subject, authority.key) if authority else (subject, key)
+    critical = (
+        x509.BasicConstraints(ca=not authority, path_length=None if authority else 0),
+        _usage(signs_certificates=not authority),
     )
+    others = (
+        x509.SubjectKeyIdentifier.from_public_key(key.public_key()),
+        x509.AuthorityKeyIdentifier.from_issuer_public_key(issuer_key.public_key()),
+        *purpose,
+    )
+    serial, begin, end = x509.random_serial_number(), now - _BACKDATED, now + lasts
+    builder = x509.CertificateBuilder(issuer, subject, key.public_key(), serial, begin, end)
+    for extension in (*critical, *others):
+        builder = builder.add_extension(extension, critical=extension in critical)
+    return _Authority(key, builder.sign(issuer_key, hashes.SHA256()))
 
 
 def _usage(signs_certificates: bool) -> x509.KeyUsage:

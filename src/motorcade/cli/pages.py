@@ -1,0 +1,247 @@
+"""Commands that serve pages, studio and drive remote; and the page of a car that `drive serve` serves."""
+
+import os
+import secrets
+import socket
+import ssl
+import sys
+import threading
+import webbrowser
+from collections.abc import AsyncIterator, Sequence
+from contextlib import asynccontextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from motorcade.cli.driving import address_of
+from motorcade.cli.language import translated
+from motorcade.cli.options import Json, TcpPortNumber, needs_extra, print_result
+from motorcade.errors import MotorcadeError
+
+if TYPE_CHECKING:
+    from motorcade.cameras.broadcast import Source
+    from motorcade.drive.session import CarControl
+    from motorcade.server.remote.fleet import RemoteCar
+
+_METAVAR = "NAME=HOST[:PORT]"
+
+remote_app = typer.Typer()
+studio_app = typer.Typer()
+KeysFile = Annotated[Path | None, typer.Option(dir_okay=False)]
+Cameras = Annotated[list[str] | None, typer.Option("--camera", metavar="NAME=URL")]
+
+
+class CameraName(StrEnum):
+    """Where a real car's pictures come from."""
+
+    NONE = "none"
+    AUTO = "auto"
+    PICAMERA2 = "picamera2"
+    OPENCV = "opencv"
+
+
+def https(keys: Path | None) -> ssl.SSLContext | None:
+    """HTTPS with a car's keys file; None without one. Raises MotorcadeError."""
+    if keys is None:
+        return None
+    from motorcade.drive.tls.keys import https_context
+
+    return https_context(keys)
+
+
+def open_camera(name: CameraName) -> "Source | None":
+    """A real car's camera. Raises MotorcadeError where the requested camera isn't there."""
+    from motorcade.cameras.broadcast import OpenCvCamera, PiCamera, find_camera
+
+    if name == CameraName.NONE:
+        return None
+    return {CameraName.AUTO: find_camera, CameraName.PICAMERA2: PiCamera, CameraName.OPENCV: OpenCvCamera}[name]()
+
+
+def load_page() -> None:
+    """Import what the page needs, as long as no car waits for it. Raises MotorcadeError where an extra is missing."""
+    with needs_extra("car-page", "drive"):
+        import motorcade.server.remote.app
+        import motorcade.server.running  # noqa: F401
+
+
+def page_address(
+    listener: socket.socket, host: str, page: str = "/", tls: ssl.SSLContext | None = None
+) -> tuple[str, dict[str, Any]]:
+    """The whole address of a page, and what `motorcade.server.request_filter.ServerSettings` needs to know of it.
+
+    An address that other computers reach has a new secret token.
+    """
+    from motorcade.server.running import names_of, url_of
+    from motorcade.sockets import is_loopback
+
+    names, port = names_of(listener, host), listener.getsockname()[1]
+    token = None if is_loopback(listener) else secrets.token_urlsafe(24)
+    url = url_of(names[0], port, token, page, "https" if tls else "http")
+    return url, {"host": host, "port": port, "names": frozenset(names), "token": token}
+
+
+@asynccontextmanager
+async def serving_page(
+    listener: socket.socket, host: str, tls: ssl.SSLContext | None, source: "Source | None", control: "CarControl"
+) -> AsyncIterator[str]:
+    """Serve the car's page while the block runs; gives its whole address. `load_page` comes first.
+
+    Args:
+        listener: where it listens.
+        host: the address that the user gave.
+        tls: for HTTPS; None for HTTP.
+        source: where its pictures come from, if it has a camera.
+        control: the car.
+    """
+    from motorcade.cameras.broadcast import Camera
+    from motorcade.server.remote.app import make_remote
+    from motorcade.server.remote.fleet import SingleCar
+    from motorcade.server.request_filter import ServerSettings
+    from motorcade.server.running import served
+
+    url, where = page_address(listener, host, "/drive", tls)
+    settings = ServerSettings(**where)
+    camera = Camera(source) if source else None
+    try:
+        async with served(make_remote(settings, SingleCar(control, camera)), settings, listener, tls):
+            yield url
+    finally:
+        if camera:
+            await camera.close()
+
+
+@remote_app.command("remote")
+def _remote(
+    cars: Annotated[list[str], typer.Argument(metavar=f"{_METAVAR}…")],
+    keys: KeysFile = None,
+    camera: Cameras = None,
+    host: str = "127.0.0.1",
+    port: TcpPortNumber = 7701,
+    page_keys: Annotated[Path | None, typer.Option("--https", dir_okay=False)] = None,
+    as_json: Json = False,
+) -> None:
+    with needs_extra("remote", "drive"):
+        from motorcade.server.remote.app import make_remote
+        from motorcade.server.remote.fleet import RemoteCars
+        from motorcade.server.request_filter import ServerSettings
+        from motorcade.server.running import serve_alone
+    from motorcade.drive.listener import bind
+
+    named = named_cars(cars, camera or (), keys)
+    tls = https(page_keys)
+    with bind(host, port, "remote") as listener:
+        url, where = page_address(listener, host, "/drive", tls)
+        settings = ServerSettings(**where)
+        names = [car.name for car in named["cars"]]
+
+        def ready() -> None:
+            sentence = translated("remote-is-ready", cars=", ".join(names), url=url)
+            print_result({"url": url, "cars": names}, sentence, as_json)
+
+        serve_alone(make_remote(settings, RemoteCars(**named)), settings, listener, ready, tls)
+
+
+def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) -> dict[str, Any]:
+    """The cars that the command line names, as `motorcade.server.remote.fleet.RemoteCars` takes them.
+
+    Raises MotorcadeError.
+    """
+    from motorcade.cameras.web import WebCamera
+    from motorcade.drive.tls.keys import client_context, visitor_context
+
+    urls = dict(_pair(each, "not-name-and-url") for each in cameras)
+    trust = visitor_context(keys) if urls else None
+    cars = tuple(_car(text, urls) for text in texts)
+    names = [car.name for car in cars]
+    for name in names:
+        if names.count(name) > 1:
+            raise MotorcadeError("cars-of-one-name", name=name)
+    for name, url in urls.items():
+        if name not in names:
+            raise MotorcadeError("camera-without-car", name=name)
+        try:
+            WebCamera(url, trust)
+        except MotorcadeError as problem:
+            raise MotorcadeError("camera-of-car", car=name, reason=problem) from None
+    return {"cars": cars, "keys": client_context(keys) if keys else None, "trust": trust}
+
+
+def _car(text: str, urls: dict[str, str]) -> "RemoteCar":
+    from motorcade.server.remote.fleet import RemoteCar, is_name
+
+    name, where = _pair(text, "not-name-and-host", form=_METAVAR)
+    if not is_name(name):
+        raise MotorcadeError("not-a-car-name", name=name)
+    where, slash, telemetry = where.partition("/")
+    host, port = address_of(where)
+    if slash and not (telemetry.isascii() and telemetry.isdigit() and 0 < int(telemetry) < 65536):
+        raise MotorcadeError("not-a-telemetry-port", text=telemetry, name=name)
+    return RemoteCar(name, host, port, int(telemetry) if slash else None, urls.get(name))
+
+
+def _pair(text: str, code: str, **details: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not equals or not name or not value:
+        raise MotorcadeError(code, text=text, **details)
+    return name, value
+
+
+@studio_app.command("studio")
+def _studio(
+    port: TcpPortNumber = 7700,
+    host: str = "127.0.0.1",
+    library: Annotated[Path | None, typer.Option(file_okay=False)] = None,
+    car: Annotated[list[str] | None, typer.Option(metavar="NAME=HOST[:PORT]")] = None,
+    keys: KeysFile = None,
+    camera: Cameras = None,
+    no_browser: Annotated[bool, typer.Option("--no-browser")] = False,
+    as_json: Json = False,
+) -> None:
+    with needs_extra("studio", "studio"):
+        from motorcade.server.running import serve_alone
+        from motorcade.server.studio.app import Settings, make_app
+    named = named_cars(car or (), camera or (), keys)
+    folder = library or Path(typer.get_app_dir("motorcade")) / "projects"
+    with _listen(host, port) as listener:
+        url, where = page_address(listener, host)
+        settings = Settings(library=folder, **where, **named)
+
+        def ready() -> None:
+            threading.Thread(target=_compile_simulator, daemon=True).start()
+            sentence = translated("studio-is-ready", url=url, folder=folder)
+            print_result({"url": url, "library": str(folder)}, sentence, as_json)
+            if not no_browser:
+                open_browser(url)
+
+        serve_alone(make_app(settings), settings, listener, ready)
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    """A socket that listens at the address; port 0 takes a free one. Raises MotorcadeError."""
+    from motorcade.drive.listener import bind
+    from motorcade.server.running import url_of
+
+    try:
+        return bind(host, port, "studio")
+    except MotorcadeError as problem:
+        if problem.code != "port-taken":
+            raise
+        raise MotorcadeError("studio-port-taken", port=port, url=url_of(host, port)) from None
+
+
+def open_browser(url: str) -> None:
+    """Show ``url`` in the browser, if there is one with a window; doesn't wait for it."""
+    # Without a display Python would start a text browser, which would take over this terminal.
+    if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
+        threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
+
+
+def _compile_simulator() -> None:
+    """Compile the simulator after an install, so that the first world needn't wait for it."""
+    from motorcade.engine.world import World, warm_up
+    from motorcade.mats import formation, open_table
+
+    warm_up(World(open_table(formation(1)), [bytes(4)], threads=1))
