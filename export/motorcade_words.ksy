@@ -105,3 +105,63 @@ types:
       - id: reserved
         type: b11
         doc: "for extensions; written 0"
+  frame_word:
+    doc: "Fingerprint 0x76159055"
+    seq:
+      - id: accept_ir
+        type: b1
+        doc: "a follower listens to infrared; 0 to 1"
+      - id: forward
+        type: b1
+        doc: "passes words on by infrared; 0 to 1"
+      - id: motor_enable
+        type: b1
+        doc: "the wheels are driven; 0 to 1"
+      - id: motor_direction
+        type: b2
+        doc: "0 forward, 1 left, 2 right, 3 random; 0 to 3; no effect unless motor_enable is 1"
+      - id: motor_speed
+        type: b2
+        doc: "0 standing still to 3 fastest; 0 to 3; no effect unless motor_enable is 1"
+      - id: motor_duration
+        type: b2
+        doc: "level 0 (0 s) to 3 (longest); 0 to 3; no effect unless motor_enable is 1"
+      - id: led_which
+        type: b2
+        doc: "LED 0 to 3; 0 to 3"
+      - id: led_duration
+        type: b2
+        doc: "level 0 (0 s: off) to 3 (longest); 0 to 3"
+      - id: avoid_enable
+        type: b1
+        doc: "obstacles are avoided; 0 to 1"
+      - id: avoid_radius
+        type: b2
+        doc: "level 0 (nearest) to 3; 0 to 3; no effect unless avoid_enable is 1"
+      - id: avoid_duration
+        type: b2
+        doc: "level 0 (0 s) to 3 (longest); 0 to 3; no effect unless avoid_enable is 1"
+      - id: voice
+        type: b1
+        doc: "listens for 'stop' and 'go'; 0 to 1"
+      - id: pir
+        type: b1
+        doc: "stands still while a person is sensed; 0 to 1"
+      - id: tag
+        type: b6
+        doc: "number of the leader's slot, 1 to 63; 0: a bare word; 0 to 63"
+      - id: check
+        type: b5
+        doc: "computed from bits 31 to 6; 0 in a bare word; 0 to 31"
+      - id: parity
+        type: b1
+        doc: "computed: makes the number of ones even; 0 to 1"
+    instances:
+      expected_check:
+        value: "tag == 0 ? 0 : ((accept_ir ? 3 : 0) ^ (forward ? 5 : 0) ^ (motor_enable ? 6 : 0) ^ ((motor_direction >> 1 & 1) == 1 ? 7 : 0) ^ ((motor_direction >> 0 & 1) == 1 ? 9 : 0) ^ ((motor_speed >> 1 & 1) == 1 ? 10 : 0) ^ ((motor_speed >> 0 & 1) == 1 ? 11 : 0) ^ ((motor_duration >> 1 & 1) == 1 ? 12 : 0) ^ ((motor_duration >> 0 & 1) == 1 ? 13 : 0) ^ ((led_which >> 1 & 1) == 1 ? 14 : 0) ^ ((led_which >> 0 & 1) == 1 ? 15 : 0) ^ ((led_duration >> 1 & 1) == 1 ? 17 : 0) ^ ((led_duration >> 0 & 1) == 1 ? 18 : 0) ^ (avoid_enable ? 19 : 0) ^ ((avoid_radius >> 1 & 1) == 1 ? 20 : 0) ^ ((avoid_radius >> 0 & 1) == 1 ? 21 : 0) ^ ((avoid_duration >> 1 & 1) == 1 ? 22 : 0) ^ ((avoid_duration >> 0 & 1) == 1 ? 23 : 0) ^ (voice ? 24 : 0) ^ (pir ? 25 : 0) ^ ((tag >> 5 & 1) == 1 ? 26 : 0) ^ ((tag >> 4 & 1) == 1 ? 27 : 0) ^ ((tag >> 3 & 1) == 1 ? 28 : 0) ^ ((tag >> 2 & 1) == 1 ? 29 : 0) ^ ((tag >> 1 & 1) == 1 ? 30 : 0) ^ ((tag >> 0 & 1) == 1 ? 31 : 0))"
+      check_is_good:
+        value: "check == expected_check"
+      expected_parity:
+        value: "(accept_ir ? 1 : 0) ^ (forward ? 1 : 0) ^ (motor_enable ? 1 : 0) ^ ((motor_direction >> 1 & 1) == 1 ? 1 : 0) ^ ((motor_direction >> 0 & 1) == 1 ? 1 : 0) ^ ((motor_speed >> 1 & 1) == 1 ? 1 : 0) ^ ((motor_speed >> 0 & 1) == 1 ? 1 : 0) ^ ((motor_duration >> 1 & 1) == 1 ? 1 : 0) ^ ((motor_duration >> 0 & 1) == 1 ? 1 : 0) ^ ((led_which >> 1 & 1) == 1 ? 1 : 0) ^ ((led_which >> 0 & 1) == 1 ? 1 : 0) ^ ((led_duration >> 1 & 1) == 1 ? 1 : 0) ^ ((led_duration >> 0 & 1) == 1 ? 1 : 0) ^ (avoid_enable ? 1 : 0) ^ ((avoid_radius >> 1 & 1) == 1 ? 1 : 0) ^ ((avoid_radius >> 0 & 1) == 1 ? 1 : 0) ^ ((avoid_duration >> 1 & 1) == 1 ? 1 : 0) ^ ((avoid_duration >> 0 & 1) == 1 ? 1 : 0) ^ (voice ? 1 : 0) ^ (pir ? 1 : 0) ^ ((tag >> 5 & 1) == 1 ? 1 : 0) ^ ((tag >> 4 & 1) == 1 ? 1 : 0) ^ ((tag >> 3 & 1) == 1 ? 1 : 0) ^ ((tag >> 2 & 1) == 1 ? 1 : 0) ^ ((tag >> 1 & 1) == 1 ? 1 : 0) ^ ((tag >> 0 & 1) == 1 ? 1 : 0) ^ ((check >> 4 & 1) == 1 ? 1 : 0) ^ ((check >> 3 & 1) == 1 ? 1 : 0) ^ ((check >> 2 & 1) == 1 ? 1 : 0) ^ ((check >> 1 & 1) == 1 ? 1 : 0) ^ ((check >> 0 & 1) == 1 ? 1 : 0)"
+      parity_is_good:
+        value: "(parity ? 1 : 0) == expected_parity"

@@ -11,7 +11,7 @@ import motorcade
 from motorcade.program.steps import KINDS
 
 PUBLIC = {
-    "words": ["CONTROL", "DRIVE", "HEADER", "WordError"],
+    "words": ["CONTROL", "DRIVE", "FRAME", "HEADER", "WordError"],
     "programs": ["Compiled", "Followers", "Program", "ProgramError", "compile_program", "decompile", "read_program"],
     "steps": [name for kind in KINDS.values() for name in kind.names],
     "mats": ["Mat", "Physics", "Pose", "formation", "open_table", "read_mat"],

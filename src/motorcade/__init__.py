@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from motorcade.words.field import WordError as WordError
     from motorcade.words.formats import CONTROL as CONTROL
     from motorcade.words.formats import DRIVE as DRIVE
+    from motorcade.words.formats import FRAME as FRAME
     from motorcade.words.formats import HEADER as HEADER
 
 __version__ = "0.1.0"
@@ -76,7 +77,7 @@ _MODULES = {
     "motorcade.runs.running": ("simulate",),
     "motorcade.engine.world": ("World",),
     "motorcade.words.field": ("WordError",),
-    "motorcade.words.formats": ("CONTROL", "DRIVE", "HEADER"),
+    "motorcade.words.formats": ("CONTROL", "DRIVE", "FRAME", "HEADER"),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 __all__ = ["__version__", *sorted(_MODULE_OF)]

@@ -23,6 +23,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
         (
             "extra-not-installed",
             "field-given-twice",
+            "field-is-computed",
             "file-not-writable",
             "file-too-large",
             "folder-not-writable",

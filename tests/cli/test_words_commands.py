@@ -114,8 +114,8 @@ def test_encode_gives_the_word_in_three_ways():
 
 def test_decode_gives_raw_fields_and_warnings_of_each_word_in_order():
     led, idle_motor = data("decode", "control", "0x40280000", "0x01000000", "--json")
-    assert set(led) == {"word", "fields", "warnings"}
-    assert (led["word"], led["warnings"]) == (0x40280000, [])
+    assert set(led) == {"word", "fields", "warnings", "warning_codes"}
+    assert (led["word"], led["warnings"], led["warning_codes"]) == (0x40280000, [], [])
     assert {name: raw for name, raw in led["fields"].items() if raw} == {
         "forward": 1,
         "led_which": 1,
@@ -123,6 +123,24 @@ def test_decode_gives_raw_fields_and_warnings_of_each_word_in_order():
     }
     assert idle_motor["fields"]["motor_duration"] == 2
     assert idle_motor["warnings"] == ["motor_duration is 2, yet motor_enable is 0: it has no effect"]
+    assert idle_motor["warning_codes"] == ["field-without-effect"]
+
+
+def test_check_and_parity_of_a_frame_are_computed():
+    led = ["accept_ir=1", "led_which=1", "led_duration=1"]
+    assert data("encode", "frame", *led, "tag=5")["hex"] == "0x80280178"
+    # Without a tag a word goes on the air with its parity alone.
+    assert data("encode", "frame", *led, "tag=0")["word"] == data("encode", "frame", *led)["word"] == 0x80280001
+
+
+def test_decode_names_tag_check_and_parity_of_a_frame_and_what_is_wrong():
+    right, *wrong = data("decode", "frame", "0x80280178", "0x80280177", "0x80280179", "0x80280002", "0xC0280000")
+    assert right["warning_codes"] == []
+    assert [right["fields"][name] for name in ("tag", "check", "parity")] == [5, 28, 0]
+    assert [each["warning_codes"] for each in wrong] == [["bad-check"], ["bad-parity"], ["bad-reserved"], []]
+    assert "drops this frame" in wrong[0]["warnings"][0]
+    table = run("decode", "frame", "0x80280177", stdout=Terminal()).out
+    assert "warning bad-check: check is 27, but bits 31 to 6 give 28" in " ".join(table.split())
 
 
 @pytest.mark.parametrize("way", ["-5", "-- -5", "-0x5", "4294967291", "0xFFFFFFFB", "-5 --json", "--json -5"])
@@ -157,8 +175,16 @@ def test_on_a_terminal_words_are_shown_to_read_and_json_only_when_asked():
 @pytest.mark.parametrize(
     ("typed", "names", "allowed"),
     [
-        ("decode motor 1", "'motor'", "header, control, drive"),
-        ("encode motor", "'motor'", "header, control, drive"),
+        ("decode motor 1", "'motor'", "header, control, drive, frame"),
+        ("encode motor", "'motor'", "header, control, drive, frame"),
+        ("decode frame 4294967296", "4294967296", "0 to 4294967295"),
+        ("decode frame five", "'five'", "a whole number, such as 42 or 0x2A"),
+        ("encode frame tag=64", "tag is 64", "0 to 63"),
+        ("encode frame tag=-1", "tag is -1", "0 to 63"),
+        ("encode frame tag=1 tag=1", "tag", "twice"),
+        ("encode frame reserved=1", "'reserved'", "tag, check, parity"),
+        ("encode frame tag=5 check=28", "check is computed", "leave it out"),
+        ("encode frame parity=0", "parity is computed", "leave it out"),
         ("decode control 4294967296", "4294967296", "0 to 4294967295"),
         ("decode control -2147483649", "-2147483649", "0 to 4294967295"),
         ("decode control five", "'five'", "a whole number, such as 42 or 0x2A"),

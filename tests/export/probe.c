@@ -40,6 +40,8 @@ static void add_word(uint32_t word)
         name##_FIELDS(ADD_FIELD) \
         add_byte((unsigned int)motorcade_##name##_encode(&values, &again)); \
         add_word(again); \
+        add_word(name##_COMPLETE(word)); \
+        add_byte((unsigned int)(name##_GOOD(word))); \
     }
 FORMATS(DEFINE)
 

@@ -12,7 +12,7 @@ from motorcade.export import export
 from motorcade.export.c_header import c_header
 from motorcade.words.bulk import decode_columns
 from motorcade.words.field import WordError
-from motorcade.words.formats import fingerprint
+from motorcade.words.formats import FRAME, fingerprint
 from support.vocabularies import FORMATS, VOCABULARIES
 
 HERE = Path(__file__).parent
@@ -34,6 +34,10 @@ def probe_formats():
         lines += [f"#define {each.name}_FIELDS(F) {fields}", f"#define {each.name}_TYPES(F) {types}"]
         lines.append(f"#define {each.name}_DEFAULTS MOTORCADE_{each.name.upper()}_DEFAULTS")
         lines.append(f"#define {each.name}_COUNT {len(each.fields)}")
+        computed = [f"motorcade_{each.name}_{field.name}_is_good(word)" for field in each.fields if field.parity_masks]
+        complete = f"motorcade_{each.name}_complete(word)" if computed else "word"
+        lines.append(f"#define {each.name}_COMPLETE(word) {complete}")
+        lines.append(f"#define {each.name}_GOOD(word) {' + 2 * '.join(computed) or 0}")
     return "\n".join(lines) + "\n"
 
 
@@ -75,7 +79,17 @@ def records(word_format, mode):
     if mode == "encode":
         return np.dtype([("checked", "u1"), ("fault", "u1"), ("word", ">u4")])
     fields = [(f"field {field.name}", ">u4") for field in word_format.fields]
-    return np.dtype([("strict", "u1"), ("fault", "u1"), *fields, ("again", "u1"), ("word", ">u4")])
+    return np.dtype(
+        [
+            ("strict", "u1"),
+            ("fault", "u1"),
+            *fields,
+            ("again", "u1"),
+            ("word", ">u4"),
+            ("complete", ">u4"),
+            ("good", "u1"),
+        ]
+    )
 
 
 def big_endian(numbers):
@@ -147,7 +161,22 @@ def test_a_million_words_mean_the_same_in_c(word_format, probe):
     assert np.array_equal(found["word"], np.where(good, words, 0))
     # Enough of both: else nothing much was compared.
     assert good.sum() > 1000
-    assert word_format.name in ("control", "whole", "bits") or (~good).sum() > 1000
+    assert word_format.name in ("control", "frame", "whole", "bits") or (~good).sum() > 1000
+
+
+def test_c_completes_frames_and_finds_wrong_checks_and_parities(probe):
+    words = mixed_words(FRAME, COMPARED_ONE_BY_ONE)
+    # Every fourth word is right, every other fourth of them but for one bit.
+    right = np.array([FRAME.complete(word) for word in words[::4].tolist()], np.uint32)
+    words[::4] = right
+    words[1::4] = right ^ np.uint32(1) << np.arange(len(right), dtype=np.uint32) % np.uint32(32)
+    found = run(probe, FRAME, "decode", big_endian(words))
+    assert found["complete"].tolist() == [FRAME.complete(word) for word in words.tolist()]
+    codes = [{warning.key for warning in FRAME.warnings(word)} for word in words.tolist()]
+    check_is_good = np.array([not each & {"bad-check", "bad-reserved"} for each in codes])
+    parity_is_good = np.array(["bad-parity" not in each for each in codes])
+    assert np.array_equal(found["good"], check_is_good + 2 * parity_is_good)
+    assert set(found["good"].tolist()) == {0, 1, 2, 3}
 
 
 @every_format

@@ -6,7 +6,7 @@ import pytest
 
 from motorcade.config.vocabulary import MOTORCADE, fingerprint_text
 from motorcade.export import TARGETS, export
-from motorcade.words.formats import CONTROL, DRIVE, HEADER
+from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER
 from support.command_line import Terminal, data, refusal, run
 from support.vocabularies import WALKER_FILE
 
@@ -87,7 +87,7 @@ def test_a_format_file_as_windows_editors_save_it_is_read(tmp_path):
 def test_formats_prints_fields_and_fingerprints():
     printed = data("formats")
     assert [(each["name"], each["fingerprint"]) for each in printed] == [
-        (word_format.name, fingerprint_text(word_format)) for word_format in (HEADER, CONTROL, DRIVE)
+        (word_format.name, fingerprint_text(word_format)) for word_format in (HEADER, CONTROL, DRIVE, FRAME)
     ]
     angle = next(field for field in printed[2]["fields"] if field["name"] == "angle")
     assert {key: angle[key] for key in ("high", "low", "minimum", "maximum", "default", "unit")} == {
@@ -102,7 +102,7 @@ def test_formats_prints_fields_and_fingerprints():
 
 def test_formats_shows_tables_on_a_terminal():
     shown = run("formats", stdout=Terminal()).out
-    for word_format in (HEADER, CONTROL, DRIVE):
+    for word_format in (HEADER, CONTROL, DRIVE, FRAME):
         assert f"{word_format.name}, fingerprint {fingerprint_text(word_format)}" in shown
     assert "0 to 180 deg" in shown
     assert json.loads(run("formats", "--json", stdout=Terminal()).out) == data("formats")

@@ -12,8 +12,9 @@ from motorcade.config.vocabulary import MOTORCADE, fingerprint_text
 from motorcade.export import TARGETS, export
 from motorcade.export.markdown import bit_diagram
 from motorcade.export.vectors import errata
+from motorcade.words.bulk import decode_columns, encode_columns
 from motorcade.words.field import WordError
-from motorcade.words.formats import DRIVE, format_named
+from motorcade.words.formats import DRIVE, FRAME, format_named
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.infrared import parity_is_even
 from support.vocabularies import FORMATS, VOCABULARIES
@@ -98,6 +99,8 @@ def test_the_vectors_hold(vocabulary):
         reserved = [field for field in word_format.fields if field.reserved]
         assert all(each["fields"][field.name] <= field.defined for field in reserved) == each["strict"]
         assert [str(warning) for warning in word_format.warnings(each["word"])] == each["warnings"]
+        assert [warning.key for warning in word_format.warnings(each["word"])] == each["warning_codes"]
+        assert each.get("complete", each["word"]) == word_format.complete(each["word"])
     for each in document["refused_words"]:
         with pytest.raises(WordError) as caught:
             formats[each["format"]].decode(each["word"], each["strict"])
@@ -134,13 +137,36 @@ def test_the_vectors_hold_images_and_frames():
         assert [f"0x{word:08X}" for word in followers] == each["followers"]
         assert (dwell_level, bool(tagged)) == (each["dwell_level"], each["tagged"])
     assert "02000000658000006a800000" in {each["bytes"] for each in document["images"]}
-    by_word = {each["word"]: each for each in document["infrared"]}
+    by_word = {each["word"]: each for each in document["infrared"] if not each["tag"]}
     # All zeros is the shortest frame, all ones the longest (protocol: 49.84 and 85.68 ms).
     assert by_word["0x00000000"]["air_us"] == 49_840
     assert by_word["0xFFFFFFFF"]["air_us"] == 85_680
     for each in document["infrared"]:
         assert sum(each["durations_us"]) == each["air_us"]
         assert parity_is_even(int(each["frame"], 16))
+    for each in document["infrared"]:
+        if each["tag"]:
+            assert FRAME.decode(int(each["frame"], 16)).tag == each["tag"]
+            assert [warning.key for warning in FRAME.warnings(int(each["frame"], 16))] == []
+    assert {each["tag"] for each in document["infrared"]} == {0, 1, 2, 62, 63}
+
+
+def codes_of_computed(vector):
+    return [code for code in vector["warning_codes"] if code.startswith("bad-")]
+
+
+def test_the_vectors_hold_right_frames_and_wrong_ones_of_every_kind():
+    frames = [each for each in json.loads(only_text("vectors"))["words"] if each["format"] == "frame"]
+    tagged = [each for each in frames if each["fields"]["tag"]]
+    for wrong in ([], ["bad-check"], ["bad-parity"], ["bad-check", "bad-parity"]):
+        assert len([each for each in tagged if codes_of_computed(each) == wrong]) >= 10
+    assert len([each for each in frames if codes_of_computed(each) == ["bad-reserved"]]) >= 10
+    columns = decode_columns(FRAME, [each["word"] for each in frames])
+    for name, column in columns.items():
+        assert column.tolist() == [each["fields"][name] for each in frames]
+    complete = [FRAME.decode(each["complete"])._asdict() for each in frames]
+    by_name = {name: [values[name] for values in complete] for name in columns}
+    assert encode_columns(FRAME, by_name).tolist() == [each["complete"] for each in frames]
 
 
 def test_the_errata_of_both_seeds_stand_in_the_vectors_with_their_words():

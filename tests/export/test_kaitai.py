@@ -98,6 +98,19 @@ def test_the_vectors_words_are_parsed_to_their_fields(compiled, parse):
 
 
 @in_each_language
+@pytest.mark.parametrize("compiled", VOCABULARIES[:1], ids=["words"], indirect=True)
+def test_check_and_parity_of_frames_are_computed_and_compared(compiled, parse):
+    frames = [each for each in golden(compiled[0])["words"] if each["format"] == "frame"]
+    names = ["expected_check", "check_is_good", "parity_is_good"]
+    expected = []
+    for each in frames:
+        codes = set(each["warning_codes"])
+        check = each["complete"] >> 1 & 31
+        expected.append([check, not codes & {"bad-check", "bad-reserved"}, "bad-parity" not in codes])
+    assert parse(compiled, [["FrameWord", names, each["bytes"]] for each in frames]) == expected
+
+
+@in_each_language
 def test_what_the_vectors_refuse_is_refused_by_its_validation(compiled, parse):
     refused = golden(compiled[0])["refused_words"]
     names = {each.name: [field.name for field in each.fields] for each in compiled[0].formats}

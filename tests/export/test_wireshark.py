@@ -7,7 +7,7 @@ import pytest
 
 from motorcade.export import export
 from motorcade.words.field import WordError
-from motorcade.words.formats import CONTROL, DRIVE, HEADER, fingerprint
+from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER, fingerprint
 from motorcade.words.image import ImageError, bytes_to_words, parse_image_bytes, words_to_bytes
 from motorcade.words.upload import READBACK_REQUEST, ok_line
 from support.captures import RAW_IP, USER0, segments, write_pcap
@@ -119,6 +119,29 @@ def test_refused_words_are_found_by_a_filter(dissect):
     packets = segments([words_to_bytes((word,)) for word in (GOOD[0], BAD[0], GOOD[1])], PORT)
     rows = dissect(RAW_IP, packets, ["motorcade_drive.angle"], "-Y", "motorcade_drive.refused")
     assert rows == [[["181"]]]
+
+
+FRAME_FIELDS = ["motorcade_frame.word", *filters(FRAME, "motorcade_frame"), "_ws.expert.message"]
+TAGGED = [0x00000000, 0xC0280045, 0x80280178, 0x80280177, 0x80280179, 0x80280002]
+
+
+@pytest.mark.parametrize("over_tcp", [True, False], ids=["over TCP", "captured"])
+def test_frames_show_tag_check_and_parity_and_what_is_wrong_with_them(dissect, over_tcp):
+    dice = random.Random(3)
+    words = TAGGED + [FRAME.complete(dice.getrandbits(32)) ^ 1 << bit for bit in range(32)]
+    words += [FRAME.complete(dice.getrandbits(32)) for _ in range(50)] + [dice.getrandbits(32) for _ in range(50)]
+    data = words_to_bytes(tuple(words))
+    if over_tcp:
+        options = ["-d", "tcp.port==6000,motorcade_frame"]
+        rows = dissect(RAW_IP, segments(pieces_of(data, dice), 6000), FRAME_FIELDS, *options)
+    else:
+        rows = dissect(USER0 + 1, [data[:400], data[400:]], FRAME_FIELDS)
+    columns = columns_of(rows, len(FRAME_FIELDS))
+    assert [int(text, 16) for text in columns[0]] == words
+    shown = [[int(text) for text in column] for column in columns[1:-1]]
+    assert list(map(list, zip(*shown, strict=True))) == [raw_values(FRAME, word) for word in words]
+    warnings = [text for text in columns[-1] if "drops this frame" in text or "no effect" in text]
+    assert warnings == [sentence for word in words for sentence in sentences(FRAME, word)]
 
 
 CONTROL_FIELDS = filters(CONTROL, "motorcade_image.control")

@@ -7,7 +7,7 @@ from motorcade.car import brain
 from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.locales import catalogue
 from motorcade.words.field import WordError
-from motorcade.words.formats import CONTROL, DRIVE, HEADER, fingerprint
+from motorcade.words.formats import CONTROL, DRIVE, FRAME, HEADER, fingerprint
 from motorcade.words.image import ImageError, pack, parse_image, unpack
 
 # Seed 000: c3 has 7 bits and c8 has 11, not 6 and 12 as in the table; so all items together have 32.
@@ -43,6 +43,7 @@ ITEMS = [
 def test_the_formats_keep_their_fingerprints():
     # Cars and firmware in use have them: a change means that old and new cars read words differently.
     assert (fingerprint(HEADER), fingerprint(CONTROL), fingerprint(DRIVE)) == (0x71B74BB1, 0xE2E12312, 0xA066A390)
+    assert fingerprint(FRAME) == 0x76159055
 
 
 def word_of(*fields):

@@ -5,7 +5,7 @@ from binascii import crc32
 import pytest
 
 from motorcade.words.field import ANY, Field, Values, WordFormat
-from motorcade.words.formats import DRIVE, FORMATS, HEADER, canonical_text, fingerprint
+from motorcade.words.formats import DRIVE, FORMATS, FRAME, HEADER, canonical_text, fingerprint
 
 
 def walker(name="walker", **changes):
@@ -24,6 +24,11 @@ def test_the_canonical_text_has_a_line_for_each_field():
         "dwell 15 8 0 255 one-hot goes-with=follower_words\n"
         "reserved 7 0 0 255 reserved\n"
     )
+    assert canonical_text(FRAME).splitlines()[-3:] == [
+        "tag 11 6 0 63",
+        "check 5 1 0 31 parities=0x001FFFC0,0x0FE03FC0,0x71E3C3C0,0xB66CCCC0,0xDAB55540 needs=tag",
+        "parity 0 0 0 1 parities=0xFFFFFFFE",
+    ]
     assert canonical_text(DRIVE).splitlines()[1:3] == ["code 31 28 0 15 only=1", "angle 27 20 0 180 unit=deg"]
 
 
@@ -43,6 +48,7 @@ def test_the_fingerprint_is_the_crc_32_of_the_canonical_text():
         {"only": ((1, "trot"),)},
         {"reserved": True},
         {"goes_with": "legs"},
+        {"parity_masks": (1, 2, 4, 8)},
     ],
     ids=lambda change: next(iter(change)),
 )

@@ -1,4 +1,4 @@
-"""Encoding and decoding of the three formats and of others, and what they refuse."""
+"""Encoding and decoding of the four formats and of others, and what they refuse."""
 
 import struct
 from itertools import pairwise
@@ -8,14 +8,16 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from motorcade.words.field import Field, Values, WordError, WordFormat
-from motorcade.words.formats import CONTROL, DRIVE, FORMATS, HEADER, format_named
+from motorcade.words.formats import CONTROL, DRIVE, FORMATS, FRAME, HEADER, format_named
 from motorcade.words.image import pack, unpack
+from motorcade.words.infrared import check_is_good, tag_of, tagged_frame, to_frame
 
 ANY_WORD = st.integers(0, 0xFFFFFFFF)
 ONE_HOT = [1, 2, 4, 8, 16, 32, 64, 128]
 NO_WORDS = [-(1 << 31), -1, 1 << 32, 1 << 40]
 
 every_format = pytest.mark.parametrize("word_format", FORMATS, ids=lambda each: each.name)
+with_reserved_bits = pytest.mark.parametrize("word_format", [HEADER, CONTROL, DRIVE], ids=lambda each: each.name)
 
 
 def every_value(fields):
@@ -65,7 +67,7 @@ def test_any_word_is_refused_or_decoded_without_loss(word_format, word):
     assert word_format.encode(**values._asdict()) == word
 
 
-@every_format
+@with_reserved_bits
 @given(data=st.data())
 def test_reserved_bits_survive_unless_strict(word_format, data):
     field = word_format.field("reserved")
@@ -77,14 +79,14 @@ def test_reserved_bits_survive_unless_strict(word_format, data):
     assert refusal(word_format.decode, word, strict=True) == ("reserved", reserved, str(field.reserved_allowed))
 
 
-@every_format
+@with_reserved_bits
 @given(data=st.data())
 def test_strict_takes_what_has_no_reserved_bits(word_format, data):
     values = {**data.draw(good_values(word_format)), "reserved": 0}
     assert word_format.decode(word_format.encode(**values), strict=True)._asdict() == values
 
 
-@pytest.mark.parametrize(("word_format", "word"), [(HEADER, 0), (CONTROL, 0), (DRIVE, 0x15A00000)])
+@pytest.mark.parametrize(("word_format", "word"), [(HEADER, 0), (CONTROL, 0), (DRIVE, 0x15A00000), (FRAME, 0)])
 def test_a_field_that_is_left_out_has_its_default(word_format, word):
     assert word_format.encode() == word
 
@@ -138,8 +140,8 @@ def test_a_name_that_is_no_field_is_refused():
 
 
 def test_a_format_is_found_by_its_name():
-    assert [format_named(name) for name in ("header", "control", "drive")] == [HEADER, CONTROL, DRIVE]
-    assert refusal(format_named, "gait") == ("format", "gait", "header, control, drive")
+    assert [format_named(name) for name in ("header", "control", "drive", "frame")] == [HEADER, CONTROL, DRIVE, FRAME]
+    assert refusal(format_named, "gait") == ("format", "gait", "header, control, drive, frame")
 
 
 @pytest.mark.parametrize(
@@ -167,6 +169,52 @@ def test_a_format_is_found_by_its_name():
 def test_bits_without_effect_are_decoded_with_a_warning(word_format, word, sentences):
     word_format.decode(word)
     assert [str(warning) for warning in word_format.warnings(word)] == sentences
+
+
+# Words on the air
+
+
+@given(word=ANY_WORD, tag=st.integers(0, 63))
+def test_a_frame_is_completed_as_a_car_sends_it(word, tag):
+    actions = word & 0xFFFFF000
+    sent = tagged_frame(actions, tag) if tag else to_frame(actions)
+    # What stands at check and parity before doesn't matter.
+    assert FRAME.complete(actions | tag << 6 | word & 0x3F) == sent
+    assert FRAME.decode(sent).tag == tag
+    assert codes(sent) == []
+
+
+def codes(word):
+    return [warning.key for warning in FRAME.warnings(word) if warning.key.startswith("bad-")]
+
+
+@given(word=ANY_WORD)
+def test_a_frame_is_warned_of_exactly_where_a_follower_drops_it(word):
+    expected = []
+    if tag_of(word) == 0 and word & 0x3E:
+        expected.append("bad-reserved")
+    elif tag_of(word) and not check_is_good(word):
+        expected.append("bad-check")
+    if word.bit_count() % 2:
+        expected.append("bad-parity")
+    assert codes(word) == expected
+
+
+@given(word=ANY_WORD, tag=st.integers(1, 63), flipped=st.sets(st.integers(0, 31), min_size=1, max_size=3))
+def test_up_to_three_flipped_bits_of_a_tagged_frame_are_warned_of(word, tag, flipped):
+    assert codes(tagged_frame(word & 0xFFFFF000, tag) ^ sum(1 << bit for bit in flipped)) != []
+
+
+@pytest.mark.parametrize(
+    ("word", "sentence"),
+    [
+        (0x80280177, "check is 27, but bits 31 to 6 give 28: a follower drops this frame"),
+        (0x80280179, "parity is 1, but the other bits give 0: a follower drops this frame"),
+        (0x80280002, "check is 1, but tag is 0: these bits are reserved in a bare word, a follower drops this frame"),
+    ],
+)
+def test_a_warning_of_a_frame_names_what_would_be_right(word, sentence):
+    assert [str(warning) for warning in FRAME.warnings(word)] == [sentence]
 
 
 # Formats of one's own

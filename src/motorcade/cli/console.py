@@ -107,7 +107,7 @@ def print_diagnostics(console: Console, diagnostics: Iterable[Diagnostic]) -> No
 
 def fields_table(word: int, word_format: WordFormat, vocabulary: Vocabulary, warnings: Iterable[Phrase]) -> Table:
     """Make a table of the fields of one word: bits, raw value, meaning."""
-    lines = [translated("warning-line", warning=warning) for warning in warnings]
+    lines = [translated("warning-line", code=warning.key, warning=warning) for warning in warnings]
     title = translated("fields-table-title", format=word_format.name, word=word)
     table = Table(title=title, title_justify="left", caption="\n".join(lines) or None, caption_justify="left")
     for name in ("bits", "field", "raw", "meaning", "source"):

@@ -47,11 +47,12 @@ def _encode(
         name, equals, value = text.partition("=")
         if not equals:
             raise MotorcadeError("not-name-and-value", text=text, name=chosen.fields[0].name)
-        chosen.field(name)
+        if chosen.field(name).parity_masks:
+            raise MotorcadeError("field-is-computed", field=name)
         if name in fields:
             raise MotorcadeError("field-given-twice", field=name)
         fields[name] = whole_number(value, name)
-    word = chosen.encode(**fields)
+    word = chosen.complete(chosen.encode(**fields))
     if wants_json(as_json):
         print_json({"word": word, "hex": f"0x{word:08X}", "bits": f"{word:032b}"})
     else:
@@ -72,12 +73,16 @@ def _decode(
         values = chosen.decode(word)
         decoded.append({"word": word, "fields": values._asdict(), "warnings": chosen.warnings(word)})
     if wants_json(as_json):
-        print_json([{**each, "warnings": [str(warning) for warning in each["warnings"]]} for each in decoded])
+        print_json([{**each, **_warnings_as_dict(each["warnings"])} for each in decoded])
         return
     from motorcade.cli.console import fields_table
 
     for each in decoded:
         print_table(fields_table(each["word"], chosen, vocabulary, each["warnings"]))
+
+
+def _warnings_as_dict(warnings: list[Phrase]) -> dict[str, list[str]]:
+    return {"warnings": [str(warning) for warning in warnings], "warning_codes": [warning.key for warning in warnings]}
 
 
 @app.command("compile")

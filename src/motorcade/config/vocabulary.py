@@ -107,6 +107,6 @@ def field_notes(of: Field) -> str:
         notes.append(str(of.allowed))
     if of.goes_with:
         notes.append(f"0 exactly where {of.goes_with} is 0")
-    if of.needs:
+    if of.needs and not of.parity_masks:
         notes.append(f"no effect unless {of.needs} is 1")
     return "; ".join(notes)

@@ -6,14 +6,14 @@ matters. What is the same for all formats is in `templates/c_header.h`.
 
 from motorcade.config.vocabulary import Vocabulary, field_notes, fingerprint_text
 from motorcade.export.templates import filled_template
-from motorcade.words.field import Field, WordFormat
+from motorcade.words.field import WORD_MASK, Field, WordFormat
 
 _TYPE_BITS = (8, 16, 32)
 
 
 def c_header(vocabulary: Vocabulary) -> str:
     """Return the text of the header."""
-    first = vocabulary.formats[-1]
+    first = vocabulary.formats[0]
     return filled_template(
         "c_header.h",
         NAMES=", ".join(word_format.name for word_format in vocabulary.formats),
@@ -35,6 +35,14 @@ def _fault(word_format: WordFormat, field: Field) -> str:
 
 def _type_bits(field: Field) -> int:
     return next(bits for bits in _TYPE_BITS if field.width <= bits)
+
+
+def _left(value: str, bits: int) -> str:
+    return f"{value} << {bits}" if bits else value
+
+
+def _right(value: str, bits: int) -> str:
+    return f"{value} >> {bits}" if bits else value
 
 
 def _comment(text: str) -> str:
@@ -70,6 +78,7 @@ def _format(word_format: WordFormat) -> str:
             _check(word_format),
             _encode(word_format),
             _decode(word_format),
+            *_computed(word_format),
         ]
     )
 
@@ -115,9 +124,7 @@ def _refused(field: Field) -> str:
 
 def _encode(word_format: WordFormat) -> str:
     prefix = _prefix(word_format)
-    shifted = [
-        f"(uint32_t)values->{field.name}" + (f" << {field.low}" if field.low else "") for field in word_format.fields
-    ]
+    shifted = [_left(f"(uint32_t)values->{field.name}", field.low) for field in word_format.fields]
     made = "\n          | ".join(shifted)
     return f"""\
 /* Write the word that holds `values` to `word`; leave `word` unchanged where a field is at fault. */
@@ -131,12 +138,60 @@ static inline enum {prefix}_fault {prefix}_encode(const struct {prefix} *values,
 """
 
 
+def _computed(word_format: WordFormat) -> list[str]:
+    """Return the functions of the fields that are computed from others; none where there are no such fields."""
+    prefix = _prefix(word_format)
+    fields = [field for field in word_format.fields if field.parity_masks]
+    if not fields:
+        return []
+    functions = []
+    for field in fields:
+        name, result = f"{prefix}_{field.name}", f"uint{_type_bits(field)}_t"
+        bits = [f"motorcade_is_odd(word & 0x{mask:08X}UL)" for mask in field.parity_masks]
+        made = "\n        | ".join(_left(bit, len(bits) - 1 - number) for number, bit in enumerate(bits))
+        lines = [f"    return ({result})({made});"]
+        if field.needs:
+            lines.insert(0, f"    if ((word & 0x{word_format.field(field.needs).word_mask:08X}UL) == 0) return 0;")
+        functions.append(
+            f"""\
+/* Return the value of `{field.name}` that belongs to the other bits of `word`. */
+static inline {result} {name}_of(uint32_t word)
+{{
+{chr(10).join(lines)}
+}}
+
+/* Return 1 where `word` holds that value, else 0. */
+static inline int {name}_is_good(uint32_t word)
+{{
+    return ({_right("word", field.low)} & 0x{field.raw_mask:X}UL) == {name}_of(word);
+}}
+"""
+        )
+    steps = [
+        f"    word = (uint32_t)(word & 0x{WORD_MASK & ~field.word_mask:08X}UL)"
+        f" | {_left(f'(uint32_t){prefix}_{field.name}_of(word)', field.low)};"
+        for field in fields
+    ]
+    names = " and ".join(f"`{field.name}`" for field in fields)
+    functions.append(
+        f"""\
+/* Return `word` with the right {names}. */
+static inline uint32_t {prefix}_complete(uint32_t word)
+{{
+{chr(10).join(steps)}
+    return word;
+}}
+"""
+    )
+    return functions
+
+
 def _decode(word_format: WordFormat) -> str:
     prefix = _prefix(word_format)
     lines = []
     for field in word_format.fields:
-        shifted = f"word >> {field.low}" if field.low else "word"
-        lines.append(f"    values->{field.name} = (uint{_type_bits(field)}_t)({shifted} & 0x{field.raw_mask:X}UL);")
+        raw = f"{_right('word', field.low)} & 0x{field.raw_mask:X}UL"
+        lines.append(f"    values->{field.name} = (uint{_type_bits(field)}_t)({raw});")
     strict = [
         f"    if (strict && values->{field.name} > {field.defined}) return {_fault(word_format, field)};"
         for field in word_format.fields

@@ -69,9 +69,16 @@ def _rules(word_format: WordFormat, language: str) -> list[Phrase]:
     rules = [Phrase("words-page-pair", field=field.name, other=field.goes_with) for field in word_format.paired]
     comma = Phrase("comma").sentence(language)
     for switch in word_format.fields:
-        names = [f"`{field.name}`" for field in word_format.fields if field.needs == switch.name]
+        needing = [field for field in word_format.fields if field.needs == switch.name]
+        names = [f"`{field.name}`" for field in needing if not field.parity_masks]
         if names:
             rules.append(Phrase("words-page-needs", other=switch.name, fields=comma.join(names)))
+        zero = [Phrase("words-page-computed-with", needs=switch.name, field=each.name) for each in needing]
+        rules += [rule for rule, each in zip(zero, needing, strict=True) if each.parity_masks]
+    for field in word_format.fields:
+        if field.parity_masks:
+            masks = comma.join(f"`0x{mask:08X}`" for mask in field.parity_masks)
+            rules.append(Phrase("words-page-computed", field=field.name, masks=masks))
     return rules
 
 

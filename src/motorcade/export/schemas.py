@@ -79,7 +79,8 @@ def kaitai(vocabulary: Vocabulary) -> str:
     """Return the text of a .ksy file, from which Kaitai Struct makes parsers in a dozen languages.
 
     It describes an image where the formats make one, else words up to the end. Each format is
-    a type that checks what ``decode`` checks; reserved bits are read and not checked.
+    a type that checks what ``decode`` checks; reserved bits are read and not checked. A computed field has two
+    instances: its right value, and whether it holds that.
     """
     if vocabulary.has_images:
         title, sequence = "An image, and the words that Motorcade's cars share", _IMAGE
@@ -115,7 +116,34 @@ def _type(word_format: WordFormat) -> list[str]:
         if any(conditions):
             expression = " and ".join(f"({condition})" for condition in conditions if condition)
             lines += ["        valid:", f"          expr: {json.dumps(expression)}"]
+    computed = [field for field in word_format.fields if field.parity_masks]
+    for field in computed:
+        if field is computed[0]:
+            lines.append("    instances:")
+        lines += [
+            f"      expected_{field.name}:",
+            f"        value: {json.dumps(_computed_expression(word_format, field))}",
+            f"      {field.name}_is_good:",
+            f"        value: {json.dumps(f'{_number(field, field.name)} == expected_{field.name}')}",
+        ]
     return lines
+
+
+def _computed_expression(word_format: WordFormat, computed: Field) -> str:
+    """Return an expression for the right value of a computed field: of each bit that is 1, what it adds to it."""
+    parts = []
+    last = len(computed.parity_masks) - 1
+    for field in word_format.fields:
+        for bit in range(field.high, field.low - 1, -1):
+            added = sum((mask >> bit & 1) << last - at for at, mask in enumerate(computed.parity_masks))
+            is_one = field.name if field.width == 1 else f"({field.name} >> {bit - field.low} & 1) == 1"
+            if added:
+                parts.append(f"({is_one} ? {added} : 0)")
+    made = " ^ ".join(parts)
+    if not computed.needs:
+        return made
+    needed = word_format.field(computed.needs)
+    return f"{_number(needed, needed.name)} == 0 ? 0 : ({made})"
 
 
 def _number(field: Field, name: str) -> str:

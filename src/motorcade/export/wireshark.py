@@ -3,18 +3,24 @@
 Only its table of fields is generated; the code that uses the table is in `templates/wireshark.lua`.
 """
 
+from collections.abc import Iterator
+
 from motorcade.config.vocabulary import Vocabulary, fingerprint_text
+from motorcade.errors import Phrase
 from motorcade.export.templates import filled_template
-from motorcade.words.field import Field, WordFormat
+from motorcade.words.field import WORD_BITS, Field, WordFormat
 
 # The TCP port on which a car listens for drive commands by default.
 DRIVE_PORT = 5005
 _STREAMS = {"drive": DRIVE_PORT}
+# The user link type of captured packets that hold words, one behind the other.
+_USER_LINKS = {"frame": 1}
 _USE_OWN = """\
 -- Words of the format {name} on a TCP connection: -d tcp.port==6000,motorcade_{name}"""
 _USE = f"""\
--- Drive commands are found on TCP port {DRIVE_PORT}, captured images in packets of link type USER0 (147), and
--- uploads over TCP where you say so: -d tcp.port==7000,motorcade_image"""
+-- Drive commands are found on TCP port {DRIVE_PORT}, captured images in packets of link type USER0 (147), infrared
+-- frames in packets of link type USER1 (148), and uploads or frames over TCP where you say so:
+-- -d tcp.port==7000,motorcade_image or -d tcp.port==7000,motorcade_frame"""
 
 
 def wireshark(vocabulary: Vocabulary) -> str:
@@ -28,9 +34,24 @@ def wireshark(vocabulary: Vocabulary) -> str:
         FILE=f"{vocabulary.file_stem}.lua",
         USE=_USE if vocabulary.has_images else _USE_OWN.format(name=names[0]),
         FORMATS="\n".join(_format(word_format) for word_format in vocabulary.formats),
-        STREAMS=", ".join(f'{{ name = "{name}", port = {_STREAMS.get(name, 0)} }}' for name in streams),
+        STREAMS=", ".join(_stream(name) for name in streams),
+        BAD=", ".join(_bad(vocabulary)),
         HAS_IMAGES=_lua(vocabulary.has_images),
     )
+
+
+def _bad(vocabulary: Vocabulary) -> Iterator[str]:
+    """Yield the sentences about computed fields, with places for the values that Lua fills."""
+    computed = [field for word_format in vocabulary.formats for field in word_format.fields if field.parity_masks]
+    for field in computed:
+        yield f"{field.name} = {_lua(str(Phrase(f'bad-{field.name}', value='%d', expected='%d')))}"
+    if computed:
+        yield f"reserved = {_lua(str(Phrase('bad-reserved', field='%s', value='%d', needs='%s')))}"
+
+
+def _stream(name: str) -> str:
+    link = f", user_link = {_USER_LINKS[name]}" if name in _USER_LINKS else ""
+    return f'{{ name = "{name}", port = {_STREAMS.get(name, 0)}{link} }}'
 
 
 def _format(word_format: WordFormat) -> str:
@@ -69,6 +90,9 @@ def _field(field: Field) -> str:
     if field.only:
         names = ", ".join(f"[{raw}] = {_lua(name)}" for raw, name in field.only)
         parts.append(f"only = {{ {names} }}")
+    if field.parity_masks:
+        bits = (", ".join(str(bit) for bit in range(WORD_BITS) if mask >> bit & 1) for mask in field.parity_masks)
+        parts.append("parities = { " + ", ".join(f"{{ {each} }}" for each in bits) + " }")
     return "{ " + ", ".join(parts) + " }"
 
 

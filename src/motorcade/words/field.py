@@ -1,8 +1,7 @@
 """A word format: a table of fields, and the functions that encode and decode words by it.
 
-Portable. When a format is defined it generates the source of its ``encode`` and
-``decode`` from its fields, as the dataclasses of the standard library do. So they
-are as fast as shifts written by hand.
+Portable. When a format is defined it generates the source of its ``encode`` and ``decode`` from its fields, as the
+dataclasses of the standard library do. So they are as fast as shifts written by hand.
 """
 
 import sys
@@ -54,6 +53,8 @@ class Values:
         unit: the unit of the raw value, such as ``"deg"``; empty for levels, counts and flags.
         reserved: has no meaning but in values up to ``defined``; strict decoding refuses larger ones.
         defined: the largest value of a reserved field that has a meaning.
+        parity_masks: of a field that is computed from other bits, a mask for each bit, most significant first: the
+            bit is 1 where the number of ones under its mask is odd; 0 where what the field ``needs`` is 0.
     """
 
     def __init__(
@@ -66,6 +67,7 @@ class Values:
         unit: str = "",
         reserved: bool = False,
         defined: int = 0,
+        parity_masks: "tuple[int, ...]" = (),
     ) -> None:
         self.minimum = minimum
         self.maximum = maximum
@@ -75,6 +77,7 @@ class Values:
         self.unit = unit
         self.reserved = reserved
         self.defined = defined
+        self.parity_masks = parity_masks
 
 
 ANY = Values()
@@ -126,6 +129,7 @@ class Field:
         self.unit = values.unit
         self.reserved = values.reserved
         self.defined = values.defined
+        self.parity_masks = values.parity_masks
         self.needs = needs
         self.goes_with = goes_with
 
@@ -222,14 +226,34 @@ class WordFormat:
                 return field
         raise WordError(self.name, name, ", ".join([field.name for field in self.fields]), "no-such-field")
 
+    def computed(self, field: Field, word: int) -> int:
+        """Return the value that the other bits of ``word`` give to a field with ``parity_masks``."""
+        if field.needs and not word & self.field(field.needs).word_mask:
+            return 0
+        raw = 0
+        for mask in field.parity_masks:
+            raw = raw << 1 | bin(word & mask).count("1") & 1
+        return raw
+
+    def complete(self, word: int) -> int:
+        """Return ``word`` with the right values in its computed fields."""
+        for field in self.fields:
+            if field.parity_masks:
+                word = word & ~field.word_mask | self.computed(field, word) << field.low
+        return word
+
     def warnings(self, word: int) -> "list[Phrase]":
-        """Return a Phrase for each field of ``word`` that is set without effect."""
+        """Return a Phrase, its key stable, for each field of ``word`` that has no effect or a wrong computed value."""
         phrases = []
         for field in self.fields:
             raw = word >> field.low & field.raw_mask
-            if field.reserved and raw > field.defined:
+            without = field.needs and not word & self.field(field.needs).word_mask
+            if field.parity_masks and raw != self.computed(field, word):
+                details = {"field": field.name, "value": raw, "expected": self.computed(field, word)}
+                phrases.append(Phrase("bad-" + ("reserved" if without else field.name), needs=field.needs, **details))
+            elif field.reserved and raw > field.defined:
                 phrases.append(Phrase("reserved-bits-set", field=field.name, value=raw))
-            elif raw and field.needs and not word & self.field(field.needs).word_mask:
+            elif raw and without:
                 phrases.append(Phrase("field-without-effect", field=field.name, value=raw, needs=field.needs))
         return phrases
 
@@ -276,9 +300,8 @@ class WordFormat:
     def _decoded_runs(self, space: "dict[str, Any]") -> list[str]:
         """Return expressions for runs of fields, each a tuple of raw values; put their tables into ``space``.
 
-        A run of three or more narrow fields is looked up in a table of tuples, which
-        halves the time to decode a control word. MicroPython has little memory: there
-        every field is shifted out instead.
+        A run of three or more narrow fields is looked up in a table of tuples, which halves the time to decode a
+        control word. MicroPython has little memory: there every field is shifted out instead.
         """
         runs: list[list[Field]] = []
         for field in self.fields:

@@ -1,11 +1,13 @@
-"""The three word formats of Motorcade, each declared once, and the fingerprints of formats.
+"""The four word formats of Motorcade, each declared once, and the fingerprints of formats.
 
-Sources: seed 000 (h1-h3, c1-c9) for HEADER and CONTROL, seed 001 for DRIVE.
+Sources: seed 000 (h1-h3, c1-c9) for HEADER and CONTROL, seed 001 for DRIVE, the protocol's section "Tagged words" for
+FRAME.
 """
 
 from binascii import crc32
 
-from motorcade.words.field import RESERVED, Field, Values, WordError, WordFormat
+from motorcade.words.field import RESERVED, WORD_MASK, Field, Values, WordError, WordFormat
+from motorcade.words.infrared import CHECK_MASKS
 
 HEADER = WordFormat(
     "header",
@@ -27,22 +29,27 @@ HEADER = WordFormat(
     ),
 )
 
+# c1 to c7: what a car does. The bits below are c8 and c9.
+_ACTIONS = (
+    Field("accept_ir", 31, 31, "a follower listens to infrared", "seed 000, c1"),
+    Field("forward", 30, 30, "passes words on by infrared", "seed 000, c2"),
+    Field("motor_enable", 29, 29, "the wheels are driven", "seed 000, c3"),
+    Field("motor_direction", 28, 27, "0 forward, 1 left, 2 right, 3 random", "seed 000, c3", needs="motor_enable"),
+    Field("motor_speed", 26, 25, "0 standing still to 3 fastest", "seed 000, c3", needs="motor_enable"),
+    Field("motor_duration", 24, 23, "level 0 (0 s) to 3 (longest)", "seed 000, c3", needs="motor_enable"),
+    Field("led_which", 22, 21, "LED 0 to 3", "seed 000, c4"),
+    Field("led_duration", 20, 19, "level 0 (0 s: off) to 3 (longest)", "seed 000, c4"),
+    Field("avoid_enable", 18, 18, "obstacles are avoided", "seed 000, c5"),
+    Field("avoid_radius", 17, 16, "level 0 (nearest) to 3", "seed 000, c5", needs="avoid_enable"),
+    Field("avoid_duration", 15, 14, "level 0 (0 s) to 3 (longest)", "seed 000, c5", needs="avoid_enable"),
+    Field("voice", 13, 13, "listens for 'stop' and 'go'", "seed 000, c6"),
+    Field("pir", 12, 12, "stands still while a person is sensed", "seed 000, c7"),
+)
+
 CONTROL = WordFormat(
     "control",
-    (
-        Field("accept_ir", 31, 31, "a follower listens to infrared", "seed 000, c1"),
-        Field("forward", 30, 30, "passes words on by infrared", "seed 000, c2"),
-        Field("motor_enable", 29, 29, "the wheels are driven", "seed 000, c3"),
-        Field("motor_direction", 28, 27, "0 forward, 1 left, 2 right, 3 random", "seed 000, c3", needs="motor_enable"),
-        Field("motor_speed", 26, 25, "0 standing still to 3 fastest", "seed 000, c3", needs="motor_enable"),
-        Field("motor_duration", 24, 23, "level 0 (0 s) to 3 (longest)", "seed 000, c3", needs="motor_enable"),
-        Field("led_which", 22, 21, "LED 0 to 3", "seed 000, c4"),
-        Field("led_duration", 20, 19, "level 0 (0 s: off) to 3 (longest)", "seed 000, c4"),
-        Field("avoid_enable", 18, 18, "obstacles are avoided", "seed 000, c5"),
-        Field("avoid_radius", 17, 16, "level 0 (nearest) to 3", "seed 000, c5", needs="avoid_enable"),
-        Field("avoid_duration", 15, 14, "level 0 (0 s) to 3 (longest)", "seed 000, c5", needs="avoid_enable"),
-        Field("voice", 13, 13, "listens for 'stop' and 'go'", "seed 000, c6"),
-        Field("pir", 12, 12, "stands still while a person is sensed", "seed 000, c7"),
+    _ACTIONS
+    + (
         Field("reserved", 11, 1, "for extensions", "seed 000, c8", RESERVED),
         Field("parity", 0, 0, "set on the air for an even number of ones", "seed 000, c9"),
     ),
@@ -66,11 +73,37 @@ DRIVE = WordFormat(
     ),
 )
 
-FORMATS = (HEADER, CONTROL, DRIVE)
+# A control word as it is on the air. A wrong check or parity decodes with a warning; followers drop such a frame.
+FRAME = WordFormat(
+    "frame",
+    _ACTIONS
+    + (
+        Field("tag", 11, 6, "number of the leader's slot, 1 to 63; 0: a bare word", "tagged words"),
+        Field(
+            "check",
+            5,
+            1,
+            "computed from bits 31 to 6; 0 in a bare word",
+            "tagged words",
+            Values(parity_masks=CHECK_MASKS),
+            needs="tag",
+        ),
+        Field(
+            "parity",
+            0,
+            0,
+            "computed: makes the number of ones even",
+            "seed 000, c9",
+            Values(parity_masks=(WORD_MASK - 1,)),
+        ),
+    ),
+)
+
+FORMATS = (HEADER, CONTROL, DRIVE, FRAME)
 
 
 def format_named(name: str) -> WordFormat:
-    """Return the WordFormat called ``name``: header, control or drive. Raises WordError."""
+    """Return the WordFormat called ``name``: header, control, drive or frame. Raises WordError."""
     for word_format in FORMATS:
         if word_format.name == name:
             return word_format
@@ -107,5 +140,9 @@ def canonical_text(word_format: WordFormat) -> str:
             parts.append("reserved")
         if field.goes_with:
             parts.append("goes-with=" + field.goes_with)
+        if field.parity_masks:
+            parts.append("parities=" + ",".join([f"0x{mask:08X}" for mask in field.parity_masks]))
+            if field.needs:
+                parts.append("needs=" + field.needs)
         lines.append(" ".join(parts))
     return "".join([line + "\n" for line in lines])

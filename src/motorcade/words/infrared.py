@@ -62,6 +62,8 @@ _CHECK_1 = _mask(1)
 _CHECK_2 = _mask(2)
 _CHECK_3 = _mask(3)
 _CHECK_4 = _mask(4)
+# The bits that each bit of the check covers, most significant first.
+CHECK_MASKS = (_CHECK_4, _CHECK_3, _CHECK_2, _CHECK_1, _CHECK_0)
 
 
 def check_of(frame: int) -> int:

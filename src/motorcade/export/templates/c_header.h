@@ -9,6 +9,7 @@
  *
  * encode, decode and check return ..._OK, or the first field at fault. With `strict`,
  * decode refuses reserved bits that are set, as the words of an image require.
+ * Where fields are computed from the others, complete sets them, and ..._is_good tells whether they are right.
  */
 #ifndef @GUARD@
 #define @GUARD@
@@ -34,6 +35,17 @@ static inline void motorcade_word_to_bytes(uint32_t word, uint8_t *bytes)
 static inline uint32_t motorcade_word_from_bytes(const uint8_t *bytes)
 {
     return (uint32_t)bytes[0] << 24 | (uint32_t)bytes[1] << 16 | (uint32_t)bytes[2] << 8 | (uint32_t)bytes[3];
+}
+
+/* Return 1 where the number of ones in `bits` is odd, else 0. */
+static inline uint32_t motorcade_is_odd(uint32_t bits)
+{
+    bits ^= bits >> 16;
+    bits ^= bits >> 8;
+    bits ^= bits >> 4;
+    bits ^= bits >> 2;
+    bits ^= bits >> 1;
+    return (uint32_t)(bits & 1UL);
 }
 #endif
 

@@ -12,7 +12,11 @@ local FORMATS = {
 @FORMATS@
 }
 
--- Formats that go over TCP, one word after the other, and their ports; 0 where only "Decode As" finds them.
+-- What is wrong with a computed field.
+local BAD = { @BAD@ }
+
+-- Formats that go over TCP, one word after the other, and their ports; 0 where only "Decode As" finds them. With a user
+-- link type they are found in packets of that type, too.
 local STREAMS = { @STREAMS@ }
 local HAS_IMAGES = @HAS_IMAGES@
 
@@ -71,12 +75,36 @@ local function fault_of(values, format, strict)
   return nil
 end
 
--- Return sentences about bits that are set without effect.
-local function warnings_of(values, format)
+-- Return the value that the other bits of the word give to a computed field.
+local function computed(word, field, values)
+  local raw = 0
+  if field.needs and values[field.needs] == 0 then return raw end
+  for _, bits in ipairs(field.parities) do
+    local ones = 0
+    for _, bit in ipairs(bits) do
+      ones = ones + math.floor(word / 2 ^ bit) % 2
+    end
+    raw = 2 * raw + ones % 2
+  end
+  return raw
+end
+
+-- Return a sentence about a computed field with a wrong value; nil where it is right.
+local function mistake(word, field, values)
+  local raw, expected = values[field.name], computed(word, field, values)
+  if raw == expected then return nil end
+  if field.needs and values[field.needs] == 0 then return string.format(BAD.reserved, field.name, raw, field.needs) end
+  return string.format(BAD[field.name], raw, expected)
+end
+
+-- Return sentences about bits that are set without effect, and about computed fields with a wrong value.
+local function warnings_of(word, values, format)
   local sentences = {}
   for _, field in ipairs(format.fields) do
     local raw = values[field.name]
-    if field.reserved and raw > field.defined then
+    if field.parities then
+      table.insert(sentences, mistake(word, field, values))
+    elseif field.reserved and raw > field.defined then
       table.insert(sentences, string.format("%s is %d, yet these bits are written 0", field.name, raw))
     elseif raw ~= 0 and field.needs and values[field.needs] == 0 then
       table.insert(sentences, string.format("%s is %d, yet %s is 0: it has no effect", field.name, raw, field.needs))
@@ -106,7 +134,7 @@ local function experts(prefix)
   local group, severity = expert.group.PROTOCOL, expert.severity
   return {
     refused = ProtoExpert.new(prefix .. ".refused", "refused", group, severity.ERROR),
-    warning = ProtoExpert.new(prefix .. ".warning", "without effect", group, severity.WARN),
+    warning = ProtoExpert.new(prefix .. ".warning", "without effect, or wrong", group, severity.WARN),
   }
 end
 
@@ -125,7 +153,7 @@ local function show_word(range, tree, label, format, declared, infos, options)
   if not fault and options.strict and values.parity == 1 then fault = "parity is 1, an image writes 0" end
   if fault then item:add_proto_expert_info(infos.refused, fault) end
   if not options.strict then
-    for _, sentence in ipairs(warnings_of(values, format)) do
+    for _, sentence in ipairs(warnings_of(word, values, format)) do
       item:add_proto_expert_info(infos.warning, sentence)
     end
   end
@@ -140,8 +168,20 @@ local function summary(values, format)
   return table.concat(parts, " ")
 end
 
--- Make a protocol of words on a TCP connection, one after the other, towards the port.
-local function stream(name, port)
+-- Let `proto` have the packets of the user link type that its preference `user_link` names.
+local function on_user_link(proto)
+  local links = DissectorTable.get("wtap_encap")
+  local registered = nil
+  return function()
+    if registered then links:remove(registered, proto) end
+    registered = wtap_encaps["USER" .. string.format("%d", proto.prefs.user_link)]
+    if registered then links:add(registered, proto) end
+  end
+end
+
+-- Make a protocol of words on a TCP connection, one after the other, towards the port; where there is a user link type,
+-- of words in packets of that type, too.
+local function stream(name, port, user_link)
   local format = FORMATS[name]
   local prefix = "motorcade_" .. name
   local proto = Proto(prefix, "Motorcade " .. name .. " words")
@@ -152,6 +192,9 @@ local function stream(name, port)
   proto.experts = { infos.refused, infos.warning }
   proto.prefs.port = Pref.uint("TCP port", port, "0 for none")
   proto.prefs.little = Pref.bool("Least significant byte first", false, "as a little-endian client sends its int")
+  if user_link then
+    proto.prefs.user_link = Pref.uint("User link type of captured words", user_link, "0 to 15, for DLT_USER0 to DLT_USER15")
+  end
 
   local function one_word(tvb, pinfo, tree)
     local range = tvb:range(0, WORD_BYTES)
@@ -162,12 +205,19 @@ local function stream(name, port)
 
   function proto.dissector(tvb, pinfo, tree)
     -- A car's answers on the same connection are no words.
-    if pinfo.src_port == pinfo.match_uint and pinfo.dst_port ~= pinfo.match_uint then return 0 end
+    local on_tcp = pinfo.can_desegment ~= 0
+    if on_tcp and pinfo.src_port == pinfo.match_uint and pinfo.dst_port ~= pinfo.match_uint then return 0 end
     pinfo.cols.protocol = string.upper(name)
     pinfo.cols.info = "Motorcade"
     local subtree = tree:add(proto, tvb:range())
     subtree:append_text(", fingerprint " .. format.fingerprint)
-    dissect_tcp_pdus(tvb, subtree, WORD_BYTES, function() return WORD_BYTES end, one_word)
+    if on_tcp then
+      dissect_tcp_pdus(tvb, subtree, WORD_BYTES, function() return WORD_BYTES end, one_word)
+      return tvb:len()
+    end
+    for offset = 0, tvb:len() - WORD_BYTES, WORD_BYTES do
+      one_word(tvb:range(offset, WORD_BYTES):tvb(), pinfo, subtree)
+    end
     return tvb:len()
   end
 
@@ -179,8 +229,13 @@ local function stream(name, port)
     if registered ~= 0 then tcp_ports:add(registered, proto) end
   end
   tcp_ports:add_for_decode_as(proto)
-  proto.prefs_changed = register
-  register()
+  local register_link = user_link and on_user_link(proto) or function() end
+  local function register_all()
+    register()
+    register_link()
+  end
+  proto.prefs_changed = register_all
+  register_all()
 end
 
 -- Make the protocol of images: packets of a user link type (DLT_USER0), and uploads over TCP by "Decode As".
@@ -260,18 +315,12 @@ local function image()
   end
 
   DissectorTable.get("tcp.port"):add_for_decode_as(proto)
-  local links = DissectorTable.get("wtap_encap")
-  local registered = nil
-  local function register()
-    if registered then links:remove(registered, proto) end
-    registered = wtap_encaps["USER" .. string.format("%d", proto.prefs.user_link)]
-    if registered then links:add(registered, proto) end
-  end
+  local register = on_user_link(proto)
   proto.prefs_changed = register
   register()
 end
 
 for _, each in ipairs(STREAMS) do
-  stream(each.name, each.port)
+  stream(each.name, each.port, each.user_link)
 end
 if HAS_IMAGES then image() end
