@@ -46,7 +46,7 @@ def test_the_fingerprint_is_the_crc_32_of_the_canonical_text():
         {"unit": "mm"},
         {"one_hot": True},
         {"only": ((1, "trot"),)},
-        {"reserved": True},
+        {"reserved_above": 0},
         {"goes_with": "legs"},
         {"parity_masks": (1, 2, 4, 8)},
     ],

@@ -123,7 +123,7 @@ class _Reader:
                 one_hot=given["one_hot"],
                 only=self._only(place, given, most),
                 unit=given.get("unit", ""),
-                reserved=given["reserved"],
+                reserved_above=0 if given["reserved"] else None,
             ),
             needs=given.get("needs", ""),
             goes_with=given.get("goes_with", ""),

@@ -51,8 +51,7 @@ class Values:
         only: allowed raw values by name, as ``((1, "speed and direction"),)``; others are refused.
         default: the raw value where a caller gives none.
         unit: the unit of the raw value, such as ``"deg"``; empty for levels, counts and flags.
-        reserved: has no meaning but in values up to ``defined``; strict decoding refuses larger ones.
-        defined: the largest value of a reserved field that has a meaning.
+        reserved_above: of a reserved field, the largest value with a meaning; strict decoding refuses larger ones.
         parity_masks: of a field that is computed from other bits, a mask for each bit, most significant first: the
             bit is 1 where the number of ones under its mask is odd; 0 where what the field ``needs`` is 0.
     """
@@ -65,8 +64,7 @@ class Values:
         only: "tuple[tuple[int, str], ...]" = (),
         default: int = 0,
         unit: str = "",
-        reserved: bool = False,
-        defined: int = 0,
+        reserved_above: "int | None" = None,
         parity_masks: "tuple[int, ...]" = (),
     ) -> None:
         self.minimum = minimum
@@ -75,13 +73,12 @@ class Values:
         self.only = only
         self.default = default
         self.unit = unit
-        self.reserved = reserved
-        self.defined = defined
+        self.reserved_above = reserved_above
         self.parity_masks = parity_masks
 
 
 ANY = Values()
-RESERVED = Values(reserved=True)
+RESERVED = Values(reserved_above=0)
 
 
 class Field:
@@ -127,8 +124,8 @@ class Field:
         self.only = values.only
         self.default = values.default
         self.unit = values.unit
-        self.reserved = values.reserved
-        self.defined = values.defined
+        self.reserved = values.reserved_above is not None
+        self.defined = values.reserved_above or 0
         self.parity_masks = values.parity_masks
         self.needs = needs
         self.goes_with = goes_with

@@ -23,9 +23,7 @@ HEADER = WordFormat(
             Values(one_hot=True),
             goes_with="follower_words",
         ),
-        Field(
-            "reserved", 7, 0, "1: follower words travel with a tag", "seed 000, h3", Values(reserved=True, defined=1)
-        ),
+        Field("reserved", 7, 0, "1: follower words travel with a tag", "seed 000, h3", Values(reserved_above=1)),
     ),
 )
 
