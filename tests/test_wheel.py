@@ -10,6 +10,7 @@ from pathlib import Path
 from urllib.request import urlopen
 
 import pytest
+from filelock import FileLock
 from scripts.studio_process import ROOT, build_page, running_studio
 
 PAGE = ROOT / "src" / "motorcade" / "server" / "page"
@@ -17,9 +18,10 @@ PIP = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
 
 
 @pytest.fixture(scope="module")
-def python(tmp_path_factory: pytest.TempPathFactory) -> str:
+def python(tmp_path_factory: pytest.TempPathFactory, install_lock: FileLock) -> str:
     """That of an environment into which nothing but the wheel was installed."""
-    build_page()
+    with install_lock:
+        build_page()
     folder = tmp_path_factory.mktemp("wheel")
     building = ["wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", str(folder), str(ROOT)]
     subprocess.run([*PIP, *building], check=True)

@@ -17,8 +17,8 @@ from motorcade.upload import serial_port
 from support.mock_pi import Clock
 from support.socket_lines import without_pauses
 from support.strategies import CLASSROOM
+from support.waiting import DEADLINE_S
 
-DEADLINE_S = 60
 # A state of 1 s and one of 2 s; another program of one state.
 OLD = bytes.fromhex("02000000 64800000 6D000000")
 NEW = bytes.fromhex("01000000 40280000")

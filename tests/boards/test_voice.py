@@ -10,8 +10,8 @@ from motorcade.boards.voice import SerialVoice, VoiceSource
 from motorcade.car.brain import NO_VOICE, VOICE_GO, VOICE_STOP
 from motorcade.config.voice_map import VoiceMap, load_voice_map, parse_voice_map
 from motorcade.errors import MotorcadeError
+from support.waiting import DEADLINE_S
 
-DEADLINE_S = 60
 SHIPPED = Path(__file__).parents[2] / "firmware" / "linux" / "voice.toml"
 HEAD = 'format = "motorcade-voice/1"\nbaud = 9600\n'
 STOP = '[[word]]\nsays = "stop"\nbytes = "AA 01"\n'

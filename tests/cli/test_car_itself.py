@@ -17,8 +17,8 @@ from xml.etree import ElementTree
 import pytest
 
 from support.command_line import INSTALLED, Terminal, data, refusal, run
+from support.waiting import DEADLINE_S
 
-DEADLINE_S = 60
 PINS = Path(__file__).parents[2] / "firmware" / "linux" / "pins.toml"
 VOICES = PINS.parent / "voice.toml"
 # Two leader states of 1 s with voice control, and a follower's word.

@@ -21,8 +21,8 @@ from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.errors import MotorcadeError
 from motorcade.outcomes import PORT_NOT_FOUND
 from support.command_line import PARADE, refusal
+from support.waiting import DEADLINE_S
 
-DEADLINE_S = 120
 MATS = PARADE.parent / "mats"
 
 

@@ -19,8 +19,7 @@ from motorcade.drive.tls.keys import server_context
 from support.command_line import refusal
 from support.driven_car import PATIENT, DrivenCar
 from support.picture_server import picture_server
-
-DEADLINE_S = 120
+from support.waiting import DEADLINE_S
 
 
 @contextmanager

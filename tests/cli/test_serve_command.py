@@ -22,8 +22,8 @@ from motorcade.engine.world import World
 from motorcade.locales import command_line_text, languages
 from motorcade.words.formats import DRIVE
 from support.command_line import refusal, run
+from support.waiting import DEADLINE_S
 
-DEADLINE_S = 120
 STILL = DRIVE.encode(angle=40, direction=1, speed=0)
 
 

@@ -18,11 +18,9 @@ from support.command_line import refusal
 from support.driven_car import PATIENT, DrivenCar
 from support.terminal_process import terminal
 from support.virtual_pad import DOWN, LEFT_X, LEFT_Y, RIGHT_BUTTON, START, UP
-from support.waiting import wait_until
+from support.waiting import DEADLINE_S, wait_until
 
 posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
-# A simulated car's world may have to be compiled first.
-DEADLINE_S = 180
 
 
 class RemotePad:

@@ -18,8 +18,8 @@ from motorcade.upload import transfer as talk
 from motorcade.words import upload as protocol
 from motorcade.words.check import CHECK_BYTES, check_words, read_check, ready_line
 from support.command_line import INSTALLED, PARADE, Terminal, data, refusal, run
+from support.waiting import DEADLINE_S
 
-DEADLINE_S = 60
 IMAGE = bytes.fromhex("01010100 64800000 E4800000")
 OLD = bytes.fromhex("01000000 64800000")
 OK = b"OK words=3 crc32=aaa3b7a2\n"

@@ -6,7 +6,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from motorcade import Mat, Physics, Pose, Program, World, compile_program, forward, led, left, open_table, wait
+from motorcade import (
+    Mat,
+    Physics,
+    Pose,
+    Program,
+    World,
+    compile_program,
+    formation,
+    forward,
+    led,
+    left,
+    open_table,
+    wait,
+)
+from motorcade.engine import kernels
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Starts
 from support.strategies import CLASSROOM
@@ -132,3 +146,16 @@ def test_an_impossible_mat_changes_nothing() -> None:
     with pytest.raises(MotorcadeError, match="smaller tick_ms"):
         cars.furnish(replace(cars.mat, physics=Physics(wheel_noise=0.5)), range_mm=500)
     assert (cars.mat, cars.profile) == before
+
+
+def test_one_compiled_kernel_serves_worlds_of_any_size_and_with_any_drivers() -> None:
+    """Numba compiles for about half a minute for each layout of an array that it meets."""
+    image = compile_program(Program([forward(3)])).image
+    for followers in (14, 15, 16):
+        world = World(open_table(formation(followers)), [image], threads=1)
+        for car in range(3):
+            world.drive(car, 40, 1, 100)
+        world.run(20)
+        world.give_back(1)
+        world.run(20)
+    assert len(kernels.run_one.signatures) == 1

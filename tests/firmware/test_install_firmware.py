@@ -20,11 +20,11 @@ from motorcade.firmware.car_files import board_files, settings_of, templates
 from motorcade.firmware.install import default_pins
 from support.command_line import Terminal, data, refusal, run
 from support.socket_lines import without_pauses
+from support.waiting import DEADLINE_S
 
 # pyserial forgets to close a socket whose other end has gone.
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 PORTABLE = Path(__file__).parents[1] / "portable"
-DEADLINE_S = 60
 ESP32 = board_files(settings_of(default_pins("esp32"), built_in_profile("classroom"), True))
 
 
@@ -170,7 +170,7 @@ def test_pins_of_another_chip_are_refused_before_anything_is_written():
 def test_a_missing_port_and_a_wrong_port_name_are_errors(tmp_path):
     assert "There is no port" in refusal(3, "install-firmware", "--port", "/dev/there-is-none")
     assert "not the name of a port" in refusal(3, "install-firmware", "--port", "nonsense://x")
-    assert "Is the cable in" in refusal(3, "install-firmware", "--port", "socket://127.0.0.1:9")
+    assert "Is it started" in refusal(3, "install-firmware", "--port", "socket://127.0.0.1:9")
 
 
 def test_a_dry_run_lists_the_files_and_opens_nothing():

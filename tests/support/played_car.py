@@ -8,8 +8,8 @@ import socket
 import threading
 
 from motorcade.words.check import CHECK_BYTES, check_words, read_check, ready_line
+from support.waiting import DEADLINE_S
 
-DEADLINE_S = 60
 # One state: forward at 200 mm/s for 1 s.
 IMAGE = bytes.fromhex("01000000 64800000")
 OLD = bytes.fromhex("01000000 6D000000")

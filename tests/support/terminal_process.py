@@ -8,9 +8,8 @@ import subprocess
 import time
 
 from support.command_line import INSTALLED
+from support.waiting import DEADLINE_S
 
-# A simulated car's world may have to be compiled first.
-DEADLINE_S = 180
 HELD_S = 4.0
 # Longer than a key counts as held, and a command as new.
 RELEASED_S = 0.7

@@ -103,13 +103,14 @@ def nobody() -> Driven:
 def with_driver(driven: Driven, world: int, number: int, place: int, motion: Motion) -> Driven:
     """``driven`` with a car that has this motion, whether or not it was driven before."""
     column = np.array([[world], [number], [place], *([each] for each in motion), [0]], np.int64)
-    return np.concatenate([without_driver(driven, world, number), column], axis=1)
+    return np.ascontiguousarray(np.concatenate([without_driver(driven, world, number), column], axis=1))
 
 
 def without_driver(driven: Driven, world: int, number: int) -> Driven:
     """``driven`` without that car."""
-    kept: Driven = driven[:, (driven[WORLD] != world) | (driven[NUMBER] != number)]
-    return kept
+    kept = (driven[WORLD] != world) | (driven[NUMBER] != number)
+    # NumPy's choice of columns may be in Fortran's order, for which Numba would compile the kernels once more.
+    return np.ascontiguousarray(driven[:, kept])
 
 
 def shown_wheels(ahead: int, aside: int, speeds: Floats) -> int:

@@ -84,7 +84,8 @@ def cars_of(worlds: int, per_world: int) -> Cars:
     """Room for all cars, zeroed."""
     count = worlds * per_world
     # Fields are an odd number of cache lines apart. Otherwise the fields of a car would share a few sets of the cache.
-    lines = -(-count // _LINE) | 1
+    # One column is never used, so that rows are never contiguous: Numba would compile the kernels for both layouts.
+    lines = -(-(count + 1) // _LINE) | 1
     rows = np.zeros((SIZE + len(_FIELDS), lines * _LINE), np.uint32)[:, :count]
     fields = {
         name: rows[SIZE + k].view(np.int32) if name in _SIGNED else rows[SIZE + k] for k, name in enumerate(_FIELDS)

@@ -10,9 +10,9 @@ import pytest
 from motorcade.boards.linux.infrared import LircSender, open_sender
 from motorcade.errors import MotorcadeError
 from motorcade.words.infrared import frame_durations_us
+from support.waiting import DEADLINE_S
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="LIRC is Linux's")
-DEADLINE_S = 60
 FRAME_BYTES = 67 * 4
 # linux/lirc.h, and the features of a pwm-ir-tx and of a receiver.
 GET_FEATURES, SET_SEND_CARRIER = 0x80046900, 0x40046913

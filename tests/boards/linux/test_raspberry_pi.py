@@ -12,9 +12,7 @@ from motorcade.car.check import check_board
 from motorcade.car.loop import Car
 from motorcade.words.upload import ok_line
 from support.mock_pi import ENABLED, LEDS, LEDS_AT, LEFT_MOTOR, PIR, SENSORS, beam, shown, wheels
-
-DEADLINE_S = 60
-
+from support.waiting import DEADLINE_S
 
 # Wheels and LEDs
 

@@ -5,8 +5,8 @@ import threading
 import pytest
 
 from motorcade.boards.linux.programmed_drive import SharedWheels
+from support.waiting import DEADLINE_S
 
-DEADLINE_S = 60
 STILL, AHEAD, TURN, DRIVEN = (0, 0), (0, 3), (1, 2), (90, 1, 255)
 
 

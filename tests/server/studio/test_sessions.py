@@ -23,8 +23,8 @@ from motorcade.service.history import FIRST, PAST
 from motorcade.service.playback import Playback
 from motorcade.service.world_messages import State
 from support.pictures import Picture
+from support.waiting import DEADLINE_S
 
-DEADLINE_S = 60
 KEY = "0123456789abcdef" * 2
 OTHER = "f" * 32
 IMAGE = base64.b64encode(
