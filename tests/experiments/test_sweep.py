@@ -62,6 +62,7 @@ def test_a_name_may_have_quotes_or_not():
         ("", [0]),
         ("seeds = 3", [0, 1, 2]),
         ("seeds = {first = 5, count = 2}", [5, 6]),
+        ("seeds = {first = 4294967294, count = 2}", [4294967294, 4294967295]),
         ("seeds = [9, 4]", [9, 4]),
     ],
 )
@@ -101,6 +102,7 @@ def test_a_draw_depends_on_no_other_draw():
         ("mats = ['a.toml', 'a.toml']", 'mats[1] is "a.toml", which is in the list already'),
         ("seeds = 0", "seeds is 0"),
         ("seeds = {count = 3, step = 2}", "seeds.step is not known"),
+        ("seeds = {first = 4294967294, count = 3}", "seeds.count is 3; allowed: a whole number from 1 to 2"),
         ("seeds = [1, 2, 1]", "seeds[2] is 1, which is in the list already"),
         ("[grid]\nphysics.bit_error_rat = [0]", "did you mean physics.bit_error_rate?"),
         (
@@ -126,6 +128,7 @@ def test_a_draw_depends_on_no_other_draw():
         ("[sample]\ncount = 2", "names no parameter"),
         ("[sample]\ncount = 2\ncars = [1, 2]", "sample.cars is [1, 2]; allowed: a range such as {from = 1, to = 50}"),
         ("[sample]\ncount = 2\ncars = {from = 3, to = 2}", "sample.cars: from is 3 and to is 2"),
+        ("[sample]\ncount = 2\ncars = {from = 2, to = 2}", "sample.cars: from is 2 and to is 2"),
         ("[sample]\ncount = 2\ncars = {from = 0, to = 2, log = true}", "sample.cars.from is 0; with log"),
         ("[sample]\ncount = 2\nphysics.collisions = {from = 0, to = 1}", "true or false and has no range"),
     ],

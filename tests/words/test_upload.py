@@ -235,6 +235,14 @@ def test_a_readback_has_one_outcome(answer, kind):
     assert outcomes(end, b"\0", 2_020) + outcomes(end, b"", 10_000) == []
 
 
+def test_a_slow_readback_goes_on_for_as_long_as_bytes_come():
+    end = upload.ReadbackEnd(0)
+    for number, byte in enumerate(NEW):
+        end.receive_data(bytes([byte]), 1_999 * number)
+        end.receive_data(b"", 1_999 * number + 1_998)
+    assert end.next_event() == (upload.IMAGE, NEW)
+
+
 # Anything at all
 
 SNIPPETS = st.sampled_from(
