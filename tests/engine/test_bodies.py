@@ -292,3 +292,10 @@ def test_voices_are_heard_where_and_when_they_are_said() -> None:
         cars.step()
         shown.append(tuple(cars.snapshot().wheels.tolist()))
     assert shown == [(FORWARD, FORWARD)] * 1000 + [(STILL, FORWARD)] * 1000 + [(FORWARD, FORWARD)] * 1000
+
+
+def test_a_voice_reaches_exactly_as_far_as_its_radius() -> None:
+    said = (Voice(0.0, "stop", 0.0, 0.0, 1.0),)
+    cars = leaders([together(forward(3), voice())], [Pose(1.0, 0), Pose(1.000001, 0)], voices=said)
+    cars.run(10)
+    assert cars.snapshot().wheels.tolist() == [STILL, FORWARD]
