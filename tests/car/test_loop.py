@@ -6,6 +6,7 @@ from itertools import pairwise
 import pytest
 
 from motorcade import Program, compile_program, forward, led, left, repeat, together, wait, wander
+from motorcade.car import brain
 from motorcade.car.board import Board
 from motorcade.car.loop import Car
 from motorcade.config.profile import levels_of
@@ -56,6 +57,13 @@ def drive(image: bytes, tick_ms: int, ticks: int, number: int = 0) -> tuple[list
 
 def wheels(leader: list, tick_ms: int, ticks: int, number: int = 0) -> list[tuple[int, int]]:
     return [moment[0] for moment in drive(compile_program(Program(leader)).image, tick_ms, ticks, number)[0]]
+
+
+def test_random_numbers_are_those_of_marsaglias_xorshift() -> None:
+    """Cars of every kind draw these numbers, and a recorded run is repeated with them."""
+    memory = [0] * brain.SIZE
+    memory[brain.RANDOM] = 1
+    assert [brain.draw(memory) for _ in range(4)] == [270369, 67634689, 2647435461, 307599695]
 
 
 def test_random_driving_goes_straight_half_of_the_time_and_turns_to_each_side_a_quarter() -> None:
