@@ -59,6 +59,14 @@ def wheels(leader: list, tick_ms: int, ticks: int, number: int = 0) -> list[tupl
     return [moment[0] for moment in drive(compile_program(Program(leader)).image, tick_ms, ticks, number)[0]]
 
 
+def test_a_car_that_is_switched_on_remembers_nothing() -> None:
+    """In C the memory is whatever was there before."""
+    used, fresh = [7] * brain.SIZE, [0] * brain.SIZE
+    for memory in (used, fresh):
+        brain.switch_on(memory, number=3, now=100)
+    assert used == fresh
+
+
 def test_random_numbers_are_those_of_marsaglias_xorshift() -> None:
     """Cars of every kind draw these numbers, and a recorded run is repeated with them."""
     memory = [0] * brain.SIZE
