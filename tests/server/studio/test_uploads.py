@@ -1,4 +1,4 @@
-"""Uploads over WebSockets: to the virtual car, to played ones, and through a port of the page."""
+"""Uploads over WebSockets: to the simulated car, to mock ones, and through a port of the page."""
 
 import base64
 import json

@@ -27,7 +27,7 @@ function usePorts() {
   return { ports, look };
 }
 
-/** The port of the last upload if it still exists; else the virtual car, which can do no harm. */
+/** The port of the last upload if it still exists; else the simulated car, which can do no harm. */
 function firstChoice(ports: readonly Port[], lastUsed: string | null): string | null {
   const known = lastUsed === BROWSER_PORT && hasWebSerial() ? { port: lastUsed } : ports.find(({ port }) => port === lastUsed);
   return (known ?? ports.find(({ kind }) => kind === "virtual") ?? ports[0])?.port ?? null;

@@ -1,4 +1,4 @@
-"""Uploads over WebSockets: through the server's ports and its virtual car, or through a port that the page opened."""
+"""Uploads over WebSockets: through the server's ports and its simulated car, or through a port that the page opened."""
 
 import asyncio
 import secrets
@@ -73,7 +73,7 @@ class Uploads:
 
     Args:
         settings: the clock, and the size of a message.
-        store: the file in which the virtual car stores its image.
+        store: the file in which the simulated car stores its image.
     """
 
     def __init__(self, settings: ServerSettings, store: Path) -> None:
