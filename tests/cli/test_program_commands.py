@@ -234,7 +234,7 @@ def test_a_file_that_is_neither_a_project_nor_an_image_is_named(tmp_path):
     for command in ("simulate", "upload"):
         ran = run(command, script)
         assert (ran.code, ran.out) == (1, "")
-        assert "square.py is neither a project nor an image: " in only_line(ran.err)
+        assert "square.py is no program: " in only_line(ran.err)
 
 
 @pytest.mark.parametrize("name", ["missing/it.image", "."])

@@ -88,19 +88,15 @@ def _run(plan: "Plan", output: Path, jobs: int, scheduler: str) -> int:
 
 def _program(spec: Path, index: int, wanted: "Sweep") -> "tuple[bytes, Profile]":
     """Read one of the programs that a sweep names: its image and its cars' profile."""
-    from motorcade.words.image import ImageError
-
     name = wanted.programs[index]
     place = f"{spec.name}: programs[{index}], '{name}'"
     profile_name = wanted.profile
     if profile_name.endswith(".toml"):
         profile_name = str(spec.parent / profile_name)
     try:
-        image, profile = image_of(spec.parent / name, profile_name)
+        image, profile = image_of(spec.parent / name, profile_name, place)
     except OSError as problem:
         raise MotorcadeError("sweep-program-unreadable", place=place, reason=problem.strerror) from None
-    except ImageError as problem:
-        raise MotorcadeError("not-a-program", place=place, reason=problem) from None
     except typer.Exit:
         print_note(translated("sweep-program-has-errors", place=place))
         raise

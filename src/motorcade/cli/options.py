@@ -99,11 +99,11 @@ def compile_project(data: bytes, folder: Path) -> "tuple[Compiled, Profile]":
     return compile_program(program, profile), profile
 
 
-def image_of(source: Path, profile_name: str) -> "tuple[bytes, Profile]":
+def image_of(source: Path, profile_name: str, place: str = "") -> "tuple[bytes, Profile]":
     """Return the image in a file, or compile the project in it, and the profile.
 
     Diagnostics are printed on standard error; errors among them end the command. Raises MotorcadeError for a file that
-    is neither.
+    is neither; the sentence names ``place``, or else the file.
     ``profile_name`` is the profile of an image; a project names its own.
     """
     from rich.console import Console
@@ -117,7 +117,7 @@ def image_of(source: Path, profile_name: str) -> "tuple[bytes, Profile]":
         try:
             parse_image_bytes(data)
         except ImageError as problem:
-            raise MotorcadeError("neither-project-nor-image", file=source, reason=problem) from None
+            raise MotorcadeError("not-a-program", place=place or source, reason=problem) from None
         return data, profile_named(profile_name)
     try:
         compiled, profile = compile_project(data, source.parent)
