@@ -31,7 +31,7 @@ def image(tmp_path):
 
 def test_simulate_tells_where_cars_end_and_what_happened():
     printed = data("simulate", PARADE, "--followers", "2", "--seconds", "1.5", "--json")
-    assert set(printed) == {"cars", "counts", "events"}
+    assert set(printed) == {"cars", "counts", "slots", "events"}
     assert [set(car) for car in printed["cars"]] == [{"id", "x", "y", "heading"}] * 3
     assert [car["id"] for car in printed["cars"]] == [0, 1, 2]
     # The leader drives straight on at 200 mm/s.
