@@ -7,9 +7,15 @@ from hypothesis import strategies as st
 from motorcade.words.infrared import (
     FrameReceiver,
     air_us,
+    check_is_good,
+    check_of,
     frame_durations_us,
+    next_tag,
     ones,
     parity_is_even,
+    tag_is_newer,
+    tag_of,
+    tagged_frame,
     to_frame,
 )
 
@@ -160,3 +166,66 @@ def test_marks_and_spaces_need_not_take_turns(events):
     for is_mark, duration_us in events:
         (receiver.receive_mark if is_mark else receiver.receive_space)(duration_us)
     assert hear(receiver, before_a_mark([1]) + frame_durations_us(0x65800001))[-1:] == [0x65800001]
+
+
+# The numbers of bits 31 to 6: the integers from 3 to 31 that are no powers of two.
+NUMBERS = [number for number in range(3, 32) if number & (number - 1)]
+TAGGED = st.builds(tagged_frame, WORDS, st.integers(1, 63))
+
+
+@given(WORDS)
+def test_the_check_is_the_exclusive_or_of_the_numbers_of_the_bits_that_are_1(word):
+    expected = 0
+    for bit, number in zip(range(31, 5, -1), NUMBERS, strict=True):
+        expected ^= number * (word >> bit & 1)
+    assert check_of(word) == expected
+
+
+@given(WORDS, st.integers(1, 63))
+def test_a_tagged_frame_holds_word_and_tag_and_is_good(word, tag):
+    frame = tagged_frame(word, tag)
+    assert (frame >> 12, tag_of(frame)) == (word >> 12, tag)
+    assert parity_is_even(frame)
+    assert check_is_good(frame)
+
+
+@given(TAGGED, st.lists(st.integers(0, 31), min_size=1, max_size=3, unique=True))
+def test_parity_or_check_finds_one_to_three_flipped_bits(frame, bits):
+    received = frame ^ sum(1 << bit for bit in bits)
+    assert not (parity_is_even(received) and check_is_good(received))
+
+
+def test_exactly_1240_patterns_of_four_flipped_bits_are_not_found():
+    """As for every extended Hamming code of 32 bits; the chance of each is the fourth power of the bit error rate."""
+    columns = [1 << place for place in range(5)]  # check bits, bit 1 first
+    columns += [NUMBERS[31 - bit] for bit in range(6, 32)]
+    syndromes = [0, *columns]  # of bit 0, the parity, and of bits 1 to 31
+    found = 0
+    for a in range(32):
+        for b in range(a):
+            for c in range(b):
+                needed = syndromes[a] ^ syndromes[b] ^ syndromes[c]
+                found += sum(syndromes[d] == needed for d in range(c))
+    assert found == 1240
+    frame = tagged_frame(0xA4800000, 9)
+    pattern = next(
+        1 << a | 1 << b | 1 << c | 1 << d
+        for a in range(32)
+        for b in range(a)
+        for c in range(b)
+        for d in range(c)
+        if syndromes[a] ^ syndromes[b] ^ syndromes[c] ^ syndromes[d] == 0
+    )
+    assert parity_is_even(frame ^ pattern)
+    assert check_is_good(frame ^ pattern)
+
+
+@pytest.mark.parametrize(("tag", "following"), [(1, 2), (62, 63), (63, 1)])
+def test_tags_count_from_1_to_63_and_begin_again(tag, following):
+    assert next_tag(tag) == following
+
+
+@given(st.integers(1, 63), st.integers(0, 62))
+def test_a_tag_is_newer_for_31_slots(tag, slots):
+    later = (tag - 1 + slots) % 63 + 1
+    assert tag_is_newer(later, tag) == (1 <= slots <= 31)

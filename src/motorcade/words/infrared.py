@@ -84,7 +84,7 @@ def check_is_good(frame: int) -> int:
 
 
 def tagged_frame(word: int, tag: int) -> int:
-    """Return the frame of ``word`` with ``tag``, 1 to 63; tag 0 gives the bare frame."""
+    """Return the frame of ``word``, of which bits 31 to 12 count, with ``tag``, 1 to 63."""
     frame = (word & 0xFFFFF000) | tag << 6
     return to_frame(frame | check_of(frame) << 1)
 

@@ -1,0 +1,301 @@
+"""Tagged words: which frames a car takes and sends, after restarts, absences and among two leaders."""
+
+from dataclasses import dataclass, field
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motorcade.car import brain, frames, step
+from motorcade.car.board import NOTHING_IN_SIGHT_MM
+from motorcade.config.profile import built_in_profile, levels_of
+from motorcade.words.formats import CONTROL
+from motorcade.words.image import Image, image_words
+from motorcade.words.infrared import tag_of, tagged_frame, to_frame
+
+LEVELS = levels_of(built_in_profile("classroom"))
+FORGET_MS = LEVELS[brain.FORGET_MS]
+DWELL_MS = 8000
+WORDS = tuple(CONTROL.encode(accept_ir=1, forward=1, led_which=led, led_duration=3) for led in range(4))
+QUIET_WORD = CONTROL.encode(accept_ir=1, led_which=1, led_duration=3)
+
+
+def image(words=WORDS, tagged=1):
+    return image_words(Image((0x40000000,), tuple(words), 7, tagged))
+
+
+@dataclass
+class RadioCar:
+    """A car with infrared and nothing else; ``began`` lists when it began which word with which tag."""
+
+    number: int
+    image: tuple[int, ...] = ()
+    levels: tuple[int, ...] = LEVELS
+    memory: list[int] = field(default_factory=lambda: [0] * brain.SIZE)
+    arriving: list[int] = field(default_factory=list)
+    busy: int = 0
+    sent: int | None = None
+    began: list[tuple[int, int, int]] = field(default_factory=list)
+
+    @property
+    def leads(self):
+        return bool(self.image)
+
+    def switch_on(self, now):
+        brain.switch_on(self.memory, self.number, now)
+        if self.leads:
+            step.begin_program(self, now)
+
+    def note(self, kind, at_ms, word, detail):
+        if kind == step.START:
+            self.began.append((at_ms, word, detail))
+
+    def received_frames(self):
+        taken, self.arriving = self.arriving, []
+        return taken
+
+    def note_frame(self, frame, result):
+        pass
+
+    def heard_voice(self):
+        return brain.NO_VOICE
+
+    def sense(self, looks_mm):
+        return NOTHING_IN_SIGHT_MM, 0
+
+    def set_outputs(self, wheels, senses):
+        pass
+
+    def air_is_busy(self):
+        return self.busy
+
+    def send_frame(self, frame):
+        self.sent = frame
+
+
+class Hall:
+    """Cars that all hear each other; a frame that meets another is lost."""
+
+    def __init__(self, *cars):
+        self.cars = cars
+        self.now = 0
+        self.on_air: list[tuple[int, RadioCar, int]] = []
+        self.away: set[int] = set()
+        self.frames: list[tuple[int, int, int]] = []
+        for car in cars:
+            car.switch_on(0)
+
+    def run(self, duration_ms):
+        for _ in range(duration_ms):
+            self._deliver()
+            for car in self.cars:
+                car.busy = int(bool(self.on_air) and car.number not in self.away)
+                car.sent = None
+                step.step(car, self.now)
+            for car in self.cars:
+                if car.sent is not None and car.number not in self.away:
+                    self.frames.append((self.now, car.number, car.sent))
+                    self.on_air.append((self.now + frames.frame_ms(car.sent, LEVELS), car, car.sent))
+            self.now += 1
+
+    def _deliver(self):
+        ended = [each for each in self.on_air if each[0] <= self.now]
+        for each in ended:
+            alone = len(self.on_air) == 1
+            self.on_air.remove(each)
+            for car in self.cars:
+                if alone and car is not each[1] and car.number not in self.away:
+                    car.arriving.append(each[2])
+
+
+def begun_words(car, since_ms=0):
+    return [(at_ms // DWELL_MS, tag) for at_ms, _, tag in car.began if at_ms >= since_ms]
+
+
+def test_followers_begin_each_slot_once_beyond_a_round_of_tags():
+    leader, *followers = cars = [RadioCar(0, image(WORDS[:1])), RadioCar(1), RadioCar(2)]
+    Hall(*cars).run(70 * DWELL_MS)
+    for car in followers:
+        assert begun_words(car) == [(slot, slot % 63 + 1) for slot in range(70)]
+        # The same word begins in every slot at the same time, but for the leader's wait for free air.
+        lags_ms = [at_ms % DWELL_MS for at_ms, _, _ in car.began]
+        assert max(lags_ms) - min(lags_ms) < 100
+    assert leader.memory[brain.TAG] == 7
+
+
+@pytest.mark.parametrize("away_s", [5, 15, 40, 600])
+def test_a_follower_that_was_away_takes_the_next_word(away_s):
+    cars = [RadioCar(0, image()), RadioCar(1), RadioCar(2)]
+    hall = Hall(*cars)
+    hall.run(20_000)
+    hall.away.add(2)
+    hall.run(away_s * 1000)
+    hall.away.clear()
+    back_ms = hall.now
+    hall.run(2 * DWELL_MS)
+    slot = back_ms // DWELL_MS
+    begun = begun_words(cars[2], back_ms)
+    assert (slot + 1, (slot + 1) % 63 + 1) in begun
+    assert len(begun) == len(set(begun)) <= 3
+
+
+def test_a_restarted_leader_is_followed_within_the_time_to_forget_and_a_slot():
+    cars = [RadioCar(0, image()), RadioCar(1), RadioCar(2)]
+    hall = Hall(*cars)
+    hall.run(40 * DWELL_MS)
+    cars[0].switch_on(hall.now)
+    restart_ms = hall.now
+    hall.run(3 * DWELL_MS)
+    for car in cars[1:]:
+        at_ms = [at_ms for at_ms, _, tag in car.began if at_ms > restart_ms and tag < 10]
+        assert at_ms
+        assert at_ms[0] - restart_ms < FORGET_MS + DWELL_MS
+
+
+def test_a_leader_sends_three_frames_in_half_a_second_and_then_seldom():
+    hall = Hall(RadioCar(0, image((QUIET_WORD,))))
+    hall.run(DWELL_MS)
+    at_ms = [at for at, _, _ in hall.frames]
+    assert at_ms[0] == 0
+    assert sum(at <= 500 for at in at_ms) == 3
+    assert 5 <= len(at_ms) <= 10
+    assert {tag_of(frame) for _, _, frame in hall.frames} == {1}
+
+
+def test_a_leader_sends_tagged_frames_of_the_seeds_word():
+    hall = Hall(RadioCar(0, image()))
+    hall.run(DWELL_MS + 100)
+    assert [frame for at, _, frame in hall.frames if at in (0, DWELL_MS)] == [
+        tagged_frame(WORDS[0], 1),
+        tagged_frame(WORDS[1], 2),
+    ]
+
+
+def test_cars_are_silent_when_no_new_tag_comes():
+    cars = [RadioCar(0, image()), RadioCar(1), RadioCar(2)]
+    hall = Hall(*cars)
+    hall.run(1000)
+    hall.away.add(0)
+    hall.run(30_000)
+    assert max(at for at, _, _ in hall.frames) < FORGET_MS + 1000
+
+
+def test_a_word_without_forward_is_not_passed_on():
+    cars = [RadioCar(0, image((QUIET_WORD,))), RadioCar(1)]
+    hall = Hall(*cars)
+    hall.run(3 * DWELL_MS)
+    assert {number for _, number, _ in hall.frames} == {0}
+
+
+def follower(*heard, at_ms=0):
+    car = RadioCar(9)
+    car.switch_on(0)
+    for frame in heard:
+        car.arriving.append(frame)
+    step.step(car, at_ms)
+    return car
+
+
+@pytest.mark.parametrize(
+    ("held", "tag", "begins"),
+    [(5, 5, 0), (5, 6, 1), (5, 36, 1), (5, 37, 0), (5, 4, 0), (63, 1, 1), (1, 63, 0), (40, 8, 1)],
+)
+def test_a_car_begins_a_word_with_a_newer_tag_only(held, tag, begins):
+    car = follower(tagged_frame(WORDS[0], held))
+    car.arriving.append(tagged_frame(WORDS[1], tag))
+    step.step(car, 100)
+    assert len(car.began) == 1 + begins
+
+
+def test_the_same_word_with_a_newer_tag_begins_again():
+    car = follower(tagged_frame(WORDS[0], 1), tagged_frame(WORDS[0], 2))
+    assert [tag for _, _, tag in car.began] == [1, 2]
+
+
+@pytest.mark.parametrize(("at_ms", "begins"), [(FORGET_MS - 1, 0), (FORGET_MS, 1)])
+def test_a_bare_word_is_taken_when_the_tag_is_forgotten(at_ms, begins):
+    car = follower(tagged_frame(WORDS[0], 1))
+    car.arriving.append(to_frame(WORDS[1]))
+    step.step(car, at_ms)
+    assert len(car.began) == 1 + begins
+
+
+@pytest.mark.parametrize(("tag", "begins"), [(20, 0), (19, 1), (21, 1), (60, 1)])
+def test_a_car_that_has_forgotten_takes_every_tag_but_its_own(tag, begins):
+    car = follower(tagged_frame(WORDS[0], 20))
+    car.arriving.append(tagged_frame(WORDS[1], tag))
+    step.step(car, FORGET_MS)
+    assert len(car.began) == 1 + begins
+
+
+def test_an_older_tag_makes_a_car_repeat_its_own_soon():
+    car = follower(tagged_frame(WORDS[0], 9))
+    for now in range(1, 5000):
+        step.step(car, now)
+    car.sent = None
+    car.arriving.append(tagged_frame(WORDS[1], 8))
+    sent_ms = []
+    for now in range(5000, 5200):
+        car.sent = None
+        step.step(car, now)
+        if car.sent is not None:
+            sent_ms.append(now - 5000)
+            assert car.sent == tagged_frame(WORDS[0], 9)
+    first_ms = LEVELS[brain.FIRST_INTERVAL_MS]
+    assert first_ms // 2 <= sent_ms[0] <= first_ms + LEVELS[brain.SENSE_MS]
+
+
+def test_a_car_that_receives_its_tag_twice_in_an_interval_is_silent_in_it():
+    car = follower(tagged_frame(WORDS[0], 9))
+    now, sent = 0, []
+    while now < 9000:
+        now += 1
+        car.sent = None
+        if now % 10 == 0:
+            car.arriving.append(tagged_frame(WORDS[0], 9))
+        step.step(car, now)
+        sent += [now] if car.sent is not None else []
+    assert sent == []
+
+
+@given(st.integers(0, 0xFFFFF), st.integers(1, 63), st.lists(st.integers(0, 31), min_size=1, max_size=3, unique=True))
+def test_a_tagged_frame_with_one_to_three_flipped_bits_is_lost(word, tag, bits):
+    car = follower(tagged_frame(WORDS[0], tag - 1 or 63))
+    car.arriving.append(tagged_frame(word << 12, tag) ^ sum(1 << bit for bit in bits))
+    step.step(car, 1)
+    assert len(car.began) == 1
+    lost = [car.memory[place] for place in (brain.LOST_PARITY, brain.LOST_CHECK, brain.LOST_RESERVED)]
+    # Flipped bits can take the whole tag away; then the frame looks bare and is ignored.
+    assert sum(lost) <= 1
+    assert lost[0] == len(bits) % 2
+
+
+def test_a_wrong_check_is_counted_by_itself():
+    car = follower(tagged_frame(WORDS[0], 5) ^ 0b11 << 20)
+    assert car.began == []
+    assert car.memory[brain.LOST_CHECK] == 1
+
+
+def test_bare_and_tagged_leaders_in_one_hall():
+    tagged, bare = RadioCar(0, image()), RadioCar(1, image((QUIET_WORD,), tagged=0))
+    car = RadioCar(2)
+    hall = Hall(tagged, car)
+    hall.run(DWELL_MS)
+    hall.cars = (*hall.cars, bare)
+    bare.switch_on(hall.now)
+    hall.run(2 * DWELL_MS)
+    # The bare leader never leaves the air free, so the tagged one falls silent; the car then follows the bare one.
+    tags = [tag for _, _, tag in car.began]
+    assert tags[0] == 1
+    assert tags[-1] == 0
+
+
+def test_of_two_tagged_leaders_a_car_follows_whose_tags_are_newer():
+    first, second, car = RadioCar(0, image()), RadioCar(1, image(WORDS[::-1])), RadioCar(2)
+    hall = Hall(first, car)
+    hall.run(3 * DWELL_MS)
+    hall.cars = (first, second, car)
+    second.switch_on(hall.now)
+    hall.run(5 * DWELL_MS)
+    assert begun_words(car) == [(slot, slot + 1) for slot in range(8)]
+    assert {word for at_ms, word, _ in car.began} <= set(WORDS)
