@@ -9,17 +9,22 @@ from itertools import pairwise
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from motorcade import Mat, Physics, Pose, Program, World, compile_program, led, open_table, wait
+from motorcade import Followers, Mat, Physics, Pose, Program, World, compile_program, led, open_table, repeat, wait
 from motorcade.config.profile import Profile
 from motorcade.engine.events import KINDS
+from motorcade.program.steps import Step
 from motorcade.words.formats import CONTROL
-from motorcade.words.infrared import air_us, to_frame
+from motorcade.words.infrared import TAGS, air_us, tagged_frame, to_frame
 from support.plain_world import PlainWorld
 from support.strategies import BRISK, CLASSROOM, rows, single_steps, sums, togethers
 from support.timelines import DARK, STILL, Moment, agrees, length_ms, moments, unrolled, watch
 
 PROFILES = st.sampled_from([BRISK, BRISK, CLASSROOM])
 LONGEST_MS = 15_000
+# Cars that send a tagged word three times within the shortest dwell.
+UNHURRIED = replace(BRISK, durations_ms=(0, 800, 1600, 2400))
+UNHURRIED_S = st.sampled_from([0.8, 1.6, 2.4])
+UNIT_US = CLASSROOM.infrared.unit_us
 STATE, START = KINDS.index("state"), KINDS.index("start")
 # A case that takes a tenth of a second runs with a third of the examples.
 SLOW = settings(max_examples=settings().max_examples // 3)
@@ -58,7 +63,12 @@ class Follower:
         self.words = compiled.words[1 + compiled.leader_states :]
         self.round_ms = self.dwell_ms * len(self.words)
         assume(self.round_ms <= LONGEST_MS)
-        self.air_ms = [-(-air_us(to_frame(word), profile.infrared.unit_us) // 1000) for word in self.words]
+        self.tagged = compiled.tagged
+        # Of the frames in each slot of two rounds.
+        self.air_ms = [
+            -(-air_us(tagged_frame(word, slot % TAGS + 1) if self.tagged else to_frame(word), UNIT_US) // 1000)
+            for slot, word in enumerate([*self.words, *self.words])
+        ]
         self.said = moments(program.followers.steps, profile.idle_state_ms)
         self.place = table(Pose(0, 0), Pose(100, 0)), [compiled.image], profile
 
@@ -76,7 +86,7 @@ class Follower:
 
 
 @st.composite
-def followers(draw: st.DrawFn, deaf: bool = False) -> Follower:
+def followers(draw: st.DrawFn, deaf: bool = False, tagged: bool = False, forward: bool = False) -> Follower:
     usual = draw(PROFILES)
     level_s = usual.durations_ms[1] / 1000
     settings = {"accept_ir": st.sampled_from([None, False])} if deaf else {}
@@ -84,7 +94,8 @@ def followers(draw: st.DrawFn, deaf: bool = False) -> Follower:
     if deaf:
         row += draw(st.permutations([led(0, level_s), led(1, level_s, accept_ir=False)]))
     # In a round whose first and last words are equal, a word follows itself across rounds.
-    return Follower(Program([], row + draw(st.sampled_from([[], row[:1]]))), usual)
+    row += draw(st.sampled_from([[], row[:1]]))
+    return Follower(Program([], Followers(row, forward=forward, tagged=tagged)), usual)
 
 
 @given(leader_cases())
@@ -114,15 +125,14 @@ def test_a_leader_begins_a_state_when_each_step_begins(case: tuple[Program, Prof
 
 
 @SLOW
-@given(followers())
+@given(followers() | followers(tagged=True))
 def test_a_follower_takes_each_word_within_a_frame_and_a_gap(car: Follower) -> None:
-    assume(len(car.words) > 1)
+    assume(car.tagged or len(car.words) > 1)
     starts = car.starts(2 * car.round_ms)
     assert [word for _, word in starts] == [*car.words, *car.words]
     for slot, (t_ms, _) in enumerate(starts):
-        at = slot % len(car.words)
-        earliest_ms = slot * car.dwell_ms + car.air_ms[at]
-        waits_ms = car.air_ms[at - 1] + car.gap_ms if slot else 0
+        earliest_ms = slot * car.dwell_ms + car.air_ms[slot]
+        waits_ms = car.air_ms[slot - 1] + car.gap_ms if slot else 0
         assert earliest_ms <= t_ms <= earliest_ms + waits_ms
 
 
@@ -142,21 +152,53 @@ def assert_follows(car: Follower, late_ms: int = 0) -> None:
 
 
 @SLOW
-@given(followers())
+@given(followers() | followers(tagged=True))
 def test_a_follower_does_what_its_blocks_say(car: Follower) -> None:
-    assume(len(car.words) > 1)
+    assume(car.tagged or len(car.words) > 1)
     assert_follows(car)
+
+
+@SLOW
+@given(followers(tagged=True, forward=True))
+def test_a_follower_that_passes_tagged_words_on_begins_each_once(car: Follower) -> None:
+    # While it sends, it doesn't hear the leader, who sends each word three times in its first half second.
+    assume(car.dwell_ms >= 800)
+    starts = car.starts(2 * car.round_ms)
+    assert [word for _, word in starts] == [*car.words, *car.words]
+    for slot, (t_ms, _) in enumerate(starts):
+        assert car.air_ms[slot] <= t_ms - slot * car.dwell_ms <= 500 + car.air_ms[slot]
+
+
+def test_a_tagged_word_that_is_the_only_one_does_not_drift() -> None:
+    image = compile_program(Program([], Followers([led(0, 3)], tagged=True))).image
+    world = World(table(Pose(0, 0), Pose(0.5, 0)), [image], CLASSROOM, events=True)
+    starts_ms = [t_ms for t_ms, _, _ in events_of(world, 600_000, 1, START)]
+    assert len(starts_ms) == 200
+    # At most two frames and a gap behind the leader's clock.
+    assert all(50 <= t_ms - 3000 * slot <= 2 * 86 + 5 for slot, t_ms in enumerate(starts_ms))
 
 
 @SLOW
 @given(followers(deaf=True))
 def test_each_deaf_word_in_a_row_costs_at_most_one_more_frame_and_gap(car: Follower) -> None:
+    assert_follows(car, most_deaf_in_a_row(car) * (max(car.air_ms) + car.gap_ms))
+
+
+@SLOW
+@given(single_steps(UNHURRIED_S), single_steps(UNHURRIED_S, accept_ir=st.just(False)), st.integers(1, 2))
+def test_a_deaf_tagged_step_delays_the_next_by_half_a_second_at_most(hears: Step, deaf: Step, times: int) -> None:
+    program = Program([], Followers([repeat(times, hears, deaf), hears], tagged=True))
+    assert_follows(Follower(program, UNHURRIED), 500)
+
+
+def most_deaf_in_a_row(car: Follower) -> int:
+    """How many words that make deaf follow one another."""
     hears = [bool(CONTROL.decode(word).accept_ir) for word in car.words]
     row = longest = 0
     for word_hears in hears + hears:
         row = 0 if word_hears else row + 1
         longest = max(longest, row)
-    assert_follows(car, longest * (max(car.air_ms) + car.gap_ms))
+    return longest
 
 
 @SLOW

@@ -80,6 +80,8 @@ def test_a_hat_of_the_followers_says_what_holds_for_all_of_them():
     told = followers(WAIT, fields={"ACCEPT_IR": "FALSE", "FORWARD": True, "DWELL": "2"})
     assert program_of(workspace(), told).followers == Followers([wait(1, id="w")], False, True, 2)
     assert program_of(workspace(), followers(fields={"DWELL": "auto"})).followers == Followers([])
+    for choice, tagged in {"auto": "auto", "yes": True, "no": False}.items():
+        assert program_of(workspace(), followers(fields={"TAGGED": choice})).followers == Followers([], tagged=tagged)
     assert program_of(workspace()).followers is None
 
 
@@ -148,6 +150,8 @@ def test_what_a_block_cannot_say_is_said_about_that_block(block, code, path):
     [
         ({"ACCEPT_IR": "maybe"}, "followers.accept_ir"),
         ({"FORWARD": 1}, "followers.forward"),
+        ({"TAGGED": "maybe"}, "followers.tagged"),
+        ({"TAGGED": None}, "followers.tagged"),
         ({"DWELL": "long"}, "followers.dwell_seconds"),
         ({"DWELL": "inf"}, "followers.dwell_seconds"),
         ({"DWELL": None}, "followers.dwell_seconds"),

@@ -28,7 +28,7 @@ from motorcade import (
 from motorcade.config.profile import Profile
 from motorcade.locales import languages
 from motorcade.program.compiler import Compiled
-from motorcade.program.steps import Step
+from motorcade.program.steps import LedStep, Step
 from motorcade.words.formats import CONTROL
 from support.strategies import BRISK, CLASSROOM, rows, sums
 from support.timelines import length_ms, unrolled
@@ -155,6 +155,71 @@ def test_no_word_of_followers_is_followed_by_itself(steps: list[Step]) -> None:
     assert all(word != following for word, following in zip(words, (*words[1:], words[0]), strict=True))
 
 
+@pytest.mark.parametrize(
+    ("steps", "dwell_ms", "count"),
+    [
+        ([led(0, 3)], 3000, 1),
+        ([led(0, 3), led(0, 3)], 3000, 2),
+        ([repeat(100, led(0, 3))], 3000, 100),
+        ([wait(2), led(0, 4)], 2000, 3),
+        ([wait(2), led(0, 3)], 1000, 5),
+        ([forward(6)], 3000, 2),
+        ([wait(8)], 8000, 1),  # the longest duration is 3 s, and after it the car stands still
+        ([pir(8)], 8000, 1),
+        ([voice(8)], 2000, 4),  # 'go' has to be listened for all the time
+        ([together(wait(8), led(1, 2)), wait(16)], 8000, 3),
+        ([wait(8, accept_ir=False)], 2000, 4),  # deaf for 8 s
+        ([wait(765)], 5000, 153),
+        ([wait(800)], 8000, 100),
+    ],
+)
+def test_tagged_words_are_as_few_as_can_be(steps: list[Step], dwell_ms: int, count: int) -> None:
+    compiled = compile_program(Program([], Followers(steps, tagged=True)))
+    assert (compiled.dwell_ms, compiled.follower_words, compiled.tagged) == (dwell_ms, count, True)
+    assert compiled.words[0] & 0xFF == 1
+
+
+@given(rows(sums(BRISK, least=1), least=1))
+def test_tagged_words_are_never_more_than_bare_ones_and_have_the_longest_dwell(steps: list[Step]) -> None:
+    compiled = compile_program(Program([], Followers(steps, tagged=True)), BRISK)
+    bare = compile_program(Program([], Followers(steps, tagged=False)), BRISK)
+    assert bare.words == () or compiled.follower_words <= bare.follower_words
+    lengths_ms = {length_ms(step, BRISK.idle_state_ms) for _, step in unrolled(steps, "")}
+    if all(isinstance(step, LedStep) for _, step in unrolled(steps, "")):
+        fitting = [dwell for dwell in BRISK.dwell_ms if all(length % dwell == 0 for length in lengths_ms)]
+        assert compiled.dwell_ms == max(dwell for dwell in fitting if dwell <= BRISK.durations_ms[-1])
+
+
+AUTO_TAGGED = [
+    (Followers([led(0, 1), led(1, 1)]), False),
+    (Followers([led(0, 3)], forward=True), False),
+    (Followers([led(0, 1), led(1, 1)], forward=True), True),
+    (Followers([led(0, 3), led(0, 3)], forward=True), True),
+    (Followers([repeat(2, led(0, 3))], forward=True), True),
+    (Followers([repeat(1, led(0, 3))], forward=True), False),
+    (Followers([led(0, 1), repeat(2, led(1, 1, forward=True))]), True),
+    (Followers([led(0, 4)], forward=True), True),
+    (Followers([led(0, 1)], forward=True, dwell_seconds=2), False),
+    (Followers([led(0, 1), led(0, 1)], forward=True, dwell_seconds=2), True),
+    (Followers([repeat(85, led(0, 3), led(1, 3), led(0, 3))], forward=True), True),
+    (Followers([], forward=True), False),
+]
+
+
+@pytest.mark.parametrize(("followers", "tagged"), AUTO_TAGGED)
+def test_words_are_tagged_by_themselves_where_one_of_several_is_passed_on(followers: Followers, tagged: bool) -> None:
+    compiled = compile_program(Program([wait(1)], followers))
+    assert compiled.tagged is tagged
+    assert compiled.words[0] & 0xFF == tagged
+    assert compiled.words == compile_program(Program([wait(1)], replace(followers, tagged=tagged))).words
+
+
+def test_a_program_without_words_of_followers_has_no_tagged_ones() -> None:
+    for followers in (None, Followers([], tagged=True), Followers([wait(0.5)], tagged=True)):
+        compiled = compile_program(Program([wait(1)], followers))
+        assert not compiled.tagged
+
+
 def test_a_dwell_of_ones_own_makes_each_step_one_word() -> None:
     compiled = compile_program(Program([], Followers([led(0, 3), led(0, 3), wait(1)], dwell_seconds=2)))
     assert (compiled.dwell_ms, compiled.follower_words) == (2000, 3)
@@ -222,8 +287,9 @@ def test_what_cannot_be_is_said_with_its_place_and_block(program: Program, code:
         (follower(repeat(2)), "empty-program", "followers.steps"),
         (follower(led(0, 3, accept_ir=False), wait(1)), "deaf-followers", FOLLOWERS),
         (follower(led(0, 3, accept_ir=False), wait(2), dwell_seconds=1), "deaf-followers", FOLLOWERS),
-        (follower(led(0, 1), led(1, 1), forward=True), "echo", FOLLOWERS),
-        (follower(led(0, 1), led(1, 1, forward=True)), "echo", "followers.steps[1]"),
+        (follower(led(0, 3, accept_ir=False), wait(1), tagged=True), "deaf-followers", FOLLOWERS),
+        (follower(led(0, 1), led(1, 1), forward=True, tagged=False), "echo", FOLLOWERS),
+        (follower(led(0, 1), led(1, 1, forward=True), tagged=False), "echo", "followers.steps[1]"),
     ],
 )
 def test_what_may_surprise_is_warned_of(program: Program, code: str, path: str) -> None:
@@ -239,6 +305,8 @@ def test_what_may_surprise_is_warned_of(program: Program, code: str, path: str) 
     [
         follower(led(0, 3, accept_ir=False), led(1, 3)),  # deaf for just as long as the word is sent
         follower(led(0, 1), forward=True),
+        follower(led(0, 1), led(1, 1), forward=True),
+        follower(led(0, 1), led(1, 1, forward=True), tagged=True),
         Program([wait(1, accept_ir=False)]),
         Program([wait(0), led(0, 0), together()]),
     ],

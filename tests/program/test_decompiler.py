@@ -17,9 +17,11 @@ from motorcade import (
     led,
     left,
     load_profile,
+    pir,
     read_program,
     together,
     voice,
+    wait,
 )
 from motorcade.config.profile import Profile
 from motorcade.errors import MotorcadeError
@@ -50,7 +52,8 @@ def images(draw: st.DrawFn) -> tuple[int, ...]:
     leader = draw(st.lists(control_words(accept_ir=0, forward=1), max_size=5))
     few = draw(st.lists(control_words(), min_size=1, max_size=3))
     followers = draw(st.lists(st.sampled_from(few) | control_words(), max_size=8))
-    return image_words(Image(leader, followers, draw(st.integers(0, 7)) if followers else -1, 0))
+    tagged = draw(BIT) if followers else 0
+    return image_words(Image(leader, followers, draw(st.integers(0, 7)) if followers else -1, tagged))
 
 
 def assert_comes_back(words: tuple[int, ...], profile: Profile = CLASSROOM) -> Program:
@@ -78,8 +81,9 @@ def test_any_valid_image_comes_back_as_a_program_that_compiles_to_it(words: tupl
 
 @pytest.mark.parametrize("word", [0xA5800000, 0x80000000, 0x00000000, 0xFFFFF000])
 @pytest.mark.parametrize("level", range(8))
-def test_the_largest_image_comes_back(word: int, level: int) -> None:
-    assert_comes_back(image_words(Image([0x7FFFF000] * 255, [word] * 255, level, 0)))
+@pytest.mark.parametrize("tagged", [0, 1])
+def test_the_largest_image_comes_back(word: int, level: int, tagged: int) -> None:
+    assert_comes_back(image_words(Image([0x7FFFF000] * 255, [word] * 255, level, tagged)))
 
 
 @pytest.mark.parametrize(
@@ -89,6 +93,12 @@ def test_the_largest_image_comes_back(word: int, level: int) -> None:
         Program([led(0, 2), voice(3)], [forward(3), led(2, 3)]),
         Program([], Followers([forward(3), led(0, 1), together(left(2), led(1, 1), voice())], forward=True)),
         Program([], Followers([led(0, 3), led(1, 2, accept_ir=True), forward(1, forward=True)], accept_ir=False)),
+        Program([], Followers([led(0, 3), led(1, 3)], tagged=True)),
+        Program([], Followers([led(0, 3), led(0, 3)], tagged=True)),
+        Program([], Followers([led(0, 3), led(1, 3)], forward=True, tagged=False)),
+        Program([], Followers([led(0, 3)], forward=True, tagged=True)),
+        Program([], Followers([wait(8), together(wait(8), led(1, 2)), pir(8)], tagged=True)),
+        Program([], Followers([wait(8), led(1, 8)], tagged=True)),
     ],
 )
 def test_a_plain_program_comes_back_as_it_was_written(program: Program) -> None:
@@ -97,8 +107,9 @@ def test_a_plain_program_comes_back_as_it_was_written(program: Program) -> None:
 
 def test_words_that_no_compiler_would_choose_keep_their_dwell() -> None:
     short = CONTROL.encode(accept_ir=1, led_which=1, led_duration=1)
-    program = assert_comes_back(image_words(Image([], [short, short], 7, 0)))
-    assert program.followers == Followers([led(1, 1), led(1, 1)], dwell_seconds=8)
+    for tagged, how in ((0, "auto"), (1, True)):
+        program = assert_comes_back(image_words(Image([], [short, short], 7, tagged)))
+        assert program.followers == Followers([led(1, 1), led(1, 1)], dwell_seconds=8, tagged=how)
 
 
 def test_a_project_that_came_back_finds_its_profile_again(tmp_path: Path) -> None:

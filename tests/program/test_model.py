@@ -71,6 +71,20 @@ def test_the_example_of_the_protocol_compiles_to_words_worked_out_by_hand() -> N
     )
 
 
+def test_whether_words_are_tagged_is_written_only_where_it_is_chosen() -> None:
+    assert "tagged" not in Program([], [led(0, 1)]).as_dict()["followers"]
+    for tagged in (True, False):
+        program = Program([], Followers([led(0, 1)], tagged=tagged))
+        assert program.as_dict()["followers"]["tagged"] is tagged
+        assert read_program(program.as_json()) == program
+
+
+def test_the_allowed_values_of_tagged_are_named() -> None:
+    document = '{"format": "motorcade-program/1", "leader": [], "followers": {"steps": [], "tagged": "maybe"}}'
+    with pytest.raises(ProgramError, match=re.escape('"maybe"') + ".*" + re.escape('true, false, "auto"')):
+        read_program(document)
+
+
 @given(programs())
 def test_a_program_survives_its_project_file(program: Program) -> None:
     assert read_program(program.as_json()) == program
@@ -153,6 +167,9 @@ def test_a_wrong_document_is_named_with_its_place(document: str, code: str, path
         ('"accept_ir": "yes"', RANGE, "followers.accept_ir"),
         ('"forward": null', RANGE, "followers.forward"),
         ('"dwell_seconds": -1', RANGE, "followers.dwell_seconds"),
+        ('"tagged": "yes"', RANGE, "followers.tagged"),
+        ('"tagged": 1', RANGE, "followers.tagged"),
+        ('"tagged": null', RANGE, "followers.tagged"),
         ('"speed": 1', UNKNOWN, "followers.speed"),
     ],
 )
@@ -279,6 +296,8 @@ NAN, INFINITE = float("nan"), float("inf")
         (lambda: wait(1, accept_ir="no"), "accept_ir"),
         (lambda: wait(1, id=5), "id is 5"),
         (lambda: Followers([wait(1)], accept_ir="yes"), "accept_ir"),
+        (lambda: Followers([wait(1)], tagged=1), "tagged is 1; allowed: True, False or 'auto'"),
+        (lambda: Followers([wait(1)], tagged="yes"), "tagged is 'yes'; allowed: True, False or 'auto'"),
         (lambda: Followers([wait(1)], dwell_seconds=NAN), "dwell_seconds"),
         (lambda: Followers([wait(1)], dwell_seconds=INFINITE), "dwell_seconds"),
         (lambda: Program([wait(1)], profile=5), "profile"),

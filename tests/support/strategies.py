@@ -78,6 +78,7 @@ def programs(profile: Profile = CLASSROOM) -> st.SearchStrategy[Program]:
         st.booleans(),
         st.booleans(),
         st.none() | st.sampled_from(profile.dwell_ms).map(lambda dwell: dwell / 1000),
+        st.sampled_from(["auto", True, False]),
     )
     return st.builds(Program, rows(seconds, id=ids), st.none() | followers, st.just(profile.name))
 

@@ -33,6 +33,7 @@ MOST_DEEP = 30
 _SETTINGS = ("accept_ir", "forward")
 _CHOICES = {"same": None, "yes": True, "no": False}
 _TICKS = {"TRUE": True, "FALSE": False}
+_TAGGED = {"auto": "auto", "yes": True, "no": False}
 _LEVELS = {str(level): level for level in range(4)}
 _NOWHERE: Block = {}
 _HAT_AT = {"x": 24, "y": 24}
@@ -138,14 +139,17 @@ def _of_hat(hat: Block) -> dict[str, Any]:
     """The settings of the followers' hat, for JSON."""
     fields = _object(hat.get("fields"), "followers", hat)
     settings = {name: _chosen(fields[name.upper()], _TICKS) for name in _SETTINGS if name.upper() in fields}
+    if "TAGGED" in fields:
+        settings["tagged"] = _chosen(fields["TAGGED"], _TAGGED)
     dwell = fields.get("DWELL", "auto")
     return settings if dwell == "auto" else {**settings, "dwell_seconds": _number(dwell)}
 
 
 def _hat_fields(followers: Followers) -> dict[str, Any]:
     ticks = {name.upper(): "TRUE" if getattr(followers, name) else "FALSE" for name in _SETTINGS}
+    tagged = next(choice for choice, meaning in _TAGGED.items() if meaning == followers.tagged)
     dwell = followers.dwell_seconds
-    return {**ticks, "DWELL": "auto" if dwell is None else str(_plain(dwell))}
+    return {**ticks, "TAGGED": tagged, "DWELL": "auto" if dwell is None else str(_plain(dwell))}
 
 
 def _chain(block: Block | None, path: str) -> Iterator[Block]:

@@ -35,6 +35,7 @@ class Compiled:
         words: header word, leader's words, followers' words; empty where there are errors.
         leader_states, follower_words: how many of each, also where they are too many.
         dwell_ms: how long each follower word is sent; 0 where there are none.
+        tagged: whether follower words are sent with a tag; False where there are none.
         diagnostics: errors and warnings.
         origins: for each word the path and id of the step that it comes from; for the
             header ``("", None)``.
@@ -44,6 +45,7 @@ class Compiled:
     leader_states: int
     follower_words: int
     dwell_ms: int
+    tagged: bool
     diagnostics: tuple[Diagnostic, ...]
     origins: tuple[tuple[str, str | None], ...]
 
@@ -69,9 +71,10 @@ def compile_program(program: Program, profile: Profile | None = None) -> Compile
     origins: tuple[tuple[str, str | None], ...] = ()
     if not has_errors(diagnostics):
         level = profile.dwell_ms.index(followers.dwell_ms) if followers.words else -1
-        words = image_words(Image(leader.words, followers.words, level, 0))
+        words = image_words(Image(leader.words, followers.words, level, int(followers.tagged)))
         origins = (("", None), *leader.origins, *followers.origins)
-    return Compiled(words, leader.count, followers.count, followers.dwell_ms, diagnostics, origins)
+    counts = (leader.count, followers.count, followers.dwell_ms, followers.tagged)
+    return Compiled(words, *counts, diagnostics, origins)
 
 
 class _Leader:
@@ -118,6 +121,7 @@ class _Followers:
         self.origins: list[tuple[str, str | None]] = []
         self.diagnostics: list[Diagnostic] = []
         self.dwell_ms = 0
+        self.tagged = False
         self.count = 0
         if followers is None:
             return
@@ -131,6 +135,7 @@ class _Followers:
         if not row.items:
             self.diagnostics.append(warning("empty-program", "followers.steps"))
             return
+        self._tagged = self._is_tagged(row, followers)
         self.count = self._fewest_words(row, row.items, followers)
         found = self._round(row, followers) if self.count <= MOST_PIECES else None
         if found:
@@ -145,24 +150,35 @@ class _Followers:
             self.diagnostics.append(_too_many("too-many-words", path, followers.steps, self.count, costs))
         if not found or self.count > MOST_PIECES:
             return
-        self.words, self.dwell_ms = found.words, found.dwell_ms
+        self.words, self.dwell_ms, self.tagged = found.words, found.dwell_ms, self._tagged
         self.origins = [(row.items[position].path, row.items[position].id) for position in found.origins]
         self._warn_of_deafness(row.items, found)
-        self._warn_of_echo(row.items, found)
+        if not self.tagged:
+            self._warn_of_echo(row.items, found)
+
+    def _is_tagged(self, row: Row, followers: Followers) -> bool:
+        if followers.tagged != "auto":
+            return followers.tagged
+        if not any(item.forward for item in row.items):
+            return False
+        if row.states > 1 or followers.dwell_seconds is not None:
+            return row.states > 1
+        bare = best_round(row.items, self._profile, tagged=False)
+        return bare is None or len(bare.words) > 1
 
     def _fewest_words(self, row: Row, items: list[Item], followers: Followers) -> int:
         """How many words the row takes under the longest dwell that all ``items`` could share."""
         if followers.dwell_seconds is not None:
             return row.states
-        dwell_ms = longest_dwell_ms(items, self._profile)
+        dwell_ms = longest_dwell_ms(items, self._profile, self._tagged)
         return row.total_ms // dwell_ms if dwell_ms else 0
 
     def _round(self, row: Row, followers: Followers) -> Round | None:
         if followers.dwell_seconds is not None:
             return self._literal_round(row.items, followers.dwell_seconds)
-        found = best_round(row.items, self._profile)
+        found = best_round(row.items, self._profile, self._tagged)
         if found is None:
-            item = next((item for item in row.items if not can_be_sent(item, self._profile)), None)
+            item = next((item for item in row.items if not can_be_sent(item, self._profile, self._tagged)), None)
             if item is None:
                 self._no_dwell("followers.steps", None, Phrase("steps-disagree"))
             else:

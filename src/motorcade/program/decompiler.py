@@ -1,6 +1,6 @@
 """From an image back to a program that compiles to the same bytes."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -17,7 +17,7 @@ from motorcade.program.parts import (
     step_in,
     to_seconds,
 )
-from motorcade.program.steps import Step, TogetherStep
+from motorcade.program.steps import AccompanyingStep, Step, TogetherStep, WaitStep
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, parse_image
 
@@ -33,7 +33,8 @@ def decompile(words: Sequence[int], profile: Profile | None = None) -> Program:
     """A Program that compiles to these ``words`` (an image, header first).
 
     Followers' words that the compiler would choose itself become plain steps. Any
-    others become one step a word, with their dwell written down.
+    others become one step a word, with their dwell written down. Whether words are
+    tagged is left to the compiler where it decides as the image has it.
 
     Raises:
         ImageError: the words are no image.
@@ -48,13 +49,24 @@ def decompile(words: Sequence[int], profile: Profile | None = None) -> Program:
     leader = [step_in(word, profile.durations_ms) for word in image.leader]
     if not image.followers:
         return Program(leader, None, profile.name)
+    # The last one compiles to every image.
+    return next(
+        program
+        for followers in _guessed_followers(image, profile)
+        if compile_program(program := Program(leader, followers, profile.name), profile).words == tuple(words)
+    )
+
+
+def _guessed_followers(image: Image, profile: Profile) -> Iterator[Followers]:
+    """What the followers' words may come from, the plainest first."""
     for guess in (_counted_down, _driven_through):
-        plain = Program(leader, _plain_followers(image, profile, guess), profile.name)
-        if compile_program(plain, profile).words == tuple(words):
-            return plain
-    dwell_seconds = to_seconds(profile.dwell_ms[image.dwell_level])
+        plain = _plain_followers(image, profile, guess)
+        yield plain
+        yield replace(plain, tagged=bool(image.tagged))
     steps = [step_in(word, profile.durations_ms) for word in image.followers]
-    return Program(leader, _followers(steps, image.followers, dwell_seconds), profile.name)
+    literal = _followers(steps, image.followers, to_seconds(profile.dwell_ms[image.dwell_level]))
+    yield literal
+    yield replace(literal, tagged=bool(image.tagged))
 
 
 def _plain_followers(image: Image, profile: Profile, dwells_of: Callable[..., int]) -> Followers:
@@ -69,6 +81,8 @@ def _plain_followers(image: Image, profile: Profile, dwells_of: Callable[..., in
         step = step_in(word, profile.durations_ms, dwells * dwell_ms)
         if dwells_of is _driven_through and dwells > 1:
             step = _lasting(step, dwells * dwell_ms)
+        elif image.tagged and max(durations_in(word, profile.durations_ms)) < dwell_ms:
+            step = _resting(step, dwell_ms)
         steps.append(step)
         first_words.append(word)
         position += dwells
@@ -118,6 +132,16 @@ def _lasting(step: Step, duration_ms: int) -> Step:
     """The same step, of a kind that has seconds, for another time."""
     changes: dict[str, Any] = {"seconds": to_seconds(duration_ms)}
     return replace(step, **changes)
+
+
+def _resting(step: Step, dwell_ms: int) -> Step:
+    """The step of a tagged word that is over before its dwell is: what stands still in it lasts for the dwell."""
+    if isinstance(step, WaitStep | AccompanyingStep):
+        return _lasting(step, dwell_ms)
+    if isinstance(step, TogetherStep):
+        parts = (_lasting(part, dwell_ms) if isinstance(part, WaitStep) else part for part in step.steps)
+        return TogetherStep(tuple(parts))
+    return step
 
 
 def _followers(steps: list[Step], words: Sequence[int], dwell_seconds: float | None) -> Followers:

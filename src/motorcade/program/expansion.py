@@ -5,12 +5,26 @@ the compiler.
 
 The leader sends every follower word for one dwell and then the next, for ever. So a step has to last a whole number of
 dwells, and it is sent as words that count down what is left of it: 3 s of driving under a dwell of 1 s are the words
-'3 s', '2 s', '1 s'. A follower that misses one, or comes into range in the middle, still ends on time.
+'3 s', '2 s', '1 s'. A part that goes on through the whole dwell may carry another duration, longer than the dwell, for
+the next word cuts it off.
 
-A follower takes a different word at once, but the same word again only when its length is over, and that costs it up to
-a frame: it would fall behind a little with each repeat. So no two words in a row are the same where that can be helped.
-A part that goes on through the whole dwell may carry another duration, longer than the dwell, for the next word cuts it
-off.
+Bare words: A follower that misses a word, or comes into range in the middle of a step, still ends the step on time. It
+takes a different word at once, but the same word again only when its length is over, and that costs it up to a frame:
+it would fall behind a little with each repeat. So no two words in a row are the same where that can be helped.
+
+Tagged words: A follower begins the word of each dwell once, also where it is the same word as before, so equal words
+may follow each other and the longest dwell that fits is the best. Since no word begins again within its dwell, a part
+that stands still may end before the dwell does: the car then stands still all the same. What is guaranteed:
+
+- A follower that receives the first frame of each dwell does what the steps say, one frame later. It is late by another
+  frame and a gap at most where the leader or another car is just sending.
+- A follower that receives a word only later begins the whole word then. So the word's parts end as late as they began,
+  or when the follower receives the next word. What it is late does not add up: how late it begins a word depends on
+  that word's frames alone.
+- A follower that receives no frame of a word does what the word before says until that is over, then stands still.
+- A word that makes its follower deaf may end a moment after the first frame of the next word. The follower then takes
+  the next word from a later frame; the leader sends two more within 500 ms. Each further deaf word in a row may cost
+  the follower one frame more.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,6 +36,7 @@ from motorcade.errors import Phrase
 from motorcade.program.diagnostics import Diagnostic, error
 from motorcade.program.parts import (
     MOST_PIECES,
+    Part,
     Parts,
     control_word,
     cut,
@@ -35,7 +50,11 @@ from motorcade.program.parts import (
     with_durations,
 )
 from motorcade.program.steps import AccompanyingStep, RepeatStep, Step, TogetherStep
+from motorcade.words.formats import CONTROL
 
+_MOTOR_ENABLE = CONTROL.field("motor_enable").word_mask
+_MOTOR_SPEED = CONTROL.field("motor_speed").word_mask
+_VOICE = CONTROL.field("voice").word_mask
 # Three blocks may have no common length above theirs at all, so the search for one ends.
 _MOST_TRIES = 100
 
@@ -197,33 +216,34 @@ class Round(NamedTuple):
     keeps_step: bool
 
 
-def best_round(items: list[Item], profile: Profile) -> Round | None:
+def best_round(items: list[Item], profile: Profile, tagged: bool) -> Round | None:
     """The Round with the fewest words among those that keep step, or else among all that fit; None for none."""
     fallback = None
     total_ms = sum(item.total_ms for item in items)
     for dwell_ms in reversed(profile.dwell_ms):
         if fallback and total_ms > MOST_PIECES * dwell_ms:
             break
-        found = round_with(items, dwell_ms, profile)
+        found = round_with(items, dwell_ms, profile, tagged)
         if found and found.keeps_step and len(found.words) <= MOST_PIECES:
             return found
         fallback = fallback or found
     return fallback
 
 
-def longest_dwell_ms(items: list[Item], profile: Profile) -> int | None:
-    """The longest dwell that divides every step's length and that a word can last; None where there is none."""
+def longest_dwell_ms(items: list[Item], profile: Profile, tagged: bool) -> int | None:
+    """The longest dwell that divides every step's length and that words can fill; None where there is none."""
     longest_ms = profile.durations_ms[-1]
     shared = [dwell for dwell in profile.dwell_ms if all(item.total_ms % dwell == 0 for item in items)]
-    return max((dwell for dwell in shared if dwell <= longest_ms), default=None)
+    filled = (dwell for dwell in shared if dwell <= longest_ms or round_with(items, dwell, profile, tagged))
+    return max(filled, default=None)
 
 
-def can_be_sent(item: Item, profile: Profile) -> bool:
+def can_be_sent(item: Item, profile: Profile, tagged: bool) -> bool:
     """Whether any dwell can express this step alone."""
-    return any(round_with([item], dwell_ms, profile) for dwell_ms in profile.dwell_ms)
+    return any(round_with([item], dwell_ms, profile, tagged) for dwell_ms in profile.dwell_ms)
 
 
-def round_with(items: list[Item], dwell_ms: int, profile: Profile) -> Round | None:
+def round_with(items: list[Item], dwell_ms: int, profile: Profile, tagged: bool) -> Round | None:
     """The Round under this dwell, or None where some step can't be expressed with it."""
     levels = {duration: level for level, duration in enumerate(profile.durations_ms)}
     slots: list[tuple[int, Parts]] = []
@@ -236,17 +256,17 @@ def round_with(items: list[Item], dwell_ms: int, profile: Profile) -> Round | No
     keeps_step = True
     for number, (position, parts) in enumerate(slots):
         item = items[position]
-        taken = set(words[-1:])
-        if number and number == len(slots) - 1:
+        taken = set() if tagged else set(words[-1:])
+        if number and number == len(slots) - 1 and not tagged:
             taken.add(words[0])
         word = None
-        for word in _words(parts, item, dwell_ms, levels):
+        for word in _words(parts, item, dwell_ms, levels, tagged):
             if word not in taken:
                 break
         else:
             if word is None:
                 return None
-            word = next(_words(parts, item, dwell_ms, levels))
+            word = next(_words(parts, item, dwell_ms, levels, tagged))
             keeps_step = False
         words.append(word)
     return Round(dwell_ms, words, [position for position, _ in slots], keeps_step)
@@ -291,12 +311,15 @@ def _slots(item: Item, dwell_ms: int, profile: Profile) -> list[Parts]:
     return slots
 
 
-def _words(parts: Parts, item: Item, dwell_ms: int, levels: dict[int, int]) -> Iterator[int]:
+def _words(parts: Parts, item: Item, dwell_ms: int, levels: dict[int, int], tagged: bool) -> Iterator[int]:
     """The words that do what ``parts`` say for one dwell, the plainest first; none where no word does."""
     durations = durations_of(parts)
     if all(duration in levels for duration in durations):
         yield control_word(parts, levels, item.accept_ir, item.forward)
-    choices = [_durations(duration, item, dwell_ms, levels) for duration in durations]
+    # A word that listens for voices has to last as long as they count.
+    may_rest = tagged and not any(part.bits & _VOICE for part in parts)
+    timed = [part for part in parts if part.duration_low >= 0]
+    choices = [_durations(part, item, dwell_ms, levels, may_rest and _stands_still(part)) for part in timed]
     if not all(choices):
         return
     plain = [choice[0] for choice in choices]
@@ -308,12 +331,19 @@ def _words(parts: Parts, item: Item, dwell_ms: int, levels: dict[int, int]) -> I
             yield control_word(with_durations(parts, changed), levels, item.accept_ir, item.forward)
 
 
-def _durations(left_ms: int, item: Item, dwell_ms: int, levels: dict[int, int]) -> list[int]:
-    """The durations by which a block with ``left_ms`` to go may stand in a word, the plainest first."""
+def _stands_still(part: Part) -> bool:
+    """Whether a part holds the wheels still, which they also do after it."""
+    return part.bits & _MOTOR_ENABLE > 0 and part.bits & _MOTOR_SPEED == 0
+
+
+def _durations(part: Part, item: Item, dwell_ms: int, levels: dict[int, int], may_be_short: bool) -> list[int]:
+    """The durations by which a part that has still to go on may stand in a word, the plainest first."""
+    left_ms = part.duration_ms
     own = [left_ms] if left_ms in levels else []
     # A word that makes deaf can't be cut off, and a block that ends within the dwell must end on time.
     if not item.accept_ir or left_ms < dwell_ms:
         return own
     others = [duration for duration in levels if duration >= dwell_ms and duration != left_ms]
     # Best is one that lasts beyond the dwell, so that the wheels don't stop while the next word is on its way.
-    return own + sorted(others, key=lambda duration: (duration == dwell_ms, duration > left_ms, -duration))
+    others.sort(key=lambda duration: (duration == dwell_ms, duration > left_ms, -duration))
+    return own + others if own or others or not may_be_short else [max(levels)]

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from motorcade.config.check import Fault, Schema, check, choice, fits, flag, table
 from motorcade.config.files import DEEPEST, is_deeper, parse, place_text
@@ -29,6 +29,7 @@ from motorcade.program.steps import (
 )
 
 FORMAT = "motorcade-program/1"
+TAGGED_CHOICES = (True, False, "auto")
 # What may stand beside a program in its file, for the page alone.
 BESIDE = {
     "mat": "The mat that it drives on, as docs/mats.md says.",
@@ -45,6 +46,7 @@ def program_schema() -> Schema:
         ("dwell_seconds",),
         accept_ir=flag(default=True),
         forward=flag(default=False),
+        tagged={"enum": list(TAGGED_CHOICES), "default": "auto"},
         dwell_seconds=_DWELL,
         steps={"type": "array", "items": {"$ref": "#/$defs/follower_step"}},
     )
@@ -101,12 +103,15 @@ class Followers:
         forward: whether they pass their words on; a step may have another setting.
         dwell_seconds: how long each word is sent, where every step is one word. With None, the usual case, the
             compiler chooses.
+        tagged: whether each word is sent with a tag, by which a follower knows it from the words before and begins it
+            once. With "auto", words are tagged where some word is passed on, unless the followers have one bare word.
     """
 
     steps: tuple[Step, ...]
     accept_ir: bool = True
     forward: bool = False
     dwell_seconds: float | None = None
+    tagged: bool | Literal["auto"] = "auto"
 
     def __init__(
         self,
@@ -114,16 +119,20 @@ class Followers:
         accept_ir: bool = True,
         forward: bool = False,
         dwell_seconds: float | None = None,
+        tagged: bool | Literal["auto"] = "auto",
     ):
         _check_flags(accept_ir=accept_ir, forward=forward)
         if dwell_seconds is not None and not fits(dwell_seconds, _DWELL):
             raise ValueError(
                 f"followers: dwell_seconds is {dwell_seconds!r}; allowed: {SHORTEST_DWELL_S} to {LONGEST_S}"
             )
+        if not fits(tagged, {"enum": list(TAGGED_CHOICES)}):
+            raise ValueError(f"followers: tagged is {tagged!r}; allowed: True, False or 'auto'")
         object.__setattr__(self, "steps", as_steps(steps))
         object.__setattr__(self, "accept_ir", accept_ir)
         object.__setattr__(self, "forward", forward)
         object.__setattr__(self, "dwell_seconds", dwell_seconds)
+        object.__setattr__(self, "tagged", tagged)
 
 
 @dataclass(frozen=True)
@@ -158,6 +167,8 @@ class Program:
             followers: dict[str, Any] = {"accept_ir": self.followers.accept_ir, "forward": self.followers.forward}
             if self.followers.dwell_seconds is not None:
                 followers["dwell_seconds"] = self.followers.dwell_seconds
+            if self.followers.tagged != "auto":
+                followers["tagged"] = self.followers.tagged
             followers["steps"] = [_step_as_dict(step) for step in self.followers.steps]
             document["followers"] = followers
         return document
