@@ -33,7 +33,8 @@ def programs() -> list[bytes]:
     ]
     turned = [words[k:] + words[:k] for k in range(len(words))]
     return [
-        compile_program(Program([*leader, wander(1 + k % 3)], Followers(steps))).image for k, steps in enumerate(turned)
+        compile_program(Program([*leader, wander(1 + k % 3)], Followers(steps, tagged=False))).image
+        for k, steps in enumerate(turned)
     ]
 
 

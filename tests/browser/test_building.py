@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 
 from support.command_line import data
 from support.studio_page import StudioPage
-from support.studio_programs import ACCEPTING, EXAMPLE, LIT, SHELTERED, TOO_LONG
+from support.studio_programs import ACCEPTING, EXAMPLE, LIT, PASSED_ON, SHELTERED, TOO_LONG
 
 NO_INFRARED = {
     "en": "A leader can't be set to accept infrared.",
@@ -151,3 +151,14 @@ def test_undo_takes_an_edit_back(show) -> None:
     studio.expect_words(["02000000", "65800000", "72800000"])
     studio.editor("leader").get_by_role("button", name="Undo").click()
     studio.expect_words(["02000000", "65800000", "6a800000"])
+
+
+def test_words_that_are_passed_on_are_tagged_unless_the_hat_has_it_otherwise(show) -> None:
+    studio = show(project=PASSED_ON)
+    leader, followers = ["65800000", "6a800000"], ["c0180000", "c0380000"]
+    studio.expect_words(["02020401", *leader, *followers])
+    expect(studio.words_table.get_by_role("gridcell", name=studio.say("meaning.tagged"))).to_have_count(1)
+    hat = studio.hat("followers")
+    studio.pick(studio.field(hat, studio.say("blocks.taggedAuto")), studio.say("blocks.no"))
+    studio.expect_words(["02020400", *leader, *followers])
+    expect(studio.diagnostics).to_contain_text(["an old word can come back"])

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from support.command_line import INSTALLED, PARADE, run
+from support.command_line import INSTALLED, PARADE, Terminal, run
 
 DRIVE = {"drive": {"direction": "forward", "speed": 1, "seconds": 1}}
 LIT = {"led": {"which": 1, "seconds": 1}}
@@ -43,11 +43,21 @@ def test_compile_prints_the_words_and_writes_their_bytes(tmp_path):
     ran = run("compile", PARADE, "-o", output, "--json")
     assert (ran.code, ran.err) == (0, "")
     printed = json.loads(ran.out)
-    assert set(printed) == {"words", "leader_states", "follower_words", "dwell_ms", "diagnostics"}
+    assert set(printed) == {"words", "leader_states", "follower_words", "dwell_ms", "tagged", "diagnostics"}
     assert (printed["leader_states"], printed["follower_words"], printed["dwell_ms"]) == (3, 3, 2000)
+    assert printed["tagged"] is False
     assert printed["words"][0] == 0x03030200
     assert printed["diagnostics"] == []
     assert output.read_bytes() == b"".join(word.to_bytes(4, "big") for word in printed["words"])
+
+
+def test_compile_says_that_words_are_tagged(project):
+    steps = [{"led": {"which": which, "seconds": 3}} for which in (0, 1)]
+    followers = {"forward": True, "steps": steps}
+    path = project({"format": "motorcade-program/1", "leader": [steps[0]], "followers": followers})
+    printed = json.loads(run("compile", path, "--json").out)
+    assert (printed["tagged"], printed["words"][0] & 0xFF, printed["diagnostics"]) == (True, 1, [])
+    assert "2 for followers, 3 s each, tagged" in run("compile", path, stdout=Terminal()).out
 
 
 def test_a_project_of_the_studio_compiles_whatever_stands_beside_the_program(tmp_path):

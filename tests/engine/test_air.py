@@ -68,7 +68,7 @@ def test_followers_that_pass_words_on_reach_beyond_the_leader(passes_on: bool, r
 
 
 def test_followers_send_only_words_with_the_forward_bit() -> None:
-    program = Program([wait(1)], [led(0, 3, forward=True), led(1, 3)])
+    program = Program([wait(1)], Followers([led(0, 3, forward=True), led(1, 3)], tagged=False))
     frames = events_of(table(program.leader, program.followers, formation(2)), 20_000, "frame")
     assert set(frames["word"][frames["car"] > 0].tolist()) == {compile_program(program).words[2]}
 

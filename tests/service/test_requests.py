@@ -81,6 +81,7 @@ def test_the_image_is_that_of_the_command_line(ask):
     assert all(len(word["hex"]) == 8 for word in answer["words"])
     assert [word["part"] for word in answer["words"]] == ["header", "leader", "leader", "followers"]
     assert [answer[key] for key in ("dwell_ms", "states", "follower_words", "most")] == [2000, 2, 1, 255]
+    assert answer["tagged"] is False
     assert answer["diagnostics"] == []
 
 

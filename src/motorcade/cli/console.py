@@ -8,6 +8,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.table import Table
 from rich.text import Text
 
+from motorcade.car.brain import TAGGED
 from motorcade.cli.language import current_language, in_language, translated
 from motorcade.config.profile import Profile
 from motorcade.config.vocabulary import Vocabulary, fingerprint_text
@@ -40,7 +41,8 @@ def describe_header(word: int, profile: Profile) -> str:
     if not values.dwell:
         return translated("header-content", **counts)
     seconds = profile.dwell_ms[values.dwell.bit_length() - 1] / 1000
-    return translated("header-content-with-dwell", seconds=seconds, **counts)
+    tagged = translated("words-are-tagged") if values.reserved == TAGGED else ""
+    return translated("header-content-with-dwell", seconds=seconds, **counts) + tagged
 
 
 def describe_control(word: int, profile: Profile) -> str:

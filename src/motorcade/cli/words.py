@@ -97,9 +97,9 @@ def _compile(
     try:
         compiled, profile = compile_project(read_file(project), project.parent)
         words, diagnostics = compiled.words, compiled.diagnostics
-        counts = (compiled.leader_states, compiled.follower_words, compiled.dwell_ms)
+        counts = (compiled.leader_states, compiled.follower_words, compiled.dwell_ms, compiled.tagged)
     except ProgramError as problem:
-        words, diagnostics, counts, profile = (), problem.diagnostics, (0, 0, 0), None
+        words, diagnostics, counts, profile = (), problem.diagnostics, (0, 0, 0, False), None
     failed = has_errors(diagnostics)
     if output and not failed:
         write_file(output, compiled.image, project)
@@ -107,7 +107,7 @@ def _compile(
         print_json(
             {
                 "words": list(words),
-                **dict(zip(("leader_states", "follower_words", "dwell_ms"), counts, strict=True)),
+                **dict(zip(("leader_states", "follower_words", "dwell_ms", "tagged"), counts, strict=True)),
                 "diagnostics": [each.as_dict(current_language()) for each in diagnostics],
             }
         )

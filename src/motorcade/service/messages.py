@@ -121,6 +121,7 @@ class Compiled(Struct):
     diagnostics: list[Diagnostic]
     image: bytes | None = None
     dwell_ms: int = 0
+    tagged: bool = False
     states: int = 0
     follower_words: int = 0
     most: int = MOST_PIECES

@@ -81,6 +81,7 @@ def compile_blocks(blocks: messages.Blocks) -> messages.Compiled:
         diagnostics=diagnostics_in_all_languages(compiled.diagnostics),
         image=words_to_bytes(compiled.words) if compiled.words else None,
         dwell_ms=compiled.dwell_ms,
+        tagged=compiled.tagged,
         states=compiled.leader_states,
         follower_words=compiled.follower_words,
         costliest=messages.Costs(

@@ -30,7 +30,7 @@ function saved(type: string): unknown {
 describe("the blocks", () => {
   it.each([
     ["motorcade_leader", undefined],
-    ["motorcade_followers", { ACCEPT_IR: true, FORWARD: false, DWELL: "auto" }],
+    ["motorcade_followers", { ACCEPT_IR: true, FORWARD: false, TAGGED: "auto", DWELL: "auto" }],
     ["motorcade_drive", { DIRECTION: "forward", SPEED: "2", SECONDS: 1 }],
     ["motorcade_wait", { SECONDS: 1 }],
     ["motorcade_led", { WHICH: "0", SECONDS: 1 }],
@@ -48,6 +48,14 @@ describe("the blocks", () => {
     state.blocks.blocks[0]!.next.block.fields = { DIRECTION: "left", SPEED: "3", SECONDS: 0.5 };
     Blockly.serialization.workspaces.load(state, workspace);
     expect(Blockly.serialization.workspaces.save(workspace)).toMatchObject(state);
+  });
+
+  it("let the followers' hat of an older project decide by itself whether words are tagged", () => {
+    const workspace = new Blockly.Workspace();
+    const fields = { ACCEPT_IR: "TRUE", FORWARD: "TRUE", DWELL: "2" };
+    Blockly.serialization.workspaces.load({ blocks: { blocks: [{ type: "motorcade_followers", fields }] } }, workspace);
+    const [hat] = workspace.getTopBlocks();
+    expect(["FORWARD", "TAGGED", "DWELL"].map((name) => hat!.getFieldValue(name) as unknown)).toEqual(["TRUE", "auto", "2"]);
   });
 
   it("say a turn's speed as an angle", () => {

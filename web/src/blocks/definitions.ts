@@ -43,6 +43,11 @@ const dwells = (profile: Profile) => (): Option[] => [
     return [i18next.t("meaning.seconds", { seconds: text }), text];
   }),
 ];
+const taggedChoices = (): Option[] => [
+  [i18next.t("blocks.taggedAuto"), "auto"],
+  [i18next.t("blocks.yes"), "yes"],
+  [i18next.t("blocks.no"), "no"],
+];
 const infraredChoices = (): Option[] => [
   [i18next.t("blocks.same"), "same"],
   [i18next.t("blocks.yes"), "yes"],
@@ -77,7 +82,12 @@ const DEFINITIONS: Record<string, Definition> = {
     message: "followers",
     style: "hat",
     hat: true,
-    fields: (profile) => [checkbox("ACCEPT_IR", true), checkbox("FORWARD", false), dropdown("DWELL", dwells(profile))],
+    fields: (profile) => [
+      checkbox("ACCEPT_IR", true),
+      { ...checkbox("FORWARD", false), tooltip: i18next.t("tooltips.passOn") },
+      { ...dropdown("TAGGED", taggedChoices), tooltip: i18next.t("tooltips.tagged") },
+      dropdown("DWELL", dwells(profile)),
+    ],
   },
   ...Object.fromEntries(STEP_KINDS.map((each) => [`motorcade_${each.kind}`, definitionOf(each)])),
   motorcade_infrared: {

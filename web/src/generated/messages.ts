@@ -131,6 +131,7 @@ export interface Compiled {
   diagnostics: Diagnostic[];
   image: string | null;
   dwell_ms: number;
+  tagged: boolean;
   states: number;
   follower_words: number;
   most: number;

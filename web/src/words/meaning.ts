@@ -6,6 +6,11 @@ import { durationMeaning, dwellMeaning, levelMeaning } from "../blocks/figures";
 import { inLanguage } from "../i18n";
 import { stepField } from "./bits";
 
+/** Whether it is a header word whose follower words travel with a tag. */
+const isTagged = (word: CompiledWord) => word.part === "header" && word.values.reserved === 1;
+
+const sentFor = (word: CompiledWord, dwell: string) => (isTagged(word) ? i18next.t("meaning.dwellTagged", { dwell }) : dwell);
+
 function valueMeaning(word: CompiledWord, field: string, value: number, profile: Profile): string {
   const declared = stepField(field);
   if (declared) {
@@ -27,9 +32,9 @@ function valueMeaning(word: CompiledWord, field: string, value: number, profile:
     case "follower_words":
       return String(value);
     case "dwell":
-      return value === 0 ? i18next.t("meaning.nothing") : dwellMeaning(profile, Math.log2(value));
+      return value === 0 ? i18next.t("meaning.nothing") : sentFor(word, dwellMeaning(profile, Math.log2(value)));
     case "reserved":
-      return i18next.t("meaning.reserved");
+      return i18next.t(isTagged(word) ? "meaning.tagged" : "meaning.reserved");
     case "parity":
       return i18next.t("meaning.parity");
     default:
