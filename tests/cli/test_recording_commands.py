@@ -50,6 +50,31 @@ def test_replay_prints_the_run_its_moments_and_its_events(ending, folder):
             assert before_ms < line["t_ms"] <= before_ms + 100
 
 
+def test_events_of_tagged_words_show_the_control_word_and_its_tag(tmp_path):
+    image = tmp_path / "tagged.image"
+    image.write_bytes(bytes.fromhex("01020201 40280000 c0280000 c0500000"))
+    options = ("--followers", "2", "--seconds", "5", "--record", tmp_path / "run.mcap", "--json")
+    simulated = data("simulate", image, *options)["events"]
+    replayed = [line for line in lines("replay", tmp_path / "run.mcap") if line["type"] == "event"]
+    for events in (simulated, replayed):
+        tags = {}
+        for event in events:
+            if event["kind"] in ("start", "frame", "heard"):
+                tags.setdefault((event["word"], event["kind"]), set()).add(event["tag"])
+            else:
+                assert "tag" not in event
+        for kind in ("start", "frame", "heard"):
+            assert (tags[0xC0280000, kind], tags[0xC0500000, kind]) == ({1, 3}, {2})
+
+
+def test_events_of_bare_words_have_no_tag(tmp_path):
+    image = tmp_path / "bare.image"
+    image.write_bytes(bytes.fromhex("01010200 40280000 c0280000"))
+    events = data("simulate", image, "--followers", "2", "--seconds", "3", "--json")["events"]
+    assert {"start", "frame", "heard"} <= {event["kind"] for event in events}
+    assert not any("tag" in event for event in events)
+
+
 def test_both_formats_give_the_same_lines(folder):
     (one, *ones), (other, *others) = (lines("replay", folder / f"run.{ending}") for ending in ("mcap", "parquet"))
     assert one == other

@@ -1,10 +1,13 @@
 """A picture, byte by byte, and the moments and events that are stored for pictures of the past."""
 
+import json
 import struct
+from pathlib import Path
 
 import numpy as np
 
-from motorcade.engine.events import EVENT
+from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
+from motorcade.locales import catalogue, languages
 from motorcade.server.studio.simulation import event_rows, pack_moment, unpack_moment
 from motorcade.service.history import (
     EVENT_BYTES,
@@ -18,6 +21,17 @@ from motorcade.service.history import (
     History,
     pack_picture,
 )
+
+PAGE = Path(__file__).parents[2] / "web" / "src" / "api" / "world.ts"
+
+
+def test_the_page_knows_all_kinds_of_events_and_reasons_of_loss_by_number_and_text():
+    source = PAGE.read_text(encoding="utf-8")
+    for name, known in (("KINDS", KINDS), ("LOSS_REASONS", LOSS_REASONS)):
+        assert f"export const {name} = {json.dumps(known)} as const;" in source
+    for language in languages():
+        assert list(catalogue(language)["page"]["mat"]["lost"]) == list(LOSS_REASONS[1:])
+
 
 COLUMNS = [
     [0.0, -1.5],

@@ -21,6 +21,7 @@ from motorcade.service.world_messages import (
     Watch,
 )
 from motorcade.service.world_session import CAR_S, STATE_S, WorldSession
+from motorcade.words.infrared import check_of, tagged_frame
 from support.pictures import Picture
 
 IMAGE = compile_program(Program([forward(3, speed=2), left(1)], Followers([led(1, 1)]))).image
@@ -98,6 +99,19 @@ def test_a_world_in_play_sends_30_pictures_and_4_states_a_second(page: Page) -> 
     page.take(Picture)
     page.look(10)
     assert page.answers == []
+
+
+def test_a_tagged_frame_is_told_as_word_tag_and_check(page: Page) -> None:
+    # One slot of two seconds: a word that lights an LED and is passed on.
+    page.send(SetWorld(MAT, bytes.fromhex("01010201 65800000 c0280000")))
+    page.send(Watch(1))
+    page.send(Play())
+    page.look(1)
+    details = page.take(CarDetails)[-1]
+    hears = details.hears
+    assert (details.word, hears.word, hears.tag, hears.car) == ("c0280000", "c0280000", 1, 0)
+    assert hears.check == check_of(tagged_frame(0xC0280000, 1))
+    assert details.lost["check"] == 0
 
 
 def test_the_details_of_a_watched_car_come_ten_times_a_second(page: Page) -> None:

@@ -15,7 +15,7 @@ from motorcade.engine.events import KINDS
 from motorcade.mats import Mat
 from motorcade.program.compiler import compile_program
 from motorcade.program.model import Program
-from motorcade.runs.recording import events_as_dicts
+from motorcade.runs.recording import events_as_dicts, with_tag
 from motorcade.runs.running import Run, Slot, simulate
 
 # Slots in a table; --json lists all.
@@ -61,7 +61,7 @@ def run_as_dict(run: Run) -> dict[str, object]:
     columns = zip(end.x_m.tolist(), end.y_m.tolist(), end.heading.tolist(), strict=True)
     cars = [{"id": car, "x": x, "y": y, "heading": heading} for car, (x, y, heading) in enumerate(columns)]
     counts = {name: int(values[0]) for name, values in run.world.counts().items()}
-    events = [_event_as_dict(event) for event in events_as_dicts(run.events)] if run.recording else None
+    events = [_event_as_dict(with_tag(event)) for event in events_as_dicts(run.events)] if run.recording else None
     slots = [slot._asdict() for slot in run.slots]
     return {"cars": cars, "counts": counts, "slots": slots, "events": events}
 

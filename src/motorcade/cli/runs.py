@@ -133,9 +133,9 @@ def _draw_film(recording: "Recording", video: Path, speed: float) -> None:
 
 def _lines(recording: "Recording") -> Iterator[str]:
     """Yield the run's description, then its moments and events in order of time, each as JSON."""
-    from motorcade.runs.recording import events_as_dicts
+    from motorcade.runs.recording import events_as_dicts, with_tag
 
-    events = ({"type": "event", **event} for batch in recording.events() for event in events_as_dicts(batch))
+    events = ({"type": "event", **with_tag(event)} for batch in recording.events() for event in events_as_dicts(batch))
     moments = ({"type": "cars", **moment.to_dict()} for moment in recording.moments())
     yield json.dumps({"type": "run", **recording.about.to_dict()}, ensure_ascii=False)
     for line in heapq.merge(events, moments, key=itemgetter("t_ms")):

@@ -17,6 +17,7 @@ from motorcade.config.profile import TABLES, Profile
 from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.engine.state import Moment
 from motorcade.errors import MotorcadeError, Phrase
+from motorcade.words.infrared import tag_of, word_of
 
 if TYPE_CHECKING:
     from motorcade.engine.world import World
@@ -212,6 +213,16 @@ def events_as_dicts(events: NDArray[np.void]) -> list[dict[str, Any]]:
     for event in dicts:
         event["kind"], event["why"] = KINDS[event["kind"]], LOSS_REASONS[event["why"]]
     return dicts
+
+
+def with_tag(event: dict[str, Any]) -> dict[str, Any]:
+    """Return an event of `events_as_dicts` for people: a tagged frame as its control word and the key ``tag``."""
+    kind, word, tag = event["kind"], event["word"], 0
+    if kind == "start":
+        tag = event["other"]
+    elif kind in ("frame", "heard") and tag_of(word):
+        word, tag = word_of(word), tag_of(word)
+    return event | {"word": word, "tag": tag} if tag else event
 
 
 def check_writable(path: Path, endings: Iterable[str]) -> None:

@@ -136,9 +136,11 @@ class State(_WorldAnswer):
 
 
 class HeardFrame(Struct):
-    """A frame, the car that sent it, and when it was received."""
+    """A frame: its control word, its tag and check (0: bare), the car that sent it, and when it was received."""
 
     word: str
+    tag: int
+    check: int
     car: int
     t_ms: int
 

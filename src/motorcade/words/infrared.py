@@ -78,6 +78,11 @@ def tag_of(frame: int) -> int:
     return frame >> 6 & 63
 
 
+def word_of(frame: int) -> int:
+    """Return the control word of a frame: without tag, check and parity."""
+    return frame & 0xFFFFF000
+
+
 def check_is_good(frame: int) -> int:
     """Return 1 where the check of a tagged frame belongs to its word and tag, else 0."""
     return 1 if check_of(frame) == frame >> 1 & 31 else 0

@@ -335,7 +335,8 @@ def test_the_timeline_is_a_table(client) -> None:
     rows = list(csv.DictReader(io.StringIO(answer.text)))
     assert answer.headers["content-type"].startswith("text/csv")
     assert {row["event"] for row in rows} == {"state", "frame", "heard", "start"}
-    assert rows[0] == {"t_ms": "0", "car": "0", "event": "state", "why": "", "word": rows[0]["word"], "other": "0"}
+    first = {"t_ms": "0", "car": "0", "event": "state", "why": "", "word": rows[0]["word"], "other": "0", "tag": "0"}
+    assert rows[0] == first
     assert rows[0]["word"].startswith("0x6")
 
 

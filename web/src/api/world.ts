@@ -40,7 +40,7 @@ export const EVENT_COLUMNS = 5;
 /** `kind` holds the kind in its lowest byte and the reason in the one above. */
 export const EventColumn = { tMs: 0, car: 1, kind: 2, word: 3, other: 4 } as const;
 export const KINDS = ["state", "start", "over", "frame", "heard", "lost"] as const;
-export const LOSS_REASONS = ["", "parity", "reserved", "deaf", "sending", "collision"] as const;
+export const LOSS_REASONS = ["", "parity", "reserved", "deaf", "sending", "collision", "check"] as const;
 export type EventKind = (typeof KINDS)[number];
 export type LossReason = (typeof LOSS_REASONS)[number];
 

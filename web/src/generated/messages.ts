@@ -405,9 +405,11 @@ export interface CarDetails {
   hears: HeardFrame | null;
 }
 
-/** A frame, the car that sent it, and when it was received. */
+/** A frame: its control word, its tag and check (0: bare), the car that sent it, and when it was received. */
 export interface HeardFrame {
   word: string;
+  tag: number;
+  check: number;
   car: number;
   t_ms: number;
 }

@@ -3,11 +3,11 @@ import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { type CarDetails, type LossReason, LOSS_REASONS } from "../api/world";
 import { useStudio } from "../state/studio";
-import { clock } from "../timeline/events";
 import { bitsOf, colourOf, groupOf } from "../words/bits";
 import { fieldMeaning } from "../words/meaning";
 import { duplicateChosen, removeChosen, turnCar } from "./actions";
 import { colourWords, hexColour } from "./colours";
+import { heardText } from "./heard";
 import { PieceInspector, Voices } from "./PieceInspector";
 import type { Session } from "./session";
 import { choose, useMat } from "./store";
@@ -148,7 +148,7 @@ function Details({ details, words }: { details: CarDetails; words: readonly Comp
         ))}
       </dl>
       {hears && (
-        <p>{t("mat.hears", { word: hears.word.toUpperCase(), car: hears.car, time: clock(hears.t_ms) })}</p>
+        <p>{heardText(hears)}</p>
       )}
     </>
   );

@@ -24,7 +24,7 @@ from starlette.types import ASGIApp
 
 from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.errors import MotorcadeError
-from motorcade.runs.recording import InMemoryRecording
+from motorcade.runs.recording import InMemoryRecording, with_tag
 from motorcade.server.http import PAGE, exception_handlers, page_routes
 from motorcade.server.remote.app import routes as remote_routes
 from motorcade.server.remote.fleet import CombinedFleet, Fleet, RemoteCar, RemoteCars
@@ -37,7 +37,7 @@ from motorcade.server.studio.simulation import EVENT_ROW, StudioWorld
 from motorcade.service.messages import Capabilities
 from motorcade.service.requests import Context, respond
 
-COLUMNS = ("t_ms", "car", "event", "why", "word", "other")
+COLUMNS = ("t_ms", "car", "event", "why", "word", "other", "tag")
 _FILMS = {"run.gif": "image/gif", "run.mp4": "video/mp4"}
 _SECONDS, _MOST_SECONDS = 10.0, 60.0
 
@@ -142,9 +142,14 @@ def timeline(batches: Iterable[bytes]) -> Iterator[str]:
     yield _csv([COLUMNS])
     for batch in batches:
         yield _csv(
-            (t_ms, car, KINDS[kind], LOSS_REASONS[why], f"0x{word:08X}", other)
+            _csv_row(t_ms, car, KINDS[kind], why, word, other)
             for t_ms, car, kind, why, _, word, other in np.frombuffer(batch, EVENT_ROW).tolist()
         )
+
+
+def _csv_row(t_ms: int, car: int, kind: str, why: int, word: int, other: int) -> tuple[object, ...]:
+    shown = with_tag({"kind": kind, "word": word, "other": other})
+    return (t_ms, car, kind, LOSS_REASONS[why], f"0x{shown['word']:08X}", other, shown.get("tag", 0))
 
 
 def _csv(rows: Iterable[Iterable[object]]) -> str:

@@ -23,8 +23,9 @@ from motorcade.service.messages import MatDocument
 from motorcade.service.playback import SimulatedWorld
 from motorcade.service.programs import profile_named
 from motorcade.service.world_messages import CarDetails, HeardFrame, Hello, SetWorld
-from motorcade.words.formats import CONTROL
+from motorcade.words.formats import CONTROL, FRAME
 from motorcade.words.image import bytes_to_words, parse_image_bytes, words_to_bytes
+from motorcade.words.infrared import word_of
 from motorcade.words.ticks import elapsed_ms
 
 # With more a moment takes so long to compute that one world delays the others.
@@ -326,11 +327,12 @@ class _Counters:
 
     def of(self, car: int) -> dict[str, Any]:
         """The counts of a car by name, and the last frame that it received."""
-        word, sender, t_ms = self._last[:, car].tolist()
+        frame, sender, t_ms = self._last[:, car].tolist()
+        on_air = FRAME.decode(frame)
         heard = int(self._heard[car])
         return {
             "frames": int(self._frames[car]),
             "heard": heard,
             "lost": {why: int(self._lost[k, car]) for k, why in enumerate(LOSS_REASONS) if why},
-            "hears": HeardFrame(f"{word:08x}", sender, t_ms) if heard else None,
+            "hears": HeardFrame(f"{word_of(frame):08x}", on_air.tag, on_air.check, sender, t_ms) if heard else None,
         }
