@@ -38,7 +38,9 @@ def driving(file: Path) -> Iterator[subprocess.Popen[str]]:
 
 
 def notes(file: Path) -> list[tuple[str, float]]:
-    return [(command, float(at_s)) for command, at_s in map(str.split, file.read_text(encoding="ascii").splitlines())]
+    """Return the commands to the wheels and their times, without a last line that is not yet complete."""
+    whole_lines = file.read_text(encoding="ascii").split("\n")[:-1]
+    return [(command, float(at_s)) for command, at_s in map(str.split, whole_lines)]
 
 
 def end_ms(name: str, after_s: float) -> float | None:

@@ -19,7 +19,7 @@ const MOST_TIMES = 1000;
 
 interface Definition {
   /** The key of the block's text, and of its tooltip. */
-  message: keyof Texts["tooltips"];
+  message: keyof Texts["tooltips"] & keyof Texts["blocks"];
   style: string;
   fields?: (profile: Profile) => Field[];
   /** Fields that stand at the end and are not always shown. */
