@@ -9,8 +9,10 @@ from motorcade.locales import catalogue
 from motorcade.program import steps
 from motorcade.program.parts import word_fields
 from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, own_fields
+from motorcade.words.field import WordFormat
+from motorcade.words.formats import CONTROL, HEADER
 
-_HEAD = """/** The kinds of steps: blocks, and bits of a word. Written by scripts/generate.py; don't edit. */
+_HEAD = """/** The kinds of steps, and the fields of both kinds of words. Written by scripts/generate.py; don't edit. */
 """
 _BEGIN = "<!-- This section is written by scripts/generate.py from the declarations in program/steps.py. -->"
 _END = "<!-- End of the section. -->"
@@ -23,6 +25,7 @@ def step_types() -> str:
     parts = {
         "STEP_KINDS": _step_kinds(),
         "CATEGORIES": categories,
+        "FORMATS": {each.name: _bits(each) for each in (HEADER, CONTROL)},
         "WORD_FIELDS": _word_fields(),
         "HUES": groups,
     }
@@ -61,6 +64,11 @@ def _input(field: Field[Any]) -> dict[str, Any]:
         levels = list(range(schema["minimum"], schema["maximum"] + 1))
         return {"input": "level", "name": name, "menu": field.metadata["menu"], "levels": levels, "first": first}
     return {"input": "number", "name": name, "minimum": schema["minimum"], "first": first}
+
+
+def _bits(word_format: WordFormat) -> list[dict[str, Any]]:
+    """Of each field: its name, its first bit and its last bit."""
+    return [{"name": field.name, "high": field.high, "low": field.low} for field in word_format.fields]
 
 
 def _word_fields() -> dict[str, dict[str, Any]]:

@@ -232,7 +232,7 @@ def test_the_details_of_a_watched_car() -> None:
     assert details.values["led_which"] == 1
     assert details.values["accept_ir"] == 1
     assert (details.index, details.runs, details.leads) == (STATES + 1, True, False)
-    assert (details.hears.word, details.hears.car) == (details.word, 0)
+    assert (details.last_frame.word, details.last_frame.car) == (details.word, 0)
     assert details.heard == on.state().counts["heard"] > 0
     assert 0 < details.since_ms < 300
     on.watch(0)

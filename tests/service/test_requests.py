@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from motorcade import CONTROL, Followers, Program, compile_program, forward, led, left, read_program, repeat, wait
+from motorcade import Followers, Program, compile_program, forward, led, left, read_program, repeat, wait
 from motorcade.config.profile import built_in_profile
 from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
@@ -253,13 +253,6 @@ def test_an_image_becomes_blocks_that_compile_to_it(ask):
     assert ask("compile", ask("decompile", {"image": image}))["image"] == image
 
 
-def test_formats_have_a_title_for_every_bit_in_every_language(ask):
-    for fields in ask("formats").values():
-        bits = [bit for field in fields for bit in range(field["low"], field["high"] + 1)]
-        assert sorted(bits) == list(range(32))
-        assert all(field["title"][language] for field in fields for language in languages())
-
-
 def test_a_profile_has_the_values_of_its_levels(ask):
     profile = next(each for each in ask("profiles") if each["name"] == "classroom")
     assert profile["durations_ms"] == [0, 1000, 2000, 3000]
@@ -281,11 +274,6 @@ def test_the_gallery_is_in_every_language(ask):
     listed = ask("examples")
     assert [each["id"] for each in listed] == list(EXAMPLES)
     assert all(each[text][language] for each in listed for text in ("title", "about") for language in languages())
-
-
-def test_reserved_bits_and_parity_are_shown_too(ask):
-    names = [field["name"] for field in ask("formats")["control"]]
-    assert names == [field.name for field in CONTROL.fields]
 
 
 def test_capabilities_are_those_of_the_shell(ask):

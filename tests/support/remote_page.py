@@ -40,7 +40,7 @@ class RemotePage(PageSocket):
     def drive(self, *cars, throttle=1.0):
         """Moves the stick, and waits until the server has heard of it."""
         self.send("drive", cars=cars, throttle=throttle, steering=0.0)
-        self.until("heard")
+        self.until("received")
 
     def push(self, *cars, throttle=1.0):
         """Arms the cars and holds the stick until all of them move."""

@@ -213,22 +213,6 @@ class Example(Struct):
     about: Sentence
 
 
-class WordField(Struct):
-    """A field of a word: its bits, and its title."""
-
-    name: str
-    high: int
-    low: int
-    title: Sentence
-
-
-class Formats(Struct):
-    """The fields of the two kinds of words."""
-
-    header: list[WordField]
-    control: list[WordField]
-
-
 class Seconds(Struct):
     """The durations that a step can have, in seconds: from ``least`` to ``most``, in steps of ``step``."""
 

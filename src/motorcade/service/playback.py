@@ -251,7 +251,7 @@ class Playback:
             seed=self.world.seed,
             counts=self.world.counts(),
             rate=self._simulated_s / self._real_s if self.playing and self._real_s else 0.0,
-            held=self.world.driven(),
+            driven=self.world.driven(),
         )
 
     def car(self) -> CarDetails | None:

@@ -1,4 +1,4 @@
-"""Compile and decompile the page's programs; list profiles and the fields of words."""
+"""Compile and decompile the page's programs; list profiles."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -6,7 +6,7 @@ from dataclasses import fields
 from math import gcd
 
 from motorcade.config.profile import Profile, built_in_profile, built_in_profiles
-from motorcade.errors import MotorcadeError, Phrase
+from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
 from motorcade.program import diagnostics as program_diagnostics
 from motorcade.program.blocks import program_of
@@ -19,8 +19,6 @@ from motorcade.program.parts import MOST_PIECES, word_fields
 from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep
 from motorcade.service import messages
 from motorcade.service.documents import project_of
-from motorcade.service.messages import sentences
-from motorcade.words.field import WordFormat
 from motorcade.words.formats import CONTROL, HEADER
 from motorcade.words.image import bytes_to_words, words_to_bytes
 
@@ -46,18 +44,6 @@ def profile_figures() -> list[messages.ProfileFigures]:
         values = {each.name: getattr(profile, each.name) for each in fields(profile)}
         figures.append(messages.ProfileFigures(**values, seconds=messages.Seconds(0, step, most)))
     return figures
-
-
-def formats() -> messages.Formats:
-    """Return the fields of both kinds of words, with titles in every language."""
-    return messages.Formats(_fields(HEADER), _fields(CONTROL))
-
-
-def _fields(word_format: WordFormat) -> list[messages.WordField]:
-    return [
-        messages.WordField(each.name, each.high, each.low, sentences(Phrase("field-" + each.name.replace("_", "-"))))
-        for each in word_format.fields
-    ]
 
 
 def decompile_image(image: messages.Image) -> messages.Project:

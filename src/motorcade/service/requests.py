@@ -11,7 +11,7 @@ from motorcade.program.diagnostics import ProgramError
 from motorcade.service import messages
 from motorcade.service.documents import example, examples, open_text, project_text
 from motorcade.service.messages import Nothing, decode
-from motorcade.service.programs import compile_blocks, decompile_image, formats, profile_figures
+from motorcade.service.programs import compile_blocks, decompile_image, profile_figures
 
 
 class Quota(NamedTuple):
@@ -113,7 +113,6 @@ def _delete_project(named: messages.ProjectName, context: Context) -> Nothing:
 
 REQUESTS: dict[str, Request] = {
     "capabilities": Request(Nothing, messages.Capabilities, lambda message, context: context.capabilities),
-    "formats": Request(Nothing, messages.Formats, lambda message, context: formats()),
     "profiles": Request(Nothing, list[messages.ProfileFigures], lambda message, context: profile_figures()),
     "compile": Request(messages.Blocks, messages.Compiled, lambda blocks, context: compile_blocks(blocks)),
     "decompile": Request(messages.Image, messages.Project, lambda image, context: decompile_image(image)),

@@ -121,7 +121,7 @@ class State(_WorldAnswer):
         earliest_ms: the oldest moment that is stored.
         counts: what has happened since the beginning, by name (`motorcade.engine.world.World.counts`).
         rate: simulated seconds in a real one at present; less than ``speed`` on a slow computer.
-        held: the cars that do not run their own program because somebody drives or drove them.
+        driven: the cars that do not run their own program because somebody drives or drove them.
     """
 
     playing: bool
@@ -132,10 +132,10 @@ class State(_WorldAnswer):
     seed: int
     counts: dict[str, int]
     rate: float
-    held: list[int]
+    driven: list[int]
 
 
-class HeardFrame(Struct):
+class ReceivedFrame(Struct):
     """A frame: its control word, its tag and check (0: bare), the car that sent it, and when it was received."""
 
     word: str
@@ -158,7 +158,7 @@ class CarDetails(_WorldAnswer, tag="car"):
     frames: int
     heard: int
     lost: dict[str, int]
-    hears: HeardFrame | None
+    last_frame: ReceivedFrame | None
 
 
 class Compiling(_WorldAnswer):

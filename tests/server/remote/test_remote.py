@@ -101,7 +101,7 @@ class Page:
     def drive(self, throttle, steering=0.0, number=0):
         """Send the stick's position, and wait for the answer."""
         self.send("drive", cars=["1"], throttle=throttle, steering=steering, number=number)
-        self.until("heard", lambda heard: heard["number"] == number)
+        self.until("received", lambda received: received["number"] == number)
 
 
 @pytest.fixture
@@ -152,7 +152,7 @@ def test_only_the_last_of_many_drive_messages_moves_the_wheels(visit):
         page.send("join", car="1")
         for number in range(200):
             page.send("drive", cars=["1"], throttle=1.0 if number < 199 else 0.0, steering=0.0, number=number)
-        page.until("heard", lambda heard: heard["number"] == 199)
+        page.until("received", lambda received: received["number"] == 199)
     moved = [each for each in rig.wheels.applied if each == (90, 1, 255)]
     assert len(moved) < 20
 

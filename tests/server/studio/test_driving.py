@@ -117,7 +117,7 @@ def driven_and_left(client, studio, car="1"):
     with remote(client) as driver:
         driver.send("join", car=car)
         push_until_seen(driver, studio, int(car))
-    studio.until("state", lambda state: state["held"] == [int(car)])
+    studio.until("state", lambda state: state["driven"] == [int(car)])
 
 
 def test_a_car_stands_still_after_its_driver_left_until_it_is_resumed(client):
@@ -128,14 +128,14 @@ def test_a_car_stands_still_after_its_driver_left_until_it_is_resumed(client):
         assert later.car("1", lambda car: True)["state"] in ("failsafe", "ready")
         later.send("resume", car="1")
         later.car("1", lambda car: car["state"] == "program")
-        studio.until("state", lambda state: not state["held"])
+        studio.until("state", lambda state: not state["driven"])
 
 
 def test_the_studios_page_resumes_a_car_without_pages(client):
     with page(client) as studio, remote(client) as later:
         driven_and_left(client, studio)
         studio.send("resume", car=1)
-        studio.until("state", lambda state: not state["held"])
+        studio.until("state", lambda state: not state["driven"])
         with remote(client) as stopper:
             stopper.send("join", car="1")
             stopper.send("stop", cars=["1"])
@@ -145,7 +145,7 @@ def test_the_studios_page_resumes_a_car_without_pages(client):
         assert later.car("1", lambda car: True)["state"] == "program"
         # One that nobody ever drove needs no telling.
         studio.send("resume", car=2)
-        studio.until("state", lambda state: not state["held"])
+        studio.until("state", lambda state: not state["driven"])
 
 
 def test_the_studios_page_cannot_resume_a_driven_car(client):
@@ -165,14 +165,14 @@ def test_a_new_run_gives_back_the_cars_without_pages(client, change):
         driver.send("join", car="0")
         push_until_seen(driver, studio, 0)
         studio.send(**change)
-        studio.until("state", lambda state: state["held"] == [0] and state["t_ms"] < 1000)
+        studio.until("state", lambda state: state["driven"] == [0] and state["t_ms"] < 1000)
         # But the emergency stop holds until somebody lifts it.
         stopper.send("join", car="1")
         stopper.send("stop", cars=["1"])
         stopper.car("1", lambda car: car["state"] == "stopped")
         stopper.send("leave", car="1")
         studio.send(**change)
-        studio.until("state", lambda state: state["held"] == [0, 1])
+        studio.until("state", lambda state: state["driven"] == [0, 1])
 
 
 def test_an_emergency_stop_lasts_after_its_page_left(client):
@@ -269,4 +269,4 @@ def test_real_cars_are_listed_after_simulated_ones_and_driven_with_them(tmp_path
                     client.get(f"/camera/snapshot.jpg?session={KEY}&car=ada").json()["error"]["code"]
                     == "no-camera-here"
                 )
-                studio.until("state", lambda state: state["held"] == [1])
+                studio.until("state", lambda state: state["driven"] == [1])

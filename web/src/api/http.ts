@@ -1,4 +1,4 @@
-/** Requests to the server. When it doesn't answer, the store's `serverGone` becomes true. */
+/** Requests to the server. When it doesn't answer, the store's `serverGone` becomes true until it answers again. */
 
 import { useStudio } from "../state/studio";
 import type { Blocks, ErrorAnswer, Project, Requests, Sentence } from "../generated/messages";
@@ -39,7 +39,6 @@ async function refused(response: Response): Promise<RefusedError> {
 }
 
 export const capabilities = () => ask("capabilities");
-export const formats = () => ask("formats");
 export const profiles = () => ask("profiles");
 export const compile = (blocks: Blocks) => ask("compile", blocks);
 export const open = (text: string) => ask("open", { text });
@@ -57,4 +56,36 @@ export const ports = () => ask("ports");
 /** The address of a WebSocket of the page's own server. */
 export function socketUrl(path: string): string {
   return `${location.protocol === "https:" ? "wss:" : "ws:"}//${location.host}${path}`;
+}
+
+const EVERY_MS = 1500;
+
+export function watchPresence(onBack: () => void): void {
+  let asking = false;
+  const ask = async () => {
+    const back = await fetch("/api/capabilities", { method: "POST", cache: "no-store" }).then(
+      (response) => response.ok,
+      () => false,
+    );
+    if (!back) {
+      setTimeout(() => void ask(), EVERY_MS);
+      return;
+    }
+    asking = false;
+    useStudio.setState({ serverGone: false });
+    onBack();
+  };
+  useStudio.subscribe(({ serverGone }) => {
+    if (!serverGone || asking) return;
+    asking = true;
+    setTimeout(() => void ask(), EVERY_MS);
+  });
+}
+
+/** What the page needs from the server before anything can be drawn. */
+export async function loadFigures(): Promise<void> {
+  const name = useStudio.getState().profile;
+  const [can, known] = await Promise.all([capabilities(), profiles()]);
+  const profileFigures = known.find((profile) => profile.name === name) ?? null;
+  useStudio.setState({ capabilities: can, profileFigures });
 }

@@ -1,13 +1,13 @@
 /** The shapes that travel between the page and its service, under the names that the page uses. */
 
-import type { Compiled as Answer, Project as WholeProject, ProfileFigures, Word, WordField } from "../generated/messages";
+import type { FORMATS } from "../generated/steps";
+import type { Compiled as Answer, Project as WholeProject, ProfileFigures, Word } from "../generated/messages";
 
 export type {
   Capabilities,
   Costliest,
   Diagnostic,
   Example,
-  Formats,
   Language,
   LibraryEntry as SavedProject,
   MatDocument,
@@ -19,7 +19,12 @@ export type {
 
 export type EditorName = "leader" | "followers";
 export const EDITORS: readonly EditorName[] = ["leader", "followers"];
-export type Field = WordField;
+/** A field of a word: its first and its last bit. */
+export interface Field {
+  readonly name: (typeof FORMATS)[keyof typeof FORMATS][number]["name"];
+  readonly high: number;
+  readonly low: number;
+}
 export type Part = Word["part"];
 export type CompiledWord = Word;
 export type Compiled = Omit<Answer, "timeline">;

@@ -1,6 +1,5 @@
 /** A world of cars on the server: the messages to it, its answers, and its pictures. */
 
-import { uniqueName } from "./names";
 import type { WorldAnswer, WorldMessage } from "../generated/messages";
 
 export interface Pose {
@@ -180,4 +179,9 @@ export class WorldConnection {
     this.timer = setTimeout(() => this.connect(), waitBeforeTry(this.tries, Math.random()));
     this.tries += 1;
   }
+}
+
+export function uniqueName(): string {
+  const bytes = crypto.getRandomValues(new Uint8Array(16));
+  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, "0")).join("");
 }

@@ -1,12 +1,16 @@
 import { lazy, Suspense } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { type DialogName, notify, openDialog, useDialogs } from "../state/dialogs";
+import { type DialogName, notify, openDialog, useDialogs, dismiss } from "../state/dialogs";
 import { ErrorBoundary, reload } from "../ui/areas";
-import { Sheet } from "../ui/controls";
+import { Sheet, IconButton } from "../ui/controls";
 import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
 import { classes } from "../ui/classes";
+import { Icon } from "../ui/icons";
+import { useStudio } from "../state/studio";
+import css from "./app.module.css";
+import dialogs from "./dialogs.module.css";
 
 const projectDialogs = () => import("../projects/ProjectDialogs");
 const DIALOGS: Record<DialogName, React.ComponentType<{ onClose: () => void }>> = {
@@ -19,7 +23,7 @@ const DIALOGS: Record<DialogName, React.ComponentType<{ onClose: () => void }>> 
 
 function QuestionDialog() {
   const { t } = useTranslation();
-  const question = useDialogs((dialogs) => dialogs.question);
+  const question = useDialogs((state) => state.question);
   if (!question) return null;
   return (
     <Sheet title={question.title} onClose={() => question.answer(false)} role="alertdialog">
@@ -48,7 +52,7 @@ function OpenDialog({ name, onClose }: { name: DialogName; onClose: () => void }
 /** The open dialog, and the question above it. A dialog that can't be fetched is closed with a notice. */
 export function Dialogs() {
   const { t } = useTranslation();
-  const open = useDialogs((dialogs) => dialogs.open);
+  const open = useDialogs((state) => state.open);
   const close = () => openDialog(null);
   const fail = () => {
     notify(t("app.failed"), "error", { label: t("app.reload"), run: reload });
@@ -61,5 +65,47 @@ export function Dialogs() {
       </ErrorBoundary>
       <QuestionDialog />
     </>
+  );
+}
+
+/** Notices in a corner of the page; screen readers read them out. */
+export function Notices() {
+  const { t } = useTranslation();
+  const notices = useDialogs((state) => state.notices);
+  return (
+    <div className={dialogs.notices} role="log" aria-live="polite" aria-label={t("app.notices")}>
+      {notices.map(({ id, text, tone, action }) => (
+        <div key={id} className={dialogs.notice} data-tone={tone}>
+          <span>{text}</span>
+          {action && (
+            <Button
+              className={classes(buttons.button, buttons.small)}
+              onPress={() => {
+                dismiss(id);
+                action.run();
+              }}
+            >
+              {action.label}
+            </Button>
+          )}
+          <IconButton icon="close" label={t("app.dismiss")} onPress={() => dismiss(id)} />
+        </div>
+      ))}
+    </div>
+  );
+}
+
+export function ServerBanner() {
+  const { t } = useTranslation();
+  const gone = useStudio((studio) => studio.serverGone);
+  return (
+    <div className={css.serverBanner} role="alert">
+      {gone && (
+        <p>
+          <Icon name="warning" />
+          {t("server.gone")}
+        </p>
+      )}
+    </div>
   );
 }

@@ -2,10 +2,9 @@
 
 import i18next from "i18next";
 import * as Blockly from "blockly/core";
-import { loadFigures, watchPresence } from "../api/presence";
+import { loadFigures, watchPresence } from "../api/http";
 import { registerClipboard } from "../blocks/clipboard";
-import { defineBlocks } from "../blocks/definitions";
-import { setBlocklyLanguage } from "../blocks/messages";
+import { defineBlocks, setBlocklyLanguage } from "../blocks/definitions";
 import { startPrinting } from "../blocks/picture";
 import { startThemes } from "../blocks/workspaces";
 import { startLanguages } from "../i18n";

@@ -4,8 +4,7 @@ import type { Profile } from "../api/types";
 import { startLanguages } from "../i18n";
 import { FIRST_STEPS } from "../projects/project";
 import { refusal, typesIn } from "./clipboard";
-import { BLOCK_TYPES, defineBlocks } from "./definitions";
-import { canStandIn, toolboxOf } from "./toolbox";
+import { BLOCK_TYPES, defineBlocks, canStandIn, toolboxOf } from "./definitions";
 
 const profile = {
   speeds_mm_s: [0, 100, 200, 300],

@@ -4,7 +4,7 @@ import * as Blockly from "blockly/core";
 import i18next from "i18next";
 import type { EditorName } from "../api/types";
 import { notify } from "../state/dialogs";
-import { canStandIn, hatOf } from "./toolbox";
+import { canStandIn, hatOf } from "./definitions";
 import { editorOf } from "./workspaces";
 
 interface BlockState {

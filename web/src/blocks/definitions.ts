@@ -1,13 +1,12 @@
-/** The blocks: one kind for each step, with fields that offer what the cars can do. */
+/** What Blockly gets from us: a block for each kind of step, the drawers of each editor, and its messages. */
 
 import * as Blockly from "blockly/core";
 import i18next from "i18next";
-import type { Profile } from "../api/types";
+import type { Profile, EditorName, Language } from "../api/types";
 import type { Texts } from "virtual:texts/studio";
-import { STEP_KINDS } from "../generated/steps";
+import { STEP_KINDS, CATEGORIES } from "../generated/steps";
 import { levelText } from "./figures";
-import { SecondsField } from "./seconds";
-import { SpeedField, speedsOf } from "./speed";
+import { SecondsField, SpeedField, speedsOf } from "./fields";
 
 type Option = [string, string];
 type Field = Record<string, unknown>;
@@ -147,4 +146,59 @@ export function defineBlocks(profile: Profile): void {
       },
     };
   }
+}
+
+const drawer = (category: (typeof CATEGORIES)[number]) =>
+  STEP_KINDS.filter((each) => each.category === category).map(({ kind }) => `motorcade_${kind}`);
+
+const DRAWERS = {
+  ...(Object.fromEntries(CATEGORIES.map((category) => [category, drawer(category)])) as Record<(typeof CATEGORIES)[number], string[]>),
+  infrared: ["motorcade_infrared"],
+};
+
+/** A leader sends infrared and accepts none, so it has no block for it. */
+const DRAWERS_OF: Record<EditorName, readonly (keyof typeof DRAWERS)[]> = {
+  leader: CATEGORIES,
+  followers: [...CATEGORIES, "infrared"],
+};
+
+const HATS: Record<EditorName, string> = { leader: "motorcade_leader", followers: "motorcade_followers" };
+
+export function hatOf(editor: EditorName): string {
+  return HATS[editor];
+}
+
+/** Whether blocks of this type can stand in the editor at all. */
+export function canStandIn(editor: EditorName, type: string): boolean {
+  return DRAWERS_OF[editor].some((drawer) => DRAWERS[drawer].includes(type));
+}
+
+export function toolboxOf(editor: EditorName) {
+  return {
+    kind: "categoryToolbox",
+    contents: DRAWERS_OF[editor].map((drawer) => ({
+      kind: "category",
+      name: i18next.t(`drawers.${drawer}`),
+      categorystyle: `${drawer}_category`,
+      cssconfig: { icon: `drawer-icon drawer-${drawer}` },
+      contents: DRAWERS[drawer].map((type) => ({ kind: "block", type })),
+    })),
+  };
+}
+
+const FILES: Record<Language, () => Promise<unknown>> = {
+  en: () => import("blockly/msg/en"),
+  zh: () => import("blockly/msg/zh-hans"),
+};
+
+/** All messages that exist in a language. A language without a file of Blockly's has only those of its own file. */
+export async function blocklyMessages(language: Language): Promise<Record<string, string>> {
+  const messages = (await FILES[language]?.()) as Record<string, string> | undefined;
+  return { ...messages, ...(i18next.getResource(language, "translation", "blockly") as Record<string, string>) };
+}
+
+/** Give Blockly its messages; what the language lacks stays English. */
+export async function setBlocklyLanguage(language: Language): Promise<void> {
+  const english = language in FILES ? {} : await blocklyMessages("en");
+  Blockly.setLocale({ ...english, ...(await blocklyMessages(language)) });
 }

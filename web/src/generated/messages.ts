@@ -30,20 +30,6 @@ export interface Capabilities {
   most_cars: number;
 }
 
-/** The fields of the two kinds of words. */
-export interface Formats {
-  header: WordField[];
-  control: WordField[];
-}
-
-/** A field of a word: its bits, and its title. */
-export interface WordField {
-  name: string;
-  high: number;
-  low: number;
-  title: Sentence;
-}
-
 /** A profile, and the durations that its steps can have. */
 export interface ProfileFigures {
   name: string;
@@ -386,7 +372,7 @@ export interface State {
   seed: number;
   counts: Record<string, number>;
   rate: number;
-  held: number[];
+  driven: number[];
 }
 
 /** The details of the watched car: the word that it executes or holds, and its counts since the beginning. */
@@ -402,11 +388,11 @@ export interface CarDetails {
   frames: number;
   heard: number;
   lost: Record<string, number>;
-  hears: HeardFrame | null;
+  last_frame: ReceivedFrame | null;
 }
 
 /** A frame: its control word, its tag and check (0: bare), the car that sent it, and when it was received. */
-export interface HeardFrame {
+export interface ReceivedFrame {
   word: string;
   tag: number;
   check: number;
@@ -475,7 +461,6 @@ export type UploadAnswer = Progress | Verified | NotVerified | ImageRead | Faile
 /** Every request: `POST /api/<name>` with its message gives its answer. */
 export interface Requests {
   "capabilities": { message: Nothing; answer: Capabilities };
-  "formats": { message: Nothing; answer: Formats };
   "profiles": { message: Nothing; answer: ProfileFigures[] };
   "compile": { message: Blocks; answer: Compiled };
   "decompile": { message: Image; answer: Project };

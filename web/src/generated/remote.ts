@@ -103,8 +103,8 @@ export interface CarTelemetry {
 }
 
 /** The number of the newest Drive that the server received. */
-export interface Heard {
-  is: "heard";
+export interface Received {
+  is: "received";
   number: number;
 }
 
@@ -118,4 +118,4 @@ export interface Refused {
 
 export type RemoteMessage = Join | Leave | Drive | Request | Release | Stop | Clear | Resume | Start;
 
-export type RemoteAnswer = Hello | Telemetry | Heard | Refused;
+export type RemoteAnswer = Hello | Telemetry | Received | Refused;

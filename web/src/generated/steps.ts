@@ -1,4 +1,4 @@
-/** The kinds of steps: blocks, and bits of a word. Written by scripts/generate.py; don't edit. */
+/** The kinds of steps, and the fields of both kinds of words. Written by scripts/generate.py; don't edit. */
 
 export const STEP_KINDS = [
   {
@@ -160,6 +160,108 @@ export const CATEGORIES = [
   "sense",
   "order"
 ] as const;
+
+export const FORMATS = {
+  "header": [
+    {
+      "name": "leader_states",
+      "high": 31,
+      "low": 24
+    },
+    {
+      "name": "follower_words",
+      "high": 23,
+      "low": 16
+    },
+    {
+      "name": "dwell",
+      "high": 15,
+      "low": 8
+    },
+    {
+      "name": "reserved",
+      "high": 7,
+      "low": 0
+    }
+  ],
+  "control": [
+    {
+      "name": "accept_ir",
+      "high": 31,
+      "low": 31
+    },
+    {
+      "name": "forward",
+      "high": 30,
+      "low": 30
+    },
+    {
+      "name": "motor_enable",
+      "high": 29,
+      "low": 29
+    },
+    {
+      "name": "motor_direction",
+      "high": 28,
+      "low": 27
+    },
+    {
+      "name": "motor_speed",
+      "high": 26,
+      "low": 25
+    },
+    {
+      "name": "motor_duration",
+      "high": 24,
+      "low": 23
+    },
+    {
+      "name": "led_which",
+      "high": 22,
+      "low": 21
+    },
+    {
+      "name": "led_duration",
+      "high": 20,
+      "low": 19
+    },
+    {
+      "name": "avoid_enable",
+      "high": 18,
+      "low": 18
+    },
+    {
+      "name": "avoid_radius",
+      "high": 17,
+      "low": 16
+    },
+    {
+      "name": "avoid_duration",
+      "high": 15,
+      "low": 14
+    },
+    {
+      "name": "voice",
+      "high": 13,
+      "low": 13
+    },
+    {
+      "name": "pir",
+      "high": 12,
+      "low": 12
+    },
+    {
+      "name": "reserved",
+      "high": 11,
+      "low": 1
+    },
+    {
+      "name": "parity",
+      "high": 0,
+      "low": 0
+    }
+  ]
+} as const;
 
 export const WORD_FIELDS = {
   "motor_enable": {

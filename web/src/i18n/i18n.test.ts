@@ -1,7 +1,7 @@
 import { beforeAll, describe, expect, it } from "vitest";
 import remote from "virtual:texts/remote";
 import studio from "virtual:texts/studio";
-import { blocklyMessages } from "../blocks/messages";
+import { blocklyMessages } from "../blocks/definitions";
 import { startLanguages } from ".";
 
 interface Tree {

@@ -2,12 +2,12 @@ import { Button, Input, Label, Link, NumberField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { type CarDetails, type LossReason, LOSS_REASONS } from "../api/world";
+import { FORMATS } from "../generated/steps";
 import { useStudio } from "../state/studio";
-import { bitsOf, colourOf, groupOf } from "../words/bits";
-import { fieldMeaning } from "../words/meaning";
+import { bitsOf, colourOf, fieldMeaning, groupOf } from "../words/bits";
 import { duplicateChosen, removeChosen, turnCar } from "./actions";
 import { colourWords, hexColour } from "./colours";
-import { heardText } from "./heard";
+import { lastFrameText } from "./Narration";
 import { PieceInspector, Voices } from "./PieceInspector";
 import type { Session } from "./session";
 import { choose, useMat } from "./store";
@@ -30,7 +30,7 @@ export function Inspector({ session, words }: InspectorProps) {
   const car = chosen && "car" in chosen ? chosen.car : null;
   return (
     <div className={css.inspector}>
-      <div className={css.row}>
+      <div className={fields.row}>
         <CarPicker session={session} car={car} />
         {chosen && (
           <>
@@ -39,7 +39,7 @@ export function Inspector({ session, words }: InspectorProps) {
           </>
         )}
       </div>
-      <Held session={session} car={car} />
+      <DrivenCars session={session} car={car} />
       {car !== null && <CarInspector session={session} car={car} words={words} />}
       <PieceInspector />
       <Voices />
@@ -55,7 +55,7 @@ function CarPicker({ session, car }: { session: Session; car: number | null }) {
     session.watch();
   };
   return (
-    <div className={css.row}>
+    <div className={fields.row}>
       <ToolButton icon="left" label={t("mat.previousCar")} isDisabled={!cars} onPress={() => pick((car ?? 1) - 1)} />
       <NumberField
         className={classes(fields.field, fields.beside)}
@@ -80,7 +80,7 @@ function CarInspector({ session, car, words }: InspectorProps & { car: number })
   const leads = useMat(({ hello }) => hello?.leads?.includes(car) ?? false);
   return (
     <section aria-label={t("mat.car", { number: car })}>
-      <div className={css.row}>
+      <div className={fields.row}>
         <h3>
           {t("mat.car", { number: car })} · {leads ? t("mat.things.leader") : t("mat.things.follower")}
         </h3>
@@ -101,15 +101,15 @@ const NONE: readonly number[] = [];
 const MOST_NAMED = 12;
 
 /** The cars that were driven by hand and wait; a button lets the chosen one continue its program. */
-function Held({ session, car }: { session: Session; car: number | null }) {
+function DrivenCars({ session, car }: { session: Session; car: number | null }) {
   const { t } = useTranslation();
-  const held = useMat(({ state }) => state?.held ?? NONE);
-  if (!held.length) return null;
-  const named = held.slice(0, MOST_NAMED).join(", ") + (held.length > MOST_NAMED ? " …" : "");
+  const driven = useMat(({ state }) => state?.driven ?? NONE);
+  if (!driven.length) return null;
+  const named = driven.slice(0, MOST_NAMED).join(", ") + (driven.length > MOST_NAMED ? " …" : "");
   return (
-    <p >
-      {t("mat.held", { cars: named })}{" "}
-      {car !== null && held.includes(car) && (
+    <p>
+      {t("mat.driven", { cars: named })}{" "}
+      {car !== null && driven.includes(car) && (
         <Button className={classes(buttons.button, buttons.small)} onPress={() => session.send({ do: "resume", car })}>
           {t("mat.resume")}
         </Button>
@@ -129,7 +129,7 @@ function Place() {
 
 function Details({ details, words }: { details: CarDetails; words: readonly CompiledWord[] }) {
   const { t } = useTranslation();
-  const { word, values, hears, lost } = details;
+  const { word, values, last_frame: last, lost } = details;
   const losses = LOSS_REASONS.filter((why): why is Exclude<LossReason, ""> => why !== "").filter((why) => lost[why]);
   const colour = word === null ? undefined : colourWords(words).byWord.get(parseInt(word, 16));
   return (
@@ -147,8 +147,8 @@ function Details({ details, words }: { details: CarDetails; words: readonly Comp
           <Counter key={why} title={t(`mat.lost.${why}`)} count={lost[why] ?? 0} />
         ))}
       </dl>
-      {hears && (
-        <p>{heardText(hears)}</p>
+      {last && (
+        <p>{lastFrameText(last)}</p>
       )}
     </>
   );
@@ -170,10 +170,10 @@ interface FieldsProps {
 }
 
 function Fields({ hex, values, leads }: FieldsProps) {
-  const { formats, profileFigures } = useStudio();
-  if (!formats || !profileFigures) return null;
+  const profileFigures = useStudio((studio) => studio.profileFigures);
+  if (!profileFigures) return null;
   const word: CompiledWord = { hex, values, part: leads ? "leader" : "followers", block: null };
-  const shown = formats.control.filter(({ name }) => groupOf(name) !== "reserved" && groupOf(name) !== "parity");
+  const shown = FORMATS.control.filter(({ name }) => groupOf(name) !== "reserved" && groupOf(name) !== "parity");
   return (
     <ul className={css.fields}>
       {shown.map((field) => (

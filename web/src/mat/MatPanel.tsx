@@ -1,12 +1,12 @@
-import { useEffect, useState } from "react";
-import { Tab, TabList, TabPanel, Tabs } from "react-aria-components";
+import { useEffect, useState, memo } from "react";
+import { Tab, TabList, TabPanel, Tabs, Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { inLanguage } from "../i18n";
 import { useStudio } from "../state/studio";
 import { Timeline } from "../timeline/Timeline";
 import { CarsPanel } from "./CarsPanel";
-import { ToolButton } from "./fields";
+import { ToolButton, Choice } from "./fields";
 import { Inspector } from "./Inspector";
 import { MatCanvas } from "./MatCanvas";
 import { Narration } from "./Narration";
@@ -14,8 +14,11 @@ import { Palette } from "./Palette";
 import type { Scene } from "./scene";
 import { Session } from "./session";
 import { forgetEdits, redoEdit, undoEdit, useMat } from "./store";
-import { Transport } from "./Transport";
 import css from "./mat.module.css";
+import { clock } from "../timeline/events";
+import { Icon } from "../ui/icons";
+import fields from "./fields.module.css";
+import { classes } from "../ui/classes";
 
 const PANELS = ["swarm", "things", "timeline"] as const;
 const NO_WORDS: readonly CompiledWord[] = [];
@@ -108,5 +111,74 @@ function Panels({ session, words }: { session: Session; words: readonly Compiled
         <Timeline session={session} words={words} />
       </TabPanel>
     </Tabs>
+  );
+}
+
+const SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16];
+const FRACTIONS: Record<string, string> = { 0.25: "¼", 0.5: "½" };
+/** A single step that can be seen: a tick is a millisecond. */
+const STEP_MS = 100;
+
+export const Transport = memo(function Transport({ session }: { session: Session }) {
+  const { t } = useTranslation();
+  const playing = useMat(({ state }) => state?.playing ?? false);
+  const tMs = useMat((now) => now.tMs);
+  const past = useMat((now) => now.past);
+  const cars = useMat(({ hello }) => hello?.cars ?? 0);
+  const tickMs = useMat(({ hello }) => hello?.tick_ms ?? 1);
+  const empty = cars === 0;
+  return (
+    <div className={css.transport} role="group" aria-label={t("mat.transport")}>
+      <Button
+        id="mat-play"
+        className={classes(fields.button, fields.main, fields.wide)}
+        isDisabled={empty}
+        onPress={() => (playing ? session.send({ do: "pause" }) : session.play())}
+      >
+        <Icon name={playing ? "pause" : "play"} />
+        <span>{playing ? t("mat.pause") : t("mat.play")}</span>
+      </Button>
+      <ToolButton
+        icon="step"
+        label={t("mat.step")}
+        isDisabled={empty}
+        onPress={() => session.send({ do: "step", ticks: Math.max(1, Math.round(STEP_MS / tickMs)) })}
+      />
+      <ToolButton icon="reset" label={t("mat.reset")} isDisabled={empty} onPress={() => session.reset()} />
+      <Speed session={session} />
+      <output className={css.clock} data-past={past || undefined} aria-label={t("mat.time")}>
+        {clock(tMs)}
+      </output>
+      <span className={css.say}>
+        <VoiceButton session={session} word="stop" label={t("mat.sayStop")} text={t("mat.stop")} isDisabled={empty} />
+        <VoiceButton session={session} word="go" label={t("mat.sayGo")} text={t("mat.go")} isDisabled={empty} />
+      </span>
+    </div>
+  );
+});
+
+interface VoiceButtonProps {
+  session: Session;
+  word: "stop" | "go";
+  label: string;
+  text: string;
+  isDisabled: boolean;
+}
+
+function VoiceButton({ session, word, label, text, isDisabled }: VoiceButtonProps) {
+  return <ToolButton icon={word} label={label} wide={text} isDisabled={isDisabled} onPress={() => session.send({ do: "say", word })} />;
+}
+
+function Speed({ session }: { session: Session }) {
+  const { t } = useTranslation();
+  const speed = useMat((now) => now.speed);
+  return (
+    <Choice
+      label={t("mat.speed")}
+      value={String(speed)}
+      all={SPEEDS.map(String)}
+      name={(each) => `${FRACTIONS[each] ?? each}×`}
+      onChange={(each) => session.setSpeed(Number(each))}
+    />
   );
 }

@@ -2,6 +2,8 @@ import i18next from "i18next";
 import { memo, useEffect, useState } from "react";
 import { useTranslation } from "react-i18next";
 import { Flag, type Picture, type WorldState } from "../api/world";
+import type { ReceivedFrame } from "../generated/messages";
+import { clock } from "../timeline/events";
 import { ToolSwitch } from "./fields";
 import type { Session } from "./session";
 import { useMat } from "./store";
@@ -123,3 +125,9 @@ export const Narration = memo(function Narration({ session }: { session: Session
     </div>
   );
 });
+
+/** The last frame that a car received: its control word, sender and time, and of a tagged frame its tag and check. */
+export function lastFrameText({ word, tag, check, car, t_ms }: ReceivedFrame): string {
+  const frame = { word: word.toUpperCase(), car, time: clock(t_ms) };
+  return tag ? i18next.t("mat.lastTaggedFrame", { ...frame, tag, check }) : i18next.t("mat.lastFrame", frame);
+}

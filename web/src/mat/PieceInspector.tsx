@@ -4,7 +4,7 @@ import { useStudio } from "../state/studio";
 import { canGrow, canLose, FURNITURE, handlesOf, listOf, type Mat, type Person, pieceOf, type PieceId, reshaped, retimed, type Voice, without, withoutPoint, withPointAfter, withRepeats } from "./document";
 import { Quantity, ToolButton, ToolSwitch } from "./fields";
 import { choose, editMat, endEdit, useMat } from "./store";
-import css from "./mat.module.css";
+import fields from "./fields.module.css";
 import controls from "../ui/controls.module.css";
 import { classes } from "../ui/classes";
 
@@ -22,7 +22,7 @@ export function PieceInspector() {
   return (
     <>
       <ListBox
-        className={css.things}
+        className={fields.things}
         aria-label={t("mat.furniture")}
         selectionMode="single"
         selectedKeys={piece ? [key(piece)] : []}
@@ -32,7 +32,7 @@ export function PieceInspector() {
         }}
       >
         {all.map((each) => (
-          <ListBoxItem key={key(each)} id={key(each)} className={css.thing}>
+          <ListBoxItem key={key(each)} id={key(each)} className={fields.thing}>
             {t(`mat.things.${each.kind}`)} {each.place + 1}
           </ListBoxItem>
         ))}
@@ -50,7 +50,7 @@ function Points({ id }: { id: PieceId }) {
   const points = handlesOf(id.kind, piece);
   const path = id.kind === "person" ? (piece as Person).path : null;
   return (
-    <div className={css.points}>
+    <div className={fields.points}>
       {path && (
         <ToolSwitch
           label={t("mat.repeats")}
@@ -59,7 +59,7 @@ function Points({ id }: { id: PieceId }) {
         />
       )}
       {points.slice(0, MOST_POINTS).map(([x, y], handle) => (
-        <div key={handle} className={css.row} role="group" aria-label={t("mat.point", { number: handle + 1 })}>
+        <div key={handle} className={fields.row} role="group" aria-label={t("mat.point", { number: handle + 1 })}>
           <b aria-hidden="true">{handle + 1}</b>
           {path && (
             <Quantity
@@ -151,7 +151,7 @@ function OneVoice({ number, voice, middle, onChange, onRemove }: OneVoiceProps) 
   const toggle = (on: boolean) =>
     onChange(on ? without(voice, "centre_m", "radius_m") : { ...voice, centre_m: middle, radius_m: HEARD_M });
   return (
-    <div className={classes(css.row, css.voice)} role="group" aria-label={t("mat.voice", { number })}>
+    <div className={classes(fields.row, fields.voice)} role="group" aria-label={t("mat.voice", { number })}>
       {WORDS.map((each) => (
         <ToolButton
           key={each}

@@ -2,10 +2,8 @@
 
 import { Container, Graphics, Sprite } from "pixi.js";
 import { NO_LED, type Picture } from "../api/world";
-import { carColour, LEDS, type WordColours } from "./colours";
-import type { Drawn } from "./motion";
+import { carColour, LEDS, type WordColours, type MatTheme } from "./colours";
 import type { Textures } from "./textures";
-import type { MatTheme } from "./colours";
 
 /** The least size on the screen, so that cars stay visible on a large mat. */
 const LEAST_PX = 9;
@@ -120,4 +118,71 @@ function centred(texture: Sprite["texture"]): Sprite {
 function place(sprite: Sprite, x: number, y: number, side: number): void {
   sprite.position.set(x, y);
   sprite.scale.set(side / sprite.texture.width);
+}
+
+/** A car that moves farther from one picture to the next was lifted: none drives so fast. */
+const LIFTED_M = 0.5;
+
+export interface Drawn {
+  x: Float32Array;
+  y: Float32Array;
+  heading: Float32Array;
+}
+
+function placesOf(cars: number): Drawn {
+  const make = () => new Float32Array(cars);
+  return { x: make(), y: make(), heading: make() };
+}
+
+export class Motion {
+  private before: Picture | null = null;
+  private now: Picture | null = null;
+  private arrivedAt = 0;
+  private interval = 33;
+  drawn: Drawn = placesOf(0);
+
+  get picture(): Picture | null {
+    return this.now;
+  }
+
+  take(picture: Picture, atMs: number): void {
+    const continues = this.now?.cars === picture.cars && !picture.fresh && !picture.past && !this.now.past;
+    this.before = continues ? this.now : null;
+    // A long pause between two pictures must not slow the next drawing down.
+    if (continues) this.interval += (Math.min(100, Math.max(16, atMs - this.arrivedAt)) - this.interval) / 4;
+    this.now = picture;
+    this.arrivedAt = atMs;
+    if (this.drawn.x.length !== picture.cars) {
+      this.drawn = placesOf(picture.cars);
+    }
+  }
+
+  /** Forget the pictures: there are other cars now. */
+  forget(): void {
+    this.before = this.now = null;
+    this.drawn = placesOf(0);
+  }
+
+  /** Compute `drawn` for this moment; true if a later moment would differ. */
+  advance(atMs: number): boolean {
+    if (!this.now) return false;
+    const share = this.before ? Math.min(1, (atMs - this.arrivedAt) / this.interval) : 1;
+    between(this.before ?? this.now, this.now, share, this.drawn);
+    return share < 1;
+  }
+}
+
+export function between(a: Picture, b: Picture, share: number, drawn: Drawn): void {
+  for (let k = 0; k < b.cars; k++) {
+    const dx = b.x[k]! - a.x[k]!;
+    const dy = b.y[k]! - a.y[k]!;
+    const part = Math.abs(dx) > LIFTED_M || Math.abs(dy) > LIFTED_M ? 1 : share;
+    drawn.x[k] = a.x[k]! + dx * part;
+    drawn.y[k] = a.y[k]! + dy * part;
+    drawn.heading[k] = a.heading[k]! + shortestTurn(b.heading[k]! - a.heading[k]!) * part;
+  }
+}
+
+export function shortestTurn(radians: number): number {
+  return radians - 2 * Math.PI * Math.round(radians / (2 * Math.PI));
 }

@@ -1,10 +1,9 @@
 import { describe, expect, it } from "vitest";
 import { boxOf, fitted, panned, scaleBar, toScreen, toWorld, zoomed } from "./camera";
 import type { Mat } from "./document";
-import { Motion } from "./motion";
+import { Motion } from "./carLayer";
 import { gripAt, type Sight } from "./pointer";
 import { pictureOf } from "./testPictures";
-
 
 const SIZE = { width: 800, height: 600 };
 const CAMERA = { x: 1, y: 2, scale: 100 };

@@ -1,6 +1,6 @@
 import { expect, it } from "vitest";
 import { changeLanguage, startLanguages } from "../i18n";
-import { describe, Losses, Pace, summarize } from "./Narration";
+import { describe, lastFrameText, Losses, Pace, summarize } from "./Narration";
 import { pictureOf } from "./testPictures";
 
 startLanguages();
@@ -51,8 +51,25 @@ it("losses are those of the last seconds, and start at zero with each world", ()
   const losses = new Losses(5000);
   const take = (t_ms: number, lost: number) => {
     const counts = { frames: 99, lost_parity: lost, lost_collision: 1 };
-    return losses.take({ is: "state", playing: true, speed: 1, t_ms, shown_ms: null, earliest_ms: 0, seed: 0, counts, rate: 1, held: [] });
+    return losses.take({ is: "state", playing: true, speed: 1, t_ms, shown_ms: null, earliest_ms: 0, seed: 0, counts, rate: 1, driven: [] });
   };
   expect([take(0, 0), take(2000, 3), take(6000, 4), take(9000, 4)]).toEqual([0, 3, 4, 1]);
   expect([take(0, 0), take(100, 2)]).toEqual([0, 2]);
+});
+
+const BARE = { word: "c0280000", tag: 0, check: 0, car: 3, t_ms: 65_000 };
+const TAGGED = { ...BARE, tag: 5, check: 28 };
+
+it("shows the word, the sender and the time of the last frame", () => {
+  changeLanguage("en");
+  expect(lastFrameText(BARE)).toBe("Heard last: C0280000 from car 3 at 1:05.0");
+});
+
+it("names tag and check of a tagged frame, in both languages", () => {
+  changeLanguage("en");
+  expect(lastFrameText(TAGGED)).toBe("Heard last: C0280000 with tag 5 and check 28 from car 3 at 1:05.0");
+  changeLanguage("zh");
+  expect(lastFrameText(TAGGED)).toBe("最近收到：C0280000，标签 5，校验码 28，来自小车 3，时间 1:05.0");
+  expect(lastFrameText(BARE)).not.toContain("标签");
+  changeLanguage("en");
 });

@@ -2,7 +2,7 @@
 
 import { panned, toWorld, zoomed } from "./camera";
 import { type Disc, FURNITURE, handlesOf, listOf, type Mat, type Person, personAt, pieceOf, type Piece, type PieceId, type Point, type Polygon, type Wall } from "./document";
-import type { Drawn } from "./motion";
+import type { Drawn } from "./carLayer";
 import type { Scene } from "./scene";
 import type { Chosen } from "./store";
 

@@ -3,16 +3,12 @@
 import "pixi.js/unsafe-eval";
 import { autoDetectRenderer, Container, type Renderer } from "pixi.js";
 import type { Hello, Picture } from "../api/world";
-import { AirLayer } from "./traceLayers";
+import { AirLayer, TrackLayer, FurnitureLayer } from "./layers";
 import { boxOf, type Camera, fitted, type Size } from "./camera";
-import { CarLayer } from "./carLayer";
-import type { WordColours } from "./colours";
+import { CarLayer, Motion } from "./carLayer";
+import { type WordColours, type MatTheme, readTheme, watchTheme } from "./colours";
 import type { Mat, PieceId } from "./document";
-import { FurnitureLayer } from "./furnitureLayer";
-import { Motion } from "./motion";
 import { makeTextures } from "./textures";
-import { type MatTheme, readTheme, watchTheme } from "./colours";
-import { TrackLayer } from "./traceLayers";
 
 /** Where a drawing takes longer, no positions between two pictures are drawn. */
 const SLOW_MS = 14;

@@ -9,9 +9,9 @@ import { useStudio } from "../state/studio";
 import { IconButton, Sheet } from "../ui/controls";
 import { attempt, saveToLibrary, shareLink } from "./actions";
 import { replaceBy } from "./project";
-import css from "./projects.module.css";
 import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
+import css from "../app/dialogs.module.css";
 import { classes } from "../ui/classes";
 
 function useMoment(): (moment: string) => string {

@@ -7,7 +7,7 @@ import { liveWorkspaces } from "../blocks/workspaces";
 import { inLanguage } from "../i18n";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
-import { wordsCsv } from "../words/csv";
+import { wordsCsv } from "../words/bits";
 import { markSaved, markUnsaved, openProject, replaceBy } from "./project";
 import { fragmentOf, projectIn } from "./share";
 
@@ -73,10 +73,10 @@ export function openSharedLink(): Promise<void> {
 }
 
 export function exportCsv(): void {
-  const { compiled, formats, name } = useStudio.getState();
-  if (!compiled?.words.length || !formats) notify(i18next.t("export.noWords"), "warning");
+  const { compiled, name } = useStudio.getState();
+  if (!compiled?.words.length) notify(i18next.t("export.noWords"), "warning");
   // Spreadsheets take a file for UTF-8 by its mark.
-  else download(fileName(name, ".csv"), `\ufeff${wordsCsv(compiled.words, formats)}`, "text/csv;charset=utf-8");
+  else download(fileName(name, ".csv"), `\ufeff${wordsCsv(compiled.words)}`, "text/csv;charset=utf-8");
 }
 
 export async function exportPicture(kind: "svg" | "png"): Promise<void> {

@@ -5,7 +5,7 @@
  * over by the next tab that is opened.
  */
 
-import { uniqueName } from "../api/names";
+import { uniqueName } from "../api/world";
 import type { OpenedProject, WorkspaceState } from "../api/types";
 import { type Studio, useStudio } from "../state/studio";
 import { sameProject } from "./project";

@@ -1,8 +1,7 @@
 import type { CarTelemetry } from "../generated/remote";
 import buttons from "../ui/buttons.module.css";
 import { Icon } from "../ui/icons";
-import { link } from "./driving";
-import { useRemote } from "./link";
+import { link, useRemote } from "./link";
 import css from "./remote.module.css";
 import { type Key, useLanguage, useTexts } from "./texts";
 

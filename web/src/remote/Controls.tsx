@@ -2,9 +2,8 @@ import { type PointerEvent, useRef, useState } from "react";
 import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
 import { Icon } from "../ui/icons";
-import { deadman, FIRST_LIMIT, link } from "./driving";
+import { deadman, FIRST_LIMIT, link, useRemote } from "./link";
 import { AT_REST, type Axes, fingerAxes } from "./input";
-import { useRemote } from "./link";
 import css from "./remote.module.css";
 import { useTexts } from "./texts";
 

@@ -4,8 +4,7 @@ import { THEMES, useSettings, type ThemeName } from "../state/settings";
 import { Icon } from "../ui/icons";
 import { CarList, Notices, useCarName } from "./Cars";
 import { Controls, Stick, Stop } from "./Controls";
-import { address } from "./driving";
-import { useRemote } from "./link";
+import { address, useRemote } from "./link";
 import css from "./remote.module.css";
 import { changeLanguage, LANGUAGES, nameOf, useLanguage, useTexts } from "./texts";
 

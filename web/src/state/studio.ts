@@ -1,7 +1,7 @@
 /** The open project, what it was compiled to, and which part of the page is shown. */
 
 import { create } from "zustand";
-import type { Capabilities, Compiled, EditorName, Formats, Profile, WorkspaceState } from "../api/types";
+import type { Capabilities, Compiled, EditorName, Profile, WorkspaceState } from "../api/types";
 import type { Mat } from "../mat/document";
 
 export interface Selection {
@@ -30,7 +30,6 @@ export interface Studio {
   generation: number;
 
   profileFigures: Profile | null;
-  formats: Formats | null;
   /** What the shell that answers can do. */
   capabilities: Capabilities | null;
   compiled: Compiled | null;
@@ -61,7 +60,6 @@ export const useStudio = create<Studio>(() => ({
   unsaved: false,
   generation: 0,
   profileFigures: null,
-  formats: null,
   capabilities: null,
   compiled: null,
   selection: null,

@@ -13,7 +13,7 @@ import { CutOffError, hasWebSerial, requestPort, transfer, transferBySerial, typ
 import { Icon } from "../ui/icons";
 import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
-import css from "./upload.module.css";
+import css from "../app/dialogs.module.css";
 import { classes } from "../ui/classes";
 
 /** The value of the choice 'a port of this browser'. */

@@ -1,11 +1,11 @@
 import { memo, type CSSProperties, type KeyboardEvent, type RefObject, useEffect, useRef, useState } from "react";
 import { flushSync } from "react-dom";
 import { useTranslation } from "react-i18next";
-import type { CompiledWord, EditorName, Field, Formats, Profile } from "../api/types";
+import type { CompiledWord, EditorName, Field, Profile } from "../api/types";
 import { showBlock, withInner } from "../blocks/workspaces";
+import { FORMATS } from "../generated/steps";
 import { useStudio } from "../state/studio";
-import { bitsOf, blockOf, colourOf, hasBlockIn, isLit, isNarrow, spansOf } from "./bits";
-import { fieldMeaning } from "./meaning";
+import { bitsOf, blockOf, colourOf, hasBlockIn, isLit, isNarrow, spansOf, fieldMeaning } from "./bits";
 import controls from "../ui/controls.module.css";
 import css from "./words.module.css";
 
@@ -118,12 +118,10 @@ const WordRow = memo(function WordRow(props: WordRowProps) {
 
 interface WordTableProps {
   words: readonly CompiledWord[];
-  formats: Formats;
   profile: Profile;
 }
 
-const fieldsOf = (formats: Formats, word: CompiledWord): Field[] =>
-  word.part === "header" ? formats.header : formats.control;
+const fieldsOf = ({ part }: CompiledWord): readonly Field[] => FORMATS[part === "header" ? "header" : "control"];
 const clamp = (value: number, most: number) => Math.max(0, Math.min(most, value));
 const NOTHING: ReadonlySet<string> = new Set();
 
@@ -134,7 +132,7 @@ function useLitBlocks(): { editor: EditorName | null; blocks: ReadonlySet<string
 }
 
 /** The image's words. Arrow keys walk through its fields; Enter or a click leads to a field's block. */
-export function WordTable({ words, formats, profile }: WordTableProps) {
+export function WordTable({ words, profile }: WordTableProps) {
   const { t } = useTranslation();
   const [place, setPlace] = useState<Place>({ row: 0, field: 0 });
   const scroller = useRef<HTMLDivElement>(null);
@@ -142,7 +140,7 @@ export function WordTable({ words, formats, profile }: WordTableProps) {
   const { editor, blocks } = useLitBlocks();
   const row = clamp(place.row, words.length - 1);
   const word = words[row]!;
-  const field = fieldsOf(formats, word)[clamp(place.field, fieldsOf(formats, word).length - 1)]!;
+  const field = fieldsOf(word)[clamp(place.field, fieldsOf(word).length - 1)]!;
 
   useEffect(() => {
     const lit = words.findIndex((each) => each.part === editor && each.block !== null && blocks.has(each.block));
@@ -167,7 +165,7 @@ export function WordTable({ words, formats, profile }: WordTableProps) {
     if (step || event.key === " ") event.preventDefault();
     if (!step) return;
     const nextRow = clamp(row + step[0], words.length - 1);
-    const most = fieldsOf(formats, words[nextRow]!).length - 1;
+    const most = fieldsOf(words[nextRow]!).length - 1;
     bringIntoView(nextRow);
     setPlace({ row: nextRow, field: clamp(Math.min(place.field, most) + step[1], most), walked: true });
   };
@@ -176,8 +174,8 @@ export function WordTable({ words, formats, profile }: WordTableProps) {
     <>
       <div className={css.scroller} ref={scroller}>
         <div className={css.tableHead} aria-hidden="true">
-          {spansOf(formats.control).map(({ group, fields }, index) => (
-            <span key={index} className={css.span} data-narrow={isNarrow(formats.control, fields[0]!) || undefined} style={{ "--bits": fields.at(0)!.high - fields.at(-1)!.low + 1, "--gaps": fields.length - 1 } as CSSProperties}>
+          {spansOf(FORMATS.control).map(({ group, fields }, index) => (
+            <span key={index} className={css.span} data-narrow={isNarrow(FORMATS.control, fields[0]!) || undefined} style={{ "--bits": fields.at(0)!.high - fields.at(-1)!.low + 1, "--gaps": fields.length - 1 } as CSSProperties}>
               <small>{t(`groups.${group}`)}</small>
             </span>
           ))}
@@ -189,7 +187,7 @@ export function WordTable({ words, formats, profile }: WordTableProps) {
                 key={first + index}
                 index={first + index}
                 word={each}
-                fields={fieldsOf(formats, each)}
+                fields={fieldsOf(each)}
                 profile={profile}
                 lit={each.part === editor && hasBlockIn(each, blocks) ? blocks : NOTHING}
                 place={first + index === row ? place : null}

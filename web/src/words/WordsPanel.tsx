@@ -76,7 +76,6 @@ function Diagnostics({ diagnostics }: { diagnostics: readonly Diagnostic[] }) {
 export function WordsPanel() {
   const { t } = useTranslation();
   const compiled = useStudio((studio) => studio.compiled);
-  const formats = useStudio((studio) => studio.formats);
   const profile = useStudio((studio) => studio.profileFigures);
   const followed = useStudio((studio) => studio.followers !== null);
 
@@ -101,8 +100,8 @@ export function WordsPanel() {
         )}
       </header>
       {compiled && compiled.diagnostics.length > 0 && <Diagnostics diagnostics={compiled.diagnostics} />}
-      {compiled && compiled.words.length > 0 && formats && profile ? (
-        <WordTable words={compiled.words} formats={formats} profile={profile} />
+      {compiled && compiled.words.length > 0 && profile ? (
+        <WordTable words={compiled.words} profile={profile} />
       ) : (
         <p className={css.empty}>{t("words.none")}</p>
       )}

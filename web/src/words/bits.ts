@@ -1,7 +1,9 @@
-/** A word's bits, field by field, and which block each belongs to. */
+/** A word's bits, field by field: which block each belongs to, what its value means to the car, and a table for a spreadsheet. */
 
-import type { CompiledWord, Field } from "../api/types";
-import { HUES, WORD_FIELDS } from "../generated/steps";
+import type { CompiledWord, Field, Profile } from "../api/types";
+import { FORMATS, HUES, WORD_FIELDS } from "../generated/steps";
+import i18next from "i18next";
+import { durationMeaning, dwellMeaning, levelMeaning } from "../blocks/figures";
 
 type StepField = keyof typeof WORD_FIELDS;
 export type Group = (typeof WORD_FIELDS)[StepField]["group"] | "count" | "dwell" | "infrared" | "reserved" | "parity";
@@ -82,4 +84,71 @@ export function spansOf(fields: readonly Field[]): Span[] {
     else spans.push({ group, fields: [field] });
   }
   return spans;
+}
+
+/** Whether it is a header word whose follower words travel with a tag. */
+const isTagged = (word: CompiledWord) => word.part === "header" && word.values.reserved === 1;
+
+const sentFor = (word: CompiledWord, dwell: string) => (isTagged(word) ? i18next.t("meaning.dwellTagged", { dwell }) : dwell);
+
+function valueMeaning(word: CompiledWord, field: string, value: number, profile: Profile): string {
+  const declared = stepField(field);
+  if (declared) {
+    switch (declared.meaning) {
+      case "choice":
+        return i18next.t(`blocks.${declared.options[value] ?? declared.options[0]}`);
+      case "level": {
+        const turning = word.values.motor_direction === 1 || word.values.motor_direction === 2;
+        return levelMeaning(profile, declared.menu, value, turning);
+      }
+      case "duration":
+        return durationMeaning(profile, value);
+      case "flag":
+        return i18next.t(value ? "blocks.yes" : "blocks.no");
+    }
+  }
+  switch (field) {
+    case "leader_states":
+    case "follower_words":
+      return String(value);
+    case "dwell":
+      return value === 0 ? i18next.t("meaning.nothing") : sentFor(word, dwellMeaning(profile, Math.log2(value)));
+    case "reserved":
+      return i18next.t(isTagged(word) ? "meaning.tagged" : "meaning.reserved");
+    case "parity":
+      return i18next.t("meaning.parity");
+    default:
+      return i18next.t(value ? "blocks.yes" : "blocks.no");
+  }
+}
+
+/** The whole of it in a line: which bits, whose they are, what they say. */
+export function fieldMeaning(word: CompiledWord, field: Field, profile: Profile): string {
+  const value = word.values[field.name] ?? 0;
+  const bits = field.high === field.low ? String(field.high) : `${field.high}–${field.low}`;
+  const meaning = valueMeaning(word, field.name, value, profile);
+  return i18next.t(meaning === String(value) ? "words.count" : "words.field", {
+    bits,
+    title: i18next.t(`fields.${field.name}`),
+    value,
+    meaning,
+  });
+}
+
+const cell = (value: string | number) => {
+  const text = String(value);
+  return /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+};
+
+/** A line for each word: its index, part, bytes, bits, and every field of both formats. */
+export function wordsCsv(words: readonly CompiledWord[]): string {
+  const fields = [...FORMATS.header.filter(({ name }) => name !== "reserved"), ...FORMATS.control].map(({ name }) => name);
+  const lines = words.map((word, index) => [
+    index,
+    word.part,
+    `0x${word.hex.toUpperCase()}`,
+    parseInt(word.hex, 16).toString(2).padStart(32, "0"),
+    ...fields.map((name) => word.values[name] ?? ""),
+  ]);
+  return [["index", "part", "hex", "bits", ...fields], ...lines].map((line) => line.map(cell).join(",") + "\r\n").join("");
 }

@@ -1,9 +1,8 @@
 import { describe, expect, it } from "vitest";
-import type { CompiledWord, Field, Formats } from "../api/types";
-import { bitsOf, blockOf, isLit, sharedWords, spansOf } from "./bits";
-import { wordsCsv } from "./csv";
+import type { CompiledWord, Field } from "../api/types";
+import { bitsOf, blockOf, isLit, sharedWords, spansOf, wordsCsv } from "./bits";
 
-const field = (name: string, high: number, low = high): Field => ({ name, high, low, title: { en: name, zh: name } });
+const field = (name: Field["name"], high: number, low = high): Field => ({ name, high, low });
 const control = [
   field("accept_ir", 31),
   field("motor_enable", 29),
@@ -12,8 +11,6 @@ const control = [
   field("reserved", 11, 1),
   field("parity", 0),
 ];
-const formats: Formats = { header: [field("leader_states", 31, 24), field("reserved", 7, 0)], control };
-
 const word: CompiledWord = {
   hex: "b0200001",
   part: "leader",
@@ -61,9 +58,12 @@ describe("words after an edit", () => {
 
 describe("the word table as CSV", () => {
   it("has a column for each field and a line for each word", () => {
-    const lines = wordsCsv([word], formats).split("\r\n");
-    expect(lines[0]).toBe("index,part,hex,bits,leader_states,accept_ir,motor_enable,motor_direction,led_which,reserved,parity");
-    expect(lines[1]).toBe("0,leader,0xB0200001,10110000001000000000000000000001,,1,1,2,1,,");
+    const lines = wordsCsv([word]).split("\r\n");
+    expect(lines[0]).toBe([
+      "index,part,hex,bits,leader_states,follower_words,dwell,accept_ir,forward,motor_enable,motor_direction,motor_speed,motor_duration",
+      "led_which,led_duration,avoid_enable,avoid_radius,avoid_duration,voice,pir,reserved,parity",
+    ].join());
+    expect(lines[1]).toBe("0,leader,0xB0200001,10110000001000000000000000000001,,,,1,,1,2,,,1,,,,,,,,");
     expect(lines[2]).toBe("");
   });
 });

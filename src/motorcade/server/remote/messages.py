@@ -38,7 +38,7 @@ class Drive(_Message):
     Attributes:
         throttle: -1 full speed back to 1 full speed ahead.
         steering: -1 full left to 1 full right.
-        number: the page's own count; the answer `Heard` has it.
+        number: the page's own count; the answer `Received` has it.
     """
 
     cars: Names
@@ -149,10 +149,10 @@ class Telemetry(_Answer):
     cars: dict[str, CarTelemetry]
 
 
-class Heard(_Answer):
+class Received(_Answer):
     """The number of the newest Drive that the server received."""
 
     number: int
 
 
-RemoteAnswer = Hello | Telemetry | Heard | Refused
+RemoteAnswer = Hello | Telemetry | Received | Refused

@@ -32,7 +32,7 @@ class PageSession:
     """
 
     def __init__(self, socket: WebSocket, fleet: Fleet, settings: ServerSettings) -> None:
-        self._page = PageSocket(socket, settings, (messages.Hello, messages.Telemetry, messages.Heard))
+        self._page = PageSocket(socket, settings, (messages.Hello, messages.Telemetry, messages.Received))
         self._fleet = fleet
         host, port = socket.client or ("?", 0)
         self._name = f"{host}:{port}"
@@ -121,7 +121,7 @@ class PageSession:
             for name in stick.cars:
                 if name in self._controls:
                     self._controls[name].steer(stick.throttle, stick.steering)
-            self._page.put(messages.Heard(stick.number))
+            self._page.put(messages.Received(stick.number))
 
     async def _send_telemetry(self) -> None:
         """Send the telemetry of the page's cars, ten times a second."""

@@ -22,7 +22,7 @@ from motorcade.service.history import EVENT_BYTES, EVERY_MS, HEARD, LOST, NO_IND
 from motorcade.service.messages import MatDocument
 from motorcade.service.playback import SimulatedWorld
 from motorcade.service.programs import profile_named
-from motorcade.service.world_messages import CarDetails, HeardFrame, Hello, SetWorld
+from motorcade.service.world_messages import CarDetails, Hello, ReceivedFrame, SetWorld
 from motorcade.words.formats import CONTROL, FRAME
 from motorcade.words.image import bytes_to_words, parse_image_bytes, words_to_bytes
 from motorcade.words.infrared import word_of
@@ -334,5 +334,5 @@ class _Counters:
             "frames": int(self._frames[car]),
             "heard": heard,
             "lost": {why: int(self._lost[k, car]) for k, why in enumerate(LOSS_REASONS) if why},
-            "hears": HeardFrame(f"{word_of(frame):08x}", on_air.tag, on_air.check, sender, t_ms) if heard else None,
+            "last_frame": ReceivedFrame(f"{word_of(frame):08x}", on_air.tag, on_air.check, sender, t_ms) if heard else None,
         }
