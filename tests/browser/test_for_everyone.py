@@ -184,3 +184,43 @@ def test_a_theme_reaches_page_and_blocks_and_is_remembered(open_page, theme, opt
     assert all(old != new for old, new in zip(before, [body.screenshot(), block.screenshot()], strict=True))
     studio.page.reload()
     expect(studio.page.locator(f"[data-theme={theme}]")).to_have_count(1)
+
+
+def test_what_the_service_cannot_do_is_not_offered(open_page) -> None:
+    none = {"serial_ports": False, "downloads": False, "films": False, "driving": False, "real_cars": False}
+    ports = [{"port": "/dev/ttyUSB0", "description": "", "kind": "serial"}]
+    ports.append({"port": "virtual", "description": "", "kind": "virtual"})
+    studio = open_page(project=FOLLOWED)
+    studio.page.route("**/api/ports", lambda route: route.fulfill(json=ports))
+    offered = (
+        studio.page.get_by_role("link", name=studio.say("mat.drive")),
+        studio.page.get_by_role("button", name=studio.say("timeline.download")),
+        studio.page.get_by_text("/dev/ttyUSB0"),
+        studio.page.get_by_role("button", name=studio.say("upload.look")),
+    )
+
+    def look_for_all(count: int, most_followers: int) -> None:
+        """Open the parts of the page that have what is ``offered``: each of it is there ``count`` times."""
+        drive, download, port, look = offered
+        studio.page.get_by_role("tab", name=studio.say("mat.panels.swarm")).click()
+        followers = studio.page.get_by_role("textbox", name=studio.say("mat.followers"), exact=True)
+        followers.fill("9999")
+        followers.press("Enter")
+        expect(followers).to_have_value(str(most_followers))
+        followers.fill("2")
+        followers.press("Enter")
+        studio.choose_car(1)
+        expect(drive).to_have_count(count)
+        studio.page.get_by_role("tab", name=studio.say("mat.panels.timeline")).click()
+        expect(download).to_have_count(count)
+        open_dialog(studio, "upload")
+        expect(studio.page.get_by_text(studio.say("upload.virtual"), exact=True)).to_be_visible()
+        expect(port).to_have_count(count)
+        expect(look).to_have_count(count)
+        studio.page.keyboard.press("Escape")
+
+    look_for_all(1, 1000)
+    studio.page.route("**/api/capabilities", lambda route: route.fulfill(json=none | {"most_cars": 6}))
+    studio.page.reload()
+    studio.wait_until_ready()
+    look_for_all(0, 5)

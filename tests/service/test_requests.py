@@ -27,6 +27,16 @@ from support.strategies import programs
 MAT = {"format": "motorcade-mat/1", "name": "a table", "car": [{"at_m": [0, 0], "role": "leader"}]}
 
 
+CAPABILITIES = {
+    "serial_ports": False,
+    "downloads": False,
+    "films": False,
+    "driving": False,
+    "real_cars": False,
+    "most_cars": 100,
+}
+
+
 @pytest.fixture
 def folder(tmp_path):
     return tmp_path / "library"
@@ -34,7 +44,7 @@ def folder(tmp_path):
 
 @pytest.fixture
 def context(folder):
-    capabilities = Capabilities(serial_ports=False, films=False, real_cars=False, most_cars=100)
+    capabilities = Capabilities(**CAPABILITIES)
     return Context(capabilities, FolderStorage(folder), list)
 
 
@@ -277,7 +287,7 @@ def test_the_gallery_is_in_every_language(ask):
 
 
 def test_capabilities_are_those_of_the_shell(ask):
-    assert ask("capabilities") == {"serial_ports": False, "films": False, "real_cars": False, "most_cars": 100}
+    assert ask("capabilities") == CAPABILITIES
 
 
 # The projects of the library.

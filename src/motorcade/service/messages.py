@@ -34,13 +34,17 @@ class Capabilities(Struct):
 
     Attributes:
         serial_ports: the shell has serial ports of its own, lists them, and uploads through them.
+        downloads: the events of a run can be downloaded as a file.
         films: runs can be downloaded as films.
+        driving: the cars of a world can be driven on the page /drive.
         real_cars: the remote drives real cars beside the simulated ones.
         most_cars: the most cars in one world.
     """
 
     serial_ports: bool
+    downloads: bool
     films: bool
+    driving: bool
     real_cars: bool
     most_cars: int
 

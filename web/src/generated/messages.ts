@@ -25,7 +25,9 @@ export type Nothing = Record<string, never>;
 /** What this shell can do beyond what every shell can; the page offers nothing else. */
 export interface Capabilities {
   serial_ports: boolean;
+  downloads: boolean;
   films: boolean;
+  driving: boolean;
   real_cars: boolean;
   most_cars: number;
 }

@@ -3,7 +3,7 @@ import { Input, Label, NumberField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { useStudio } from "../state/studio";
 import { startHere } from "./actions";
-import { carsOf, followersAt, MOST_FOLLOWERS, MOST_ONE_BY_ONE, positionOf, SLIDER_STEPS, withFollowers } from "./cars";
+import { carsOf, followersAt, MOST_FOLLOWERS, MOST_ONE_BY_ONE, positionOf, withFollowers } from "./cars";
 import { lossOf, type Mat, withLoss } from "./document";
 import type { Session } from "./session";
 import { editMat, endEdit, useMat } from "./store";
@@ -11,7 +11,6 @@ import { NumberSlider, ToolButton, ToolSwitch } from "./fields";
 import fields from "./fields.module.css";
 import { classes } from "../ui/classes";
 
-const SCALE = { positions: SLIDER_STEPS, positionOf, valueAt: followersAt };
 const MOST_LOSS = 0.95;
 const MOST_RANGE_MM = 5000;
 const MOST_SEED = 2 ** 32 - 1;
@@ -63,13 +62,17 @@ export const CarsPanel = memo(function CarsPanel({ session }: { session: Session
 function Followers() {
   const { t } = useTranslation();
   const mat = useStudio(({ mat }) => mat);
+  const mostCars = useStudio(({ capabilities }) => capabilities?.most_cars ?? MOST_FOLLOWERS);
   const base = useRef<{ from: Mat; made: Mat } | null>(null);
+  const { leaders, followers } = carsOf(mat);
+  const most = Math.min(MOST_FOLLOWERS, Math.max(0, mostCars - leaders));
+  const scale = { positions: positionOf(most), positionOf, valueAt: (position: number) => Math.min(most, followersAt(position)) };
   return (
     <NumberSlider
       label={t("mat.followers")}
-      value={Math.min(MOST_FOLLOWERS, carsOf(mat).followers)}
-      most={MOST_FOLLOWERS}
-      scale={SCALE}
+      value={Math.min(most, followers)}
+      most={most}
+      scale={scale}
       onChange={(wanted) => {
         const from = base.current?.made === mat ? base.current.from : mat;
         const made = withFollowers(from, wanted);

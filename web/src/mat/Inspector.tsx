@@ -78,6 +78,7 @@ function CarInspector({ session, car, words }: InspectorProps & { car: number })
   const details = useMat((now) => now.details);
   const followed = useMat((now) => now.followed);
   const leads = useMat(({ hello }) => hello?.leads?.includes(car) ?? false);
+  const canDrive = useStudio(({ capabilities }) => capabilities?.driving ?? false);
   return (
     <section aria-label={t("mat.car", { number: car })}>
       <div className={fields.row}>
@@ -87,9 +88,11 @@ function CarInspector({ session, car, words }: InspectorProps & { car: number })
         <ToolSwitch label={t("mat.follow")} isSelected={followed} onChange={(on) => useMat.setState({ followed: on })} />
         <ToolButton icon="turnLeft" label={t("mat.turnLeft")} onPress={() => turnCar(session, car, TURN_DEG)} />
         <ToolButton icon="turnRight" label={t("mat.turnRight")} onPress={() => turnCar(session, car, -TURN_DEG)} />
-        <Link className={classes(buttons.button, buttons.small)} href={`/drive?session=${session.name}&car=${car}`} target="_blank">
-          {t("mat.drive")}
-        </Link>
+        {canDrive && (
+          <Link className={classes(buttons.button, buttons.small)} href={`/drive?session=${session.name}&car=${car}`} target="_blank">
+            {t("mat.drive")}
+          </Link>
+        )}
       </div>
       <Place />
       {details?.car === car && <Details details={details} words={words} />}

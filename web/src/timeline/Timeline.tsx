@@ -231,12 +231,14 @@ function Scrubber({ session }: { session: Session }) {
 function Downloads({ session }: { session: Session }) {
   const { t } = useTranslation();
   const isEmpty = useMat(({ state }) => !state?.t_ms);
-  const hasFilms = useStudio(({ capabilities }) => capabilities?.films ?? false);
+  const capabilities = useStudio((studio) => studio.capabilities);
   const films = [
     { file: `run.gif?seconds=${FILM_S}`, name: t("timeline.gif", { count: FILM_S }) },
     { file: `run.mp4?seconds=${FILM_S}`, name: t("timeline.mp4", { count: FILM_S }) },
   ];
-  const files = [{ file: "timeline.csv", name: t("timeline.csv") }, ...(hasFilms ? films : [])];
+  const events = [{ file: "timeline.csv", name: t("timeline.csv") }];
+  const files = [...(capabilities?.downloads ? events : []), ...(capabilities?.films ? films : [])];
+  if (!files.length) return null;
   return (
     <MenuTrigger>
       <Button className={classes(fields.button, fields.wide)} isDisabled={isEmpty}>

@@ -20,11 +20,12 @@ import { classes } from "../ui/classes";
 const BROWSER_PORT = "browser:";
 const BAUD = 115_200;
 
-function usePorts() {
+/** The ports of the service, its serial ones only where it can upload through them. */
+function usePorts(hasSerial: boolean) {
   const [ports, setPorts] = useState<Port[]>([]);
   const look = useCallback(() => attempt(async () => setPorts(await api.ports())), []);
   useEffect(() => void look(), [look]);
-  return { ports, look };
+  return { ports: ports.filter(({ kind }) => hasSerial || kind !== "serial"), look };
 }
 
 /** The port of the last upload if it still exists; else the simulated car, which can do no harm. */
@@ -73,8 +74,8 @@ function PortChoice({ ports, chosen, onChoose }: PortChoiceProps) {
 export function UploadDialog({ onClose }: { onClose: () => void }) {
   const { t } = useTranslation();
   const image = useStudio((studio) => studio.compiled?.image ?? null);
-  const listsPorts = useStudio((studio) => studio.capabilities?.serial_ports ?? false);
-  const { ports, look } = usePorts();
+  const hasSerial = useStudio((studio) => studio.capabilities?.serial_ports ?? false);
+  const { ports, look } = usePorts(hasSerial);
   const lastUsed = useSettings((settings) => settings.port);
   const [wished, setWished] = useState<string | null>(null);
   const [verify, setVerify] = useState(true);
@@ -109,7 +110,7 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
   return (
     <Sheet title={t("upload.title")} onClose={onClose}>
       <PortChoice ports={ports} chosen={port ?? ""} onChoose={setWished} />
-      {listsPorts && (
+      {hasSerial && (
         <Button className={buttons.link} onPress={() => void look()}>
           {t("upload.look")}
         </Button>

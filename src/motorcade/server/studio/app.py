@@ -83,7 +83,14 @@ def make_app(settings: Settings) -> ASGIApp:
 def _request_route(settings: Settings) -> Route:
     """Return the route of all `motorcade.service.requests.REQUESTS`: ``POST /api/<name>``."""
     context = Context(
-        Capabilities(serial_ports=True, films=True, real_cars=bool(settings.cars), most_cars=settings.most_cars),
+        Capabilities(
+            serial_ports=True,
+            downloads=True,
+            films=True,
+            driving=True,
+            real_cars=bool(settings.cars),
+            most_cars=settings.most_cars,
+        ),
         FolderStorage(settings.library),
         uploads.listed_ports,
     )
