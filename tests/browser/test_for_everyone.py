@@ -206,7 +206,7 @@ def test_what_the_service_cannot_do_is_not_offered(open_page) -> None:
         followers = studio.page.get_by_role("textbox", name=studio.say("mat.followers"), exact=True)
         followers.fill("9999")
         followers.press("Enter")
-        expect(followers).to_have_value(str(most_followers))
+        expect(followers).to_have_value(f"{most_followers:,}")
         followers.fill("2")
         followers.press("Enter")
         studio.choose_car(1)

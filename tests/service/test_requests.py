@@ -9,7 +9,19 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from motorcade import Followers, Program, compile_program, forward, led, left, read_program, repeat, wait
+from motorcade import (
+    CONTROL,
+    HEADER,
+    Followers,
+    Program,
+    compile_program,
+    forward,
+    led,
+    left,
+    read_program,
+    repeat,
+    wait,
+)
 from motorcade.config.profile import built_in_profile
 from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
@@ -96,10 +108,9 @@ def test_the_image_is_that_of_the_command_line(ask):
 
 
 def test_the_values_of_a_word_are_its_bits(ask):
-    formats = ask("formats")
     for word in ask("compile", blocks([forward(3)], [led(1, 2)]))["words"]:
-        fields = formats["header" if word["part"] == "header" else "control"]
-        assert sum(word["values"][field["name"]] << field["low"] for field in fields) == int(word["hex"], 16)
+        fields = (HEADER if word["part"] == "header" else CONTROL).fields
+        assert sum(word["values"][field.name] << field.low for field in fields) == int(word["hex"], 16)
 
 
 def test_a_word_has_its_block_and_a_together_the_blocks_of_its_fields(ask):

@@ -100,13 +100,13 @@ async def serving_page(
     from motorcade.server.remote.app import make_remote
     from motorcade.server.remote.fleet import SingleCar
     from motorcade.server.request_filter import ServerSettings
-    from motorcade.server.running import served
+    from motorcade.server.running import serving
 
     url, where = page_address(listener, host, "/drive", tls)
     settings = ServerSettings(**where)
     camera = Camera(source) if source else None
     try:
-        async with served(make_remote(settings, SingleCar(control, camera)), settings, listener, tls):
+        async with serving(make_remote(settings, SingleCar(control, camera)), settings, listener, tls):
             yield url
     finally:
         if camera:

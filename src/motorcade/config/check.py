@@ -1,4 +1,4 @@
-"""Check a document against its JSON Schema, fill in defaults, and say what is wrong in every language.
+"""Check a document against its JSON Schema, fill in defaults, and describe faults in every language.
 
 A document is what JSON or TOML holds: tables, lists, texts, numbers, true, false and null. The schema that Motorcade
 publishes is the one that is read here. It may use the keywords in KEYWORDS and no others; `x-` keywords are
@@ -59,11 +59,9 @@ class Fault(NamedTuple):
     allowed: Text = ""
 
     def error(self, file: Text, text: str | None = None) -> MotorcadeError:
-        """The error that tells this fault.
+        """The error for this fault in a document that its sentence calls ``file``.
 
-        Args:
-            file: what the sentence calls the document.
-            text: the TOML that the document comes from, to name the line; without it the sentence names no line.
+        The sentence names the line where ``text`` is the TOML that the document comes from.
         """
         if text is not None:
             # What is missing belongs into the table around it.
@@ -75,11 +73,10 @@ class Fault(NamedTuple):
 
 
 def load(document: Any, schema: Schema, file: Text, text: str | None = None) -> Any:
-    """Return ``document`` with defaults filled in.
+    """Return ``document`` with defaults filled in. Raises MotorcadeError for the first fault; see `Fault.error`.
 
-    Raises:
-        MotorcadeError: the first fault, as `Fault.error` tells it. A wrong ``format`` comes before all others, since
-            files of another format have other keys; then a key that isn't known, since a misspelt key is missing too.
+    A wrong ``format`` comes before all others, since files of another format have other keys; then a key that isn't
+    known, since a misspelt key is missing too.
     """
     value, faults = check(document, schema)
     if faults:

@@ -15,7 +15,7 @@ Kind = Literal["TOML", "JSON"]
 # Deeper than anyone nests tables, lists or blocks by hand, and short of what Python's stack takes.
 DEEPEST = 100
 _LONGEST_KEY = 40
-# What Python's reader of JSON says, and the phrase for it.
+# The beginnings of the messages of Python's reader of JSON, and the phrase for each.
 _JSON_REASONS = (
     ("Expecting value", "json-no-value"),
     ("Expecting property name", "json-no-key"),
@@ -41,17 +41,10 @@ def read_text(path: Path, file: str | Phrase) -> str:
 
 
 def parse(data: bytes | str, kind: Kind, file: str | Phrase, deepest: int | None = DEEPEST) -> Any:
-    """Return the document in a file's bytes or text.
+    """Return the document in a file's bytes or text; ``file`` is what errors call it.
 
-    Args:
-        data: the file's content.
-        kind: TOML or JSON.
-        file: what errors call it.
-        deepest: how deep it may nest; None for as deep as Python's reader goes.
-
-    Raises:
-        MotorcadeError: file-syntax, with the reason, where it is not TOML or JSON, not UTF-8 or nested deeper than
-            ``deepest``; duplicate-key where JSON has a key twice in one pair of braces.
+    Raises MotorcadeError: file-syntax, with the reason, where it is not TOML or JSON, not UTF-8 or nested deeper than
+    ``deepest`` (None: than Python's reader goes); duplicate-key where JSON has a key twice in one pair of braces.
     """
     try:
         text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
@@ -162,8 +155,7 @@ def _holds(value: Any, place: tuple[str | int, ...]) -> bool:
 def replace_file(path: Path, data: bytes) -> None:
     """Write ``data`` to ``path``; a crash at any moment leaves the old file or the new one, once this is done the new.
 
-    Raises:
-        OSError: it can't be written; the old file is kept then.
+    Raises OSError where it can't be written; the old file is kept then.
     """
     if path.exists() and not path.is_file():
         # A device such as /dev/stdout is written to, not replaced.
@@ -187,7 +179,7 @@ def replace_file(path: Path, data: bytes) -> None:
 
 
 def _keep_names(folder: Path) -> None:
-    """Have the folder itself on the disk: until then a cut of power may bring the old file back."""
+    """Write the folder itself to the disk: until then a power failure may bring the old file back."""
     if sys.platform == "win32":
         return
     with suppress(OSError):

@@ -154,8 +154,7 @@ def built_in_profiles() -> list[str]:
 def load_profile(name: str, folder: Path = Path()) -> Profile:
     """Return the profile that a project in ``folder`` names: a built-in one, or a ``.toml`` file there.
 
-    Raises:
-        MotorcadeError: it isn't there or isn't valid.
+    Raises MotorcadeError where it isn't there or isn't valid.
     """
     if not name.endswith(".toml"):
         return built_in_profile(name)

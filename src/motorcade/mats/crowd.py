@@ -46,12 +46,8 @@ class Crowd:
 def place_crowd(crowd: Crowd, is_free: IsFree) -> tuple[Points, Points, Points, NDArray[np.bool_]]:
     """Find x, y, heading (radians) and whether it leads, for each car of ``crowd``.
 
-    Args:
-        crowd: the cars and their area.
-        is_free: tells for points (x, y) whether a car of the crowd may stand there.
-
-    Raises:
-        MotorcadeError: there isn't room for all cars, or there are more leaders than cars.
+    ``is_free`` tells for points (x, y) whether a car of the crowd may stand there. Raises MotorcadeError where there
+    isn't room for all cars, or there are more leaders than cars.
     """
     if crowd.leaders > crowd.cars:
         details = {"place": crowd.place, "leaders": crowd.leaders, "cars": crowd.cars}

@@ -29,8 +29,7 @@ _Cars = tuple[Points, Points, Points, NDArray[np.bool_]]
 def read_mat(path: str | Path) -> Mat:
     """Read the mat in the file at ``path``, which ends in .toml or .json.
 
-    Raises:
-        MotorcadeError: it can't be read or is not a mat; the sentence names the place and what to do.
+    Raises MotorcadeError where it can't be read or is not a mat; the sentence names the place and what to do.
     """
     path = Path(path)
     file = Phrase("mat-named", name=path.name)
@@ -69,9 +68,8 @@ def mat_of(document: Any, file: Text) -> Mat:
 def check_mat(mat: Mat, profile: Profile) -> None:
     """Check ``mat``, from a file or built in Python, and that each car of ``profile`` has room where it starts.
 
-    Raises:
-        MotorcadeError: a value on the mat is not allowed, or a car starts over the mat's edge, in an obstacle or in
-            another car; the sentence names the place and what to do.
+    Raises MotorcadeError where a value on the mat is not allowed, or a car starts over the mat's edge, in an obstacle
+    or in another car; the sentence names the place and what to do.
     """
     file = Phrase("mat-named", name=mat.name)
     load(document_of(mat), mat_schema(), file)

@@ -68,7 +68,7 @@ class Starts:
 
     @classmethod
     def of(cls, poses: Sequence[Pose], leads: Sequence[bool]) -> Self:
-        """Make one car per pose; ``leads`` tells for each whether it leads."""
+        """Make one car per pose; ``leads`` has for each whether it leads."""
         x_m, y_m, heading = (np.array([getattr(pose, name) for pose in poses], float) for name in ("x", "y", "heading"))
         return cls(x_m, y_m, heading, np.array(leads, bool))
 
@@ -91,7 +91,7 @@ class Person:
 
 @dataclass(frozen=True, slots=True)
 class Voice:
-    """A word that is said once.
+    """A word that is spoken once.
 
     Attributes:
         at_s: the time after the start, in seconds.
@@ -142,7 +142,7 @@ class Mat:
         discs: round obstacles, x, y, radius.
         polygons: solid obstacles, three corners (x, y) or more each.
         people: the people who walk there.
-        voices: the words that are said there.
+        voices: the words that are spoken there.
         physics: which physics hold.
     """
 

@@ -148,5 +148,5 @@ def _unit(unit: str, schema: Schema) -> Schema:
 
 
 def _allowed(key: str, schema: Schema, **details: Any) -> Schema:
-    """Add the phrase that tells what is allowed, where the bounds alone would tell it badly."""
+    """Add a phrase for what is allowed, where the bounds alone are not clear enough."""
     return schema | {"x-allowed": [key, details]}

@@ -1,8 +1,7 @@
-"""A program's blocks: the states of Blockly's workspaces, and the program that they say.
+"""Convert between a program and the states of Blockly's workspaces.
 
-Each step is a block of its own type, with the step's fields in capitals. What no
-step is: the hats that everything hangs on, and the infrared block, whose steps
-get its settings as their own.
+Each step is a block of its own type, with the step's fields in capitals. Two more types are no steps: the hats, below
+which the steps stand, and the infrared block, which gives its settings to the steps inside it.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,10 +21,10 @@ PREFIX = "motorcade_"
 LEADER_HAT = f"{PREFIX}leader"
 FOLLOWERS_HAT = f"{PREFIX}followers"
 INFRARED = f"{PREFIX}infrared"
-_HOLDING = (INFRARED, f"{PREFIX}{TogetherStep.kind}", f"{PREFIX}{RepeatStep.kind}")
+_WITH_STEPS = (INFRARED, f"{PREFIX}{TogetherStep.kind}", f"{PREFIX}{RepeatStep.kind}")
 
-# No image holds more states or words than 255. A row of blocks is JSON nested twice as deep, which
-# Python's reader follows to about a thousand.
+# No image holds more than 255 states or words. A row of blocks is JSON nested twice as deep, and Python's reader takes
+# a depth of about a thousand.
 MOST_IN_A_ROW = 400
 # What program_from_dict reads, which counts three brackets for a repeat.
 MOST_DEEP = 30
@@ -40,13 +39,10 @@ _HAT_AT = {"x": 24, "y": 24}
 
 
 def program_of(leader: Any, followers: Any = None, profile: str = "classroom") -> Program:
-    """The Program that the blocks below the two workspaces' hats say; a step's id is its block's.
+    """Return the Program of the blocks below the two workspaces' hats; a step's id is its block's.
 
-    Loose and disabled blocks say nothing; a workspace without a hat has no steps.
-    ``followers`` is None where only the leader is programmed.
-
-    Raises:
-        ProgramError: blocks that no program says; a leader that accepts infrared is among them.
+    Loose and disabled blocks are left out; a workspace without a hat has no steps. ``followers`` is None where only
+    the leader is programmed. Raises ProgramError where the blocks make no program.
     """
     document: dict[str, Any] = {"format": FORMAT, "profile": profile, "followers": None}
     document["leader"] = _Reader("leader", leads=True).steps(_below(_hat(leader, LEADER_HAT, "leader"), "leader"))
@@ -58,10 +54,9 @@ def program_of(leader: Any, followers: Any = None, profile: str = "classroom") -
 
 
 def blocks_of(program: Program) -> tuple[Workspace, Workspace | None]:
-    """The workspaces of the leader and of the followers, laid out anew.
+    """Return the workspaces of the leader and of the followers, laid out anew.
 
-    Raises:
-        ProgramError: the program's steps are too many in a row, or too deep in each other.
+    Raises ProgramError where the program has too many steps in a row, or nests them too deep.
     """
     leader = _workspace(LEADER_HAT, {}, _blocks(program.leader, "leader", 0))
     if program.followers is None:
@@ -78,7 +73,7 @@ class _Reader:
         self._leads = leads
 
     def steps(self, first: Block | None) -> list[dict[str, Any]]:
-        """The steps, for JSON, that ``first`` and all that hangs below it say."""
+        """Return the steps, for JSON, of ``first`` and all blocks below it."""
         return self._steps(first, self._path, 0)
 
     def _steps(self, first: Block | None, path: str, depth: int, inside: bool = False) -> list[dict[str, Any]]:
@@ -96,7 +91,7 @@ class _Reader:
                 raise _refused("blocks-too-deep", path, block, most=MOST_DEEP)
             if not _is_enabled(block):
                 continue
-            if inside and block.get("type") in _HOLDING:
+            if inside and block.get("type") in _WITH_STEPS:
                 raise _refused("not-inside-together", path, block)
             if block.get("type") != INFRARED:
                 yield block, flags, depth
@@ -116,7 +111,7 @@ class _Reader:
         if kind == TogetherStep.kind:
             document[kind] = self._steps(_inside(block, path), f"{path}.{kind}", depth + 1, inside=True)
             return document
-        # In a together these last as long as it does.
+        # In a together these steps last as long as it does.
         no_fields = inside and KINDS[kind].accompanies
         document[kind] = {} if no_fields else _read_fields(block, path, KINDS[kind])
         if kind == RepeatStep.kind:
@@ -153,7 +148,7 @@ def _hat_fields(followers: Followers) -> dict[str, Any]:
 
 
 def _chain(block: Block | None, path: str) -> Iterator[Block]:
-    """The block and those that hang below it."""
+    """Yield the block and those below it."""
     for _ in range(MOST_IN_A_ROW):
         if block is None:
             return
@@ -178,7 +173,7 @@ def _connected(connection: Any, path: str, block: Block) -> Block | None:
 
 
 def _object(value: Any, path: str, block: Block = _NOWHERE) -> dict[str, Any]:
-    """What stands in ``block``; it must be an object where it is there at all."""
+    """Return a value of ``block`` that must be an object; an empty one where it is absent."""
     if value is None:
         return {}
     if not isinstance(value, dict):
@@ -191,7 +186,7 @@ def _is_enabled(block: Block) -> bool:
 
 
 def _own_flags(block: Block, path: str) -> Flags:
-    """What an infrared block sets; what it leaves as it is isn't among them."""
+    """Return the settings of an infrared block, without those that it leaves as they are."""
     fields = _object(block.get("fields"), path, block)
     flags = {}
     for name in _SETTINGS:
@@ -218,7 +213,7 @@ def _fields_of(kind: type[Step]) -> tuple[tuple[str, str, bool], ...]:
 
 
 def _chosen(value: Any, meanings: Mapping[str, Any]) -> Any:
-    """What a menu's or a checkbox's text means; whatever else there may be is for the schema to refuse."""
+    """Return the meaning of a menu's or a checkbox's text; the schema refuses any other value later."""
     return meanings.get(value, value) if isinstance(value, str) else value
 
 
@@ -235,14 +230,14 @@ def _plain(number: float) -> float:
 
 
 def _blocks(steps: Sequence[Step], path: str, depth: int) -> Block | None:
-    """The first block of the row that says ``steps``; the others hang below it."""
+    """Return the first block of the row for ``steps``; the others are below it."""
     row: list[Block] = []
     for flags, group in groupby(steps, key=lambda step: (step.accept_ir, step.forward)):
         if flags == (None, None):
             row += [_block(step, path, depth) for step in group]
         else:
-            row.append(_infrared(flags, _hung([_block(step, path, depth + 1) for step in group], path)))
-    return _hung(row, path)
+            row.append(_infrared(flags, _row_of([_block(step, path, depth + 1) for step in group], path)))
+    return _row_of(row, path)
 
 
 def _block(step: Step, path: str, depth: int) -> Block:
@@ -258,22 +253,24 @@ def _block(step: Step, path: str, depth: int) -> Block:
         if (value := getattr(step, name)) is not None
     }
     return (
-        _holding(block, _blocks(step.steps, path, depth + 1)) if isinstance(step, TogetherStep | RepeatStep) else block
+        _with_inside(block, _blocks(step.steps, path, depth + 1))
+        if isinstance(step, TogetherStep | RepeatStep)
+        else block
     )
 
 
 def _infrared(flags: tuple[bool | None, bool | None], first: Block | None) -> Block:
-    said = {flag: choice for choice, flag in _CHOICES.items()}
-    fields = {name.upper(): said[flag] for name, flag in zip(_SETTINGS, flags, strict=True)}
-    return _holding({"type": INFRARED, "fields": fields}, first)
+    choices = {flag: choice for choice, flag in _CHOICES.items()}
+    fields = {name.upper(): choices[flag] for name, flag in zip(_SETTINGS, flags, strict=True)}
+    return _with_inside({"type": INFRARED, "fields": fields}, first)
 
 
-def _holding(block: Block, first: Block | None) -> Block:
+def _with_inside(block: Block, first: Block | None) -> Block:
     return {**block, "inputs": {"STEPS": {"block": first}}} if first else block
 
 
-def _hung(row: Sequence[Block], path: str) -> Block | None:
-    """The row's first block, with each of the others below the one before it."""
+def _row_of(row: Sequence[Block], path: str) -> Block | None:
+    """Return the row's first block, with each of the others below the one before it."""
     if len(row) > MOST_IN_A_ROW:
         raise ProgramError([error("too-many-in-a-row", path, most=MOST_IN_A_ROW)])
     below = None

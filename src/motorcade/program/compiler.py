@@ -1,4 +1,4 @@
-"""From a program to its image: the words, where each comes from, and what there is to say about it."""
+"""Compile a program to its image: the words, the step that each comes from, and errors and warnings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ _FORWARD = CONTROL.field("forward").word_mask
 
 @dataclass(frozen=True)
 class Compiled:
-    """What became of a program.
+    """A compiled program.
 
     Attributes:
         words: header word, leader's words, followers' words; empty where there are errors.
@@ -58,10 +58,9 @@ class Compiled:
 
 
 def compile_program(program: Program, profile: Profile | None = None) -> Compiled:
-    """The Compiled form of ``program`` for cars of ``profile`` (by default the built-in one that it names).
+    """Compile ``program`` for cars of ``profile``, by default of the built-in one that it names.
 
-    Raises:
-        MotorcadeError: the program names a profile that isn't built in, and none was given.
+    Raises MotorcadeError where the program names a profile that isn't built in, and none is given.
     """
     profile = profile or built_in_profile(program.profile)
     leader = _Leader(program.leader, profile)

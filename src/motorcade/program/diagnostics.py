@@ -1,4 +1,4 @@
-"""What is said about a program: errors and warnings, each with a stable code and its place in the project file."""
+"""Errors and warnings of a program, each with a stable code and its place in the project file."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ Severity = Literal["error", "warning"]
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One thing to say about a program.
+    """An error or a warning.
 
     Attributes:
         code: names the sentence, below "errors" in `locales/<language>.json`; stable. The sentences of

@@ -32,7 +32,7 @@ FORMAT = "motorcade-program/1"
 TAGGED_CHOICES = (True, False, "auto")
 # What may stand beside a program in its file, for the page alone.
 BESIDE = {
-    "mat": "The mat that it drives on, as docs/mats.md says.",
+    "mat": "The mat that it drives on; see docs/mats.md.",
     "view": "Where the page's blocks stand, and comments on them.",
 }
 _DWELL = {**SECONDS, "minimum": SHORTEST_DWELL_S}
@@ -183,11 +183,7 @@ class Program:
 
 
 def read_program(data: bytes | str) -> Program:
-    """Return the Program in a project file's bytes or text.
-
-    Raises:
-        ProgramError: with every diagnostic that there is to say about its shape.
-    """
+    """Return the Program in a project file's bytes or text. Raises ProgramError with all diagnostics of its shape."""
     return program_from_dict(read_document(data))
 
 

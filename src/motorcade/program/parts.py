@@ -135,11 +135,7 @@ def slice_of(parts: Parts, begin_ms: int, length_ms: int) -> Parts:
 
 
 def control_word(parts: Parts, levels: dict[int, int], accept_ir: int, forward: int) -> int:
-    """Return the control word of ``parts``, each duration of which is a key of ``levels`` (ms -> level).
-
-    Raises:
-        KeyError: a duration is no level.
-    """
+    """Return the control word of ``parts``. Raises KeyError where a duration is no key of ``levels`` (ms -> level)."""
     word = accept_ir << _ACCEPT_IR_AT | forward << _FORWARD_AT
     for bits, low, duration_ms in parts:
         word |= bits if low < 0 else bits | levels[duration_ms] << low
@@ -152,13 +148,7 @@ def durations_in(word: int, levels_ms: tuple[int, ...]) -> tuple[int, ...]:
 
 
 def step_in(word: int, levels_ms: tuple[int, ...], longest_ms: int | None = None) -> Step:
-    """Return the step that a control word holds.
-
-    Args:
-        word: the control word.
-        levels_ms: the durations of levels 0 to 3.
-        longest_ms: cuts the step's parts to this length.
-    """
+    """Return the step that a control word holds, its parts cut to ``longest_ms``; durations are levels 0 to 3."""
     found: dict[str, Step] = {}
     for kind in _LOOKED_FOR:
         layout = _LAYOUTS[kind]
@@ -197,20 +187,12 @@ def to_ms(seconds: float) -> int | None:
 def cut(
     durations_ms: tuple[int, ...], lengths_ms: tuple[int, ...], levels_ms: tuple[int, ...]
 ) -> tuple[int, ...] | None:
-    """Cut blocks that start together into the fewest pieces that words can hold.
+    """Cut steps that start together, and last ``durations_ms``, into the fewest pieces that words can hold.
 
-    Each piece lasts one of ``lengths_ms``; a block either goes on through the
-    whole piece or ends in it after one of ``levels_ms``. Among cuts of the same
-    number of pieces, the one that is longest first.
+    Each piece lasts one of ``lengths_ms``, all above 0; a step either goes on through the whole piece or ends in it
+    after one of ``levels_ms``. Among cuts of the same number of pieces, the one that is longest first.
 
-    Args:
-        durations_ms: how long each block lasts.
-        lengths_ms: allowed lengths of a piece, above 0.
-        levels_ms: allowed durations of a block in a piece.
-
-    Returns:
-        The pieces' lengths in order, or None where there is no such cut. Blocks
-        that last no time at all make no piece.
+    Returns the pieces' lengths in order, or None where there is no such cut. Steps that last no time make no piece.
     """
     total_ms = max(durations_ms, default=0)
     if total_ms == 0:

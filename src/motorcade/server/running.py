@@ -26,14 +26,7 @@ _OWN_BYTES = 1 << 14
 
 
 class Server(uvicorn.Server):
-    """A uvicorn server for an application.
-
-    Args:
-        app: answers the requests.
-        settings: its addresses and limits.
-        ready: called when it accepts requests.
-        tls: for HTTPS.
-    """
+    """A uvicorn server that calls ``ready`` when it accepts requests; with ``tls`` it serves HTTPS."""
 
     def __init__(
         self, app: ASGIApp, settings: ServerSettings, ready: Callable[[], None], tls: ssl.SSLContext | None = None
@@ -101,21 +94,21 @@ class _EmbeddedServer(Server):
 
 
 @asynccontextmanager
-async def served(
+async def serving(
     app: ASGIApp, settings: ServerSettings, listener: socket.socket, tls: ssl.SSLContext | None = None
 ) -> AsyncIterator[None]:
     """Serve at a listening socket while the block runs; requests are accepted when it begins."""
     answers = asyncio.Event()
     server = _EmbeddedServer(app, settings, answers.set, tls)
-    serving = asyncio.ensure_future(server.serve(sockets=[listener]))
+    task = asyncio.ensure_future(server.serve(sockets=[listener]))
     waiting = asyncio.ensure_future(answers.wait())
     try:
-        await asyncio.wait((serving, waiting), return_when=asyncio.FIRST_COMPLETED)
+        await asyncio.wait((task, waiting), return_when=asyncio.FIRST_COMPLETED)
         yield
     finally:
         waiting.cancel()
         server.should_exit = True
-        await serving
+        await task
 
 
 def names_of(listener: socket.socket, host: str) -> list[str]:

@@ -40,8 +40,7 @@ def project_text(project: Project) -> str:
 def open_text(text: str | bytes) -> Project:
     """Return the project in a file's text, with the stored layout of its blocks if they still make its program.
 
-    Raises:
-        ProgramError: the text isn't a project file, or blocks can't express its program.
+    Raises ProgramError where the text isn't a project file, or blocks can't express its program.
     """
     document = read_document(text)
     program = program_from_dict(document)

@@ -78,14 +78,9 @@ class SimulatedWorld(Protocol):
 
 
 class Playback:
-    """A world that a page plays; paused at first.
-
-    Args:
-        world: at its beginning.
-        history: where its past is stored.
+    """A world, at its beginning, that a page plays; paused at first.
 
     Attributes:
-        world: the same.
         playing: whether time goes on.
         speed: simulated seconds in a real one.
         changed: whether there is something new to show.
@@ -167,12 +162,9 @@ class Playback:
     # Time.
 
     def advance(self, now_s: float) -> None:
-        """Simulate what is due at a real time; call it for each picture, then `adapt_to`.
+        """Simulate what is due at a real time (seconds since any moment); call it for each picture, then `adapt_to`.
 
         On a slow computer each call simulates less: calls stay short, and simulated time runs slower.
-
-        Args:
-            now_s: seconds since any moment.
         """
         if not self.playing:
             return

@@ -32,13 +32,9 @@ class Storage(Protocol):
         """The text of a version, by default of the newest. Raises MotorcadeError where there is none."""
 
     def write_version(self, owner: str, name: str, data: bytes) -> int:
-        """Store ``data`` as the newest version, unless it equals the newest one.
+        """Store ``data`` as the newest version, unless it equals the newest one; return the version's number.
 
-        Returns:
-            The number of the version that holds it.
-
-        Raises:
-            MotorcadeError: the name isn't allowed, or the data can't be written.
+        Raises MotorcadeError where the name isn't allowed or the data can't be written.
         """
 
     def history(self, owner: str, name: str) -> list[messages.Version]:
@@ -130,14 +126,9 @@ REQUESTS: dict[str, Request] = {
 
 
 def respond(name: str, data: bytes, context: Context) -> bytes:
-    """Answer a request; message and answer are JSON.
+    """Answer the request ``name`` of REQUESTS; message and answer are JSON, no message means no arguments.
 
-    Args:
-        name: a key of REQUESTS.
-        data: the message; empty where the request has no arguments.
-
-    Raises:
-        MotorcadeError: there is no such request, or it is refused.
+    Raises MotorcadeError where there is no such request, or it is refused.
     """
     if name not in REQUESTS:
         raise MotorcadeError("not-found")

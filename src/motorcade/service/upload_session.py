@@ -26,7 +26,7 @@ _READ_S = 0.02
 
 
 class UploadSession:
-    """One transfer through a port of the page's.
+    """One transfer through a port of the page's. Raises MotorcadeError where the order isn't valid.
 
     Args:
         order: the page's request.
@@ -34,9 +34,6 @@ class UploadSession:
 
     Attributes:
         is_over: whether the transfer has ended; the outcome was the last answer.
-
-    Raises:
-        MotorcadeError: the order isn't valid.
     """
 
     def __init__(self, order: UploadOrder, check_number: int) -> None:

@@ -25,7 +25,7 @@ from motorcade.drive.tls.keys import https_context
 from motorcade.server.remote.app import make_remote
 from motorcade.server.remote.fleet import SingleCar
 from motorcade.server.request_filter import ServerSettings
-from motorcade.server.running import served
+from motorcade.server.running import serving
 
 PICTURE_BYTES = 40_000
 STALLED = 60
@@ -72,7 +72,7 @@ def running(source, tls=None, wheels=None):
     async def serve():
         drive = CarControl(wheels or Wheels(), lambda: 0, built_in_profile("classroom"))
         app = make_remote(ServerSettings(), SingleCar(drive, Camera(source, rate_hz=30)))
-        async with served(app, ServerSettings(), listener, tls):
+        async with serving(app, ServerSettings(), listener, tls):
             begun.set()
             await ended.wait()
 

@@ -1,4 +1,4 @@
-/** The shapes that travel between the page and its service, under the names that the page uses. */
+/** The types of messages between the page and its service, under the names that the page uses. */
 
 import type { FORMATS } from "../generated/steps";
 import type { Compiled as Answer, Project as WholeProject, ProfileFigures, Word } from "../generated/messages";

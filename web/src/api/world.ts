@@ -91,7 +91,7 @@ export interface Listeners {
 const SESSION_KEY = "motorcade.world";
 const FIRST_WAIT_MS = 500;
 const LONGEST_WAIT_MS = 8000;
-/** Another page has this world now: to come back unasked would take it back. */
+/** Another page has this world now; to connect again by itself would take it from that page. */
 const TAKEN_OVER = "taken-over";
 
 /** The session of this window's world: the same after a reload, another one in another window. */

@@ -19,7 +19,7 @@ export function typesIn(state: BlockState): Set<string> {
   return new Set([state.type, ...below.flatMap(({ block }) => (block ? [...typesIn(block)] : []))]);
 }
 
-/** LossReason the blocks can't be pasted there, as a key of the page's sentences; null where they can. */
+/** Why the blocks can't be pasted there, as a key of the page's sentences; null where they can. */
 export function refusal(editor: EditorName, state: BlockState): "clipboard.hat" | "clipboard.leaderInfrared" | null {
   const foreign = [...typesIn(state)].find((type) => !canStandIn(editor, type));
   if (foreign === undefined) return null;
@@ -51,7 +51,7 @@ function registerShortcut(): void {
   registry.register(
     {
       ...original,
-      // The keys are bound already.
+      // The keys are registered already.
       keyCodes: [],
       preconditionFn: (workspace) => !workspace.isReadOnly() && !workspace.isDragging(),
       callback: (workspace, event) => {

@@ -1,4 +1,4 @@
-/** What Blockly gets from us: a block for each kind of step, the drawers of each editor, and its messages. */
+/** What Blockly needs of the page: a block for each kind of step, the drawers of each editor, and its messages. */
 
 import * as Blockly from "blockly/core";
 import i18next from "i18next";
@@ -69,7 +69,7 @@ function inputOf(field: StepField, profile: Profile): Field {
   }
 }
 
-/** The block of a kind of step. What accompanies other steps shows its seconds at the end, and only outside a together. */
+/** The block of a kind of step. A step that accompanies others shows its seconds at the end, and only outside a together. */
 function definitionOf({ kind, category, accompanies, holds, fields }: StepKind): Definition {
   const inputs = (profile: Profile) => fields.map((field) => inputOf(field, profile));
   return { message: kind, style: category, holds, ...(accompanies ? { tail: inputs } : { fields: inputs }) };
@@ -132,7 +132,7 @@ function hideSecondsInTogether(this: Blockly.Block): void {
   void this.queueRender();
 }
 
-/** Makes the blocks known to Blockly, for this profile and in the current language. */
+/** Define the blocks for this profile and in the current language. */
 export function defineBlocks(profile: Profile): void {
   SecondsField.announce();
   SpeedField.announce();

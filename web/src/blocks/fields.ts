@@ -1,4 +1,4 @@
-/** The fields of blocks that Blockly has not: seconds that the cars can do, and speeds beside a direction. */
+/** The fields of blocks that Blockly lacks: seconds that the cars can do, and speeds beside a direction. */
 
 import * as Blockly from "blockly/core";
 import i18next from "i18next";
@@ -13,8 +13,8 @@ interface SecondsConfig extends Blockly.FieldConfig {
 }
 
 /**
- * The arrow keys and the spinner offer only what can be had. Another value that is typed, or stands in a file,
- * stays as it is: the server names the nearest that the cars can, which is better than changing it in silence.
+ * The arrow keys and the spinner offer only durations that the cars can do. Another value that is typed, or is in a file,
+ * is not changed: the compiler refuses it and names the nearest possible ones.
  */
 export class SecondsField extends Blockly.FieldNumber {
   static readonly KIND = "field_motorcade_seconds";
@@ -72,7 +72,7 @@ export class SpeedField extends Blockly.FieldDropdown {
 
   static override fromJson(config: Blockly.FieldDropdownFromJsonConfig & { first?: string }): SpeedField {
     const field = new this(config.options!, undefined, config);
-    // A dropdown begins with its first option, which here would stand still.
+    // A dropdown begins with its first option, which here would be speed 0.
     if (config.first) field.setValue(config.first);
     return field;
   }

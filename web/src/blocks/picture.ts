@@ -1,4 +1,4 @@
-/** The blocks of an editor as a picture: for a file, and for paper, which has no scrollbars. */
+/** The blocks of an editor as a picture, for a file and for printing. */
 
 import { svgResize, utils, type WorkspaceSvg } from "blockly/core";
 import { useSettings } from "../state/settings";
@@ -32,7 +32,7 @@ export function pictureOf(workspace: WorkspaceSvg): Picture {
   svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
   svg.setAttribute("width", String(width));
   svg.setAttribute("height", String(height));
-  // The theme's rules begin with the classes that the editor's own elements carry.
+  // The theme's rules begin with the classes of the editor's own elements.
   svg.setAttribute("class", workspace.getInjectionDiv().getAttribute("class") ?? "");
   const style = document.createElementNS(utils.dom.SVG_NS, "style");
   style.textContent = blocklyStyles();

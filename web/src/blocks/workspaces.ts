@@ -46,8 +46,8 @@ export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.
 }
 
 /**
- * What is fetched from the toolbox by keyboard is hung where the focus last was among the blocks. Where it never
- * was, that is the program's end: loose, the first block would be no part of the program.
+ * Blockly puts a block that is fetched from the toolbox by keyboard below the block that had the focus last. Where none
+ * had it, choose the program's last block: a block without connection would be no part of the program.
  */
 function beginUnderHat(editor: EditorName, workspace: Blockly.WorkspaceSvg): void {
   if (Blockly.FocusableTreeTraverser.findFocusedNode(workspace)) return;
@@ -59,13 +59,13 @@ function beginUnderHat(editor: EditorName, workspace: Blockly.WorkspaceSvg): voi
 }
 
 interface Histories {
-  /** Of which project. */
+  /** The number of the project that it belongs to. */
   generation: number;
   undo: object[];
   redo: object[];
 }
 
-/** The undo histories of closed editors, which are opened again in another language or with the followers. */
+/** The undo histories of closed editors, for when they are opened again in another language or with the followers. */
 const histories = new Map<EditorName, Histories>();
 
 export function disposeWorkspace(editor: EditorName): void {
@@ -108,7 +108,7 @@ export function read(editor: EditorName): WorkspaceState {
   return Blockly.serialization.workspaces.save(live.get(editor)!);
 }
 
-/** Brings the block into view and selects it. */
+/** Bring the block into view and select it. */
 export function revealBlock(block: Blockly.BlockSvg): void {
   block.workspace.scrollBoundsIntoView(block.getBoundingRectangleWithoutChildren());
   block.select();

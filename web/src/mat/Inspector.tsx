@@ -103,7 +103,7 @@ function CarInspector({ session, car, words }: InspectorProps & { car: number })
 const NONE: readonly number[] = [];
 const MOST_NAMED = 12;
 
-/** The cars that were driven by hand and wait; a button lets the chosen one continue its program. */
+/** The cars that somebody drives or drove; a button lets the chosen one continue its program. */
 function DrivenCars({ session, car }: { session: Session; car: number | null }) {
   const { t } = useTranslation();
   const driven = useMat(({ state }) => state?.driven ?? NONE);

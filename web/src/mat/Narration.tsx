@@ -9,7 +9,7 @@ import type { Session } from "./session";
 import { useMat } from "./store";
 import css from "./mat.module.css";
 
-/** `driven` is a car that somebody drives by hand, in whatever direction. */
+/** `driven` is a car that somebody drives, in any direction. */
 const DIRECTIONS = ["forward", "left", "right", "driven"] as const;
 type Activity = (typeof DIRECTIONS)[number] | "still";
 

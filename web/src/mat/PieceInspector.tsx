@@ -104,7 +104,7 @@ const LATER_S = 2;
 const HEARD_M = 1;
 const SMALLEST_M = 0.01;
 
-/** The mat's voices: which word each says, when, and where it is heard. */
+/** The mat's voices: the word of each, its time, and the area in which cars hear it. */
 export function Voices() {
   const { t } = useTranslation();
   const mat = useStudio(({ mat }) => mat);

@@ -120,8 +120,8 @@ function place(sprite: Sprite, x: number, y: number, side: number): void {
   sprite.scale.set(side / sprite.texture.width);
 }
 
-/** A car that moves farther from one picture to the next was lifted: none drives so fast. */
-const LIFTED_M = 0.5;
+/** A car that moves farther from one picture to the next was moved by the user: none drives so fast. */
+const MOST_DRIVEN_M = 0.5;
 
 export interface Drawn {
   x: Float32Array;
@@ -176,7 +176,7 @@ export function between(a: Picture, b: Picture, share: number, drawn: Drawn): vo
   for (let k = 0; k < b.cars; k++) {
     const dx = b.x[k]! - a.x[k]!;
     const dy = b.y[k]! - a.y[k]!;
-    const part = Math.abs(dx) > LIFTED_M || Math.abs(dy) > LIFTED_M ? 1 : share;
+    const part = Math.abs(dx) > MOST_DRIVEN_M || Math.abs(dy) > MOST_DRIVEN_M ? 1 : share;
     drawn.x[k] = a.x[k]! + dx * part;
     drawn.y[k] = a.y[k]! + dy * part;
     drawn.heading[k] = a.heading[k]! + shortestTurn(b.heading[k]! - a.heading[k]!) * part;

@@ -22,7 +22,7 @@ export interface Person {
 export interface Voice {
   at_s: number;
   word: "stop" | "go";
-  /** Where it is heard; everywhere without. */
+  /** The centre of the area in which cars hear it; without it, all cars do. */
   centre_m?: Point;
   radius_m?: number;
 }
@@ -139,7 +139,7 @@ export function reshaped(mat: Mat, id: PieceId, handle: number, [x, y]: Point): 
   return withPiece(mat, id, mapPoints(id.kind, piece, (old, place) => (place === handle ? point : old)));
 }
 
-/** A person who walks there and back, so that the path can be repeated without a jump. */
+/** A person who walks to a point and back, so that the path can be repeated without a jump. */
 const WALK_S = 4;
 const NEW_PIECES: { [K in FurnitureKind]: (x: number, y: number) => Pieces[K] } = {
   wall: (x, y) => ({ from_m: [rounded(x - 0.4), rounded(y)], to_m: [rounded(x + 0.4), rounded(y)] }),

@@ -141,7 +141,7 @@ const FRAME = KINDS.indexOf("frame");
 const LOST = KINDS.indexOf("lost");
 const COLLISION = LOSS_REASONS.indexOf("collision");
 const RING_MS = 600;
-/** More rings on top of each other would hide the cars, and be slow where no graphics processor draws. */
+/** More rings would hide the cars, and be slow without a graphics processor. */
 const MOST_RINGS = 60;
 const MOST_RANGES = 12;
 

@@ -47,7 +47,7 @@ const BEGINNING_KEY = "motorcade.world.beginning";
 const SYNC_MS = 120;
 const SEEK_MS = 25;
 const SHOW_EVERY_MS = 120;
-/** After a reload the blocks come this much later, at most, than the world that still runs them. */
+/** After a reload the program is compiled this much later, at most, than the connection to its running world is back. */
 const BLOCKS_LATE_MS = 4000;
 
 /** A hash of a text (FNV-1a), with its length. */

@@ -72,7 +72,7 @@ function follower(g: CanvasRenderingContext2D) {
   headlights(g, 0.7, 0.34);
 }
 
-/** A leader differs from followers without colours: a pointed nose and a star on its roof. */
+/** A leader differs from followers by its shape too: a pointed nose and a star on its roof. */
 function leader(g: CanvasRenderingContext2D) {
   wheels(g);
   g.beginPath();

@@ -41,7 +41,7 @@ let saved: SavedParts | "nowhere" | null = null;
 
 export const sameProject = (a: SavedParts, b: SavedParts) => SAVED_PARTS.every((part) => a[part] === b[part]);
 
-/** Edits that were undone make new objects with equal contents. */
+/** Compared as text, since edits that were undone make new objects with equal contents. */
 const equalProjects = (a: SavedParts, b: SavedParts) =>
   SAVED_PARTS.every((part) => a[part] === b[part] || JSON.stringify(a[part]) === JSON.stringify(b[part]));
 

@@ -1,4 +1,4 @@
-/** The connection to the cars: it comes back by itself, and knows how old its telemetry is. */
+/** The connection to the cars, which is opened again whenever it is lost, and the keys and gamepads that steer them. */
 
 import { create } from "zustand";
 import type { Sentence } from "../generated/messages";

@@ -196,7 +196,7 @@ export function TimelineTools({ session, spanMs, onSpan }: ToolsProps) {
   );
 }
 
-/** An event as a sentence, for those who can't read the lanes. */
+/** An event as a sentence, for users who can't see the lanes. */
 function EventText({ event: { tMs, car, kind, why, word, other } }: { event: CarEvent }) {
   const { t } = useTranslation();
   const hex = word.toString(16).padStart(8, "0").toUpperCase();

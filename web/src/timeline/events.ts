@@ -20,7 +20,7 @@ export class EventStore {
   private readonly before: Float64Array;
   private last: Float64Array = new Float64Array();
   private taken = 0;
-  /** Counts changes, so that drawing can skip a state that was drawn before. */
+  /** The number of changes so far, so that drawing can skip a state that was drawn before. */
   version = 0;
 
   constructor(private readonly most = MOST_EVENTS) {
@@ -38,7 +38,7 @@ export class EventStore {
     this.version += 1;
   }
 
-  /** The past's events are here already. */
+  /** Whether the events of the shown past are stored. */
   take(picture: Picture): void {
     if (picture.past) return;
     if (picture.fresh || picture.cars !== this.last.length) this.clear(picture.cars);
@@ -54,7 +54,7 @@ export class EventStore {
     if (events.length) this.version += 1;
   }
 
-  /** A car's events, newest first, for as long as they are kept. */
+  /** A car's stored events, newest first. */
   *of(car: number): Generator<CarEvent> {
     const oldest = this.taken - this.count;
     for (let at = this.last[car] ?? NONE; at >= oldest && at !== NONE; at = this.before[at % this.most]!) {
@@ -62,7 +62,7 @@ export class EventStore {
     }
   }
 
-  /** When the oldest event that is kept happened. */
+  /** The time of the oldest stored event. */
   get earliestMs(): number {
     return this.taken ? this.row((this.taken - this.count) % this.most).tMs : 0;
   }
@@ -86,7 +86,7 @@ export interface Window {
   endMs: number;
 }
 
-/** The shown moment stays this far from the right edge, so that there is something to see coming. */
+/** The distance of the shown moment from the right edge, so that the events after it are visible. */
 const LEAD_SHARE = 0.08;
 
 /** The window that ends a little after the present; or, in the past, the one that the past moment was in. */
@@ -148,7 +148,7 @@ export function jumpTo(events: Iterable<CarEvent>, kind: Jump, fromMs: number, f
   return next;
 }
 
-/** Round distances between the axis's labels, so that they don't meet. */
+/** Possible distances between the axis's labels; the smallest at which they don't overlap is used. */
 const STEPS_MS = [100, 200, 500, 1000, 2000, 5000, 10_000, 20_000, 30_000, 60_000, 120_000, 300_000, 600_000];
 
 export function ticksOf(window: Window, pixels: number, leastPx = 64): { atMs: number[]; stepMs: number } {
@@ -159,7 +159,7 @@ export function ticksOf(window: Window, pixels: number, leastPx = 64): { atMs: n
   return { atMs, stepMs };
 }
 
-/** As on a stop-watch: 1:05.0, or 1:05 where tenths don't matter. */
+/** A time such as 1:05.0, or 1:05 without tenths. */
 export function clock(ms: number, tenths = true): string {
   const seconds = Math.floor(ms / 1000);
   const shown = `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`;

@@ -1,4 +1,4 @@
-/** Draw the lanes: words as bars, frames as ticks below them, which differ by height as well as colour. */
+/** Draw the lanes: words as bars, and below them frames as ticks of different heights and colours. */
 
 import type { EventStore } from "./events";
 import { clock, type Lane, Mark, packLane, ticksOf, type Window } from "./events";
@@ -24,7 +24,7 @@ export interface View {
   window: Window;
   nowMs: number;
   shownMs: number;
-  /** Car numbers from top to bottom, and how far the first one is scrolled out. */
+  /** The numbers of the cars from top to bottom, and how many pixels of the first lane are hidden by scrolling. */
   cars: readonly number[];
   offsetPx: number;
   chosen: number | null;

@@ -156,7 +156,7 @@ interface ResultProps {
   onOpen: (image: string) => void;
 }
 
-/** The outcome of a transfer; it claims no more than what is known. */
+/** The outcome of a transfer. */
 function Result({ outcome, onOpen }: ResultProps) {
   const { t } = useTranslation();
   if (outcome === "cut-off") {

@@ -21,7 +21,7 @@ function serial(): Serial | undefined {
 
 export const hasWebSerial = (): boolean => serial() !== undefined;
 
-/** The port that the user points at; null where they change their mind. */
+/** The port that the user chooses; null where they cancel. */
 export async function requestPort(): Promise<SerialPort | null> {
   return (await serial()?.requestPort().catch(() => null)) ?? null;
 }
@@ -81,7 +81,7 @@ export async function transfer(port: string, order: Order, onProgress: (progress
   }
 }
 
-/** Transfer through a port of the browser's: the page carries bytes between the port and the server. */
+/** Transfer through a port of the browser's: the page passes bytes between the port and the server. */
 export async function transferBySerial(
   port: SerialPort,
   baudRate: number,

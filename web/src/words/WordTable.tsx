@@ -12,7 +12,7 @@ import css from "./words.module.css";
 const ROW_PX = 30;
 const SPARE = 6;
 
-/** Which rows are in sight: to draw all 511 words of 15 fields would cost each edit a tenth of a second. */
+/** Which rows are visible: to draw all 511 words of 15 fields would take a tenth of a second for each edit. */
 function useRows(scroller: RefObject<HTMLElement | null>, count: number) {
   const [seen, setSeen] = useState({ top: 0, height: 600, all: false });
 
@@ -51,7 +51,7 @@ function useRows(scroller: RefObject<HTMLElement | null>, count: number) {
 interface Place {
   row: number;
   field: number;
-  /** Got there by the keyboard: the focus follows. */
+  /** Whether the user came there by keyboard; the focus then follows. */
   walked?: boolean;
 }
 
@@ -66,13 +66,13 @@ interface WordRowProps {
   onPlace: (place: Place) => void;
 }
 
-/** To the block that a field comes from. */
+/** Show the block that a field comes from. */
 function leadToBlock(word: CompiledWord, field: string): void {
   const block = blockOf(word, field);
   if (word.part !== "header" && block) showBlock(word.part, block);
 }
 
-/** Made anew only where its word, or what is lit of it, changes: its many labels cost more than all the rest. */
+/** Drawn again only where its word or its highlighted fields change: its many labels take the most time of the page. */
 const WordRow = memo(function WordRow(props: WordRowProps) {
   const { index, word, fields, profile, lit, place, onPlace } = props;
   const { t } = useTranslation();
@@ -102,7 +102,7 @@ const WordRow = memo(function WordRow(props: WordRowProps) {
           data-lit={isLit(word, field.name, lit) || undefined}
           data-set={(word.values[field.name] ?? 0) !== 0 || undefined}
           aria-label={fieldMeaning(word, field, profile)}
-          // The style sheet shows the bits: read out, they would drown what they mean.
+          // The style sheet shows the bits: screen readers read out the meaning only.
           data-bits={bitsOf(word, field)}
           onClick={() => {
             onPlace({ row: index, field: at });
@@ -145,7 +145,7 @@ export function WordTable({ words, profile }: WordTableProps) {
   useEffect(() => {
     const lit = words.findIndex((each) => each.part === editor && each.block !== null && blocks.has(each.block));
     if (lit >= 0) bringIntoView(lit);
-    // Only a new selection scrolls; new words under an old one would pull the table from under the reader.
+    // Only a new selection scrolls: the table must not move when the words of a selection change.
     // eslint-disable-next-line react-hooks/exhaustive-deps
   }, [editor, [...blocks][0]]);
 

@@ -23,7 +23,7 @@ export function stepField(field: string): (typeof WORD_FIELDS)[StepField] | unde
   return field in WORD_FIELDS ? WORD_FIELDS[field as StepField] : undefined;
 }
 
-/** What the field has to do with, which is also its colour. */
+/** The group of the field; it also determines its colour. */
 export function groupOf(field: string): Group {
   return stepField(field)?.group ?? OTHER_GROUPS[field] ?? "reserved";
 }
@@ -64,7 +64,7 @@ export function isLit(word: CompiledWord, field: string, blocks: ReadonlySet<str
 const sameWord = (a: CompiledWord | undefined, b: CompiledWord) =>
   a?.hex === b.hex && a.part === b.part && a.block === b.block && JSON.stringify(a.fields_of) === JSON.stringify(b.fields_of);
 
-/** The new words, but the old objects where nothing changed: what shows them need not be made anew. */
+/** The new words, but the old objects where nothing changed, so that their rows need not be drawn again. */
 export function sharedWords(before: readonly CompiledWord[], now: readonly CompiledWord[]): CompiledWord[] {
   return now.map((word, place) => (sameWord(before[place], word) ? before[place]! : word));
 }
@@ -122,7 +122,7 @@ function valueMeaning(word: CompiledWord, field: string, value: number, profile:
   }
 }
 
-/** The whole of it in a line: which bits, whose they are, what they say. */
+/** A line that describes a field of a word: its bits, its title and the meaning of its value. */
 export function fieldMeaning(word: CompiledWord, field: Field, profile: Profile): string {
   const value = word.values[field.name] ?? 0;
   const bits = field.high === field.low ? String(field.high) : `${field.high}–${field.low}`;

@@ -45,16 +45,9 @@ class PageControl(Protocol):
 
 
 class LocalControl(PageControl):
-    """A page's connection to a car of this process.
+    """A page's connection, under the name ``page``, to a car of this process; ``left`` is called when it leaves.
 
-    Args:
-        car: the car.
-        page: the page's name there.
-        left: called when the page leaves.
-        is_paused: whether the car's world is paused.
-
-    Raises:
-        MotorcadeError: too many are connected to the car.
+    Raises MotorcadeError where too many are connected to the car.
     """
 
     def __init__(
@@ -106,12 +99,7 @@ class Fleet(Protocol):
 
 
 class SingleCar(Fleet):
-    """The fleet of a car that serves its own page.
-
-    Args:
-        car: the car; the caller calls its ``beat``.
-        camera: its camera; None where it has none.
-    """
+    """The fleet of a car that serves its own page; the caller calls the car's ``beat``."""
 
     _NAME = "1"
 
@@ -138,12 +126,7 @@ class SingleCar(Fleet):
 
 
 class CombinedFleet(Fleet):
-    """The cars of a world, then real cars.
-
-    Args:
-        simulated: the cars of a world.
-        real: the real cars; their names differ from those of ``simulated``.
-    """
+    """The cars of a world, then real cars, whose names differ from theirs."""
 
     def __init__(self, simulated: Fleet, real: Fleet) -> None:
         self._simulated = simulated

@@ -23,13 +23,7 @@ _ACTIONS: dict[type[RemoteMessage], Action] = {
 
 
 class PageSession:
-    """Serve one page.
-
-    Args:
-        socket: accepted.
-        fleet: the cars.
-        settings: the page's limits.
-    """
+    """Serve one page, at an accepted WebSocket."""
 
     def __init__(self, socket: WebSocket, fleet: Fleet, settings: ServerSettings) -> None:
         self._page = PageSocket(socket, settings, (messages.Hello, messages.Telemetry, messages.Received))

@@ -63,8 +63,7 @@ class ManualControl:
     def give_back(self, car: int) -> None:
         """Give a car back to its program; lift its emergency stop where no page is connected that could.
 
-        Raises:
-            MotorcadeError: somebody drives it.
+        Raises MotorcadeError where somebody drives it.
         """
         driven = self._cars.get(car)
         if driven is None:

@@ -36,13 +36,7 @@ _KEY = re.compile(r"[0-9a-f]{32}")
 
 
 class PageWorlds:
-    """The sessions of a server, and the threads that work for them.
-
-    Args:
-        settings: the limits for a page.
-        most_sessions: the most worlds at once.
-        most_cars: the most cars in one of them.
-    """
+    """The sessions of a server, and the threads that work for them; at most ``most_cars`` in each world."""
 
     def __init__(self, settings: ServerSettings, most_sessions: int, most_cars: int) -> None:
         self._settings = settings

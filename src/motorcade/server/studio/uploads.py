@@ -69,12 +69,7 @@ class VirtualCar:
 
 
 class Uploads:
-    """The uploads of a server.
-
-    Args:
-        settings: the clock, and the size of a message.
-        store: the file in which the simulated car stores its image.
-    """
+    """The uploads of a server; its simulated car stores its image in the file ``store``."""
 
     def __init__(self, settings: ServerSettings, store: Path) -> None:
         self._settings = settings
