@@ -101,16 +101,16 @@ def test_a_world_in_play_sends_30_pictures_and_4_states_a_second(page: Page) -> 
     assert page.answers == []
 
 
-def test_a_tagged_frame_is_told_as_word_tag_and_check(page: Page) -> None:
+def test_a_tagged_frame_is_sent_as_word_tag_and_check(page: Page) -> None:
     # One slot of two seconds: a word that lights an LED and is passed on.
     page.send(SetWorld(MAT, bytes.fromhex("01010201 65800000 c0280000")))
     page.send(Watch(1))
     page.send(Play())
     page.look(1)
     details = page.take(CarDetails)[-1]
-    hears = details.hears
-    assert (details.word, hears.word, hears.tag, hears.car) == ("c0280000", "c0280000", 1, 0)
-    assert hears.check == check_of(tagged_frame(0xC0280000, 1))
+    last = details.last_frame
+    assert (details.word, last.word, last.tag, last.car) == ("c0280000", "c0280000", 1, 0)
+    assert last.check == check_of(tagged_frame(0xC0280000, 1))
     assert details.lost["check"] == 0
 
 

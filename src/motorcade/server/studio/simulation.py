@@ -330,9 +330,10 @@ class _Counters:
         frame, sender, t_ms = self._last[:, car].tolist()
         on_air = FRAME.decode(frame)
         heard = int(self._heard[car])
+        last = ReceivedFrame(f"{word_of(frame):08x}", on_air.tag, on_air.check, sender, t_ms)
         return {
             "frames": int(self._frames[car]),
             "heard": heard,
             "lost": {why: int(self._lost[k, car]) for k, why in enumerate(LOSS_REASONS) if why},
-            "last_frame": ReceivedFrame(f"{word_of(frame):08x}", on_air.tag, on_air.check, sender, t_ms) if heard else None,
+            "last_frame": last if heard else None,
         }
