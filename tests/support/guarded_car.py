@@ -1,12 +1,16 @@
-"""A car in a process of its own that drives until it is told to end, or until it is killed; for test_motor_guard.py.
+"""A car in a process of its own that drives until it is told to end, or until it is killed.
 
-``python -m support.guarded_car FILE [FAILSAFE_MS]``: its board appends each call to FILE, a line with the method. The
-process prints ``drives`` when the wheels turn, and obeys two lines on its standard input: ``end`` and ``fail``.
+For test_motor_guard.py and benchmarks/drive_ends.py.
+
+``python -m support.guarded_car FILE [FAILSAFE_MS]``: its board appends each call to FILE, a line with the method and
+the time in seconds by the clock that all processes share. The process prints ``drives`` when the wheels
+turn, and obeys two lines on its standard input: ``end`` and ``fail``.
 """
 
 import asyncio
 import sys
 import threading
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -41,7 +45,7 @@ class FileBoard(DriveBoard):
 
 def record(file: str, call: str) -> None:
     with Path(file).open("a", encoding="ascii") as calls:
-        calls.write(f"{call}\n")
+        calls.write(f"{call} {time.monotonic()}\n")
 
 
 def rescue(file: str) -> None:

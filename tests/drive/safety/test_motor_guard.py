@@ -42,7 +42,7 @@ def driving(file: Path, failsafe_ms: int = PATIENT_MS) -> Iterator[subprocess.Po
 
 
 def calls(file: Path) -> list[str]:
-    return file.read_text(encoding="ascii").split()
+    return file.read_text(encoding="ascii").split()[::2]
 
 
 def wait_for_last(file: Path, call: str) -> None:
