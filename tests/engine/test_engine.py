@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -18,14 +19,17 @@ from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.engine.state import DRIVEN
 from motorcade.engine.world import World
-from motorcade.mats import Physics
+from motorcade.mats import Mat, Physics
+from motorcade.mats.model import Starts
+from motorcade.words.formats import CONTROL
+from motorcade.words.image import Image, image_words, words_to_bytes
 from support.plain_world import PlainWorld
 from support.strategies import BRISK
 from support.worlds import DURATIONS_MS, Case, cases, contents, crowd, digest, go, ran
 
 SLICES = 5
 FEW = settings(max_examples=max(settings().max_examples // 4, 1))
-LOST, FRAME, HEARD = (KINDS.index(kind) for kind in ("lost", "frame", "heard"))
+START, LOST, FRAME, HEARD = (KINDS.index(kind) for kind in ("start", "lost", "frame", "heard"))
 
 
 def events_of(world: World) -> list[tuple[int, int, int, int, int, int]]:
@@ -131,6 +135,37 @@ def test_the_engine_equals_the_plain_world_when_cars_are_driven(case: Case, data
         assert shown(engine) == shown_by_plain_world(plain), engine.now_ms
         assert sorted(happened) == sorted(plain.events)
     assert {name: int(counts[0]) for name, counts in engine.counts().items()} == counts_of_plain_world(plain)
+
+
+@pytest.mark.parametrize("tagged", [(1, 1, 0), (1, 1, 1), (1, 0, 0)], ids=["two of three", "all", "one"])
+def test_tags_go_round_while_cars_come_and_go_as_in_the_plain_world(tagged: tuple[int, ...]) -> None:
+    """Bare and tagged leaders in one hall, and followers that are away for 5, 15 and 40 s."""
+    words = [CONTROL.encode(accept_ir=1, forward=1, led_which=led, led_duration=1) for led in range(3)]
+    programs = [
+        words_to_bytes(image_words(Image((0x40000000,), tuple(words[k:] + words[:k]), 0, tag)))
+        for k, tag in enumerate(tagged)
+    ]
+    poses = [Pose(0.4 * (car % 4), 0.4 * (car // 4)) for car in range(9)]
+    physics = Physics(collisions=False, line_of_sight=False, bit_error_rate=0.002)
+    starts = Starts.of(poses, [car in (0, 4, 8) for car in range(9)])
+    mat = Mat("hall", starts, 20, physics=physics)
+    # The round of 63 tags takes 25 s with a dwell of 400 ms.
+    profile = replace(BRISK, infrared=replace(BRISK.infrared, forget_ms=2000))
+    engine = World(mat, programs, profile, seeds=3, events=True)
+    plain = PlainWorld(mat, programs, profile, 3)
+    far, happened = Pose(50, 50), []
+    moves = {2: (1, far), 5: (2, far), 7: (1, poses[1]), 8: (3, far), 20: (2, poses[2]), 48: (3, poses[3])}
+    for second in range(52):
+        for world in (engine, plain):
+            if second in moves:
+                world.move(*moves[second])
+            world.run(1000)
+        happened += events_of(engine)
+        assert shown(engine) == shown_by_plain_world(plain), second
+    assert sorted(happened) == sorted(plain.events)
+    begun = [(at_ms, other) for at_ms, _, kind, _, _, other in happened if kind == START]
+    assert any(tag > 50 for _, tag in begun)
+    assert any(at_ms > 26_000 and 0 < tag < 12 for at_ms, tag in begun)
 
 
 def elsewhere(expression: str, **environment: str) -> object:
