@@ -283,7 +283,8 @@ def follower_sends(s: list[int], air_is_busy: int, now: int, levels: tuple[int, 
     if s[SAME_TAG] >= levels[REDUNDANCY]:
         s[RELAY] = RESTING
         return 0
-    if _finds_air_free(s, air_is_busy, levels[FIRST_INTERVAL_MS], now, levels) == 0:
+    # Where the air is busy many cars wait, and most of them will find that enough others have sent. So waits are long.
+    if _finds_air_free(s, air_is_busy, s[INTERVAL] * 2, now, levels) == 0:
         return 0
     s[RELAY] = RESTING
     return 1
