@@ -58,6 +58,7 @@ bench: setup
 	$(BIN)/python benchmarks/compiler.py
 	$(BIN)/python benchmarks/start.py
 	$(BIN)/python benchmarks/swarm.py
+	$(BIN)/python benchmarks/relay.py --crowd
 	$(BIN)/python benchmarks/studio_server.py
 	$(BIN)/python benchmarks/studio_page.py
 	$(BIN)/python benchmarks/drive.py

@@ -189,7 +189,7 @@ def crowd_speed() -> tuple[float, float]:
         return Contestant(CROWD_CARS * CROWD_TIMED_MS / CROWD_TICK_MS, lambda: world.run(CROWD_TIMED_MS), prepare)
 
     first, second = (contestant(world) for world in worlds)
-    take_turns([first, second], 5)
+    take_turns({"bare": first, "tagged": second}, 5, lambda _: None)
     return second.rate / first.rate, worlds[1].nbytes / CROWD_CARS
 
 

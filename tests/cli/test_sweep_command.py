@@ -176,7 +176,8 @@ def test_a_cluster_makes_the_same_table_though_a_worker_dies(long_spec, tmp_path
         scheduler = ("scheduler", "--port", "0", "--host", "127.0.0.1", "--scheduler-file", str(where))
         scheduler = running.enter_context(dask(tmp_path, *scheduler))
         first, second = (running.enter_context(dask(tmp_path, *worker)) for _ in range(2))
-        wait_until(where.exists, scheduler)
+        # The file exists a moment before it holds the address.
+        wait_until(lambda: where.exists() and where.read_bytes(), scheduler)
         address = json.loads(where.read_bytes())["address"]
         process = running.enter_context(sweeping(long_spec, "-o", table, "--scheduler", address))
         wait_until(lambda: len(parts_of(table)) > 3, process, first, second)
