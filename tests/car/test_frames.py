@@ -139,17 +139,62 @@ def test_a_follower_that_was_away_takes_the_next_word(away_s):
     assert len(begun) == len(set(begun)) <= 3
 
 
-def test_a_restarted_leader_is_followed_within_the_time_to_forget_and_a_slot():
+@pytest.mark.parametrize("slots", [20, 40])
+def test_a_restarted_leader_is_followed_within_the_time_to_forget_and_a_slot(slots):
+    """After 20 slots its tag 1 looks old, after 40 new."""
     cars = [RadioCar(0, image()), RadioCar(1), RadioCar(2)]
     hall = Hall(*cars)
-    hall.run(40 * DWELL_MS)
+    hall.run(slots * DWELL_MS - 1000)
     cars[0].switch_on(hall.now)
     restart_ms = hall.now
     hall.run(3 * DWELL_MS)
     for car in cars[1:]:
-        at_ms = [at_ms for at_ms, _, tag in car.began if at_ms > restart_ms and tag < 10]
-        assert at_ms
-        assert at_ms[0] - restart_ms < FORGET_MS + DWELL_MS
+        begun = [(at_ms, tag) for at_ms, _, tag in car.began if at_ms > restart_ms]
+        assert begun[0][0] - restart_ms < FORGET_MS + DWELL_MS
+        assert {tag for _, tag in begun} <= {1, 2, 3}
+
+
+def test_the_word_of_a_new_image_begins_at_once():
+    cars = [RadioCar(0, image(WORDS[:2])), RadioCar(1)]
+    hall = Hall(*cars)
+    hall.run(DWELL_MS + 3000)
+    cars[0].image = image(WORDS[2:])
+    step.begin_program(cars[0], hall.now)
+    at_ms = hall.now
+    hall.run(500)
+    assert [(word, tag) for begun_ms, word, tag in cars[1].began if begun_ms > at_ms] == [(WORDS[2], 3)]
+
+
+def test_a_replaced_tag_that_a_neighbour_still_sends_does_not_come_back():
+    car = follower(tagged_frame(WORDS[0], 20))
+    step.step(car, FORGET_MS)
+    for second, tag, word in ((1, 1, WORDS[1]), (2, 20, WORDS[0]), (3, 2, WORDS[2])):
+        car.arriving.append(tagged_frame(word, tag))
+        step.step(car, FORGET_MS + 1000 * second)
+    assert [tag for _, _, tag in car.began] == [20, 1, 2]
+
+
+def test_a_bare_word_after_a_tagged_one_waits_for_free_air():
+    car = follower(tagged_frame(WORDS[0], 1))
+    for now in range(1, FORGET_MS + 1):
+        car.busy = 1
+        step.step(car, now)
+    car.arriving.append(to_frame(WORDS[1]))
+    for now in range(FORGET_MS + 1, FORGET_MS + 4):
+        car.busy, car.sent = 0, None
+        step.step(car, now)
+        assert car.sent is None
+
+
+@pytest.mark.parametrize("tagged", [0, 1])
+def test_a_leader_that_was_silent_for_a_week_sends_a_new_image(tagged):
+    car = RadioCar(0, (0,))
+    car.switch_on(0)
+    week_ms = (1 << 29) + 10
+    car.image = image(tagged=tagged)
+    step.begin_program(car, week_ms)
+    step.step(car, week_ms)
+    assert car.sent is not None
 
 
 def test_a_leader_sends_three_frames_in_half_a_second_and_then_seldom():
@@ -157,7 +202,7 @@ def test_a_leader_sends_three_frames_in_half_a_second_and_then_seldom():
     hall.run(DWELL_MS)
     at_ms = [at for at, _, _ in hall.frames]
     assert at_ms[0] == 0
-    assert sum(at <= 500 for at in at_ms) == 3
+    assert sum(at <= 500 + LEVELS[brain.SENSE_MS] for at in at_ms) == 3
     assert 5 <= len(at_ms) <= 10
     assert {tag_of(frame) for _, _, frame in hall.frames} == {1}
 

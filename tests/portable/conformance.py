@@ -205,7 +205,7 @@ class Pair:
         self._clock_ms = (before_ms + random.between(low, high)) & TICKS_MASK
         if self._clock_ms < before_ms:
             record.count("clock wrapped")
-        held, tag = self._follower.memory[brain.WORD], self._follower.memory[brain.TAG]
+        held, tag = self._follower.memory[brain.WORD], self._follower.memory[brain.TAG] & brain.TAG_MASK
         self._follower.board.frames = [draw_frame(random, held, tag) for _ in range(random.pick((0, 0, 0, 1, 1, 3)))]
         states = record.totals["states begun"]
         for car in (self._leader, self._follower):
@@ -239,7 +239,7 @@ class Pair:
         elif memory[brain.RELAY]:
             record.count("relay " + RELAY_STATES[memory[brain.RELAY]])
         if memory[brain.TAG]:
-            record.count("tag forgotten" if memory[brain.TAG] >= brain.FORGOTTEN else "tagged")
+            record.count("tag forgotten" if memory[brain.TAG] & brain.FORGOTTEN else "tagged")
 
 
 def step_ticks(random, record):

@@ -45,7 +45,7 @@ LOST_CHECK = 10  # follower: tagged frames dropped for their check
 RELAY_MS = 11  # follower, leader of tagged words: the moment that RELAY names
 RELAY = 13  # follower, leader of tagged words: how far it is with sending its word, BUSY to RESTING
 # Places for tagged words; a bare word leaves them 0.
-TAG = 14  # the tag of the held or sent word, 0 for a bare one; FORGOTTEN may be added
+TAG = 14  # the tag of the held or sent word, 0: bare; beside it FORGOTTEN and a replaced tag
 INTERVAL = 15  # length of the present interval in ms; 0 while nothing is to be passed on
 INTERVAL_MS = 16  # when the present interval began
 SAME_TAG = 17  # follower: frames received with its own tag in this interval
@@ -54,6 +54,10 @@ SIZE = 18
 
 # Added to the tag of a word that was begun FORGET_MS ago: a frame with any other tag, or a bare one, replaces it.
 FORGOTTEN = 64
+TAG_MASK = 63
+# A car that took a word only because it had forgotten its tag remembers that tag here. Neighbours that forget later
+# still send it, and it may count as newer.
+REPLACED_TAG_AT = 8
 # The header's reserved field where the follower words travel with a tag.
 TAGGED = 1
 # The profile's integers, levels.
@@ -184,8 +188,8 @@ def follower_step(s: list[int], now: int, levels: tuple[int, ...]) -> int:
 
     It also forgets the tag of a word that was begun FORGET_MS ago.
     """
-    if 0 < s[TAG] < FORGOTTEN and elapsed_ms(now, s[STARTED_MS]) >= levels[FORGET_MS]:
-        s[TAG] = s[TAG] + FORGOTTEN
+    if s[TAG] and s[TAG] & FORGOTTEN == 0 and elapsed_ms(now, s[STARTED_MS]) >= levels[FORGET_MS]:
+        s[TAG] = s[TAG] & TAG_MASK | FORGOTTEN
         s[INTERVAL] = 0
     if s[RUNNING] == 0:
         return 0

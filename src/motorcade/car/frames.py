@@ -24,6 +24,7 @@ from motorcade.car.brain import (
     RELAY_MS,
     RELAY_PERIOD_MS,
     RELAYED,
+    REPLACED_TAG_AT,
     RUNNING,
     SAME_TAG,
     SENSE_MS,
@@ -32,6 +33,7 @@ from motorcade.car.brain import (
     SLOT_STARTED_MS,
     STARTED_MS,
     TAG,
+    TAG_MASK,
     TAGGED,
     UNIT_US,
     WORD,
@@ -101,10 +103,15 @@ def leader_begin(s: list[int], image: tuple[int, ...], now: int) -> None:
     s[SLOT] = 0
     s[SLOT_STARTED_MS] = now
     s[NEXT_FRAME_MS] = now
-    s[TAG] = 0
+    # A frame is over within a second; a later time was set more than six days ago.
+    if elapsed_ms(s[QUIET_MS], now) > 1000:
+        s[QUIET_MS] = now
+    # A new image counts on, since followers would ignore its words with tags that look old.
     if is_tagged(image):
-        s[TAG] = 1
+        s[TAG] = next_tag(s[TAG])
         _open_slot(s)
+    else:
+        s[TAG] = 0
 
 
 def is_tagged(image: tuple[int, ...]) -> int:
@@ -144,7 +151,7 @@ def leader_frame(s: list[int], image: tuple[int, ...]) -> int:
 def follower_frame(s: list[int]) -> int:
     """The frame of the word that a follower passes on."""
     if s[TAG]:
-        return tagged_frame(s[WORD], s[TAG])
+        return tagged_frame(s[WORD], s[TAG] & TAG_MASK)
     return to_frame(s[WORD])
 
 
@@ -219,12 +226,14 @@ def follower_hears(s: list[int], frame: int, now: int, levels: tuple[int, ...]) 
     if frame & _RESERVED_MASK:
         s[LOST_RESERVED] = s[LOST_RESERVED] + 1
         return BAD_RESERVED
-    if 0 < s[TAG] < FORGOTTEN:
+    if s[TAG] and s[TAG] & FORGOTTEN == 0:
         return IGNORED
     word = frame & _WORD_MASK
     if s[RUNNING] and s[WORD] == word:
         return IGNORED
-    s[TAG] = 0
+    if s[TAG]:
+        s[TAG] = 0
+        s[RELAY] = BUSY
     _replace(s, word, now, levels)
     return BEGUN
 
@@ -235,10 +244,17 @@ def _hears_tagged(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -
         s[LOST_CHECK] = s[LOST_CHECK] + 1
         return BAD_CHECK
     tag = tag_of(frame)
-    held = s[TAG] & 63
-    if held == 0 or tag_is_newer(tag, held) or (s[TAG] >= FORGOTTEN and tag != held):
+    held = s[TAG] & TAG_MASK
+    is_newer = 1
+    if held:
+        is_newer = tag_is_newer(tag, held)
+    if tag == s[TAG] >> REPLACED_TAG_AT:
+        is_newer = 0
+    if is_newer or (s[TAG] & FORGOTTEN and tag != held):
         _replace(s, frame & _WORD_MASK, now, levels)
         s[TAG] = tag
+        if is_newer == 0:
+            s[TAG] = tag | held << REPLACED_TAG_AT
         s[INTERVAL] = 0
         if s[WORD] >> _FORWARD_AT & 1:
             s[INTERVAL] = levels[FIRST_INTERVAL_MS]

@@ -65,7 +65,7 @@ def word_rest_ms(s: list[int], now: int, levels: tuple[int, ...]) -> int:
     """
     running_ms = elapsed_ms(now, s[brain.STARTED_MS])
     forget = NEVER_MS
-    if s[brain.HOLDS] and 0 < s[brain.TAG] < brain.FORGOTTEN:
+    if s[brain.HOLDS] and s[brain.TAG] and s[brain.TAG] & brain.FORGOTTEN == 0:
         forget = levels[brain.FORGET_MS] - running_ms
     if s[brain.RUNNING] == 0:
         return forget

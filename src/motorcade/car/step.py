@@ -84,7 +84,7 @@ def _follow(car: "Any", now: int) -> None:
         result = frames.follower_hears(s, frame, now, levels)
         car.note_frame(frame, result)
         if result == frames.BEGUN:
-            car.note(START, now, s[brain.WORD], s[brain.TAG])
+            car.note(START, now, s[brain.WORD], s[brain.TAG] & brain.TAG_MASK)
 
 
 def send(car: "Any", now: int) -> int:

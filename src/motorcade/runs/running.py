@@ -32,7 +32,8 @@ class Slot(NamedTuple):
         leader: the number of the leader.
         tag: 1 to 63; 0 for a bare word.
         begin_ms: when the slot began.
-        once, again, never: how many followers began its word once, more than once, and not at all.
+        once, again, never: how many of all followers began its word once, more than once, and not at all, whichever
+            car they received it from.
         lag_p50_ms, lag_p95_ms: the time from the slot's beginning until half and 95% of those that began the word had
             begun it; None where none did.
     """
