@@ -1,1 +1,1 @@
-"""What a car does with a word. Portable and pure."""
+"""What a car does with a word: plain functions and classes that run on a computer and on a microcontroller."""

@@ -1,13 +1,14 @@
 """Decide who drives, by one table of states: priorities, stale commands, failsafe and emergency stop.
 
 Portable and pure: sessions are numbers, commands are DRIVE words, times are arguments in milliseconds that wrap
-(`motorcade.words.ticks`). scripts/arbiter_diagram.py draws the diagram in docs/drive.md from TABLE.
+(`motorcade.words.ticks`). To have the wheel is to be the session whose commands drive the car.
+scripts/arbiter_diagram.py draws the diagram in docs/drive.md from TABLE.
 """
 
 from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import elapsed_ms
 
-# States: what the wheels do, and why.
+# States: what the wheels do, and the reason.
 READY = 0
 STANDING = 1
 MOVING = 2
@@ -77,10 +78,10 @@ TABLE = (
 
 # The outcome of a command.
 APPLIED = 0
-WATCHING = 1
-NEEDS_NEUTRAL = 2
-HALTED = 3
-YIELDED = 4
+WATCHING = 1  # another session drives
+NEEDS_NEUTRAL = 2  # failsafe: a command with speed 0 has to come first
+HALTED = 3  # emergency stop
+YIELDED = 4  # the program drives, and the command has speed 0
 
 # Priorities: a higher one takes the wheel at once.
 CLIENT = 1
@@ -140,11 +141,11 @@ class Arbiter:
         if silent_ms > self._hand_over_ms:
             self.driver = NOBODY
         self._pass_on(now)
-        # The driver of now, who may be a new one, sent a command or got the wheel at most silent_ms ago.
+        # The present driver, perhaps a new one, sent a command or got the wheel at most silent_ms ago.
         return max(1, self._hand_over_ms + 1 - silent_ms)
 
     def command(self, session: int, priority: int, word: int, now: int) -> int:
-        """Take a valid DRIVE word that came at ``now``; return APPLIED, or the code of the reason why it wasn't."""
+        """Take a valid DRIVE word that came at ``now``; return its outcome, APPLIED to YIELDED."""
         self.tick(now)
         if not self._may_drive(session, priority):
             return WATCHING
@@ -200,7 +201,7 @@ class Arbiter:
         self._take_event(CLEAR)
 
     def stall(self) -> None:
-        """Stop after a delay of the car itself: commands may be old by now, and outputs may not have arrived."""
+        """Stop after a delay or a fault in the car itself: commands may be old, and outputs may not have arrived."""
         self._take_event(STALL)
 
     def resume(self, session: int, priority: int, now: int) -> bool:

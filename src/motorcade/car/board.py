@@ -18,7 +18,7 @@ def make_levels(
     idle_state_ms: int,
     infrared: tuple[int, ...],
 ) -> tuple[int, ...]:
-    """Return the profile's integers in the order that `motorcade.car.brain` reads.
+    """Return the profile's integers in the order that `motorcade.car.brain` lists.
 
     Args:
         durations_ms, dwells_ms, avoid_radii_mm: the 4, 8 and 4 levels of the profile.
@@ -49,11 +49,14 @@ class Board:
         raise OSError("this board has no clock: override now_ms")
 
     def load_image(self) -> bytes | None:
-        """Return the stored image's bytes, None where none was ever stored."""
+        """Return the stored image's bytes; None where no image was ever stored."""
         return None
 
     def store_image(self, data: bytes) -> None:
-        """Store ``data`` so that a cut of power leaves the old image or this one, whole. Raises OSError."""
+        """Store ``data`` so that after a power cut the store holds the whole old image or the whole new one.
+
+        Raises OSError.
+        """
 
     def read_serial(self) -> bytes:
         """Return the bytes that came since the last call, ``b""`` for none. Never wait."""
@@ -63,15 +66,18 @@ class Board:
         """Send ``data`` over the serial line."""
 
     def received_frames(self) -> list[int] | tuple[int, ...]:
-        """Return the 32-bit infrared frames that ended since the last call, in order, parity unchecked."""
+        """Return the 32-bit infrared frames that ended since the last call, in order.
+
+        The board doesn't check their parity.
+        """
         return ()
 
     def senses_carrier(self) -> bool:
-        """Return whether infrared of other cars is on the air."""
+        """Return whether other cars send infrared here now."""
         return False
 
     def is_sending(self) -> bool:
-        """Return whether this car's own frame is on the air."""
+        """Return whether this car sends a frame now."""
         return False
 
     def send_frame(self, frame: int) -> None:
@@ -86,7 +92,7 @@ class Board:
         return False
 
     def heard_voice(self) -> int:
-        """Return the word heard since the last call: NO_VOICE, VOICE_STOP or VOICE_GO of `motorcade.car.brain`."""
+        """Return the voice command since the last call: NO_VOICE, VOICE_STOP or VOICE_GO of `motorcade.car.brain`."""
         return 0
 
     def set_wheels(self, direction: int, speed_level: int) -> None:

@@ -1,6 +1,7 @@
 """What a car does with a word: plain functions of integers, the same source on every target.
 
-`motorcade.car.frames` is the other half of the brain: which frames a car sends and takes.
+The brain of a car is two files: this one (steps, words, wheels and LED) and `motorcade.car.frames` (which frames a car
+sends, and what it does with those that it receives).
 
 CPython and MicroPython run these files, the simulator compiles them, and they translate to C line by line. Therefore
 they have no classes, no floats, no allocation, no clock, no input and no output. Times are arguments, in milliseconds
@@ -27,29 +28,29 @@ from motorcade.words.ticks import elapsed_ms, later_ms
 WORD = 0  # the word that the car executes or holds
 HOLDS = 1  # 1 once there is such a word
 STARTED_MS = 2  # when it began
-RUNNING = 3  # 1 until its length is over
-STOPPED = 4  # 1 from a heard 'stop' to 'go'
+RUNNING = 3  # 1 while the word runs: until its length is over
+STOPPED = 4  # 1 after the car heard 'stop', until it hears 'go'
 DRAWS = 5  # directions drawn so far in this word, for random forward
-HEADING = 6  # the direction drawn last
+HEADING = 6  # the last direction drawn: FORWARD, LEFT or RIGHT
 RANDOM = 7  # the generator's state, never 0
 # A car leads or follows for as long as it is on, so leaders and followers share the following places.
-STATE = 8  # leader: which of its states
-SLOT = 9  # leader: which follower word it sends
-SLOT_STARTED_MS = 10  # leader: since when
+STATE = 8  # leader: index of its present state
+SLOT = 9  # leader: index of the follower word that it sends
+SLOT_STARTED_MS = 10  # leader: when it began to send that word
 NEXT_FRAME_MS = 11  # leader of bare words: when the next frame is due
 QUIET_MS = 12  # leader: when its last frame and the gap behind it are over
 RELAYED = 13  # leader of bare words: 1 where followers pass words on
 LOST_PARITY = 8  # follower: frames dropped for their parity
 LOST_RESERVED = 9  # follower: frames dropped for a reserved field
 LOST_CHECK = 10  # follower: tagged frames dropped for their check
-RELAY_MS = 11  # follower, leader of tagged words: the moment that RELAY names
-RELAY = 13  # follower, leader of tagged words: how far it is with sending its word, BUSY to RESTING
-# Places for tagged words; a bare word leaves them 0.
+RELAY_MS = 11  # follower, leader of tagged words: a time; RELAY decides what it means
+RELAY = 13  # follower, leader of tagged words: state of sending, BUSY to RESTING of motorcade.car.frames
+# Places for tagged words; with a bare word they are 0.
 TAG = 14  # the tag of the held or sent word, 0: bare; beside it FORGOTTEN and a replaced tag
 INTERVAL = 15  # length of the present interval in ms; 0 while nothing is to be passed on
 INTERVAL_MS = 16  # when the present interval began
 SAME_TAG = 17  # follower: frames received with its own tag in this interval
-SENT = 17  # leader: frames of this slot that it has sent, at most OPENING_FRAMES
+SENT = 17  # leader: how many frames it has sent in this slot; it counts up to OPENING_FRAMES
 SIZE = 18
 
 # Added to the tag of a word that was begun FORGET_MS ago: a frame with any other tag, or a bare one, replaces it.
@@ -102,26 +103,26 @@ _PIR_AT = CONTROL.field("pir").low
 
 
 def motor_ms(word: int, levels: tuple[int, ...]) -> int:
-    """How long ``word`` drives the motor."""
+    """Return how long ``word`` drives the motor."""
     if word >> _MOTOR_ENABLE_AT & 1:
         return levels[DURATIONS_MS + (word >> _MOTOR_DURATION_AT & 3)]
     return 0
 
 
 def led_ms(word: int, levels: tuple[int, ...]) -> int:
-    """How long ``word`` lights its LED."""
+    """Return how long ``word`` lights its LED."""
     return levels[DURATIONS_MS + (word >> _LED_DURATION_AT & 3)]
 
 
 def avoid_ms(word: int, levels: tuple[int, ...]) -> int:
-    """How long ``word`` avoids obstacles."""
+    """Return how long ``word`` avoids obstacles."""
     if word >> _AVOID_ENABLE_AT & 1:
         return levels[DURATIONS_MS + (word >> _AVOID_DURATION_AT & 3)]
     return 0
 
 
 def length_ms(word: int, levels: tuple[int, ...]) -> int:
-    """How long ``word`` lasts: as long as its longest block, or the idle time where no block has a duration."""
+    """Return how long ``word`` lasts: as long as its longest block; the idle time where no block has a duration."""
     length = motor_ms(word, levels)
     other = led_ms(word, levels)
     if other > length:
@@ -135,7 +136,10 @@ def length_ms(word: int, levels: tuple[int, ...]) -> int:
 
 
 def switch_on(s: list[int], number: int, now: int) -> None:
-    """Clear the memory, and seed the generator with the car's own number, spread so that neighbours differ."""
+    """Clear the memory, and seed the random generator with the car's number.
+
+    The number is multiplied, so that consecutive numbers give very different seeds.
+    """
     for i in range(SIZE):
         s[i] = 0
     s[QUIET_MS] = now
@@ -145,7 +149,7 @@ def switch_on(s: list[int], number: int, now: int) -> None:
 
 
 def draw(s: list[int]) -> int:
-    """The next 32 random bits: Marsaglia's xorshift, 13, 17, 5."""
+    """Return the next 32 random bits: Marsaglia's xorshift, 13, 17, 5."""
     x = s[RANDOM]
     x = x ^ (x << 13 & 0xFFFFFFFF)
     x = x ^ x >> 17
@@ -155,7 +159,7 @@ def draw(s: list[int]) -> int:
 
 
 def leader_start(s: list[int], image: tuple[int, ...], now: int) -> int:
-    """Begin a leader's states. Gives 1 where its first state began, 0 for a leader without states."""
+    """Begin a leader's states. Return 1 where its first state began, 0 for a leader without states."""
     s[STATE] = 0
     s[RUNNING] = 0
     s[HOLDS] = 0
@@ -166,9 +170,9 @@ def leader_start(s: list[int], image: tuple[int, ...], now: int) -> int:
 
 
 def leader_step(s: list[int], image: tuple[int, ...], now: int, levels: tuple[int, ...]) -> int:
-    """Begin the next state if the length of the present one is over. Gives 1 then, else 0.
+    """Begin the next state if the length of the present one is over. Return 1 then, else 0.
 
-    Call it until it gives 0: after a late tick several states may have ended. Each state begins exactly when the one
+    Call it until it returns 0: after a late tick several states may have ended. Each state begins exactly when the one
     before it ended.
     """
     leader_states = image[0] >> 24
@@ -184,7 +188,7 @@ def leader_step(s: list[int], image: tuple[int, ...], now: int, levels: tuple[in
 
 
 def follower_step(s: list[int], now: int, levels: tuple[int, ...]) -> int:
-    """End the word that a follower runs if its length is over. Gives 1 then, else 0.
+    """End the word that a follower runs if its length is over. Return 1 then, else 0.
 
     It also forgets the tag of a word that was begun FORGET_MS ago.
     """
@@ -202,7 +206,7 @@ def follower_step(s: list[int], now: int, levels: tuple[int, ...]) -> int:
 
 
 def hear_voice(s: list[int], voice: int) -> None:
-    """Take what the microphone heard; it has an effect only while a word runs that listens."""
+    """Take what the microphone heard; it has an effect only while a word with the bit voice runs."""
     if s[RUNNING] and s[WORD] >> _VOICE_AT & 1:
         if voice == VOICE_STOP:
             s[STOPPED] = 1
@@ -211,7 +215,7 @@ def hear_voice(s: list[int], voice: int) -> None:
 
 
 def looks_mm(s: list[int], now: int, levels: tuple[int, ...]) -> int:
-    """The distance below which an obstacle matters now; 0 while none does, so that the sensor can stay off."""
+    """Return the distance below which an obstacle matters now; 0 while none does: the sensor can then stay off."""
     word = s[WORD]
     running_ms = elapsed_ms(now, s[STARTED_MS])
     if s[RUNNING] == 0 or running_ms >= avoid_ms(word, levels) or running_ms >= motor_ms(word, levels):
@@ -222,7 +226,7 @@ def looks_mm(s: list[int], now: int, levels: tuple[int, ...]) -> int:
 
 
 def wheels(s: list[int], obstacle_mm: int, person: int, now: int, levels: tuple[int, ...]) -> int:
-    """The state of the wheels now: direction * 4 + speed level, STILL for standing still.
+    """Return the state of the wheels now: direction * 4 + speed level, STILL for standing still.
 
     ``obstacle_mm`` is the distance that the ultrasonic sensor measures, a large number where it finds nothing or is
     off; ``person`` is 1 while the PIR sensor sees somebody.
@@ -249,7 +253,7 @@ def wheels(s: list[int], obstacle_mm: int, person: int, now: int, levels: tuple[
 
 
 def lit_led(s: list[int], now: int, levels: tuple[int, ...]) -> int:
-    """The LED that is on now, 0 to 3, or NO_LED."""
+    """Return the LED that is on now, 0 to 3, or NO_LED."""
     if s[RUNNING] and elapsed_ms(now, s[STARTED_MS]) < led_ms(s[WORD], levels):
         return s[WORD] >> _LED_WHICH_AT & 3
     return NO_LED
@@ -268,8 +272,8 @@ def begin_word(s: list[int], word: int, now: int) -> None:
 def draw_headings(s: list[int], running_ms: int, levels: tuple[int, ...]) -> None:
     """Make the draws that were due in the first ``running_ms`` of the word.
 
-    Draws are counted, not timed, so a car draws the same numbers whenever its ticks happen, and whether or not it stood
-    still meanwhile.
+    Draws are counted, not timed. So a car draws the same numbers at whatever times its ticks happen, and also where it
+    stood still for a while.
     """
     word = s[WORD]
     if word >> _MOTOR_DIRECTION_AT & 3 != RANDOM_FORWARD:

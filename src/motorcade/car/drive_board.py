@@ -26,7 +26,7 @@ class DriveBoard:
         """Steer and drive.
 
         Args:
-            angle_deg: of the servo, 0 to 180; 90 is the centre, below it is right.
+            angle_deg: of the servo, 0 to 180; 90 is the centre, less is right.
             direction: 1 forward, 0 backward.
             speed: PWM duty, 0 to 255.
         """
@@ -44,9 +44,9 @@ class DriveBoard:
         """Give the wheels to the codeword image, at its present state. Called only where ``has_program`` is true."""
 
     def check_program(self) -> None:
-        """Raise OSError where the image has the wheels and its program is dead or hangs; it must never wait.
+        """Raise OSError where the image drives the wheels and its program has ended or hangs; it must never wait.
 
-        Called every 50 ms or more often while the image has the wheels: nothing else would stop them.
+        Called every 50 ms or more often while the image drives: nothing else would stop the wheels then.
         """
 
     def end_program(self) -> None:
@@ -56,10 +56,10 @@ class DriveBoard:
         """Reset a hardware watchdog. Called every 50 ms or more often as long as nothing is wrong."""
 
     def rescue(self) -> "tuple[str, Sequence[str]] | None":
-        """Return what another process has to call to stop the wheels once this process is dead.
+        """Return what another process has to call to stop the wheels when this process has ended.
 
         Returns:
-            ``"module:function"`` and its arguments, which are texts; None where the hardware stops by itself.
+            ``"module:function"`` and its arguments, which are strings; None where the hardware stops by itself.
         """
         return None
 

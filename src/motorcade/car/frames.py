@@ -1,8 +1,9 @@
 """Which infrared frames a car sends, and what it does with those that it receives; a part of its brain.
 
-Functions of integers as in `motorcade.car.brain`, which describes their arguments. A bare word goes on the air for the
-whole of its slot. A tagged word is begun once by each car, however often a car receives it, and cars pass it on as RFC
-6206 (Trickle) describes. Source: the protocol's sections "What a car does with a word" and "Tagged words".
+Functions of integers as in `motorcade.car.brain`, which describes their arguments. A slot is the time in which a leader
+sends one follower word. A bare word is sent again and again during its slot. Each car begins a tagged word once,
+however often it receives the word, and cars pass it on as RFC 6206 (Trickle) describes. Source: the protocol's sections
+"What a car does with a word" and "Tagged words".
 """
 
 from motorcade.car.brain import (
@@ -54,23 +55,24 @@ from motorcade.words.infrared import (
 )
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
 
+# States of sending, in RELAY.
 BUSY = 0  # waits for the air to be free
-SENSING = 1  # the air is free since RELAY_MS
+SENSING = 1  # the air has been free since RELAY_MS
 WAITING = 2  # sends at RELAY_MS if the air is free then
 SCHEDULED = 3  # begins to sense at RELAY_MS
 LISTENING = 4  # senses since RELAY_MS, and sends at once if the air stays free
 RESTING = 5  # sends no more in this interval
 
-# A leader sends a new word so often in so many ms before it sends it as a follower would.
+# A leader sends a new tagged word OPENING_FRAMES times within OPENING_MS. Then it repeats it as a follower would.
 OPENING_FRAMES = 3
 OPENING_MS = 500
 
-# What became of a frame.
+# What a follower did with a frame.
 BEGUN = 0
 IGNORED = 1
 BAD_PARITY = 2
 BAD_RESERVED = 3
-DEAF = 4
+DEAF = 4  # the running word does not accept infrared
 BAD_CHECK = 5
 
 _ACCEPT_IR_AT = CONTROL.field("accept_ir").low
@@ -80,7 +82,7 @@ _WORD_MASK = 0xFFFFF000  # a word without tag, check and parity
 
 
 def dwell_ms(image: tuple[int, ...], levels: tuple[int, ...]) -> int:
-    """How long a leader with ``image`` sends each follower word."""
+    """Return how long a leader with ``image`` sends each follower word."""
     dwell = image[0] >> 8 & 255
     level = 0
     while dwell >> level > 1:
@@ -89,7 +91,7 @@ def dwell_ms(image: tuple[int, ...], levels: tuple[int, ...]) -> int:
 
 
 def frame_ms(frame: int, levels: tuple[int, ...]) -> int:
-    """How long a frame occupies the air, in whole milliseconds."""
+    """Return how long a frame occupies the air, in whole milliseconds."""
     return (air_us(frame, levels[UNIT_US]) + 999) // 1000
 
 
@@ -115,14 +117,14 @@ def leader_begin(s: list[int], image: tuple[int, ...], now: int) -> None:
 
 
 def is_tagged(image: tuple[int, ...]) -> int:
-    """Gives 1 where the follower words of ``image`` travel with a tag, else 0."""
+    """Return 1 where the follower words of ``image`` travel with a tag, else 0."""
     return 1 if image[0] & 255 == TAGGED else 0
 
 
 def leader_sends(s: list[int], image: tuple[int, ...], air_is_busy: int, now: int, levels: tuple[int, ...]) -> int:
-    """Gives 1 where the leader begins a frame of its follower word ``s[SLOT]`` now, else 0.
+    """Return 1 where the leader begins a frame of its follower word ``s[SLOT]`` now, else 0.
 
-    ``air_is_busy`` is 1 while the car senses a carrier; a leader of bare words sends all the same.
+    ``air_is_busy`` is 1 while the car senses a carrier; a leader of bare words ignores it.
     """
     follower_words = image[0] >> 16 & 255
     if follower_words == 0:
@@ -141,7 +143,7 @@ def leader_sends(s: list[int], image: tuple[int, ...], air_is_busy: int, now: in
 
 
 def leader_frame(s: list[int], image: tuple[int, ...]) -> int:
-    """The frame of the follower word that a leader is sending."""
+    """Return the frame of the follower word that a leader is sending."""
     word = image[1 + (image[0] >> 24) + s[SLOT]]
     if s[TAG]:
         return tagged_frame(word, s[TAG])
@@ -149,14 +151,14 @@ def leader_frame(s: list[int], image: tuple[int, ...]) -> int:
 
 
 def follower_frame(s: list[int]) -> int:
-    """The frame of the word that a follower passes on."""
+    """Return the frame of the word that a follower passes on."""
     if s[TAG]:
         return tagged_frame(s[WORD], s[TAG] & TAG_MASK)
     return to_frame(s[WORD])
 
 
 def _enter_slot(s: list[int], image: tuple[int, ...], now: int, levels: tuple[int, ...]) -> int:
-    """Go on to the slot that ``now`` is in. Gives 1 where it is a new one, else 0."""
+    """Go on to the slot that ``now`` is in. Return 1 where it is a new one, else 0."""
     dwell = dwell_ms(image, levels)
     is_new = 0
     while elapsed_ms(now, s[SLOT_STARTED_MS]) >= dwell:
@@ -177,10 +179,11 @@ def _open_slot(s: list[int]) -> None:
 
 
 def _sends_tagged(s: list[int], image: tuple[int, ...], air_is_busy: int, now: int, levels: tuple[int, ...]) -> int:
-    """A leader of tagged words: a new word at once, twice more in OPENING_MS, then as a follower passes it on.
+    """Return 1 where a leader of tagged words begins a frame now, else 0.
 
-    It counts no frames of others, for a leader doesn't receive any. Where the air is busy it sends as soon as the air
-    is free, before the followers, who draw a wait.
+    It sends a new word at once and twice more within OPENING_MS. Then it repeats the word as a follower does, but
+    counts no frames of others, because a leader receives none. Where the air is busy it sends as soon as the air is
+    free. So it comes before the followers, which wait for a random time.
     """
     if _enter_slot(s, image, now, levels):
         _open_slot(s)
@@ -201,7 +204,7 @@ def _sends_tagged(s: list[int], image: tuple[int, ...], air_is_busy: int, now: i
 
 
 def _go_on_opening(s: list[int], levels: tuple[int, ...]) -> None:
-    """Schedule what follows a frame of the slot's opening."""
+    """Schedule the frame after one of the first OPENING_FRAMES of a slot."""
     s[SENT] = s[SENT] + 1
     s[RELAY] = SCHEDULED
     if s[SENT] < OPENING_FRAMES:
@@ -215,7 +218,7 @@ def _go_on_opening(s: list[int], levels: tuple[int, ...]) -> None:
 
 
 def follower_hears(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -> int:
-    """Take a frame that ended now; call follower_step first. Gives the result, BEGUN to BAD_CHECK."""
+    """Take a frame that ended now; call follower_step first. Return the result, BEGUN to BAD_CHECK."""
     if s[RUNNING] and s[WORD] >> _ACCEPT_IR_AT & 1 == 0:
         return DEAF
     if parity_is_even(frame) == 0:
@@ -239,22 +242,22 @@ def follower_hears(s: list[int], frame: int, now: int, levels: tuple[int, ...]) 
 
 
 def _hears_tagged(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -> int:
-    """Take a frame with a tag: begin its word if the tag is newer than the held one, and note who needs which word."""
+    """Take a tagged frame: begin its word if the tag is newer than the car's own; count it if the tag is the same."""
     if check_is_good(frame) == 0:
         s[LOST_CHECK] = s[LOST_CHECK] + 1
         return BAD_CHECK
     tag = tag_of(frame)
-    held = s[TAG] & TAG_MASK
+    own_tag = s[TAG] & TAG_MASK
     is_newer = 1
-    if held:
-        is_newer = tag_is_newer(tag, held)
+    if own_tag:
+        is_newer = tag_is_newer(tag, own_tag)
     if tag == s[TAG] >> REPLACED_TAG_AT:
         is_newer = 0
-    if is_newer or (s[TAG] & FORGOTTEN and tag != held):
+    if is_newer or (s[TAG] & FORGOTTEN and tag != own_tag):
         _replace(s, frame & _WORD_MASK, now, levels)
         s[TAG] = tag
         if is_newer == 0:
-            s[TAG] = tag | held << REPLACED_TAG_AT
+            s[TAG] = tag | own_tag << REPLACED_TAG_AT
         s[INTERVAL] = 0
         if s[WORD] >> _FORWARD_AT & 1:
             s[INTERVAL] = levels[FIRST_INTERVAL_MS]
@@ -268,7 +271,7 @@ def _hears_tagged(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -
     if tag == s[TAG]:
         s[SAME_TAG] = s[SAME_TAG] + 1
     elif s[INTERVAL] > levels[FIRST_INTERVAL_MS]:
-        # The sender is behind.
+        # The sender has an older word: pass the own word on soon.
         _begin_interval(s, levels[FIRST_INTERVAL_MS], now)
     return IGNORED
 
@@ -284,7 +287,7 @@ def _replace(s: list[int], word: int, now: int, levels: tuple[int, ...]) -> None
 
 
 def follower_sends(s: list[int], air_is_busy: int, now: int, levels: tuple[int, ...]) -> int:
-    """Gives 1 where a follower that passes its word on begins a frame of ``s[WORD]`` now, else 0.
+    """Return 1 where a follower that passes its word on begins a frame of ``s[WORD]`` now, else 0.
 
     ``air_is_busy`` is 1 while the car senses a carrier or sends one itself. A tagged word is passed on as RFC 6206
     (Trickle) describes: once in each interval, unless enough others nearby sent the same tag in it.
@@ -299,7 +302,7 @@ def follower_sends(s: list[int], air_is_busy: int, now: int, levels: tuple[int, 
     if s[SAME_TAG] >= levels[REDUNDANCY]:
         s[RELAY] = RESTING
         return 0
-    # Where the air is busy many cars wait, and most of them will find that enough others have sent. So waits are long.
+    # While the air is busy, many cars wait, and most of them need not send: enough others do. So waits are long.
     if _finds_air_free(s, air_is_busy, s[INTERVAL] * 2, now, levels) == 0:
         return 0
     s[RELAY] = RESTING
@@ -307,7 +310,7 @@ def follower_sends(s: list[int], air_is_busy: int, now: int, levels: tuple[int, 
 
 
 def _is_time_to_send(s: list[int], now: int, levels: tuple[int, ...]) -> int:
-    """Gives 1 from the moment of an interval at which a tagged word is due to be sent, else 0."""
+    """Return 1 from that time of an interval on at which a tagged word is due to be sent, else 0."""
     if s[RELAY] == RESTING:
         if elapsed_ms(now, s[INTERVAL_MS]) < s[INTERVAL]:
             return 0
@@ -326,7 +329,7 @@ def _is_time_to_send(s: list[int], now: int, levels: tuple[int, ...]) -> int:
 
 
 def _begin_interval(s: list[int], interval: int, now: int) -> None:
-    """Begin an interval of so many ms; the frame is due at a random moment of its second half."""
+    """Begin an interval of ``interval`` ms; the frame is due at a random time in its second half."""
     s[INTERVAL] = interval
     s[INTERVAL_MS] = now
     s[SAME_TAG] = 0
@@ -336,10 +339,10 @@ def _begin_interval(s: list[int], interval: int, now: int) -> None:
 
 
 def _finds_air_free(s: list[int], air_is_busy: int, wait_ms: int, now: int, levels: tuple[int, ...]) -> int:
-    """Gives 1 where a frame may begin now, else 0.
+    """Return 1 where a frame may begin now, else 0.
 
     Once the air has been free for SENSE_MS, the car draws a wait below ``wait_ms`` and sends if the air is still free
-    when the wait is over. LISTENING, it sends without a wait.
+    when the wait is over. In the state LISTENING it sends without this wait.
     """
     if s[RELAY] != WAITING:
         if air_is_busy:

@@ -79,7 +79,7 @@ class Car:
         if self.leads:
             step.begin_program(self, now)
 
-    # What motorcade.car.step asks for
+    # What motorcade.car.step uses.
 
     @property
     def leads(self) -> bool:
@@ -92,7 +92,7 @@ class Car:
         return self.board.levels
 
     def note(self, kind: int, at_ms: int, word: int, detail: int) -> None:
-        """Tell the board that a state or a word begins, or that a word is over."""
+        """Report to the board that a state or a word begins, or that a word is over."""
         self.board.note(_KINDS[kind], at_ms, word, detail)
 
     def received_frames(self) -> list[int] | tuple[int, ...]:
@@ -100,7 +100,7 @@ class Car:
         return self.board.received_frames()
 
     def note_frame(self, frame: int, result: int) -> None:
-        """Tell the board what became of a frame."""
+        """Report to the board whether a frame was received or lost."""
         if result in _LOSS_REASONS:
             self.board.note("lost", self._now_ms, frame, _LOSS_REASONS[result])
         else:

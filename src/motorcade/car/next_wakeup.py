@@ -1,6 +1,6 @@
-"""How long a car's brain can be left alone: the time until the clock alone changes something.
+"""For how long a car's brain need not run: the time until the clock alone changes something.
 
-Portable, and compiled into the simulator, which gives a car its turn only when something can happen to it, and not in
+Portable. The simulator compiles this file and runs a car's brain only when something can happen to the car, not in
 every tick. The arguments are those of `motorcade.car.brain`.
 """
 
@@ -8,7 +8,7 @@ from motorcade.car import brain, frames
 from motorcade.words.formats import CONTROL
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
 
-# Longer than any duration, and short enough that the wrapping clock still takes it for the future.
+# Longer than any duration, but less than half of the clock's range, so that it still counts as the future.
 NEVER_MS = 1 << 28
 
 _FORWARD_AT = CONTROL.field("forward").low
@@ -24,9 +24,9 @@ def frames_rest_ms(s: list[int], image: tuple[int, ...], free_ms: int, now: int,
         rest = 0
         if reached(now, s[brain.QUIET_MS]) == 0:
             rest = elapsed_ms(s[brain.QUIET_MS], now)
-        moment = _moment_ms(s, free_ms, now)
-        if moment > rest:
-            rest = moment
+        sending = _sending_rest_ms(s, free_ms, now)
+        if sending > rest:
+            rest = sending
         if slot_ms < rest:
             return slot_ms
         return rest
@@ -42,11 +42,11 @@ def relay_rest_ms(s: list[int], free_ms: int, now: int) -> int:
         return NEVER_MS
     if s[brain.TAG] and s[brain.INTERVAL] == 0:
         return NEVER_MS
-    return _moment_ms(s, free_ms, now)
+    return _sending_rest_ms(s, free_ms, now)
 
 
-def _moment_ms(s: list[int], free_ms: int, now: int) -> int:
-    """For how many ms after now a car that wants to send does nothing; at least 1."""
+def _sending_rest_ms(s: list[int], free_ms: int, now: int) -> int:
+    """For how many ms after now a car with a word to send begins no frame; at least 1."""
     state = s[brain.RELAY]
     due = s[brain.RELAY_MS]
     if state == frames.RESTING:
@@ -61,7 +61,8 @@ def _moment_ms(s: list[int], free_ms: int, now: int) -> int:
 def word_rest_ms(s: list[int], now: int, levels: tuple[int, ...]) -> int:
     """For how many ms after now the word changes nothing: neither it nor one of its blocks ends, and it draws nothing.
 
-    A car may rest for so long, or until it has a frame to send, if it receives none and its sensors find nothing new.
+    The brain need not run for so long, or until the car has a frame to send, if the car receives none and its sensors
+    find nothing new.
     """
     running_ms = elapsed_ms(now, s[brain.STARTED_MS])
     forget = NEVER_MS

@@ -1,7 +1,7 @@
 """One tick of a car: the order of its inputs, its brain and its outputs.
 
 Portable. The loop of a real car runs this file on CPython and MicroPython, and the engine compiles it for simulated
-cars, so both do the same in the same order. Each gives its own ``car``, with these attributes and methods:
+cars, so both do the same in the same order. Each passes its own ``car``, with these attributes and methods:
 
 ``leads``
     whether the car leads or follows.
@@ -13,15 +13,15 @@ cars, so both do the same in the same order. Each gives its own ``car``, with th
 ``received_frames()``
     the infrared frames that ended since the last tick, in order.
 ``note_frame(frame, result)``
-    the brain took such a frame, with this result of `motorcade.car.frames.follower_hears`.
+    the brain has processed such a frame, with this result of `motorcade.car.frames.follower_hears`.
 ``heard_voice()``
-    what was said since the last tick.
+    the voice command since the last tick, NO_VOICE for none.
 ``sense(looks_mm)``
-    reads the sensors: the distance of the nearest obstacle in mm and whether a person is near come first in what it
-    gives. With ``looks_mm`` 0 no obstacle matters and the ultrasonic sensor stays off.
+    reads the sensors and returns a tuple; its first two values are the distance of the nearest obstacle in mm, and
+    whether a person is near. With ``looks_mm`` 0 no obstacle matters and the ultrasonic sensor stays off.
 ``set_outputs(wheels, senses)``
     sets the wheels, and what follows from the memory alone, such as the LED (`motorcade.car.brain.lit_led`);
-    ``senses`` is what ``sense`` gave.
+    ``senses`` is what ``sense`` returned.
 ``air_is_busy()``
     1 while infrared of any car, this one included, is on the air here.
 ``send_frame(frame)``
@@ -36,7 +36,7 @@ MYPY = False
 if MYPY:
     from typing import Any
 
-# Kinds of what a car notes.
+# Kinds of the events that a car notes.
 STATE = 0
 START = 1
 OVER = 2
@@ -59,7 +59,7 @@ def act(car: "Any", now: int) -> "Any":
     """Go on with the program or the word, take what was received, and set wheels and LED.
 
     Returns:
-        What ``car.set_outputs`` gives.
+        What ``car.set_outputs`` returns.
     """
     s, levels = car.memory, car.levels
     if car.leads:
@@ -88,7 +88,7 @@ def _follow(car: "Any", now: int) -> None:
 
 
 def send(car: "Any", now: int) -> int:
-    """Begin the frame that is due, if one is; call it after ``act``. Gives 1 where a frame was begun, else 0."""
+    """Begin the frame that is due, if one is; call it after ``act``. Return 1 where a frame was begun, else 0."""
     s = car.memory
     if car.leads:
         if frames.leader_sends(s, car.image, car.air_is_busy(), now, car.levels) == 0:

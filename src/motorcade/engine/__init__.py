@@ -1,1 +1,1 @@
-"""A world for many cars, and a car that exists only in software."""
+"""Simulate many cars on a mat; `motorcade.engine.world.World` is the public interface."""

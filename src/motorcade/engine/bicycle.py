@@ -1,12 +1,14 @@
 """Cars that somebody drives: a servo steers their front wheels, and they move like a bicycle.
 
-**The model** is the kinematic bicycle about the body's middle, which lies midway between the axles (Polack et al.
-2017, "The kinematic bicycle model"). With the wheel base b, front wheels turned by d and the speed v of the middle:
-tan s = tan d / 2 is where the middle goes, off the heading; it turns by v cos s tan d / b. Wheels don't skid, and
-the servo and the motor take no time. Duty `motor.pwm_max` drives as fast as the profile's fastest level.
+**The model** is the kinematic bicycle about the body's middle, which lies midway between the axles (Polack et al. 2017,
+"The kinematic bicycle model"). With the wheel base b, front wheels turned by d and the speed v of the middle: the
+middle moves at the angle s to the heading, where tan s = tan d / 2, and the heading turns by v cos s tan d / b a
+second. Wheels don't skid, and the servo and the motor act without delay. Duty `motor.pwm_max` drives as fast as the
+profile's fastest level.
 
 The brain of a driven car goes on, with its infrared, its LED and its random draws; only its wheels obey the driver. Its
-way changes with every tick, so it looks around in each. In all else it is like other cars: it pushes and is pushed.
+way (how far it moves in a tick, in x and y) changes with every tick, so it looks around in every tick. In everything
+else it is like other cars: it pushes and is pushed.
 """
 
 import math
@@ -108,9 +110,9 @@ def with_driver(driven: Driven, world: int, number: int, place: int, motion: Mot
 
 def without_driver(driven: Driven, world: int, number: int) -> Driven:
     """``driven`` without that car."""
-    kept = (driven[WORLD] != world) | (driven[NUMBER] != number)
-    # NumPy's choice of columns may be in Fortran's order, for which Numba would compile the kernels once more.
-    return np.ascontiguousarray(driven[:, kept])
+    others = (driven[WORLD] != world) | (driven[NUMBER] != number)
+    # NumPy may return the columns in Fortran's order; Numba would compile the kernels a second time for it.
+    return np.ascontiguousarray(driven[:, others])
 
 
 def shown_wheels(ahead: int, aside: int, speeds: Floats) -> int:

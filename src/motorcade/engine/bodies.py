@@ -1,10 +1,10 @@
-"""Contacts between bodies, what the sensors see of bodies and people, and how cars move.
+"""Contacts between bodies, what the sensors measure of bodies and people, and how cars move.
 
 **Contact.** Two bodies that overlap push each other apart along the line between their centres, each by half of the
 overlap; walls and obstacles push by all of it. The push of every car is computed from where the others are now, then
 all pushes are applied at once, never further than the fastest car drives in a tick (the Jacobi variant of
-position-based dynamics, Müller et al. 2007). So a car can enter a wall or another body by up to the way of one tick,
-and further where a queue of cars presses it.
+position-based dynamics, Müller et al. 2007). So a car can enter a wall or another body by up to the distance that it
+drives in one tick, and by more where a queue of cars presses it.
 
 **Ultrasonic.** The sensor measures the distance from the front of the body to the nearest surface that touches the
 cone. **PIR.** The sensor finds a person whose place is within range and sector.
@@ -27,16 +27,19 @@ from motorcade.engine.geometry import (
 from motorcade.engine.native import in_kernel
 from motorcade.engine.state import Cars, Cells, People, Place, Rules
 
+# The way of a car is how far it moves in a tick, in x and y, in units of 2^-WAY_BITS µm.
 WAY_BITS = 12
+# How often wheel noise is drawn.
 NOISE_MS = 100
 # How much farther than necessary a car looks, so that it need not look again soon.
 LOOK_BEYOND_UM = 100_000.0
+# Cars.push holds each coordinate of a push as int16.
 _MOST_PUSH_UM = 32_000.0
 
 
 @in_kernel
 def way_of(i: int, cars: Cars, rules: Rules) -> tuple[float, float, float]:
-    """The way of car ``i`` in a tick in x and y, and its length at most."""
+    """The way of car ``i`` in x and y, and its greatest possible length, all in µm a tick."""
     way_x, way_y = float(cars.way_x[i]) / (1 << WAY_BITS), float(cars.way_y[i]) / (1 << WAY_BITS)
     if rules.wheel_noise > 0.0:
         return way_x, way_y, rules.fastest
@@ -98,7 +101,7 @@ def others_near(
             if distance < rules.contact:
                 overlap = rules.contact - distance
                 if distance == 0.0:
-                    # Two cars at the same point part by their numbers.
+                    # Two cars at the same point are pushed apart along x, in the order of their numbers.
                     distance = 1.0
                     dx = 1.0 if cars.number[i] < cars.number[j] else -1.0
                 push_x -= math.floor(dx * overlap / (2.0 * distance) + 0.5)
@@ -119,7 +122,7 @@ def _closing(product: float, distance: float, own: float, rules: Rules) -> float
 
 @in_kernel
 def _gap_to_cone(ahead: float, aside: float, look: float, rules: Rules) -> float:
-    """How far a body is from being seen: beyond the range or beside the cone, whichever is more."""
+    """How far a body is outside of what the sensor sees: beyond the range or beside the cone, whichever is more."""
     away = math.sqrt(ahead * ahead + aside * aside) - rules.radius
     aside = abs(aside)
     beside = aside * rules.cone_cos - ahead * rules.cone_sin - rules.radius
@@ -134,7 +137,7 @@ def place_near(
 ) -> tuple[float, float, float, float, float]:
     """Look at walls and obstacles around car ``i``, which other cars push by ``push_x`` and ``push_y``.
 
-    However many cars push, none is pushed into a wall that it touches, and only the walls push a car out of a corner.
+    However many cars push, they never push a car into a wall that it touches. In a corner only the walls push it.
 
     Returns:
         The same figures as ``others_near``.

@@ -14,13 +14,13 @@ ROWS = 4
 
 @in_kernel
 def cell_at(length: float, origin: float, per_um: float, most: int) -> int:
-    """The column or row of a coordinate; places outside belong to the border."""
+    """The column or row of a coordinate, 0 to ``most`` - 1; places outside belong to the border."""
     return int(min(max((length - origin) * per_um, 0.0), float(most - 1)))
 
 
 @in_kernel
 def fit(world: int, begin: int, end: int, cars: Cars, cells: Cells, side: float) -> None:
-    """Lay cells over the rectangle that holds the cars of a world; enlarge ``side`` if there are too many."""
+    """Divide the rectangle around the cars of a world into cells ``side`` wide (µm); wider if there are too many."""
     low_x, high_x = cars.x[begin], cars.x[begin]
     low_y, high_y = cars.y[begin], cars.y[begin]
     for i in range(begin + 1, end):
@@ -44,7 +44,7 @@ def fit(world: int, begin: int, end: int, cars: Cars, cells: Cells, side: float)
 
 @in_kernel
 def order_by_cell(world: int, begin: int, end: int, cars: Cars, cells: Cells) -> None:
-    """Fill ``cars.order`` with the car that each index is to hold, cell by cell, and ``cells.first``; stable."""
+    """Fill ``cars.order`` (for each new index the old one, cell by cell, stable) and ``cells.first``."""
     frame = cells.frame[world]
     first = cells.first[world]
     columns, rows = int(frame[COLUMNS]), int(frame[ROWS])
@@ -57,9 +57,9 @@ def order_by_cell(world: int, begin: int, end: int, cars: Cars, cells: Cells) ->
         first[cell] += 1
     total = begin
     for c in range(count):
-        held = first[c]
+        size = first[c]
         first[c] = total
-        total += held
+        total += size
     for i in range(begin, end):
         cell = cars.push[i]
         cars.order[first[cell]] = i
@@ -77,7 +77,7 @@ def _cell_of(cars: Cars, i: int, frame: Floats, columns: int, rows: int) -> int:
 
 @in_kernel
 def fields(cars: Cars) -> int:
-    """How many fields move when cars are sorted."""
+    """How many fields of a car have to be moved when cars are sorted."""
     return int(cars.rows.shape[0]) + 2
 
 

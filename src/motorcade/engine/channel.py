@@ -1,16 +1,16 @@
 """Infrared between cars, frame by frame, and voices.
 
-A frame reaches every car that is, when the frame begins, within range of its sender, within the sender's beam and
-in its line of sight, where walls, obstacles and the bodies of other cars shade. It occupies the air there for its own
-air time.
+A frame reaches every car that is within range, within the sender's beam and in its line of sight when the frame begins.
+Walls, obstacles and the bodies of other cars block the line of sight. The frame occupies the air at the receiver for
+its air time.
 
 **Half duplex.** A car that sends during any part of a frame doesn't receive it.
 
-**Collision.** Where two frames overlap at a receiver, both are lost. With a capture ratio, a frame survives whose power
-there is at least that many times the power of the loudest other one. Power falls with the square of the distance; "the
-loudest" is the loudest since the air there was last free, as the gain control of a receiver works.
+**Collision.** Where two frames overlap at a receiver, both are lost. With a capture ratio, a frame is received if its
+power there is at least that many times the power of the loudest other one. Power falls with the square of the distance.
+"The loudest" is the loudest since the air there was last free, as with the gain control of a receiver.
 
-**Bit errors.** Each bit flips with the same probability on its way to one receiver. Parity finds every odd number of
+**Bit errors.** Each bit flips with the same probability on its way to one receiver. Parity detects every odd number of
 flips and no even number.
 """
 
@@ -27,13 +27,13 @@ from motorcade.words.ticks import elapsed_ms, later_ms, reached
 
 @in_kernel
 def air_is_busy(i: int, now: int, cars: Cars) -> int:
-    """1 while frames of others, or its own, are on the air around car ``i``."""
+    """1 while a frame of another car, or its own, is on the air around car ``i``."""
     return 1 - reached(now, cars.air_until[i]) * reached(now, cars.sends_until[i])
 
 
 @in_kernel
 def free_in_ms(i: int, now: int, cars: Cars) -> int:
-    """In how many ms the air around car ``i`` is free, as far as frames on the air now tell; 0 where it is free."""
+    """In how many ms the air around car ``i`` will be free if no other frame begins; 0 where it is free."""
     if air_is_busy(i, now, cars) == 0:
         return 0
     free = cars.air_until[i]
@@ -44,7 +44,7 @@ def free_in_ms(i: int, now: int, cars: Cars) -> int:
 
 @in_kernel
 def begin_frame(i: int, frame: int, arrays: Arrays, now: Now) -> None:
-    """Let car ``i`` begin a frame; what it was receiving is lost. ``heard`` holds its own frame while it sends."""
+    """Let car ``i`` begin a frame, which ``heard`` then holds; a frame that the car was receiving is lost."""
     cars, counters = arrays.cars, arrays.counters
     if cars.heard_from[i] != NOBODY:
         events.record_loss(
@@ -91,7 +91,7 @@ def _arrive(i: int, j: int, distance: int, arrays: Arrays, now: Now) -> None:
     cars, counters, capture = arrays.cars, arrays.counters, arrays.rules.capture
     loudest = int(cars.loudest[i])
     is_free = reached(now.ms, cars.air_until[i])
-    drowned = is_free == 0 and not _is_louder(distance, loudest, capture)
+    is_covered = is_free == 0 and not _is_louder(distance, loudest, capture)
     number, sender = cars.number[i], cars.number[j]
     if cars.program[i] != 0:
         # A leader receives no frames; it only finds that the air is busy.
@@ -102,7 +102,7 @@ def _arrive(i: int, j: int, distance: int, arrays: Arrays, now: Now) -> None:
         if cars.heard_from[i] != NOBODY and not _is_louder(loudest, distance, capture):
             events.record_loss(counters, now.part, now.ms, number, events.COLLISION, cars.heard[i], cars.heard_from[i])
             cars.heard_from[i] = NOBODY
-        if drowned:
+        if is_covered:
             events.record_loss(counters, now.part, now.ms, number, events.COLLISION, cars.heard[j], sender)
         else:
             cars.heard[i] = cars.heard[j]
@@ -125,7 +125,7 @@ def _is_louder(distance: int, other: int, capture: float) -> bool:
 
 @in_kernel
 def _is_hidden(i: int, j: int, distance: float, world: int, arrays: Arrays) -> bool:
-    """Whether something stands between cars ``j`` and ``i``."""
+    """Whether a wall, an obstacle or a car blocks the line of sight between cars ``j`` and ``i``."""
     cars, cells, rules = arrays.cars, arrays.cells, arrays.rules
     ax, ay = float(cars.x[j]), float(cars.y[j])
     bx, by = float(cars.x[i]), float(cars.y[i])
@@ -138,7 +138,7 @@ def _is_hidden(i: int, j: int, distance: float, world: int, arrays: Arrays) -> b
     right = cell_at(max(ax, bx) + wide, frame[ORIGIN_X], frame[PER_UM], columns)
     bottom = cell_at(min(ay, by) - wide, frame[ORIGIN_Y], frame[PER_UM], rows)
     top = cell_at(max(ay, by) + wide, frame[ORIGIN_Y], frame[PER_UM], rows)
-    # Without a branch for each car, which no processor could predict.
+    # No branch for each car: the processor could not predict it.
     hidden = False
     for row in range(bottom, top + 1):
         for k in range(first[row * columns + left], first[row * columns + right + 1]):
@@ -177,11 +177,11 @@ def received(i: int, seed: int, now: int, cars: Cars, flips: Floats) -> int:
     count = 0
     while count < 32 and chance >= flips[count]:
         count += 1
-    turn, left = 0, count
+    draws, left = 0, count
     flipped = 0
     while left > 0:
-        turn += 1
-        bit = mix(seed + turn, cars.number[i], now) >> 27
+        draws += 1
+        bit = mix(seed + draws, cars.number[i], now) >> 27
         if flipped >> bit & 1 == 0:
             flipped |= 1 << bit
             left -= 1
@@ -190,7 +190,7 @@ def received(i: int, seed: int, now: int, cars: Cars, flips: Floats) -> int:
 
 @in_kernel
 def voices_until(at_ms: int, voices: Voices) -> int:
-    """How many of the mat's voices were said at ``at_ms`` or before."""
+    """How many of the mat's voices are spoken at ``at_ms`` or before."""
     low, high = 0, voices.at_ms.shape[0]
     while low < high:
         middle = (low + high) // 2
@@ -204,9 +204,9 @@ def voices_until(at_ms: int, voices: Voices) -> int:
 @in_kernel
 def voice_at(i: int, arrays: Arrays, now: Now) -> int:
     """The last word that car ``i`` hears in this tick, NO_VOICE for none."""
-    cars, voices, heard = arrays.cars, arrays.voices, now.said
+    cars, voices, word = arrays.cars, arrays.voices, now.said
     for k in range(now.first_voice, now.last_voice):
         dx, dy = float(cars.x[i]) - voices.x[k], float(cars.y[i]) - voices.y[k]
         if dx * dx + dy * dy <= voices.radius[k] * voices.radius[k]:
-            heard = voices.word[k]
-    return heard
+            word = voices.word[k]
+    return word

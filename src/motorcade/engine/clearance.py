@@ -1,7 +1,8 @@
-"""Until which tick nothing can come near enough to a car to matter: one for other cars, one for what stands still.
+"""Store until which tick nothing can come near enough to a car to matter.
 
-Both ticks stand in one number, 15 bits of each. A sixteenth bit says that the tick holds however the car is pushed and
-steered; without the bit it holds only while the car keeps its present way.
+There are two such ticks: one for other cars, one for the place (walls and obstacles, which do not move). One number,
+the field ``clear`` of a car, holds both, 15 bits of each. A sixteenth bit says that the tick holds however the car is
+pushed and steered; without the bit it holds only while the car keeps its present way.
 """
 
 from motorcade.engine import bodies, events, geometry
@@ -10,19 +11,21 @@ from motorcade.engine.state import Arrays, Now
 
 MOST_TICKS = 1000
 _HALF = 0xFFFF
+# The sixteenth bits of both halves.
 _ANYHOW = 0x00010001
-_PAST = 0x4000
+# The sign bit of a difference of two 15-bit ticks: set while the stored tick lies ahead.
+_AHEAD = 0x4000
 
 
 @in_kernel
 def half(tick: int, anyhow: int) -> int:
-    """One half: a tick, and whether (1 or 0) it holds on any way."""
+    """One half: the 15 lowest bits of a tick, and whether (1 or 0) it holds on any way."""
     return (tick << 1 | anyhow) & _HALF
 
 
 @in_kernel
 def due_now(tick: int) -> int:
-    """Other cars and what stands still may both be near at ``tick``."""
+    """Both halves for a car that has to look around at ``tick``."""
     return half(tick, 0) << 16 | half(tick, 0)
 
 
@@ -34,33 +37,33 @@ def with_others(clear: int, others: int) -> int:
 
 @in_kernel
 def with_place(clear: int, place: int) -> int:
-    """``clear`` with a new half for what stands still."""
+    """``clear`` with a new half for the place."""
     return int(clear) >> 16 << 16 | place
 
 
 @in_kernel
 def on_another_way(clear: int, tick: int) -> int:
     """The part of ``clear`` that still holds when the car leaves its way in the tick before ``tick``."""
-    kept = (int(clear) & _ANYHOW) * _HALF
-    return int(clear) & kept | due_now(tick) & ~kept & 0xFFFFFFFF
+    mask = (int(clear) & _ANYHOW) * _HALF
+    return int(clear) & mask | due_now(tick) & ~mask & 0xFFFFFFFF
 
 
 @in_kernel
 def others_due(clear: int, tick: int) -> bool:
     """Whether another car may be near by now."""
-    return (tick - (int(clear) >> 17)) & _PAST == 0
+    return (tick - (int(clear) >> 17)) & _AHEAD == 0
 
 
 @in_kernel
 def place_due(clear: int, tick: int) -> bool:
     """Whether a wall or an obstacle may be near by now."""
-    return (tick - (int(clear) >> 1)) & _PAST == 0
+    return (tick - (int(clear) >> 1)) & _AHEAD == 0
 
 
 @in_kernel
 def is_due(clear: int, tick: int) -> bool:
     """Whether anything may be near by now."""
-    return (tick - (int(clear) >> 17)) & (tick - (int(clear) >> 1)) & _PAST == 0
+    return (tick - (int(clear) >> 17)) & (tick - (int(clear) >> 1)) & _AHEAD == 0
 
 
 @in_kernel
@@ -71,11 +74,16 @@ def whole_ticks(ticks: float) -> int:
 
 @in_kernel
 def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, float, float, float]:
-    """Look at what may be near a car by now, and at everything where its ultrasonic sensor sees as far as ``look``.
+    """Look at what may be near a car by now, or at everything around it where its ultrasonic sensor is on.
+
+    Args:
+        i: the index of the car.
+        look: how far its ultrasonic sensor sees, in µm; 0.0 where the sensor is off.
+        arrays, now: the world and the tick.
 
     Returns:
-        For how many ticks none of that can matter; the distance that the sensor sees; and how others and the place
-        push the car, in x and y.
+        For how many ticks none of that can matter; the distance that the sensor measures (µm); and the push of other
+        cars and the place on the car, in x and y (µm).
     """
     cars, rules, world, tick = arrays.cars, arrays.rules, now.world, now.tick
     others, place_too = others_due(cars.clear[i], tick), place_due(cars.clear[i], tick)
@@ -104,7 +112,7 @@ def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, flo
 
 @in_kernel
 def push(i: int, push_x: float, push_y: float, arrays: Arrays, now: Now) -> None:
-    """Keep a push until the cars move, and count the time that the car is in touch with something."""
+    """Store a push until the cars move, and count the time in which the car touches something."""
     if push_x != 0.0 or push_y != 0.0:
         bodies.keep_push(i, push_x, push_y, arrays.cars, arrays.rules)
         arrays.counters.counts[now.part, events.TOUCHING_MS] += arrays.rules.tick_ms

@@ -1,7 +1,7 @@
-"""What happened in a world: counts, and events as rows of one array where they are wanted.
+"""What happened in a world: counts, and on request events, which are rows of one array.
 
 Every part of a world that a thread steps by itself has its own row of both, so threads never write to the same place.
-The order of the rows means nothing: events are sorted when they are taken. This module needs NumPy and no Numba, since
+The order of the rows has no meaning: `World.take_events` sorts them. This module needs NumPy and no Numba, since
 those who only read a recording use it too.
 """
 
@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-# One event. kind is an index into KINDS and why one into LOSS_REASONS. word is the control word, for a lost frame the
-# bits on the air. other is a state's index, the tag of a word that starts, or the number of a frame's
-# sender, else 0.
+# One event. kind is an index into KINDS, and why is an index into LOSS_REASONS. word is the control word, for a lost
+# frame the bits on the air. other is a state's index, the tag of a word that starts, or the number of a frame's sender,
+# else 0.
 EVENT = np.dtype(
     [
         ("t_ms", "<u4"),
@@ -42,14 +42,15 @@ SENDING = 4
 COLLISION = 5
 CHECK = 6
 
-# Columns of the counts. Lost frames are counted at their index into LOSS_REASONS; index 0 is free for those begun.
+# Columns of the counts. Lost frames are counted at their index into LOSS_REASONS, whose index 0 is no reason: that
+# column counts the frames that were begun.
 FRAMES = 0
 FRAMES_HEARD = 7
 UNDETECTED = 8
 TOUCHING_MS = 9
 EVENTS = 10  # events that happened, whether or not there was room for them
 COUNTS = 16  # two cache lines, so that no two threads write to one
-# One event while a run goes on: t_ms, the car's number, kind, why, word, other.
+# Columns of an event in Counters.events: t_ms, the car's number, kind, why, word, other.
 COLUMNS = 6
 
 
@@ -61,7 +62,7 @@ class Counters(NamedTuple):
 
 
 def record(counters: Counters, part: int, at_ms: int, car: int, kind: int, why: int, word: int, other: int) -> None:
-    """Write an event down if there is room for it, and count it in any case."""
+    """Store an event if there is room for it, and count it in any case."""
     k = counters.counts[part, EVENTS]
     counters.counts[part, EVENTS] = k + 1
     if k < counters.events.shape[1]:
@@ -75,6 +76,6 @@ def record(counters: Counters, part: int, at_ms: int, car: int, kind: int, why: 
 
 
 def record_loss(counters: Counters, part: int, at_ms: int, car: int, why: int, frame: int, sender: int) -> None:
-    """Count a lost frame and write it down."""
+    """Count a lost frame and store the event."""
     counters.counts[part, why] += 1
     record(counters, part, at_ms, car, LOST, why, frame, sender)

@@ -1,7 +1,8 @@
 """Plane geometry that gives the same bits on every machine.
 
 Lengths are µm, headings binary angles: 2^32 is a full turn, counter-clockwise from the x axis. Cosines come from a
-table of rounded numbers. All else uses only operations that IEEE 754 rounds exactly: + - * / and the square root.
+table of rounded numbers. Everything else uses only operations that IEEE 754 rounds exactly: + - * / and the square
+root.
 """
 
 import math
@@ -18,12 +19,15 @@ FAR_UM = 1.0e12
 
 _TABLE_BITS = 12
 _STEP_BITS = 32 - _TABLE_BITS
+# COSINES[k] is the cosine of k / 2^12 of a full turn.
 COSINES: NDArray[np.float64] = np.array(
     [round(math.cos(math.tau * k / (1 << _TABLE_BITS)) * 2**40) / 2**40 for k in range((1 << _TABLE_BITS) + 1)]
 )
+# 1024 equally probable values of the standard normal distribution, ascending.
 NORMALS: NDArray[np.float64] = np.array(
     [round(NormalDist().inv_cdf((k + 0.5) / 1024) * 2**20) / 2**20 for k in range(1024)]
 )
+# More than the largest of NORMALS.
 MOST_NORMAL = 3.3
 
 
@@ -124,7 +128,7 @@ def segment_in_cone(
 
 @in_kernel
 def mix(seed: int, number: int, moment: int) -> int:
-    """32 bits that look random: a hash of three integers, for random draws that no car makes.
+    """32 pseudo-random bits: a hash of three integers, for random draws of the world, not of a car's brain.
 
     Two rounds of multiply and xor-shift (constants: Wellons, "lowbias32").
     """

@@ -1,12 +1,13 @@
 """The kernels: they step all cars of a world, or of many worlds, with the brain's own functions.
 
-A tick runs in this order: every car has its turn, the frames that were begun spread, and all cars move. No car sees
-what another did in the same tick, so neither the order of the cars nor the number of threads changes a result.
-Positions are integers, sums of them are exact, and every random draw is a function of (seed, car, time).
+A tick runs in this order: every car has its turn, the frames that cars began reach the receivers, and all cars move. In
+its turn no car sees what another car does in the same tick, so neither the order of the cars nor the number of threads
+changes a result. Positions are integers, sums of them are exact, and every random draw is a function of (seed, car,
+time).
 
 A car has its turn only when something can have happened to it: its word does something new
 (`motorcade.car.next_wakeup`), a frame has ended, or a body may have come near since it last looked around. The other
-cars go on as before.
+cars keep their wheels and their way.
 """
 
 from collections.abc import Callable
@@ -41,14 +42,14 @@ from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms, reached
 ALL = -1
 _PIR_AT = CONTROL.field("pir").low
 _SENSES = 1 << _PIR_AT | 1 << CONTROL.field("avoid_enable").low
-# What a car senses: what its brain gets of it, whether it looked around, for how many ms nothing of that can change,
-# and how others and the place push it.
+# What a car senses: distance of an obstacle in mm, 1 for a person near, whether the car looked around, for how many ms
+# none of this can change, and the push of other cars and the place in x and y.
 Senses = tuple[int, int, bool, int, float, float]
 
 
 @methods_in_kernel
 class CarTurn(NamedTuple):
-    """The turn of one car, in the form that `motorcade.car.step` asks for."""
+    """The turn of one car, as the ``car`` of `motorcade.car.step`."""
 
     leads: bool
     memory: ForBrain
@@ -59,7 +60,7 @@ class CarTurn(NamedTuple):
     now: Now
 
     def note(self, kind: int, at_ms: int, word: int, detail: int) -> None:
-        """Write an event down."""
+        """Store an event."""
         number = self.arrays.cars.number[self.i]
         events.record(self.arrays.counters, self.now.part, at_ms, number, kind, 0, word, detail)
 
@@ -72,7 +73,7 @@ class CarTurn(NamedTuple):
         return range(frame, frame + 1)
 
     def note_frame(self, frame: int, result: int) -> None:
-        """Count a frame that the brain took, and write down what became of it."""
+        """Count a frame that the brain has processed, and store the event: received or lost."""
         cars, counters, i, part, now = self.arrays.cars, self.arrays.counters, self.i, self.now.part, self.now.ms
         number, sender = cars.number[i], cars.heard_from[i]
         cars.heard_from[i] = NOBODY
@@ -91,7 +92,7 @@ class CarTurn(NamedTuple):
             events.record(counters, part, now, number, events.HEARD, 0, frame & 0xFFFFFFFE, sender)
 
     def heard_voice(self) -> int:
-        """What is said here in this tick."""
+        """The voice command that the car hears in this tick, NO_VOICE for none."""
         return channel.voice_at(self.i, self.arrays, self.now)
 
     def sense(self, looks_mm: int) -> Senses:
@@ -110,7 +111,7 @@ class CarTurn(NamedTuple):
         return bodies.obstacle_mm(distance, rules), person, looks_mm > 0, away, push_x, push_y
 
     def set_outputs(self, wheels: int, senses: Senses) -> tuple[bool, int]:
-        """Set the wheels; gives whether the car looked around, and for how many ms it may be left alone.
+        """Set the wheels; return whether the car looked around, and for how many ms it needs no turn.
 
         The LED follows from the memory (`motorcade.car.brain.lit_led`), so nothing has to be set.
         """
@@ -120,7 +121,7 @@ class CarTurn(NamedTuple):
             bodies.set_way(i, wheels, cars, rules)
             cars.clear[i] = clearance.on_another_way(cars.clear[i], self.now.tick)
             if looked:
-                # The sensor was clear for as long as the car went on as before.
+                # That time was computed for the way that the car has left.
                 away = 0
         elif looked and (bodies.turns(wheels) or rules.wheel_noise > 0.0):
             away = 0
@@ -159,19 +160,19 @@ def _switch_on(begin: int, end: int, arrays: Arrays, now: Now) -> None:
 
 @in_kernel
 def step_cars(begin: int, end: int, arrays: Arrays, now: Now) -> int:
-    """Give their turn to those cars between two indices that are due.
+    """Run the turn of those cars between two indices that are due.
 
     Returns:
-        How many of them began a frame; their indices stand in ``cars.order`` from ``begin`` on.
+        How many of them began a frame; ``cars.order`` lists their indices from ``begin`` on.
     """
     cars, rules = arrays.cars, arrays.rules
     senders = begin
-    somebody_speaks = now.said != brain.NO_VOICE or now.first_voice < now.last_voice
+    voice_is_heard = now.said != brain.NO_VOICE or now.first_voice < now.last_voice
     for i in range(begin, end):
         looked = False
-        if somebody_speaks or reached(now.ms, cars.due[i]):
+        if voice_is_heard or reached(now.ms, cars.due[i]):
             car = _turn_of(i, arrays, now)
-            word_ms = 0 if somebody_speaks else _left_to_word(car)
+            word_ms = 0 if voice_is_heard else _only_sends_ms(car)
             if word_ms == 0:
                 looked, word_ms = step.act(car, now.ms)
             if step.send(car, now.ms):
@@ -185,14 +186,14 @@ def step_cars(begin: int, end: int, arrays: Arrays, now: Now) -> int:
 
 
 @in_kernel
-def _left_to_word(car: CarTurn) -> int:
-    """For how many ms a car that is due can have only a frame to begin; 0 where there may be more to do now."""
+def _only_sends_ms(car: CarTurn) -> int:
+    """For how many ms a car that is due can do nothing but begin a frame; 0 where there may be more to do now."""
     s, i, cars, rules, now = car.memory, car.i, car.arrays.cars, car.arrays.rules, car.now.ms
     if car.leads or s[brain.WORD] & _SENSES:
         return 0
     if cars.heard_from[i] != NOBODY and reached(now, cars.heard_at[i]):
         return 0
-    # The car had its turn whenever there was something new until one tick ago.
+    # Until one tick ago the car had a turn whenever there was something new, so this counts from there.
     rest_ms = next_wakeup.word_rest_ms(s, later_ms(now, -rules.tick_ms), rules.levels) - rules.tick_ms
     return max(rest_ms, 0)
 
@@ -213,7 +214,7 @@ def _set_due(car: CarTurn, wait: int) -> None:
 
 @in_kernel
 def _sort(world: int, begin: int, end: int, arrays: Arrays) -> None:
-    """Bring the cars of a world into the order of their cells."""
+    """Sort the cars of a world by their cells."""
     cars = arrays.cars
     cells.fit(world, begin, end, cars, arrays.cells, arrays.rules.cell)
     cells.order_by_cell(world, begin, end, cars, arrays.cells)
@@ -241,14 +242,14 @@ def _worlds_kernel(fingerprint: str) -> Callable[..., None]:
         for world in numba.prange(seeds.shape[0]):
             inside = Arrays(cars, cell_lists, place, people, voices, driven, rules, counters)
             begin, end, seed = world * per_world, (world + 1) * per_world, seeds[world]
-            heard = channel.voices_until((first_tick - 1) * rules.tick_ms, voices)
+            spoken = channel.voices_until((first_tick - 1) * rules.tick_ms, voices)
             for tick in range(first_tick, first_tick + ticks):
                 ms = tick * rules.tick_ms & TICKS_MASK
-                first_voice = heard
-                while heard < voices.at_ms.shape[0] and voices.at_ms[heard] <= ms:
-                    heard += 1
+                first_voice = spoken
+                while spoken < voices.at_ms.shape[0] and voices.at_ms[spoken] <= ms:
+                    spoken += 1
                 voice = said if tick == first_tick else brain.NO_VOICE
-                now = Now(world, world, seed, tick, ms, voice, first_voice, heard)
+                now = Now(world, world, seed, tick, ms, voice, first_voice, spoken)
                 if tick == 0:
                     _switch_on(begin, end, inside, now)
                 if tick % rules.sort_every == 0:
@@ -286,15 +287,15 @@ def _large_kernel(fingerprint: str) -> Callable[..., None]:
         # other stores are behind calls.
         senders, strips = arrays.cells.strips[0], arrays.cells.strips[1]
         seed, first, frame = seeds[0], arrays.cells.first[0], arrays.cells.frame[0]
-        heard = channel.voices_until((first_tick - 1) * rules.tick_ms, voices)
+        spoken = channel.voices_until((first_tick - 1) * rules.tick_ms, voices)
         for tick in range(first_tick, first_tick + ticks):
             ms = tick * rules.tick_ms & TICKS_MASK
-            first_voice = heard
-            while heard < voices.at_ms.shape[0] and voices.at_ms[heard] <= ms:
-                heard += 1
+            first_voice = spoken
+            while spoken < voices.at_ms.shape[0] and voices.at_ms[spoken] <= ms:
+                spoken += 1
             voice = said if tick == first_tick else brain.NO_VOICE
             if tick == 0:
-                _switch_on(0, count, arrays, Now(0, 0, seed, tick, ms, voice, first_voice, heard))
+                _switch_on(0, count, arrays, Now(0, 0, seed, tick, ms, voice, first_voice, spoken))
             if tick % rules.sort_every == 0:
                 cells.fit(0, 0, count, cars, cell_lists, rules.cell)
                 cells.order_by_cell(0, 0, count, cars, cell_lists)
@@ -315,11 +316,11 @@ def _large_kernel(fingerprint: str) -> Callable[..., None]:
             for part in numba.prange(parts):
                 inside = Arrays(cars, cell_lists, place, people, voices, driven, rules, counters)
                 begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]
-                now = Now(0, part, seed, tick, ms, voice, first_voice, heard)
+                now = Now(0, part, seed, tick, ms, voice, first_voice, spoken)
                 senders[part] = step_cars(begin, end, inside, now)
             for part in numba.prange(parts):
                 inside = Arrays(cars, cell_lists, place, people, voices, driven, rules, counters)
-                now = Now(0, part, seed, tick, ms, voice, first_voice, heard)
+                now = Now(0, part, seed, tick, ms, voice, first_voice, spoken)
                 for other in range(max(part - 1, 0), min(part + 2, parts)):
                     begin = first[strips[other] * columns]
                     for k in range(begin, begin + senders[other]):
@@ -334,7 +335,7 @@ def _large_kernel(fingerprint: str) -> Callable[..., None]:
 
 def _wake_kernel(fingerprint: str) -> Callable[..., None]:
     def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:
-        """Make every car look around in its next tick, because nothing that it knew of its surroundings holds.
+        """Make every car look around in its next tick, because its surroundings have changed.
 
         The car at index ``moved`` also gets the way that fits its new heading; with ALL every car does.
         """
@@ -366,7 +367,8 @@ def _leds_kernel(fingerprint: str) -> Callable[..., None]:
 def give_back(i: int, tick: int, cars: Cars, rules: Rules) -> None:
     """Give the wheels of car ``i`` back to its program; called between two ticks, and never compiled.
 
-    Where the wheels depend on sensors, or on what the program does at the next tick, the car's turn in that sets them.
+    Where the wheels depend on sensors, or on what the program does in the next tick, the car's turn in that tick sets
+    them.
     """
     now = tick * rules.tick_ms & TICKS_MASK
     memory, levels = cars.memory[:, i].tolist(), tuple(rules.levels.tolist())

@@ -23,8 +23,9 @@ _FIELDS = Cars._fields[2:-4]
 _SIGNED = ("x", "y", "way_x", "way_y")
 # Bytes of a car, with events and room for cells; without events it is about half.
 BYTES_A_CAR = 256
+# Cars are sorted by cells again before any of them can have gone farther.
 _DRIFT_UM = 60_000
-_LINE = 16  # cars to a cache line
+_LINE = 16  # cars in a cache line
 CELL_UM = 450_000.0
 # With so few cars, checking all of them is faster than cells.
 _FEW_CARS = 24
@@ -34,7 +35,7 @@ _FEW_PLACE_CELLS = 1 << 14
 
 
 def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
-    """The figures of a world. Raises MotorcadeError where the profile can't be simulated."""
+    """Return the figures of a world in the engine's units. Raises MotorcadeError: the profile can't be simulated."""
     body, physics, tick_ms = profile.body, mat.physics, mat.tick_ms
     radius = body.diameter_mm * 500.0
     # mm/s times ms is µm.
@@ -81,9 +82,9 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
 
 
 def cars_of(worlds: int, per_world: int) -> Cars:
-    """Room for all cars, zeroed."""
+    """Allocate the arrays of all cars, filled with zeros."""
     count = worlds * per_world
-    # Fields are an odd number of cache lines apart. Otherwise the fields of a car would share a few sets of the cache.
+    # Fields are an odd number of cache lines apart. Otherwise all fields of a car would be in a few sets of the cache.
     # One column is never used, so that rows are never contiguous: Numba would compile the kernels for both layouts.
     lines = -(-(count + 1) // _LINE) | 1
     rows = np.zeros((SIZE + len(_FIELDS), lines * _LINE), np.uint32)[:, :count]
@@ -115,7 +116,7 @@ def put_in_place(cars: Cars, mat: Mat, worlds: int, images: int) -> None:
 
 
 def cells_of(worlds: int, per_world: int) -> Cells:
-    """Room for the cells of worlds: at most five for eight cars, and a few more."""
+    """Allocate the cells of the worlds: at most five cells for eight cars, and a few more."""
     first, frame = np.zeros((worlds, per_world * 5 // 8 + 17), np.int32), np.zeros((worlds, 5), np.float64)
     return Cells(first, frame, np.zeros((2, MOST_PARTS + 1), np.int64))
 
@@ -137,14 +138,14 @@ def people_of(mat: Mat, parts: int) -> People:
 
 
 def voices_of(mat: Mat) -> Voices:
-    """The voices of the mat, in the order of time."""
-    said = sorted(mat.voices, key=lambda voice: voice.at_s)
+    """Return the voices of the mat, in the order of time."""
+    voices = sorted(mat.voices, key=lambda voice: voice.at_s)
     return Voices(
-        at_ms=np.array([round(voice.at_s * 1000) for voice in said], np.int64),
-        word=np.array([VOICES[voice.word] for voice in said], np.int64),
-        x=np.array([voice.x_m * 1e6 for voice in said], np.float64),
-        y=np.array([voice.y_m * 1e6 for voice in said], np.float64),
-        radius=np.array([FAR_UM if voice.radius_m is None else voice.radius_m * 1e6 for voice in said], np.float64),
+        at_ms=np.array([round(voice.at_s * 1000) for voice in voices], np.int64),
+        word=np.array([VOICES[voice.word] for voice in voices], np.int64),
+        x=np.array([voice.x_m * 1e6 for voice in voices], np.float64),
+        y=np.array([voice.y_m * 1e6 for voice in voices], np.float64),
+        radius=np.array([FAR_UM if voice.radius_m is None else voice.radius_m * 1e6 for voice in voices], np.float64),
     )
 
 
@@ -167,7 +168,7 @@ def place_of(mat: Mat, rules: Rules) -> Place:
     low, high = ends.min(axis=0) - reach - 1, ends.max(axis=0) + reach + 1
     most_cells = max(_FEW_PLACE_CELLS, len(mat.starts) // 3)
     side = max(_PLACE_CELL_UM, math.sqrt(float(np.prod(high - low)) / most_cells))
-    # Nothing is within reach beyond the border cells, so their lists are empty and hold for all that lies outside.
+    # Nothing is within reach beyond the border cells, so their lists are empty, which is also right outside.
     columns, rows = (int(count) for count in np.ceil((high - low) / side) + 2)
     frame = np.array([low[0] - side, low[1] - side, 1 / side, columns, rows])
     reached = [_cells_near(frame, *_box(each), reach) for each in segments]
@@ -254,7 +255,7 @@ def _cosine(degrees: float) -> float:
 
 
 def _person_step(mat: Mat) -> float:
-    """µm that people walk at most in a tick; a person whose path starts again may jump to any place."""
+    """How many µm people walk at most in a tick; a person whose path starts again may jump to any place."""
     steps = [0.0]
     for person in mat.people:
         if person.repeats and person.path[0][1:] != person.path[-1][1:]:

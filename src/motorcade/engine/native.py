@@ -1,7 +1,7 @@
 """Compile the engine with Numba, and make the portable functions callable from compiled code.
 
-Importing this module is enough for the latter: Numba then compiles a call of `motorcade.car.brain.follower_step` from
-the source of that very function. There is no second version of it.
+To import this module is enough for the second: Numba then compiles a call of `motorcade.car.brain.follower_step` from
+the source of that function, so there is no second version of it.
 """
 
 import hashlib
@@ -24,7 +24,7 @@ from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.engine import events
 from motorcade.words import infrared, ticks
 
-# For functions that kernels call. They are inlined, because a call would copy the description of each array.
+# Decorator for functions that kernels call. They are inlined, because a call would copy the description of each array.
 in_kernel = register_jitable(forceinline=True)
 
 Class = TypeVar("Class", bound=type)
@@ -57,7 +57,7 @@ def _register_method(kind: type, name: str, method: FunctionType) -> None:
 def compiled(
     make: Callable[[str], Callable[..., Any]], sources: tuple[Path, ...], parallel: bool
 ) -> Callable[..., Any]:
-    """A kernel that is compiled at its first call and kept on disk for the next start.
+    """Return a kernel that is compiled at its first call and cached on disk for the next start.
 
     Numba's cache looks only at the file of the kernel itself. Therefore ``make`` takes a fingerprint of all that is
     compiled into the kernel and returns a function with the fingerprint in its closure, which Numba does look at.

@@ -21,7 +21,7 @@ Singles = NDArray[np.float32]
 Words = NDArray[np.uint32]
 Lengths = NDArray[np.int32]
 Metres = NDArray[np.float64] | NDArray[np.float32]
-# An array where the brain is annotated with a list or tuple of integers.
+# An array that is passed to functions of the brain, whose annotations are a list or a tuple of integers.
 ForBrain = Any
 
 NOBODY = 0xFFFFFFFF
@@ -30,7 +30,7 @@ DRIVEN = 3 * 4
 # The cars that somebody drives, of all worlds: (7, driven), rows as in `motorcade.engine.bicycle`. It is one matrix
 # because a kernel gets slower with every array.
 Driven = Ints
-# Strips of a large world; more than threads, so that a crowded one doesn't hold up the others.
+# Strips of a large world; more than threads, so that threads need not wait for a strip with many cars.
 MOST_PARTS = 32
 
 
@@ -44,18 +44,18 @@ class Cars(NamedTuple):
     memory: ForBrain  # uint32, (brain.SIZE, cars): the brain's memory; a column per car
     x: Lengths
     y: Lengths
-    way_x: Lengths  # the way that it drives in a tick, in 2^-12 µm
+    way_x: Lengths  # how far it drives in a tick, in 2^-12 µm
     way_y: Lengths
     heading: Words
     number: Words  # within its world
-    due: Words  # when its next turn is due
+    due: Words  # when its next turn is due, ms
     clear: Words  # until which ticks nothing can come near enough to matter; see `motorcade.engine.clearance`
     heard: Words  # the frame that it is receiving; its own while it sends
-    heard_at: Words  # when that ends
+    heard_at: Words  # when that frame ends, ms
     heard_from: Words  # the number of its sender; NOBODY: it receives none, or the frame is lost
-    loudest: Words  # distance of the nearest sender since the air here was last free
-    air_until: Words  # until when frames of others are on the air here
-    sends_until: Words
+    loudest: Words  # distance of the nearest sender since the air here was last free, µm
+    air_until: Words  # until when frames of others are on the air here, ms
+    sends_until: Words  # until when it sends its own frame, ms
     push: Words  # how contacts move it in this tick: x and y as two int16, µm; scratch while cars are sorted
     order: Words  # the cars that begin a frame in this tick; scratch while cars are sorted
     wheels: NDArray[np.uint8]  # direction * 4 + speed level, or DRIVEN
@@ -71,7 +71,7 @@ class Cells(NamedTuple):
 
 
 class Place(NamedTuple):
-    """What stands still: walls and the sides of polygons, round obstacles, and lists of them by cell."""
+    """What does not move: walls and the sides of polygons, round obstacles, and lists of them by cell."""
 
     segments: Floats  # (segments, 4): x0, y0, x1, y1
     discs: Floats  # (discs, 3): x, y, radius
@@ -95,7 +95,7 @@ class People(NamedTuple):
 
 
 class Voices(NamedTuple):
-    """The voices of the mat: what is said when and where."""
+    """The voices of the mat: which word is spoken when and where."""
 
     at_ms: Ints  # (voices,), rising
     word: Ints
@@ -128,8 +128,8 @@ class Rules(NamedTuple):
     pir_cos: float
     person_step: float  # µm a tick that people walk at most
     range: float
-    beam_cos: float  # -2: all round
-    capture: float  # 0: never
+    beam_cos: float  # -2: in all directions
+    capture: float  # 0: no frame survives a collision
     wheel_noise: float
     drift: float  # µm that a car may have gone since the last sort
     sort_every: int  # ticks
@@ -157,8 +157,8 @@ class Now(NamedTuple):
     seed: int
     tick: int
     ms: int
-    said: int  # what every car hears: NO_VOICE, VOICE_STOP or VOICE_GO of the brain
-    first_voice: int  # the mat's voices that are said in this tick: from first_voice to last_voice - 1
+    said: int  # the voice command that every car hears: NO_VOICE, VOICE_STOP or VOICE_GO of the brain
+    first_voice: int  # the mat's voices that are spoken in this tick: from first_voice to last_voice - 1
     last_voice: int
 
 
@@ -176,7 +176,7 @@ class Moment(NamedTuple):
             car.
         led: the LED that is on, 4 for none.
         sends: whether the car's frame is on the air.
-        counts: what was counted since the run began, by name, as in `World.counts`; empty where nobody asked for it.
+        counts: what was counted since the run began, by name, as in `World.counts`; empty where they are not needed.
     """
 
     t_ms: int

@@ -22,7 +22,7 @@ from motorcade.mats.schema import FARTHEST_M
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.ticks import TICKS_MASK
 
-# One world of fewer cars is stepped faster by one thread.
+# One thread is faster for a single world of fewer cars.
 _LARGE = 20_000
 _COUNTED = {
     "frames": events.FRAMES,
@@ -194,10 +194,10 @@ class World:
         """Simulate ``duration_ms``, rounded down to whole ticks, in one compiled call."""
         ticks = duration_ms // self.tick_ms
         while ticks > 0:
-            # With events, calls are short, since there must be room for the events of a call.
-            now = min(ticks, max(self.tick_ms, 200) // self.tick_ms) if self._keeps_events else ticks
-            self._advance(now)
-            ticks -= now
+            # With events the calls are short, because all events of a call have to fit into the array.
+            count = min(ticks, max(self.tick_ms, 200) // self.tick_ms) if self._keeps_events else ticks
+            self._advance(count)
+            ticks -= count
 
     def snapshot(self, world: int = 0) -> Moment:
         """What the cars of a world show now, and what was counted in it since reset."""
@@ -243,8 +243,8 @@ class World:
 
         ``frames`` are the frames begun. At each receiver a frame is ``heard`` or lost: ``lost_collision``,
         ``lost_sending``, ``lost_parity``, ``lost_reserved``, ``lost_check``, ``deaf``. ``undetected`` are frames
-        that were heard with flipped bits. ``touching_ms`` is the time that cars were in touch with something, summed
-        over cars.
+        that were heard with flipped bits. ``touching_ms`` is the time in which cars touched something, summed over
+        cars.
         """
         counts = self._counters.counts
         return {
@@ -267,8 +267,8 @@ class World:
     def _shown_wheels(self, world: int) -> NDArray[np.uint8]:
         begin = world * self.cars
         wheels = self.state.wheels[begin : begin + self.cars].copy()
-        for which, _, place, ahead, aside, *_ in self._driven.T.tolist():
-            if which == world:
+        for its_world, _, place, ahead, aside, *_ in self._driven.T.tolist():
+            if its_world == world:
                 wheels[place - begin] = bicycle.shown_wheels(ahead, aside, self._rules.speeds)
         return wheels
 
@@ -343,10 +343,10 @@ def _seed_list(seeds: int | Sequence[int]) -> NDArray[np.int64]:
 
 
 def warm_up(world: World) -> None:
-    """Compile everything that runs while a world like this one is played, driven cars included; ``world`` itself stays.
+    """Compile everything that runs while a world like this one is played, driven cars included.
 
-    This takes some 20 s the first time on a computer, then half a second. Other threads can be held up meanwhile, for
-    up to 0.2 s at a time.
+    ``world`` itself is not changed. This takes some 20 s the first time on a computer, then half a second. Other
+    threads can be delayed meanwhile, for up to 0.2 s at a time.
     """
     other = World(world.mat, world.images, world.profile, threads=world.threads)
     other.drive(0)

@@ -1,4 +1,4 @@
-"""Mats: the places that cars drive on, with walls, obstacles, people, voices and the physics that hold there."""
+"""Mats: the places that cars drive on, with walls, obstacles, people, voices and physics."""
 
 from motorcade.mats.document import check_mat as check_mat
 from motorcade.mats.document import parse_mat as parse_mat

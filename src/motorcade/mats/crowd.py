@@ -21,13 +21,13 @@ class Crowd:
     """Cars in an area.
 
     Attributes:
-        file: the mat's name in errors.
+        file: what errors call the mat.
         place: the crowd's place in the file, for errors.
         cars, leaders: how many cars there are, and how many of them lead.
         corner_m, size_m: the area's lower left corner, and its width and height.
         spacing_m: the least distance between two cars' centres.
         is_random: whether they stand at random instead of in rows.
-        heading: in radians; None for a random one for each car.
+        heading: in radians; None: each car has a random one.
         seed: of the random numbers.
     """
 
@@ -134,7 +134,7 @@ def _spread(x_m: Points, y_m: Points, count: int) -> NDArray[np.intp]:
     points = len(x_m)
     band = np.empty(points, np.int64)
     band[np.argsort(y_m, kind="stable")] = np.arange(points) * bands // points
-    # Every other band runs backwards, so that a block over the end of a band is in one place.
+    # Every other band runs backwards, so that the points of a block that lies in two bands are near each other.
     order = np.lexsort((np.where(band % 2, -x_m, x_m), band))
     block = np.arange(points) * count // points
     size = np.bincount(block)

@@ -20,7 +20,7 @@ from motorcade.mats.schema import FARTHEST_M, FORMAT, MOST_CARS, mat_schema
 
 _KINDS: dict[str, Kind] = {".toml": "TOML", ".json": "JSON"}
 _MOST_HEADING = 1e6
-# The simulator keeps whole micrometres.
+# The simulator rounds positions to whole micrometres.
 _ROUNDING_M = 1e-6
 
 _Cars = tuple[Points, Points, Points, NDArray[np.bool_]]
@@ -47,22 +47,22 @@ def parse_mat(text: str, name: str, kind: Kind) -> Mat:
 
 def mat_of(document: Any, file: Text) -> Mat:
     """Convert a parsed document; errors call it ``file``. Raises MotorcadeError."""
-    whole = load(document, mat_schema(), file)
+    checked = load(document, mat_schema(), file)
     mat = Mat(
-        name=whole["name"],
+        name=checked["name"],
         starts=Starts.of([], []),
-        tick_ms=whole["tick_ms"],
-        size_m=_pair(whole["size_m"]) if "size_m" in whole else None,
-        walled=whole["edge"] == "wall",
-        walls=tuple((*_pair(wall["from_m"]), *_pair(wall["to_m"])) for wall in whole["wall"]),
-        discs=tuple((*_pair(disc["centre_m"]), float(disc["radius_m"])) for disc in whole["disc"]),
-        polygons=tuple(tuple(map(_pair, polygon["corners_m"])) for polygon in whole["polygon"]),
-        people=tuple(_person(person) for person in whole["person"]),
-        voices=tuple(_voice(voice) for voice in whole["voice"]),
-        physics=Physics(**{key: _float(value) for key, value in whole["physics"].items()}),
+        tick_ms=checked["tick_ms"],
+        size_m=_pair(checked["size_m"]) if "size_m" in checked else None,
+        walled=checked["edge"] == "wall",
+        walls=tuple((*_pair(wall["from_m"]), *_pair(wall["to_m"])) for wall in checked["wall"]),
+        discs=tuple((*_pair(disc["centre_m"]), float(disc["radius_m"])) for disc in checked["disc"]),
+        polygons=tuple(tuple(map(_pair, polygon["corners_m"])) for polygon in checked["polygon"]),
+        people=tuple(_person(person) for person in checked["person"]),
+        voices=tuple(_voice(voice) for voice in checked["voice"]),
+        physics=Physics(**{key: _float(value) for key, value in checked["physics"].items()}),
     )
     check_outlines(mat, file)
-    return replace(mat, starts=_place_cars(mat, whole["car"], whole["crowd"], file))
+    return replace(mat, starts=_place_cars(mat, checked["car"], checked["crowd"], file))
 
 
 def check_mat(mat: Mat, profile: Profile) -> None:
@@ -132,7 +132,7 @@ def document_of(mat: Mat) -> dict[str, Any]:
         "disc": [{"centre_m": [x, y], "radius_m": radius} for x, y, radius in mat.discs],
         "polygon": [{"corners_m": corners} for corners in mat.polygons],
         "person": [asdict(person) for person in mat.people],
-        "voice": [{"at_s": voice.at_s, "word": voice.word} | _heard_where(voice) for voice in mat.voices],
+        "voice": [{"at_s": voice.at_s, "word": voice.word} | _area_of(voice) for voice in mat.voices],
         "physics": {key: value for key, value in asdict(mat.physics).items() if value is not None},
     }
     if mat.size_m is not None:
@@ -150,7 +150,7 @@ def _without_numpy(value: Any) -> Any:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def _heard_where(voice: Voice) -> dict[str, Any]:
+def _area_of(voice: Voice) -> dict[str, Any]:
     return {} if voice.radius_m is None else {"centre_m": [voice.x_m, voice.y_m], "radius_m": voice.radius_m}
 
 
@@ -218,7 +218,7 @@ def _crowd(mat: Mat, table: dict[str, Any], file: Text, place: str) -> Crowd:
 
 
 def _free_places(mat: Mat, listed: _Cars, spacing_m: float) -> IsFree:
-    """Make the test where a car of a crowd may stand: half its spacing from obstacles, all of it from listed cars."""
+    """Return the test where a car of a crowd may stand: half its spacing from obstacles, all of it from listed cars."""
     cars = tuple((float(x), float(y), spacing_m / 2) for x, y in zip(listed[0], listed[1], strict=True))
 
     def is_free(x_m: Points, y_m: Points) -> NDArray[np.bool_]:

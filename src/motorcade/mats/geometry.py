@@ -1,7 +1,7 @@
 """Geometry of mats: which points are too near to obstacles or to each other, and which outlines are not valid.
 
-It is fast for a million points. Only operations that IEEE 754 rounds exactly decide, so that every computer decides
-the same.
+It is fast for a million points. It decides only by operations that IEEE 754 rounds exactly, so that the result is the
+same on every computer.
 """
 
 import math
@@ -52,7 +52,7 @@ def close_pair(x_m: Points, y_m: Points, distance_m: float) -> tuple[int, int] |
     """Find two points nearer to each other than ``distance_m``, the lower index first; None where there are none."""
     if len(x_m) < 2:
         return None
-    # The cell's diagonal is the distance: where a cell holds two points, these are near enough.
+    # The diagonal of a cell is distance_m, so two points in one cell are a pair.
     side = distance_m * math.sqrt(0.5)
     column = np.floor((x_m - x_m.min()) / side).astype(np.int64)
     row = np.floor((y_m - y_m.min()) / side).astype(np.int64)

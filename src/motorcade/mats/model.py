@@ -1,4 +1,4 @@
-"""A mat as data: where cars start, walls and obstacles, people, voices, and which physics hold."""
+"""A mat as data: where cars start, walls and obstacles, people, voices, and the physics."""
 
 import heapq
 import math
@@ -108,14 +108,14 @@ class Voice:
 
 @dataclass(frozen=True, slots=True)
 class Physics:
-    """Which physics hold; each can be changed alone.
+    """The physics of a mat; each setting can be changed alone.
 
     Attributes:
         collisions: bodies push each other apart, and walls and obstacles stop them.
-        line_of_sight: walls, obstacles and cars shade infrared.
-        capture_ratio: how many times stronger (power, above 1) than another a frame must be to survive it; None: no
-            frame does.
-        beam_half_angle_deg: half of the angle of the sender's cone about its heading, 1 to 180; 180 is all round.
+        line_of_sight: walls, obstacles and cars block infrared.
+        capture_ratio: where two frames overlap, the stronger one is received if its power is at least so many times the
+            power of the other (above 1); None: both are lost.
+        beam_half_angle_deg: half of the angle of the sender's cone about its heading, 1 to 180 (all directions).
         bit_error_rate: probability that a bit of a frame flips on its way to a receiver, 0 to 0.5.
         wheel_noise: standard deviation of each wheel's speed as a share of it, 0 to 0.5.
     """
@@ -143,7 +143,7 @@ class Mat:
         polygons: solid obstacles, three corners (x, y) or more each.
         people: the people who walk there.
         voices: the words that are spoken there.
-        physics: which physics hold.
+        physics: the physics of the mat.
     """
 
     name: str
@@ -179,7 +179,7 @@ def formation(followers: int, reach_m: float = 1.0) -> list[Pose]:
 
 
 def open_table(poses: Sequence[Pose], tick_ms: int = 1) -> Mat:
-    """Make an unbounded plane with nothing but cars, of which the first leads; no car shades another's infrared."""
+    """Make an unbounded plane with nothing but cars, of which the first leads; no car blocks another's infrared."""
     leads = [number == 0 for number in range(len(poses))]
     return Mat("open table", Starts.of(poses, leads), tick_ms, physics=Physics(line_of_sight=False))
 

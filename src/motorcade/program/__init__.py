@@ -1,1 +1,1 @@
-"""What the user means: steps, compiled into words and back."""
+"""The user's programs: steps, compiled into words and back."""

@@ -1,7 +1,7 @@
 """Convert between a program and the states of Blockly's workspaces.
 
-Each step is a block of its own type, with the step's fields in capitals. Two more types are no steps: the hats, below
-which the steps stand, and the infrared block, which gives its settings to the steps inside it.
+Each step is a block of its own type, with the step's fields in capitals. Two more types are no steps: the hat, which is
+the first block of each workspace, above the steps, and the infrared block, whose settings hold for the steps inside it.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,10 +23,10 @@ FOLLOWERS_HAT = f"{PREFIX}followers"
 INFRARED = f"{PREFIX}infrared"
 _WITH_STEPS = (INFRARED, f"{PREFIX}{TogetherStep.kind}", f"{PREFIX}{RepeatStep.kind}")
 
-# No image holds more than 255 states or words. A row of blocks is JSON nested twice as deep, and Python's reader takes
-# a depth of about a thousand.
+# No image holds more than 255 states or words. Each block of a row adds two levels of nesting to the JSON, and Python's
+# reader takes about a thousand levels.
 MOST_IN_A_ROW = 400
-# What program_from_dict reads, which counts three brackets for a repeat.
+# program_from_dict reads no deeper program; a repeat takes three levels of nesting there.
 MOST_DEEP = 30
 
 _SETTINGS = ("accept_ir", "forward")
@@ -56,7 +56,7 @@ def program_of(leader: Any, followers: Any = None, profile: str = "classroom") -
 def blocks_of(program: Program) -> tuple[Workspace, Workspace | None]:
     """Return the workspaces of the leader and of the followers, laid out anew.
 
-    Raises ProgramError where the program has too many steps in a row, or nests them too deep.
+    Raises ProgramError where the program has too many steps in a row, or they are nested too deep.
     """
     leader = _workspace(LEADER_HAT, {}, _blocks(program.leader, "leader", 0))
     if program.followers is None:
@@ -66,7 +66,7 @@ def blocks_of(program: Program) -> tuple[Workspace, Workspace | None]:
 
 
 class _Reader:
-    """Reads the steps of one editor; ``path`` is theirs in the program."""
+    """Read the steps of one editor; ``path`` is the place of these steps in the program."""
 
     def __init__(self, path: str, leads: bool):
         self._path = path
@@ -111,7 +111,7 @@ class _Reader:
         if kind == TogetherStep.kind:
             document[kind] = self._steps(_inside(block, path), f"{path}.{kind}", depth + 1, inside=True)
             return document
-        # In a together these steps last as long as it does.
+        # Such a step in a together has no fields: it lasts as long as the together.
         no_fields = inside and KINDS[kind].accompanies
         document[kind] = {} if no_fields else _read_fields(block, path, KINDS[kind])
         if kind == RepeatStep.kind:
@@ -186,7 +186,7 @@ def _is_enabled(block: Block) -> bool:
 
 
 def _own_flags(block: Block, path: str) -> Flags:
-    """Return the settings of an infrared block, without those that it leaves as they are."""
+    """Return the settings of an infrared block, without those that it does not change."""
     fields = _object(block.get("fields"), path, block)
     flags = {}
     for name in _SETTINGS:
@@ -225,7 +225,7 @@ def _number(text: Any) -> Any:
 
 
 def _plain(number: float) -> float:
-    """2.0 as 2."""
+    """Return a whole number as an integer: 2 for 2.0."""
     return int(number) if float(number).is_integer() else number
 
 

@@ -33,7 +33,7 @@ class Compiled:
 
     Attributes:
         words: header word, leader's words, followers' words; empty where there are errors.
-        leader_states, follower_words: how many of each, also where they are too many.
+        leader_states, follower_words: how many there are of each, also where they are too many for an image.
         dwell_ms: how long each follower word is sent; 0 where there are none.
         tagged: whether follower words are sent with a tag; False where there are none.
         diagnostics: errors and warnings.
@@ -166,7 +166,7 @@ class _Followers:
         return bare is None or len(bare.words) > 1
 
     def _fewest_words(self, row: Row, items: list[Item], followers: Followers) -> int:
-        """How many words the row takes under the longest dwell that all ``items`` could share."""
+        """Return how many words ``row`` takes with the longest dwell that fits all ``items``."""
         if followers.dwell_seconds is not None:
             return row.states
         dwell_ms = longest_dwell_ms(items, self._profile, self._tagged)

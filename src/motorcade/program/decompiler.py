@@ -1,4 +1,4 @@
-"""From an image back to a program that compiles to the same bytes."""
+"""Turn an image back into a program that compiles to the same bytes."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -30,15 +30,15 @@ class DecompileError(MotorcadeError):
 
 
 def decompile(words: Sequence[int], profile: Profile | None = None) -> Program:
-    """A Program that compiles to these ``words`` (an image, header first).
+    """Return a Program that compiles to these ``words`` (an image, header first).
 
-    Followers' words that the compiler would choose itself become plain steps. Any
-    others become one step a word, with their dwell written down. Whether words are
-    tagged is left to the compiler where it decides as the image has it.
+    Followers' words that the compiler would choose itself become plain steps. All
+    others become one step a word, and the program states their dwell. It states whether
+    words are tagged only where the compiler would choose otherwise.
 
     Raises:
         ImageError: the words are no image.
-        DecompileError: a word holds what no step says, such as a leader that accepts infrared.
+        DecompileError: a word holds what no step can express, such as a leader that accepts infrared.
     """
     profile = profile or built_in_profile("classroom")
     image = parse_image(tuple(words))
@@ -49,7 +49,7 @@ def decompile(words: Sequence[int], profile: Profile | None = None) -> Program:
     leader = [step_in(word, profile.durations_ms) for word in image.leader]
     if not image.followers:
         return Program(leader, None, profile.name)
-    # The last one compiles to every image.
+    # The last guess always compiles to the same words.
     return next(
         program
         for followers in _guessed_followers(image, profile)
@@ -58,7 +58,7 @@ def decompile(words: Sequence[int], profile: Profile | None = None) -> Program:
 
 
 def _guessed_followers(image: Image, profile: Profile) -> Iterator[Followers]:
-    """What the followers' words may come from, the plainest first."""
+    """Yield Followers that the words may come from, the simplest first."""
     for guess in (_counted_down, _driven_through):
         plain = _plain_followers(image, profile, guess)
         yield plain
@@ -70,7 +70,7 @@ def _guessed_followers(image: Image, profile: Profile) -> Iterator[Followers]:
 
 
 def _plain_followers(image: Image, profile: Profile, dwells_of: Callable[..., int]) -> Followers:
-    """The steps that the words may come from; ``dwells_of`` guesses how many words belong to the next one."""
+    """Return steps that the words may come from; ``dwells_of`` guesses how many words belong to the next one."""
     dwell_ms = profile.dwell_ms[image.dwell_level]
     steps: list[Step] = []
     first_words: list[int] = []
@@ -90,14 +90,14 @@ def _plain_followers(image: Image, profile: Profile, dwells_of: Callable[..., in
 
 
 def _counted_down(words: Sequence[int], dwell_ms: int, profile: Profile) -> int:
-    """How many of the first words count one step down; 1 where they count nothing down."""
+    """Return how many of the first words are the countdown of one step; 1 where they are no countdown."""
     length_ms = max(durations_in(words[0], profile.durations_ms))
     dwells = length_ms // dwell_ms
     return dwells if length_ms % dwell_ms == 0 and _counts_down(words[:dwells], dwell_ms, profile) else 1
 
 
 def _driven_through(words: Sequence[int], dwell_ms: int, profile: Profile) -> int:
-    """How many of the first words do one and the same thing, however long each says; 1 for several things at once."""
+    """Return how many of the first words do the same, whatever their durations; 1 where one does several things."""
     first = step_in(words[0], profile.durations_ms)
     if isinstance(first, TogetherStep):
         return 1
@@ -113,7 +113,7 @@ def _driven_through(words: Sequence[int], dwell_ms: int, profile: Profile) -> in
 
 
 def _counts_down(words: Sequence[int], dwell_ms: int, profile: Profile) -> bool:
-    """Whether each of the words, sent for one dwell, says what is left of the first; false for no words."""
+    """Whether each of the words, sent for one dwell, does what is left of the first; False for no words."""
     if not words or len(words) * dwell_ms != max(durations_in(words[0], profile.durations_ms)):
         return False
     whole = parts_of(step_in(words[0], profile.durations_ms))
@@ -129,13 +129,13 @@ def _counts_down(words: Sequence[int], dwell_ms: int, profile: Profile) -> bool:
 
 
 def _lasting(step: Step, duration_ms: int) -> Step:
-    """The same step, of a kind that has seconds, for another time."""
+    """Return the same step, of a kind that has seconds, with another duration."""
     changes: dict[str, Any] = {"seconds": to_seconds(duration_ms)}
     return replace(step, **changes)
 
 
 def _resting(step: Step, dwell_ms: int) -> Step:
-    """The step of a tagged word that is over before its dwell is: what stands still in it lasts for the dwell."""
+    """Return a step like that of a tagged word shorter than its dwell: parts that stand still last for the dwell."""
     if isinstance(step, WaitStep | AccompanyingStep):
         return _lasting(step, dwell_ms)
     if isinstance(step, TogetherStep):
@@ -145,7 +145,7 @@ def _resting(step: Step, dwell_ms: int) -> Step:
 
 
 def _followers(steps: list[Step], words: Sequence[int], dwell_seconds: float | None) -> Followers:
-    """Followers whose common settings are the first step's, and which say where a step differs."""
+    """Return Followers with the settings of the first word; steps state only settings that differ."""
     first = CONTROL.decode(words[0])
     made = []
     for step, word in zip(steps, words, strict=True):

@@ -15,13 +15,13 @@ class Diagnostic:
     """An error or a warning.
 
     Attributes:
-        code: names the sentence, below "errors" in `locales/<language>.json`; stable. The sentences of
+        code: the key of the sentence, below "errors" in `locales/<language>.json`; stable. The sentences of
             leader-accepts-ir and too-many-states have the wording of seed 000 (c1 2.1.1 and h1 1.0.1, whose 并行 is an
             erratum for 串行).
         severity: error or warning; a program with an error has no words.
         path: the place in the JSON, such as ``leader[2].together[0]``.
         id: the step's id (the block it came from), where it has one.
-        details: fill the sentence's braces, by name.
+        details: the values for the sentence's placeholders, by name.
     """
 
     code: str

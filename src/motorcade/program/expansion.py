@@ -3,28 +3,28 @@
 What is wrong with a step by itself is found here; what is wrong with the row (too long, no dwell that fits) is found by
 the compiler.
 
-The leader sends every follower word for one dwell and then the next, for ever. So a step has to last a whole number of
-dwells, and it is sent as words that count down what is left of it: 3 s of driving under a dwell of 1 s are the words
-'3 s', '2 s', '1 s'. A part that goes on through the whole dwell may carry another duration, longer than the dwell, for
-the next word cuts it off.
+The leader sends every follower word for one dwell, then the next word, and begins again after the last. So a step has
+to last a whole number of dwells. It is sent as words that count down what is left of it: 3 s of driving with a dwell of
+1 s are the words '3 s', '2 s', '1 s'. A part that goes on through the whole dwell may have another duration in the
+word, longer than the dwell, because the next word replaces it.
 
 Bare words: A follower that misses a word, or comes into range in the middle of a step, still ends the step on time. It
-takes a different word at once, but the same word again only when its length is over, and that costs it up to a frame:
-it would fall behind a little with each repeat. So no two words in a row are the same where that can be helped.
+begins a different word at once, but the same word again only when its length is over. That makes the follower up to one
+frame late, and a little later with each repeat. So two words in a row differ where that is possible.
 
-Tagged words: A follower begins the word of each dwell once, also where it is the same word as before, so equal words
-may follow each other and the longest dwell that fits is the best. Since no word begins again within its dwell, a part
-that stands still may end before the dwell does: the car then stands still all the same. What is guaranteed:
+Tagged words: A follower begins the word of each dwell once, also where it is the same word as before. So equal words
+may follow each other, and the longest dwell that fits is the best. No word begins again within its dwell. So a part
+that stands still may end before the dwell ends: the car stands still after it, too. What is guaranteed:
 
-- A follower that receives the first frame of each dwell does what the steps say, one frame later. It is late by another
-  frame and a gap at most where the leader or another car is just sending.
+- A follower that receives the first frame of each dwell does what the steps describe, one frame later. Where the leader
+  or another car is sending at that time, it is later by at most another frame and a gap.
 - A follower that receives a word only later begins the whole word then. So the word's parts end as late as they began,
-  or when the follower receives the next word. What it is late does not add up: how late it begins a word depends on
-  that word's frames alone.
-- A follower that receives no frame of a word does what the word before says until that is over, then stands still.
-- A word that makes its follower deaf may end a moment after the first frame of the next word. The follower then takes
-  the next word from a later frame; the leader sends two more within 500 ms. Each further deaf word in a row may cost
-  the follower one frame more.
+  or when the follower receives the next word. The delays do not add up: how late a follower begins a word depends only
+  on the frames of that word.
+- A follower that receives no frame of a word executes the word before it until that is over, then stands still.
+- A deaf word (one that does not accept infrared) may end a moment after the first frame of the next word. The follower
+  then receives the next word from a later frame; the leader sends two more within 500 ms. Each further deaf word in a
+  row may make the follower later by one more frame.
 """
 
 from collections.abc import Iterator, Sequence
@@ -55,12 +55,12 @@ from motorcade.words.formats import CONTROL
 _MOTOR_ENABLE = CONTROL.field("motor_enable").word_mask
 _MOTOR_SPEED = CONTROL.field("motor_speed").word_mask
 _VOICE = CONTROL.field("voice").word_mask
-# Three blocks may have no common length above theirs at all, so the search for one ends.
+# A together of three blocks may have no length above its own that fits, so the search stops after so many tries.
 _MOST_TRIES = 100
 
 
 class Item(NamedTuple):
-    """One step of the row."""
+    """One step of the row, at its ``path`` in the program; ``total_ms`` is its longest duration, or the idle time."""
 
     parts: Parts
     durations_ms: tuple[int, ...]
@@ -72,11 +72,11 @@ class Item(NamedTuple):
 
 
 class Row(NamedTuple):
-    """Steps one behind the other.
+    """Steps in the order in which they are done.
 
-    ``states`` (of a leader's states, of a follower's steps) and ``total_ms`` are those
-    of the whole row; ``items`` lists each step as often as it is done, but no repeat
-    in full that would count more than MOST_PIECES.
+    ``states`` (how many states a leader needs; how many steps a follower does) and
+    ``total_ms`` are those of the whole row; ``items`` lists each step as often as it is
+    done, but the steps of a repeat that needs more than MOST_PIECES only once.
     """
 
     items: list[Item]
@@ -85,7 +85,7 @@ class Row(NamedTuple):
 
 
 class Expander:
-    """Unrolls the steps of one car's program; ``diagnostics`` gathers what is wrong with them."""
+    """Unroll the steps of one car's program; ``diagnostics`` lists what is wrong with them."""
 
     def __init__(self, profile: Profile, leads: bool):
         self.diagnostics: list[Diagnostic] = []
@@ -167,12 +167,12 @@ class Expander:
             self.diagnostics.append(self.not_expressible(seconds, place, step.id or step_id))
 
     def not_expressible(self, seconds: float, path: str, step_id: str | None) -> Diagnostic:
-        """The Diagnostic for a duration that no levels add up to, with the nearest that some do."""
+        """Return the Diagnostic for a duration that no levels add up to; it names the nearest possible ones."""
         nearest = _either(*nearest_sums(seconds, self._levels_ms))
         return error("duration-not-expressible", path, step_id, seconds=f"{seconds:g}", nearest=nearest)
 
     def not_expressible_together(self, item: Item) -> Diagnostic:
-        """The same for blocks each of which could be expressed alone: the nearest lengths of their longest."""
+        """Return the same for a together whose blocks are possible only alone: the nearest for its longest block."""
 
         def fits(seconds: float) -> bool:
             total_ms = round(seconds * 1000)
@@ -206,8 +206,8 @@ class Round(NamedTuple):
     """One way to send the followers' program.
 
     ``origins`` gives for each word the index of the item that it comes from;
-    ``keeps_step`` is false where a follower must wait for a repeat of the same
-    word and falls behind.
+    ``keeps_step`` is False where the same bare word is sent for two dwells in a row:
+    a follower then begins it late the second time.
     """
 
     dwell_ms: int
@@ -217,7 +217,7 @@ class Round(NamedTuple):
 
 
 def best_round(items: list[Item], profile: Profile, tagged: bool) -> Round | None:
-    """The Round with the fewest words among those that keep step, or else among all that fit; None for none."""
+    """Return the Round with the fewest words, if possible one that keeps step; None where no dwell fits."""
     fallback = None
     total_ms = sum(item.total_ms for item in items)
     for dwell_ms in reversed(profile.dwell_ms):
@@ -244,7 +244,7 @@ def can_be_sent(item: Item, profile: Profile, tagged: bool) -> bool:
 
 
 def round_with(items: list[Item], dwell_ms: int, profile: Profile, tagged: bool) -> Round | None:
-    """The Round under this dwell, or None where some step can't be expressed with it."""
+    """Return the Round with this dwell; None where it can't express some step."""
     levels = {duration: level for level, duration in enumerate(profile.durations_ms)}
     slots: list[tuple[int, Parts]] = []
     for position, item in enumerate(items):
@@ -256,12 +256,12 @@ def round_with(items: list[Item], dwell_ms: int, profile: Profile, tagged: bool)
     keeps_step = True
     for number, (position, parts) in enumerate(slots):
         item = items[position]
-        taken = set() if tagged else set(words[-1:])
+        neighbours = set() if tagged else set(words[-1:])
         if number and number == len(slots) - 1 and not tagged:
-            taken.add(words[0])
+            neighbours.add(words[0])
         word = None
         for word in _words(parts, item, dwell_ms, levels, tagged):
-            if word not in taken:
+            if word not in neighbours:
                 break
         else:
             if word is None:
@@ -273,7 +273,7 @@ def round_with(items: list[Item], dwell_ms: int, profile: Profile, tagged: bool)
 
 
 def literal_round(items: list[Item], dwell_ms: int, profile: Profile) -> Round | int:
-    """Each step as one word, sent for ``dwell_ms``; or the index of the first step that isn't one word."""
+    """Return a Round of one word a step, sent for ``dwell_ms``; or the index of the first step that isn't one word."""
     levels = {duration: level for level, duration in enumerate(profile.durations_ms)}
     words = []
     for position, item in enumerate(items):
@@ -285,16 +285,16 @@ def literal_round(items: list[Item], dwell_ms: int, profile: Profile) -> Round |
 
 @cache
 def _lengths(levels_ms: tuple[int, ...], dwell_ms: int) -> tuple[int, ...]:
-    """The levels that are whole dwells."""
+    """Return the levels that are a whole number of dwells."""
     return tuple(level for level in levels_ms if level and level % dwell_ms == 0)
 
 
 def _slots(item: Item, dwell_ms: int, profile: Profile) -> list[Parts]:
-    """What is left of the step at the beginning of each dwell; empty where it isn't made of dwells.
+    """Return what is left of the step at the beginning of each dwell; nothing where it isn't made of whole dwells.
 
-    A follower that is deaf meanwhile hears the next word only when its own is
-    over, so a deaf step is cut into pieces that words can hold, and what is left
-    is that of its piece.
+    A follower that does not accept infrared receives the next word only when its
+    own is over. So such a step is cut into pieces, each of which a word can hold,
+    and the words count down each piece by itself.
     """
     if item.total_ms % dwell_ms:
         return []
@@ -312,11 +312,11 @@ def _slots(item: Item, dwell_ms: int, profile: Profile) -> list[Parts]:
 
 
 def _words(parts: Parts, item: Item, dwell_ms: int, levels: dict[int, int], tagged: bool) -> Iterator[int]:
-    """The words that do what ``parts`` say for one dwell, the plainest first; none where no word does."""
+    """Yield the words that do what ``parts`` describe for one dwell, the simplest first; none where no word does."""
     durations = durations_of(parts)
     if all(duration in levels for duration in durations):
         yield control_word(parts, levels, item.accept_ir, item.forward)
-    # A word that listens for voices has to last as long as they count.
+    # A word that listens for voices has to last as long as voices have an effect.
     may_rest = tagged and not any(part.bits & _VOICE for part in parts)
     timed = [part for part in parts if part.duration_low >= 0]
     choices = [_durations(part, item, dwell_ms, levels, may_rest and _stands_still(part)) for part in timed]
@@ -337,10 +337,10 @@ def _stands_still(part: Part) -> bool:
 
 
 def _durations(part: Part, item: Item, dwell_ms: int, levels: dict[int, int], may_be_short: bool) -> list[int]:
-    """The durations by which a part that has still to go on may stand in a word, the plainest first."""
+    """Return the durations that a word may hold for a part that is not over yet, the simplest first."""
     left_ms = part.duration_ms
     own = [left_ms] if left_ms in levels else []
-    # A word that makes deaf can't be cut off, and a block that ends within the dwell must end on time.
+    # The next word can't replace a deaf word early, and a block that ends within the dwell must end on time.
     if not item.accept_ir or left_ms < dwell_ms:
         return own
     others = [duration for duration in levels if duration >= dwell_ms and duration != left_ms]

@@ -103,7 +103,7 @@ class Followers:
         forward: whether they pass their words on; a step may have another setting.
         dwell_seconds: how long each word is sent, where every step is one word. With None, the usual case, the
             compiler chooses.
-        tagged: whether each word is sent with a tag, by which a follower knows it from the words before and begins it
+        tagged: whether each word is sent with a tag. By the tag a follower tells it from earlier words and begins it
             once. With "auto", words are tagged where some word is passed on, unless the followers have one bare word.
     """
 
@@ -188,7 +188,7 @@ def read_program(data: bytes | str) -> Program:
 
 
 def read_document(data: bytes | str) -> Any:
-    """Return the parsed JSON of a project file, in which no key is twice. Raises ProgramError."""
+    """Return the parsed JSON of a project file, in which no key may appear twice. Raises ProgramError."""
     try:
         return parse(data, "JSON", "", deepest=None)
     except MotorcadeError as problem:
@@ -199,7 +199,7 @@ def read_document(data: bytes | str) -> Any:
 
 
 def program_from_dict(document: Any) -> Program:
-    """Return the Program in parsed JSON. What stands beside it there is not looked into. Raises ProgramError."""
+    """Return the Program in parsed JSON. The contents of the keys in BESIDE are not checked. Raises ProgramError."""
     if isinstance(document, dict):
         document = {
             name: {} if name in BESIDE and isinstance(value, dict) else value for name, value in document.items()

@@ -1,4 +1,4 @@
-"""What steps put into control words: their bits, and how their durations are made of the car's levels."""
+"""The parts of control words that steps fill: their bits, and durations as sums of the car's duration levels."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -78,7 +78,8 @@ _LAYOUTS = {kind: _layout_of(kind) for kind in SIMPLE_KINDS}
 _ACCEPT_IR_AT, _FORWARD_AT = CONTROL.field("accept_ir").low, CONTROL.field("forward").low
 _LEVEL_MASK = CONTROL.field("motor_duration").raw_mask
 _DURATIONS_AT = sorted({layout.duration_low for layout in _LAYOUTS.values()} - {-1}, reverse=True)
-# In the order of their bits. Of two kinds that fill the same fields, the one that sets more of them comes first.
+# The kinds that step_in looks for, in the order of their bits. Of two kinds that fill the same fields, the one that
+# sets more of them comes first.
 _LOOKED_FOR = sorted(SIMPLE_KINDS, key=lambda kind: (-CONTROL.field(word_fields(kind)[0]).low, -len(kind.sets)))
 
 
@@ -120,9 +121,9 @@ def with_durations(parts: Parts, durations_ms: Iterable[int]) -> Parts:
 
 
 def slice_of(parts: Parts, begin_ms: int, length_ms: int) -> Parts:
-    """Return what of ``parts`` falls into the piece that begins at ``begin_ms`` and lasts ``length_ms``.
+    """Return the share of ``parts`` in the piece that begins at ``begin_ms`` and lasts ``length_ms``.
 
-    A part that is over by then is gone; one that lasts no time is in the first piece.
+    A part that is over before the piece is left out; a part of 0 ms is in the first piece.
     """
     left = []
     for part in parts:
@@ -143,7 +144,7 @@ def control_word(parts: Parts, levels: dict[int, int], accept_ir: int, forward: 
 
 
 def durations_in(word: int, levels_ms: tuple[int, ...]) -> tuple[int, ...]:
-    """Return how long each part of a control word lasts, in milliseconds; 0 for one that the word hasn't."""
+    """Return how long each part of a control word lasts, in milliseconds; 0 for a part that the word doesn't have."""
     return tuple([levels_ms[word >> low & _LEVEL_MASK] for low in _DURATIONS_AT])
 
 
@@ -178,7 +179,7 @@ def to_seconds(duration_ms: int) -> float:
 
 @lru_cache(maxsize=4096)
 def to_ms(seconds: float) -> int | None:
-    """``seconds`` in whole milliseconds, or None where they are none."""
+    """Return ``seconds`` in milliseconds; None where that is no whole number."""
     duration_ms = round(seconds * 1000)
     return duration_ms if abs(duration_ms - seconds * 1000) < 1e-6 else None
 
@@ -190,9 +191,10 @@ def cut(
     """Cut steps that start together, and last ``durations_ms``, into the fewest pieces that words can hold.
 
     Each piece lasts one of ``lengths_ms``, all above 0; a step either goes on through the whole piece or ends in it
-    after one of ``levels_ms``. Among cuts of the same number of pieces, the one that is longest first.
+    after one of ``levels_ms``. Among cuts into the same number of pieces it takes the one whose
+    first pieces are longest.
 
-    Returns the pieces' lengths in order, or None where there is no such cut. Steps that last no time make no piece.
+    Returns the pieces' lengths in order, or None where there is no such cut. Steps of 0 ms make no piece.
     """
     total_ms = max(durations_ms, default=0)
     if total_ms == 0:
@@ -226,7 +228,7 @@ def cut(
 
 
 def pieces_needed(duration_ms: int, levels_ms: tuple[int, ...]) -> int:
-    """How many pieces a duration beyond MOST_PIECES takes at the least."""
+    """Return how many pieces a duration needs at least, where it needs more than MOST_PIECES."""
     return -(-duration_ms // levels_ms[-1])
 
 

@@ -1,10 +1,10 @@
-"""The kinds of steps: each is declared here once, with all that other parts need to know of it.
+"""The kinds of steps: each is declared here once, with everything that other modules need.
 
 A kind is a frozen dataclass. Each field has a JSON Schema (``schema``) and the field of the control word that its value
-goes into (``word``); the class attributes hold the rest. From these declarations come the schema of project files and
-the checks (`program.model`), the bits of a word and the step that a word holds (`program.parts`), the blocks of the
-page, the colours of a word's bits and the table in docs/programs.md (`scripts/step_files.py`), and the names in Python.
-CONTRIBUTING.md lists what else a new kind needs.
+goes into (``word``); the class attributes hold the rest. These are made from the declarations: the schema of project
+files and the checks (`program.model`), the bits of a word and the step that a word holds (`program.parts`), the blocks
+of the page, the colours of a word's bits and the table in docs/programs.md (`scripts/step_files.py`), and the names in
+Python. CONTRIBUTING.md lists what else a new kind needs.
 """
 
 from collections.abc import Iterable
@@ -40,20 +40,20 @@ def _seconds(word: str) -> Any:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """What every step may carry.
+    """What every step may have.
 
     Attributes:
         id: the block that it came from.
         accept_ir, forward: for a follower's step only; None takes the setting of the followers' program.
         kind: the kind's name in JSON, in a block's type and in locales.
-        names: what Python calls it.
-        category: the drawer of the page that has its block; blocks of one category have one colour.
+        names: its names in Python: a class or functions of this module.
+        category: the category of the page's toolbox that has its block; blocks of one category have one colour.
         group: the part of a control word that it fills; a car has one of each, so two steps of one group can't start
             together.
         hue: the colour of these bits in the page's table of words, in degrees.
         sets: fields of the control word that are the same in every step of the kind.
-        accompanies: the step has a bit of the word and no time of its own. In a together it lasts as long as the steps
-            beside it. Alone it has ``seconds``, for which the car stands still.
+        accompanies: the step has a bit of the word but no duration of its own. In a together it lasts as long as the
+            steps beside it. Alone it has ``seconds``, for which the car stands still.
     """
 
     kind: ClassVar[str] = ""
@@ -69,7 +69,7 @@ class Step:
 
     @classmethod
     def of_checked(cls, values: dict[str, Any]) -> "Step":
-        """Return a step of values that have been checked; the constructor would check them again."""
+        """Return a step of values that have been checked already; the constructor would check them again."""
         step = object.__new__(cls)
         for name, default in _DEFAULTS[cls]:
             object.__setattr__(step, name, values.get(name, default))
@@ -147,7 +147,7 @@ class AvoidStep(Step):
 
 @dataclass(frozen=True, slots=True)
 class AccompanyingStep(Step):
-    """What the kinds that accompany others share."""
+    """The base of the kinds that accompany other steps."""
 
     accompanies: ClassVar[bool] = True
     seconds: float | None = field(default=None, metadata={"schema": SECONDS})

@@ -32,7 +32,7 @@ def project_text(project: Project) -> str:
         view["range_mm"] = project.range_mm
     for name, value in (("mat", project.mat), ("view", view)):
         if value is not None:
-            # One line each: a long row of blocks is nested deeply, so indented it would be mostly spaces.
+            # One line each: a long row of blocks is nested deeply, so indented JSON would be mostly spaces.
             text += f',\n "{name}": {json.dumps(value, ensure_ascii=False)}'
     return text + "\n}\n"
 
@@ -45,7 +45,7 @@ def open_text(text: str | bytes) -> Project:
     document = read_document(text)
     program = program_from_dict(document)
     view = document.get("view")
-    leader, followers = _viewed(view, program) or blocks_of(program)
+    leader, followers = _stored_blocks(view, program) or blocks_of(program)
     return Project(leader, followers, program.profile, document.get("mat"), _range_mm(view))
 
 
@@ -62,7 +62,7 @@ def _range_mm(view: Any) -> int | None:
         return None
 
 
-def _viewed(view: Any, program: Program) -> tuple[Workspace, Workspace | None] | None:
+def _stored_blocks(view: Any, program: Program) -> tuple[Workspace, Workspace | None] | None:
     """Return the workspaces in ``view``; None unless they make ``program``."""
     try:
         stored = msgspec.convert({**(view or {}), "profile": program.profile, "range_mm": None}, Project)

@@ -2,8 +2,8 @@
 
 All numbers are little-endian. A picture is a header, the columns of a moment (17 bytes a car, filled up to a multiple
 of four: x_m, y_m, heading as float32, index of the word as uint16, wheels, led and flags as uint8), and rows of 20
-bytes for the events since the picture before: t_ms, car, kind and reason, word, other. The shell's world packs
-moments and events; see `motorcade.service.playback.SimulatedWorld`.
+bytes for the events since the last picture: t_ms, car, kind and reason, word, other. The shell's world packs moments
+and events; see `motorcade.service.playback.SimulatedWorld`.
 """
 
 import struct
@@ -15,7 +15,7 @@ PICTURE = 1
 # A picture's flags.
 PAST = 1
 FIRST = 2
-# A car's flags: its word runs, its frame is on the air; since the moment before it lost or received a frame.
+# A car's flags: its word runs; its frame is on the air; it lost, or received, a frame since the moment before.
 RUNS = 1
 SENDS = 2
 LOST = 4
@@ -28,7 +28,7 @@ EVENT_BYTES = 20
 EVERY_MS = 100
 MOST_MOMENT_BYTES = 24 << 20
 MOST_EVENT_BYTES = 12 << 20
-# The size in Python of an object without content, about.
+# The approximate size in Python of an object without content.
 _OBJECT_BYTES = 128
 _TIME = struct.Struct("<I")
 _HEADER = struct.Struct("<BBHIIII")
@@ -75,7 +75,7 @@ class History:
         return self._times[0] if self._times else 0
 
     def moment_at(self, t_ms: int) -> tuple[int, bytes]:
-        """Return time and bytes of the last moment until ``t_ms``, or else of the oldest; there must be one."""
+        """Return time and bytes of the last moment at ``t_ms`` or before, or else of the oldest; there must be one."""
         at = max(bisect_right(self._times, t_ms) - 1, 0)
         return self._times[at], self._moments[at]
 

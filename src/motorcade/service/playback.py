@@ -1,4 +1,4 @@
-"""Play a world: its time, its past, and its pictures. Real time is an argument."""
+"""Play a world: let its time pass, store its past, and make pictures of it. Real time is an argument."""
 
 import math
 from collections import deque
@@ -18,8 +18,9 @@ from motorcade.service.messages import MatDocument
 from motorcade.service.world_messages import CarDetails, Hello, State
 
 PICTURE_S = 1 / 30
-# A world catches up with real time; where it is further behind than this, the rest is dropped and it runs slower.
+# A world that is late catches up with at most so much real time; the rest is dropped, so the world runs slower.
 _MOST_BEHIND_S = 0.25
+# Over about so much real time the speed is measured.
 _RATED_S = 1.0
 # The clock of a world wraps a little later.
 _LAST_MS = (1 << 30) - 100_000
@@ -47,7 +48,7 @@ class SimulatedWorld(Protocol):
         """Simulate ``duration_ms``, a multiple of ``tick_ms``; returns the rows of what happened, by time."""
 
     def reset(self, seed: int) -> None:
-        """Begin again, with the furniture as it is."""
+        """Begin again; walls, obstacles, people, voices and physics stay as they are."""
 
     def speak(self, word: str) -> None:
         """Have every car hear ``stop`` or ``go``."""
@@ -78,7 +79,7 @@ class SimulatedWorld(Protocol):
 
 
 class Playback:
-    """A world, at its beginning, that a page plays; paused at first.
+    """A world that a page plays, from its beginning; paused at first.
 
     Attributes:
         playing: whether time goes on.
@@ -94,15 +95,20 @@ class Playback:
 
     def _begin(self, history: History) -> None:
         self.playing = False
-        self._at_s: float | None = None
+        # The real time of the last `advance`, and the simulated time that was due then but is not simulated yet.
+        self._advanced_s: float | None = None
         self._behind_ms = 0.0
+        # What the last `advance` simulated, and what the next one may simulate at most (0: no limit).
         self._ran_ms = self._most_ms = 0
+        # Real and simulated time of about the last _RATED_S: older time counts less and less.
         self._real_s = self._simulated_s = 0.0
+        # The time of the stored moment that is shown; None for the present.
         self._shown_ms: int | None = None
         self._history = history
+        # The events since the last picture.
         self._new: deque[bytes] = deque()
         self._new_bytes = 0
-        self._due_ms = 0
+        self._next_moment_ms = 0
         self._store_moment()
         self.show_all()
 
@@ -117,7 +123,7 @@ class Playback:
     def pause(self) -> None:
         """Stop the world's time."""
         self.playing = False
-        self._at_s = None
+        self._advanced_s = None
 
     def step(self, ticks: int) -> None:
         """Go on by so many ticks from the present, then pause."""
@@ -126,7 +132,7 @@ class Playback:
         self._run(ticks)
 
     def reset(self, seed: int) -> None:
-        """Begin again with a seed, with the furniture as it is."""
+        """Begin again with a seed; what is around the cars stays as it is."""
         self.world.reset(seed)
         self._begin(History(*self._history.most_bytes))
 
@@ -148,14 +154,14 @@ class Playback:
             self.pause()
 
     def watch(self, car: int | None) -> None:
-        """Give the details of a car, or of none. Raises MotorcadeError where there is no such car."""
+        """Choose the car whose details `car` returns, or none. Raises MotorcadeError where there is no such car."""
         if car is not None:
             self.world.check_car(car)
         self._watched = car
 
     def show_all(self) -> None:
         """Make the next picture complete, for a page that has none yet: with as many events as fit."""
-        self._first = self.changed = True
+        self._next_is_first = self.changed = True
         self._new = deque([self._history.newest_events(MOST_EVENTS)])
         self._new_bytes = len(self._new[0])
 
@@ -168,8 +174,8 @@ class Playback:
         """
         if not self.playing:
             return
-        elapsed_s = 0.0 if self._at_s is None else max(now_s - self._at_s, 0.0)
-        self._at_s = now_s
+        elapsed_s = 0.0 if self._advanced_s is None else max(now_s - self._advanced_s, 0.0)
+        self._advanced_s = now_s
         behind_ms = min(self._behind_ms + elapsed_s * 1000 * self.speed, _MOST_BEHIND_S * 1000 * self.speed)
         tick_ms = self.world.tick_ms
         ticks = int(min(behind_ms, self._most_ms or behind_ms) // tick_ms)
@@ -192,12 +198,12 @@ class Playback:
     def _run(self, ticks: int) -> None:
         world = self.world
         while ticks > 0:
-            until_moment = -(-(self._due_ms - world.now_ms) // world.tick_ms)
-            now = min(ticks, max(until_moment, 1))
-            self._add_events(world.run(now * world.tick_ms))
-            if world.now_ms >= self._due_ms:
+            until_moment = -(-(self._next_moment_ms - world.now_ms) // world.tick_ms)
+            count = min(ticks, max(until_moment, 1))
+            self._add_events(world.run(count * world.tick_ms))
+            if world.now_ms >= self._next_moment_ms:
                 self._store_moment()
-            ticks -= now
+            ticks -= count
             self.changed = True
 
     def _add_events(self, events: bytes) -> None:
@@ -212,15 +218,15 @@ class Playback:
     def _store_moment(self) -> None:
         now_ms = self.world.now_ms
         self._history.add_moment(now_ms, self.world.moment(is_stored=True))
-        while self._due_ms <= now_ms:
-            self._due_ms += EVERY_MS
+        while self._next_moment_ms <= now_ms:
+            self._next_moment_ms += EVERY_MS
 
     # What is sent to a page.
 
     def picture(self, number: int) -> bytes:
         """Return a picture of what is shown now, with the events since the last one (`motorcade.service.history`)."""
         self.changed = False
-        flags, self._first = FIRST if self._first else 0, False
+        flags, self._next_is_first = FIRST if self._next_is_first else 0, False
         cars = self.world.cars
         if self._shown_ms is not None:
             t_ms, moment = self._history.moment_at(self._shown_ms)

@@ -22,7 +22,7 @@ from motorcade.service.documents import project_of
 from motorcade.words.formats import CONTROL, HEADER
 from motorcade.words.image import bytes_to_words, words_to_bytes
 
-# The sentence of an error in a file has so many diagnostics at most: the others often follow from them.
+# The sentence of an error in a file names at most so many diagnostics; the others often follow from the first ones.
 _MOST_SHOWN = 3
 # The fields of the control word that a step of each kind fills.
 _FIELDS = {kind.kind: word_fields(kind) for kind in SIMPLE_KINDS}
@@ -133,7 +133,7 @@ def _fields_of_togethers(steps: Sequence[Step], path: str) -> Iterator[tuple[str
 def _costliest(
     compiled: CompiledProgram, too_many: str, prefix: str, steps: Sequence[Step]
 ) -> messages.Costliest | None:
-    """Return that of ``steps``, whose paths begin with ``prefix``, which makes the most words."""
+    """Return the one of ``steps`` that makes the most words; the paths of these steps begin with ``prefix``."""
     for each in compiled.diagnostics:
         if each.code == too_many:
             return messages.Costliest(each.id, each.details["cost"])

@@ -46,7 +46,7 @@ class Storage(Protocol):
     def quota(self, owner: str) -> Quota:
         """How many bytes an owner uses, and may use."""
 
-    # The last method: below it `list` would be this one.
+    # The last method: after it, in this class, `list` means this method.
     def list(self, owner: str) -> list[messages.LibraryEntry]:
         """All projects of an owner, the one saved last first."""
 
@@ -59,7 +59,7 @@ class Context:
         capabilities: what the shell can do.
         storage: where projects are stored.
         ports: lists the ports to upload through.
-        owner: whose projects they are.
+        owner: the owner of the projects.
     """
 
     capabilities: messages.Capabilities

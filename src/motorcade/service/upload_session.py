@@ -18,9 +18,9 @@ from motorcade.upload.transfer import (
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.ticks import TICKS_MASK
 
-# What the page's own port is called.
+# The name of the page's own port in messages.
 WEB_SERIAL = "Web Serial"
-# No car sends so many bytes: another device is at the port.
+# No car sends more bytes; if more arrive, the port has another device.
 _MOST_BYTES = 1 << 16
 _READ_S = 0.02
 

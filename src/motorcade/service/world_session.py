@@ -7,7 +7,7 @@ from motorcade.service import world_messages
 from motorcade.service.playback import PICTURE_S, Playback, SimulatedWorld
 from motorcade.service.world_messages import WorldAnswer, WorldMessage
 
-# The session makes no more pictures while the page has so many that it has not drawn.
+# The session makes no more pictures while the page has received so many that it has not drawn yet.
 MOST_PICTURES_UNDER_WAY = 2
 STATE_S, CAR_S = 0.25, 0.1
 
@@ -18,7 +18,7 @@ def refused(problem: MotorcadeError) -> world_messages.Refused:
 
 
 class WorldSession:
-    """One page's world; it outlives the page's connections.
+    """One page's world; it stays when a connection of the page ends.
 
     A shell calls `connect` for each connection, `receive` for each message, and `advance` whenever `wait_s` is over;
     each returns what is to be sent, in order. Pictures are bytes. A newer state, or newer details of a car, make
@@ -37,6 +37,7 @@ class WorldSession:
         self.make_world = make_world
         self.playback: Playback | None = None
         self._due_s = self._state_due_s = self._car_due_s = float("-inf")
+        # The numbers of the newest picture, and of the newest one that the page has drawn.
         self._numbered = self._drawn = 0
 
     def connect(self) -> list[WorldAnswer]:
@@ -45,7 +46,7 @@ class WorldSession:
         return self._greet(resumed=self.playback is not None)
 
     def begin(self, world: SimulatedWorld) -> list[WorldAnswer]:
-        """Play a world that `make_world` built instead of the one before."""
+        """Play a new world, which `make_world` built, instead of the one before."""
         self.playback = Playback(world)
         return self._greet(resumed=False)
 

@@ -1,8 +1,8 @@
 """Decode and encode arrays of words: a column for each field, hundreds of millions of words a second.
 
-Two kernels give the same results from the same table of fields. The NumPy kernel
-works in blocks that fit into the cache, mostly on integers as narrow as the fields;
-the Numba kernel reads the words once, on every core. Numba is imported on first use.
+Two kernels give the same results from the same table of fields. The NumPy kernel works in blocks that fit into the
+cache, mostly on integers as narrow as the fields; the Numba kernel reads the words once and uses all cores. Numba is
+imported on first use.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from motorcade.words.field import WORD_BITS, WORD_MASK, Field, WordFormat
 
-# 256 KiB of words and their columns fit into the second cache of a core.
+# 256 KiB of words and their columns fit into the second-level cache of a core.
 BLOCK_WORDS = 1 << 16
 # Below this number NumPy finishes before Numba is imported.
 NUMBA_WORDS = 1 << 20
@@ -136,7 +136,7 @@ def _common_length(word_format: WordFormat, columns: Mapping[str, npt.NDArray[An
 
 
 def _read_only(array: npt.NDArray[Any], dtype: np.dtype[Any]) -> npt.NDArray[Any]:
-    """Return a read-only view of ``array``: Numba compiles anew for an array of another kind."""
+    """Return a read-only view of ``array``. Numba would compile again for each other kind of array."""
     view = np.require(array, dtype, ("C", "A")).view()
     view.flags.writeable = False
     return view
@@ -242,7 +242,7 @@ def _numba_loops() -> tuple[Any, Any]:
     """
     from numba import njit, prange
 
-    # The words of a block stay in the first cache of a core while all columns are filled.
+    # The words of a block stay in the first-level cache of a core while all columns are filled.
     size = 4096
 
     @njit(parallel=True, cache=True)
@@ -278,7 +278,7 @@ def _decode_numba(words: Words, fields: Sequence[Field], columns: Column) -> Non
 
 
 def _encode_numba(words: Words, fields: Sequence[Field], columns: Sequence[Column]) -> bool:
-    # Always as many columns as a word can have: each other number would be compiled anew.
+    # Always as many columns as a word can have: Numba would compile again for each other number.
     padding = [columns[0]] * (WORD_BITS - len(columns))
     return bool(_numba_loops()[1](words, *_lows_and_masks(fields), (*columns, *padding)))
 

@@ -1,7 +1,7 @@
 """Make and read check requests: they announce the checksum of the next image, so that the car accepts no other.
 
-Portable. Source: seed 000, h3, which is reserved for extensions; docs/adr/0014
-gives the reasons. A request is six words: a header that announces two states and three
+Portable. Source: seed 000, h3, which is reserved for extensions; docs/adr/0014 gives
+the reasons. A request is six words: a header that announces two states and three
 follower words and has 254 in its reserved field, and those five control words,
 each with one byte in its reserved field: the image's CRC-32 and a number. A car
 that ignores reserved fields takes them for an image in which nothing moves.
@@ -21,8 +21,8 @@ CHECK_BYTES = CHECK_WORDS * WORD_BYTES
 # How long a car waits for the announced image, counted from the last byte that came.
 CHECK_LASTS_MS = 10000
 # Bits that have no effect while motor and avoidance are off. They keep every byte of a
-# word above zero, whereas the words of an image end in a zero byte: so a request that
-# lost or doubled bytes is never an image.
+# word above zero, whereas the words of an image end in a zero byte. So a request that
+# lost some bytes, or came with some bytes twice, is never an image.
 _MARKS = 0x01010802
 _SHIFT = 2
 _REST = 0xFFFFFFFF ^ 0xFF << _SHIFT
@@ -49,7 +49,7 @@ def read_check(request: bytes) -> tuple[int, int] | None:
 
 
 def check_words(checksum: int, number: int) -> bytes:
-    """Return the beginning of the answer to a check request."""
+    """Return the beginning of the answer to a check request with this checksum and number."""
     return f"OK check={checksum:08x}{number:02x}".encode()
 
 

@@ -1,7 +1,7 @@
 """A word format: a table of fields, and the functions that encode and decode words by it.
 
 Portable. When a format is defined it generates the source of its ``encode`` and ``decode`` from its fields, as the
-dataclasses of the standard library do. So they are as fast as shifts written by hand.
+dataclasses of the standard library do. So ``encode`` and ``decode`` are as fast as shifts written by hand.
 """
 
 import sys
@@ -17,6 +17,7 @@ if MYPY:
 
 WORD_BITS = 32
 WORD_MASK = 0xFFFFFFFF
+# Whether, and up to how many bits at once, decode looks fields up in tables.
 TABLES = sys.implementation.name != "micropython"
 TABLE_BITS = 9
 
@@ -26,7 +27,7 @@ class WordError(MotorcadeError):
 
     Args:
         field: name of the field at fault, or the format's name where it is the whole word.
-        value: the value that was given.
+        value: the value that is not allowed.
         allowed: which values are allowed: a Phrase, or names, which are the same in every language.
         code: the code of the error.
     """
@@ -290,7 +291,7 @@ class WordFormat:
         for field in self.paired:
             condition = f"(found.{field.name} == 0) != (found.{field.goes_with} == 0)"
             lines.append(f"    if {condition}: _refuse_unpaired({field.name!r}, found)")
-        # Reserved bits come last: a word that is refused for another reason is refused for that.
+        # Reserved bits come last: where there is another reason to refuse a word, the error gives that one.
         lines += [strict, "    return found"]
         return "\n".join(lines)
 
@@ -322,8 +323,8 @@ class WordFormat:
     def _encode_source(self) -> str:
         names = [field.name for field in self.fields]
         lines = ["def encode({}):".format(", ".join(f"{f.name}={f.default}" for f in self.fields))]
-        # A value doesn't fit if a shift by the width of its field leaves a rest; values
-        # of one width are tested together.
+        # A value doesn't fit if some of it is left after a shift by the width of its field;
+        # values of one width are tested together.
         spills = []
         for width in sorted({field.width for field in self.fields}):
             same = [field.name for field in self.fields if field.width == width]
@@ -337,7 +338,7 @@ class WordFormat:
         for field in self.paired:
             condition = f"({field.name} == 0) != ({field.goes_with} == 0)"
             lines.append(f"    if {condition}: _refuse_unpaired({field.name!r}, {made})")
-        # The upper half is combined first, in integers of one digit of CPython.
+        # The upper half is combined before it is shifted: CPython is fastest with integers below 2^30.
         upper = [f"{f.name} << {f.low - 16}" for f in self.fields if f.low >= 16]
         lower = [f"{f.name} << {f.low}" for f in self.fields if f.low < 16]
         halves = ["({}) << 16".format(" | ".join(upper))] if upper else []

@@ -111,8 +111,9 @@ def format_named(name: str) -> WordFormat:
 def fingerprint(word_format: WordFormat) -> int:
     """Return the CRC-32 of `canonical_text` in UTF-8 (0 to 4294967295).
 
-    Two ends with the same fingerprint give words the same meaning. It finds accidents,
-    not malice: of two different declarations, one pair in 2^32 has the same.
+    Two devices whose formats have the same fingerprint give words the same meaning. The
+    fingerprint detects mistakes, not attacks: two different declarations have the same one
+    with a probability of 2^-32.
     """
     return crc32(canonical_text(word_format).encode())
 
@@ -122,8 +123,8 @@ def canonical_text(word_format: WordFormat) -> str:
 
     The line of a field holds name, first and last bit, smallest and largest raw value, and
     its unit and rules where it has them. Its meaning, source and default are left out:
-    they don't change the word. So is the meaning of a reserved field: an end that doesn't
-    know it refuses the word and never misreads it.
+    they don't change the word. The meaning of a reserved field is left out too: a device that
+    doesn't know it refuses the word, and never reads it in another sense.
     """
     lines = [word_format.name]
     for field in word_format.fields:

@@ -80,8 +80,8 @@ def parse_image(words: tuple[int, ...]) -> Image:
     """Check every word and return the Image in ``words``.
 
     Raises:
-        ImageError: too few or too many words, a header that isn't one, or a
-            control word with bits set that an image writes 0 (reserved, parity).
+        ImageError: too few or too many words, a header that no image has, or a
+            control word with bits set that are 0 in an image (reserved, parity).
     """
     if not words:
         raise ImageError("image-cut-off", reason=Phrase("image-is-empty"))

@@ -45,7 +45,7 @@ def _mask(check_bit: int) -> int:
     """Return which of the bits 31 to 6 a check bit covers.
 
     The 26 bits are numbered, from bit 31 down, by the integers from 3 to 31 that are no
-    powers of two. A check bit covers those bits whose number contains it.
+    powers of two. Check bit k covers those bits whose number has bit k set.
     """
     mask = 0
     number = 2

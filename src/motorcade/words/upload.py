@@ -1,6 +1,6 @@
-"""Both ends of a serial upload: they take bytes and the time, and return events; they open no port.
+"""Both ends of a serial upload, the computer and the car: they take bytes and the time, and return events.
 
-Portable: the end of the car runs on a microcontroller. The header of an image
+They open no port. Portable: the end of the car runs on a microcontroller. The header of an image
 contains its length, and the car answers with one ASCII line:
 ``OK words=<n> crc32=<8 hex>`` or ``ERR <reason>``. The uploader compares the
 CRC-32 (zlib's) with its own. A check request (`motorcade.words.check`) before
@@ -127,7 +127,7 @@ class CarEnd:
                 goes_on = self._refuse_until_silence(error.brief())
 
     def _take_check(self) -> bool:
-        """Take a check request from the buffer. Return True where it was whole."""
+        """Take a check request from the buffer. Return True where it was complete and valid."""
         if len(self._buffer) < CHECK_BYTES:
             return False
         found = read_check(self._take(CHECK_BYTES))
@@ -138,14 +138,14 @@ class CarEnd:
         return True
 
     def _take_image(self, header: int) -> bool:
-        """Take an image from the buffer. Return True where it was whole and more may follow it."""
+        """Take an image from the buffer. Return True where it was complete and more may follow it."""
         check_header(header)
         length = announced_words(header) * WORD_BYTES
         here = len(self._buffer)
         if here < length:
             return False
         if header == 0 and self._announced is None:
-            # A break or a loose cable makes zeros: they are an image only where four stand between two silences.
+            # A break or a loose cable makes zeros. So four zeros are an image only between two silences.
             if here > length:
                 return self._refuse_until_silence(f"{NOT_EMPTY} {length} bytes, {here} are here")
             return False
@@ -174,7 +174,7 @@ class CarEnd:
         self._skipping = True
 
     def _refuse_until_silence(self, reason: str) -> bool:
-        """Refuse what is in the buffer and everything that comes before a silence. Return False."""
+        """Refuse what is in the buffer and everything up to the next silence. Return False."""
         # After a wrong word the rest may not begin at a word: only silence marks where
         # the next image begins.
         self._refuse(reason)
@@ -201,14 +201,14 @@ class Lines:
 def refusal(line: bytes) -> str | None:
     """Return the reason in an ERR line of a car, None where ``line`` is no such line."""
     at = line.find(b"ERR ")
-    # After other text it is a message of the board itself; after noise it is an answer.
+    # After readable text it is a message of the board itself; after noise it is an answer.
     if at == 0 or (at > 0 and not 32 <= line[at - 1] < 127):
         return printable(line[at + 4 :])
     return None
 
 
 class _End:
-    """The base of both ends of a computer: it returns an Outcome once."""
+    """The base of UploaderEnd and ReadbackEnd, which run on the computer: it returns an Outcome once."""
 
     def __init__(self) -> None:
         self._outcome: Outcome | None = None

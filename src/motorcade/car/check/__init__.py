@@ -33,16 +33,16 @@ def check_board(
 ) -> list[Phrase]:
     """Return what breaks the contract of a board, an empty list where nothing does; ``str`` makes sentences of them.
 
-    The wheels turn for moments, LEDs flash, a frame is sent, and images are stored. At the end the image that was
-    there is stored again (the empty one where there was none).
+    The wheels turn briefly, LEDs flash, a frame is sent, and images are stored. At the end the image that was
+    there before is stored again (the empty one where there was none).
 
     Args:
         board: as it would be given to `motorcade.car.loop.Car`.
-        reopen: makes the board anew on the same store, as switching it off and on does. Images are then read from
-            the new board, so that only what survives a cut of power counts; else from ``board``.
-        wait_ms: makes that many milliseconds pass; needed where the board's clock is simulated.
-        hear: makes an infrared frame (32 bits) reach the board, where you can, such as by a second car.
-        say: sends bytes to the board's serial line, where you can.
+        reopen: makes a new board on the same store, as switching it off and on does. Images are then read from the
+            new board, which shows what is left after a power cut. With None they are read from ``board``.
+        wait_ms: lets that many milliseconds pass; needed where the board's clock is simulated.
+        hear: sends an infrared frame (32 bits) to the board, for example with a second car; None where nothing can.
+        say: sends bytes to the board's serial line; None where nothing can.
     """
     probe = Probe(board, wait_ms)
     levels_fit = check_attributes(probe)

@@ -16,19 +16,19 @@ from motorcade.car.check.probe import BoardFailedError, Probe
 from motorcade.errors import Phrase
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms, later_ms
 
-# A clock beside the board's, to compare with.
+# Whether there is another clock to compare the board's with.
 HAS_CLOCK = hasattr(time, "monotonic")
 _CLOCKS = (("monotonic", 0.001), ("time", 0.001), ("perf_counter", 0.001))
 _NS_CLOCKS = (("monotonic_ns", 1000000), ("time_ns", 1000000), ("perf_counter_ns", 1000000))
 _READS = 100
 _WATCHED_MS = 50
-# A clock at less than half or more than double the pace counts no milliseconds.
+# A clock that runs slower than half the speed, or faster than double the speed, does not count milliseconds.
 _PACE = 2
 _NEAR_MS = 1000
 
 
 def check_clock(probe: Probe) -> bool:
-    """Note what is wrong with the clock; return False where nothing can be timed by it."""
+    """Note what is wrong with the clock; return False where it can't be used to measure time."""
     try:
         return _readings_fit(probe) and _goes_on(probe) and _wraps(probe)
     except BoardFailedError:
@@ -68,7 +68,7 @@ def _wraps(probe: Probe) -> bool:
 
 
 def _goes_on(probe: Probe) -> bool:
-    # Read the other clock before and after the board's, so that a busy computer doesn't make it seem wrong.
+    # Read the other clock before and after the board's: a busy computer may delay the readings.
     outer_begin_ms, begin_ms, inner_begin_ms = _host_ms(), probe.call("now_ms"), _host_ms()
     if not probe.wait(_WATCHED_MS):
         probe.breach(Phrase("check-clock-stands-still"))
@@ -108,5 +108,5 @@ def _ahead_by(clock: "Callable[[], Any]", by: "Any") -> "Callable[[], Any]":
 
 
 def _host_ms() -> float:
-    """Return a clock beside the board's in ms; always 0 where there is none (HAS_CLOCK)."""
+    """Return the time in ms by another clock than the board's; always 0 where there is none (HAS_CLOCK)."""
     return time.monotonic() * 1000 if HAS_CLOCK else 0.0

@@ -41,7 +41,7 @@ METHODS += ("is_sending", "send_frame", "obstacle_mm", "sees_person", "heard_voi
 _MAY_BE_0 = (DURATIONS_MS, GAP_MS, SENSE_MS)
 _NOTES = (("image", 8), ("state", 3), ("start", 0), ("over", 0), ("frame", 0), ("heard", 0), ("lost", "parity"))
 _WORD = 0xE4800000
-# No image begins like this, and no answer to an upload.
+# Neither an image nor an answer to an upload begins with these bytes.
 _SENT = b"check\n"
 FRAME = to_frame(0xA4A80000)
 _WITHIN_MS = 500
@@ -82,9 +82,9 @@ def check_sensors(probe: Probe) -> None:
     for name in ("senses_carrier", "is_sending", "sees_person"):
         probe.answer(name, lambda value: type(value) in (bool, int) and 0 <= value <= 1, "bool")
     probe.answer("obstacle_mm", is_count, "millimetres")
-    heard = probe.answer("heard_voice", _is_voice, "voice")
-    if heard and probe.answer("heard_voice", _is_voice, "voice") == heard:
-        probe.breach(Phrase("check-voice-twice", method="heard_voice", value=heard))
+    voice = probe.answer("heard_voice", _is_voice, "voice")
+    if voice and probe.answer("heard_voice", _is_voice, "voice") == voice:
+        probe.breach(Phrase("check-voice-twice", method="heard_voice", value=voice))
 
 
 def check_line(probe: Probe, say: "Callable[[bytes], Any] | None") -> None:
@@ -93,18 +93,18 @@ def check_line(probe: Probe, say: "Callable[[bytes], Any] | None") -> None:
     probe.act("write_serial", b"ERR only a check of this board\n")
     if say is None or probe.has_breach_of("read_serial"):
         return
-    came = b""
+    received = b""
     try:
         while probe.call("read_serial"):
             probe.wait(_PAUSE_MS)
         say(_SENT)
         for _ in range(_WITHIN_MS // _PAUSE_MS):
-            came += probe.answer("read_serial", lambda value: type(value) is bytes, "bytes") or b""
+            received += probe.answer("read_serial", lambda value: type(value) is bytes, "bytes") or b""
             probe.wait(_PAUSE_MS)
     except BoardFailedError:
         return
-    if came != _SENT:
-        probe.breach(Phrase("check-line", method="read_serial", value=brief(came), sent=repr(_SENT)))
+    if received != _SENT:
+        probe.breach(Phrase("check-line", method="read_serial", value=brief(received), sent=repr(_SENT)))
 
 
 def check_actuators(probe: Probe) -> None:
@@ -138,19 +138,19 @@ def check_sending(probe: Probe) -> None:
 def check_hearing(probe: Probe, hear: "Callable[[int], Any]") -> None:
     """Note frames that are lost, given twice, or dropped for their parity, which the board must not check."""
     for frame, key in ((FRAME, "check-frame"), (FRAME ^ 1, "check-frame-of-odd-parity")):
-        heard: list[int] = []
+        received: list[int] = []
         if probe.has_breach_of("received_frames"):
             return
         try:
             _take_frames(probe)
             hear(frame)
             for _ in range(_WITHIN_MS // _STEP_MS):
-                heard += _take_frames(probe)
+                received += _take_frames(probe)
                 probe.wait(_STEP_MS)
         except BoardFailedError:
             return
-        if heard != [frame]:
-            shown = ", ".join([f"0x{each:08X}" for each in heard[:_TRIES]]) or Phrase("check-none")
+        if received != [frame]:
+            shown = ", ".join([f"0x{each:08X}" for each in received[:_TRIES]]) or Phrase("check-none")
             probe.breach(Phrase(key, method="received_frames", value=shown, frame=f"0x{frame:08X}"))
 
 
@@ -169,11 +169,11 @@ def _is_voice(value: object) -> bool:
 
 
 def _take_frames(probe: Probe) -> "list[int]":
-    frames = probe.answer("received_frames", _are_frames, "frames") or ()
-    again = (probe.answer("received_frames", _are_frames, "frames") or ()) if frames else ()
-    if frames and list(frames) == list(again):
+    received = probe.answer("received_frames", _are_frames, "frames") or ()
+    again = (probe.answer("received_frames", _are_frames, "frames") or ()) if received else ()
+    if received and list(received) == list(again):
         probe.breach(Phrase("check-frames-twice", method="received_frames"))
-    return list(frames)
+    return list(received)
 
 
 def _are_frames(value: object) -> bool:

@@ -21,14 +21,14 @@ _LONGEST_SHOWN = 60
 
 
 class BoardFailedError(Exception):
-    """A call of the board raised, or took other arguments; the breach is noted already."""
+    """A method of the board raised an error, or takes other arguments; the breach is noted already."""
 
 
 class Probe:
     """A board that is being checked.
 
     Args:
-        wait_ms: makes that many milliseconds pass; None to watch the board's own clock.
+        wait_ms: lets that many milliseconds pass; None to watch the board's own clock.
 
     Attributes:
         breaches: what is wrong with it; ``str`` gives the sentence of each.
@@ -47,7 +47,7 @@ class Probe:
             self.breaches.append(breach)
 
     def has_breach_of(self, method: str) -> bool:
-        """Return whether a breach of that method is noted already; more of the same wouldn't help its author."""
+        """Return whether a breach of that method is noted already; another one would not help the board's author."""
         return any(breach.details.get("method") == method for breach in self.breaches)
 
     def call(self, name: str, *arguments: object) -> "Any":

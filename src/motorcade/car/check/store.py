@@ -1,4 +1,4 @@
-"""Check a board's store: what was stored is found again, and a cut of power leaves the old image or the new one.
+"""Check a board's store: what was stored is found again, and after a power cut the old image or the new one is there.
 
 Portable. Power is cut only under CPython: MicroPython can't trace lines.
 """
@@ -23,7 +23,7 @@ _MAX_CUTS = 500
 
 
 def check_store(probe: Probe, reopen: "Callable[[], Any] | None") -> None:
-    """Note what is wrong with load_image and store_image, and put the image back that was there."""
+    """Note what is wrong with load_image and store_image, and store the image again that was there before."""
     before = probe.answer("load_image", is_image_or_none, "image")
     try:
         if _round_trips(probe, reopen):
@@ -34,7 +34,7 @@ def check_store(probe: Probe, reopen: "Callable[[], Any] | None") -> None:
 
 
 def _round_trips(probe: Probe, reopen: "Callable[[], Any] | None") -> bool:
-    # Smaller images after the largest: nothing of it must be left.
+    # Smaller images follow the largest, of which nothing must be left.
     for data in (SMALL, LARGE, SMALL, EMPTY):
         probe.call("store_image", data)
         found = probe.call("load_image")
@@ -65,7 +65,7 @@ def _check_cuts(probe: Probe, reopen: "Callable[[], Any] | None") -> None:
 
 
 class PowerCut(BaseException):
-    """A cut of power. A BaseException, so that no ``except Exception`` or ``except OSError`` continues after it."""
+    """A power cut. A BaseException, so that no ``except Exception`` or ``except OSError`` continues after it."""
 
 
 def _cuts_of(action: "Callable[[], Any]") -> "Iterator[dict[str, Any]]":
@@ -84,7 +84,7 @@ def _cuts_of(action: "Callable[[], Any]") -> "Iterator[dict[str, Any]]":
 
 
 class _Cut:
-    """One cut of power, after so many moments."""
+    """One power cut, after so many moments."""
 
     def __init__(self, moments: int) -> None:
         self._left = moments
@@ -114,8 +114,8 @@ class _Cut:
 
     def _profile(self, frame: "Any", event: str, argument: "Any") -> None:
         if event == "c_call" and self._is_of_library(frame):
-            home = argument.__module__ or type(argument.__self__).__module__
-            if home != "builtins":
+            module = argument.__module__ or type(argument.__self__).__module__
+            if module != "builtins":
                 self._pass(frame)
 
     def _is_of_library(self, frame: "Any") -> bool:
@@ -123,6 +123,7 @@ class _Cut:
         return bool(file.startswith((self._library, "<frozen")))
 
     def _pass(self, frame: "Any") -> None:
+        """Count a moment; cut the power where no more are left. Name the last place outside Python's own library."""
         if self._left or self._place:
             self._left -= 1
             return
