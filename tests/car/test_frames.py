@@ -290,10 +290,16 @@ def test_an_older_tag_makes_a_car_repeat_its_own_soon():
     assert first_ms // 2 <= sent_ms[0] <= first_ms + LEVELS[brain.SENSE_MS]
 
 
-def test_a_car_that_receives_its_tag_twice_in_an_interval_is_silent_in_it():
-    car = follower(tagged_frame(WORDS[0], 9))
+@pytest.mark.parametrize("replaces", [False, True])
+def test_a_car_that_receives_its_tag_twice_in_an_interval_is_silent_in_it(replaces):
+    car = follower(tagged_frame(WORDS[0], 20 if replaces else 9))
     now, sent = 0, []
-    while now < 9000:
+    if replaces:
+        now = FORGET_MS
+        car.arriving.append(tagged_frame(WORDS[0], 9))
+        step.step(car, now)
+    end_ms = now + 9000
+    while now < end_ms:
         now += 1
         car.sent = None
         if now % 10 == 0:

@@ -268,7 +268,7 @@ def _hears_tagged(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -
         return BEGUN
     if s[INTERVAL] == 0:
         return IGNORED
-    if tag == s[TAG]:
+    if tag == own_tag:
         s[SAME_TAG] = s[SAME_TAG] + 1
     elif s[INTERVAL] > levels[FIRST_INTERVAL_MS]:
         # The sender has an older word: pass the own word on soon.
