@@ -1,6 +1,5 @@
 """Settings and fixtures for all tests."""
 
-import os
 import tempfile
 from collections import Counter
 from pathlib import Path
@@ -14,11 +13,6 @@ from hypothesis import settings
 settings.register_profile("quick", deadline=None, derandomize=True)
 settings.register_profile("soak", deadline=None, max_examples=1_000)
 settings.load_profile("quick")
-
-
-def pytest_xdist_auto_num_workers() -> int:
-    """One process more than processors: tests of browsers, boards and networks wait for others most of the time."""
-    return (os.cpu_count() or 1) + 1
 
 
 @pytest.fixture(scope="session")
