@@ -108,8 +108,9 @@ class LineBoard(Board):
 class RealCar:
     """The loop of every car, at the end of two ways."""
 
-    def __init__(self, stored, there, back):
+    def __init__(self, stored, there, back, most_words=511):
         self._board = LineBoard(stored, there, back)
+        self._board.most_words = most_words
         self._car = Car(self._board)
 
     @property

@@ -40,9 +40,9 @@ def pieces(draw, data):
 class Car:
     """A car's shell: does what its end says, and keeps what it answers."""
 
-    def __init__(self, stored=NO_PROGRAM):
+    def __init__(self, stored=NO_PROGRAM, most_words=511):
         self.stored = stored
-        self._end = upload.CarEnd()
+        self._end = upload.CarEnd(most_words)
 
     def take(self, data, now_ms):
         """Receive ``data``; gives the events' kinds and all that the car sends back."""

@@ -26,8 +26,9 @@ from motorcade.upload import check_request as asking
 from motorcade.upload import serial_port
 from motorcade.upload import transfer as talk
 from motorcade.words import upload as protocol
-from motorcade.words.check import CHECK_BYTES, read_check
+from motorcade.words.check import CHECK_BYTES
 from motorcade.words.upload import READBACK_REQUEST
+from support.check_requests import read_check
 from support.driven_car import deaf_port
 from support.played_car import IMAGE, PlayedCar
 from support.socket_lines import without_pauses

@@ -17,8 +17,9 @@ from motorcade.upload.transfer import (
     UNKNOWN,
     ReadbackTransfer,
     UploadTransfer,
+    upload_error,
 )
-from motorcade.words.check import CHECK_BYTES, check_words, held_checksum, read_check, ready_line
+from motorcade.words.check import CHECK_BYTES, check_words, held_checksum, ready_line
 from motorcade.words.image import ImageError, parse_image_bytes
 from motorcade.words.upload import (
     IMAGE,
@@ -29,6 +30,7 @@ from motorcade.words.upload import (
     VERIFIED,
     ok_line,
 )
+from support.check_requests import read_check
 from support.faulty_line import Faults, Party, RealCar, SimpleCar, Way, talk_through
 
 BAUD = 115200
@@ -138,6 +140,20 @@ def test_a_line_with_a_stuck_bit_makes_no_car_look_as_if_it_knew_no_checks(bit):
     talk, car = UploadTransfer(SECOND, BAUD), RealCar(FIRST, there, back)
     talk_through([talk], car, there, [back])
     assert (talk.outcome.kind, talk.holds, car.holds) == (REFUSED, OLD, FIRST)
+
+
+def test_an_image_that_the_car_can_not_hold_is_sent_once_and_the_car_keeps_its_own():
+    there, back = ways()
+    told = Told()
+    talk, car = UploadTransfer(LARGEST, BAUD, retrying=told), RealCar(FIRST, there, back, most_words=126)
+    talk_through([talk], car, there, [back])
+    assert (talk.outcome, talk.holds, car.holds) == (
+        (REFUSED, "image-too-large most=126 words=511"),
+        OLD,
+        FIRST,
+    )
+    assert told == []
+    assert "this car holds at most 126" in str(upload_error("port", talk.outcome, talk.holds))
 
 
 def test_a_car_that_holds_something_else_afterwards_is_told_of():

@@ -5,6 +5,7 @@ overridden is a sensor that finds nothing, or an actuator that isn't there.
 """
 
 from motorcade.car.brain import VOICE_GO, VOICE_STOP
+from motorcade.words.receiver import MOST_WORDS
 
 NOTHING_IN_SIGHT_MM = 1 << 20
 # The spoken words that a car knows, by the names that files and people use.
@@ -38,11 +39,16 @@ class Board:
         number: the car's own number, 0 to 2^32 - 1; seeds its random draws.
         is_leader: whether this car leads or follows.
         levels: what make_levels gave for the car's profile.
+        most_words: how many words the largest image has that the board can store, 6 to 511.
+        words_a_tick: how many words of an upload one tick checks at most, 1 or more; on a slow chip a small number
+            keeps ticks short.
     """
 
     number = 0
     is_leader = False
     levels: tuple[int, ...] = ()
+    most_words = MOST_WORDS
+    words_a_tick = MOST_WORDS
 
     def now_ms(self) -> int:
         """Return the clock's reading: milliseconds that wrap at 2^30."""

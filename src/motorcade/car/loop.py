@@ -29,7 +29,7 @@ class Car:
         self.board = board
         self.memory = [0] * brain.SIZE
         self.image: tuple[int, ...] = (0,)
-        self._serial = CarEnd()
+        self._serial = CarEnd(board.most_words, board.words_a_tick)
         self._wheels = brain.STILL
         self._led = brain.NO_LED
         self._is_on = False

@@ -13,6 +13,7 @@ from motorcade.words.upload import (
     OTHER_CHECKSUM,
     REFUSED,
     SILENT,
+    TOO_LARGE,
     Lines,
     ok_line,
     printable,
@@ -26,7 +27,7 @@ ANSWER_WITHIN_MS = 1000
 READY = "ready"
 TAKEN = "taken"
 
-_REASONS_OF_CARS_WITH_CHECKS = (CUT_OFF, NOT_EMPTY, CHANGED_REQUEST, OTHER_CHECKSUM, CANT_STORE)
+_REASONS_OF_CARS_WITH_CHECKS = (CUT_OFF, NOT_EMPTY, CHANGED_REQUEST, OTHER_CHECKSUM, CANT_STORE, TOO_LARGE)
 
 
 class Answer(NamedTuple):

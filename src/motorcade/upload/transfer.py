@@ -13,7 +13,7 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.upload import check_request
 from motorcade.upload.check_request import READY, TAKEN, Answer, CheckRequestEnd, knows_no_checks
 from motorcade.words import upload
-from motorcade.words.image import refused_image
+from motorcade.words.image import WORD_BYTES, refused_image
 from motorcade.words.ticks import elapsed_ms
 from motorcade.words.upload import (
     CANT_STORE,
@@ -25,6 +25,7 @@ from motorcade.words.upload import (
     REFUSED,
     SILENCE_MS,
     SILENT,
+    TOO_LARGE,
     VERIFIED,
     Outcome,
     ReadbackEnd,
@@ -252,8 +253,14 @@ class UploadTransfer(Transfer):
             if answer.kind != READY:
                 return
             self._last = self._outcome_after(answer, outcome)
-            if self.holds == NEW or CANT_STORE in str(outcome.detail):
+            if self.holds == NEW or CANT_STORE in str(outcome.detail) or self._is_too_large(outcome):
                 return
+
+    def _is_too_large(self, outcome: Outcome) -> bool:
+        """Whether the car refused the image because it can't hold that many words."""
+        error = refused_image(str(outcome.detail)) if outcome.kind == REFUSED else None
+        words = len(self._image) // WORD_BYTES
+        return error is not None and error.code == TOO_LARGE and error.details["words"] == words
 
     def _outcome_after(self, answer: Answer, outcome: Outcome) -> Outcome:
         """The outcome of a try, once the car has answered the next announcement."""

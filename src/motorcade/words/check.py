@@ -1,4 +1,4 @@
-"""Make and read check requests: they announce the checksum of the next image, so that the car accepts no other.
+"""Make check requests: they announce the checksum of the next image, so that the car accepts no other.
 
 Portable. Source: seed 000, h3, which is reserved for extensions; docs/adr/0014 gives
 the reasons. A request is six words: a header that announces two states and three
@@ -13,7 +13,7 @@ and the number of the request, the CRC-32 of the image that the car holds, and t
 
 from binascii import crc32
 
-from motorcade.words.image import WORD_BYTES, pack, unpack
+from motorcade.words.image import WORD_BYTES, pack
 
 CHECK_HEADER = 0x020301FE
 CHECK_WORDS = 6
@@ -23,9 +23,8 @@ CHECK_LASTS_MS = 10000
 # Bits that have no effect while motor and avoidance are off. They keep every byte of a
 # word above zero, whereas the words of an image end in a zero byte. So a request that
 # lost some bytes, or came with some bytes twice, is never an image.
-_MARKS = 0x01010802
-_SHIFT = 2
-_REST = 0xFFFFFFFF ^ 0xFF << _SHIFT
+MARKS = 0x01010802
+PAYLOAD_AT = 2
 
 
 def check_request(checksum: int, number: int) -> bytes:
@@ -34,18 +33,7 @@ def check_request(checksum: int, number: int) -> bytes:
     ``number`` (0 to 255) distinguishes requests.
     """
     payload = pack(checksum) + bytes([number])
-    return pack(CHECK_HEADER) + b"".join([pack(_MARKS | byte << _SHIFT) for byte in payload])
-
-
-def read_check(request: bytes) -> tuple[int, int] | None:
-    """Return the checksum and the number of a request (CHECK_BYTES); None where it was damaged on the way."""
-    payload = []
-    for at in range(WORD_BYTES, CHECK_BYTES, WORD_BYTES):
-        word = unpack(request[at : at + WORD_BYTES])
-        if word & _REST != _MARKS:
-            return None
-        payload.append(word >> _SHIFT & 0xFF)
-    return unpack(bytes(payload[:WORD_BYTES])), payload[WORD_BYTES]
+    return pack(CHECK_HEADER) + b"".join([pack(MARKS | byte << PAYLOAD_AT) for byte in payload])
 
 
 def check_words(checksum: int, number: int) -> bytes:

@@ -23,7 +23,10 @@ travel with a tag, else 0.
 
 
 class ImageError(MotorcadeError):
-    """Bytes or words that are no image; the code is image-cut-off, image-too-long, image-header or image-word."""
+    """Bytes or words that are no image, or none that a car can hold.
+
+    The code is image-cut-off, image-too-long, image-header, image-word or image-too-large.
+    """
 
 
 def pack(word: int, byte_order: str = "big") -> bytes:
@@ -124,6 +127,8 @@ def refused_image(reason: str) -> "ImageError | None":
             check_header(int(numbers["word"], 16))
         elif reason.startswith("image-word "):
             check_control(int(numbers["word"], 16), int(numbers["position"]))
+        elif reason.startswith("image-too-large "):
+            return ImageError("image-too-large", words=int(numbers["words"]), most=int(numbers["most"]))
     except ImageError as error:
         return error
     except (KeyError, ValueError):

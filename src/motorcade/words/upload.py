@@ -10,8 +10,9 @@ an image makes the car compare it too, before it replaces the image that it has.
 from binascii import crc32
 from collections import namedtuple
 
-from motorcade.errors import Phrase
-from motorcade.words.check import CHECK_BYTES, CHECK_HEADER, CHECK_LASTS_MS, check_words, read_check
+from motorcade.errors import Phrase, brief
+from motorcade.words import receiver
+from motorcade.words.check import check_words
 from motorcade.words.image import (
     WORD_BYTES,
     ImageError,
@@ -23,10 +24,9 @@ from motorcade.words.image import (
 )
 from motorcade.words.ticks import elapsed_ms
 
-SILENCE_MS = 500
+SILENCE_MS = receiver.SILENCE_MS
 ANSWER_WITHIN_MS = 2000
-READBACK_HEADER = 0x000000FF
-READBACK_REQUEST = pack(READBACK_HEADER)
+READBACK_REQUEST = pack(receiver.READBACK_HEADER)
 # The image of a car that never received one.
 NO_PROGRAM = pack(0)
 # The beginnings of the reasons for which a car refuses bytes. Another reason is the brief form of an ImageError.
@@ -35,6 +35,7 @@ NOT_EMPTY = "the empty image has"
 CHANGED_REQUEST = "the check request was changed"
 OTHER_CHECKSUM = "the checksum is"
 CANT_STORE = "the image could not be stored"
+TOO_LARGE = "image-too-large"
 _LONGEST_LINE = 200
 
 # The events of the end of a car.
@@ -66,7 +67,11 @@ Outcome = namedtuple("Outcome", ("kind", "detail"))
 
 def ok_line(image: bytes) -> bytes:
     """Return the answer of a car to an image that it holds now."""
-    return f"OK words={len(image) // WORD_BYTES} crc32={crc32(image):08x}\n".encode()
+    return _ok_line(len(image) // WORD_BYTES, crc32(image))
+
+
+def _ok_line(words: int, checksum: int) -> bytes:
+    return f"OK words={words} crc32={checksum:08x}\n".encode()
 
 
 def error_line(reason: str) -> bytes:
@@ -75,114 +80,80 @@ def error_line(reason: str) -> bytes:
 
 
 class CarEnd:
-    """The end of a car: it finds images and requests in the bytes from a serial port."""
+    """The end of a car: it finds images and requests in the bytes from a serial port.
 
-    def __init__(self) -> None:
-        self._buffer = b""
-        self._skipping = False
-        self._last_byte_ms = 0
-        # The checksum that was announced for the next image; None while any may come.
-        self._announced: int | None = None
+    Args:
+        most_words: how many words the largest image has that the car can store, 6 to 511.
+        work_words: how many words one call checks at most, 1 or more. What is left is done by the next calls.
+    """
+
+    def __init__(self, most_words: int = receiver.MOST_WORDS, work_words: int = receiver.MOST_WORDS) -> None:
+        self._memory = [0] * receiver.SIZE
+        self._buffer = bytearray(most_words * WORD_BYTES)
+        self._work_words = work_words
+        # Bytes for which the buffer has no room yet.
+        self._waiting = b""
         self._events: list[CarEvent] = []
+        receiver.switch_on(self._memory, most_words)
 
     def receive_data(self, data: bytes, now_ms: int) -> None:
         """Take bytes that came at ``now_ms``; call it with ``b""`` from time to time so that it notices silence."""
-        quiet_ms = elapsed_ms(now_ms, self._last_byte_ms)
-        if quiet_ms >= SILENCE_MS:
-            self._end_by_silence()
-        if quiet_ms >= CHECK_LASTS_MS:
-            self._announced = None
-        if not data:
-            return
-        self._last_byte_ms = now_ms
-        if not self._skipping:
-            self._buffer += data
-            self._advance()
+        if data:
+            self._waiting = self._waiting + data if self._waiting else data
+        is_working = self._process(now_ms)
+        while self._waiting:
+            count = min(receiver.room(self._memory, self._buffer, now_ms), len(self._waiting))
+            if count == 0:
+                return
+            end = self._memory[receiver.END]
+            self._buffer[end : end + count] = self._waiting[:count]
+            self._waiting = self._waiting[count:]
+            receiver.add(self._memory, count, now_ms)
+            is_working = is_working or self._process(now_ms)
 
     def next_event(self) -> CarEvent | None:
         """Return the next CarEvent, or None."""
         return self._events.pop(0) if self._events else None
 
-    def _end_by_silence(self) -> None:
-        if self._buffer == NO_PROGRAM and self._announced is None:
-            self._events.append(CarEvent(IMAGE, NO_PROGRAM, ok_line(NO_PROGRAM)))
-        elif self._buffer:
-            self._refuse(f"{CUT_OFF} {len(self._buffer)} bytes")
-        self._buffer = b""
-        self._skipping = False
+    def _process(self, now_ms: int) -> bool:
+        """Take the events that the bytes in the buffer make. Return whether work is left for the next call."""
+        while True:
+            event = receiver.next_event(self._memory, self._buffer, self._work_words, now_ms)
+            if event == receiver.NOTHING:
+                return False
+            if event == receiver.WORKING:
+                return True
+            self._events.append(self._car_event(event))
 
-    def _advance(self) -> None:
-        goes_on = True
-        while goes_on and len(self._buffer) >= WORD_BYTES:
-            header = unpack(self._buffer[:WORD_BYTES])
-            try:
-                if header == READBACK_HEADER:
-                    self._take(WORD_BYTES)
-                    self._events.append(CarEvent(READBACK, b"", b""))
-                elif header == CHECK_HEADER:
-                    goes_on = self._take_check()
-                else:
-                    goes_on = self._take_image(header)
-            except ImageError as error:
-                goes_on = self._refuse_until_silence(error.brief())
+    def _car_event(self, event: int) -> CarEvent:
+        r = self._memory
+        if event == receiver.IMAGE:
+            begin = r[receiver.START]
+            image = bytes(self._buffer[begin : begin + r[receiver.LENGTH]])
+            return CarEvent(IMAGE, image, _ok_line(len(image) // WORD_BYTES, r[receiver.CRC]))
+        if event == receiver.READBACK:
+            return CarEvent(READBACK, b"", b"")
+        if event == receiver.CHECK:
+            return CarEvent(CHECK, b"", check_words(r[receiver.ANNOUNCED], r[receiver.NUMBER]))
+        return CarEvent(REFUSED, b"", error_line(self._reason(event)))
 
-    def _take_check(self) -> bool:
-        """Take a check request from the buffer. Return True where it was complete and valid."""
-        if len(self._buffer) < CHECK_BYTES:
-            return False
-        found = read_check(self._take(CHECK_BYTES))
-        if found is None:
-            return self._refuse_until_silence(f"{CHANGED_REQUEST} on the way")
-        self._announced = found[0]
-        self._events.append(CarEvent(CHECK, b"", check_words(found[0], found[1])))
-        return True
-
-    def _take_image(self, header: int) -> bool:
-        """Take an image from the buffer. Return True where it was complete and more may follow it."""
-        check_header(header)
-        length = announced_words(header) * WORD_BYTES
-        here = len(self._buffer)
-        if here < length:
-            return False
-        if header == 0 and self._announced is None:
-            # A break or a loose cable makes zeros. So four zeros are an image only between two silences.
-            if here > length:
-                return self._refuse_until_silence(f"{NOT_EMPTY} {length} bytes, {here} are here")
-            return False
-        image = self._buffer[:length]
-        parse_image_bytes(image)
-        if self._announced is not None and crc32(image) != self._announced:
-            return self._refuse_until_silence(
-                f"{OTHER_CHECKSUM} {crc32(image):08x}, {self._announced:08x} was announced"
-            )
-        self._events.append(CarEvent(IMAGE, image, ok_line(image)))
-        if self._announced is None:
-            self._take(length)
-            return True
-        # What follows an announced image was not announced.
-        self._announced = None
-        self._skip()
-        return False
-
-    def _take(self, count: int) -> bytes:
-        data = self._buffer[:count]
-        self._buffer = self._buffer[count:]
-        return data
-
-    def _skip(self) -> None:
-        self._buffer = b""
-        self._skipping = True
-
-    def _refuse_until_silence(self, reason: str) -> bool:
-        """Refuse what is in the buffer and everything up to the next silence. Return False."""
-        # After a wrong word the rest may not begin at a word: only silence marks where
-        # the next image begins.
-        self._refuse(reason)
-        self._skip()
-        return False
-
-    def _refuse(self, reason: str) -> None:
-        self._events.append(CarEvent(REFUSED, b"", error_line(reason)))
+    def _reason(self, event: int) -> str:
+        """Return why the bytes were refused; the receiver's memory holds the details."""
+        r = self._memory
+        count, word = r[receiver.COUNT], r[receiver.WORD]
+        if event == receiver.CUT_OFF:
+            return f"{CUT_OFF} {count} bytes"
+        if event == receiver.NOT_EMPTY:
+            return f"{NOT_EMPTY} {WORD_BYTES} bytes, {count} are here"
+        if event == receiver.CHANGED_REQUEST:
+            return f"{CHANGED_REQUEST} on the way"
+        if event == receiver.OTHER_CHECKSUM:
+            return f"{OTHER_CHECKSUM} {r[receiver.CRC]:08x}, {r[receiver.ANNOUNCED]:08x} was announced"
+        if event == receiver.BAD_HEADER:
+            return brief("image-header", {"word": word})
+        if event == receiver.BAD_WORD:
+            return brief("image-word", {"position": count, "word": word})
+        return brief(TOO_LARGE, {"words": count, "most": r[receiver.MOST_BYTES] // WORD_BYTES})
 
 
 class Lines:

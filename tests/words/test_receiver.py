@@ -1,0 +1,88 @@
+"""The receiver of uploads with little memory, and with little work a call."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motorcade.words import receiver, upload
+from motorcade.words.check import check_request
+from motorcade.words.image import refused_image
+from support.upload_ends import CHECK_OF_NEW, LAST_TICK, NEW, NEW_OK, NO_PROGRAM, OLD, STARTS_MS, Car, events_of, images
+
+LARGEST = bytes.fromhex("FFFF0100") + bytes.fromhex("64800000") * 255 + bytes.fromhex("C0280000") * 255
+SNIPPETS = st.sampled_from([NEW, NEW[:6], CHECK_OF_NEW, upload.READBACK_REQUEST, LARGEST, NO_PROGRAM, bytes(5)])
+ARRIVALS = st.lists(st.tuples(SNIPPETS | images() | st.binary(max_size=40), st.integers(0, 1_500)), max_size=12)
+SMALLEST = receiver.LEAST_WORDS
+
+
+@given(arrivals=ARRIVALS, start_ms=STARTS_MS, work_words=st.integers(1, 20))
+def test_little_work_a_call_changes_no_event(arrivals, start_ms, work_words):
+    spread = upload.CarEnd(work_words=work_words)
+    events, now_ms = [], start_ms
+    for data, pause_ms in arrivals:
+        now_ms = now_ms + pause_ms & LAST_TICK
+        # As many calls as the whole buffer needs.
+        events += events_of(spread, [(data, 0)] + [(b"", 0)] * receiver.MOST_WORDS, now_ms)
+    assert events == events_of(upload.CarEnd(), arrivals, start_ms)
+
+
+@pytest.mark.parametrize("work_words", [1, 16, 100])
+def test_no_call_checks_more_words_than_it_may(work_words):
+    r, buffer = [0] * receiver.SIZE, bytearray(len(LARGEST))
+    receiver.switch_on(r, receiver.MOST_WORDS)
+    buffer[:] = LARGEST
+    receiver.add(r, len(LARGEST), 0)
+    checked = []
+    while receiver.next_event(r, buffer, work_words, 0) == receiver.WORKING:
+        checked.append(r[receiver.CHECKED])
+    assert max(b - a for a, b in zip([4, *checked], checked, strict=False)) == work_words * 4
+    assert len(checked) == (510 - 1) // work_words
+    assert bytes(buffer[r[receiver.START] :][: r[receiver.LENGTH]]) == LARGEST
+    assert upload.ok_line(LARGEST).endswith(f"{r[receiver.CRC]:08x}\n".encode())
+
+
+def test_work_that_silence_interrupts_is_finished_before_the_next_bytes_are_taken():
+    end = upload.CarEnd(work_words=10)
+    arrivals = [(LARGEST, 0), (NEW, 600)] + [(b"", 0)] * 60
+    assert [event.answer for event in events_of(end, arrivals, 0)] == [upload.ok_line(LARGEST), NEW_OK]
+
+
+@given(image=images(), most_words=st.integers(SMALLEST, 12), cut=st.integers(4, 44))
+def test_an_image_larger_than_the_car_holds_is_refused_as_soon_as_its_header_is_there(image, most_words, cut):
+    words = len(image) // 4
+    car = Car(OLD, most_words)
+    kinds, answer = car.take(image[:cut], 0)
+    if words <= most_words:
+        assert upload.REFUSED not in kinds
+        return
+    line = f"ERR image-too-large most={most_words} words={words}\n".encode()
+    assert (kinds, answer, car.stored) == ([upload.REFUSED], line, OLD)
+    # The rest of it is ignored; the next image is taken.
+    assert car.take(image[cut:], 1) == ([], b"")
+    assert car.take(NEW, 501) == ([upload.IMAGE], NEW_OK)
+
+
+def test_a_refused_image_takes_no_announcement_with_it():
+    car = Car(OLD, SMALLEST)
+    assert car.take(check_request(0x325D103A, 7), 0)[0] == [upload.CHECK]
+    assert car.take(LARGEST, 1)[0] == [upload.REFUSED]
+    assert car.take(NEW, 600) == ([upload.IMAGE], NEW_OK)
+
+
+def test_requests_and_images_follow_each_other_through_a_buffer_that_is_nearly_full():
+    car = Car(OLD, SMALLEST)
+    everything = (upload.READBACK_REQUEST + NEW + OLD) * 5 + CHECK_OF_NEW
+    for size in range(1, 25):
+        pieces = [everything[at : at + size] for at in range(0, len(everything), size)]
+        kinds = [kind for piece in pieces for kind in car.take(piece, size * 600)[0]]
+        assert kinds == [upload.READBACK, upload.IMAGE, upload.IMAGE] * 5 + [upload.CHECK]
+        assert car.stored == OLD
+        assert car.take(NEW, size * 600)[0] == [upload.IMAGE]
+        assert car.take(b"", size * 600 + 500) == ([], b"")
+
+
+def test_the_reason_of_such_a_refusal_becomes_a_sentence():
+    error = refused_image("image-too-large most=126 words=200")
+    assert error.details == {"words": 200, "most": 126}
+    assert "200 words" in str(error)
+    assert "126" in error.sentence("zh")
