@@ -1,6 +1,8 @@
 """Room on a mat: cars without room are found, and crowds are placed where there is room."""
 
+import cmath
 import math
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motorcade.errors import MotorcadeError
-from motorcade.mats import Pose, check_mat, open_table
+from motorcade.mats import Mat, Pose, Starts, check_mat, open_table
 from support.mats import AREA, CLASSROOM, mat
 
 BODY_M = CLASSROOM.body.diameter_mm / 1000
@@ -20,6 +22,10 @@ def apart_m(x_m: np.ndarray, y_m: np.ndarray) -> float:
     distances = np.hypot(x_m[:, None] - x_m, y_m[:, None] - y_m)
     np.fill_diagonal(distances, np.inf)
     return float(distances.min())
+
+
+def leaders_of(starts: Starts) -> tuple[np.ndarray, np.ndarray]:
+    return np.asarray(starts.x_m)[starts.leaders], np.asarray(starts.y_m)[starts.leaders]
 
 
 # Points on a lattice of 50 mm: their distances lie on both sides of 150 mm, and exactly on it.
@@ -54,7 +60,7 @@ def test_near_cars_are_found_in_every_direction_and_place() -> None:
 
 def test_the_only_car_without_room_among_many_is_named() -> None:
     crowd = mat(f"[[crowd]]\ncars = 90000\n{AREA.replace('5, 5', '75, 75')}")
-    x_m, y_m = crowd.starts.x_m.copy(), crowd.starts.y_m.copy()
+    x_m, y_m = np.array(crowd.starts.x_m), np.array(crowd.starts.y_m)
     x_m[70_000] += 0.12
     starts = replace(crowd.starts, x_m=x_m)
     with pytest.raises(MotorcadeError, match=r"car 70001 of crowd\[0\] starts .* from car 70000 of crowd\[0\]"):
@@ -126,9 +132,9 @@ def test_a_crowd_is_placed_apart_inside_its_area_with_its_leaders_or_has_no_room
             mat(body)
         return
     starts = mat(body).starts
-    x_m, y_m = starts.x_m, starts.y_m
+    x_m, y_m = np.asarray(starts.x_m), np.asarray(starts.y_m)
     assert len(starts) == cars
-    assert starts.leads.sum() == leaders
+    assert sum(starts.leads) == leaders
     assert apart_m(x_m, y_m) > spacing_m - 1e-9
     margin_m = spacing_m / 2 - 1e-9
     assert x_m.min() >= -1 + margin_m
@@ -142,7 +148,7 @@ def test_a_random_crowd_depends_on_its_seed_and_never_changes() -> None:
     body = f'[[crowd]]\ncars = 40\nplacement = "random"\nheading_deg = "random"\n{AREA}'
     one, other = mat(body + "seed = 1").starts, mat(body + "seed = 2").starts
     assert not np.allclose(one.x_m, other.x_m)
-    assert len(set(one.heading.tolist())) == 40
+    assert len(set(one.heading)) == 40
     # Fixed values: recordings must not change with a new version of any library.
     assert np.round([one.x_m[0], one.y_m[0], one.heading[0]], 6).tolist() == [0.189664, 0.137169, 2.450491]
 
@@ -155,16 +161,121 @@ def test_a_crowd_keeps_clear_of_what_stands_there_and_of_single_cars() -> None:
             "[[car]]\nat_m = [0.2, 0.2]\n"
         )
         check_mat(crowd, CLASSROOM)
-        x_m, y_m = crowd.starts.x_m, crowd.starts.y_m
+        x_m, y_m = np.asarray(crowd.starts.x_m), np.asarray(crowd.starts.y_m)
         assert apart_m(x_m, y_m) > 0.25 - 1e-9
         assert np.hypot(x_m[1:] - 1, y_m[1:] - 1).min() > 0.5 + 0.125 - 1e-9
         assert abs(y_m[1:] - 3).min() > 0.125 - 1e-9
 
 
+def is_clear(x: float, y: float, clearance_m: float, there: Mat) -> bool:
+    """Whether a point is farther than a clearance from everything that stands there, by plain formulas."""
+    for corners in ((wall[:2], wall[2:]) for wall in there.walls):
+        if from_segment_m(x, y, *corners) < clearance_m:
+            return False
+    if any(math.hypot(x - disc_x, y - disc_y) < radius + clearance_m for disc_x, disc_y, radius in there.discs):
+        return False
+    for corners in there.polygons:
+        sides = list(zip(corners, (*corners[1:], corners[0]), strict=True))
+        if any(from_segment_m(x, y, *side) < clearance_m for side in sides):
+            return False
+        # The angles under which a point inside sees the sides make a full turn.
+        angles = (cmath.phase(complex(bx - x, by - y) / complex(ax - x, ay - y)) for (ax, ay), (bx, by) in sides)
+        if abs(sum(angles)) > math.pi:
+            return False
+    return True
+
+
+def from_segment_m(x: float, y: float, begin: tuple[float, float], end: tuple[float, float]) -> float:
+    along, to = complex(*end) - complex(*begin), complex(x, y) - complex(*begin)
+    part = min(max((to * along.conjugate()).real / abs(along) ** 2, 0), 1)
+    return abs(to - part * along)
+
+
+@st.composite
+def outlines(draw: st.DrawFn) -> list[list[float]]:
+    """The corners of a polygon that goes once round its middle."""
+    middle = complex(draw(st.integers(0, 40)), draw(st.integers(0, 40))) / 8
+    count = draw(st.integers(3, 12))
+    away = draw(st.lists(st.integers(2, 20).map(lambda length: length / 8), min_size=count, max_size=count))
+    corners = [middle + cmath.rect(far, math.tau * (k + 0.1) / count) for k, far in enumerate(away)]
+    return [[corner.real, corner.imag] for corner in corners]
+
+
+@settings(max_examples=60)
+@given(
+    st.lists(st.lists(st.integers(-8, 48).map(lambda n: n / 8), min_size=4, max_size=4, unique=True), max_size=4),
+    st.lists(st.tuples(*[st.integers(-8, 48).map(lambda n: n / 8)] * 2, st.sampled_from([0.01, 0.3, 2])), max_size=2),
+    st.lists(outlines(), max_size=2),
+)
+def test_a_crowd_in_rows_takes_each_place_that_is_free_and_a_car_elsewhere_is_refused(
+    walls: list[list[float]], discs: list[tuple[float, float, float]], polygons: list[list[list[float]]]
+) -> None:
+    body = "".join(f"[[wall]]\nfrom_m = {wall[:2]}\nto_m = {wall[2:]}\n" for wall in walls)
+    body += "".join(f"[[disc]]\ncentre_m = [{x}, {y}]\nradius_m = {radius}\n" for x, y, radius in discs)
+    body += "".join(f"[[polygon]]\ncorners_m = {corners}\n" for corners in polygons)
+    there = mat(body)
+    places = [((column + 0.5) * 0.31, (row + 0.5) * 0.31) for row in range(16) for column in range(16)]
+    free = [place for place in places if is_clear(*place, 0.155, there)]
+    crowd = f"{body}[[crowd]]\nspacing_m = 0.31\n{AREA}cars = "
+    with pytest.raises(MotorcadeError, match=f"finds room for {len(free)} of its 300 cars"):
+        mat(f"{crowd}300\n")
+    if free:
+        taken = mat(f"{crowd}{len(free)}\n").starts
+        assert np.allclose(np.stack([taken.x_m, taken.y_m], axis=1), free, atol=1e-9, rtol=0)
+    standing = [place for place in places if is_clear(*place, BODY_M / 2, there)]
+    for poses, has_room in ((standing, True), (places, len(standing) == len(places))):
+        cars = replace(there, starts=open_table([Pose(x, y) for x, y in poses]).starts)
+        if poses and has_room:
+            check_mat(cars, CLASSROOM)
+        elif poses:
+            first = next(car for car, place in enumerate(places) if place not in standing)
+            with pytest.raises(MotorcadeError, match=r"car \d+ starts at .*, on (wall|disc|polygon)\[") as caught:
+                check_mat(cars, CLASSROOM)
+            assert int(caught.value.details["car"].details["number"]) >= first
+
+
+WIDE = "size_m = [2000, 2000]\n"
+FINE = "[[crowd]]\ncars = 2000\nspacing_m = 0.01\n"
+COVERED = "[[polygon]]\ncorners_m = [[0, 0], [2000, 0], [2000, 2000], [0, 2000]]\n"
+
+
+def test_a_crowd_in_a_huge_area_without_room_costs_little_memory() -> None:
+    """16 million places of 1 cm once took 2 GB."""
+    resource = pytest.importorskip("resource")
+    for placement in ("grid", "random"):
+        with pytest.raises(MotorcadeError, match="finds room for 0 of its 2000 cars"):
+            mat(f'{WIDE}{FINE}placement = "{placement}"\n{COVERED}')
+    most_kb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    assert most_kb < 1.5e6 * (1024 if sys.platform == "darwin" else 1)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        f'{WIDE}{FINE}placement = "random"\n{COVERED}'
+        + "".join(f"[[wall]]\nfrom_m = [{k}, 0]\nto_m = [{k + 0.5}, 2000]\n" for k in range(1000)),
+        WIDE + "".join(f"{FINE}seed = {k}\n" for k in range(40)),
+    ],
+    ids=["many long walls", "many wide crowds"],
+)
+def test_what_takes_too_long_to_place_is_refused(body: str) -> None:
+    with pytest.raises(MotorcadeError, match="are too many, or reach too far, to be checked in a few seconds"):
+        mat(body)
+
+
+def test_polygons_with_too_many_long_sides_beside_each_other_are_refused() -> None:
+    teeth = [[k / 2 + 1000 * (k % 2), 1000 * (k % 2)] for k in range(996)]
+    corners = [*teeth, [1999, 1000], [1999, -1], [-1, -1]]
+    comb = f"[[polygon]]\ncorners_m = {corners}\n"
+    assert len(mat(comb).polygons) == 1
+    with pytest.raises(MotorcadeError, match=r"polygon\[\d+\].corners_m and the polygons before it have too many"):
+        mat(comb * 3)
+
+
 @pytest.mark.parametrize(("placement", "off_m"), [("grid", 1e-9), ("random", 0.3)])
 def test_leaders_are_in_the_middle_of_equal_parts_of_the_crowd(placement: str, off_m: float) -> None:
     starts = mat(f'[[crowd]]\ncars = 400\nleaders = 16\nplacement = "{placement}"\n{AREA}').starts
-    x_m, y_m = starts.x_m[starts.leads], starts.y_m[starts.leads]
+    x_m, y_m = leaders_of(starts)
     squares = {(int(x // 1.25), int(y // 1.25)) for x, y in zip(x_m, y_m, strict=True)}
     assert len(squares) == 16
     assert np.abs(np.mod([x_m, y_m], 1.25) - 0.625).max() <= off_m
@@ -174,4 +285,4 @@ def test_leaders_are_apart_where_their_number_fills_no_rows() -> None:
     for leaders in (3, 17, 22, 28):
         starts = mat(f"[[crowd]]\ncars = 400\nleaders = {leaders}\n{AREA}").starts
         share_m2 = 25 / leaders
-        assert apart_m(starts.x_m[starts.leads], starts.y_m[starts.leads]) > 0.65 * math.sqrt(share_m2)
+        assert apart_m(*leaders_of(starts)) > 0.65 * math.sqrt(share_m2)

@@ -103,12 +103,13 @@ def put_in_place(cars: Cars, mat: Mat, worlds: int, images: int) -> None:
     cars.push[:] = 0
     cars.wheels[:] = 0
     cars.heard_from[:] = NOBODY
-    rank = np.cumsum(starts.leads) - 1
-    program = np.where(starts.leads, rank % max(images, 1) + 1, 0)
+    x_m, y_m, heading, leads = (np.asarray(each) for each in (starts.x_m, starts.y_m, starts.heading, starts.leads))
+    rank = np.cumsum(leads) - 1
+    program = np.where(leads, rank % max(images, 1) + 1, 0)
     for field, values in (
-        (cars.x, np.round(starts.x_m * 1e6)),
-        (cars.y, np.round(starts.y_m * 1e6)),
-        (cars.heading, np.round(starts.heading / math.tau * FULL_TURN) % FULL_TURN),
+        (cars.x, np.round(x_m * 1e6)),
+        (cars.y, np.round(y_m * 1e6)),
+        (cars.heading, np.round(heading / math.tau * FULL_TURN) % FULL_TURN),
         (cars.number, np.arange(len(starts))),
         (cars.program, program),
     ):

@@ -327,7 +327,7 @@ class World:
     def _check(self) -> None:
         if self.cars == 0:
             raise MotorcadeError("mat-without-cars")
-        if self.mat.starts.leads.any() and not self.images:
+        if any(self.mat.starts.leads) and not self.images:
             raise MotorcadeError("leaders-without-program")
         if len(self.images) > 255:
             raise MotorcadeError("too-many-programs", count=len(self.images))

@@ -247,8 +247,9 @@ def _plain(what: Any) -> Any:
     """Convert ``what`` for JSON: equal things become equal, different things different."""
     if dataclasses.is_dataclass(what):
         return {field.name: _plain(getattr(what, field.name)) for field in dataclasses.fields(what)}
-    if isinstance(what, np.ndarray):
-        return [str(what.dtype), what.shape, hashlib.sha256(np.ascontiguousarray(what).tobytes()).hexdigest()]
+    if isinstance(what, np.ndarray | memoryview):
+        values = np.asarray(what)
+        return [str(values.dtype), values.shape, hashlib.sha256(np.ascontiguousarray(values).tobytes()).hexdigest()]
     if isinstance(what, bytes):
         return what.hex()
     if isinstance(what, Mapping):

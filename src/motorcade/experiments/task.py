@@ -112,13 +112,14 @@ def _ends(world: "World", word: int | None) -> dict[str, list[int] | list[float 
     x_m, y_m, heading, words = (
         np.stack([getattr(end, name) for end in ends]) for name in ("x_m", "y_m", "heading", "word")
     )
-    leads, follows = starts.leads, ~starts.leads
+    leads = np.asarray(starts.leads)
+    follows = ~leads
     some = np.full(world.worlds, follows.any())
     distance_m = _to_nearest(x_m[:, follows], y_m[:, follows], x_m[:, leads], y_m[:, leads])
     informed = words[:, follows] == (0 if word is None else word)
     spread_m = np.sqrt(np.var(x_m, axis=1) + np.var(y_m, axis=1))
     alignment = np.hypot(np.mean(np.cos(heading), axis=1), np.mean(np.sin(heading), axis=1))
-    moved_m = np.mean(np.hypot(x_m - starts.x_m, y_m - starts.y_m), axis=1)
+    moved_m = np.mean(np.hypot(x_m - np.asarray(starts.x_m), y_m - np.asarray(starts.y_m)), axis=1)
     return {
         "informed_share": _known(_mean(informed), some & (word is not None)),
         "leader_distance_m": _known(_mean(distance_m), some & leads.any()),

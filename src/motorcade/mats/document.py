@@ -1,29 +1,26 @@
 """Read mats from TOML and JSON, and check them for the cars of a profile."""
 
 import math
-from collections.abc import Sequence
+from array import array
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from motorcade.config.check import Text, load
 from motorcade.config.files import Kind, parse, read_text
 from motorcade.config.profile import Profile
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.mats.crowd import Crowd, IsFree, place_crowd
-from motorcade.mats.geometry import Points, check_outlines, close_pair, obstructed
-from motorcade.mats.model import Mat, Person, Physics, Starts, Voice
+from motorcade.mats.crowd import Crowd, place_crowd
+from motorcade.mats.geometry import Budget, Points, Sweep, close_pair, obstructed
+from motorcade.mats.model import Mat, Person, Physics, Starts, Voice, flags, floats
+from motorcade.mats.outlines import check_outlines
 from motorcade.mats.schema import FARTHEST_M, FORMAT, MOST_CARS, mat_schema
 
 _KINDS: dict[str, Kind] = {".toml": "TOML", ".json": "JSON"}
 _MOST_HEADING = 1e6
 # The simulator rounds positions to whole micrometres.
 _ROUNDING_M = 1e-6
-
-_Cars = tuple[Points, Points, Points, NDArray[np.bool_]]
 
 
 def read_mat(path: str | Path) -> Mat:
@@ -77,21 +74,18 @@ def check_mat(mat: Mat, profile: Profile) -> None:
     starts = mat.starts
     if not len(starts):
         raise MotorcadeError("mat-needs-cars", file=file)
-    for key, values, most in (
-        ("x-of-car", starts.x_m, FARTHEST_M),
-        ("y-of-car", starts.y_m, FARTHEST_M),
-        ("heading-of-car", starts.heading, _MOST_HEADING),
+    columns = starts.x_m.tolist(), starts.y_m.tolist(), starts.heading.tolist()
+    for key, values, most in zip(
+        ("x-of-car", "y-of-car", "heading-of-car"), columns, (FARTHEST_M, FARTHEST_M, _MOST_HEADING), strict=True
     ):
-        wrong = np.flatnonzero(~(np.abs(values) <= most))
-        if wrong.size:
-            car = int(wrong[0])
+        if not all(-most <= value <= most for value in values):
+            car = next(car for car, value in enumerate(values) if not -most <= value <= most)
             what = Phrase(key, car=_name_of(mat, car))
             raise MotorcadeError("start-out-of-range", file=file, what=what, value=values[car], most=most)
-    _check_room(mat, profile.body.diameter_mm / 1000, file)
+    _check_room(mat, *columns[:2], profile.body.diameter_mm / 1000, file)
 
 
-def _check_room(mat: Mat, diameter_m: float, file: Text) -> None:
-    x_m, y_m = mat.starts.x_m, mat.starts.y_m
+def _check_room(mat: Mat, x_m: Points, y_m: Points, diameter_m: float, file: Text) -> None:
     clearance_m = diameter_m / 2 - _ROUNDING_M
 
     def error(code: str, car: int, **details: Any) -> MotorcadeError:
@@ -100,14 +94,15 @@ def _check_room(mat: Mat, diameter_m: float, file: Text) -> None:
 
     if mat.walled and mat.size_m is not None:
         width, height = mat.size_m
-        outside = np.minimum(np.minimum(x_m, width - x_m), np.minimum(y_m, height - y_m)) < clearance_m
-        if outside.any():
-            raise error("start-over-edge", int(np.argmax(outside)), inside=diameter_m / 2)
-    for place, cars in obstructed(x_m, y_m, clearance_m, mat.walls, mat.discs, mat.polygons):
-        raise error("start-in-obstacle", int(cars.min()), place=place)
+        for car, (x, y) in enumerate(zip(x_m, y_m, strict=True)):
+            if x < clearance_m or width - x < clearance_m or y < clearance_m or height - y < clearance_m:
+                raise error("start-over-edge", car, inside=diameter_m / 2)
+    if hit := obstructed(mat, x_m, y_m, clearance_m, file):
+        place, car = hit
+        raise error("start-in-obstacle", car, place=place)
     if pair := close_pair(x_m, y_m, diameter_m - _ROUNDING_M):
         one, other = pair
-        apart_m = float(np.hypot(x_m[one] - x_m[other], y_m[one] - y_m[other]))
+        apart_m = math.dist((x_m[one], y_m[one]), (x_m[other], y_m[other]))
         raise error("starts-too-close", other, apart=apart_m, other=_name_of(mat, one))
 
 
@@ -147,7 +142,7 @@ def _without_numpy(value: Any) -> Any:
         return {key: _without_numpy(each) for key, each in value.items()}
     if isinstance(value, list | tuple):
         return [_without_numpy(each) for each in value]
-    return value.item() if isinstance(value, np.generic) else value
+    return value.item() if hasattr(value, "item") else value
 
 
 def _area_of(voice: Voice) -> dict[str, Any]:
@@ -178,21 +173,25 @@ def _place_cars(mat: Mat, cars: list[dict[str, Any]], crowds: list[dict[str, Any
     total = len(cars) + sum(crowd["cars"] for crowd in crowds)
     if total > MOST_CARS:
         raise MotorcadeError("mat-has-too-many-cars", file=file, count=total, most=MOST_CARS)
-    listed = np.array([car["at_m"] for car in cars], float).reshape(-1, 2)
-    heading = np.radians(np.array([car["heading_deg"] for car in cars], float))
-    leads = np.array([car["role"] == "leader" for car in cars], np.bool_)
-    parts = [(listed[:, 0], listed[:, 1], heading, leads)]
+    x_m, y_m = (array("d", [car["at_m"][axis] for car in cars]) for axis in (0, 1))
+    heading = array("d", [math.radians(car["heading_deg"]) for car in cars])
+    leads = bytearray(car["role"] == "leader" for car in cars)
+    listed = [*zip(x_m, y_m, strict=True)]
     groups = [(f"car[{number}]", 1) for number in range(len(cars))]
+    budget = Budget(total, file)
     for number, table in enumerate(crowds):
         crowd = _crowd(mat, table, file, f"crowd[{number}]")
-        parts.append(place_crowd(crowd, _free_places(mat, parts[0], crowd.spacing_m)))
+        # A crowd's cars stand half of their spacing from obstacles, and all of it from listed cars.
+        apart = [(x, y, crowd.spacing_m / 2) for x, y in listed]
+        its_x, its_y, its_heading, its_leads = place_crowd(
+            crowd, partial(Sweep, mat, crowd.spacing_m / 2, budget, apart), budget
+        )
+        x_m += its_x
+        y_m += its_y
+        heading += its_heading
+        leads += its_leads
         groups.append((crowd.place, crowd.cars))
-    return _joined(parts, groups)
-
-
-def _joined(parts: Sequence[_Cars], groups: Sequence[tuple[str, int]]) -> Starts:
-    x_m, y_m, heading, leads = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return Starts(x_m, y_m, heading, leads, tuple(groups))
+    return Starts(floats(x_m), floats(y_m), floats(heading), flags(leads), tuple(groups))
 
 
 def _crowd(mat: Mat, table: dict[str, Any], file: Text, place: str) -> Crowd:
@@ -215,16 +214,3 @@ def _crowd(mat: Mat, table: dict[str, Any], file: Text, place: str) -> Crowd:
         heading=None if heading == "random" else math.radians(heading),
         seed=table["seed"],
     )
-
-
-def _free_places(mat: Mat, listed: _Cars, spacing_m: float) -> IsFree:
-    """Return the test where a car of a crowd may stand: half its spacing from obstacles, all of it from listed cars."""
-    cars = tuple((float(x), float(y), spacing_m / 2) for x, y in zip(listed[0], listed[1], strict=True))
-
-    def is_free(x_m: Points, y_m: Points) -> NDArray[np.bool_]:
-        free = np.ones(len(x_m), np.bool_)
-        for _, indices in obstructed(x_m, y_m, spacing_m / 2, mat.walls, mat.discs + cars, mat.polygons):
-            free[indices] = False
-        return free
-
-    return is_free

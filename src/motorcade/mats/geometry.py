@@ -1,192 +1,305 @@
-"""Geometry of mats: which points are too near to obstacles or to each other, and which outlines are not valid.
+"""Geometry of mats: which cars are too near to obstacles or to each other.
 
-It is fast for a million points. It decides only by operations that IEEE 754 rounds exactly, so that the result is the
-same on every computer.
+Points are visited row by row, from the lowest row to the highest. In each row only those points are tested that a side
+or a disc can be near; the others are decided by the thousand. So the cost grows with the points and with the rows that
+obstacles reach over, and not with their product. The tests use only operations that IEEE 754 rounds exactly, so that
+the result is the same on every computer.
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator
-from functools import partial
-
-import numpy as np
-from numpy.typing import NDArray
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable, Iterator, Sequence
+from operator import sub
+from typing import NamedTuple
 
 from motorcade.config.check import Text
 from motorcade.errors import MotorcadeError
-from motorcade.mats.model import Corners, Disc, Mat, Wall
-from motorcade.mats.schema import SHORTEST_M
+from motorcade.mats.model import Disc, Mat
 
-Points = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-_Shape = tuple[str, tuple[float, float, float, float], Callable[[Points, Points], Flags]]
+Points = Sequence[float]
+# A point in a row is within what was computed for the row plus this, whatever was rounded.
+_MARGIN_M = 1e-4
+# A side that rises less is taken as level.
+_LEVEL_M = 1e-3
+# Points that are made or tested: a second or two, and more for many cars.
+_MOST_TESTS = 4_000_000
+_TESTS_A_CAR = 32
+# To go up to a side or a disc in a row takes as long as so many tests.
+_TESTS_A_VISIT = 10
 
-_SMALLEST_M2 = SHORTEST_M * SHORTEST_M
-_SHORTEST_S = 0.001
-# Offsets, in columns and rows, of cells that can hold points nearer than a cell's diagonal; the others mirror these.
-_NEIGHBOURS = ((0, 1), (0, 2), (1, -2), (1, -1), (1, 0), (1, 1), (1, 2), (2, -1), (2, 0), (2, 1))
 
+class Row(NamedTuple):
+    """Points that are sorted by x and not lower than those of the rows before.
 
-def obstructed(
-    x_m: Points,
-    y_m: Points,
-    clearance_m: float,
-    walls: Iterable[Wall] = (),
-    discs: Iterable[Disc] = (),
-    polygons: Iterable[Corners] = (),
-) -> Iterator[tuple[str, NDArray[np.intp]]]:
-    """Find the obstacles that contain points, or that are nearer to points than ``clearance_m``.
-
-    Yields the place of each, such as ``wall[2]``, and the indices of those points.
+    Attributes:
+        low_m, high_m: no point of the row is outside.
+        x_m, y_m: the points.
     """
-    order = np.argsort(x_m, kind="stable")
-    x_m, y_m = x_m[order], y_m[order]
-    for place, (left, bottom, right, top), touches in _shapes(clearance_m, walls, discs, polygons):
-        first, end = np.searchsorted(x_m, (left - clearance_m, right + clearance_m))
-        inner = first + np.flatnonzero((y_m[first:end] > bottom - clearance_m) & (y_m[first:end] < top + clearance_m))
-        inner = inner[touches(x_m[inner], y_m[inner])]
-        if inner.size:
-            yield place, order[inner]
+
+    low_m: float
+    high_m: float
+    x_m: Points
+    y_m: Points
+
+
+class _Side(NamedTuple):
+    """A wall, or a side of a polygon."""
+
+    bottom_m: float
+    top_m: float
+    shape: int
+    is_solid: bool
+    x0: float
+    y0: float
+    x1: float
+    y1: float
+
+    def span(self, low_m: float, high_m: float) -> tuple[float, float]:
+        """The least and the greatest x of the part between two heights."""
+        x0, y0, x1, y1 = self.x0, self.y0, self.x1, self.y1
+        if abs(y1 - y0) > _LEVEL_M:
+            parts = ((low_m - y0) / (y1 - y0), (high_m - y0) / (y1 - y0))
+            x0, x1 = (x0 + min(max(part, 0.0), 1.0) * (x1 - x0) for part in parts)
+        return min(x0, x1) - _MARGIN_M, max(x0, x1) + _MARGIN_M
+
+    def is_near(self, x: float, y: float, clearance_m: float) -> bool:
+        """Whether a point is nearer to the side than ``clearance_m``."""
+        x0, y0 = self.x0, self.y0
+        along_x, along_y = self.x1 - x0, self.y1 - y0
+        part = ((x - x0) * along_x + (y - y0) * along_y) / (along_x * along_x + along_y * along_y)
+        part = min(max(part, 0.0), 1.0)
+        across, up = x - (x0 + part * along_x), y - (y0 + part * along_y)
+        return across * across + up * up < clearance_m * clearance_m
+
+    def is_right_of(self, x: float, y: float) -> bool:
+        """Whether a ray to the right from a point crosses the side."""
+        x0, y0, x1, y1 = self.x0, self.y0, self.x1, self.y1
+        return (y0 > y) != (y1 > y) and x < x0 + (y - y0) / (y1 - y0) * (x1 - x0)
+
+
+class _Round(NamedTuple):
+    """A round obstacle, with the clearance around it."""
+
+    bottom_m: float
+    top_m: float
+    shape: int
+    x: float
+    y: float
+    radius_m: float
+
+
+class Budget:
+    """How much work is left for placing and checking the cars of a mat, so that none takes long.
+
+    Args:
+        cars: how many there are.
+        file: what errors call the mat.
+
+    Attributes:
+        left: how many points may still be made or tested.
+    """
+
+    def __init__(self, cars: int, file: Text) -> None:
+        self.left = _MOST_TESTS + _TESTS_A_CAR * cars
+        self._file = file
+
+    def take(self, tests: int) -> None:
+        """Take from what is left. Raises MotorcadeError where it isn't enough."""
+        self.left -= tests
+        if self.left < 0:
+            raise MotorcadeError("mat-too-detailed", file=self._file)
+
+
+class Sweep:
+    """Find the points of rows, from the lowest row upwards, that are inside obstacles or nearer than a clearance.
+
+    Args:
+        mat: walls, discs and polygons; they are numbered in this order.
+        clearance_m: how far points have to be from obstacles, above 0.
+        budget: the work that is left.
+        discs: more discs, for those who need no numbers.
+    """
+
+    def __init__(self, mat: Mat, clearance_m: float, budget: Budget, discs: Iterable[Disc] = ()) -> None:
+        self._clearance_m, self._budget = clearance_m, budget
+        parts: list[_Side | _Round] = [*_sides_of(mat, clearance_m), *_rounds_of(mat, discs, clearance_m)]
+        self._waiting = sorted(parts, reverse=True)
+        self._here: list[_Side | _Round] = []
+
+    def reaches(self, low_m: float, high_m: float) -> bool:
+        """Go up to the next row; return whether any obstacle can be near its points."""
+        waiting = self._waiting
+        here = [each for each in self._here if each.top_m >= low_m]
+        while waiting and waiting[-1].bottom_m <= high_m:
+            each = waiting.pop()
+            if each.top_m >= low_m:
+                here.append(each)
+        self._here = here
+        return bool(here)
+
+    def touched(self, row: Row) -> Iterator[tuple[int, int, int]]:
+        """Yield the number of an obstacle, and the first and the end of points in the row that it touches.
+
+        Raises MotorcadeError where the budget is not enough.
+        """
+        if not self.reaches(row.low_m, row.high_m):
+            return
+        self._budget.take(_TESTS_A_VISIT * len(self._here))
+        # The number of a polygon: the ends of runs of points, from the row's first point on, that have a side to their
+        # right. A point that is in an odd number of runs is inside.
+        runs: dict[int, list[int]] = {}
+        for each in self._here:
+            if isinstance(each, _Round):
+                yield from self._in_disc(each, row)
+                continue
+            yield from self._near_side(each, row)
+            if each.is_solid:
+                self._cross(each, row, runs.setdefault(each.shape, []))
+        for shape, ends in runs.items():
+            ends.sort(reverse=True)
+            for end, first in zip(ends[::2], (*ends[1::2], 0), strict=False):
+                if first < end:
+                    yield shape, first, end
+
+    def _near_side(self, side: _Side, row: Row) -> Iterator[tuple[int, int, int]]:
+        clearance_m, x_m, y_m = self._clearance_m, row.x_m, row.y_m
+        left, right = side.span(row.low_m - clearance_m, row.high_m + clearance_m)
+        first, end = bisect_left(x_m, left - clearance_m), bisect_right(x_m, right + clearance_m)
+        self._budget.take(end - first)
+        for k in range(first, end):
+            if side.is_near(x_m[k], y_m[k], clearance_m):
+                yield side.shape, k, k + 1
+
+    def _cross(self, side: _Side, row: Row, runs: list[int]) -> None:
+        """Add the runs of points whose rays to the right cross a side."""
+        low_m, high_m, x_m, y_m = row
+        bottom_m, top_m = min(side.y0, side.y1), max(side.y0, side.y1)
+        if bottom_m > high_m or top_m <= low_m or bottom_m == top_m:
+            return
+        left, right = side.span(low_m, high_m)
+        first = 0
+        if bottom_m <= low_m and high_m < top_m:
+            first = bisect_left(x_m, left)
+            runs.append(first)
+        end = bisect_right(x_m, right)
+        self._budget.take(end - first)
+        for k in range(first, end):
+            if side.is_right_of(x_m[k], y_m[k]):
+                runs += (k, k + 1)
+
+    def _in_disc(self, disc: _Round, row: Row) -> Iterator[tuple[int, int, int]]:
+        low_m, high_m, x_m, y_m = row
+        x, y, reach_m = disc.x, disc.y, disc.radius_m + self._clearance_m
+        nearest_m, farthest_m = max(low_m - y, y - high_m, 0.0), max(abs(low_m - y), abs(high_m - y))
+        most_m = math.sqrt(max(reach_m * reach_m - nearest_m * nearest_m, 0.0)) + _MARGIN_M
+        least_m = math.sqrt(max(reach_m * reach_m - farthest_m * farthest_m, 0.0)) - _MARGIN_M
+        first, end = bisect_left(x_m, x - most_m), bisect_right(x_m, x + most_m)
+        # Whatever their y is, these are inside.
+        sure, sure_end = (bisect_left(x_m, x - least_m), bisect_right(x_m, x + least_m)) if least_m > 0 else (end, end)
+        if sure < sure_end:
+            yield disc.shape, sure, sure_end
+        self._budget.take(sure - first + end - sure_end)
+        for k in (*range(first, sure), *range(sure_end, end)):
+            if (x_m[k] - x) * (x_m[k] - x) + (y_m[k] - y) * (y_m[k] - y) < reach_m * reach_m:
+                yield disc.shape, k, k + 1
+
+
+def _sides_of(mat: Mat, clearance_m: float) -> Iterator[_Side]:
+    away_m = clearance_m + _MARGIN_M
+    sides = [(number, False, wall) for number, wall in enumerate(mat.walls)]
+    for number, corners in enumerate(mat.polygons, len(mat.walls) + len(mat.discs)):
+        ends = zip(corners, (*corners[1:], corners[0]), strict=True)
+        sides += [(number, True, (*begin, *end)) for begin, end in ends]
+    for number, is_solid, (x0, y0, x1, y1) in sides:
+        yield _Side(min(y0, y1) - away_m, max(y0, y1) + away_m, number, is_solid, x0, y0, x1, y1)
+
+
+def _rounds_of(mat: Mat, more: Iterable[Disc], clearance_m: float) -> Iterator[_Round]:
+    away_m = clearance_m + _MARGIN_M
+    for number, (x, y, radius_m) in enumerate((*mat.discs, *more), len(mat.walls)):
+        yield _Round(y - radius_m - away_m, y + radius_m + away_m, number, x, y, radius_m)
+
+
+def obstructed(mat: Mat, x_m: Points, y_m: Points, clearance_m: float, file: Text) -> tuple[str, int] | None:
+    """Find the first obstacle that contains points, or that is nearer to points than ``clearance_m``.
+
+    Returns its place, such as ``wall[2]``, and the index of the first of those points.
+    """
+    if not (mat.walls or mat.discs or mat.polygons):
+        return None
+    sweep = Sweep(mat, clearance_m, Budget(len(x_m), file))
+    found: tuple[int, int] | None = None
+    height_m = max((max(y_m) - min(y_m)) / math.sqrt(len(y_m)), 2 * clearance_m)
+    for points in _rows(y_m, height_m):
+        heights = [y_m[k] for k in points]
+        low_m, high_m = min(heights), max(heights)
+        if not sweep.reaches(low_m, high_m):
+            continue
+        points.sort(key=x_m.__getitem__)
+        row = Row(low_m, high_m, [x_m[k] for k in points], [y_m[k] for k in points])
+        for shape, first, end in sweep.touched(row):
+            hit = (shape, min(points[first:end]))
+            found = hit if found is None else min(found, hit)
+    if found is None:
+        return None
+    shape, point = found
+    counts = {"wall": len(mat.walls), "disc": len(mat.discs), "polygon": len(mat.polygons)}
+    places = [f"{name}[{number}]" for name, count in counts.items() for number in range(count)]
+    return places[shape], point
 
 
 def close_pair(x_m: Points, y_m: Points, distance_m: float) -> tuple[int, int] | None:
-    """Find two points nearer to each other than ``distance_m``, the lower index first; None where there are none."""
-    if len(x_m) < 2:
-        return None
-    # The diagonal of a cell is distance_m, so two points in one cell are a pair.
-    side = distance_m * math.sqrt(0.5)
-    column = np.floor((x_m - x_m.min()) / side).astype(np.int64)
-    row = np.floor((y_m - y_m.min()) / side).astype(np.int64)
-    stride = int(row.max()) + 5
-    key = column * stride + row
-    order = np.argsort(key, kind="stable")
-    key, x_m, y_m = key[order], x_m[order], y_m[order]
-    same = np.flatnonzero(key[1:] == key[:-1])
-    if same.size:
-        return _lowest(order[same], order[same + 1])
-    for columns, rows in _NEIGHBOURS:
-        wanted = key + (columns * stride + rows)
-        other = np.minimum(np.searchsorted(key, wanted), len(key) - 1)
-        one = np.flatnonzero(key[other] == wanted)
-        other = other[one]
-        across, up = x_m[one] - x_m[other], y_m[one] - y_m[other]
-        near = across * across + up * up < distance_m * distance_m
-        if near.any():
-            return _lowest(order[one[near]], order[other[near]])
+    """Find two points nearer to each other than ``distance_m``, the lower index first; None where there are none.
+
+    Where there are several pairs, it is one of the lowest.
+    """
+    # A little higher than the distance, so that a near point is at most one row away, whatever was rounded.
+    height_m = distance_m * (1 + 1e-6)
+    below: list[int] = []
+    below_x: list[float] = []
+    top_m = -math.inf
+    for points in _rows(y_m, height_m):
+        points.sort(key=x_m.__getitem__)
+        xs = [x_m[k] for k in points]
+        heights = [y_m[k] for k in points]
+        pair = None
+        if len(xs) > 1 and min(map(sub, xs[1:], xs)) < distance_m:
+            pair = _near(points, xs, points, xs, y_m, distance_m)
+        if pair is None and min(heights) - top_m < distance_m:
+            pair = _near(points, xs, below, below_x, y_m, distance_m)
+        if pair:
+            return min(pair), max(pair)
+        below, below_x, top_m = points, xs, max(heights)
     return None
 
 
-def _lowest(one: NDArray[np.intp], other: NDArray[np.intp]) -> tuple[int, int]:
-    low, high = np.minimum(one, other), np.maximum(one, other)
-    first = int(np.lexsort((high, low))[0])
-    return int(low[first]), int(high[first])
-
-
-def _shapes(
-    clearance_m: float, walls: Iterable[Wall], discs: Iterable[Disc], polygons: Iterable[Corners]
-) -> Iterator[_Shape]:
-    for number, wall in enumerate(walls):
-        x0, y0, x1, y1 = wall
-        box = (min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1))
-        yield f"wall[{number}]", box, partial(_near_segment, wall, clearance_m)
-    for number, disc in enumerate(discs):
-        x0, y0, radius = disc
-        box = (x0 - radius, y0 - radius, x0 + radius, y0 + radius)
-        yield f"disc[{number}]", box, partial(_near_disc, disc, clearance_m)
-    for number, corners in enumerate(polygons):
-        xs, ys = zip(*corners, strict=True)
-        box = (min(xs), min(ys), max(xs), max(ys))
-        yield f"polygon[{number}]", box, partial(_near_polygon, corners, clearance_m)
-
-
-def _near_segment(segment: Wall, clearance_m: float, x: Points, y: Points) -> Flags:
-    x0, y0, x1, y1 = segment
-    along_x, along_y = x1 - x0, y1 - y0
-    part = ((x - x0) * along_x + (y - y0) * along_y) / (along_x * along_x + along_y * along_y)
-    part = np.clip(part, 0.0, 1.0)
-    across, up = x - (x0 + part * along_x), y - (y0 + part * along_y)
-    near: Flags = across * across + up * up < clearance_m * clearance_m
-    return near
-
-
-def _near_disc(disc: Disc, clearance_m: float, x: Points, y: Points) -> Flags:
-    x0, y0, radius = disc
-    near: Flags = (x - x0) * (x - x0) + (y - y0) * (y - y0) < (radius + clearance_m) * (radius + clearance_m)
-    return near
-
-
-def _near_polygon(corners: Corners, clearance_m: float, x: Points, y: Points) -> Flags:
-    near = np.zeros(len(x), np.bool_)
-    inside = np.zeros(len(x), np.bool_)
-    for (x0, y0), (x1, y1) in zip(corners, corners[1:] + corners[:1], strict=True):
-        near |= _near_segment((x0, y0, x1, y1), clearance_m, x, y)
-        if y0 != y1:
-            # A ray to the right from a point inside crosses the sides an odd number of times.
-            inside ^= ((y0 > y) != (y1 > y)) & (x < x0 + (y - y0) / (y1 - y0) * (x1 - x0))
-    return near | inside
-
-
-def check_outlines(mat: Mat, file: Text) -> None:
-    """Raise MotorcadeError where a wall, a polygon or a path is not valid; the error calls the mat ``file``."""
-    if mat.walled and mat.size_m is None:
-        raise MotorcadeError("edge-without-size", file=file)
-    for number, (x0, y0, x1, y1) in enumerate(mat.walls):
-        if (x1 - x0) ** 2 + (y1 - y0) ** 2 < _SMALLEST_M2:
-            raise MotorcadeError("wall-without-length", file=file, place=f"wall[{number}]")
-    for number, corners in enumerate(mat.polygons):
-        if fault := _fault_of(corners):
-            code, sides = fault
-            raise MotorcadeError(code, file=file, place=f"polygon[{number}].corners_m", **sides)
-    for number, person in enumerate(mat.people):
-        place = f"person[{number}].path"
-        times = [t_s for t_s, _, _ in person.path]
-        if times[0] != 0:
-            raise MotorcadeError("path-begins-late", file=file, place=f"{place}[0]", time=times[0])
-        for step in range(1, len(times)):
-            if times[step] - times[step - 1] < _SHORTEST_S * (1 - 1e-6):
-                details = {"time": times[step], "before": times[step - 1]}
-                raise MotorcadeError("path-times-not-rising", file=file, place=f"{place}[{step}]", **details)
-
-
-def _fault_of(corners: Corners) -> tuple[str, dict[str, int]] | None:
-    """What is wrong with a polygon: an error's code, and the two corners or sides."""
-    points = np.array(corners)
-    nexts = np.roll(points, -1, axis=0)
-    short = np.flatnonzero(((nexts - points) ** 2).sum(axis=1) < _SMALLEST_M2)
-    if short.size:
-        return "polygon-repeats-corner", {"one": int(short[0]), "other": (int(short[0]) + 1) % len(corners)}
-    if np.abs(_turn(points[0], points, nexts)).sum() / 2 < _SMALLEST_M2:
-        return "polygon-without-area", {}
-    if crossing := _crossing(points, nexts):
-        one, other = crossing
-        return "polygon-crosses-itself", {"one": one, "other": other}
+def _near(
+    points: list[int], x_m: Points, others: list[int], other_x_m: Points, y_m: Points, distance_m: float
+) -> tuple[int, int] | None:
+    """Find two near points of two rows, each sorted by x; where the rows are one, two different points."""
+    begin, is_one, reach_m = 0, points is others, distance_m * (1 + 1e-6)
+    for k, x in enumerate(x_m):
+        while begin < len(others) and other_x_m[begin] < x - reach_m:
+            begin += 1
+        for other in range(k + 1 if is_one else begin, len(others)):
+            across = other_x_m[other] - x
+            if across > reach_m:
+                break
+            up = y_m[others[other]] - y_m[points[k]]
+            if across * across + up * up < distance_m * distance_m:
+                return points[k], others[other]
     return None
 
 
-def _crossing(begins: Points, ends: Points) -> tuple[int, int] | None:
-    """Find two sides of a polygon that meet elsewhere than at their common corner; side k begins at corner k."""
-    count = len(begins)
-    for side in range(count):
-        begin, end = begins[side], ends[side]
-        following = (side + 1) % count
-        if _turn(begin, end, ends[following]) == 0 and np.dot(end - begin, ends[following] - end) < 0:
-            return side, following
-        others = np.arange(side + 2, count if side else count - 1)
-        if hits := others[_meet(begin, end, begins[others], ends[others])].tolist():
-            return side, hits[0]
-    return None
-
-
-def _meet(a: Points, b: Points, c: Points, d: Points) -> NDArray[np.bool_]:
-    """Whether the segment from ``a`` to ``b`` meets each of those from ``c`` to ``d``; their ends count."""
-    boxes = (np.minimum(a, b) <= np.maximum(c, d)) & (np.minimum(c, d) <= np.maximum(a, b))
-    apart = np.sign(_turn(a, b, c)) * np.sign(_turn(a, b, d)) > 0
-    beside = np.sign(_turn(c, d, a)) * np.sign(_turn(c, d, b)) > 0
-    meet: NDArray[np.bool_] = boxes.all(axis=1) & ~apart & ~beside
-    return meet
-
-
-def _turn(a: Points, b: Points, c: Points) -> Points:
-    """Above 0 where the path from ``a`` over ``b`` to ``c`` turns left, 0 where it is straight."""
-    ahead, onward = b - a, c - a
-    turn: Points = ahead[..., 0] * onward[..., 1] - ahead[..., 1] * onward[..., 0]
-    return turn
+def _rows(y_m: Points, height_m: float) -> Iterator[list[int]]:
+    """Group points by rows of equal height, the lowest first; empty rows are left out."""
+    rows: dict[int, list[int]] = {}
+    bottom_m = min(y_m, default=0.0)
+    for point, y in enumerate(y_m):
+        row = int((y - bottom_m) / height_m)
+        if row in rows:
+            rows[row].append(point)
+        else:
+            rows[row] = [point]
+    for row in sorted(rows):
+        yield rows[row]

@@ -2,12 +2,11 @@
 
 import heapq
 import math
-from collections.abc import Sequence
+from array import array
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Self
-
-import numpy as np
-from numpy.typing import NDArray
+from itertools import compress
+from typing import Any, Self
 
 from motorcade.errors import MotorcadeError
 
@@ -32,29 +31,31 @@ class Pose:
 class Starts:
     """Where the cars start, and which of them lead; a car's index is its number.
 
-    Attributes:
-        x_m, y_m: float64, one per car.
-        heading: float64, radians counter-clockwise from the x axis.
-        leads: bool.
+    Each column is a read-only buffer with an index, `tolist` and so on, which NumPy takes without a copy
+    (``np.asarray(starts.x_m)``).
+
+    Args:
+        x_m, y_m: metres, one per car; buffers, such as arrays, or other sequences. They are copied.
+        heading: radians counter-clockwise from the x axis.
+        leads: whether each car leads.
         groups: the tables of the mat's file that the cars come from, in order: ``("crowd[0]", 500)`` stands for the
             next 500 cars. Errors name them; empty where the cars come from no file.
 
-    The arrays are copied and read-only. Raises MotorcadeError where their lengths differ.
+    Raises:
+        MotorcadeError: the columns differ in length, or one has rows.
     """
 
-    x_m: NDArray[np.float64]
-    y_m: NDArray[np.float64]
-    heading: NDArray[np.float64]
-    leads: NDArray[np.bool_]
+    x_m: "memoryview[float]"
+    y_m: "memoryview[float]"
+    heading: "memoryview[float]"
+    leads: "memoryview[bool]"
     groups: tuple[tuple[str, int], ...] = ()
 
     def __post_init__(self) -> None:
-        for name, kind in (("x_m", np.float64), ("y_m", np.float64), ("heading", np.float64), ("leads", np.bool_)):
-            column = np.array(getattr(self, name), dtype=kind)
-            column.flags.writeable = False
-            object.__setattr__(self, name, column)
-        shapes = {each.shape for each in self._columns()}
-        if len(shapes) > 1 or self.x_m.ndim != 1:
+        for name in ("x_m", "y_m", "heading"):
+            object.__setattr__(self, name, floats(getattr(self, name)))
+        object.__setattr__(self, "leads", flags(self.leads))
+        if len({len(self.x_m), len(self.y_m), len(self.heading), len(self.leads)}) > 1:
             raise MotorcadeError("starts-differ-in-length")
 
     def __len__(self) -> int:
@@ -63,17 +64,45 @@ class Starts:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Starts):
             return NotImplemented
-        pairs = zip(self._columns(), other._columns(), strict=True)
-        return self.groups == other.groups and all(np.array_equal(mine, its) for mine, its in pairs)
+        is_equal = self.groups == other.groups and self.leads == other.leads
+        return is_equal and (self.x_m, self.y_m, self.heading) == (other.x_m, other.y_m, other.heading)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # A memoryview can't be pickled.
+        x_m, y_m, heading = (array("d", each.tobytes()) for each in (self.x_m, self.y_m, self.heading))
+        return Starts, (x_m, y_m, heading, self.leads.tobytes(), self.groups)
+
+    @property
+    def leaders(self) -> list[int]:
+        """The numbers of the cars that lead."""
+        return list(compress(range(len(self)), self.leads))
 
     @classmethod
-    def of(cls, poses: Sequence[Pose], leads: Sequence[bool]) -> Self:
+    def of(cls, poses: Sequence[Pose], leads: Iterable[bool]) -> Self:
         """Make one car per pose; ``leads`` has for each whether it leads."""
-        x_m, y_m, heading = (np.array([getattr(pose, name) for pose in poses], float) for name in ("x", "y", "heading"))
-        return cls(x_m, y_m, heading, np.array(leads, bool))
+        x_m, y_m, heading = (floats([getattr(pose, name) for pose in poses]) for name in ("x", "y", "heading"))
+        return cls(x_m, y_m, heading, flags(leads))
 
-    def _columns(self) -> tuple[NDArray[np.generic], ...]:
-        return self.x_m, self.y_m, self.heading, self.leads
+
+def floats(values: Iterable[float]) -> "memoryview[float]":
+    """Copy numbers into a read-only buffer of float64."""
+    return memoryview(_bytes_of(values, "d") or array("d", values).tobytes()).cast("d")
+
+
+def flags(values: Iterable[object]) -> "memoryview[bool]":
+    """Copy truth values into a read-only buffer, a byte each."""
+    return memoryview(_bytes_of(values, "?") or bytes(map(bool, values))).cast("?")
+
+
+def _bytes_of(values: Any, kind: str) -> bytes | None:
+    """The bytes of a buffer of this kind of number; None for others."""
+    try:
+        given = memoryview(values)
+    except TypeError:
+        return None
+    if given.ndim != 1:
+        raise MotorcadeError("starts-differ-in-length")
+    return given.tobytes() if given.format == kind else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -84,7 +84,7 @@ class Description:
             physics=asdict(mat.physics),
             profile=world.profile,
             images=tuple(image.hex() for image in world.images),
-            leaders=tuple(np.flatnonzero(mat.starts.leads).tolist()),
+            leaders=tuple(mat.starts.leaders),
             cars=world.cars,
             seed=int(world.seeds[0]),
             tick_ms=world.tick_ms,

@@ -149,8 +149,7 @@ class StudioWorld(SimulatedWorld):
 
     def leads(self) -> list[int]:
         """The cars that lead."""
-        leaders: list[int] = np.flatnonzero(self._world.mat.starts.leads).tolist()
-        return leaders
+        return self._world.mat.starts.leaders
 
     def hello(self, session: str, resumed: bool) -> Hello:
         radius_m = self.profile.body.diameter_mm / 2000
@@ -245,7 +244,7 @@ class _WordIndex:
         self._states = int(self.words[0]) >> 24
         self._sent, self._place = np.unique(self.words[1 + self._states :], return_inverse=True)
         self._by_slot: dict[int, NDArray[np.uint16]] = {}
-        self._leaders = np.flatnonzero(world.mat.starts.leads)
+        self._leaders = world.mat.starts.leaders
 
     def _memory(self) -> NDArray[np.uint32]:
         """The memory of each car's program, in columns sorted by the number of the car."""
@@ -282,7 +281,7 @@ class _WordIndex:
     def details(self, car: int) -> dict[str, Any]:
         """The word that a car executes or holds: by fields, its index, and since when."""
         memory = self._memory()[:, car]
-        is_leader = bool(self._world.mat.starts.leads[car])
+        is_leader = self._world.mat.starts.leads[car]
         holds = bool(memory[RUNNING if is_leader else HOLDS])
         word = int(memory[WORD])
         return {
