@@ -309,7 +309,7 @@ def main() -> None:
 
 
 # Importing it makes the functions of words/infrared.py callable from compiled code.
-assert native.in_kernel
+assert native.compiled
 
 if __name__ == "__main__":
     main()

@@ -9,6 +9,7 @@ from typing import Any
 
 from arbiter_diagram import arbiter_svg
 from commands_page import commands_page
+from engine_module import LINKER, engine_module, linker
 from message_types import message_types, remote_types
 from step_files import step_types, with_step_names, with_steps_table
 from wiring_pages import wiring_files
@@ -51,6 +52,9 @@ GENERATED = {
     **_exports(),
 }
 
+# Made by programs that not every computer has, and in half a minute.
+BINARY = {"src/motorcade/engine/engine.wasm": engine_module}
+
 
 def _text(name: str) -> str:
     return (ROOT / name).read_text(encoding="utf-8")
@@ -60,19 +64,29 @@ def _json(schema: dict[str, Any]) -> str:
     return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
 
 
+def _write(name: str, contents: bytes, check: bool) -> None:
+    if not check:
+        (ROOT / name).parent.mkdir(parents=True, exist_ok=True)
+        (ROOT / name).write_bytes(contents)
+        print(f"wrote {name}")
+
+
 def main() -> int:
     """Return the exit code: 1 where --check finds a file that is out of date, else 0."""
     check = sys.argv[1:] == ["--check"]
     stale = []
     for name, make in GENERATED.items():
         path, text = ROOT / name, make()
-        if path.exists() and path.read_text(encoding="utf-8") == text:
-            continue
-        stale.append(name)
-        if not check:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8", newline="\n")
-            print(f"wrote {name}")
+        if not path.exists() or path.read_text(encoding="utf-8") != text:
+            stale.append(name)
+            _write(name, text.encode(), check)
+    for name, make_bytes in BINARY.items():
+        path = ROOT / name
+        if linker() is None:
+            print(f"!!! {name} was NOT made or compared: {LINKER} is missing (Debian: lld-16) !!!", file=sys.stderr)
+        elif (made := make_bytes()) != (path.read_bytes() if path.exists() else b""):
+            stale.append(name)
+            _write(name, made, check)
     if check and stale:
         print(f"Out of date: {', '.join(stale)}. Run `make generate` and commit.")
         return 1

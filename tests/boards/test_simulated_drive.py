@@ -8,8 +8,8 @@ import pytest
 
 from motorcade import Followers, Physics, Pose, forward, led, left, right, together, wait
 from motorcade.boards.simulated_drive import DrivenCars, LiveWorld
-from motorcade.engine import kernels as engine
 from motorcade.engine.state import DRIVEN
+from motorcade.engine.targets import InterpretedKernels
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.mats import playground
@@ -189,23 +189,19 @@ def test_a_live_world_follows_the_clock_and_drops_a_long_lag():
     assert live.snapshot().x_m[0] == pytest.approx(0.3 * 1.28 + 0.3 * 0.25, abs=0.0122)
 
 
-def test_a_live_world_compiles_before_its_time_starts(monkeypatch):
-    callers = {name: [] for name in ("run_one", "read_leds")}
+def test_a_live_world_loads_its_kernels_before_its_time_starts(monkeypatch):
+    callers = {"run": [], "read_leds": [], "wake": []}
     goes_on = threading.Event()
 
-    def watched(name, kernel):
-        def call(*arguments):
-            callers[name].append(threading.current_thread())
-            if len(set(callers["run_one"])) > 1:
+    class Watched(InterpretedKernels):
+        def call(self, kernel, threads, *arguments):
+            callers[kernel].append(threading.current_thread())
+            if len(set(callers["run"])) > 1:
                 goes_on.set()
-            return kernel(*arguments)
+            super().call(kernel, threads, *arguments)
 
-        return call
-
-    for name in callers:
-        monkeypatch.setattr(engine, name, watched(name, getattr(engine, name)))
+    monkeypatch.setattr("motorcade.engine.world.open_target", lambda name, needed_bytes: Watched())
     with LiveWorld(World(playground(), [bytes(4)], threads=1)):
         assert goes_on.wait(60)
     here = threading.current_thread()
-    assert callers["run_one"][0] is here
-    assert callers["read_leds"][0] is here
+    assert {kernel: threads[0] for kernel, threads in callers.items()} == dict.fromkeys(callers, here)

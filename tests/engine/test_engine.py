@@ -1,12 +1,7 @@
 """Compare the engine with the plain world, and with itself with other threads, slices and neighbouring worlds."""
 
-import json
 import math
-import os
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -168,35 +163,12 @@ def test_tags_go_round_while_cars_come_and_go_as_in_the_plain_world(tagged: tupl
     assert any(at_ms > 26_000 and 0 < tag < 12 for at_ms, tag in begun)
 
 
-def elsewhere(expression: str, **environment: str) -> object:
-    """The value of an expression of `worlds` in another Python process, as JSON."""
-    script = f"import json; from support import worlds; print(json.dumps({expression}))"
-    path = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
-    command = [sys.executable, "-W", "ignore", "-c", script]
-    ran = subprocess.run(
-        command, env={**os.environ, "PYTHONPATH": path, **environment}, check=True, stdout=subprocess.PIPE, text=True
-    )
-    return json.loads(ran.stdout)
-
-
-def test_any_number_of_threads_gives_the_same_bits() -> None:
-    """One thread steps a large world as a whole, several threads step it in strips."""
-    by_threads = elsewhere("[worlds.large_and_many(threads) for threads in (1, 2, 3, 8)]", NUMBA_NUM_THREADS="8")
-    assert by_threads == [by_threads[0]] * 4
-    assert len(set(by_threads[0])) == 6
-
-
 def test_the_crowd_meets_every_case() -> None:
     """Otherwise its digests would prove little."""
     world = ran(crowd(20_000), 1600)
     counts = {name: int(values[0]) for name, values in world.counts().items()}
     assert {name for name, count in counts.items() if not count} <= {"deaf"}
     assert np.unique(world.snapshot().wheels).size >= 4
-
-
-def test_interpreted_and_compiled_kernels_give_the_same_bits() -> None:
-    held = "worlds.digest(worlds.ran(worlds.crowd(12), 1200))"
-    assert elsewhere(held, NUMBA_DISABLE_JIT="1") == digest(ran(crowd(12), 1200))
 
 
 def test_slipping_cars_go_on_slipping_while_another_is_moved() -> None:

@@ -17,7 +17,7 @@ HEAR_VOICE, LOOKS, WHEELS, LED, WORD_REST = range(10, 15)
 LEADER_BEGIN, FOLLOWER_FRAME = range(15, 17)
 
 
-def _kernel(fingerprint: str) -> Callable[..., int]:
+def _kernel(fingerprint: str, prange: object) -> Callable[..., int]:
     def call(which: int, memory: Any, images: Any, first: int, second: int, now: int, levels: Any) -> int:
         """Call one of the brain's functions with arrays as the simulator has them."""
         _ = fingerprint

@@ -161,7 +161,8 @@ def ran(mat: Mat, duration_ms: int, seeds: int | list[int] = 5, **more: object) 
     return world
 
 
-def large_and_many(threads: int) -> list[str]:
+def large_and_many(threads: int, kernels: str) -> list[str]:
     """The digests of one large world and some small ones after a run with ``threads`` threads."""
-    many = ran(crowd(60), 1600, [5, 6, 7, 8, 9], threads=threads)
-    return [digest(ran(crowd(20_000), 1600, threads=threads)), *(digest(many, which) for which in range(many.worlds))]
+    many = ran(crowd(60), 1600, [5, 6, 7, 8, 9], threads=threads, kernels=kernels)
+    large = ran(crowd(20_000), 1600, threads=threads, kernels=kernels)
+    return [digest(large), *(digest(many, which) for which in range(many.worlds))]

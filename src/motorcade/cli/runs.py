@@ -8,7 +8,7 @@ from contextlib import nullcontext
 from enum import StrEnum
 from operator import itemgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -44,6 +44,10 @@ class Kind(StrEnum):
     AIR = "air"
 
 
+# As motorcade.engine.targets.Name, which the command line's start can't import.
+Kernels = Literal["native", "webassembly", "interpreted"]
+
+
 @app.command("simulate")
 def _simulate(
     source: Source,
@@ -55,6 +59,7 @@ def _simulate(
     video: Path | None = None,
     picture: Path | None = None,
     profile: str = "classroom",
+    kernels: Kernels | None = None,
     language: Language = "",
     as_json: Json = False,
 ) -> None:
@@ -68,19 +73,21 @@ def _simulate(
         from motorcade.cli.console import drawing_texts, progress_bar
         from motorcade.cli.options import compiling_announced
         from motorcade.cli.run_tables import print_unheard, run_as_dict, run_tables
-        from motorcade.mats import read_mat
+        from motorcade.mats import formation, open_table, read_mat
         from motorcade.runs.recording import FILM_ENDINGS, PICTURE_ENDINGS
-        from motorcade.runs.running import simulate
+        from motorcade.runs.running import simulate_on
         from motorcade.words.image import parse_image_bytes
 
         if followers is None:
             followers = 5 if parse_image_bytes(image).followers else 0
-        place = read_mat(mat) if mat else None
+        range_m = chosen.infrared.range_mm / 1000
+        place = read_mat(mat) if mat else open_table(formation(followers, range_m))
+        compiling = compiling_announced() if kernels == "native" else nullcontext()
         drawings = [path for path in files if path.suffix.lower() in (*FILM_ENDINGS, *PICTURE_ENDINGS)]
         total_ms = round(seconds * 1000) * (1 + len(drawings))
         texts = drawing_texts() if drawings else nullcontext()
-        with compiling_announced(), progress_bar("done", total_ms) as advance, texts:
-            run = simulate(image, followers, seconds, seed, chosen, place, files, advance)
+        with compiling, progress_bar("done", total_ms) as advance, texts:
+            run = simulate_on(place, image, seconds, seed, chosen, files, advance, kernels)
     print_unheard(run)
     if wants_json(as_json):
         print_json(run_as_dict(run))

@@ -20,7 +20,7 @@ from motorcade.config.profile import Profile
 from motorcade.engine import clearance
 from motorcade.engine.bodies import NOISE_MS, WAY_BITS
 from motorcade.engine.geometry import FULL_TURN, cosine, mix, sine
-from motorcade.engine.native import in_kernel
+from motorcade.engine.marking import in_kernel
 from motorcade.engine.state import DRIVEN, Cars, Driven, Floats, Rules
 from motorcade.words.ticks import TICKS_MASK
 

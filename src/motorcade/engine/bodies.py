@@ -24,7 +24,7 @@ from motorcade.engine.geometry import (
     segment_in_cone,
     sine,
 )
-from motorcade.engine.native import in_kernel
+from motorcade.engine.marking import in_kernel
 from motorcade.engine.state import Cars, Cells, People, Place, Rules
 
 # The way of a car is how far it moves in a tick, in x and y, in units of 2^-WAY_BITS µm.

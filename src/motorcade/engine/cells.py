@@ -2,7 +2,7 @@
 
 import math
 
-from motorcade.engine.native import in_kernel
+from motorcade.engine.marking import in_kernel
 from motorcade.engine.state import Cars, Cells, Floats
 
 ORIGIN_X = 0

@@ -11,7 +11,7 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
-from motorcade.engine.native import in_kernel
+from motorcade.engine.marking import in_kernel
 
 FULL_TURN = 1 << 32
 QUARTER_TURN = 1 << 30

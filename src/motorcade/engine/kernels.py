@@ -10,17 +10,14 @@ A car has its turn only when something can have happened to it: its word does so
 cars keep their wheels and their way.
 """
 
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
-
-import numba
 
 from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
-from motorcade.engine import bicycle, bodies, cells, channel, clearance, events, geometry, native, state
+from motorcade.engine import bicycle, bodies, cells, channel, clearance, events, geometry
 from motorcade.engine.events import Counters
-from motorcade.engine.native import in_kernel, methods_in_kernel
+from motorcade.engine.marking import in_kernel, methods_in_kernel
 from motorcade.engine.state import (
     DRIVEN,
     MOST_PARTS,
@@ -225,7 +222,7 @@ def _sort(world: int, begin: int, end: int, arrays: Arrays) -> None:
     bicycle.find(world, begin, end, cars, arrays.driven)
 
 
-def _worlds_kernel(fingerprint: str) -> Callable[..., None]:
+def _worlds_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
     def run(first_tick: int, ticks: int, said: int, seeds: Ints, arrays: Arrays) -> None:
         """Step worlds side by side, each in one thread. In the first tick every car hears ``said``."""
         _ = fingerprint
@@ -239,7 +236,7 @@ def _worlds_kernel(fingerprint: str) -> Callable[..., None]:
         counters = Counters(*arrays.counters)
         driven = arrays.driven
         per_world = cars.x.shape[0] // seeds.shape[0]
-        for world in numba.prange(seeds.shape[0]):
+        for world in prange(seeds.shape[0]):
             inside = Arrays(cars, cell_lists, place, people, voices, driven, rules, counters)
             begin, end, seed = world * per_world, (world + 1) * per_world, seeds[world]
             spoken = channel.voices_until((first_tick - 1) * rules.tick_ms, voices)
@@ -270,7 +267,7 @@ def _share(part: int, count: int) -> tuple[int, int]:
     return count * part // MOST_PARTS, count * (part + 1) // MOST_PARTS
 
 
-def _large_kernel(fingerprint: str) -> Callable[..., None]:
+def _large_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
     def run(first_tick: int, ticks: int, said: int, seeds: Ints, arrays: Arrays) -> None:
         """Step one world in strips of rows of cells, with several threads in each tick."""
         _ = fingerprint
@@ -300,9 +297,9 @@ def _large_kernel(fingerprint: str) -> Callable[..., None]:
                 cells.fit(0, 0, count, cars, cell_lists, rules.cell)
                 cells.order_by_cell(0, 0, count, cars, cell_lists)
                 for field in range(cells.fields(cars)):
-                    for part in numba.prange(MOST_PARTS):
+                    for part in prange(MOST_PARTS):
                         cells.gather(*_share(part, count), field, cars)
-                    for part in numba.prange(MOST_PARTS):
+                    for part in prange(MOST_PARTS):
                         cells.put_back(*_share(part, count), field, cars)
                 cells.clear_push(0, count, cars)
                 bicycle.find(0, 0, count, cars, driven)
@@ -313,19 +310,19 @@ def _large_kernel(fingerprint: str) -> Callable[..., None]:
             parts = min(max(rows // reach, 1), MOST_PARTS)
             for part in range(parts + 1):
                 strips[part] = rows * part // parts
-            for part in numba.prange(parts):
+            for part in prange(parts):
                 inside = Arrays(cars, cell_lists, place, people, voices, driven, rules, counters)
                 begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]
                 now = Now(0, part, seed, tick, ms, voice, first_voice, spoken)
                 senders[part] = step_cars(begin, end, inside, now)
-            for part in numba.prange(parts):
+            for part in prange(parts):
                 inside = Arrays(cars, cell_lists, place, people, voices, driven, rules, counters)
                 now = Now(0, part, seed, tick, ms, voice, first_voice, spoken)
                 for other in range(max(part - 1, 0), min(part + 2, parts)):
                     begin = first[strips[other] * columns]
                     for k in range(begin, begin + senders[other]):
                         channel.spread_frame(cars.order[k], strips[part], strips[part + 1], inside, now)
-            for part in numba.prange(parts):
+            for part in prange(parts):
                 begin, end = first[strips[part] * columns], first[strips[part + 1] * columns]
                 bodies.move(begin, end, seed, tick, cars, rules)
             bicycle.turn_round(0, cars, driven)
@@ -333,7 +330,7 @@ def _large_kernel(fingerprint: str) -> Callable[..., None]:
     return run
 
 
-def _wake_kernel(fingerprint: str) -> Callable[..., None]:
+def _wake_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
     def wake(tick: int, moved: int, worlds: int, arrays: Arrays) -> None:
         """Make every car look around in its next tick, because its surroundings have changed.
 
@@ -354,7 +351,7 @@ def _wake_kernel(fingerprint: str) -> Callable[..., None]:
     return wake
 
 
-def _leds_kernel(fingerprint: str) -> Callable[..., None]:
+def _leds_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
     def read_leds(begin: int, now: int, cars: Cars, rules: Rules, leds: Any) -> None:
         """Write the LED that each car of a world lights into ``leds``, in the order of the arrays."""
         _ = fingerprint
@@ -378,10 +375,13 @@ def give_back(i: int, tick: int, cars: Cars, rules: Rules) -> None:
     cars.clear[i] = clearance.due_now(tick)
 
 
-_MODULES = (bicycle, bodies, cells, channel, clearance, geometry, state)
-_SOURCES = (*(Path(str(each.__file__)) for each in _MODULES), Path(__file__))
-run_many = native.compiled(_worlds_kernel, _SOURCES, parallel=True)
-run_one = native.compiled(_worlds_kernel, _SOURCES, parallel=False)
-run_large = native.compiled(_large_kernel, _SOURCES, parallel=True)
-wake = native.compiled(_wake_kernel, _SOURCES, parallel=False)
-read_leds = native.compiled(_leds_kernel, _SOURCES, parallel=False)
+# What makes each kernel, by name. ``fingerprint`` identifies the code of all kernels, and ``prange`` is a range whose
+# steps may run in several threads.
+KERNELS: Mapping[str, Callable[[str, Any], Callable[..., None]]] = {
+    "run": _worlds_kernel,
+    "run_large": _large_kernel,
+    "wake": _wake_kernel,
+    "read_leds": _leds_kernel,
+}
+# Those whose loops are worth several threads. One world of few cars is stepped by one thread.
+PARALLEL = ("run", "run_large")

@@ -13,6 +13,7 @@ from motorcade.config.profile import Profile, levels_of
 from motorcade.engine.bodies import LOOK_BEYOND_UM
 from motorcade.engine.geometry import COSINES, FAR_UM, FULL_TURN, MOST_NORMAL, NORMALS
 from motorcade.engine.state import MOST_PARTS, NOBODY, Cars, Cells, Floats, Ints, People, Place, Rules, Voices, Words
+from motorcade.engine.targets import Target
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
 from motorcade.words.image import bytes_to_words
@@ -81,18 +82,18 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
     )
 
 
-def cars_of(worlds: int, per_world: int) -> Cars:
+def cars_of(worlds: int, per_world: int, memory: Target) -> Cars:
     """Allocate the arrays of all cars, filled with zeros."""
     count = worlds * per_world
     # Fields are an odd number of cache lines apart. Otherwise all fields of a car would be in a few sets of the cache.
     # One column is never used, so that rows are never contiguous: Numba would compile the kernels for both layouts.
     lines = -(-(count + 1) // _LINE) | 1
-    rows = np.zeros((SIZE + len(_FIELDS), lines * _LINE), np.uint32)[:, :count]
+    rows = memory.zeros("rows", (SIZE + len(_FIELDS), lines * _LINE), np.uint32)[:, :count]
     fields = {
         name: rows[SIZE + k].view(np.int32) if name in _SIGNED else rows[SIZE + k] for k, name in enumerate(_FIELDS)
     }
-    push, order = np.zeros(count, np.uint32), np.zeros(count, np.uint32)
-    wheels, program = np.zeros(count, np.uint8), np.zeros(count, np.uint8)
+    push, order = (memory.zeros(name, (count,), np.uint32) for name in ("push", "order"))
+    wheels, program = (memory.zeros(name, (count,), np.uint8) for name in ("wheels", "program"))
     return Cars(rows=rows, memory=rows[:SIZE], **fields, push=push, order=order, wheels=wheels, program=program)
 
 
@@ -116,10 +117,13 @@ def put_in_place(cars: Cars, mat: Mat, worlds: int, images: int) -> None:
         field.reshape(worlds, len(starts))[:] = values.astype(np.int64)
 
 
-def cells_of(worlds: int, per_world: int) -> Cells:
+def cells_of(worlds: int, per_world: int, memory: Target) -> Cells:
     """Allocate the cells of the worlds: at most five cells for eight cars, and a few more."""
-    first, frame = np.zeros((worlds, per_world * 5 // 8 + 17), np.int32), np.zeros((worlds, 5), np.float64)
-    return Cells(first, frame, np.zeros((2, MOST_PARTS + 1), np.int64))
+    return Cells(
+        first=memory.zeros("first", (worlds, per_world * 5 // 8 + 17), np.int32),
+        frame=memory.zeros("frame", (worlds, 5), np.float64),
+        strips=memory.zeros("strips", (2, MOST_PARTS + 1), np.int64),
+    )
 
 
 def people_of(mat: Mat, parts: int) -> People:

@@ -1,7 +1,7 @@
-"""Compile the engine with Numba, and make the portable functions callable from compiled code.
+"""Compile the kernels with Numba. Only this module imports Numba, which takes half a second.
 
-To import this module is enough for the second: Numba then compiles a call of `motorcade.car.brain.follower_step` from
-the source of that function, so there is no second version of it.
+Numba compiles a call of `motorcade.car.brain.follower_step` from the source of that function, so there is no second
+version of it.
 """
 
 import hashlib
@@ -9,9 +9,10 @@ import inspect
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from types import FunctionType
-from typing import Any, TypeVar
+from typing import Any
 
 # Otherwise OpenMP's threads spin while they wait, which slows down a busy machine many times.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
@@ -21,26 +22,22 @@ from numba.core import event, types
 from numba.extending import overload_method, register_jitable
 
 from motorcade.car import brain, frames, next_wakeup, step
-from motorcade.engine import events
+from motorcade.engine import events, kernels, marking, state
+from motorcade.engine.targets import HeapArrays, Name
 from motorcade.words import infrared, ticks
 
-# Decorator for functions that kernels call. They are inlined, because a call would copy the description of each array.
-in_kernel = register_jitable(forceinline=True)
-
-Class = TypeVar("Class", bound=type)
+# Portable functions, which can't be marked where they stand.
 _PLAIN = (ticks, infrared, brain, frames, next_wakeup, step, events)
-for _module in _PLAIN:
-    for _function in list(vars(_module).values()):
-        if isinstance(_function, FunctionType) and _function.__module__ == _module.__name__:
-            in_kernel(_function)
+# Nothing is allocated in a kernel, so its arrays need no reference counts, which would take most of the time.
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "_nrt": False}
 
 
-def methods_in_kernel(kind: Class) -> Class:
-    """Decorate a named tuple class: make its methods callable from compiled code."""
-    for name, method in list(vars(kind).items()):
-        if isinstance(method, FunctionType) and not name.startswith("_"):
-            _register_method(kind, name, method)
-    return kind
+def _functions() -> Iterator[FunctionType]:
+    yield from marking.FUNCTIONS
+    for module in _PLAIN:
+        for function in list(vars(module).values()):
+            if isinstance(function, FunctionType) and function.__module__ == module.__name__:
+                yield function
 
 
 def _register_method(kind: type, name: str, method: FunctionType) -> None:
@@ -54,8 +51,16 @@ def _register_method(kind: type, name: str, method: FunctionType) -> None:
     overload_method(types.NamedTuple, name, **options)(implementation)
 
 
+for _function in _functions():
+    register_jitable(forceinline=True)(_function)
+for _class in marking.CLASSES:
+    for _name, _method in list(vars(_class).items()):
+        if isinstance(_method, FunctionType) and not _name.startswith("_"):
+            _register_method(_class, _name, _method)
+
+
 def compiled(
-    make: Callable[[str], Callable[..., Any]], sources: tuple[Path, ...], parallel: bool
+    make: Callable[[str, Any], Callable[..., Any]], sources: tuple[Path, ...], parallel: bool
 ) -> Callable[..., Any]:
     """Return a kernel that is compiled at its first call and cached on disk for the next start.
 
@@ -63,19 +68,40 @@ def compiled(
     compiled into the kernel and returns a function with the fingerprint in its closure, which Numba does look at.
 
     Args:
-        make: returns the kernel for a fingerprint.
-        sources: the files whose functions the kernel calls, besides the portable ones.
+        make: returns the kernel for a fingerprint, and for the function that replaces ``range`` in parallel loops.
+        sources: the files whose functions the kernel calls, besides those of the engine.
         parallel: whether the kernel's ``prange`` loops use several threads.
     """
     digest = hashlib.sha256()
-    for path in (*(Path(str(module.__file__)) for module in _PLAIN), *sources, Path(__file__)):
+    files = {Path(function.__code__.co_filename) for function in _functions()}
+    for path in (*sorted(files), *sources, *(Path(str(each.__file__)) for each in (kernels, state)), Path(__file__)):
         digest.update(path.read_bytes())
-    # Nothing is allocated in a kernel, so its arrays need no reference counts, which would take most of the time.
     # With fusion, one part of a world would enter a loop before all parts have left the loop before it.
-    loops = {"fusion": False} if parallel else False
-    options: dict[str, Any] = {"cache": True, "parallel": loops, "error_model": "numpy", "nogil": True, "_nrt": False}
-    kernel: Callable[..., Any] = numba.njit(**options)(make(f"{digest.hexdigest()}, parallel={parallel}"))
+    options = {**OPTIONS, "cache": True, "parallel": {"fusion": False} if parallel else False}
+    function = make(f"{digest.hexdigest()}, parallel={parallel}", numba.prange)
+    kernel: Callable[..., Any] = numba.njit(**options)(function)
     return kernel
+
+
+@lru_cache
+def _kernel(name: str, parallel: bool) -> Callable[..., Any]:
+    return compiled(kernels.KERNELS[name], (), parallel)
+
+
+class NativeKernels(HeapArrays):
+    """The kernels in machine code: the fastest target, the only one with threads; compiled once on each computer."""
+
+    name: Name = "native"
+    threaded = True
+
+    def call(self, kernel: str, threads: int, *arguments: Any) -> None:
+        """Call a kernel with at most ``threads`` threads."""
+        before = numba.get_num_threads()
+        numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))  # type: ignore[attr-defined]  # environment
+        try:
+            _kernel(kernel, threads > 1 and kernel in kernels.PARALLEL)(*arguments)
+        finally:
+            numba.set_num_threads(before)
 
 
 class _Listener(event.Listener):

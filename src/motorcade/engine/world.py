@@ -4,18 +4,20 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numba
 import numpy as np
 import psutil
 from numpy.typing import NDArray
 
 from motorcade.car.brain import NO_VOICE, RUNNING, WORD
 from motorcade.config.profile import Profile, built_in_profile
-from motorcade.engine import bicycle, events, kernels, layout
+from motorcade.engine import bicycle, events, layout
+from motorcade.engine.choice import open_target, processors
 from motorcade.engine.events import EVENT
 from motorcade.engine.geometry import FULL_TURN, to_heading
+from motorcade.engine.kernels import ALL, give_back
 from motorcade.engine.layout import VOICES
 from motorcade.engine.state import DRIVEN, MOST_PARTS, Arrays, Moment
+from motorcade.engine.targets import Name, keep_all
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat, Pose
 from motorcade.mats.schema import FARTHEST_M
@@ -49,7 +51,10 @@ class World:
         seeds: one seed for one world, or several for as many worlds side by side. The same seed gives the same run, to
             the last bit, with any number of threads.
         events: whether to keep events for `take_events`.
-        threads: how many threads to use; default: one per processor.
+        threads: how many threads to use; default: one per processor. WebAssembly uses one.
+        kernels: what runs the cars, with the same bits: ``"webassembly"``, ``"native"`` (machine code, compiled once
+            on each computer), or ``"interpreted"``. By default WebAssembly runs at once; where there is much to
+            simulate, native kernels are compiled in the background and take over between two ticks.
 
     Attributes:
         cars: how many there are in each world.
@@ -70,6 +75,7 @@ class World:
         seeds: int | Sequence[int] = 0,
         events: bool = False,
         threads: int | None = None,
+        kernels: Name | None = None,
     ) -> None:
         for image in images:
             parse_image_bytes(image)
@@ -79,17 +85,17 @@ class World:
         self.tick_ms = mat.tick_ms
         self.cars = len(mat.starts)
         self.worlds = len(seeds) if isinstance(seeds, Sequence) else np.size(seeds)
-        most = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]  # it comes from the environment
+        most = processors()
         self.threads = min(threads or most, most)
         self._keeps_events = events
         self._check()
+        # The arrays stay where they are when other kernels take over.
+        self._memory = self._kernels = open_target(kernels, self._estimated_bytes)
+        self._may_change = kernels is None
         self._parts = MOST_PARTS if self._is_large else self.worlds
-        self._rules = layout.rules_of(mat, self.profile, images)
-        self.state = layout.cars_of(self.worlds, self.cars)
-        self._cells = layout.cells_of(self.worlds, self.cars)
-        self._place = layout.place_of(mat, self._rules)
-        self._people = layout.people_of(mat, self._parts)
-        self._voices = layout.voices_of(mat)
+        self.state = layout.cars_of(self.worlds, self.cars, self._memory)
+        self._cells = layout.cells_of(self.worlds, self.cars, self._memory)
+        self._furnish(mat, self.profile)
         self.reset(seeds)
 
     def reset(self, seeds: int | Sequence[int] | None = None) -> None:
@@ -97,17 +103,20 @@ class World:
         if seeds is not None:
             if len(_seed_list(seeds)) != self.worlds:
                 raise MotorcadeError("seeds-differ-from-worlds", count=len(_seed_list(seeds)), worlds=self.worlds)
-            self.seeds = _seed_list(seeds)
+            self.seeds = self._memory.keep("seeds", _seed_list(seeds))
         layout.put_in_place(self.state, self.mat, self.worlds, len(self.images))
-        self._driven = bicycle.nobody()
+        self._driven = self._memory.keep("driven", bicycle.nobody())
         room = 64 * self.cars + 1024 if self._keeps_events else 0
-        self._counters = events.Counters(
-            np.zeros((self._parts, events.COUNTS), np.int64),
-            np.zeros((self._parts, room // (self._parts if self._is_large else 1), events.COLUMNS), np.uint32),
-        )
+        counts = self._memory.zeros("counts", (self._parts, events.COUNTS), np.int64)
+        self._counters = self._with_room(counts, room // (self._parts if self._is_large else 1))
         self._tick = 0
         self._spoken = NO_VOICE
         self._taken: list[NDArray[np.void]] = []
+
+    @property
+    def kernels(self) -> Name:
+        """What runs the cars now; native kernels may have taken over from WebAssembly."""
+        return self._kernels.name
 
     @property
     def now_ms(self) -> int:
@@ -138,12 +147,19 @@ class World:
         mat = replace(mat, starts=self.mat.starts, tick_ms=self.tick_ms)
         infrared = self.profile.infrared
         profile = replace(self.profile, infrared=replace(infrared, range_mm=range_mm or infrared.range_mm))
-        rules = layout.rules_of(mat, profile, self.images)
-        self._place = layout.place_of(mat, rules)
-        self._people = layout.people_of(mat, self._parts)
-        self._voices = layout.voices_of(mat)
-        self.mat, self.profile, self._rules = mat, profile, rules
+        self._furnish(mat, profile)
+        self.mat, self.profile = mat, profile
         self._wake()
+
+    def _furnish(self, mat: Mat, profile: Profile) -> None:
+        rules = layout.rules_of(mat, profile, self.images)
+        place, people = layout.place_of(mat, rules), layout.people_of(mat, self._parts)
+        self._rules, self._place = keep_all(self._memory, rules), keep_all(self._memory, place)
+        self._people, self._voices = keep_all(self._memory, people), keep_all(self._memory, layout.voices_of(mat))
+
+    def _with_room(self, counts: NDArray[np.int64], room: int) -> events.Counters:
+        """Counters with room for events, ``room`` for each part of the world."""
+        return events.Counters(counts, self._memory.zeros("events", (self._parts, room, events.COLUMNS), np.uint32))
 
     def move(self, car: int, pose: Pose, world: int = 0) -> None:
         """Move a car to another place, where it goes on with what it does.
@@ -175,7 +191,7 @@ class World:
         self._check_car(car)
         motion = bicycle.motion_of(angle_deg, direction, speed, self.profile, self.tick_ms)
         index = self._index(car, world)
-        self._driven = bicycle.with_driver(self._driven, world, car, index, motion)
+        self._driven = self._memory.keep("driven", bicycle.with_driver(self._driven, world, car, index, motion))
         self.state.wheels[index] = DRIVEN
 
     def give_back(self, car: int, world: int = 0) -> None:
@@ -183,8 +199,8 @@ class World:
         self._check_car(car)
         index = self._index(car, world)
         if self.state.wheels[index] == DRIVEN:
-            self._driven = bicycle.without_driver(self._driven, world, car)
-            kernels.give_back(index, self._tick, self.state, self._rules)
+            self._driven = self._memory.keep("driven", bicycle.without_driver(self._driven, world, car))
+            give_back(index, self._tick, self.state, self._rules)
 
     def step(self) -> None:
         """Simulate one tick."""
@@ -204,9 +220,10 @@ class World:
         part = slice(world * self.cars, (world + 1) * self.cars)
         state = self.state
         order = np.argsort(state.number[part])
-        led = np.empty(self.cars, np.uint8)
+        led = self._memory.zeros("leds", (self.cars,), np.uint8)
         # The LEDs as the last tick set them; the next tick may switch some off.
-        kernels.read_leds(part.start, self.now_ms - self.tick_ms & TICKS_MASK, state, self._rules, led)
+        last_ms = self.now_ms - self.tick_ms & TICKS_MASK
+        self._kernels.call("read_leds", 1, part.start, last_ms, state, self._rules, led)
         heading = state.heading[part][order] / FULL_TURN * math.tau
         return Moment(
             t_ms=self.now_ms,
@@ -253,6 +270,10 @@ class World:
         }
 
     @property
+    def _estimated_bytes(self) -> int:
+        return self.cars * self.worlds * layout.BYTES_A_CAR
+
+    @property
     def _is_large(self) -> bool:
         return self.worlds == 1 and self.threads > 1 and self.cars >= _LARGE
 
@@ -276,8 +297,8 @@ class World:
         around = self._place, self._people, self._voices
         return Arrays(self.state, self._cells, *around, self._driven, self._rules, self._counters)
 
-    def _wake(self, moved: int = kernels.ALL) -> None:
-        kernels.wake(self._tick, moved, self.worlds, self._arrays())
+    def _wake(self, moved: int = ALL) -> None:
+        self._kernels.call("wake", 1, self._tick, moved, self.worlds, self._arrays())
 
     def _advance(self, ticks: int) -> None:
         while True:
@@ -287,24 +308,17 @@ class World:
                 break
             for array, value in zip(self._changing(), before, strict=True):
                 array[...] = value
-            old = self._counters
-            room = old.events.shape[1] * 2
-            self._counters = events.Counters(old.counts, np.zeros((self._parts, room, events.COLUMNS), np.uint32))
+            self._counters = self._with_room(self._counters.counts, self._counters.events.shape[1] * 2)
         self._tick += ticks
         self._spoken = NO_VOICE
         if self._keeps_events:
             self._collect()
 
     def _call(self, ticks: int) -> None:
-        kernel = kernels.run_many if self.worlds > 1 and self.threads > 1 else kernels.run_one
-        if self._is_large:
-            kernel = kernels.run_large
-        before = numba.get_num_threads()
-        numba.set_num_threads(self.threads)
-        try:
-            kernel(self._tick, ticks, self._spoken, self.seeds, self._arrays())
-        finally:
-            numba.set_num_threads(before)
+        is_large = self._is_large and self._kernels.threaded
+        threads = self.threads if self._is_large or self.worlds > 1 else 1
+        moment = self._tick, ticks, self._spoken, self.seeds, self._arrays()
+        self._kernels.call("run_large" if is_large else "run", threads, *moment)
 
     def _changing(self) -> list[NDArray[np.generic]]:
         cars = self.state
@@ -331,7 +345,7 @@ class World:
             raise MotorcadeError("leaders-without-program")
         if len(self.images) > 255:
             raise MotorcadeError("too-many-programs", count=len(self.images))
-        needed, free = self.cars * self.worlds * layout.BYTES_A_CAR, psutil.virtual_memory().available
+        needed, free = self._estimated_bytes, psutil.virtual_memory().available
         if needed > free:
             raise MotorcadeError(
                 "world-exceeds-memory", cars=self.cars * self.worlds, needed=needed / 1e9, free=free / 1e9
@@ -343,12 +357,12 @@ def _seed_list(seeds: int | Sequence[int]) -> NDArray[np.int64]:
 
 
 def warm_up(world: World) -> None:
-    """Compile everything that runs while a world like this one is played, driven cars included.
+    """Call every kernel that runs while a world like this one is played, so that native ones are compiled.
 
     ``world`` itself is not changed. This takes some 20 s the first time on a computer, then half a second. Other
     threads can be delayed meanwhile, for up to 0.2 s at a time.
     """
-    other = World(world.mat, world.images, world.profile, threads=world.threads)
+    other = World(world.mat, world.images, world.profile, threads=world.threads, kernels=world.kernels)
     other.drive(0)
     other.step()
     other.move(0, Pose(0, 0))

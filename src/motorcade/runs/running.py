@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine.events import EVENT, START
 from motorcade.engine.state import Moment
+from motorcade.engine.targets import Name as Kernels
 from motorcade.engine.world import World
 from motorcade.mats import Mat, check_mat, formation, open_table
 from motorcade.runs.recorder import EVERY_MS, Recorder, draw
@@ -198,12 +199,36 @@ def simulate(
     """
     chosen = profile or built_in_profile("classroom")
     place = mat or open_table(formation(followers, chosen.infrared.range_mm / 1000))
+    return simulate_on(place, image, seconds, seed, chosen, record, progress)
+
+
+def simulate_on(
+    place: Mat,
+    image: bytes,
+    seconds: float,
+    seed: int,
+    chosen: Profile,
+    record: Iterable[str | Path] = (),
+    progress: Progress = lambda done_ms: None,
+    kernels: Kernels | None = None,
+) -> Run:
+    """Simulate leaders that run ``image``, and their followers, all in their places.
+
+    Args:
+        place: the mat with all cars.
+        chosen: the meaning of the levels in words.
+        kernels: what runs the cars, as `World` has it; the result is the same.
+        image, seconds, seed, record, progress: as of `simulate`.
+
+    Raises:
+        MotorcadeError: the run can't be simulated, or a file can't be written.
+    """
     check_mat(place, chosen)
     files = [Path(path) for path in record]
     is_small = len(place.starts) <= MOST_CARS_IN_MEMORY
     slots = SlotCounts(image, place, chosen)
     events = is_small or slots.counts_anything or any(path.suffix.lower() in DATA_ENDINGS for path in files)
-    world = World(place, [image], chosen, seeds=seed, events=events)
+    world = World(place, [image], chosen, seeds=seed, events=events, kernels=kernels)
     recording = InMemoryRecording(Description.of(world, EVERY_MS)) if is_small else None
     driven_m = np.zeros(world.cars)
     slice_ms = max(EVERY_MS // world.tick_ms, 1) * world.tick_ms
