@@ -49,7 +49,8 @@ class BadKernelError(Exception):
 
 def engine_module() -> bytes:
     """Return the module, from the folder ``build`` where it was made before of the same sources and tools."""
-    sources = sorted((ROOT / "src" / "motorcade").rglob("*.py"))
+    package = ROOT / "src" / "motorcade"
+    sources = sorted(path for folder in ("car", "engine", "words") for path in (package / folder).rglob("*.py"))
     digest = hashlib.sha256(f"{sys.version_info[:2]} {version('numba')} {version('llvmlite')}".encode())
     for path in (*sources, Path(__file__)):
         digest.update(path.read_bytes())
