@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from motorcade.drive.channels import MOST_WRONG
+from motorcade.drive.session import Who
 from support.socketless_car import Car, command, receive
 
 
@@ -110,3 +111,32 @@ def test_when_all_places_are_taken_the_longest_silent_client_loses_its_place() -
     receive(late, command(93))
     assert late_line.is_open
     assert [line.is_open for _, line in channels] == [True, False] + [True] * 7
+
+
+def test_a_client_that_has_all_places_gives_one_to_another_client_but_not_the_wheel() -> None:
+    car = Car()
+    greedy = [car.commands(port) for port in range(9)]
+    for channel, _ in greedy:
+        receive(channel, command(90, 100))
+    other, other_line = car.commands(1, "192.168.1.8")
+    receive(other, command(91))
+    assert other_line.is_open
+    assert [line.is_open for _, line in greedy].count(False) == 1
+    assert greedy[0][0].session.drives
+    # It doesn't get the place back by asking again.
+    again, again_line = car.commands(99)
+    receive(again, command(92))
+    assert (again_line.is_open, other_line.is_open) == (False, True)
+
+
+def test_a_silent_page_gives_its_place_to_a_client_that_drives() -> None:
+    car = Car()
+    given_up = []
+    for number in range(9):
+        car.control.join(f"page {number}", Who(f"192.168.1.{number}", replaced=lambda n=number: given_up.append(n)))
+    car.now_ms = 5001
+    channel, line = car.commands()
+    receive(channel, command(90))
+    assert line.is_open
+    assert len(given_up) == 1
+    assert car.board.angles == [90]

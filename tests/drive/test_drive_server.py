@@ -18,6 +18,7 @@ import pytest
 from motorcade.drive.listener import MOST_OF_ONE_ADDRESS, ClientProtocol, Listener, bind
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.drive.tls.keys import client_context, server_context
+from motorcade.drive.wire import pack_frame
 from motorcade.words.formats import DRIVE
 from support.driven_car import NEUTRAL, PATIENT, DrivenCar
 from support.fault_proxy import FaultProxy
@@ -29,6 +30,7 @@ MOVE = struct.pack(">I", DRIVE.encode(angle=40, direction=1, speed=150))
 STILL = struct.pack(">I", DRIVE.encode(angle=40, direction=1, speed=0))
 PERIOD_S = 0.04
 FLOOD = 300
+ASKING = 1000
 
 
 def connect(car: DrivenCar) -> socket.socket:
@@ -297,6 +299,26 @@ def test_a_flood_of_connections_leaves_the_driver_undisturbed_and_room_for_other
             assert frames.next()["state"] == "moving"
             wait_until(lambda: len([each for each in car.server.commands if each.session]) == 2)
         assert {setpoint for _, setpoint in car.board.notes[notes:]} == {(40, 1, 150)}
+
+
+def test_a_newcomer_stops_the_car_while_a_thousand_others_ask(patient_car: DrivenCar) -> None:
+    car = patient_car
+    asking = pack_frame({"do": "request"})
+    with connect(car) as line, contextlib.ExitStack() as held:
+        drive_on(car, line)
+        for number in range(ASKING):
+            each = socket.create_connection(("127.0.0.1", car.telemetry_port), DEADLINE_S)
+            with contextlib.suppress(OSError):
+                each.sendall(asking)
+            # Not all stay open: the test's process may have 1,024 files.
+            if number % 5:
+                each.close()
+            else:
+                held.enter_context(each)
+        with telemetry(car) as frames:
+            assert frames.ask(do="stop")["ok"]
+        assert car.control.telemetry().state == "stopped"
+        assert car.board.setpoint == NEUTRAL
 
 
 def test_ten_million_random_bytes_leave_the_driver_undisturbed(patient_car: DrivenCar) -> None:

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from motorcade.drive.motors import NEUTRAL_SETPOINT
 from motorcade.drive.wire import MOST_REQUEST_BYTES, REQUESTS
 from support.socketless_car import Car, ask, command, receive
 
@@ -41,6 +42,17 @@ def test_a_channel_may_come_before_the_connection_that_it_names() -> None:
     car.commands(77)
     car.tell()
     assert [frame.get("ok") for frame in line.frames()] == [True, None]
+
+
+def test_a_full_car_is_stopped_by_a_newcomer() -> None:
+    car = Car()
+    for port in range(9):
+        receive(car.commands(port)[0], command(90, 100))
+    channel, line = car.telemetry(address="192.168.1.8")
+    assert ask(channel, line, do="stop") == {"kind": "answer", "do": "stop", "ok": True}
+    assert car.control.telemetry().state == "stopped"
+    receive(car.server.commands[0], command(90, 100))
+    assert car.control.telemetry()[:4] == ("stopped", *NEUTRAL_SETPOINT)
 
 
 def test_a_channel_behind_a_proxy_finds_the_only_connection_there_is() -> None:

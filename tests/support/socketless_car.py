@@ -12,6 +12,7 @@ from motorcade.drive.session import CarControl
 from motorcade.words.formats import DRIVE
 
 PROFILE = built_in_profile("classroom")
+ADDRESS = "192.168.1.7"
 
 
 class Applied(DriveBoard):
@@ -30,8 +31,8 @@ class Applied(DriveBoard):
 class Line(asyncio.Transport):
     """A connection whose client reads when the test says so."""
 
-    def __init__(self, port: int) -> None:
-        super().__init__({"peername": ("192.168.1.7", port)})
+    def __init__(self, port: int, address: str) -> None:
+        super().__init__({"peername": (address, port)})
         self.sent = bytearray()
         self.waiting = 0
         self.is_open = True
@@ -81,14 +82,14 @@ class Car:
         self.control = CarControl(self.board, lambda: self.now_ms, PROFILE)
         self.server = DriveServer(self.control, byte_order)
 
-    def commands(self, port: int = 1000) -> tuple[CommandChannel, Line]:
-        return self._connect(self.server.command_channel(lambda: None), port)
+    def commands(self, port: int = 1000, address: str = ADDRESS) -> tuple[CommandChannel, Line]:
+        return self._connect(self.server.command_channel(lambda: None), port, address)
 
-    def telemetry(self, port: int = 2000) -> tuple[TelemetryChannel, Line]:
-        return self._connect(self.server.telemetry_channel(lambda: None), port)
+    def telemetry(self, port: int = 2000, address: str = ADDRESS) -> tuple[TelemetryChannel, Line]:
+        return self._connect(self.server.telemetry_channel(lambda: None), port, address)
 
-    def _connect(self, channel, port):
-        line = Line(port)
+    def _connect(self, channel, port, address):
+        line = Line(port, address)
         line.channel = channel
         channel.connection_made(line)
         return channel, line

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from motorcade.drive.listener import ClientProtocol
-from motorcade.drive.session import CarControl, ControlSession, DriveError
+from motorcade.drive.session import CarControl, ControlSession, DriveError, Who
 from motorcade.drive.wire import (
     MOST_REQUEST_BYTES,
     REQUESTS,
@@ -39,7 +39,6 @@ class CommandChannel(ClientProtocol, asyncio.BufferedProtocol):
 
     Args:
         control: the car.
-        join: opens a session for this channel. Raises DriveError.
         byte_order: of a command, "big" or "little".
         opened, closed: see `ClientProtocol`.
 
@@ -51,7 +50,6 @@ class CommandChannel(ClientProtocol, asyncio.BufferedProtocol):
     def __init__(
         self,
         control: CarControl,
-        join: "Callable[[CommandChannel], ControlSession]",
         byte_order: str,
         opened: Callable[[], None],
         closed: Callable[[], None],
@@ -60,7 +58,6 @@ class CommandChannel(ClientProtocol, asyncio.BufferedProtocol):
         self.session: ControlSession | None = None
         self.counts = Counts()
         self._control = control
-        self._join = join
         self._reader = WordReader(byte_order)
         self._buffer = memoryview(bytearray(_BUFFER_BYTES))
         self._wrong = 0
@@ -96,14 +93,8 @@ class CommandChannel(ClientProtocol, asyncio.BufferedProtocol):
     def open_session(self) -> ControlSession:
         """The session, which is opened if there is none yet. Raises DriveError."""
         if self.session is None:
-            self.session = self._join(self)
+            self.session = self._control.join(self.name, Who(self.client, replaced=self._hang_up), counts=self.counts)
         return self.session
-
-    def give_up_session(self) -> None:
-        """End session and connection, so that another client gets the place now."""
-        if self.session:
-            self.session.leave()
-        self._hang_up()
 
     def _take(self, word: int, is_newest: bool = True) -> None:
         try:
@@ -249,8 +240,12 @@ class TelemetryChannel(ClientProtocol, asyncio.Protocol):
         if self._session is None:
             if self._count_watchers(self.client) >= MOST_WATCHERS:
                 raise DriveError("enough-of-you", most=MOST_WATCHERS)
-            self._session = self._control.join(self.name, watches=True)
+            who = Who(self.client, replaced=self._forget_session)
+            self._session = self._control.join(self.name, who, watches=True)
         return self._session
+
+    def _forget_session(self) -> None:
+        self._session = None
 
     def _you(self) -> dict[str, Any] | None:
         session = self._shared_session()
@@ -284,12 +279,15 @@ class TelemetryChannel(ClientProtocol, asyncio.Protocol):
             self._periods, self._is_joining = 0, True
             self._found(by_port=True)
             return None
+        if what == "stop":
+            # It needs no place, so that nobody can keep the others from stopping the car.
+            self._control.stop()
+            return {}
         session = self._open_session()
         if what == "request":
             return {"has_wheel": session.request()}
         actions = {
             "release": session.release,
-            "stop": session.stop,
             "clear": session.clear,
             "resume": session.resume_program,
         }

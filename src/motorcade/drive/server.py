@@ -8,7 +8,7 @@ from contextlib import asynccontextmanager
 
 from motorcade.drive.channels import PERIOD_S, CommandChannel, TelemetryChannel
 from motorcade.drive.listener import Listener
-from motorcade.drive.session import CarControl, ControlSession, DriveError
+from motorcade.drive.session import CarControl
 
 
 class DriveServer:
@@ -40,7 +40,7 @@ class DriveServer:
             self.commands.remove(channel)
             closed()
 
-        channel = CommandChannel(self.control, self._join, self._byte_order, opened, lost)
+        channel = CommandChannel(self.control, self._byte_order, opened, lost)
         return channel
 
     def telemetry_channel(self, closed: Callable[[], None]) -> TelemetryChannel:
@@ -69,21 +69,6 @@ class DriveServer:
             for channel in list(self.channels):
                 channel.end_period(telemetry)
             await asyncio.sleep(max(0.0, begin_s + PERIOD_S - loop.time()))
-
-    def _join(self, channel: CommandChannel) -> ControlSession:
-        """A session for a connection for commands, if need be in place of the one that has been silent for longest.
-
-        Only a session that has been silent for longer than ``hand_over_ms`` is ended. Raises DriveError.
-        """
-        try:
-            return self.control.join(channel.name, counts=channel.counts)
-        except DriveError:
-            silences = [(each.session.silent_ms, each) for each in self.commands if each.session]
-            longest_ms, longest = max(silences, key=lambda silence: silence[0], default=(0, None))
-            if longest is None or longest_ms <= self.control.hand_over_ms:
-                raise
-            longest.give_up_session()
-            return self.control.join(channel.name, counts=channel.counts)
 
     def _find(self, channel: TelemetryChannel, by_port: bool) -> CommandChannel | None:
         """The connection for commands of the same client; see `TelemetryChannel`."""

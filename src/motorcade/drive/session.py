@@ -5,9 +5,10 @@ Every method may be called from any thread. `CarControl.beat` has to be called i
 """
 
 import threading
+from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import lru_cache
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from motorcade.car.arbiter import APPLIED, CLIENT, FAILSAFE, MOVING, NOBODY, STANDING, STATES, WATCHING, Arbiter
 from motorcade.car.drive_board import DriveBoard
@@ -32,6 +33,23 @@ _Result = TypeVar("_Result")
 
 class DriveError(MotorcadeError):
     """A car that is driven refuses a session or a request; its codes travel over the network."""
+
+
+class Who(NamedTuple):
+    """Whose session it is.
+
+    Attributes:
+        client: the name in the client's certificate, or its address: where places are short, no client keeps many.
+        kind: CLIENT, or LOCAL for a stick at the car itself, which has the higher priority.
+        replaced: called, in the thread of the newcomer, when the session has lost its place.
+    """
+
+    client: str = ""
+    kind: int = CLIENT
+    replaced: Callable[[], None] = lambda: None
+
+
+STRANGER = Who()
 
 
 class CarControl:
@@ -86,30 +104,53 @@ class CarControl:
         return self._clock()
 
     def join(
-        self, name: str, kind: int = CLIENT, watches: bool = False, counts: Counts | None = None
+        self, name: str, who: Who = STRANGER, watches: bool = False, counts: Counts | None = None
     ) -> "ControlSession":
-        """Open a session.
+        """Open a session. An emergency stop needs none.
+
+        Where nine clients have one, a newcomer replaces the session that sent no command for longest, if that is more
+        than ``hand_over_ms``; else one of the client that has the most, if it has two more than the newcomer. A session
+        that only watches replaces none for its silence.
 
         Args:
             name: what others are shown.
-            kind: CLIENT, or LOCAL for a stick at the car itself, which has the higher priority.
+            who: whose session it is.
             watches: for a session that won't drive; while nobody drives one place is kept for a driver.
             counts: of the words that came before the session.
 
         Raises:
-            DriveError: "full", with one driver and eight watchers; a local stick always gets a session.
+            DriveError: "full"; a local stick always gets a session.
         """
         with self._lock:
-            taken = sum(session.kind == CLIENT for session in self._sessions.values())
+            loser = None
+            taken = sum(session.who.kind == CLIENT for session in self._sessions.values())
             if watches and self._arbiter.driver == NOBODY:
                 taken += 1
-            if kind == CLIENT and taken >= MOST_SESSIONS:
-                raise DriveError("full", sessions=MOST_SESSIONS)
+            if who.kind == CLIENT and taken >= MOST_SESSIONS:
+                loser = self._replaceable(who.client, watches)
+                if loser is None:
+                    raise DriveError("full", sessions=MOST_SESSIONS)
+                self._end(loser)
             self._last_number += 1
             rate = RateLimit(max(1, self._limits.commands_per_s * _RATE_WINDOW_MS // 1000), _RATE_WINDOW_MS)
-            session = ControlSession(self, self._last_number, name, kind, rate, counts or Counts())
+            session = ControlSession(self, self._last_number, name, who, rate, counts or Counts())
             self._sessions[session.number] = session
-            return session
+        if loser:
+            loser.who.replaced()
+        return session
+
+    def _replaceable(self, client: str, watches: bool) -> "ControlSession | None":
+        """The session that gives its place to one of ``client``, None for none."""
+        sessions = [session for session in self._sessions.values() if session.who.kind == CLIENT]
+        longest = max(sessions, key=lambda session: session.silent_ms, default=None)
+        if longest and not watches and longest.silent_ms > self.hand_over_ms:
+            return longest
+        places = Counter(session.who.client for session in sessions)
+        most = max(places.values(), default=0)
+        if most < places[client] + 2:
+            return None
+        others = [each for each in sessions if places[each.who.client] == most and each.number != self._arbiter.driver]
+        return max(others, key=lambda session: session.silent_ms)
 
     def check(self, word: int, counts: Counts) -> Setpoint:
         """The setpoint in a DRIVE word. Raises WordError, and counts it, where the word is none."""
@@ -143,7 +184,7 @@ class CarControl:
             # A command that stops is never over the rate.
             if setpoint[2] and not session.rate.allows(now):
                 return OVER_RATE
-            outcome = self._arbiter.command(session.number, session.kind, word, now)
+            outcome = self._arbiter.command(session.number, session.who.kind, word, now)
             if outcome == APPLIED:
                 self._setpoint = setpoint
             self._follow(outcome == APPLIED)
@@ -152,9 +193,12 @@ class CarControl:
     def end(self, session: "ControlSession") -> None:
         """End a session: the wheels stand still if it moved them. A second call does nothing."""
         with self._lock:
-            if self._sessions.pop(session.number, None):
-                self._arbiter.gone(session.number, self._clock())
-                self._follow()
+            self._end(session)
+
+    def _end(self, session: "ControlSession") -> None:
+        if self._sessions.pop(session.number, None):
+            self._arbiter.gone(session.number, self._clock())
+            self._follow()
 
     def stop(self) -> None:
         """Emergency stop: nothing moves until `clear`."""
@@ -278,16 +322,16 @@ class ControlSession:
     Attributes:
         number: from 1, never given twice.
         name: what others are shown.
-        kind: CLIENT or LOCAL.
+        who: whose session it is.
         rate: of commands that move the car.
         counts: what became of its words.
         commanded_ms: when it last sent a valid command (ticks); when it joined, before the first.
     """
 
-    def __init__(self, control: CarControl, number: int, name: str, kind: int, rate: RateLimit, counts: Counts) -> None:
+    def __init__(self, control: CarControl, number: int, name: str, who: Who, rate: RateLimit, counts: Counts) -> None:
         self.number = number
         self.name = name
-        self.kind = kind
+        self.who = who
         self.rate = rate
         self.counts = counts
         self.commanded_ms = control.now_ms()
@@ -314,7 +358,7 @@ class ControlSession:
 
     def request(self) -> bool:
         """Ask for the wheel: True where this session has it now; else it comes when the driver stops or leaves."""
-        return bool(self._control.change(self, lambda arbiter, now: arbiter.request(self.number, self.kind, now)))
+        return bool(self._control.change(self, lambda arbiter, now: arbiter.request(self.number, self.who.kind, now)))
 
     def release(self) -> None:
         """Give the wheel back, or stop waiting for it."""
@@ -335,7 +379,7 @@ class ControlSession:
         """
         if not self._control.has_program:
             raise DriveError("no-program")
-        if not self._control.change(self, lambda arbiter, now: arbiter.resume(self.number, self.kind, now)):
+        if not self._control.change(self, lambda arbiter, now: arbiter.resume(self.number, self.who.kind, now)):
             raise DriveError("not-yours")
 
     def leave(self) -> None:

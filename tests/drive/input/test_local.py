@@ -8,6 +8,7 @@ from drive.test_session import MOVE, NEUTRAL, STILL, Car
 from motorcade.car.arbiter import APPLIED, LOCAL
 from motorcade.drive.input.deadman import CLEAR, QUIT, RELEASE, REQUEST, RESTS_MS, RESUME, STOP, Reading
 from motorcade.drive.input.local import PERIOD_S, LocalStick
+from motorcade.drive.session import Who
 from motorcade.drive.wire import OUTCOMES
 from motorcade.errors import MotorcadeError
 
@@ -183,7 +184,7 @@ def test_orders_for_terminals_change_nothing(bench: Bench) -> None:
 
 
 def test_another_stick_that_drives_is_not_followed_by_one_that_stayed_pushed(bench: Bench) -> None:
-    other = bench.control.join("other", LOCAL)
+    other = bench.control.join("other", Who(kind=LOCAL))
     other.command(MOVE)
     bench.look(AHEAD, 100)
     assert bench.driver == "other"

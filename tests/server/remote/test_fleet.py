@@ -16,8 +16,9 @@ from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.drive.tls.keys import client_context, server_context
 from motorcade.errors import MotorcadeError
 from motorcade.server.remote.app import make_remote
-from motorcade.server.remote.fleet import RemoteCar, RemoteCars, is_name
+from motorcade.server.remote.fleet import IDLE_S, RemoteCar, RemoteCars, is_name
 from motorcade.server.request_filter import ServerSettings
+from motorcade.service.messages import sentences
 from motorcade.timing import monotonic_ms
 from support.driven_car import NEUTRAL, PATIENT, DrivenCar
 from support.fault_proxy import FaultProxy
@@ -232,7 +233,7 @@ def test_the_emergency_stop_reaches_all_cars_and_unreachable_ones_later(cuttable
         page.car("ada", lambda car: car["why"])
         # One at which the page doesn't sit doesn't keep it from the others.
         page.send("stop", cars=["cy", "ada", "bo"])
-        assert page.until("error")["code"] == "not-at-car"
+        assert page.until("error")["code"] == "car-not-listed"
         page.car("bo", lambda car: car["state"] == "stopped")
         between.mend()
         page.car("ada", lambda car: car["state"] == "stopped")
@@ -295,19 +296,38 @@ def test_a_failing_camera_is_an_error_in_both_languages(nowhere):
             assert answer.json()["error"]["code"] == code
 
 
-def test_at_most_nine_pages_connect_to_a_car(nowhere):
-    async def come():
-        cars = RemoteCars([RemoteCar("ada", "127.0.0.1", nowhere)])
+@mock_clock
+async def test_at_most_nine_pages_connect_to_a_car_and_an_idle_one_gives_way():
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        cars = RemoteCars([RemoteCar("ada", *taken.getsockname())])
         controls = [await cars.connect("ada", f"page {number}") for number in range(9)]
         with pytest.raises(MotorcadeError) as full:
             await cars.connect("ada", "one more")
         controls.pop().leave()
         controls.append(await cars.connect("ada", "one more"))
+        await asyncio.sleep(IDLE_S)
+        for control in controls[1:]:
+            control.steer(0.5, 0.0)
+        await asyncio.sleep(0.1)
+        controls.append(await cars.connect("ada", "another"))
+        codes = [control.telemetry().why for control in controls]
+        given_up = [number for number, why in enumerate(codes) if why == sentences(MotorcadeError("place-given-up"))]
         for control in controls:
             control.leave()
-        return full.value.sentence("zh")
+    assert full.value.sentence("zh") == DriveError("full", sessions=9).sentence("zh")
+    assert given_up == [0]
 
-    assert asyncio.run(come()) == DriveError("full", sessions=9).sentence("zh")
+
+def test_a_page_without_a_place_stops_the_car(pages, ada):
+    with ExitStack() as open_pages:
+        others = [open_pages.enter_context(pages("ada")) for _ in range(9)]
+        others[0].push("ada")
+        late = open_pages.enter_context(pages())
+        late.send("join", car="ada")
+        assert late.until("error")["code"] == "full"
+        late.send("stop", cars=["ada"])
+        wait_until(lambda: ada.control.telemetry().state == "stopped")
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import asyncio
 import io
 import json
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 
 import pytest
 from PIL import Image
@@ -12,7 +12,7 @@ from starlette.testclient import TestClient, WebSocketDenialResponse
 from motorcade.cameras.broadcast import Camera
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import built_in_profile
-from motorcade.drive.session import CarControl, DriveError
+from motorcade.drive.session import CarControl, DriveError, Who
 from motorcade.server.remote.app import make_remote
 from motorcade.server.remote.fleet import SingleCar
 from motorcade.server.request_filter import ServerSettings
@@ -212,17 +212,41 @@ def test_a_stick_takes_over_from_the_program_and_resume_gives_it_back(visit):
         page.car(lambda car: car["state"] == "program")
 
 
-def test_a_full_car_refuses_another_page_in_every_language(visit):
+def test_a_full_car_refuses_another_driver_in_every_language_but_not_its_stop(visit):
     rig = visit()
     for number in range(9):
-        rig.drive.join(f"watcher {number}")
+        rig.drive.join(f"watcher {number}", Who(f"192.168.1.{number}"))
     with rig.page() as page:
         page.send("join", car="1")
+        page.send("drive", cars=["1"], throttle=1.0, steering=0.0, number=1)
         received = page.until("error")
         assert received["sentence"]["en"] == DriveError("full", sessions=9).sentence("en")
         assert received["sentence"]["zh"] == DriveError("full", sessions=9).sentence("zh")
+        page.send("stop", cars=["1"])
+        page.car(lambda car: car["state"] == "stopped")
         page.send("join", car="2")
         assert page.until("error")["code"] == "car-not-listed"
+
+
+def test_twenty_pages_that_only_look_leave_all_places_free(visit):
+    rig = visit()
+    with ExitStack() as open_pages:
+        for _ in range(20):
+            page = open_pages.enter_context(rig.page())
+            page.send("join", car="1")
+            page.car(lambda car: car["state"])
+        assert rig.drive.telemetry().watchers == 0
+        page.drive(0.5, number=1)
+        assert page.car(lambda car: car["speed"])["you"]["drives"]
+
+
+def test_a_page_that_has_not_joined_stops_the_car(visit):
+    rig = visit()
+    with rig.page() as driver, rig.page() as other:
+        driver.send("join", car="1")
+        driver.drive(1.0, number=1)
+        other.send("stop", cars=["1"])
+        driver.car(lambda car: car["state"] == "stopped")
 
 
 @pytest.mark.parametrize(

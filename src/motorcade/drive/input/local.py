@@ -23,7 +23,7 @@ from motorcade.drive.input.deadman import (
     StickSource,
     stick_word,
 )
-from motorcade.drive.session import CarControl, ControlSession, DriveError
+from motorcade.drive.session import CarControl, ControlSession, DriveError, Who
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.timing import monotonic_ms
 
@@ -88,7 +88,7 @@ class LocalStick:
         self.leave()
         self._reset()
         if device:
-            self._device, self._session = device, self._control.join(f"{device} at the car", LOCAL)
+            self._device, self._session = device, self._control.join(f"{device} at the car", Who(kind=LOCAL))
             reports.append(Phrase("stick-connected", device=device))
         return reports
 

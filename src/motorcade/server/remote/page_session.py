@@ -35,6 +35,7 @@ class PageSession:
         self._requests: set[asyncio.Task[None]] = set()
         self._stick: messages.Drive | None = None
         self._moved = asyncio.Event()
+        self._refused: set[str] = set()
 
     async def serve(self) -> None:
         """Serve until the page leaves; then stop the cars that it drove."""
@@ -80,12 +81,12 @@ class PageSession:
         self._controls[name] = await self._fleet.connect(name, self._name)
 
     def _stop(self, names: list[str]) -> None:
-        """Stop all cars to which the page is connected, then refuse the others."""
+        """Stop these cars, also those to which the page is not connected."""
         for name in names:
             if name in self._controls:
                 self._request(self._controls[name].act("stop"))
-        for name in names:
-            self._control(name)
+            else:
+                self._request(self._fleet.stop(name, self._name))
 
     def _control(self, name: str) -> PageControl:
         if name not in self._controls:
@@ -114,8 +115,18 @@ class PageSession:
                 continue
             for name in stick.cars:
                 if name in self._controls:
-                    self._controls[name].steer(stick.throttle, stick.steering)
+                    self._steer_car(name, stick)
             self._page.put(messages.Received(stick.number))
+
+    def _steer_car(self, name: str, stick: messages.Drive) -> None:
+        """Steer a car; where it refuses, send the page the error once, not for each position."""
+        try:
+            self._controls[name].steer(stick.throttle, stick.steering)
+            self._refused.discard(name)
+        except MotorcadeError as problem:
+            if name not in self._refused:
+                self._page.refuse(problem)
+            self._refused.add(name)
 
     async def _send_telemetry(self) -> None:
         """Send the telemetry of the page's cars, ten times a second."""
