@@ -2,6 +2,10 @@
 
 import ipaddress
 import socket
+import sys
+
+# What most systems allow without a question; macOS begins with 256.
+_FILES = 1024
 
 
 def listen(host: str, port: int) -> socket.socket:
@@ -29,6 +33,20 @@ def listen(host: str, port: int) -> socket.socket:
         bound.close()
         raise
     return bound
+
+
+def most_files() -> int:
+    """How many files and sockets this process may have open; where the system allows more, at least 1,024."""
+    if sys.platform == "win32":
+        # There a select waits for at most 512 sockets, but asyncio doesn't use it.
+        return 8192
+    import resource
+
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if 0 <= soft < _FILES:
+        soft = _FILES if hard < 0 else min(hard, _FILES)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+    return soft if soft >= 0 else 8192
 
 
 def is_loopback(listener: socket.socket) -> bool:

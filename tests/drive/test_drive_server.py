@@ -15,7 +15,7 @@ from typing import BinaryIO
 
 import pytest
 
-from motorcade.drive.listener import MOST_OF_ONE_ADDRESS, ClientProtocol, Listener, bind
+from motorcade.drive.listener import DRIVE_PLACES, ClientProtocol, Listener, bind
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.drive.tls.keys import client_context, server_context
 from motorcade.drive.wire import pack_frame
@@ -231,7 +231,7 @@ def test_the_first_to_send_drives_and_others_watch_until_it_leaves(patient_car: 
 @mock_clock
 async def test_clients_that_have_left_take_no_slot() -> None:
     async with loop_car() as car:
-        for _ in range(2 * MOST_OF_ONE_ADDRESS):
+        for _ in range(2 * DRIVE_PLACES.most_of_one_address):
             async with driver_at(car.port, car):
                 pass
             await until(lambda: not car.server.commands)
@@ -292,8 +292,8 @@ def test_a_flood_of_connections_leaves_the_driver_undisturbed_and_room_for_other
                 each.send(b"\x10")
             line.sendall(MOVE)
         wait_until(lambda: car.control.telemetry().turned_away > 0.9 * FLOOD)
-        assert len(car.server.commands) <= MOST_OF_ONE_ADDRESS
-        assert len(car.server.channels) <= MOST_OF_ONE_ADDRESS
+        assert len(car.server.commands) <= DRIVE_PLACES.most_of_one_address
+        assert len(car.server.channels) <= DRIVE_PLACES.most_of_one_address
         with connect(car) as other, telemetry(car) as frames:
             other.sendall(STILL)
             assert frames.next()["state"] == "moving"

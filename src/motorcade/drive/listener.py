@@ -1,4 +1,4 @@
-"""Listen at an address, and accept connections there: at most 64 at a time."""
+"""Listen at an address, and accept connections there: at most so many at a time, and so many of one address."""
 
 import asyncio
 import errno
@@ -7,14 +7,13 @@ import ssl
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from contextlib import suppress
+from typing import NamedTuple, Protocol, cast
 
 from motorcade.drive.tls.keys import peer_name
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.sockets import listen
 
 HANDSHAKE_S = 2.0
-MOST_AT_ONCE = 64
-MOST_OF_ONE_ADDRESS = 16
 # Little is buffered by the system, so that a stall leaves few old commands and little old telemetry.
 _KERNEL_BYTES = 1 << 13
 _OUT_OF_SOCKETS_S = 0.1
@@ -43,6 +42,26 @@ def bind(host: str, port: int, program: str = "car") -> socket.socket:
             raise MotorcadeError("port-taken", port=port, program=who) from None
         reason = problem.strerror or type(problem).__name__
         raise MotorcadeError("address-unusable", program=who, host=host[:60], port=port, reason=reason) from None
+
+
+class Places(NamedTuple):
+    """How many connections a listener keeps: in all, and of one address."""
+
+    most: int = 64
+    most_of_one_address: int = 16
+
+
+DRIVE_PLACES = Places()
+
+
+class Connected(Protocol):
+    """What a listener needs of the protocol of a connection."""
+
+    def has_session(self) -> bool:
+        """Whether the connection stays when newcomers need its place."""
+
+    def drop(self) -> None:
+        """End the connection at once, if it has begun."""
 
 
 class ClientProtocol(asyncio.BaseProtocol, ABC):
@@ -93,7 +112,7 @@ class ClientProtocol(asyncio.BaseProtocol, ABC):
             self.line.abort()
 
 
-MakeProtocol = Callable[[Callable[[], None]], ClientProtocol]
+MakeProtocol = Callable[[Callable[[], None]], Connected]
 
 
 class _Slot:
@@ -111,7 +130,7 @@ class _Slot:
 
 
 class Listener:
-    """Accept connections at one socket, at most 64 at a time and 16 of one address.
+    """Accept connections at one socket, at most as many at a time as there are places.
 
     When all places are taken a newcomer replaces the oldest connection without a session, one of its own address
     first. So drivers and watchers stay, and a new driver gets in while somebody floods the socket.
@@ -121,6 +140,7 @@ class Listener:
         make_protocol: makes the protocol of a connection, given what it has to call when the connection is lost.
         turned_away: called for each connection that got or kept no place, or failed to prove who it is.
         tls: for connections by TLS.
+        places: how many connections it keeps.
     """
 
     def __init__(
@@ -129,15 +149,17 @@ class Listener:
         make_protocol: MakeProtocol,
         turned_away: Callable[[], None],
         tls: ssl.SSLContext | None = None,
+        places: Places = DRIVE_PLACES,
     ) -> None:
         self._listener = listener
         self._make_protocol = make_protocol
         self._tls = tls
         self._turned_away = turned_away
+        self._places = places
         self._slots: list[_Slot] = []
         listener.setblocking(False)
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _KERNEL_BYTES)
-        listener.listen(MOST_AT_ONCE)
+        listener.listen(places.most)
 
     @property
     def address(self) -> tuple[str, int]:
@@ -146,7 +168,7 @@ class Listener:
         return str(host), int(port)
 
     async def serve(self) -> None:
-        """Accept until cancelled; then drop all connections."""
+        """Accept until cancelled; then accept nobody any more."""
         try:
             while True:
                 try:
@@ -160,8 +182,17 @@ class Listener:
                 await asyncio.sleep(0)
         finally:
             self._listener.close()
-            for slot in list(self._slots):
-                slot.end()
+
+    def close_to_newcomers(self) -> None:
+        """Accept nobody any more; to be called before `serve` is cancelled."""
+        # A selector's loop would accept one more for a cancelled sock_accept, and lose it; Windows' has no readers.
+        with suppress(NotImplementedError):
+            asyncio.get_running_loop().remove_reader(self._listener)
+
+    def drop_all(self) -> None:
+        """End all connections; to be called when `serve` has ended."""
+        for slot in list(self._slots):
+            slot.end()
 
     async def _next(self) -> tuple[socket.socket, tuple[str, int]]:
         """The next connection. Raises OSError."""
@@ -175,12 +206,6 @@ class Listener:
                 accepting.result()[0].close()
             accepting.cancel()
             raise
-
-    def close_to_newcomers(self) -> None:
-        """Accept nobody any more; to be called before `serve` is cancelled."""
-        # A selector's loop would accept one more for a cancelled sock_accept, and lose it; Windows' has no readers.
-        with suppress(NotImplementedError):
-            asyncio.get_running_loop().remove_reader(self._listener)
 
     def _accept(self, line: socket.socket, address: str) -> None:
         if not self._make_room(address):
@@ -201,7 +226,7 @@ class Listener:
     def _make_room(self, address: str) -> bool:
         """End connections until there is a place. False where all have sessions."""
         alike = [slot for slot in self._slots if slot.address == address]
-        for candidates, most in ((alike, MOST_OF_ONE_ADDRESS), (self._slots, MOST_AT_ONCE)):
+        for candidates, most in ((alike, self._places.most_of_one_address), (self._slots, self._places.most)):
             if len(candidates) < most:
                 continue
             oldest = next((slot for slot in candidates if not slot.protocol.has_session()), None)
@@ -213,10 +238,14 @@ class Listener:
             return True
         return True
 
-    async def _open(self, line: socket.socket, protocol: ClientProtocol) -> None:
+    async def _open(self, line: socket.socket, protocol: Connected) -> None:
         timeout_s = HANDSHAKE_S if self._tls else None
         await asyncio.get_running_loop().connect_accepted_socket(
-            lambda: protocol, line, ssl=self._tls, ssl_handshake_timeout=timeout_s, ssl_shutdown_timeout=timeout_s
+            lambda: cast(asyncio.BaseProtocol, protocol),
+            line,
+            ssl=self._tls,
+            ssl_handshake_timeout=timeout_s,
+            ssl_shutdown_timeout=timeout_s,
         )
 
     def _opened(self, opening: asyncio.Task[None], line: socket.socket, slot: _Slot) -> None:

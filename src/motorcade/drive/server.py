@@ -107,3 +107,5 @@ async def serving(
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
+        for listener in listeners:
+            listener.drop_all()

@@ -2,23 +2,36 @@
 
 import asyncio
 import ipaddress
+import logging
 import socket
 import ssl
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager, suppress
+from typing import Any
 
+import h11
 import uvicorn
 from starlette.types import ASGIApp
-from uvicorn.protocols.http.auto import AutoHTTPProtocol
+from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
+from uvicorn.server import ServerState
 from websockets.protocol import State
 
+from motorcade.drive.listener import Listener, Places
 from motorcade.server.request_filter import ServerSettings
-from motorcade.sockets import is_loopback
+from motorcade.sockets import is_loopback, most_files
+from motorcade.timing import RateLimit, to_ticks
 
-# Fifty pages open at once need fewer. Further connections are refused, so a flood of them doesn't stop the server.
-_MOST_CONNECTIONS = 1000
 _PATIENCE_S = 2
+# A connection may wait so long for a whole request, its body included.
+REQUEST_S = 30.0
+# Thirty pages with seven connections each need half of these; one computer may have fifteen pages open.
+_PLACES = Places(512, 128)
+# So many files are kept for the rest of the program: cars, cameras, serial ports, projects.
+_KEPT_FILES = 256
+# Of the server's warnings so many are printed in a minute: a stranger can cause any number of them.
+_WARNINGS_A_MINUTE = 10
+_LOGGERS = ("asyncio", "uvicorn.error")
 # The most bytes that wait to be sent to a page, in the kernel and here: a slow page then misses pictures of a camera
 # instead of showing old ones.
 _KERNEL_BYTES = 1 << 15
@@ -26,15 +39,19 @@ _OWN_BYTES = 1 << 14
 
 
 class Server(uvicorn.Server):
-    """A uvicorn server that calls ``ready`` when it accepts requests; with ``tls`` it serves HTTPS."""
+    """A uvicorn server that calls ``ready`` when it accepts requests; with ``tls`` it serves HTTPS.
+
+    It accepts connections as a car does (`motorcade.drive.listener`): where too many are open, a newcomer replaces the
+    oldest one without a request.
+    """
 
     def __init__(
         self, app: ASGIApp, settings: ServerSettings, ready: Callable[[], None], tls: ssl.SSLContext | None = None
     ) -> None:
         config = uvicorn.Config(
             app,
-            http=_ShortQueue,
-            ws=_ClosableSocket,
+            http=_PageConnection,
+            ws=_PageWebSocket,
             log_level="warning",
             access_log=False,
             # There is no proxy in front, so any client could forge these headers.
@@ -43,18 +60,41 @@ class Server(uvicorn.Server):
             ws_max_size=settings.most_body,
             # Compressing thirty pictures a second for each page costs more than it saves.
             ws_per_message_deflate=False,
-            limit_concurrency=_MOST_CONNECTIONS,
             timeout_graceful_shutdown=_PATIENCE_S,
-            ssl_context_factory=(lambda config, default: tls) if tls else None,
         )
         super().__init__(config)
         self._ready = ready
+        self._tls = tls
+        self._listeners: list[Listener] = []
+        self._accepting: list[asyncio.Task[None]] = []
+        self._limits = _FewWarnings(settings.clock)
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         """Listen, then call `ready`."""
-        await super().startup(sockets)
-        if self.started:
-            self._ready()
+        for name in _LOGGERS:
+            logging.getLogger(name).addFilter(self._limits)
+        # Without sockets uvicorn begins everything else.
+        await super().startup([])
+        places = Places(min(_PLACES.most, most_files() - _KEPT_FILES), _PLACES.most_of_one_address)
+        self._listeners = [Listener(each, self._connection, lambda: None, self._tls, places) for each in sockets or []]
+        self._accepting = [asyncio.create_task(each.serve()) for each in self._listeners]
+        self._ready()
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Accept nobody any more, let the present requests end, and drop all connections."""
+        for listener in self._listeners:
+            listener.close_to_newcomers()
+        for task in self._accepting:
+            task.cancel()
+        await asyncio.gather(*self._accepting, return_exceptions=True)
+        await super().shutdown()
+        for listener in self._listeners:
+            listener.drop_all()
+        for name in _LOGGERS:
+            logging.getLogger(name).removeFilter(self._limits)
+
+    def _connection(self, closed: Callable[[], None]) -> "_PageConnection":
+        return _PageConnection(self.config, self.server_state, self.lifespan.state, closed)
 
 
 def serve_alone(
@@ -69,14 +109,72 @@ def serve_alone(
         Server(app, settings, ready, tls).run(sockets=[listener])
 
 
-class _ShortQueue(AutoHTTPProtocol):  # type: ignore[misc, valid-type]  # one of two classes, depending on what is installed
-    def connection_made(self, transport: asyncio.Transport) -> None:
+class _PageConnection(H11Protocol):
+    """A connection of a browser, until it becomes a WebSocket; its queue is short, and a request has to come in time.
+
+    ``closed`` is called when the connection is lost, also as a WebSocket.
+    """
+
+    def __init__(
+        self, config: uvicorn.Config, state: ServerState, app_state: dict[str, Any], closed: Callable[[], None]
+    ) -> None:
+        super().__init__(config, state, app_state)
+        self._closed = closed
+        self._is_socket = False
+        self._deadline: asyncio.TimerHandle | None = None
+
+    def has_session(self) -> bool:
+        """Whether a request is in work, or the page has a WebSocket."""
+        return self._is_socket or (self.cycle is not None and not self.cycle.response_complete)
+
+    def drop(self) -> None:
+        if self.transport:
+            self.transport.abort()
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # uvicorn's own type
         transport.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _KERNEL_BYTES)
         transport.set_write_buffer_limits(_OWN_BYTES)
         super().connection_made(transport)
+        self._await_request()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._end_deadline()
+        super().connection_lost(exc)
+        self._closed()
+
+    def handle_events(self) -> None:
+        super().handle_events()
+        if self._is_socket or (self.cycle is not None and not self.cycle.more_body):
+            self._end_deadline()
+
+    def handle_websocket_upgrade(self, event: h11.Request) -> None:
+        self._is_socket = True
+        super().handle_websocket_upgrade(event)
+        socket = self.transport.get_protocol()
+        assert isinstance(socket, _PageWebSocket)
+        socket.closed = self._closed
+
+    def on_response_complete(self) -> None:
+        super().on_response_complete()
+        self._await_request()
+
+    def _await_request(self) -> None:
+        self._end_deadline()
+        self._deadline = self.loop.call_later(REQUEST_S, self.drop)
+
+    def _end_deadline(self) -> None:
+        if self._deadline:
+            self._deadline.cancel()
+        self._deadline = None
 
 
-class _ClosableSocket(WebSocketsSansIOProtocol):
+class _PageWebSocket(WebSocketsSansIOProtocol):
+    closed: Callable[[], None] = lambda: None
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        super().connection_lost(exc)
+        self.closed()
+
     def shutdown(self) -> None:
         # uvicorn would close a connection that is closing already a second time; that error would end the server.
         if self.conn.state in (State.CLOSING, State.CLOSED):
@@ -84,6 +182,19 @@ class _ClosableSocket(WebSocketsSansIOProtocol):
             self.transport.close()
         else:
             super().shutdown()
+
+
+class _FewWarnings(logging.Filter):
+    """Let at most ten lines a minute pass; ``clock`` gives seconds."""
+
+    def __init__(self, clock: Callable[[], float]) -> None:
+        super().__init__()
+        self._rate = RateLimit(_WARNINGS_A_MINUTE, 60_000)
+        self._clock = clock
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Whether the record is printed."""
+        return self._rate.allows(to_ticks(self._clock()))
 
 
 class _EmbeddedServer(Server):

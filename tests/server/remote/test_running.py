@@ -4,12 +4,15 @@ import asyncio
 import http.client
 import json
 import re
+import resource
 import socket
 import ssl
 import threading
-from contextlib import closing, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
 from datetime import UTC, datetime
 
+import psutil
+import pytest
 from websockets.client import ClientProtocol
 from websockets.frames import Frame, Opcode
 from websockets.protocol import State
@@ -30,6 +33,7 @@ from motorcade.server.running import serving
 PICTURE_BYTES = 40_000
 STALLED = 60
 PATIENCE_S = 60
+MUTE = 1000
 
 
 class Numbered:
@@ -131,6 +135,63 @@ def test_the_page_and_its_socket_are_served_by_https(tmp_path):
             assert page.getresponse().status == 200
         with connect(f"wss://127.0.0.1:{port}/drive/ws", ssl=trust, open_timeout=PATIENCE_S) as line:
             assert json.loads(line.recv(PATIENCE_S))["is"] in ("hello", "telemetry")
+
+
+@pytest.fixture
+def many_files():
+    """Let this process have both ends of a flood open."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, min(hard, 4 * MUTE)), hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+def asked(address, path="/camera/snapshot.jpg"):
+    """The status of an answer."""
+    with closing(http.client.HTTPConnection(*address, timeout=PATIENCE_S)) as page:
+        page.request("GET", path)
+        return page.getresponse().status
+
+
+def test_a_thousand_mute_connections_shut_nobody_out_and_disturb_no_page(many_files):
+    with (
+        running(Numbered()) as address,
+        ExitStack() as mute,
+        connect(f"ws://{address[0]}:{address[1]}/drive/ws") as page,
+    ):
+        open_files = psutil.Process().num_fds()
+        for number in range(MUTE):
+            line = mute.enter_context(socket.create_connection(address, PATIENCE_S))
+            with suppress(OSError):
+                line.sendall(b"GET / HT"[: number % 9])
+        assert asked(address) == 200
+        page.send(json.dumps({"do": "join", "car": "1"}))
+        while "1" not in json.loads(page.recv(PATIENCE_S)).get("cars", ()):
+            pass
+        # MUTE of them are the ends of this test.
+        assert psutil.Process().num_fds() - open_files - MUTE < 200
+
+
+def test_a_request_that_does_not_come_whole_in_time_is_hung_up(monkeypatch):
+    monkeypatch.setattr("motorcade.server.running.REQUEST_S", 0.05)
+    beginnings = (b"", b"GET / HTTP/1.1\r\nHost: 127", b"POST /api/x HTTP/1.1\r\nHost: a\r\nContent-Length: 9\r\n\r\n{")
+    with running(Numbered()) as address:
+        for beginning in beginnings:
+            with socket.create_connection(address, PATIENCE_S) as line:
+                line.sendall(beginning)
+                with suppress(ConnectionError):
+                    while line.recv(1 << 16):
+                        pass
+
+
+def test_a_flood_of_nonsense_is_logged_in_few_lines(capsys):
+    with running(Numbered()) as address:
+        for _ in range(MUTE):
+            with socket.create_connection(address, PATIENCE_S) as line, suppress(ConnectionError):
+                line.sendall(b"\0\0 nonsense\r\n\r\n")
+                while line.recv(1 << 16):
+                    pass
+    assert 0 < capsys.readouterr().err.count("Invalid") <= 10
 
 
 def close_when_no_more_connections_are_accepted(line, address):

@@ -208,7 +208,7 @@ def test_a_second_page_with_the_session_takes_it_over(client, monkeypatch) -> No
             assert second.until("hello")["cars"] == 3
             assert first.until("error")["code"] == "taken-over"
             with pytest.raises(WebSocketDisconnect):
-                first.next()
+                first.until("nothing, until the server hangs up")
             second.send("step")
             assert second.until("state", lambda state: state["t_ms"])["t_ms"] == 5
             # The first one's end takes nothing from the second.
