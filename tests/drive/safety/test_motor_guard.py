@@ -92,15 +92,30 @@ def test_a_process_that_ends_by_an_exception_leaves_the_wheels_still(tmp_path: P
         assert calls(file)[-1] == "neutral"
 
 
+def guard_of(process: subprocess.Popen | psutil.Process) -> psutil.Process:
+    children = psutil.Process(process.pid).children()
+    return next(child for child in children if "motorcade.drive.safety.motor_guard" in child.cmdline())
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="only POSIX freezes a process")
+def test_wheels_stop_when_their_guard_is_frozen(tmp_path: Path) -> None:
+    file = tmp_path / "wheels"
+    with driving(file, QUICK_MS) as process:
+        guard = guard_of(process)
+        guard.suspend()
+        wait_for_last(file, "neutral")
+        count = len(calls(file))
+        # Nobody rescues the wheels now; they stand still already.
+        process.kill()
+        process.wait(DEADLINE_S)
+        assert calls(file)[count:] == []
+        guard.kill()
+
+
 def test_wheels_without_their_guard_stand_still(tmp_path: Path) -> None:
     file = tmp_path / "wheels"
     with driving(file) as process:
-        guard = next(
-            child
-            for child in psutil.Process(process.pid).children()
-            if "motorcade.drive.safety.motor_guard" in child.cmdline()
-        )
-        guard.kill()
+        guard_of(process).kill()
         wait_for_last(file, "neutral")
         count = len(calls(file))
         process.communicate("end\n", DEADLINE_S)
@@ -116,9 +131,7 @@ def beat_often(guard: MotorGuard) -> None:
 @pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="only POSIX freezes a process")
 def test_a_guard_that_hangs_counts_as_gone() -> None:
     guard = MotorGuard(("json:dumps", ("",)), 300)
-    process = next(
-        each for each in psutil.Process().children() if "motorcade.drive.safety.motor_guard" in each.cmdline()
-    )
+    process = guard_of(psutil.Process())
     process.suspend()
     try:
         with pytest.raises(OSError, match="is gone"):

@@ -1,7 +1,8 @@
 """Stop the wheels from another process when the one that drives them is killed or frozen.
 
 The driving process reports again and again that all is well, through a pipe that closes when it ends. What the guard
-then calls comes from `motorcade.car.drive_board.DriveBoard.rescue`.
+then calls comes from `motorcade.car.drive_board.DriveBoard.rescue`. The guard answers each report, so that the driving
+process stops the wheels where the guard is frozen.
 """
 
 import importlib
@@ -10,6 +11,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import BinaryIO
@@ -18,6 +20,8 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import catalogue, system_language
 
 _MOVING, _STILL, _END = b"m", b"s", b"q"
+_ANSWER = b"a"
+_START_S = 10.0
 # Windows ends a process by any signal that it can't deliver.
 _KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
 _TRIES = 200
@@ -32,7 +36,10 @@ class MotorGuard:
 
     Args:
         rescue: what stops the wheels: ``"module:function"`` and its arguments.
-        patience_ms: moving wheels stand still so long after the last report; over 100.
+        patience_ms: moving wheels stand still so long after the last report; over 100. A guard that answers nothing for
+            half of it counts as frozen.
+
+    Returns when the guard is ready; raises OSError where it isn't within 10 s.
     """
 
     def __init__(self, rescue: tuple[str, Sequence[str]], patience_ms: int) -> None:
@@ -41,6 +48,7 @@ class MotorGuard:
         self._process = subprocess.Popen(
             [sys.executable, "-m", "motorcade.drive.safety.motor_guard", *own],
             stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
             # So that Ctrl-C and Ctrl-Z in a terminal don't reach the guard.
             start_new_session=True,
         )
@@ -48,9 +56,23 @@ class MotorGuard:
             # A guard that hangs counts as gone, and mustn't block this process.
             assert self._process.stdin
             os.set_blocking(self._process.stdin.fileno(), False)
+        self._answer_s = patience_ms / 2000
+        # When the oldest report was sent that has no answer.
+        self._asked_s: float | None = None
+        self._is_ready = threading.Event()
+        self._reader = threading.Thread(target=self._read, name="motor guard's answers", daemon=True)
+        self._reader.start()
+        if not self._is_ready.wait(_START_S) or self._process.poll() is not None:
+            self.dismiss()
+            raise _gone()
 
     def beat(self, moves: bool) -> None:
-        """Report that all is well; ``moves``: the wheels may turn. Raises OSError where the guard is gone."""
+        """Report that all is well; ``moves``: the wheels may turn. Raises OSError where the guard is gone or frozen."""
+        now_s, asked_s = time.monotonic(), self._asked_s
+        if asked_s is None:
+            self._asked_s = now_s
+        elif now_s - asked_s > self._answer_s:
+            raise _gone()
         self._write(_MOVING if moves else _STILL)
 
     def dismiss(self) -> None:
@@ -58,37 +80,59 @@ class MotorGuard:
         with suppress(OSError):
             self._write(_END)
         assert self._process.stdin
+        assert self._process.stdout
         self._process.stdin.close()
         try:
             self._process.wait(_END_S)
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
+        self._reader.join()
+        self._process.stdout.close()
+
+    def _read(self) -> None:
+        assert self._process.stdout
+        while os.read(self._process.stdout.fileno(), 64):
+            self._asked_s = None
+            self._is_ready.set()
+        self._is_ready.set()
 
     def _write(self, report: bytes) -> None:
         assert self._process.stdin
         try:
             os.write(self._process.stdin.fileno(), report)
         except OSError:
-            raise OSError(str(MotorcadeError("motor-guard-gone"))) from None
+            raise _gone() from None
+
+
+def _gone() -> OSError:
+    return OSError(str(MotorcadeError("motor-guard-gone")))
 
 
 class _Watch:
-    """The guard's end of the pipe, read by a thread: only POSIX systems can wait for a pipe with a timeout."""
+    """The guard's ends of the pipes, in a thread: only POSIX systems can wait for a pipe with a timeout."""
 
-    def __init__(self, pipe: BinaryIO) -> None:
+    def __init__(self, pipe: BinaryIO, answers: BinaryIO) -> None:
         self.last = _STILL
+        self._answers = answers
         self.has_ended = False
         self.has_report = threading.Event()
         self._pipe = pipe
         threading.Thread(target=self._read, daemon=True).start()
 
     def _read(self) -> None:
+        self._answer()
         while reports := os.read(self._pipe.fileno(), 64):
             self.last = reports[-1:]
             self.has_report.set()
+            self._answer()
         self.has_ended = True
         self.has_report.set()
+
+    def _answer(self) -> None:
+        # A process that has ended, or is frozen, reads no answer.
+        with suppress(OSError):
+            os.write(self._answers.fileno(), _ANSWER)
 
     def outcome(self, patience_s: float) -> str:
         """Wait until the other process is "dismissed", "killed" or "frozen"."""
@@ -134,7 +178,7 @@ def main(pid: str, patience_ms: str, call: str, *arguments: str) -> int:
     rescue = getattr(importlib.import_module(module), function)
     # After the death of that process there is no time for reading files.
     catalogue(system_language())
-    outcome = _Watch(sys.stdin.buffer).outcome(int(patience_ms) / 1000 - _RESCUE_S)
+    outcome = _Watch(sys.stdin.buffer, sys.stdout.buffer).outcome(int(patience_ms) / 1000 - _RESCUE_S)
     if outcome == "dismissed":
         return 0
     if outcome == "frozen":
