@@ -25,12 +25,18 @@ ROOT = Path(__file__).resolve().parent.parent
 
 def _exports() -> dict[str, Callable[[], str]]:
     """Return what makes each file of `motorcade export`, by its path in the repository."""
-    folders = {"c": "firmware/generated/", "markdown": "docs/"}
+    # The second copy of the brain is a part of the Arduino library, whose sources must be in one folder.
+    folders = {
+        "c": ("firmware/generated/",),
+        "brain-c": ("firmware/generated/", "firmware/arduino/src/"),
+        "markdown": ("docs/",),
+    }
     made = {}
     for target in TARGETS:
         for name, text in export(target, MOTORCADE).items():
             place = name.removeprefix("motorcade_") if target == "markdown" else name
-            made[folders.get(target, "export/") + place] = partial(str, text)
+            for folder in folders.get(target, ("export/",)):
+                made[folder + place] = partial(str, text)
     return made
 
 

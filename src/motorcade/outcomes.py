@@ -36,6 +36,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
             "output-is-input",
             "unknown-language",
             "unknown-target",
+            "brain-has-own-words",
             "word-value",
         ),
     ),

@@ -24,6 +24,13 @@ Source: seed 000, c1-c9, for the fields; the protocol's section "What a car does
 from motorcade.words.formats import CONTROL
 from motorcade.words.ticks import elapsed_ms, later_ms
 
+# The type of an image in annotations. In C its words are read by a function, so that they may be in an EEPROM.
+MYPY = False
+if MYPY:  # noqa: SIM108, because the type checker needs a plain assignment
+    ImageWords = tuple[int, ...]
+else:
+    ImageWords = tuple
+
 # A car's memory, s.
 WORD = 0  # the word that the car executes or holds
 HOLDS = 1  # 1 once there is such a word
@@ -158,7 +165,7 @@ def draw(s: list[int]) -> int:
     return x
 
 
-def leader_start(s: list[int], image: tuple[int, ...], now: int) -> int:
+def leader_start(s: list[int], image: ImageWords, now: int) -> int:
     """Begin a leader's states. Return 1 where its first state began, 0 for a leader without states."""
     s[STATE] = 0
     s[RUNNING] = 0
@@ -169,7 +176,7 @@ def leader_start(s: list[int], image: tuple[int, ...], now: int) -> int:
     return 1
 
 
-def leader_step(s: list[int], image: tuple[int, ...], now: int, levels: tuple[int, ...]) -> int:
+def leader_step(s: list[int], image: ImageWords, now: int, levels: tuple[int, ...]) -> int:
     """Begin the next state if the length of the present one is over. Return 1 then, else 0.
 
     Call it until it returns 0: after a late tick several states may have ended. Each state begins exactly when the one
@@ -278,10 +285,10 @@ def draw_headings(s: list[int], running_ms: int, levels: tuple[int, ...]) -> Non
     word = s[WORD]
     if word >> _MOTOR_DIRECTION_AT & 3 != RANDOM_FORWARD:
         return
-    last_ms = motor_ms(word, levels) - 1
-    if running_ms < last_ms:
-        last_ms = running_ms
-    while s[DRAWS] * RANDOM_STEP_MS <= last_ms:
+    end_ms = motor_ms(word, levels)
+    if running_ms < end_ms:
+        end_ms = running_ms + 1
+    while s[DRAWS] * RANDOM_STEP_MS < end_ms:
         s[DRAWS] = s[DRAWS] + 1
         quarter = draw(s) >> 30
         s[HEADING] = FORWARD

@@ -38,6 +38,7 @@ from motorcade.car.brain import (
     TAGGED,
     UNIT_US,
     WORD,
+    ImageWords,
     begin_word,
     draw,
     draw_headings,
@@ -81,7 +82,7 @@ _RESERVED_MASK = CONTROL.reserved_mask
 _WORD_MASK = 0xFFFFF000  # a word without tag, check and parity
 
 
-def dwell_ms(image: tuple[int, ...], levels: tuple[int, ...]) -> int:
+def dwell_ms(image: ImageWords, levels: tuple[int, ...]) -> int:
     """Return how long a leader with ``image`` sends each follower word."""
     dwell = image[0] >> 8 & 255
     level = 0
@@ -95,7 +96,7 @@ def frame_ms(frame: int, levels: tuple[int, ...]) -> int:
     return (air_us(frame, levels[UNIT_US]) + 999) // 1000
 
 
-def leader_begin(s: list[int], image: tuple[int, ...], now: int) -> None:
+def leader_begin(s: list[int], image: ImageWords, now: int) -> None:
     """Begin to send the follower words of a leader's image."""
     leader_states = image[0] >> 24
     s[RELAYED] = 0
@@ -116,12 +117,12 @@ def leader_begin(s: list[int], image: tuple[int, ...], now: int) -> None:
         s[TAG] = 0
 
 
-def is_tagged(image: tuple[int, ...]) -> int:
+def is_tagged(image: ImageWords) -> int:
     """Return 1 where the follower words of ``image`` travel with a tag, else 0."""
     return 1 if image[0] & 255 == TAGGED else 0
 
 
-def leader_sends(s: list[int], image: tuple[int, ...], air_is_busy: int, now: int, levels: tuple[int, ...]) -> int:
+def leader_sends(s: list[int], image: ImageWords, air_is_busy: int, now: int, levels: tuple[int, ...]) -> int:
     """Return 1 where the leader begins a frame of its follower word ``s[SLOT]`` now, else 0.
 
     ``air_is_busy`` is 1 while the car senses a carrier; a leader of bare words ignores it.
@@ -142,7 +143,7 @@ def leader_sends(s: list[int], image: tuple[int, ...], air_is_busy: int, now: in
     return 1
 
 
-def leader_frame(s: list[int], image: tuple[int, ...]) -> int:
+def leader_frame(s: list[int], image: ImageWords) -> int:
     """Return the frame of the follower word that a leader is sending."""
     word = image[1 + (image[0] >> 24) + s[SLOT]]
     if s[TAG]:
@@ -157,7 +158,7 @@ def follower_frame(s: list[int]) -> int:
     return to_frame(s[WORD])
 
 
-def _enter_slot(s: list[int], image: tuple[int, ...], now: int, levels: tuple[int, ...]) -> int:
+def _enter_slot(s: list[int], image: ImageWords, now: int, levels: tuple[int, ...]) -> int:
     """Go on to the slot that ``now`` is in. Return 1 where it is a new one, else 0."""
     dwell = dwell_ms(image, levels)
     is_new = 0
@@ -178,7 +179,7 @@ def _open_slot(s: list[int]) -> None:
     s[RELAY_MS] = s[SLOT_STARTED_MS]
 
 
-def _sends_tagged(s: list[int], image: tuple[int, ...], air_is_busy: int, now: int, levels: tuple[int, ...]) -> int:
+def _sends_tagged(s: list[int], image: ImageWords, air_is_busy: int, now: int, levels: tuple[int, ...]) -> int:
     """Return 1 where a leader of tagged words begins a frame now, else 0.
 
     It sends a new word at once and twice more within OPENING_MS. Then it repeats the word as a follower does, but

@@ -1,40 +1,75 @@
 """One tick of a car: the order of its inputs, its brain and its outputs.
 
-Portable. The loop of a real car runs this file on CPython and MicroPython, and the engine compiles it for simulated
-cars, so both do the same in the same order. Each passes its own ``car``, with these attributes and methods:
-
-``leads``
-    whether the car leads or follows.
-``memory``, ``image``, ``levels``
-    ``s``, ``image`` and ``levels`` of `motorcade.car.brain`.
-``note(kind, at_ms, word, detail)``
-    a state (STATE) or a word (START) begins, or a word's length is over (OVER); ``detail`` is a state's index, the tag
-    with which a word came (0: bare), or 0.
-``received_frames()``
-    the infrared frames that ended since the last tick, in order.
-``note_frame(frame, result)``
-    the brain has processed such a frame, with this result of `motorcade.car.frames.follower_hears`.
-``heard_voice()``
-    the voice command since the last tick, NO_VOICE for none.
-``sense(looks_mm)``
-    reads the sensors and returns a tuple; its first two values are the distance of the nearest obstacle in mm, and
-    whether a person is near. With ``looks_mm`` 0 no obstacle matters and the ultrasonic sensor stays off.
-``set_outputs(wheels, senses)``
-    sets the wheels, and what follows from the memory alone, such as the LED (`motorcade.car.brain.lit_led`);
-    ``senses`` is what ``sense`` returned.
-``air_is_busy()``
-    1 while infrared of any car, this one included, is on the air here.
-``send_frame(frame)``
-    begins to send the 32 bits of ``frame`` by infrared.
+Portable. The loop of a real car runs this file on CPython and MicroPython, the engine compiles it for simulated cars,
+and it is translated to C, so all do the same in the same order. Each passes its own ``car``: see Turn.
 """
 
 from motorcade.car import brain, frames
 from motorcade.words.ticks import later_ms
 
-# For the type checker alone: MicroPython has no such module.
+# For the type checker and the translation to C alone: MicroPython has no such modules.
 MYPY = False
 if MYPY:
-    from typing import Any
+    from collections.abc import Iterable
+    from typing import Any, Protocol
+
+    Senses = Any
+    Done = Any
+
+    class Turn(Protocol):
+        """A car whose turn it is."""
+
+        @property
+        def leads(self) -> bool:
+            """Whether the car leads or follows."""
+
+        @property
+        def memory(self) -> list[int]:
+            """The argument ``s`` of `motorcade.car.brain`."""
+
+        @property
+        def image(self) -> brain.ImageWords:
+            """The words of the car's image."""
+
+        @property
+        def levels(self) -> tuple[int, ...]:
+            """The profile's integers."""
+
+        def note(self, kind: int, at_ms: int, word: int, detail: int) -> None:
+            """Take note that a state (STATE) or a word (START) begins, or that a word's length is over (OVER).
+
+            ``detail`` is a state's index, the tag with which a word came (0: bare), or 0.
+            """
+
+        def received_frames(self) -> Iterable[int]:
+            """Return the infrared frames that ended since the last tick, in order."""
+
+        def note_frame(self, frame: int, result: int) -> None:
+            """Take note of the result of `motorcade.car.frames.follower_hears` for such a frame."""
+
+        def heard_voice(self) -> int:
+            """Return the voice command since the last tick, NO_VOICE for none."""
+
+        def sense(self, looks_mm: int) -> Senses:
+            """Read the sensors; return the distance of the nearest obstacle in mm, and whether a person is near.
+
+            With ``looks_mm`` 0 no obstacle matters and the ultrasonic sensor stays off. More values may follow these
+            two; ``set_outputs`` gets them all.
+            """
+
+        def set_outputs(self, wheels: int, senses: Senses) -> Done:
+            """Set the wheels, and what follows from the memory alone, such as the LED.
+
+            `motorcade.car.brain` gives the state of the wheels (``wheels``) and the LED (``lit_led``); ``senses`` is
+            what ``sense`` returned.
+            """
+
+        def air_is_busy(self) -> int:
+            """Return 1 while infrared of any car, this one included, is on the air here, else 0."""
+
+        def send_frame(self, frame: int) -> None:
+            """Begin to send the 32 bits of ``frame`` by infrared."""
+
 
 # Kinds of the events that a car notes.
 STATE = 0
@@ -42,26 +77,27 @@ START = 1
 OVER = 2
 
 
-def begin_program(car: "Any", now: int) -> None:
+def begin_program(car: "Turn", now: int) -> None:
     """Let a leader begin its image."""
     frames.leader_begin(car.memory, car.image, now)
     if brain.leader_start(car.memory, car.image, now):
         car.note(STATE, now, car.memory[brain.WORD], 0)
 
 
-def step(car: "Any", now: int) -> None:
+def step(car: "Turn", now: int) -> None:
     """Do all that is due at ``now``."""
     act(car, now)
     send(car, now)
 
 
-def act(car: "Any", now: int) -> "Any":
+def act(car: "Turn", now: int) -> "Done":
     """Go on with the program or the word, take what was received, and set wheels and LED.
 
     Returns:
         What ``car.set_outputs`` returns.
     """
-    s, levels = car.memory, car.levels
+    s = car.memory
+    levels = car.levels
     if car.leads:
         while brain.leader_step(s, car.image, now, levels):
             car.note(STATE, s[brain.STARTED_MS], s[brain.WORD], s[brain.STATE])
@@ -75,8 +111,9 @@ def act(car: "Any", now: int) -> "Any":
     return car.set_outputs(wheels, senses)
 
 
-def _follow(car: "Any", now: int) -> None:
-    s, levels = car.memory, car.levels
+def _follow(car: "Turn", now: int) -> None:
+    s = car.memory
+    levels = car.levels
     if brain.follower_step(s, now, levels):
         over_ms = later_ms(s[brain.STARTED_MS], brain.length_ms(s[brain.WORD], levels))
         car.note(OVER, over_ms, s[brain.WORD], 0)
@@ -87,7 +124,7 @@ def _follow(car: "Any", now: int) -> None:
             car.note(START, now, s[brain.WORD], s[brain.TAG] & brain.TAG_MASK)
 
 
-def send(car: "Any", now: int) -> int:
+def send(car: "Turn", now: int) -> int:
     """Begin the frame that is due, if one is; call it after ``act``. Return 1 where a frame was begun, else 0."""
     s = car.memory
     if car.leads:

@@ -1,9 +1,10 @@
-"""Export the words to other tools: each target makes files from a vocabulary, the same bytes on every machine."""
+"""Export the words, and the brain of a car, to other tools. A target makes the same bytes on every machine."""
 
 from collections.abc import Callable, Mapping
 
-from motorcade.config.vocabulary import Vocabulary
+from motorcade.config.vocabulary import MOTORCADE, Vocabulary
 from motorcade.errors import MotorcadeError
+from motorcade.export.brain_c import brain_c
 from motorcade.export.c_header import c_header
 from motorcade.export.markdown import markdown
 from motorcade.export.schemas import json_schema, kaitai
@@ -23,8 +24,15 @@ def _pages(vocabulary: Vocabulary) -> dict[str, str]:
     return {f"{vocabulary.file_stem}{suffixes[language]}.md": markdown(vocabulary, language) for language in suffixes}
 
 
+def _brain(vocabulary: Vocabulary) -> dict[str, str]:
+    if vocabulary.file_stem != MOTORCADE.file_stem:
+        raise MotorcadeError("brain-has-own-words", name=vocabulary.name)
+    return brain_c()
+
+
 TARGETS: Mapping[str, Target] = {
     "c": _single(c_header, ".h"),
+    "brain-c": _brain,
     "wireshark": _single(wireshark, ".lua"),
     "kaitai": _single(kaitai, ".ksy"),
     "json-schema": _single(json_schema, ".schema.json"),

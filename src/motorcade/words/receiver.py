@@ -113,13 +113,13 @@ def next_event(r: list[int], buffer: bytearray, work_words: int, now: int) -> in
         return event
     quiet_ms = elapsed_ms(now, r[LAST_BYTE_MS])
     if quiet_ms >= SILENCE_MS:
-        event = _end_by_silence(r, buffer)
+        event = _end_by_silence(r)
     if quiet_ms >= CHECK_LASTS_MS:
         r[IS_ANNOUNCED] = 0
     return event
 
 
-def _end_by_silence(r: list[int], buffer: bytearray) -> int:
+def _end_by_silence(r: list[int]) -> int:
     """Return IMAGE where nothing but the empty image came, CUT_OFF where part of something did, else NOTHING."""
     count = r[END] - r[START]
     is_empty_image = 1 if r[LENGTH] == 4 and count == 4 else 0
