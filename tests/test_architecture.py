@@ -35,7 +35,7 @@ ARROWS = {
     "engine": ("car", "config", "mats", "words"),
     "errors": (),
     "experiments": ("car", "config", "engine", "mats", "runs", "words"),
-    "export": ("config", "words"),
+    "export": ("car", "config", "words"),
     "firmware": ("boards", "config", "upload"),
     "locales": (),
     "mats": ("config",),
