@@ -1,8 +1,9 @@
 """A simulated car at a pseudo-terminal and at a TCP port; and a serial port that may go away."""
 
+import socket
 import sys
 import time
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,7 @@ from motorcade.upload import serial_port
 from support.mock_pi import Clock
 from support.socket_lines import without_pauses
 from support.strategies import CLASSROOM
-from support.waiting import DEADLINE_S
+from support.waiting import DEADLINE_S, wait_until
 
 # A state of 1 s and one of 2 s; another program of one state.
 OLD = bytes.fromhex("02000000 64800000 6D000000")
@@ -212,6 +213,37 @@ def test_a_second_client_gets_the_answer_busy_and_the_first_goes_on(store):
         first.write(NEW)
         assert first.read(len(OK_NEW)) == OK_NEW
     assert store.load() == NEW
+
+
+def test_a_mute_client_gives_way_to_one_that_uploads():
+    now_s = [0.0]
+    with closing(TcpPort("127.0.0.1", 0, lambda: now_s[0])) as line, ExitStack() as clients:
+        _, port = line.address.rsplit(":", 1)
+        mute, other = (
+            clients.enter_context(socket.create_connection(("127.0.0.1", int(port)), DEADLINE_S)) for _ in range(2)
+        )
+
+        def reads(data):
+            line.wait(0.001)
+            return line.read() == data
+
+        other.sendall(NEW)
+        other.setblocking(False)
+        answers = []
+
+        def is_answered(beginning):
+            line.wait(0.001)
+            with suppress(BlockingIOError):
+                answers.append(other.recv(200))
+            return any(answer.startswith(beginning) for answer in answers)
+
+        wait_until(lambda: is_answered(b"ERR busy"))
+        now_s[0] = 5.0
+        other.sendall(NEW)
+        wait_until(lambda: reads(NEW))
+        line.write(OK_NEW)
+        wait_until(lambda: is_answered(OK_NEW))
+        assert mute.recv(1) == b""
 
 
 def test_a_client_that_connects_as_the_first_leaves_gets_its_answer(store):

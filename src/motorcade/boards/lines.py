@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 _CHUNK_BYTES = 4096
 _MAX_WAITING_CLIENTS = 16
 _RETRY_S = 1.0
+# Longer than any pause of an uploader, which waits two seconds for an answer.
+_IDLE_S = 5.0
 
 
 class LineError(MotorcadeError):
@@ -149,17 +151,25 @@ class PseudoTerminal(Line):
 class TcpPort(Line):
     """A TCP port for uploads by one client at a time; others get the answer that the car is busy.
 
+    A client that has sent nothing for 5 s gives way to one that sends.
+
+    Args:
+        host, port: where it listens; port 0 takes a free one.
+        clock_s: a clock in seconds.
+
     Attributes:
         address: ``socket://HOST:PORT``, as pyserial reaches it.
     """
 
-    def __init__(self, host: str, port: int) -> None:
+    def __init__(self, host: str, port: int, clock_s: Callable[[], float] = time.monotonic) -> None:
         try:
             self._listener = listen(host, port)
         except (OSError, UnicodeError) as problem:
             reason = getattr(problem, "strerror", None) or problem
             raise LineError("cannot-listen", host=host, port=port, reason=reason) from None
+        self._clock_s = clock_s
         self._client: socket.socket | None = None
+        self._last_byte_s = clock_s()
         self._waiting_clients: list[socket.socket] = []
         bound_host, bound_port = self._listener.getsockname()[:2]
         self.address = f"socket://{f'[{bound_host}]' if ':' in bound_host else bound_host}:{bound_port}"
@@ -170,7 +180,7 @@ class TcpPort(Line):
             sockets.append(self._client)
         ready, _, _ = select.select(sockets, [], [], seconds)
         for client in [each for each in self._waiting_clients if each in ready]:
-            self._answer_busy(client)
+            self._serve_waiting(client)
         if self._listener in ready:
             with contextlib.suppress(OSError):
                 self._accept()
@@ -183,6 +193,7 @@ class TcpPort(Line):
             return b""
         if not data:
             self._hang_up()
+        self._last_byte_s = self._clock_s()
         return data
 
     def write(self, data: bytes) -> None:
@@ -205,14 +216,27 @@ class TcpPort(Line):
         if self._client is not None and _receive(self._client, socket.MSG_PEEK) == b"":
             self._hang_up()
         if self._client is None:
-            self._client = client
+            self._begin(client)
             return
         self._waiting_clients.append(client)
         if len(self._waiting_clients) > _MAX_WAITING_CLIENTS:
             self._waiting_clients.pop(0).close()
 
-    def _answer_busy(self, client: socket.socket) -> None:
-        """Answer a client that sent something. It leaves by itself: closing first could lose the answer."""
+    def _begin(self, client: socket.socket) -> None:
+        self._client = client
+        self._last_byte_s = self._clock_s()
+
+    def _serve_waiting(self, client: socket.socket) -> None:
+        """Serve a client that sent something, or answer that the car is busy.
+
+        It leaves by itself: closing first could lose the answer.
+        """
+        is_free = self._client is None or self._clock_s() - self._last_byte_s >= _IDLE_S
+        if is_free and _receive(client, socket.MSG_PEEK):
+            self._waiting_clients.remove(client)
+            self._hang_up()
+            self._begin(client)
+            return
         if _receive(client):
             with contextlib.suppress(OSError):
                 client.sendall(error_line("busy with another uploader"))

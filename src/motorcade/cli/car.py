@@ -43,6 +43,7 @@ def _run(
     board: BoardName = BoardName.RASPBERRY_PI,
     port: Annotated[str, typer.Option("--port", "-p")] = "",
     tcp: str = "",
+    insecure_lan: Annotated[bool, typer.Option("--insecure-lan")] = False,
     use_pty: Annotated[bool, typer.Option("--pty")] = False,
     store: Path | None = None,
     voice: str = "",
@@ -61,7 +62,7 @@ def _run(
     if len(given) > 1:
         raise MotorcadeError("options-exclude-each-other", first=given[0], second=given[1])
     chosen = profile_named(profile)
-    options = CarOptions(role, number, port, tcp, store, voice, voice_map, use_pty)
+    options = CarOptions(role, number, port, tcp, store, voice, voice_map, use_pty, insecure_lan)
     with ExitStack() as resources:
         parts = open_parts(resources, options, chosen, _observer(chosen, as_json))
         stops = _stops(resources, watchdog)

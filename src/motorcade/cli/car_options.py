@@ -1,5 +1,6 @@
 """The options of a car that runs its image, for its role, line for uploads, store and voice; and what they open."""
 
+import ipaddress
 import sys
 from contextlib import ExitStack
 from enum import StrEnum
@@ -44,6 +45,7 @@ class CarOptions(NamedTuple):
         serial: the port that uploads come by; ``tcp``, HOST:PORT, and ``pty``, a new pseudo-terminal, stand for it.
         store: the file that keeps the image, None for the user's own.
         voice, voice_map: KEYBOARD, or a module's port and what it sends; empty for none.
+        insecure_lan: whether ``tcp`` may be an address that other computers reach.
     """
 
     role: Role = Role.LEADER
@@ -54,6 +56,7 @@ class CarOptions(NamedTuple):
     voice: str = ""
     voice_map: Path | None = None
     pty: bool = False
+    insecure_lan: bool = False
 
 
 class CarParts(NamedTuple):
@@ -93,6 +96,10 @@ def _open_line(resources: ExitStack, options: CarOptions, profile: "Profile") ->
         return Line(), ""
     line = TcpPort(*host_and_port(options.tcp)) if options.tcp else PseudoTerminal()
     resources.callback(line.close)
+    if options.tcp and not options.insecure_lan:
+        host, _ = host_and_port(line.address.removeprefix("socket://"))
+        if not ipaddress.ip_address(host.partition("%")[0]).is_loopback:
+            raise MotorcadeError("uploads-in-reach", host=host)
     return line, line.address
 
 

@@ -21,7 +21,6 @@ from motorcade.cli.options import (
     OptionalFile,
     TcpPortNumber,
     compiling_announced,
-    host_and_port,
     image_of,
     needs_extra,
     print_lines,
@@ -85,7 +84,7 @@ def _serve(
     from motorcade.drive.listener import bind
     from motorcade.drive.tls.keys import server_context
 
-    options = CarOptions(role, number, upload_serial, upload_tcp, store, voice, voice_map)
+    options = CarOptions(role, number, upload_serial, upload_tcp, store, voice, voice_map, insecure_lan=insecure_lan)
     if keys and insecure_lan:
         raise MotorcadeError("options-exclude-each-other", first="--keys", second="--insecure-lan")
     if (pins is None) != (board == BoardName.SIMULATED):
@@ -103,7 +102,7 @@ def _serve(
         page = resources.enter_context(bind(host, web)) if web is not None else None
         if page:
             pages.load_page()
-        parts = _open_parts(resources, options, chosen, notes, insecure_lan) if pins else None
+        parts = _open_parts(resources, options, chosen, notes) if pins else None
         if pins and parts:
             car = _open_real(parts, pins, chosen, gpio_chip, watchdog)
             pictures = pages.open_camera(camera) if page else None
@@ -130,7 +129,7 @@ def _check_reach(listener: "socket.socket", has_keys: bool, insecure_lan: bool) 
 
 
 def _check_options(options: CarOptions, is_real: bool, stick: StickName | None) -> None:
-    if not is_real and options != CarOptions():
+    if not is_real and options._replace(insecure_lan=False) != CarOptions():
         raise MotorcadeError("options-of-real-cars")
     if options.serial and options.tcp:
         raise MotorcadeError("options-exclude-each-other", first="--upload-serial", second="--upload-tcp")
@@ -139,11 +138,9 @@ def _check_options(options: CarOptions, is_real: bool, stick: StickName | None) 
 
 
 def _open_parts(
-    resources: ExitStack, options: CarOptions, profile: "Profile", notes: deque[Phrase | str], insecure_lan: bool
+    resources: ExitStack, options: CarOptions, profile: "Profile", notes: deque[Phrase | str]
 ) -> "CarParts":
     """Open a real car's equipment; uploads and faults of its program are noted. Raises MotorcadeError."""
-    import ipaddress
-
     from motorcade.cli.car_options import open_parts
 
     def observe(kind: str, at_ms: int, word: int, detail: int | str) -> None:
@@ -152,12 +149,7 @@ def _open_parts(
         elif kind == "fault":
             notes.append(str(detail))
 
-    parts = open_parts(resources, options, profile, observe)
-    if options.tcp and not insecure_lan:
-        host, _ = host_and_port(parts.address.removeprefix("socket://"))
-        if not ipaddress.ip_address(host.partition("%")[0]).is_loopback:
-            raise MotorcadeError("uploads-in-reach", host=host)
-    return parts
+    return open_parts(resources, options, profile, observe)
 
 
 def _open_real(
