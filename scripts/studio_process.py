@@ -30,11 +30,14 @@ def project_link(url: str, project: dict[str, Any], name: str = "") -> str:
 
 
 class StudioProcess:
-    """``motorcade studio`` with projects in ``library``, on a free port, which stays the same after a restart."""
+    """``motorcade studio`` with projects in ``library``, on a free port, which stays the same after a restart.
+
+    ``url`` is the whole address of its page, ``base`` the same without the token.
+    """
 
     def __init__(self, library: Path, python: str, environment: dict[str, str] | None) -> None:
         self.library = library
-        self.url = ""
+        self.url = self.base = ""
         self._python = python
         self._environment = environment
         self._port = "0"
@@ -50,7 +53,8 @@ class StudioProcess:
         if not line:
             raise RuntimeError(f"the studio ended with {self._process.wait()} before it was ready")
         self.url = json.loads(line)["url"]
-        self._port = self.url.rstrip("/").rpartition(":")[2]
+        self.base = self.url.partition("?")[0]
+        self._port = self.base.rstrip("/").rpartition(":")[2]
 
     def kill(self) -> None:
         """End it at once, as a crash would."""

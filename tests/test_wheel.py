@@ -50,7 +50,7 @@ def test_the_wheel_serves_the_page_and_all_that_belongs_to_it(python, environmen
     assert PAGE / "index.html" in files
     with running_studio(tmp_path / "library", python, environment) as studio:
         for path in files:
-            with urlopen(studio.url + path.relative_to(PAGE).as_posix()) as answer:
+            with urlopen(studio.base + path.relative_to(PAGE).as_posix()) as answer:
                 assert answer.read() == path.read_bytes()
         with urlopen(studio.url) as answer:
             assert answer.read() == (PAGE / "index.html").read_bytes()

@@ -41,8 +41,10 @@ def started(*command: str) -> Iterator[dict]:
 
 def listed(url: str, trust: ssl.SSLContext | None = None, sits: str = "") -> list[dict]:
     """The cars of a page, and whether it reaches the one at which it sits."""
-    socket_url = url.replace("http", "ws", 1).partition("?")[0].removesuffix("/").removesuffix("/drive") + "/drive/ws"
-    with connect(socket_url, ssl=trust, open_timeout=DEADLINE_S) as line:
+    base, _, token = url.partition("?token=")
+    socket_url = base.replace("http", "ws", 1).removesuffix("/").removesuffix("/drive") + "/drive/ws"
+    cookie = {"Cookie": f"motorcade_{urlsplit(base).port}={token}"}
+    with connect(socket_url, ssl=trust, open_timeout=DEADLINE_S, additional_headers=cookie) as line:
         if sits:
             line.send(json.dumps({"do": "join", "car": sits}))
         cars: list[dict] = []

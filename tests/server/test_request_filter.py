@@ -5,6 +5,7 @@ import json
 import pytest
 from starlette.testclient import TestClient, WebSocketDenialResponse
 
+from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
 from motorcade.server.studio.app import Settings, make_app
 from motorcade.service import programs
@@ -156,8 +157,10 @@ def test_the_filter_remembers_a_bounded_number_of_addresses(visit):
     assert len(request_filter._rates) < 5000
 
 
-def test_without_the_token_only_the_page_is_served(others):
-    assert others.get("/").status_code == 503
+def test_without_the_token_nothing_is_served_but_the_reason(others):
+    shown = others.get("/")
+    assert shown.status_code == 401
+    assert all(MotorcadeError("token-needed").sentence(language) in shown.text for language in languages())
     assert code(others.post("/api/projects/list")) == (401, "token-needed")
     assert code(others.post("/api/projects/write", json={"leader": {}})) == (401, "token-needed")
     assert denied(others) == (401, "token-needed")
@@ -175,7 +178,9 @@ def test_the_token_becomes_a_cookie_that_scripts_cannot_read(others):
 
 @pytest.mark.parametrize("wrong", ["", "x", TOKEN[:-1], TOKEN + "x", TOKEN.upper(), "\N{PILE OF POO}"])
 def test_a_wrong_token_is_refused(others, wrong):
-    assert code(others.get("/", params={"token": wrong})) == (403, "wrong-token")
+    shown = others.get("/", params={"token": wrong})
+    assert shown.status_code == 403
+    assert MotorcadeError("wrong-token").sentence() in shown.text
     assert code(others.post("/api/projects/list", headers={"cookie": b"motorcade_7700=" + wrong.encode()}))[0] == 401
     assert code(others.post("/api/projects/list", params={"token": TOKEN})) == (401, "token-needed")
 
@@ -187,7 +192,7 @@ def test_each_studio_of_a_computer_has_its_own_cookie(visit):
 
 @pytest.mark.parametrize("host", ["school.local:7700", "School.local", "[fe80::1]:7700", "10.0.0.1"])
 def test_others_may_use_its_names_and_addresses(others, host):
-    assert others.get("/", headers={"host": host}).status_code == 503
+    assert others.get("/", headers={"host": host, "cookie": f"motorcade_7700={TOKEN}"}).status_code == 503
     assert code(others.get("/", headers={"host": "evil.example"})) == (403, "foreign-host")
 
 

@@ -66,15 +66,18 @@ class StudioPage:
         kept = {"motorcade.settings": json.dumps({"theme": theme, "toured": not tour})}
         if language:
             kept["motorcade.language"] = language
-        origin = {"origin": url.rstrip("/"), "localStorage": [{"name": k, "value": kept[k]} for k in kept]}
+        base, _, token = url.partition("?token=")
+        origin = {"origin": base.rstrip("/"), "localStorage": [{"name": k, "value": kept[k]} for k in kept]}
         width, height = size
         context = browser.new_context(
             viewport={"width": width, "height": height}, storage_state={"cookies": [], "origins": [origin]}, **options
         )
+        cookie = f"motorcade_{base.rstrip('/').rpartition(':')[2]}"
+        context.add_cookies([{"name": cookie, "value": token, "url": base}])
         if build:
-            context.route(f"{url}**", lambda route: _answer_from(build, route))
-        studio = cls(context, url, language or "en")
-        studio.page.goto(project_link(url, project, SHARED) if project else url)
+            context.route(f"{base}**", lambda route: _answer_from(build, route))
+        studio = cls(context, base, language or "en")
+        studio.page.goto(project_link(base, project, SHARED) if project else base)
         studio.wait_until_ready()
         if project:
             studio._expect_shared(SHARED)

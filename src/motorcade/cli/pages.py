@@ -8,7 +8,7 @@ import sys
 import threading
 import webbrowser
 from collections.abc import AsyncIterator, Sequence
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from motorcade.server.remote.fleet import RemoteCar
 
 _METAVAR = "NAME=HOST[:PORT]"
+_TOKEN_FILE = ".token"
+_TOKEN_CHARACTERS = 32
 
 remote_app = typer.Typer()
 studio_app = typer.Typer()
@@ -68,17 +70,18 @@ def load_page() -> None:
 
 
 def page_address(
-    listener: socket.socket, host: str, page: str = "/", tls: ssl.SSLContext | None = None
+    listener: socket.socket, host: str, page: str = "/", tls: ssl.SSLContext | None = None, token: str | None = None
 ) -> tuple[str, dict[str, Any]]:
     """The whole address of a page, and what `motorcade.server.request_filter.ServerSettings` needs to know of it.
 
-    An address that other computers reach has a new secret token.
+    An address that other computers reach has a new secret token; one of this computer alone has ``token``, if any.
     """
     from motorcade.server.running import names_of, url_of
     from motorcade.sockets import is_loopback
 
     names, port = names_of(listener, host), listener.getsockname()[1]
-    token = None if is_loopback(listener) else secrets.token_urlsafe(24)
+    if not is_loopback(listener):
+        token = secrets.token_urlsafe(24)
     url = url_of(names[0], port, token, page, "https" if tls else "http")
     return url, {"host": host, "port": port, "names": frozenset(names), "token": token}
 
@@ -205,8 +208,9 @@ def _studio(
         from motorcade.server.studio.app import Settings, make_app
     named = named_cars(car or (), camera or (), keys)
     folder = library or Path(typer.get_app_dir("motorcade")) / "projects"
-    with _listen(host, port) as listener:
-        url, where = page_address(listener, host)
+    token = own_token(folder)
+    with _listen(host, port, token) as listener:
+        url, where = page_address(listener, host, token=token)
         settings = Settings(library=folder, **where, **named)
 
         def ready() -> None:
@@ -219,7 +223,27 @@ def _studio(
         serve_alone(make_app(settings), settings, listener, ready)
 
 
-def _listen(host: str, port: int) -> socket.socket:
+def own_token(folder: Path) -> str:
+    """The token of whom ``folder`` belongs to: other users of this computer can't read it.
+
+    It is made at the first start and stays, so that the page's address stays good.
+    """
+    file = folder / _TOKEN_FILE
+    with suppress(OSError, UnicodeError):
+        token = file.read_text(encoding="ascii")
+        if len(token) >= _TOKEN_CHARACTERS:
+            return token
+    token = secrets.token_urlsafe(_TOKEN_CHARACTERS * 3 // 4)
+    # A folder that can't be written to has a new token at each start.
+    with suppress(OSError):
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        file.unlink(missing_ok=True)
+        with os.fdopen(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="ascii") as opened:
+            opened.write(token)
+    return token
+
+
+def _listen(host: str, port: int, token: str) -> socket.socket:
     """A socket that listens at the address; port 0 takes a free one. Raises MotorcadeError."""
     from motorcade.drive.listener import bind
     from motorcade.server.running import url_of
@@ -229,7 +253,7 @@ def _listen(host: str, port: int) -> socket.socket:
     except MotorcadeError as problem:
         if problem.code != "port-taken":
             raise
-        raise MotorcadeError("studio-port-taken", port=port, url=url_of(host, port)) from None
+        raise MotorcadeError("studio-port-taken", port=port, url=url_of(host, port, token)) from None
 
 
 def open_browser(url: str) -> None:

@@ -1,6 +1,7 @@
 """JSON over HTTP, and the files of the pages."""
 
 from collections.abc import Awaitable, Callable
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -70,4 +71,15 @@ def _not_built(request: Request) -> HTMLResponse:
         f'<p lang="{language}">{Phrase("how-to-build-page").sentence(language)}</p>'
         for language in languages()
     ]
-    return HTMLResponse("<!doctype html><meta charset=utf-8><title>Motorcade</title>" + "".join(texts), 503)
+    return _plain_page(texts, 503)
+
+
+def refusal_page(problem: MotorcadeError) -> HTMLResponse:
+    """Return a page with an error's sentence in every language, in place of one that isn't served."""
+    texts = [f'<p lang="{language}">{escape(problem.sentence(language))}</p>' for language in languages()]
+    return _plain_page(texts, problem.http_status)
+
+
+def _plain_page(texts: list[str], status: int) -> HTMLResponse:
+    head = "<!doctype html><meta charset=utf-8><meta name=viewport content=width=device-width><title>Motorcade</title>"
+    return HTMLResponse(head + "".join(texts), status)

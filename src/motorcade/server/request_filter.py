@@ -19,13 +19,14 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 
 from motorcade.errors import MotorcadeError
-from motorcade.server.http import error_response
+from motorcade.server.http import error_response, refusal_page
 from motorcade.timing import RateLimit, to_ticks
 
 _MOST_ADDRESSES = 4096
 _RATE_WINDOW_MS = 2000
 # Paths that may be opened with the token in the address, and paths that only our own pages may request.
 _PAGES = ("/", "/drive")
+_TOKEN_CODES = ("token-needed", "wrong-token")
 _CAMERA = "/camera"
 _GUARDED = ("/api/", "/drive/", _CAMERA)
 _HOST = re.compile(r"(\[(?P<address>[0-9a-fA-F:.]+)\]|(?P<name>[A-Za-z0-9._-]+))(:[0-9]{1,5})?")
@@ -52,7 +53,7 @@ class ServerSettings:
     Attributes:
         host, port: where it listens.
         names: the host names, beside addresses, by which others reach it.
-        token: the secret that a client must present; None on a loopback address, which others can't reach.
+        token: the secret that a client must present; None where everybody may ask who reaches the address.
         clock: seconds that never decrease.
         most_body: the most bytes of a request's body or of a message.
         requests_a_second, messages_a_second: the rates of one address and of one WebSocket; twice as many at once
@@ -92,8 +93,12 @@ class RequestFilter:
         try:
             self._check(scope)
             shown = self._shown_token(scope)
+            if not shown and scope["path"] in _PAGES:
+                self._check_token(scope)
         except MotorcadeError as problem:
-            await _respond(error_response(problem), scope, receive, send)
+            # Somebody who opens the page without the token has to read what to do.
+            is_read = scope["type"] == "http" and scope["path"] in _PAGES and problem.code in _TOKEN_CODES
+            await _respond(refusal_page(problem) if is_read else error_response(problem), scope, receive, send)
             return
         if shown:
             await self._store_token(scope)(scope, receive, send)

@@ -4,6 +4,7 @@ import http.client
 import http.cookiejar
 import json
 import signal
+import stat
 import subprocess
 import sys
 import urllib.error
@@ -11,6 +12,7 @@ import urllib.request
 from collections import deque
 from contextlib import contextmanager
 from functools import partial
+from pathlib import Path
 from types import SimpleNamespace
 from unittest import mock
 
@@ -40,7 +42,15 @@ def started(folder, *more):
     try:
         told = json.loads(process.stdout.readline())
         port = int(told["url"].partition("//")[2].partition("/")[0].rpartition(":")[2])
-        yield SimpleNamespace(process=process, url=told["url"], library=told["library"], port=port)
+        base, _, token = told["url"].partition("?token=")
+        yield SimpleNamespace(
+            process=process,
+            url=told["url"],
+            base=base,
+            cookie={"Cookie": f"motorcade_{port}={token}"},
+            library=told["library"],
+            port=port,
+        )
     finally:
         stop(process)
 
@@ -60,7 +70,7 @@ def studio(tmp_path_factory):
 def answer(studio, method, path, body=None, **headers):
     """The status and the JSON of an answer."""
     connection = http.client.HTTPConnection("127.0.0.1", studio.port, timeout=60)
-    connection.request(method, path, body, headers, encode_chunked="Transfer-Encoding" in headers)
+    connection.request(method, path, body, studio.cookie | headers, encode_chunked="Transfer-Encoding" in headers)
     response = connection.getresponse()
     data = response.read()
     connection.close()
@@ -69,7 +79,24 @@ def answer(studio, method, path, body=None, **headers):
 
 def test_the_printed_address_answers(studio):
     assert answer(studio, "POST", "/api/projects/list") == (200, [])
-    assert studio.url == f"http://127.0.0.1:{studio.port}/"
+    assert studio.base == f"http://127.0.0.1:{studio.port}/"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows keeps a user's files from others by other means")
+def test_other_users_of_the_computer_need_the_token_and_cannot_read_it(studio):
+    assert answer(studio, "POST", "/api/projects/list", Cookie="")[0] == 401
+    assert answer(studio, "POST", "/api/projects/list", Cookie=f"motorcade_{studio.port}=guessed")[0] == 401
+    with pytest.raises(InvalidStatus):
+        connect(f"ws://127.0.0.1:{studio.port}/api/world?session={SESSION}")
+    assert stat.S_IMODE((Path(studio.library) / ".token").stat().st_mode) == 0o600
+
+
+def test_the_address_stays_good_after_a_restart(tmp_path):
+    tokens = []
+    for _ in range(2):
+        with started(tmp_path) as running:
+            tokens.append(running.cookie["Cookie"].partition("=")[2])
+    assert tokens[0] == tokens[1] != ""
 
 
 def test_projects_are_stored_and_ctrl_c_ends_the_server_without_output(tmp_path):
@@ -78,7 +105,9 @@ def test_projects_are_stored_and_ctrl_c_ends_the_server_without_output(tmp_path)
             200,
             {"version": 1},
         )
-        with connect(f"ws://127.0.0.1:{running.port}/api/world?session={SESSION}") as page:
+        with connect(
+            f"ws://127.0.0.1:{running.port}/api/world?session={SESSION}", additional_headers=running.cookie
+        ) as page:
             assert json.loads(page.recv())["is"] == "hello"
             assert stop(running.process) == ("", "")
         assert running.process.returncode == 0
@@ -87,7 +116,7 @@ def test_projects_are_stored_and_ctrl_c_ends_the_server_without_output(tmp_path)
 
 
 def test_a_used_port_is_refused_with_a_sentence(studio):
-    said = refusal(2, "studio", "--port", studio.port, "--no-browser")
+    said = refusal(2, "studio", "--port", studio.port, "--no-browser", "--library", studio.library)
     assert said.startswith(f"port {studio.port} is taken. Perhaps the studio runs already: open {studio.url}")
 
 
@@ -99,7 +128,7 @@ def test_an_address_of_another_computer_is_refused_with_a_sentence(host):
 
 def test_other_computers_need_the_printed_token(tmp_path):
     with started(tmp_path, "--host", "0.0.0.0") as running:
-        assert answer(running, "POST", "/api/projects/list")[0] == 401
+        assert answer(running, "POST", "/api/projects/list", Cookie="")[0] == 401
         shown = running.url.partition("/?")[2]
         assert len(shown) > len("token=") + 20
         browser = urllib.request.build_opener(
@@ -120,7 +149,11 @@ def test_the_real_server_refuses_a_foreign_page(studio):
     status, body = answer(studio, "POST", "/api/projects/list", Host="evil.example")
     assert (status, body["error"]["code"]) == (403, "foreign-host")
     with pytest.raises(InvalidStatus) as refused:
-        connect(f"ws://127.0.0.1:{studio.port}/api/world?session={SESSION}", origin="http://evil.example")
+        connect(
+            f"ws://127.0.0.1:{studio.port}/api/world?session={SESSION}",
+            origin="http://evil.example",
+            additional_headers=studio.cookie,
+        )
     assert refused.value.response.status_code == 403
     assert json.loads(refused.value.response.body)["error"]["code"] == "foreign-origin"
 
@@ -132,7 +165,9 @@ def test_an_endless_body_is_refused(studio):
 
 
 def test_an_endless_message_is_refused(studio):
-    with connect(f"ws://127.0.0.1:{studio.port}/api/world?session={'1' * 32}") as page:
+    with connect(
+        f"ws://127.0.0.1:{studio.port}/api/world?session={'1' * 32}", additional_headers=studio.cookie
+    ) as page:
         page.send(" " * (1 << 20) + " ")
         # What was on its way already comes first; then the connection's end.
         with pytest.raises(ConnectionClosed) as closed:
