@@ -15,7 +15,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 WEB = Path("web")
 PAGE = Path("src/motorcade/server/page")
 LOCALES = Path("src/motorcade/locales")
-FIRMWARE = Path("firmware/micropython")
+FIRMWARES = (Path("firmware/micropython"), Path("firmware/arduino"))
 # What the page is made of; tests and lint rules don't change it.
 PAGES = ("index.html", "drive.html")
 SOURCES = (*PAGES, "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts", "public", "src")
@@ -31,7 +31,8 @@ class PageHook(BuildHookInterface[Any]):
             npm_run(root, "build")
         # An editable wheel finds them beside the sources.
         if self.target_name == "wheel" and version == "standard":
-            build_data["force_include"][str(root / FIRMWARE)] = f"motorcade/{FIRMWARE.as_posix()}"
+            for firmware in FIRMWARES:
+                build_data["force_include"][str(root / firmware)] = f"motorcade/{firmware.as_posix()}"
 
 
 def is_stale(root: Path) -> bool:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from arbiter_diagram import arbiter_svg
+from arduino_files import arduino_files
 from commands_page import commands_page
 from engine_module import LINKER, engine_module, linker
 from message_types import message_types, remote_types
@@ -55,6 +56,7 @@ GENERATED = {
     "web/src/generated/remote.ts": remote_types,
     "web/src/generated/steps.ts": step_types,
     **wiring_files(),
+    **arduino_files(),
     **_exports(),
 }
 

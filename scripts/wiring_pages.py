@@ -13,6 +13,8 @@ PIN_FILES = {
     "drive-car": "firmware/linux/drive-pins.toml",
     "esp32": "firmware/micropython/esp32.toml",
     "rp2040": "firmware/micropython/rp2040.toml",
+    "arduino-uno": "firmware/arduino/uno.toml",
+    "arduino-mega": "firmware/arduino/mega.toml",
 }
 PAGES = {"docs/build-a-car.md": "en", "docs/build-a-car.zh.md": "zh"}
 _WIRING = re.compile(r"(?<=<!-- wiring: )([\w-]+) -->\n.*?(?=<!-- end of wiring -->)", re.DOTALL)

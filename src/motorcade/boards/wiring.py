@@ -30,8 +30,14 @@ class WiringRow(NamedTuple):
 def wiring_rows(pins: PinMap, language: str) -> list[WiringRow]:
     """Return a row for each wire."""
     return [
-        WiringRow(device.title.sentence(language), role.terminal, pin, pins.chip.label(pin), device.supply)
-        for device, role, pin in pins.wires
+        WiringRow(
+            wire.device.title.sentence(language),
+            wire.terminal(pins.chip),
+            wire.pin,
+            pins.chip.label(wire.pin),
+            wire.supply(pins.chip),
+        )
+        for wire in pins.wires
     ]
 
 
@@ -58,12 +64,12 @@ def wiring_svg(pins: PinMap, language: str) -> str:
         height = _ROW * (len(rows) + 1) + 6
         drawn.append(_box(_DEVICE_LEFT, top, _DEVICE_RIGHT, height, colour))
         drawn.append(_text(_DEVICE_LEFT + 12, top + 18, device.title.sentence(language), "bold"))
-        drawn.append(_text(_DEVICE_RIGHT - 12, top + 18, device.supply, "end"))
+        drawn.append(_text(_DEVICE_RIGHT - 12, top + 18, rows[0].supply(pins.chip), "end"))
         for place, wire in enumerate(rows, start=1):
             y = top + _ROW * place + 12
             drawn.append(_wire(y, colour))
             drawn.append(_text(_COMPUTER_RIGHT - 12, y + 5, pins.chip.label(wire.pin), "end"))
-            drawn.append(_text(_DEVICE_LEFT + 12, y + 5, wire.role.terminal, ""))
+            drawn.append(_text(_DEVICE_LEFT + 12, y + 5, wire.terminal(pins.chip), ""))
         top += height + _GAP
     height = top + _MARGIN - _GAP
     title = escape(f"{pins.name}: {pins.chip.title}")

@@ -1,4 +1,4 @@
-"""The command install-firmware, which makes a car of a board with MicroPython."""
+"""What is put on a microcontroller: a car for MicroPython, and the library of Arduino cars."""
 
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated, Any
@@ -7,7 +7,16 @@ import typer
 
 from motorcade.cli.car_options import Role
 from motorcade.cli.language import Language, translated
-from motorcade.cli.options import Json, OptionalFile, needs_extra, print_json, profile_named, wants_json
+from motorcade.cli.options import (
+    CarNumber,
+    Json,
+    OptionalFile,
+    Output,
+    needs_extra,
+    print_json,
+    profile_named,
+    wants_json,
+)
 from motorcade.errors import MotorcadeError, Phrase
 
 if TYPE_CHECKING:
@@ -66,6 +75,36 @@ def _install_firmware(
     key = "files-copied" if done.copied else "files-there-already"
     details = {**done._asdict(), "chip": _TITLES[done.chip], "port": port, "role": Phrase(f"role-{role}")}
     print(translated(key, **details))
+
+
+@app.command("arduino-library")
+def _arduino_library(
+    output: Output,
+    pins: OptionalFile = None,
+    role: Role = Role.LEADER,
+    number: CarNumber = 1,
+    voice_map: OptionalFile = None,
+    profile: str = "classroom",
+    language: Language = "",
+    as_json: Json = False,
+) -> None:
+    from motorcade.config.pins import load_pins
+    from motorcade.config.voice_map import load_voice_map
+    from motorcade.firmware.arduino_library import OWN_SKETCH, library_files, sketch_files, write_library
+
+    files = library_files()
+    if pins:
+        voice = load_voice_map(voice_map) if voice_map else None
+        files |= sketch_files(load_pins(pins), profile_named(profile), role == Role.LEADER, number, voice)
+    try:
+        write_library(output, files)
+    except OSError as problem:
+        raise MotorcadeError("file-not-writable", file=output, reason=problem.strerror) from None
+    if wants_json(as_json):
+        print_json({"output": str(output), "files": sorted(files), "bytes": sum(map(len, files.values()))})
+        return
+    sketch = OWN_SKETCH if pins else "Uno / Mega"
+    print(translated("library-written", output=output, files=len(files), sketch=sketch))
 
 
 def _print_plan(settings: dict[str, Any], as_json: bool) -> None:

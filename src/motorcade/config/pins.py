@@ -12,9 +12,11 @@ A car has the devices that have a table; DEVICES lists those that there are. Pin
 BCM), not those of a connector.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from motorcade.config.check import Schema, choice, line, list_of, load, shown, table, whole
@@ -36,6 +38,9 @@ class Chip(NamedTuple):
         header: for each pin that a car may use, its number on the connector, or 0 where boards differ.
         input_only: pins that can be read but not driven.
         taken: pins that the computer needs for itself, each with the reason.
+        only: for wires that not every pin can serve, such as ``infrared.sender``, the pins that can.
+        names: what is printed at a pin, where that isn't GPIO and its number.
+        has_5_v_pins: whether its pins give and take 5 V; otherwise 3.3 V.
     """
 
     name: str
@@ -43,9 +48,14 @@ class Chip(NamedTuple):
     header: dict[int, int]
     input_only: frozenset[int]
     taken: dict[int, Phrase]
+    only: Mapping[str, tuple[int, ...]] = MappingProxyType({})
+    names: Mapping[int, str] = MappingProxyType({})
+    has_5_v_pins: bool = False
 
     def label(self, pin: int) -> str:
         """Return what to look for on the board: ``GPIO17 (11)`` is GPIO 17, the connector's pin 11."""
+        if pin in self.names:
+            return self.names[pin]
         place = self.header[pin]
         return f"GPIO{pin} ({place})" if place else f"GPIO{pin}"
 
@@ -64,9 +74,30 @@ _PICO_ORDER = (
 _MAX_LINES = 512
 _ESP32_USABLE = (0, 2, 4, 5, *range(12, 20), *range(21, 24), *range(25, 28), *range(32, 40))
 
+# An Arduino's analog pins follow its digital ones; pins 0 and 1 are the USB port's serial line.
+_UNO_PINS, _MEGA_PINS = range(2, 20), range(2, 70)
+_UNO_NAMES = {pin: f"D{pin}" if pin < 14 else f"A{pin - 14}" for pin in _UNO_PINS}
+_MEGA_NAMES = {pin: f"D{pin}" if pin < 54 else f"A{pin - 54}" for pin in _MEGA_PINS}
+
 _MEMORY = Phrase("pin-of-memory")
 _FLASH = Phrase("pin-of-flash")
 _USB = Phrase("pin-of-usb")
+
+
+
+def _only(
+    pwm: tuple[int, ...], interrupts: tuple[int, ...], sender: int, voice: tuple[int, ...]
+) -> dict[str, tuple[int, ...]]:
+    """The wires of an Arduino that not every pin can serve."""
+    return {
+        "left_motor.enable": pwm,
+        "right_motor.enable": pwm,
+        "ultrasonic.echo": interrupts,
+        "infrared.receiver": interrupts,
+        "infrared.sender": (sender,),
+        "voice.receive": voice,
+    }
+
 
 CHIPS = (
     Chip("raspberry-pi", "Raspberry Pi", dict(_RASPBERRY_PI_ORDER), frozenset(), {0: _MEMORY, 1: _MEMORY}),
@@ -89,6 +120,27 @@ CHIPS = (
         frozenset(range(34, 40)),
         {**dict.fromkeys(range(6, 12), _FLASH), 1: _USB, 3: _USB},
     ),
+    # Infrared leaves at timer 2's output, and timers 1 and 2 drive no motors then. Receivers need an interrupt each.
+    Chip(
+        "arduino-uno",
+        "Arduino Uno, Nano (ATmega328P)",
+        dict.fromkeys(_UNO_PINS, 0),
+        frozenset(),
+        {0: _USB, 1: _USB},
+        _only(pwm=(5, 6), interrupts=(2, 3), sender=11, voice=tuple(range(14, 20))),
+        _UNO_NAMES,
+        has_5_v_pins=True,
+    ),
+    Chip(
+        "arduino-mega",
+        "Arduino Mega 2560",
+        dict.fromkeys(_MEGA_PINS, 0),
+        frozenset(),
+        {0: _USB, 1: _USB},
+        _only(pwm=(2, 3, 4, 5, 6, 7, 8, 13, 44, 45, 46), interrupts=(2, 3, 18, 19, 20, 21), sender=10, voice=(19,)),
+        _MEGA_NAMES,
+        has_5_v_pins=True,
+    ),
     Chip("linux", "another computer with Linux", dict.fromkeys(range(_MAX_LINES), 0), frozenset(), {}),
 )
 
@@ -101,12 +153,14 @@ class Role(NamedTuple):
         drives: whether the computer drives it; otherwise the computer reads it.
         needed: whether the device does not work without it.
         terminal: what is usually printed on the device.
+        terminal_5_v: the same where the computer's pins take 5 V and that makes a difference.
     """
 
     key: str
     drives: bool
     needed: bool
     terminal: str
+    terminal_5_v: str = ""
 
 
 class Device(NamedTuple):
@@ -116,11 +170,13 @@ class Device(NamedTuple):
         key: its table in the pin file.
         supply: what it needs besides the wires of its roles.
         roles: its wires.
+        supply_5_v: what it needs where the computer's pins take 5 V and that makes a difference.
     """
 
     key: str
     supply: str
     roles: tuple[Role, ...]
+    supply_5_v: str = ""
 
     @property
     def title(self) -> Phrase:
@@ -134,6 +190,14 @@ class Wire(NamedTuple):
     device: Device
     role: Role
     pin: int
+
+    def terminal(self, chip: Chip) -> str:
+        """What is printed on the device, and what belongs between it and a pin of ``chip``."""
+        return (self.role.terminal_5_v if chip.has_5_v_pins else "") or self.role.terminal
+
+    def supply(self, chip: Chip) -> str:
+        """What the device needs besides its wires to ``chip``."""
+        return (self.device.supply_5_v if chip.has_5_v_pins else "") or self.device.supply
 
 
 def _motor(key: str, terminals: tuple[str, str, str]) -> Device:
@@ -153,13 +217,14 @@ DEVICES = (
     Device(
         "ultrasonic",
         "5 V, GND",
-        (Role("trigger", True, True, "TRIG"), Role("echo", False, True, "ECHO ÷ 1 kΩ, 2 kΩ")),
+        (Role("trigger", True, True, "TRIG"), Role("echo", False, True, "ECHO ÷ 1 kΩ, 2 kΩ", "ECHO")),
     ),
     Device("pir", "5 V, GND", (Role("output", False, True, "OUT"),)),
     Device(
         "infrared",
         "3.3 V, 5 V, GND",
         (Role("receiver", False, False, "OUT, VS1838B"), Role("sender", True, False, "LED 940 nm, NPN")),
+        "5 V, GND",
     ),
     Device("serial", "GND", (Role("transmit", True, True, "RX"), Role("receive", False, True, "TX"))),
     Device("voice", "3.3 V, GND", (Role("receive", False, True, "TX"),)),
@@ -244,6 +309,9 @@ def _check_pins(wires: list[Wire], chip: Chip, file: str) -> None:
             raise MotorcadeError("pin-taken", **place, use=chip.taken[pin])
         if pin not in chip.header:
             raise MotorcadeError("no-such-pin", **place, pins=_ranges(chip))
+        if pin not in chip.only.get(name, (pin,)):
+            able = ", ".join(map(chip.label, chip.only[name]))
+            raise MotorcadeError("pin-cannot", **place, pins=able)
         if wire.role.drives and pin in chip.input_only:
             raise MotorcadeError("pin-only-reads", **place)
         if pin in wire_at:

@@ -1,0 +1,82 @@
+#include "MotorcadeArduino.h"
+
+namespace motorcade {
+
+namespace {
+
+const uint8_t UNIT_US = 17;  // of levels
+
+}  // namespace
+
+ArduinoBoard *ArduinoBoard::the_board_ = nullptr;
+
+ArduinoBoard::ArduinoBoard(const CarSettings &settings, bool is_leader, uint32_t number, ByteMemory &memory,
+                           Stream *voice)
+    : settings_(settings),
+      receiver_(settings.levels[UNIT_US]),
+      store_(memory),
+      wheels_(settings),
+      ultrasonic_(settings.trigger, settings.echo, settings.range_mm),
+      patterns_(settings.voice_patterns, settings.voice_pattern_count),
+      voice_(voice),
+      number_(number),
+      is_leader_(is_leader) {}
+
+void ArduinoBoard::begin(uint16_t most_words) {
+  the_board_ = this;
+  wheels_.begin();
+  for (uint8_t pin : settings_.leds) {
+    if (pin == NO_PIN) continue;
+    pinMode(pin, OUTPUT);
+    digitalWrite(pin, LOW);
+  }
+  if (settings_.pir != NO_PIN) pinMode(settings_.pir, INPUT);
+  Serial.begin(settings_.baud);
+  store_.begin(most_words);
+  number_ = store_.number(number_);
+  ultrasonic_.begin();
+  if (settings_.echo != NO_PIN) {
+    attachInterrupt(digitalPinToInterrupt(settings_.echo), take_echo_edge, CHANGE);
+  }
+  // A leader receives nothing, so it needs no interrupts.
+  if (settings_.infrared_receiver != NO_PIN && !is_leader_) {
+    pinMode(settings_.infrared_receiver, INPUT_PULLUP);
+    attachInterrupt(digitalPinToInterrupt(settings_.infrared_receiver), take_infrared_edge, CHANGE);
+  }
+}
+
+uint16_t ArduinoBoard::read_serial(uint8_t *data, uint16_t most) {
+  uint16_t count = 0;
+  while (count < most && Serial.available() > 0) data[count++] = Serial.read();
+  return count;
+}
+
+uint8_t ArduinoBoard::heard_voice() {
+  uint8_t latest = NO_VOICE;
+  for (int16_t byte = read_voice(); byte >= 0; byte = read_voice()) {
+    const uint8_t voice = patterns_.take(byte);
+    // Where both words were heard, the car stops.
+    if (voice != NO_VOICE && latest != VOICE_STOP) latest = voice;
+  }
+  return latest;
+}
+
+void ArduinoBoard::set_led(uint8_t which) {
+  for (uint8_t led = 0; led < 4; led++) {
+    if (settings_.leds[led] != NO_PIN) digitalWrite(settings_.leds[led], led == which ? HIGH : LOW);
+  }
+}
+
+void ArduinoBoard::begin_echo(uint32_t frame) {
+  receiver_.ignore_until(micros() + static_cast<uint32_t>(frame_units(frame)) * settings_.levels[UNIT_US]);
+}
+
+void ArduinoBoard::take_infrared_edge() {
+  the_board_->receiver_.take_edge(micros(), digitalRead(the_board_->settings_.infrared_receiver) == HIGH);
+}
+
+void ArduinoBoard::take_echo_edge() {
+  the_board_->ultrasonic_.take_edge(micros(), digitalRead(the_board_->settings_.echo) == HIGH);
+}
+
+}  // namespace motorcade

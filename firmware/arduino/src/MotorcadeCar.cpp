@@ -1,0 +1,255 @@
+#include "MotorcadeCar.h"
+
+#include <Arduino.h>
+
+namespace motorcade {
+
+namespace {
+
+// How many words of an image are checked at a time, so that no tick takes long.
+const uint8_t WORK_WORDS = 8;
+// How many bytes of the stored image are sent at a time.
+const uint8_t READBACK_BYTES = 16;
+
+Car *car_of(motorcade_car *brain) { return reinterpret_cast<Car *>(brain); }
+
+}  // namespace
+
+void Car::begin() {
+  image_.store = &board_.store();
+  brain_.leads = board_.is_leader();
+  brain_.memory = memory_;
+  brain_.image = &image_;
+  brain_.levels = board_.levels();
+  now_ms_ = board_.now_ms();
+  motorcade_receiver_switch_on(receiver_, image_.store->capacity_words());
+  motorcade_brain_switch_on(memory_, board_.number(), now_ms_);
+  begin_program();
+}
+
+void Car::tick() {
+  now_ms_ = board_.now_ms();
+  // To begin a long program takes a while, so the step that follows is left to the next tick.
+  if (!serve_serial()) motorcade_step_step(&brain_, now_ms_);
+}
+
+void Car::begin_program() {
+  if (brain_.leads) motorcade_step_begin_program(&brain_, now_ms_);
+}
+
+bool Car::serve_serial() {
+  if (is_saving_ && go_on_saving()) return true;
+  if (is_saving_ || !send_pending()) return false;
+  bool has_copied = false;
+  for (;;) {
+    const uint32_t event = motorcade_receiver_next_event(receiver_, buffer_, WORK_WORDS, now_ms_);
+    if (event == MOTORCADE_RECEIVER_NOTHING || event == MOTORCADE_RECEIVER_WORKING) {
+      if (has_copied || !copy_bytes()) return false;
+      has_copied = true;
+      continue;
+    }
+    take_event(event);
+    if (is_saving_ || !send_pending()) return false;
+  }
+}
+
+// Send what is left of the last answer; return whether all of it is sent.
+bool Car::send_pending() {
+  uint16_t room = board_.serial_room();
+  uint8_t count = line_count_ - line_sent_;
+  if (count > room) count = room;
+  if (count > 0) {
+    board_.write_serial(line_ + line_sent_, count);
+    line_sent_ += count;
+    room -= count;
+  }
+  if (line_sent_ < line_count_) return false;
+  line_count_ = line_sent_ = 0;
+  if (readback_left_ == 0) return true;
+  uint8_t data[READBACK_BYTES];
+  count = 0;
+  while (count < READBACK_BYTES && count < room && readback_left_ > 0) {
+    data[count++] = image_.store->byte_at(4 * image_.store->words() - readback_left_--);
+  }
+  board_.write_serial(data, count);
+  return readback_left_ == 0;
+}
+
+// Copy what came over the serial line into the receiver's buffer; return whether anything came.
+bool Car::copy_bytes() {
+  const uint32_t room = motorcade_receiver_room(receiver_, buffer_, now_ms_);
+  if (room == 0) return false;
+  const uint16_t count = board_.read_serial(buffer_ + receiver_[MOTORCADE_RECEIVER_END], room);
+  if (count > 0) motorcade_receiver_add(receiver_, count, now_ms_);
+  return count > 0;
+}
+
+void Car::take_event(uint32_t event) {
+  ImageStore &store = *image_.store;
+  if (event == MOTORCADE_RECEIVER_IMAGE) {
+    const uint8_t *data = buffer_ + receiver_[MOTORCADE_RECEIVER_START];
+    store.begin_saving(data, receiver_[MOTORCADE_RECEIVER_LENGTH] / 4, receiver_[MOTORCADE_RECEIVER_CRC]);
+    is_saving_ = true;
+  } else if (event == MOTORCADE_RECEIVER_READBACK) {
+    readback_left_ = 4 * store.words();
+  } else if (event == MOTORCADE_RECEIVER_CHECK) {
+    put_text(PSTR("OK check="));
+    put_hex(receiver_[MOTORCADE_RECEIVER_ANNOUNCED]);
+    put_hex(receiver_[MOTORCADE_RECEIVER_NUMBER], 2);
+    put_text(PSTR(" holds="));
+    put_hex(store.crc());
+    const uint32_t sum = motorcade_blocks_crc32_of(line_, 0, line_count_, 0);
+    put_text(PSTR(" sum="));
+    put_hex(sum);
+    end_line();
+  } else {
+    put_refusal(event);
+  }
+}
+
+// Go on writing the image, and answer once it is stored whole; return whether it is. Until then the car goes on with the
+// old one.
+bool Car::go_on_saving() {
+  const ImageStore::Progress progress = image_.store->save();
+  if (progress == ImageStore::SAVING) return false;
+  is_saving_ = false;
+  if (progress == ImageStore::FAILED) {
+    put_text(PSTR("ERR the image could not be stored"));
+    end_line();
+    return false;
+  }
+  put_text(PSTR("OK words="));
+  put_number(image_.store->words());
+  put_text(PSTR(" crc32="));
+  put_hex(image_.store->crc());
+  end_line();
+  board_.note(NOTE_IMAGE, now_ms_, 4UL * image_.store->words(), 0);
+  begin_program();
+  return true;
+}
+
+void Car::put_refusal(uint32_t event) {
+  const uint32_t count = receiver_[MOTORCADE_RECEIVER_COUNT];
+  put_text(PSTR("ERR "));
+  if (event == MOTORCADE_RECEIVER_CUT_OFF) {
+    put_text(PSTR("cut off after "));
+    put_number(count);
+    put_text(PSTR(" bytes"));
+  } else if (event == MOTORCADE_RECEIVER_NOT_EMPTY) {
+    put_text(PSTR("the empty image has 4 bytes, "));
+    put_number(count);
+    put_text(PSTR(" are here"));
+  } else if (event == MOTORCADE_RECEIVER_CHANGED_REQUEST) {
+    put_text(PSTR("the check request was changed on the way"));
+  } else if (event == MOTORCADE_RECEIVER_OTHER_CHECKSUM) {
+    put_text(PSTR("the checksum is "));
+    put_hex(receiver_[MOTORCADE_RECEIVER_CRC]);
+    put_text(PSTR(", "));
+    put_hex(receiver_[MOTORCADE_RECEIVER_ANNOUNCED]);
+    put_text(PSTR(" was announced"));
+  } else if (event == MOTORCADE_RECEIVER_TOO_LARGE) {
+    put_text(PSTR("image-too-large most="));
+    put_number(image_.store->capacity_words());
+    put_text(PSTR(" words="));
+    put_number(count);
+  } else {
+    if (event == MOTORCADE_RECEIVER_BAD_WORD) {
+      put_text(PSTR("image-word position="));
+      put_number(count);
+    } else {
+      put_text(PSTR("image-header"));
+    }
+    put_text(PSTR(" word=0x"));
+    put_hex(receiver_[MOTORCADE_RECEIVER_WORD], 8, 'A');
+  }
+  end_line();
+}
+
+void Car::put(char character) {
+  if (line_count_ < sizeof(line_)) line_[line_count_++] = character;
+}
+
+void Car::put_text(const char *flash_text) {
+  for (char character = pgm_read_byte(flash_text); character; character = pgm_read_byte(++flash_text)) put(character);
+}
+
+void Car::put_number(uint32_t number) {
+  uint16_t unit = 1000;
+  while (unit > 1 && number < unit) unit /= 10;
+  for (; unit > 0; unit /= 10) put('0' + number / unit % 10);
+}
+
+void Car::put_hex(uint32_t number, uint8_t digits, char ten) {
+  while (digits-- > 0) {
+    const uint8_t digit = number >> (4 * digits) & 15;
+    put(digit < 10 ? '0' + digit : ten + digit - 10);
+  }
+}
+
+void Car::end_line() { put('\n'); }
+
+uint32_t Car::received_frame(uint32_t *frame) {
+  uint32_t found;
+  if (!board_.next_frame(found)) return 0;
+  *frame = found;
+  return 1;
+}
+
+const uint32_t *Car::sense(uint32_t looks_mm) {
+  senses_[0] = looks_mm ? board_.obstacle_mm() : NOTHING_IN_SIGHT_MM;
+  senses_[1] = board_.sees_person() ? 1 : 0;
+  return senses_;
+}
+
+void Car::set_outputs(uint32_t wheels) {
+  if (wheels != wheels_) {
+    wheels_ = wheels;
+    board_.set_wheels(wheels >> 2, wheels & 3);
+  }
+  const uint8_t led = motorcade_brain_lit_led(memory_, now_ms_, brain_.levels);
+  if (led != led_) {
+    led_ = led;
+    board_.set_led(led);
+  }
+}
+
+void Car::send_frame(uint32_t frame) {
+  board_.send_frame(frame);
+  board_.note(NOTE_FRAME, now_ms_, frame, 0);
+}
+
+}  // namespace motorcade
+
+extern "C" {
+
+uint32_t motorcade_image_word(const struct motorcade_image *image, uint32_t index) { return image->store->word_at(index); }
+
+void motorcade_car_note(struct motorcade_car *car, uint32_t kind, uint32_t at_ms, uint32_t word, uint32_t detail) {
+  motorcade::car_of(car)->note(kind, at_ms, word, detail);
+}
+
+uint32_t motorcade_car_received_frames(struct motorcade_car *car, uint32_t *frame) {
+  return motorcade::car_of(car)->received_frame(frame);
+}
+
+void motorcade_car_note_frame(struct motorcade_car *car, uint32_t frame, uint32_t result) {
+  motorcade::Car *self = motorcade::car_of(car);
+  self->note(motorcade::NOTE_HEARD, self->now_ms(), frame, result);
+}
+
+uint32_t motorcade_car_heard_voice(struct motorcade_car *car) { return motorcade::car_of(car)->heard_voice(); }
+
+const uint32_t *motorcade_car_sense(struct motorcade_car *car, uint32_t looks_mm) {
+  return motorcade::car_of(car)->sense(looks_mm);
+}
+
+void motorcade_car_set_outputs(struct motorcade_car *car, uint32_t wheels, const uint32_t *senses) {
+  (void)senses;
+  motorcade::car_of(car)->set_outputs(wheels);
+}
+
+uint32_t motorcade_car_air_is_busy(struct motorcade_car *car) { return motorcade::car_of(car)->air_is_busy() ? 1 : 0; }
+
+void motorcade_car_send_frame(struct motorcade_car *car, uint32_t frame) { motorcade::car_of(car)->send_frame(frame); }
+
+}  // extern "C"

@@ -1,0 +1,38 @@
+"""Write the parts of the Arduino library that follow from pin files, from the profile and from Motorcade's version."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from motorcade import __version__
+from motorcade.config.pins import load_pins
+from motorcade.config.profile import built_in_profile
+from motorcade.firmware.arduino_library import SETTINGS, SKETCH, settings_header
+
+ROOT = Path(__file__).resolve().parent.parent
+LIBRARY = "firmware/arduino"
+PROFILE = "classroom"
+# The examples for ready cars, and their pin files. AnyBoard is shown with an Uno's pins.
+PIN_FILES = {"Uno": "uno.toml", "Mega": "mega.toml", "AnyBoard": "uno.toml"}
+
+
+def arduino_files() -> dict[str, Callable[[], str]]:
+    """Return what makes each file, by its path in the repository."""
+    made: dict[str, Callable[[], str]] = {f"{LIBRARY}/library.properties": _properties}
+    for example in PIN_FILES:
+        made[f"{LIBRARY}/examples/{example}/{SETTINGS}"] = lambda example=example: _settings(example)
+    made[f"{LIBRARY}/examples/Mega/Mega.ino"] = lambda: _read(SKETCH)
+    return made
+
+
+def _properties() -> str:
+    return re.sub(r"(?<=^version=).*", __version__, _read("library.properties"), flags=re.MULTILINE)
+
+
+def _settings(example: str) -> str:
+    pins = load_pins(ROOT / LIBRARY / PIN_FILES[example])
+    return settings_header(pins, built_in_profile(PROFILE))
+
+
+def _read(name: str) -> str:
+    return (ROOT / LIBRARY / name).read_text(encoding="utf-8")

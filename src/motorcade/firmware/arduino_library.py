@@ -1,0 +1,169 @@
+"""The Arduino library: its files, and a sketch for one car with the pins, the profile and the voice map of its builder."""
+
+import io
+import re
+import zipfile
+from collections.abc import Iterable
+from pathlib import Path
+
+from motorcade.config.pins import PinMap
+from motorcade.config.profile import Profile, levels_of
+from motorcade.config.voice_map import VoiceMap
+from motorcade.errors import MotorcadeError
+
+LIBRARY = "Motorcade"
+PLATFORMS = ("arduino-uno", "arduino-mega")
+# The example whose sketch serves every car.
+SKETCH = "examples/Uno/Uno.ino"
+SETTINGS = "car.h"
+OWN_SKETCH = "Car"
+_SUFFIXES = (".ino", ".h", ".c", ".cpp", ".txt", ".properties", ".md")
+_NO_PIN = "NO_PIN"
+# What MotorcadeParts.h has room for, and what an interrupt for each edge can follow.
+_LONGEST_PATTERN = 16
+_FASTEST_VOICE_BAUD = 19200
+_UNO = PLATFORMS[0]
+
+
+def library_folder() -> Path:
+    """Return the folder of the library: in the package, or beside the sources of a clone."""
+    packaged = Path(__file__).with_name("arduino")
+    return packaged if packaged.is_dir() else Path(__file__).parents[3] / "firmware" / "arduino"
+
+
+def library_files() -> dict[str, bytes]:
+    """Return the library's files: each path in the library and its bytes."""
+    folder = library_folder()
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.suffix in _SUFFIXES
+    }
+
+
+def sketch_files(
+    pins: PinMap, profile: Profile, is_leader: bool, number: int, voice: VoiceMap | None = None
+) -> dict[str, bytes]:
+    """Return the files of a sketch for one car, as a further example of the library.
+
+    Args:
+        pins: which part is at which pin.
+        profile: the car's kind.
+        is_leader: whether the car leads or follows.
+        number: 0 to 2^32 - 1.
+        voice: the bytes that the voice module sends; needed where the pin file has one.
+
+    Raises:
+        MotorcadeError: no Arduino car can be wired like this.
+    """
+    sketch = (library_folder() / SKETCH).read_text(encoding="utf-8")
+    sketch = re.sub(r"(?<=bool LEADS = )\w+", "true" if is_leader else "false", sketch)
+    sketch = re.sub(r"(?<=uint32_t NUMBER = )\w+", f"{number}U" if number >> 15 else str(number), sketch)
+    folder = f"examples/{OWN_SKETCH}"
+    return {
+        f"{folder}/{OWN_SKETCH}.ino": sketch.encode(),
+        f"{folder}/{SETTINGS}": settings_header(pins, profile, voice).encode(),
+    }
+
+
+def settings_header(pins: PinMap, profile: Profile, voice: VoiceMap | None = None) -> str:
+    """Return car.h, in which a sketch finds its pins, levels, duties and voice patterns. Raises as sketch_files."""
+    _check(pins, voice)
+    fields = {
+        "levels": _list(levels_of(profile)),
+        "baud": profile.serial.baud,
+        "range_mm": profile.body.ultrasonic_range_mm,
+        "left_motor": _list(_pin(pins, "left_motor", role) for role in ("forward", "backward", "enable")),
+        "right_motor": _list(_pin(pins, "right_motor", role) for role in ("forward", "backward", "enable")),
+        "drive_duties": _list(pins.drive_duties),
+        "turn_duties": _list(pins.turn_duties),
+        "leds": _list(_pin(pins, "leds", f"led_{which}") for which in range(4)),
+        "trigger": _pin(pins, "ultrasonic", "trigger"),
+        "echo": _pin(pins, "ultrasonic", "echo"),
+        "pir": _pin(pins, "pir", "output"),
+        "infrared_receiver": _pin(pins, "infrared", "receiver"),
+        "infrared_sender": _pin(pins, "infrared", "sender"),
+        "voice": _pin(pins, "voice", "receive"),
+        "voice_baud": voice.baud if voice else 0,
+        "voice_patterns": "VOICE_PATTERNS" if voice else "nullptr",
+        "voice_pattern_count": len(voice.patterns) if voice else 0,
+    }
+    lines = [f"    {value},  // {name}" for name, value in fields.items()]
+    patterns = [f'    {{"{_escaped(data)}", {len(data)}, {word}}},' for data, word in voice.patterns] if voice else []
+    return "\n".join(
+        [
+            f"// Made from the pin file of '{_comment(pins.name)}' by motorcade arduino-library: don't edit.",
+            "#ifndef MOTORCADE_CAR_SETTINGS",
+            "#define MOTORCADE_CAR_SETTINGS",
+            "",
+            "#include <MotorcadeSettings.h>",
+            "",
+            "using motorcade::NO_PIN;",
+            "",
+            *(["static const motorcade::VoicePattern VOICE_PATTERNS[] = {", *patterns, "};", ""] if voice else []),
+            "static const motorcade::CarSettings CAR = {",
+            *lines,
+            "};",
+            "",
+            "#endif",
+            "",
+        ]
+    )
+
+
+def write_library(output: Path, files: dict[str, bytes]) -> None:
+    """Write the library's files: into a zip file where ``output`` ends in .zip, else into a folder. Raises OSError."""
+    if output.suffix.lower() != ".zip":
+        for path, data in files.items():
+            target = output / LIBRARY / path
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(data)
+        return
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path, data in files.items():
+            # A fixed time, so that the same files make the same bytes.
+            archive.writestr(zipfile.ZipInfo(f"{LIBRARY}/{path}"), data, zipfile.ZIP_DEFLATED)
+    output.write_bytes(packed.getvalue())
+
+
+def _check(pins: PinMap, voice: VoiceMap | None) -> None:
+    if pins.chip.name not in PLATFORMS:
+        raise MotorcadeError("no-arduino-for-chip", car=pins.name, known=" / ".join(PLATFORMS), chip=pins.chip.title)
+    if pins.has("serial"):
+        raise MotorcadeError("arduino-serial-is-usb", car=pins.name)
+    able = pins.chip.only["left_motor.enable"]
+    for wire in pins.wires:
+        has_enable = pins.pin(wire.device.key, "enable") is not None
+        is_pulsed = wire.device.key in ("left_motor", "right_motor") and not has_enable
+        if is_pulsed and wire.pin not in able:
+            # The car's sketch pulses the direction pins of a motor without enable.
+            raise MotorcadeError(
+                "motor-needs-enable", car=pins.name, device=wire.device.key, pins=", ".join(map(pins.chip.label, able))
+            )
+    if pins.has("voice"):
+        if voice is None:
+            raise MotorcadeError("no-voice-map", car=pins.name)
+        if pins.chip.name == _UNO and voice.baud > _FASTEST_VOICE_BAUD:
+            raise MotorcadeError("voice-too-fast", car=pins.name, baud=voice.baud, most=_FASTEST_VOICE_BAUD)
+        longest = max(len(data) for data, _ in voice.patterns)
+        if longest > _LONGEST_PATTERN:
+            raise MotorcadeError("voice-pattern-too-long", car=pins.name, count=longest, most=_LONGEST_PATTERN)
+
+
+def _pin(pins: PinMap, device: str, role: str) -> str:
+    pin = pins.pin(device, role)
+    return _NO_PIN if pin is None else str(pin)
+
+
+def _list(values: Iterable[object]) -> str:
+    return f"{{{', '.join(map(str, values))}}}"
+
+
+def _escaped(data: bytes) -> str:
+    return "".join(f"\\{byte:03o}" for byte in data)
+
+
+def _comment(text: str) -> str:
+    # A backslash at a line's end would join the next line to the comment.
+    return text.replace("\\", "/")

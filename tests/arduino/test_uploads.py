@@ -1,0 +1,156 @@
+"""Uploads to an emulated Uno and Mega, by the project's own uploader through the chip's UART at 115200 baud."""
+
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motorcade.upload.transfer import UploadTransfer
+from motorcade.words.image import parse_image_bytes, words_to_bytes
+from motorcade.words.upload import READBACK_REQUEST, VERIFIED
+from support import arduino_build, emulated_chips
+from support.emulated_uploads import BAUD, Line, held_image, image_of, run, upload
+
+SMALL = words_to_bytes((0x03030200, 0x65880000, 0x64800000, 0x6B000000, 0xA5A80000, 0xA5000000, 0xAB500000))
+# What an Uno and a Mega can hold.
+MOST = {"uno": 125, "mega": 509}
+KINDS = {"uno": (arduino_build.UNO, emulated_chips.UNO), "mega": (arduino_build.MEGA, emulated_chips.MEGA)}
+# The issue's limits.
+MOST_FLASH_BYTES = 24 * 1024
+MOST_RAM_BYTES = 1638
+LONGEST_TICK_US = 5000
+
+
+@pytest.fixture
+def add(world, car_program):
+    """Adds a car to the world."""
+
+    def add_car(board: str = "uno", is_leader: bool = True, eeprom: bytes | None = None):
+        target, kind = KINDS[board]
+        program = car_program(is_leader, target)
+        chip = world.add(kind, program.elf, program.symbols, eeprom)
+        world.run(100)
+        return chip
+
+    return add_car
+
+
+@pytest.mark.parametrize("board", KINDS)
+def test_an_image_is_uploaded_verified_and_read_back_also_the_largest(world, add, car_program, board) -> None:
+    car = add(board)
+    for image in (SMALL, image_of(MOST[board]), image_of(MOST[board], seed=1), words_to_bytes((0,))):
+        upload(world, car, image)
+        assert held_image(world, car) == image
+    assert car.overruns == 0
+    assert car.longest_awake_us <= LONGEST_TICK_US
+    if board == "uno":
+        program = car_program(True)
+        assert program.flash_bytes <= MOST_FLASH_BYTES
+        assert program.ram_bytes + car.stack_bytes() <= MOST_RAM_BYTES
+
+
+@pytest.mark.parametrize("board", KINDS)
+def test_a_larger_image_is_refused_by_name_and_the_car_keeps_its_own(world, add, board) -> None:
+    car = add(board)
+    upload(world, car, SMALL)
+    most = MOST[board]
+    done = run(world, car, UploadTransfer(image_of(most + 1), BAUD))
+    assert str(done.outcome.detail) in (f"image-too-large most={most} words={most + 1}",)
+    assert done.holds == "old"
+    assert held_image(world, car) == SMALL
+
+
+def test_the_car_has_its_image_after_the_power_was_off(world, add) -> None:
+    car = add()
+    upload(world, car, SMALL)
+    again = add(eeprom=car.eeprom())
+    assert held_image(world, again) == SMALL
+
+
+def test_a_car_that_never_got_an_image_sends_the_empty_one(world, add) -> None:
+    car = add()
+    assert held_image(world, car) == bytes(4)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_damage_on_the_line_leaves_the_old_image_or_the_new_one(world, add, seed) -> None:
+    car = add()
+    old, new = SMALL, image_of(40, seed)
+    upload(world, car, old)
+    done = run(world, car, UploadTransfer(new, BAUD, number=seed), Line(seed, rate=0.003 * (seed + 1)))
+    world.run(3000)
+    held = held_image(world, car)
+    allowed = {"old": [old], "new": [new], "either": [old, new]}[done.holds]
+    assert held in allowed
+    assert (done.outcome.kind == VERIFIED) == (done.holds == "new")
+
+
+def test_half_uploads_and_babble_change_nothing(world, add) -> None:
+    car = add()
+    upload(world, car, SMALL)
+    world.run(600)
+    draw = random.Random(3)
+    for count in (1, 3, 17, 100):
+        car.send(image_of(60)[:count])
+        world.run(700)
+    assert car.received().count(b"ERR cut off after") == 4
+    # A line that never stops, such as one with the wrong baud rate.
+    for _ in range(40):
+        car.send(bytes(draw.randrange(1, 256) for _ in range(500)))
+        world.run(50)
+    world.run(1200)
+    car.received()
+    assert held_image(world, car) == SMALL
+    upload(world, car, image_of(30))
+    assert car.overruns == 0
+    assert car.longest_awake_us <= LONGEST_TICK_US
+
+
+def test_the_car_drives_on_while_an_image_is_stored(world, add) -> None:
+    car = add()
+    upload(world, car, image_of(MOST["uno"], seed=4))
+    car.forget_longest()
+    begin_ms = world.now_ms
+    # Each byte of the place differs from what was written there before.
+    upload(world, car, image_of(MOST["uno"], seed=5))
+    upload(world, car, image_of(MOST["uno"], seed=6))
+    assert world.now_ms - begin_ms < 2 * (600 + 2000)
+    assert car.longest_awake_us <= LONGEST_TICK_US
+
+
+@settings(max_examples=4)
+@given(st.binary(min_size=1, max_size=200))
+def test_any_bytes_leave_an_image_that_is_whole(chips_library, car_program, data) -> None:
+    world = emulated_chips.World(chips_library)
+    program = car_program(True)
+    car = world.add(emulated_chips.UNO, program.elf, program.symbols)
+    world.run(50)
+    car.send(data + READBACK_REQUEST)
+    world.run(1500)
+    car.received()
+    parse_image_bytes(held_image(world, car))
+    world.close()
+
+
+def test_a_program_that_hangs_is_restarted_by_the_watchdog(world, car_program) -> None:
+    hangs = """
+#include <Motorcade.h>
+#include "car.h"
+motorcade::AvrBoard board(CAR, true, 1);
+motorcade::Car car(board);
+void setup() { board.begin(motorcade::MOST_WORDS); car.begin(); Serial.write('!'); }
+void loop() {
+  car.tick();
+  board.rest();
+  while (millis() > 2000) {
+  }
+}
+"""
+    program = car_program(True, extra={"examples/Car/Car.ino": hangs.encode()})
+    car = world.add(emulated_chips.UNO, program.elf, program.symbols)
+    world.run(9000)
+    starts = [cycle / emulated_chips.CYCLES_A_MS for cycle, _, _ in car.log(emulated_chips.RECEIVED)]
+    assert len(starts) == 4
+    for earlier, later in zip(starts, starts[1:], strict=False):
+        assert 2400 < later - earlier < 2800

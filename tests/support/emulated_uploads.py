@@ -1,0 +1,70 @@
+"""Uploads to emulated chips by the project's own uploader, in the chips' time."""
+
+import random
+
+from motorcade.upload.transfer import ReadbackTransfer, Transfer, UploadTransfer
+from motorcade.words.image import words_to_bytes
+from motorcade.words.upload import IMAGE, VERIFIED
+from support.emulated_chips import Chip, World
+
+BAUD = 115200
+_LONGEST_MS = 60_000
+
+
+class Line:
+    """A serial line that changes some of the bytes."""
+
+    def __init__(self, seed: int = 0, rate: float = 0.0) -> None:
+        self._random = random.Random(seed)
+        self._rate = rate
+
+    def carry(self, data: bytes) -> bytes:
+        """Return what comes of ``data``: bytes are lost, doubled or changed."""
+        came = bytearray()
+        for byte in data:
+            if self._random.random() >= self._rate:
+                came.append(byte)
+                continue
+            kind = self._random.randrange(3)
+            came += (b"", bytes([byte, byte]), bytes([byte ^ 1 << self._random.randrange(8)]))[kind]
+        return bytes(came)
+
+
+def run(world: World, chip: Chip, transfer: Transfer, line: Line | None = None) -> Transfer:
+    """Run a transfer to its end."""
+    line = line or Line()
+    end_ms = world.now_ms + _LONGEST_MS
+    while transfer.outcome is None:
+        data = transfer.step(line.carry(chip.received()), world.now_ms)
+        if data:
+            chip.send(line.carry(data))
+        world.run(1)
+        assert world.now_ms < end_ms, "the transfer doesn't end"
+    return transfer
+
+
+def upload(world: World, chip: Chip, image: bytes) -> int:
+    """Upload an image; returns how many ms it took."""
+    begin_ms = world.now_ms
+    done = run(world, chip, UploadTransfer(image, BAUD))
+    assert done.outcome.kind == VERIFIED, done.outcome
+    assert done.holds == "new"
+    return world.now_ms - begin_ms
+
+
+def held_image(world: World, chip: Chip) -> bytes:
+    """Read back the image."""
+    done = run(world, chip, ReadbackTransfer(BAUD))
+    assert done.outcome.kind == IMAGE, done.outcome
+    image: bytes = done.outcome.detail
+    return image
+
+
+def image_of(words: int, seed: int = 0) -> bytes:
+    """An image with so many words, its leader's states drawn at random."""
+    draw = random.Random(seed)
+    states = [0x40000000 | draw.getrandbits(18) << 12 for _ in range(words - 1)]
+    leaders = min(len(states), 255)
+    followers = len(states) - leaders
+    header = leaders << 24 | followers << 16 | (0x100 if followers else 0)
+    return words_to_bytes((header, *states))
