@@ -109,10 +109,12 @@ static void byte_came_out(avr_irq_t *irq, uint32_t value, void *param) {
 
 static void carrier_pin(avr_irq_t *irq, uint32_t value, void *param) {
     chip_t *chip = param;
+    (void)irq;
     /* A pin that stays as it is is reported, too. */
-    if ((irq->value & 1) == (value & 1)) return;
-    if (chip->records_edges) append(&chip->edges, chip->avr->cycle, 0, value & 1);
-    if ((value & 1) && chip->rise_count < sizeof(chip->rises) / sizeof(chip->rises[0]))
+    if (chip->level == (value & 1)) return;
+    chip->level = value & 1;
+    if (chip->records_edges) append(&chip->edges, chip->avr->cycle, 0, chip->level);
+    if (chip->level && chip->rise_count < sizeof(chip->rises) / sizeof(chip->rises[0]))
         chip->rises[chip->rise_count++] = chip->avr->cycle;
 }
 
@@ -190,7 +192,7 @@ int world_add(world_t *world, const char *mmcu, const char *elf, const uint8_t *
     chip->avr->log = LOG_NONE;
     chip->avr->custom.data = (void *)chip;
     chip->avr->sleep = slept;
-    chip->avr->cycle = world->now;
+    chip->avr->cycle = chip->woke = world->now;
     memset(chip->avr->data + paint_from, PAINT, chip->avr->ramend + 1 - paint_from);
     if (eeprom) {
         avr_eeprom_desc_t content = {.ee = (uint8_t *)eeprom, .offset = 0, .size = eeprom_bytes};

@@ -1,5 +1,6 @@
 """Uploads to an emulated Uno and Mega, by the project's own uploader through the chip's UART at 115200 baud."""
 
+import itertools
 import random
 
 import pytest
@@ -152,5 +153,5 @@ void loop() {
     world.run(9000)
     starts = [cycle / emulated_chips.CYCLES_A_MS for cycle, _, _ in car.log(emulated_chips.RECEIVED)]
     assert len(starts) == 4
-    for earlier, later in zip(starts, starts[1:], strict=False):
+    for earlier, later in itertools.pairwise(starts):
         assert 2400 < later - earlier < 2800

@@ -12,9 +12,13 @@ from motorcade.config.pins import load_pins, parse_pins
 from motorcade.errors import MotorcadeError
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"
-SHIPPED = sorted([*FIRMWARE.glob("linux/*pins.toml"), *FIRMWARE.glob("micropython/*.toml")])
+SHIPPED = sorted(
+    [*FIRMWARE.glob("linux/*pins.toml"), *FIRMWARE.glob("micropython/*.toml"), *FIRMWARE.glob("arduino/*.toml")]
+)
 HEAD = 'format = "motorcade-pins/1"\nname = "Car"\nchip = "{}"\n'
-PI, ESP32, RP2040 = (HEAD.format(chip) for chip in ("raspberry-pi", "esp32", "rp2040"))
+PI, ESP32, RP2040, UNO, MEGA = (
+    HEAD.format(chip) for chip in ("raspberry-pi", "esp32", "rp2040", "arduino-uno", "arduino-mega")
+)
 PIR = "[pir]\noutput = {}\n"
 
 
@@ -46,7 +50,15 @@ def test_a_pin_file_says_what_is_where():
         ("format =", "car.toml is not TOML"),
         ('name = "Car"\n', 'format is missing; give "motorcade-pins/1"'),
         (PI.replace("pins/1", "pins/9") + PIR.format(4), 'format is "motorcade-pins/9"; allowed: "motorcade-pins/1"'),
-        (HEAD.format("z80") + PIR.format(4), 'chip is "z80"; allowed: "raspberry-pi", "rp2040", "esp32", "linux"'),
+        (
+            HEAD.format("z80") + PIR.format(4),
+            'chip is "z80"; allowed: "raspberry-pi", "rp2040", "esp32", "arduino-uno"',
+        ),
+        (UNO + PIR.format(1), "GPIO1 of Arduino Uno.* is the USB line's"),
+        (UNO + "[infrared]\nsender = 3\n", r"infrared.sender is 3, but on Arduino Uno.* this wire can only be at D11"),
+        (UNO + "[ultrasonic]\ntrigger = 4\necho = 5\n", "this wire can only be at D2, D3"),
+        (UNO + "[voice]\nreceive = 5\n", "this wire can only be at A0, A1, A2, A3, A4, A5"),
+        (MEGA + "[infrared]\nsender = 11\n", "this wire can only be at D10"),
         (PI.replace('"Car"', '""') + PIR.format(4), 'name is ""; allowed: a line of 1 to 60'),
         (PI, "no device is connected; devices are left_motor"),
         (PI + "[pri]\noutput = 4\n", "pri is not known; known are format, name, chip, left_motor"),

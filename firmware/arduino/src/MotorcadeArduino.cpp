@@ -38,8 +38,7 @@ void ArduinoBoard::begin(uint16_t most_words) {
   if (settings_.echo != NO_PIN) {
     attachInterrupt(digitalPinToInterrupt(settings_.echo), take_echo_edge, CHANGE);
   }
-  // A leader receives nothing, so it needs no interrupts.
-  if (settings_.infrared_receiver != NO_PIN && !is_leader_) {
+  if (settings_.infrared_receiver != NO_PIN) {
     pinMode(settings_.infrared_receiver, INPUT_PULLUP);
     attachInterrupt(digitalPinToInterrupt(settings_.infrared_receiver), take_infrared_edge, CHANGE);
   }
@@ -49,6 +48,14 @@ uint16_t ArduinoBoard::read_serial(uint8_t *data, uint16_t most) {
   uint16_t count = 0;
   while (count < most && Serial.available() > 0) data[count++] = Serial.read();
   return count;
+}
+
+bool ArduinoBoard::senses_carrier() {
+  // Nobody fetches the frames that a leader receives; it only waits until the air is free.
+  uint32_t frame;
+  while (is_leader_ && next_frame(frame)) {
+  }
+  return receiver_.senses_carrier(micros());
 }
 
 uint8_t ArduinoBoard::heard_voice() {

@@ -34,7 +34,7 @@ class ArduinoBoard : public Board {
   uint16_t serial_room() override { return Serial.availableForWrite(); }
   void write_serial(const uint8_t *data, uint16_t count) override { Serial.write(data, count); }
   bool next_frame(uint32_t &frame) override { return receiver_.next_frame(micros(), frame); }
-  bool senses_carrier() override { return receiver_.senses_carrier(micros()); }
+  bool senses_carrier() override;
   uint32_t obstacle_mm() override { return ultrasonic_.distance_mm(); }
   bool sees_person() override { return settings_.pir != NO_PIN && digitalRead(settings_.pir) == HIGH; }
   uint8_t heard_voice() override;

@@ -25,8 +25,10 @@ const uint8_t UNIT_US = 17;  // of levels
 // OC2A, the output of timer 2.
 #ifdef UBRR1H
 const uint8_t CARRIER_PIN = 10;  // Mega
+const uint8_t CARRIER_BIT = PB4;
 #else
 const uint8_t CARRIER_PIN = 11;  // Uno, Nano
+const uint8_t CARRIER_BIT = PB3;
 #endif
 
 // The frame on the air: its bits that are still to come, which of its parts is on, and a unit in ticks of timer 1.
@@ -46,6 +48,7 @@ void begin_carrier() {
 void end_carrier() {
   TCCR2A = _BV(WGM21);
   TCCR2B = 0;
+  PORTB &= ~_BV(CARRIER_BIT);
 }
 
 #ifndef UBRR1H
@@ -93,12 +96,18 @@ uint8_t AvrEeprom::read(uint16_t at) {
 }
 
 uint32_t AvrEeprom::read_u32(uint16_t at) {
-  // The brain reads a word at a time; shifts of 32 bits would take longer than the EEPROM.
+  // The brain reads words; to put four bytes together by shifts would take several times as long.
   union {
     uint8_t bytes[4];
     uint32_t value;
   } word;
-  for (uint8_t i = 4; i-- > 0; at++) word.bytes[i] = AvrEeprom::read(at);
+  while (EECR & _BV(EEPE)) {
+  }
+  for (uint8_t i = 4; i-- > 0; at++) {
+    EEAR = at;
+    EECR |= _BV(EERE);
+    word.bytes[i] = EEDR;
+  }
   return word.value;
 }
 

@@ -84,7 +84,6 @@ _FLASH = Phrase("pin-of-flash")
 _USB = Phrase("pin-of-usb")
 
 
-
 def _only(
     pwm: tuple[int, ...], interrupts: tuple[int, ...], sender: int, voice: tuple[int, ...]
 ) -> dict[str, tuple[int, ...]]:

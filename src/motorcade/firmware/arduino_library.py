@@ -1,4 +1,4 @@
-"""The Arduino library: its files, and a sketch for one car with the pins, the profile and the voice map of its builder."""
+"""The Arduino library: its files, and a sketch for one car with its builder's pins, profile and voice map."""
 
 import io
 import re

@@ -295,7 +295,7 @@ class UploadTransfer(Transfer):
 
         end = UploaderEnd(self._image, self._verify)
         yield from self._send(self._image, end, sent)
-        return (yield from self._receive(end, end.next_event, upload.ANSWER_WITHIN_MS))
+        return (yield from self._receive(end, end.next_event, upload.answer_within_ms(self._image)))
 
 
 def is_busy(outcome: Outcome) -> bool:

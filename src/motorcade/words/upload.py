@@ -26,6 +26,8 @@ from motorcade.words.ticks import elapsed_ms
 
 SILENCE_MS = receiver.SILENCE_MS
 ANSWER_WITHIN_MS = 2000
+# A car answers once the image is stored. An EEPROM takes 3.4 ms a byte, so the answer to a large image is due later.
+_STORING_MS_A_BYTE = 5
 READBACK_REQUEST = pack(receiver.READBACK_HEADER)
 # The image of a car that never received one.
 NO_PROGRAM = pack(0)
@@ -72,6 +74,11 @@ def ok_line(image: bytes) -> bytes:
 
 def _ok_line(words: int, checksum: int) -> bytes:
     return f"OK words={words} crc32={checksum:08x}\n".encode()
+
+
+def answer_within_ms(image: bytes) -> int:
+    """Return within how many ms after its last byte the answer to ``image`` is due."""
+    return max(ANSWER_WITHIN_MS, len(image) * _STORING_MS_A_BYTE)
 
 
 def error_line(reason: str) -> bytes:
@@ -219,8 +226,9 @@ class UploaderEnd(_End):
             self._take_line(line)
         if self._outcome is not None or self._sent_ms is None:
             return
-        if elapsed_ms(now_ms, self._sent_ms) >= ANSWER_WITHIN_MS:
-            self._outcome = Outcome(SILENT, Phrase("no-answer-within", duration_ms=ANSWER_WITHIN_MS))
+        within_ms = answer_within_ms(self.image)
+        if elapsed_ms(now_ms, self._sent_ms) >= within_ms:
+            self._outcome = Outcome(SILENT, Phrase("no-answer-within", duration_ms=within_ms))
 
     def _take_line(self, line: bytes) -> None:
         if self._outcome is not None:

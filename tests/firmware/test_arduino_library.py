@@ -1,0 +1,100 @@
+"""The Arduino library as `motorcade arduino-library` writes it."""
+
+import json
+import re
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from motorcade.car.brain import VOICE_GO, VOICE_STOP
+from motorcade.config.pins import load_pins, parse_pins
+from motorcade.config.voice_map import VoiceMap
+from motorcade.errors import MotorcadeError
+from motorcade.firmware.arduino_library import library_folder, settings_header
+from support.command_line import run
+from support.strategies import CLASSROOM
+
+UNO = (library_folder() / "uno.toml").read_text(encoding="utf-8")
+VOICE = VoiceMap(9600, ((b"\xaa\x01", VOICE_STOP), (b'"go\\', VOICE_GO)))
+
+
+def header(text: str = UNO, voice: VoiceMap | None = None) -> str:
+    return settings_header(parse_pins(text, "car.toml"), CLASSROOM, voice)
+
+
+def test_the_library_is_a_zip_file_for_the_ide(tmp_path: Path) -> None:
+    done = run("arduino-library", "-o", str(tmp_path / "Motorcade.zip"), "--json")
+    assert done.code == 0, done.err
+    with zipfile.ZipFile(tmp_path / "Motorcade.zip") as archive:
+        names = archive.namelist()
+    assert {f"Motorcade/{name}" for name in json.loads(done.out)["files"]} == set(names)
+    for name in ("library.properties", "keywords.txt", "src/Motorcade.h", "examples/Uno/Uno.ino", "examples/Uno/car.h"):
+        assert f"Motorcade/{name}" in names
+    # The IDE takes only folders with the sketch's own name.
+    sketches = [Path(name) for name in names if name.endswith(".ino")]
+    assert len(sketches) >= 4
+    assert all(sketch.stem == sketch.parent.name for sketch in sketches)
+
+
+def test_the_same_library_is_the_same_bytes(tmp_path: Path) -> None:
+    for name in ("one.zip", "two.zip"):
+        assert run("arduino-library", "-o", str(tmp_path / name)).code == 0
+    assert (tmp_path / "one.zip").read_bytes() == (tmp_path / "two.zip").read_bytes()
+
+
+def test_a_pin_file_adds_a_sketch_for_one_car(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text(UNO.replace("led_0 = 14", "led_0 = 13"), encoding="utf-8")
+    more = ["--pins", str(tmp_path / "mine.toml"), "--role", "follower", "--number", "70000"]
+    done = run("arduino-library", "-o", str(tmp_path / "libraries"), *more)
+    assert done.code == 0, done.err
+    folder = tmp_path / "libraries" / "Motorcade" / "examples" / "Car"
+    sketch = (folder / "Car.ino").read_text(encoding="utf-8")
+    assert "const bool LEADS = false;" in sketch
+    assert "const uint32_t NUMBER = 70000U;" in sketch
+    assert "{13, 15, 16, 17},  // leds" in (folder / "car.h").read_text(encoding="utf-8")
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    done = run("arduino-library", "-o", str(tmp_path / "file" / "x.zip"))
+    assert done.code != 0
+    assert "x.zip" in done.err
+
+
+def test_each_setting_comes_from_the_files_of_the_builder() -> None:
+    text = header(UNO + "[voice]\nreceive = 19\n", VOICE)
+    found = {name: value for value, name in re.findall(r"^    (.*),  // (\w+)$", text, re.MULTILINE)}
+    assert found["left_motor"] == "{7, 8, 5}"
+    assert found["infrared_sender"] == "11"
+    assert found["voice"] == "19"
+    assert found["voice_baud"] == "9600"
+    assert found["voice_pattern_count"] == "2"
+    assert f"{{{', '.join(map(str, CLASSROOM.durations_ms))}, " in found["levels"] + ", "
+    # Octal escapes, since a hexadecimal one would swallow a digit behind it.
+    assert r'{"\252\001", 2, 1},' in text
+    assert r'{"\042\147\157\134", 4, 2},' in text
+
+
+@pytest.mark.parametrize(
+    ("text", "voice", "says"),
+    [
+        (UNO + "[voice]\nreceive = 19\n", None, "--voice-map"),
+        (UNO + "[voice]\nreceive = 19\n", VoiceMap(115200, VOICE.patterns), "at most 19200"),
+        (UNO + "[voice]\nreceive = 19\n", VoiceMap(9600, ((b"x" * 17, VOICE_GO),)), "17 bytes"),
+        (UNO.replace("enable = 5\n", ""), None, "left_motor needs a pin for enable"),
+        (UNO.replace("[pir]\noutput = 12", "[serial]\ntransmit = 12\nreceive = 13"), None, "USB"),
+    ],
+)
+def test_a_car_that_cannot_be_is_refused_in_a_sentence(text: str, voice: VoiceMap | None, says: str) -> None:
+    with pytest.raises(MotorcadeError) as refused:
+        header(text, voice)
+    assert says in refused.value.sentence("en")
+    assert refused.value.sentence("zh") != refused.value.sentence("en")
+
+
+def test_a_pin_file_for_another_computer_is_refused() -> None:
+    pins = load_pins(library_folder().parent / "micropython" / "esp32.toml")
+    with pytest.raises(MotorcadeError) as refused:
+        settings_header(pins, CLASSROOM)
+    assert "arduino-uno" in refused.value.sentence("en")
