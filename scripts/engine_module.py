@@ -69,9 +69,10 @@ def linker() -> Path | None:
 
 def _calls() -> Calls:
     """Return every kernel, with arguments as a world passes them."""
-    from motorcade.engine import world as module
+    from motorcade.engine import choice
     from motorcade.engine.kernels import KERNELS
     from motorcade.engine.targets import InterpretedKernels
+    from motorcade.engine.world import World, warm_up
     from motorcade.mats import formation, open_table
 
     calls: Calls = {}
@@ -81,8 +82,8 @@ def _calls() -> Calls:
             calls.setdefault(kernel, (KERNELS[kernel], arguments))
             super().call(kernel, threads, *arguments)
 
-    module.open_target = lambda name, needed_bytes: Recorded()
-    module.warm_up(module.World(open_table(formation(1)), [bytes(4)], threads=1))
+    choice.open_target = lambda name, needed_bytes: Recorded()
+    warm_up(World(open_table(formation(1)), [bytes(4)], threads=1))
     return calls
 
 

@@ -200,7 +200,7 @@ def test_a_live_world_loads_its_kernels_before_its_time_starts(monkeypatch):
                 goes_on.set()
             super().call(kernel, threads, *arguments)
 
-    monkeypatch.setattr("motorcade.engine.world.open_target", lambda name, needed_bytes: Watched())
+    monkeypatch.setattr("motorcade.engine.choice.open_target", lambda name, needed_bytes: Watched())
     with LiveWorld(World(playground(), [bytes(4)], threads=1)):
         assert goes_on.wait(60)
     here = threading.current_thread()

@@ -13,12 +13,13 @@ from hypothesis import strategies as st
 
 from motorcade import Pose, formation, open_table
 from motorcade.config.profile import built_in_profile
-from motorcade.engine import layout
+from motorcade.engine import choice, layout
+from motorcade.engine.choice import Background
 from motorcade.engine.targets import NAMES, Name, keep_all
 from motorcade.engine.webassembly import WebAssemblyKernels
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
-from support.worlds import Case, cases, contents, crowd, digest, ran
+from support.worlds import ROAMING, Case, cases, contents, crowd, digest, go, ran
 
 FEW = settings(max_examples=max(settings().max_examples // 5, 1))
 SLICE_MS = 200
@@ -74,6 +75,23 @@ def test_any_number_of_threads_gives_the_same_bits_as_webassembly() -> None:
     by_threads = elsewhere(f"[worlds.large_and_many(*run) for run in {runs}]", NUMBA_NUM_THREADS="8")
     assert by_threads == [by_threads[0]] * len(runs)
     assert len(set(by_threads[0])) == 6
+
+
+@pytest.mark.parametrize("kind", ["one", "many", "large"])
+def test_native_kernels_take_over_without_a_change_of_a_bit(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    background = Background(worth_car_steps=0)
+    monkeypatch.setattr(choice, "background", background)
+    seeds, threads, cars = {"one": (5, 1, 60), "many": ([5, 6], 2, 60), "large": (5, 2, 20_000)}[kind]
+    world = World(crowd(cars), [ROAMING], seeds=seeds, threads=threads)
+    expected = World(crowd(cars), [ROAMING], seeds=seeds, threads=threads, kernels="webassembly")
+    for each in (world, expected):
+        go(each, 800)
+    assert list(background.takeovers) == [kind]
+    background.takeovers[kind].wait()
+    for each in (world, expected):
+        go(each, 800)
+    assert (world.kernels, expected.kernels) == ("native", "webassembly")
+    assert [digest(world, k) for k in range(world.worlds)] == [digest(expected, k) for k in range(world.worlds)]
 
 
 @pytest.mark.parametrize("name", ["webassembly", "interpreted"])

@@ -48,6 +48,14 @@ class Argument(NamedTuple):
         return f"{self.name}: {self.dtype}" + (f", {self.rank}-d, {self.layout}" if self.rank else "")
 
 
+class _Part(NamedTuple):
+    """An argument of a call, or a tuple of them: how many they are, and the part of the block that holds them."""
+
+    value: Any
+    length: int
+    block: bytes
+
+
 class _Module(NamedTuple):
     module: wasmtime.Module
     arguments: dict[str, list[Argument]]
@@ -73,6 +81,7 @@ class WebAssemblyKernels:
         self._base = ctypes.addressof(memory.data_ptr(self._store).contents)
         self._end = heap.value(self._store)
         self._slots: dict[str, tuple[int, int]] = {}
+        self._packed: dict[str, list[_Part]] = {name: [] for name in self._arguments}
 
     def zeros(self, slot: str, shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
         """Return an array of zeros. It replaces the array that was allocated before under the same ``slot``.
@@ -92,11 +101,30 @@ class WebAssemblyKernels:
 
     def call(self, kernel: str, threads: int, *arguments: Any) -> None:
         """Call a kernel. Raises MotorcadeError where an argument isn't what the module was made for."""
+        expected = self._arguments[kernel]
+        packed, given = self._packed[kernel], list(_parts(arguments))
+        del packed[len(given) :]
+        first = 0
+        for number, value in enumerate(given):
+            # To describe all arrays takes ten times as long as a tick of few cars; most are those of the last call.
+            if number == len(packed):
+                packed.append(self._pack(kernel, value, expected[first:]))
+            elif packed[number].value is not value:
+                packed[number] = self._pack(kernel, value, expected[first:])
+            first += packed[number].length
+        _check(kernel, expected[first] if first < len(expected) else None)
+        block = b"".join(part.block for part in packed)
+        place, _ = self._place("arguments", len(block))
+        ctypes.memmove(self._base + place, block, len(block))
+        self._kernels[kernel](self._store, place)
+
+    def _pack(self, kernel: str, values: Any, expected: list[Argument]) -> _Part:
         numbers: list[int | float] = []
         form = ["<"]
-        expected = iter(self._arguments[kernel])
-        for value in _leaves(arguments):
-            argument = next(expected, None)
+        count = 0
+        for value in values if isinstance(values, tuple) else (values,):
+            argument = expected[count] if count < len(expected) else None
+            count += 1
             if isinstance(value, np.ndarray):
                 numbers += self._array_numbers(kernel, argument, value)
                 form.append(f"{5 + 2 * value.ndim}q")
@@ -105,11 +133,7 @@ class WebAssemblyKernels:
                 _check(kernel, argument, "float64" if is_float else "int64")
                 numbers.append(value)
                 form.append("d" if is_float else "q")
-        _check(kernel, next(expected, None))
-        block = struct.pack("".join(form), *numbers)
-        place, _ = self._place("arguments", len(block))
-        ctypes.memmove(self._base + place, block, len(block))
-        self._kernels[kernel](self._store, place)
+        return _Part(values, count, struct.pack("".join(form), *numbers))
 
     def _array_numbers(self, kernel: str, argument: Argument | None, array: NDArray[Any]) -> list[int]:
         layout = "C" if array.flags.c_contiguous and argument and argument.layout == "C" else "A"
@@ -141,12 +165,13 @@ class WebAssemblyKernels:
         return place, room
 
 
-def _leaves(values: tuple[Any, ...]) -> Iterator[Any]:
-    for value in values:
-        if isinstance(value, tuple):
-            yield from _leaves(value)
+def _parts(arguments: tuple[Any, ...]) -> Iterator[Any]:
+    """The arguments, but a tuple of tuples is taken apart."""
+    for argument in arguments:
+        if isinstance(argument, tuple) and any(isinstance(each, tuple) for each in argument):
+            yield from argument
         else:
-            yield value
+            yield argument
 
 
 def _check(kernel: str, expected: Argument | None, *given: Any) -> None:

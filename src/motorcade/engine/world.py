@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from motorcade.car.brain import NO_VOICE, RUNNING, WORD
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.engine import bicycle, events, layout
-from motorcade.engine.choice import open_target, processors
+from motorcade.engine.choice import KernelChoice, Kind, processors
 from motorcade.engine.events import EVENT
 from motorcade.engine.geometry import FULL_TURN, to_heading
 from motorcade.engine.kernels import ALL, give_back
@@ -19,7 +19,7 @@ from motorcade.engine.layout import VOICES
 from motorcade.engine.state import DRIVEN, MOST_PARTS, Arrays, Moment
 from motorcade.engine.targets import Name, keep_all
 from motorcade.errors import MotorcadeError
-from motorcade.mats import Mat, Pose
+from motorcade.mats import Mat, Pose, formation, open_table
 from motorcade.mats.schema import FARTHEST_M
 from motorcade.words.image import parse_image_bytes
 from motorcade.words.ticks import TICKS_MASK
@@ -89,12 +89,11 @@ class World:
         self.threads = min(threads or most, most)
         self._keeps_events = events
         self._check()
-        # The arrays stay where they are when other kernels take over.
-        self._memory = self._kernels = open_target(kernels, self._estimated_bytes)
-        self._may_change = kernels is None
+        kind: Kind = "large" if self._is_large else "many" if self.worlds > 1 and self.threads > 1 else "one"
+        self._kernels = KernelChoice(kernels, self._estimated_bytes, kind, self.threads, compile_native)
         self._parts = MOST_PARTS if self._is_large else self.worlds
-        self.state = layout.cars_of(self.worlds, self.cars, self._memory)
-        self._cells = layout.cells_of(self.worlds, self.cars, self._memory)
+        self.state = layout.cars_of(self.worlds, self.cars, self._kernels.memory)
+        self._cells = layout.cells_of(self.worlds, self.cars, self._kernels.memory)
         self._furnish(mat, self.profile)
         self.reset(seeds)
 
@@ -103,11 +102,11 @@ class World:
         if seeds is not None:
             if len(_seed_list(seeds)) != self.worlds:
                 raise MotorcadeError("seeds-differ-from-worlds", count=len(_seed_list(seeds)), worlds=self.worlds)
-            self.seeds = self._memory.keep("seeds", _seed_list(seeds))
+            self.seeds = self._kernels.memory.keep("seeds", _seed_list(seeds))
         layout.put_in_place(self.state, self.mat, self.worlds, len(self.images))
-        self._driven = self._memory.keep("driven", bicycle.nobody())
+        self._driven = self._kernels.memory.keep("driven", bicycle.nobody())
         room = 64 * self.cars + 1024 if self._keeps_events else 0
-        counts = self._memory.zeros("counts", (self._parts, events.COUNTS), np.int64)
+        counts = self._kernels.memory.zeros("counts", (self._parts, events.COUNTS), np.int64)
         self._counters = self._with_room(counts, room // (self._parts if self._is_large else 1))
         self._tick = 0
         self._spoken = NO_VOICE
@@ -116,7 +115,7 @@ class World:
     @property
     def kernels(self) -> Name:
         """What runs the cars now; native kernels may have taken over from WebAssembly."""
-        return self._kernels.name
+        return self._kernels.now.name
 
     @property
     def now_ms(self) -> int:
@@ -154,12 +153,17 @@ class World:
     def _furnish(self, mat: Mat, profile: Profile) -> None:
         rules = layout.rules_of(mat, profile, self.images)
         place, people = layout.place_of(mat, rules), layout.people_of(mat, self._parts)
-        self._rules, self._place = keep_all(self._memory, rules), keep_all(self._memory, place)
-        self._people, self._voices = keep_all(self._memory, people), keep_all(self._memory, layout.voices_of(mat))
+        self._rules, self._place = keep_all(self._kernels.memory, rules), keep_all(self._kernels.memory, place)
+        self._people, self._voices = (
+            keep_all(self._kernels.memory, people),
+            keep_all(self._kernels.memory, layout.voices_of(mat)),
+        )
 
     def _with_room(self, counts: NDArray[np.int64], room: int) -> events.Counters:
         """Counters with room for events, ``room`` for each part of the world."""
-        return events.Counters(counts, self._memory.zeros("events", (self._parts, room, events.COLUMNS), np.uint32))
+        return events.Counters(
+            counts, self._kernels.memory.zeros("events", (self._parts, room, events.COLUMNS), np.uint32)
+        )
 
     def move(self, car: int, pose: Pose, world: int = 0) -> None:
         """Move a car to another place, where it goes on with what it does.
@@ -191,7 +195,7 @@ class World:
         self._check_car(car)
         motion = bicycle.motion_of(angle_deg, direction, speed, self.profile, self.tick_ms)
         index = self._index(car, world)
-        self._driven = self._memory.keep("driven", bicycle.with_driver(self._driven, world, car, index, motion))
+        self._driven = self._kernels.memory.keep("driven", bicycle.with_driver(self._driven, world, car, index, motion))
         self.state.wheels[index] = DRIVEN
 
     def give_back(self, car: int, world: int = 0) -> None:
@@ -199,19 +203,20 @@ class World:
         self._check_car(car)
         index = self._index(car, world)
         if self.state.wheels[index] == DRIVEN:
-            self._driven = self._memory.keep("driven", bicycle.without_driver(self._driven, world, car))
+            self._driven = self._kernels.memory.keep("driven", bicycle.without_driver(self._driven, world, car))
             give_back(index, self._tick, self.state, self._rules)
 
     def step(self) -> None:
         """Simulate one tick."""
-        self._advance(1)
+        self.run(self.tick_ms)
 
     def run(self, duration_ms: int) -> None:
-        """Simulate ``duration_ms``, rounded down to whole ticks, in one compiled call."""
-        ticks = duration_ms // self.tick_ms
+        """Simulate ``duration_ms``, rounded down to whole ticks."""
+        ticks, cars = duration_ms // self.tick_ms, self.cars * self.worlds
         while ticks > 0:
+            most = max(self._kernels.begin(ticks * cars) // cars, 1)
             # With events the calls are short, because all events of a call have to fit into the array.
-            count = min(ticks, max(self.tick_ms, 200) // self.tick_ms) if self._keeps_events else ticks
+            count = min(ticks, most, max(self.tick_ms, 200) // self.tick_ms if self._keeps_events else most)
             self._advance(count)
             ticks -= count
 
@@ -220,10 +225,10 @@ class World:
         part = slice(world * self.cars, (world + 1) * self.cars)
         state = self.state
         order = np.argsort(state.number[part])
-        led = self._memory.zeros("leds", (self.cars,), np.uint8)
+        led = self._kernels.memory.zeros("leds", (self.cars,), np.uint8)
         # The LEDs as the last tick set them; the next tick may switch some off.
         last_ms = self.now_ms - self.tick_ms & TICKS_MASK
-        self._kernels.call("read_leds", 1, part.start, last_ms, state, self._rules, led)
+        self._kernels.now.call("read_leds", 1, part.start, last_ms, state, self._rules, led)
         heading = state.heading[part][order] / FULL_TURN * math.tau
         return Moment(
             t_ms=self.now_ms,
@@ -298,7 +303,7 @@ class World:
         return Arrays(self.state, self._cells, *around, self._driven, self._rules, self._counters)
 
     def _wake(self, moved: int = ALL) -> None:
-        self._kernels.call("wake", 1, self._tick, moved, self.worlds, self._arrays())
+        self._kernels.now.call("wake", 1, self._tick, moved, self.worlds, self._arrays())
 
     def _advance(self, ticks: int) -> None:
         while True:
@@ -315,10 +320,10 @@ class World:
             self._collect()
 
     def _call(self, ticks: int) -> None:
-        is_large = self._is_large and self._kernels.threaded
+        is_large = self._is_large and self._kernels.now.threaded
         threads = self.threads if self._is_large or self.worlds > 1 else 1
         moment = self._tick, ticks, self._spoken, self.seeds, self._arrays()
-        self._kernels.call("run_large" if is_large else "run", threads, *moment)
+        self._kernels.now.call("run_large" if is_large else "run", threads, *moment)
 
     def _changing(self) -> list[NDArray[np.generic]]:
         cars = self.state
@@ -357,13 +362,24 @@ def _seed_list(seeds: int | Sequence[int]) -> NDArray[np.int64]:
 
 
 def warm_up(world: World) -> None:
-    """Call every kernel that runs while a world like this one is played, so that native ones are compiled.
+    """Call every kernel that runs while a world like this one is played, driven cars included.
 
-    ``world`` itself is not changed. This takes some 20 s the first time on a computer, then half a second. Other
-    threads can be delayed meanwhile, for up to 0.2 s at a time.
+    ``world`` itself is not changed. Native kernels are compiled then, which takes some 20 s the first time on a
+    computer, then half a second; other threads can be delayed meanwhile, for up to 0.2 s at a time.
     """
-    other = World(world.mat, world.images, world.profile, threads=world.threads, kernels=world.kernels)
-    other.drive(0)
-    other.step()
-    other.move(0, Pose(0, 0))
-    other.snapshot()
+    _play(World(world.mat, world.images, world.profile, threads=world.threads, kernels=world.kernels))
+
+
+def compile_native(kind: Kind, threads: int) -> None:
+    """Compile the native kernels for worlds of one kind, or load them where this computer has compiled them before."""
+    followers = _LARGE - 1 if kind == "large" else 0
+    seeds = (0, 1) if kind == "many" else (0,)
+    mat = open_table(formation(followers))
+    _play(World(mat, [bytes(4)], seeds=seeds, threads=1 if kind == "one" else threads, kernels="native"))
+
+
+def _play(world: World) -> None:
+    world.drive(0)
+    world.step()
+    world.move(0, Pose(0, 0))
+    world.snapshot()
