@@ -6,6 +6,13 @@
 
 #include <string.h>
 
+/* The bits of `word` from bit `at` on, as many as `mask` (at most 255) has. A chip of 8 bits shifts a word bit by bit, so
+ * whole bytes are skipped first; a field in one byte takes no more than that byte.
+ */
+#define BITS(word, at, mask) \
+    ((uint8_t)(((mask) << ((at) & 7)) < 256 ? ((uint8_t)((word) >> ((at) & 24)) >> ((at) & 7)) & (mask) \
+                                           : ((uint16_t)((word) >> ((at) & 24)) >> ((at) & 7)) & (mask)))
+
 /* blocks */
 
 /* Return the CRC-32 of the bytes from `begin` up to `end`, where `crc` is that of the bytes before (or 0). */
@@ -42,7 +49,7 @@ uint32_t motorcade_ticks_later_ms(uint32_t now_ms, uint32_t duration_ms)
 }
 
 /* Return 1 where `due_ms` is now or past, 0 where it is still to come (at most 2^29 ms, six days, ahead). */
-uint32_t motorcade_ticks_reached(uint32_t now_ms, uint32_t due_ms)
+uint8_t motorcade_ticks_reached(uint32_t now_ms, uint32_t due_ms)
 {
     return ((now_ms - due_ms) & MOTORCADE_TICKS_TICKS_MASK) < ((uint32_t)1 << 29) ? 1 : 0;
 }
@@ -57,13 +64,13 @@ uint32_t motorcade_ticks_reached(uint32_t now_ms, uint32_t due_ms)
 #define MOTORCADE_INFRARED_CHECK_4 0x001FFFC0U
 
 /* Return how many of the 32 bits are set. */
-uint32_t motorcade_infrared_ones(uint32_t word)
+uint8_t motorcade_infrared_ones(uint32_t word)
 {
     word = word - ((word >> 1) & 0x55555555U);
     word = (word & 0x33333333U) + ((word >> 2) & 0x33333333U);
     word = (word + (word >> 4)) & 0x0F0F0F0FU;
     word = word + (word >> 8);
-    return (word + (word >> 16)) & 63;
+    return (uint8_t)((word + (word >> 16)) & 63);
 }
 
 /* Return the duration of a frame in µs: with units of 560 µs 49,840 (all zeros) to 85,680 (all ones). */
@@ -73,17 +80,17 @@ uint32_t motorcade_infrared_air_us(uint32_t frame, uint32_t unit_us)
 }
 
 /* Return the tag of the slot after the one with `tag`: after 63 comes 1. */
-uint32_t motorcade_infrared_next_tag(uint32_t tag)
+uint8_t motorcade_infrared_next_tag(uint8_t tag)
 {
-    return tag % MOTORCADE_INFRARED_TAGS + 1;
+    return (uint8_t)((uint32_t)(tag % MOTORCADE_INFRARED_TAGS) + 1);
 }
 
 /* Return the check, 0 to 31, that belongs to bits 31 to 6 of a frame. */
-uint32_t motorcade_infrared_check_of(uint32_t frame)
+uint8_t motorcade_infrared_check_of(uint32_t frame)
 {
-    uint32_t low = ((motorcade_infrared_ones(frame & MOTORCADE_INFRARED_CHECK_1) & 1) << 1) | (motorcade_infrared_ones(frame & MOTORCADE_INFRARED_CHECK_0) & 1);
-    uint32_t high = ((motorcade_infrared_ones(frame & MOTORCADE_INFRARED_CHECK_3) & 1) << 1) | (motorcade_infrared_ones(frame & MOTORCADE_INFRARED_CHECK_2) & 1);
-    return ((motorcade_infrared_ones(frame & MOTORCADE_INFRARED_CHECK_4) & 1) << 4) | (high << 2) | low;
+    uint32_t low = ((uint32_t)(motorcade_infrared_ones(frame & MOTORCADE_INFRARED_CHECK_1) & 1) << 1) | (motorcade_infrared_ones(frame & MOTORCADE_INFRARED_CHECK_0) & 1);
+    uint32_t high = ((uint32_t)(motorcade_infrared_ones(frame & MOTORCADE_INFRARED_CHECK_3) & 1) << 1) | (motorcade_infrared_ones(frame & MOTORCADE_INFRARED_CHECK_2) & 1);
+    return (uint8_t)(((uint32_t)(motorcade_infrared_ones(frame & MOTORCADE_INFRARED_CHECK_4) & 1) << 4) | (high << 2) | low);
 }
 
 /* Return the frame of `word`: bit 0 makes the number of ones even (seed 000, c9). */
@@ -94,34 +101,34 @@ uint32_t motorcade_infrared_to_frame(uint32_t word)
 }
 
 /* Return the frame of `word`, of which bits 31 to 12 count, with `tag`, 1 to 63. */
-uint32_t motorcade_infrared_tagged_frame(uint32_t word, uint32_t tag)
+uint32_t motorcade_infrared_tagged_frame(uint32_t word, uint8_t tag)
 {
-    uint32_t frame = (word & 0xFFFFF000U) | (tag << 6);
-    return motorcade_infrared_to_frame(frame | (motorcade_infrared_check_of(frame) << 1));
+    uint32_t frame = (word & 0xFFFFF000U) | ((uint32_t)tag << 6);
+    return motorcade_infrared_to_frame(frame | ((uint32_t)motorcade_infrared_check_of(frame) << 1));
 }
 
 /* Return 1 where the number of ones in a frame is even, as in every good frame, else 0. */
-uint32_t motorcade_infrared_parity_is_even(uint32_t frame)
+uint8_t motorcade_infrared_parity_is_even(uint32_t frame)
 {
-    return 1 - (motorcade_infrared_ones(frame) & 1);
+    return (uint8_t)((uint32_t)1 - (motorcade_infrared_ones(frame) & 1));
 }
 
 /* Return the tag of a frame: 1 to 63, or 0 for a bare frame. */
-uint32_t motorcade_infrared_tag_of(uint32_t frame)
+uint8_t motorcade_infrared_tag_of(uint32_t frame)
 {
-    return (frame >> 6) & 63;
+    return BITS(frame, 6, 63);
 }
 
 /* Return 1 where the check of a tagged frame belongs to its word and tag, else 0. */
-uint32_t motorcade_infrared_check_is_good(uint32_t frame)
+uint8_t motorcade_infrared_check_is_good(uint32_t frame)
 {
-    return motorcade_infrared_check_of(frame) == ((frame >> 1) & 31) ? 1 : 0;
+    return motorcade_infrared_check_of(frame) == BITS(frame, 1, 31) ? 1 : 0;
 }
 
 /* Return 1 where `tag` is 1 to 31 slots after `other`, else 0. */
-uint32_t motorcade_infrared_tag_is_newer(uint32_t tag, uint32_t other)
+uint8_t motorcade_infrared_tag_is_newer(uint8_t tag, uint8_t other)
 {
-    uint32_t slots = (tag + MOTORCADE_INFRARED_TAGS - other) % MOTORCADE_INFRARED_TAGS;
+    uint32_t slots = ((uint32_t)tag + MOTORCADE_INFRARED_TAGS - other) % MOTORCADE_INFRARED_TAGS;
     return (1 <= slots && slots <= 31) ? 1 : 0;
 }
 
@@ -133,36 +140,36 @@ uint32_t motorcade_infrared_tag_is_newer(uint32_t tag, uint32_t other)
 #define MOTORCADE_RECEIVER_CHECK_MARK 254
 
 /* Clear the memory; `most_words` (LEAST_WORDS to MOST_WORDS) is the size of the largest image. */
-void motorcade_receiver_switch_on(uint32_t *r, uint32_t most_words)
+void motorcade_receiver_switch_on(uint32_t *r, uint16_t most_words)
 {
     for (uint32_t i = 0; i < MOTORCADE_RECEIVER_SIZE; i++) {
         r[i] = 0;
     }
-    r[MOTORCADE_RECEIVER_MOST_BYTES] = most_words * 4;
+    r[MOTORCADE_RECEIVER_MOST_BYTES] = (uint32_t)most_words * 4;
 }
 
 /* Return how many bytes may be copied to `buffer` at `r[END]` now. */
-uint32_t motorcade_receiver_room(uint32_t *r, uint8_t *buffer, uint32_t now)
+uint16_t motorcade_receiver_room(uint32_t *r, uint8_t *buffer, uint32_t now)
 {
-    if (r[MOTORCADE_RECEIVER_END] > r[MOTORCADE_RECEIVER_START] && motorcade_ticks_elapsed_ms(now, r[MOTORCADE_RECEIVER_LAST_BYTE_MS]) >= MOTORCADE_RECEIVER_SILENCE_MS) {
+    if ((uint16_t)r[MOTORCADE_RECEIVER_END] > (uint16_t)r[MOTORCADE_RECEIVER_START] && motorcade_ticks_elapsed_ms(now, r[MOTORCADE_RECEIVER_LAST_BYTE_MS]) >= MOTORCADE_RECEIVER_SILENCE_MS) {
         /* What came before the silence is not processed yet. */
         return 0;
     }
-    if (r[MOTORCADE_RECEIVER_END] == r[MOTORCADE_RECEIVER_MOST_BYTES] && r[MOTORCADE_RECEIVER_START] > 0) {
-        motorcade_blocks_move_to_start(buffer, r[MOTORCADE_RECEIVER_START], r[MOTORCADE_RECEIVER_END]);
-        r[MOTORCADE_RECEIVER_END] = r[MOTORCADE_RECEIVER_END] - r[MOTORCADE_RECEIVER_START];
-        r[MOTORCADE_RECEIVER_CHECKED] = r[MOTORCADE_RECEIVER_CHECKED] - r[MOTORCADE_RECEIVER_START];
+    if ((uint16_t)r[MOTORCADE_RECEIVER_END] == (uint16_t)r[MOTORCADE_RECEIVER_MOST_BYTES] && (uint16_t)r[MOTORCADE_RECEIVER_START] > 0) {
+        motorcade_blocks_move_to_start(buffer, (uint16_t)r[MOTORCADE_RECEIVER_START], (uint16_t)r[MOTORCADE_RECEIVER_END]);
+        r[MOTORCADE_RECEIVER_END] = (uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_END] - (uint16_t)r[MOTORCADE_RECEIVER_START];
+        r[MOTORCADE_RECEIVER_CHECKED] = (uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_CHECKED] - (uint16_t)r[MOTORCADE_RECEIVER_START];
         r[MOTORCADE_RECEIVER_START] = 0;
     }
-    return r[MOTORCADE_RECEIVER_MOST_BYTES] - r[MOTORCADE_RECEIVER_END];
+    return (uint16_t)((uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_MOST_BYTES] - (uint16_t)r[MOTORCADE_RECEIVER_END]);
 }
 
 /* Take `count` bytes (1 or more) that were copied to `buffer` at `r[END]`. */
-void motorcade_receiver_add(uint32_t *r, uint32_t count, uint32_t now)
+void motorcade_receiver_add(uint32_t *r, uint16_t count, uint32_t now)
 {
     r[MOTORCADE_RECEIVER_LAST_BYTE_MS] = now;
-    if (r[MOTORCADE_RECEIVER_SKIPS] == 0) {
-        r[MOTORCADE_RECEIVER_END] = r[MOTORCADE_RECEIVER_END] + count;
+    if ((uint8_t)r[MOTORCADE_RECEIVER_SKIPS] == 0) {
+        r[MOTORCADE_RECEIVER_END] = (uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_END] + count;
     }
 }
 
@@ -179,11 +186,11 @@ static void motorcade_receiver_skip(uint32_t *r)
 }
 
 /* Remove `count` bytes from the start of the buffer. */
-static void motorcade_receiver_drop(uint32_t *r, uint32_t count)
+static void motorcade_receiver_drop(uint32_t *r, uint16_t count)
 {
     r[MOTORCADE_RECEIVER_LENGTH] = 0;
-    r[MOTORCADE_RECEIVER_START] = r[MOTORCADE_RECEIVER_START] + count;
-    if (r[MOTORCADE_RECEIVER_START] == r[MOTORCADE_RECEIVER_END]) {
+    r[MOTORCADE_RECEIVER_START] = (uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_START] + count;
+    if ((uint16_t)r[MOTORCADE_RECEIVER_START] == (uint16_t)r[MOTORCADE_RECEIVER_END]) {
         r[MOTORCADE_RECEIVER_START] = 0;
         r[MOTORCADE_RECEIVER_END] = 0;
     }
@@ -193,25 +200,25 @@ static void motorcade_receiver_drop(uint32_t *r, uint32_t count)
 static void motorcade_receiver_drop_image(uint32_t *r)
 {
     r[MOTORCADE_RECEIVER_TAKEN] = 0;
-    if (r[MOTORCADE_RECEIVER_IS_ANNOUNCED]) {
+    if ((uint8_t)r[MOTORCADE_RECEIVER_IS_ANNOUNCED]) {
         /* What follows an announced image was not announced. */
         r[MOTORCADE_RECEIVER_IS_ANNOUNCED] = 0;
         motorcade_receiver_skip(r);
     } else {
-        motorcade_receiver_drop(r, r[MOTORCADE_RECEIVER_LENGTH]);
+        motorcade_receiver_drop(r, (uint16_t)r[MOTORCADE_RECEIVER_LENGTH]);
     }
 }
 
 /* Return the word in the four bytes from index `at` on. */
-static uint32_t motorcade_receiver_word_at(uint8_t *buffer, uint32_t at)
+static uint32_t motorcade_receiver_word_at(uint8_t *buffer, uint16_t at)
 {
-    return ((uint32_t)buffer[at] << 24) | ((uint32_t)buffer[at + 1] << 16) | ((uint32_t)buffer[at + 2] << 8) | buffer[at + 3];
+    return ((uint32_t)buffer[at] << 24) | ((uint32_t)buffer[(uint32_t)at + 1] << 16) | ((uint32_t)buffer[(uint32_t)at + 2] << 8) | buffer[(uint32_t)at + 3];
 }
 
 /* Set LENGTH by the header at START. Return NOTHING then, else READBACK or a refusal. */
-static uint32_t motorcade_receiver_read_header(uint32_t *r, uint8_t *buffer)
+static uint8_t motorcade_receiver_read_header(uint32_t *r, uint8_t *buffer)
 {
-    uint32_t start = r[MOTORCADE_RECEIVER_START];
+    uint16_t start = (uint16_t)r[MOTORCADE_RECEIVER_START];
     uint32_t header = motorcade_receiver_word_at(buffer, start);
     if (header == MOTORCADE_RECEIVER_READBACK_HEADER) {
         motorcade_receiver_drop(r, 4);
@@ -221,12 +228,12 @@ static uint32_t motorcade_receiver_read_header(uint32_t *r, uint8_t *buffer)
         r[MOTORCADE_RECEIVER_LENGTH] = MOTORCADE_CHECK_CHECK_BYTES;
         return MOTORCADE_RECEIVER_NOTHING;
     }
-    uint32_t leader_states = buffer[start];
-    uint32_t follower_words = buffer[start + 1];
-    uint32_t dwell = buffer[start + 2];
-    uint32_t reserved = buffer[start + 3];
+    uint8_t leader_states = buffer[start];
+    uint8_t follower_words = buffer[(uint32_t)start + 1];
+    uint8_t dwell = buffer[(uint32_t)start + 2];
+    uint8_t reserved = buffer[(uint32_t)start + 3];
     /* A dwell has one bit where there are follower words, and none where there are none. */
-    uint32_t is_good = (reserved <= MOTORCADE_RECEIVER_MOST_RESERVED && (dwell == 0 || (dwell & (dwell - 1)) == 0)) ? 1 : 0;
+    uint32_t is_good = (reserved <= MOTORCADE_RECEIVER_MOST_RESERVED && (dwell == 0 || (dwell & ((uint32_t)dwell - 1)) == 0)) ? 1 : 0;
     if (follower_words == 0) {
         is_good = (dwell == 0 && reserved == 0) ? 1 : 0;
     } else if (dwell == 0) {
@@ -237,32 +244,32 @@ static uint32_t motorcade_receiver_read_header(uint32_t *r, uint8_t *buffer)
         motorcade_receiver_skip(r);
         return MOTORCADE_RECEIVER_BAD_HEADER;
     }
-    uint32_t words = 1 + leader_states + follower_words;
-    if (words * 4 > r[MOTORCADE_RECEIVER_MOST_BYTES]) {
+    uint32_t words = (uint32_t)1 + leader_states + follower_words;
+    if (words * 4 > (uint16_t)r[MOTORCADE_RECEIVER_MOST_BYTES]) {
         r[MOTORCADE_RECEIVER_COUNT] = words;
         motorcade_receiver_skip(r);
         return MOTORCADE_RECEIVER_TOO_LARGE;
     }
     r[MOTORCADE_RECEIVER_LENGTH] = words * 4;
-    r[MOTORCADE_RECEIVER_CHECKED] = start + 4;
-    r[MOTORCADE_RECEIVER_CRC] = motorcade_blocks_crc32_of(buffer, start, start + 4, 0);
+    r[MOTORCADE_RECEIVER_CHECKED] = (uint32_t)start + 4;
+    r[MOTORCADE_RECEIVER_CRC] = motorcade_blocks_crc32_of(buffer, start, (uint32_t)start + 4, 0);
     r[MOTORCADE_RECEIVER_BAD_POSITION] = 0;
     return MOTORCADE_RECEIVER_NOTHING;
 }
 
 /* Take the whole check request at START. Return CHECK, or CHANGED_REQUEST. */
-static uint32_t motorcade_receiver_take_check(uint32_t *r, uint8_t *buffer)
+static uint8_t motorcade_receiver_take_check(uint32_t *r, uint8_t *buffer)
 {
     uint32_t checksum = 0;
     uint32_t number = 0;
     for (uint32_t i = 0; i < 5; i++) {
-        uint32_t word = motorcade_receiver_word_at(buffer, r[MOTORCADE_RECEIVER_START] + 4 + i * 4);
+        uint32_t word = motorcade_receiver_word_at(buffer, (uint16_t)((uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_START] + 4 + i * 4));
         if ((word & (0xFFFFFFFFU ^ ((uint32_t)255 << MOTORCADE_CHECK_PAYLOAD_AT))) != MOTORCADE_CHECK_MARKS) {
             motorcade_receiver_skip(r);
             return MOTORCADE_RECEIVER_CHANGED_REQUEST;
         }
         checksum = ((checksum << 8) | number) & 0xFFFFFFFFU;
-        number = (word >> MOTORCADE_CHECK_PAYLOAD_AT) & 255;
+        number = BITS(word, MOTORCADE_CHECK_PAYLOAD_AT, 255);
     }
     r[MOTORCADE_RECEIVER_ANNOUNCED] = checksum;
     r[MOTORCADE_RECEIVER_NUMBER] = number;
@@ -272,39 +279,39 @@ static uint32_t motorcade_receiver_take_check(uint32_t *r, uint8_t *buffer)
 }
 
 /* Check the control words up to index `end`, at most `work_words`. Return 1 where some are left, else 0. */
-static uint32_t motorcade_receiver_check_words(uint32_t *r, uint8_t *buffer, uint32_t work_words, uint32_t end)
+static uint8_t motorcade_receiver_check_words(uint32_t *r, uint8_t *buffer, uint16_t work_words, uint16_t end)
 {
-    uint32_t begin = r[MOTORCADE_RECEIVER_CHECKED];
+    uint16_t begin = (uint16_t)r[MOTORCADE_RECEIVER_CHECKED];
     uint32_t is_left = 0;
-    if (end - begin > work_words * 4) {
-        end = begin + work_words * 4;
+    if ((uint32_t)end - begin > (uint32_t)work_words * 4) {
+        end = (uint16_t)(begin + (uint32_t)work_words * 4);
         is_left = 1;
     }
     if (end == begin) {
-        return is_left;
+        return (uint8_t)is_left;
     }
-    uint32_t at = begin;
+    uint16_t at = begin;
     while (at < end) {
-        if (((buffer[at + 2] & MOTORCADE_RECEIVER_UNUSED_IN_THIRD) || (buffer[at + 3] & MOTORCADE_RECEIVER_UNUSED_IN_FOURTH)) && r[MOTORCADE_RECEIVER_BAD_POSITION] == 0) {
-            r[MOTORCADE_RECEIVER_BAD_POSITION] = (at - r[MOTORCADE_RECEIVER_START]) / 4;
+        if (((buffer[(uint32_t)at + 2] & MOTORCADE_RECEIVER_UNUSED_IN_THIRD) || (buffer[(uint32_t)at + 3] & MOTORCADE_RECEIVER_UNUSED_IN_FOURTH)) && (uint16_t)r[MOTORCADE_RECEIVER_BAD_POSITION] == 0) {
+            r[MOTORCADE_RECEIVER_BAD_POSITION] = ((uint32_t)at - (uint16_t)r[MOTORCADE_RECEIVER_START]) / 4;
         }
-        at = at + 4;
+        at = (uint16_t)((uint32_t)at + 4);
     }
     r[MOTORCADE_RECEIVER_CRC] = motorcade_blocks_crc32_of(buffer, begin, end, r[MOTORCADE_RECEIVER_CRC]);
     r[MOTORCADE_RECEIVER_CHECKED] = end;
-    return is_left;
+    return (uint8_t)is_left;
 }
 
 /* Return IMAGE, or a refusal, for the whole image at START, of which all words were checked. */
-static uint32_t motorcade_receiver_end_image(uint32_t *r, uint8_t *buffer)
+static uint8_t motorcade_receiver_end_image(uint32_t *r, uint8_t *buffer)
 {
-    if (r[MOTORCADE_RECEIVER_BAD_POSITION]) {
-        r[MOTORCADE_RECEIVER_COUNT] = r[MOTORCADE_RECEIVER_BAD_POSITION];
-        r[MOTORCADE_RECEIVER_WORD] = motorcade_receiver_word_at(buffer, r[MOTORCADE_RECEIVER_START] + r[MOTORCADE_RECEIVER_BAD_POSITION] * 4);
+    if ((uint16_t)r[MOTORCADE_RECEIVER_BAD_POSITION]) {
+        r[MOTORCADE_RECEIVER_COUNT] = (uint16_t)r[MOTORCADE_RECEIVER_BAD_POSITION];
+        r[MOTORCADE_RECEIVER_WORD] = motorcade_receiver_word_at(buffer, (uint16_t)((uint16_t)r[MOTORCADE_RECEIVER_START] + (uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_BAD_POSITION] * 4));
         motorcade_receiver_skip(r);
         return MOTORCADE_RECEIVER_BAD_WORD;
     }
-    if (r[MOTORCADE_RECEIVER_IS_ANNOUNCED] && r[MOTORCADE_RECEIVER_CRC] != r[MOTORCADE_RECEIVER_ANNOUNCED]) {
+    if ((uint8_t)r[MOTORCADE_RECEIVER_IS_ANNOUNCED] && r[MOTORCADE_RECEIVER_CRC] != r[MOTORCADE_RECEIVER_ANNOUNCED]) {
         motorcade_receiver_skip(r);
         return MOTORCADE_RECEIVER_OTHER_CHECKSUM;
     }
@@ -313,22 +320,22 @@ static uint32_t motorcade_receiver_end_image(uint32_t *r, uint8_t *buffer)
 }
 
 /* Go on with the image or request at START, of which there are at least 4 bytes. */
-static uint32_t motorcade_receiver_advance(uint32_t *r, uint8_t *buffer, uint32_t work_words)
+static uint8_t motorcade_receiver_advance(uint32_t *r, uint8_t *buffer, uint16_t work_words)
 {
-    if (r[MOTORCADE_RECEIVER_LENGTH] == 0) {
-        uint32_t event = motorcade_receiver_read_header(r, buffer);
+    if ((uint16_t)r[MOTORCADE_RECEIVER_LENGTH] == 0) {
+        uint8_t event = motorcade_receiver_read_header(r, buffer);
         if (event != MOTORCADE_RECEIVER_NOTHING) {
             return event;
         }
     }
-    uint32_t here = r[MOTORCADE_RECEIVER_END] - r[MOTORCADE_RECEIVER_START];
-    if (buffer[r[MOTORCADE_RECEIVER_START] + 3] == MOTORCADE_RECEIVER_CHECK_MARK) {
+    uint32_t here = (uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_END] - (uint16_t)r[MOTORCADE_RECEIVER_START];
+    if (buffer[(uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_START] + 3] == MOTORCADE_RECEIVER_CHECK_MARK) {
         if (here < MOTORCADE_CHECK_CHECK_BYTES) {
             return MOTORCADE_RECEIVER_NOTHING;
         }
         return motorcade_receiver_take_check(r, buffer);
     }
-    if (r[MOTORCADE_RECEIVER_LENGTH] == 4 && r[MOTORCADE_RECEIVER_IS_ANNOUNCED] == 0) {
+    if ((uint16_t)r[MOTORCADE_RECEIVER_LENGTH] == 4 && (uint8_t)r[MOTORCADE_RECEIVER_IS_ANNOUNCED] == 0) {
         /* A break or a loose cable makes zeros. So four zeros are an image only between two silences. */
         if (here == 4) {
             return MOTORCADE_RECEIVER_NOTHING;
@@ -337,23 +344,23 @@ static uint32_t motorcade_receiver_advance(uint32_t *r, uint8_t *buffer, uint32_
         motorcade_receiver_skip(r);
         return MOTORCADE_RECEIVER_NOT_EMPTY;
     }
-    if (here > r[MOTORCADE_RECEIVER_LENGTH]) {
-        here = r[MOTORCADE_RECEIVER_LENGTH];
+    if (here > (uint16_t)r[MOTORCADE_RECEIVER_LENGTH]) {
+        here = (uint16_t)r[MOTORCADE_RECEIVER_LENGTH];
     }
-    if (motorcade_receiver_check_words(r, buffer, work_words, r[MOTORCADE_RECEIVER_START] + here - here % 4)) {
+    if (motorcade_receiver_check_words(r, buffer, work_words, (uint16_t)((uint16_t)r[MOTORCADE_RECEIVER_START] + here - here % 4))) {
         return MOTORCADE_RECEIVER_WORKING;
     }
-    if (here < r[MOTORCADE_RECEIVER_LENGTH]) {
+    if (here < (uint16_t)r[MOTORCADE_RECEIVER_LENGTH]) {
         return MOTORCADE_RECEIVER_NOTHING;
     }
     return motorcade_receiver_end_image(r, buffer);
 }
 
 /* Return IMAGE where nothing but the empty image came, CUT_OFF where part of something did, else NOTHING. */
-static uint32_t motorcade_receiver_end_by_silence(uint32_t *r)
+static uint8_t motorcade_receiver_end_by_silence(uint32_t *r)
 {
-    uint32_t count = r[MOTORCADE_RECEIVER_END] - r[MOTORCADE_RECEIVER_START];
-    uint32_t is_empty_image = (r[MOTORCADE_RECEIVER_LENGTH] == 4 && count == 4) ? 1 : 0;
+    uint32_t count = (uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_END] - (uint16_t)r[MOTORCADE_RECEIVER_START];
+    uint32_t is_empty_image = ((uint16_t)r[MOTORCADE_RECEIVER_LENGTH] == 4 && count == 4) ? 1 : 0;
     if (count > 0 && is_empty_image == 0) {
         motorcade_receiver_skip(r);
     }
@@ -374,17 +381,17 @@ static uint32_t motorcade_receiver_end_by_silence(uint32_t *r)
  * It checks at most `work_words` (1 or more) words. It also notices silence, after which the next byte begins an
  * image or a request.
  */
-uint32_t motorcade_receiver_next_event(uint32_t *r, uint8_t *buffer, uint32_t work_words, uint32_t now)
+uint8_t motorcade_receiver_next_event(uint32_t *r, uint8_t *buffer, uint16_t work_words, uint32_t now)
 {
-    if (r[MOTORCADE_RECEIVER_TAKEN]) {
+    if ((uint8_t)r[MOTORCADE_RECEIVER_TAKEN]) {
         motorcade_receiver_drop_image(r);
     }
     uint32_t event = MOTORCADE_RECEIVER_NOTHING;
-    if (r[MOTORCADE_RECEIVER_END] - r[MOTORCADE_RECEIVER_START] >= 4) {
+    if ((uint32_t)(uint16_t)r[MOTORCADE_RECEIVER_END] - (uint16_t)r[MOTORCADE_RECEIVER_START] >= 4) {
         event = motorcade_receiver_advance(r, buffer, work_words);
     }
     if (event != MOTORCADE_RECEIVER_NOTHING) {
-        return event;
+        return (uint8_t)event;
     }
     uint32_t quiet_ms = motorcade_ticks_elapsed_ms(now, r[MOTORCADE_RECEIVER_LAST_BYTE_MS]);
     if (quiet_ms >= MOTORCADE_RECEIVER_SILENCE_MS) {
@@ -393,7 +400,7 @@ uint32_t motorcade_receiver_next_event(uint32_t *r, uint8_t *buffer, uint32_t wo
     if (quiet_ms >= MOTORCADE_CHECK_CHECK_LASTS_MS) {
         r[MOTORCADE_RECEIVER_IS_ANNOUNCED] = 0;
     }
-    return event;
+    return (uint8_t)event;
 }
 
 /* brain */
@@ -413,8 +420,8 @@ uint32_t motorcade_receiver_next_event(uint32_t *r, uint8_t *buffer, uint32_t wo
 /* Return how long `word` drives the motor. */
 uint32_t motorcade_brain_motor_ms(uint32_t word, const uint32_t *levels)
 {
-    if ((word >> MOTORCADE_BRAIN_MOTOR_ENABLE_AT) & 1) {
-        return levels[MOTORCADE_BRAIN_DURATIONS_MS + ((word >> MOTORCADE_BRAIN_MOTOR_DURATION_AT) & 3)];
+    if (BITS(word, MOTORCADE_BRAIN_MOTOR_ENABLE_AT, 1)) {
+        return levels[(uint32_t)MOTORCADE_BRAIN_DURATIONS_MS + BITS(word, MOTORCADE_BRAIN_MOTOR_DURATION_AT, 3)];
     }
     return 0;
 }
@@ -422,14 +429,14 @@ uint32_t motorcade_brain_motor_ms(uint32_t word, const uint32_t *levels)
 /* Return how long `word` lights its LED. */
 uint32_t motorcade_brain_led_ms(uint32_t word, const uint32_t *levels)
 {
-    return levels[MOTORCADE_BRAIN_DURATIONS_MS + ((word >> MOTORCADE_BRAIN_LED_DURATION_AT) & 3)];
+    return levels[(uint32_t)MOTORCADE_BRAIN_DURATIONS_MS + BITS(word, MOTORCADE_BRAIN_LED_DURATION_AT, 3)];
 }
 
 /* Return how long `word` avoids obstacles. */
 uint32_t motorcade_brain_avoid_ms(uint32_t word, const uint32_t *levels)
 {
-    if ((word >> MOTORCADE_BRAIN_AVOID_ENABLE_AT) & 1) {
-        return levels[MOTORCADE_BRAIN_DURATIONS_MS + ((word >> MOTORCADE_BRAIN_AVOID_DURATION_AT) & 3)];
+    if (BITS(word, MOTORCADE_BRAIN_AVOID_ENABLE_AT, 1)) {
+        return levels[(uint32_t)MOTORCADE_BRAIN_DURATIONS_MS + BITS(word, MOTORCADE_BRAIN_AVOID_DURATION_AT, 3)];
     }
     return 0;
 }
@@ -486,18 +493,18 @@ void motorcade_brain_begin_word(uint32_t *s, uint32_t word, uint32_t now)
     s[MOTORCADE_BRAIN_STARTED_MS] = now;
     s[MOTORCADE_BRAIN_RUNNING] = 1;
     s[MOTORCADE_BRAIN_DRAWS] = 0;
-    if (((word >> MOTORCADE_BRAIN_VOICE_AT) & 1) == 0) {
+    if (BITS(word, MOTORCADE_BRAIN_VOICE_AT, 1) == 0) {
         s[MOTORCADE_BRAIN_STOPPED] = 0;
     }
 }
 
 /* Begin a leader's states. Return 1 where its first state began, 0 for a leader without states. */
-uint32_t motorcade_brain_leader_start(uint32_t *s, const struct motorcade_image *image, uint32_t now)
+uint8_t motorcade_brain_leader_start(uint32_t *s, const struct motorcade_image *image, uint32_t now)
 {
     s[MOTORCADE_BRAIN_STATE] = 0;
     s[MOTORCADE_BRAIN_RUNNING] = 0;
     s[MOTORCADE_BRAIN_HOLDS] = 0;
-    if ((motorcade_image_word(image, 0) >> 24) == 0) {
+    if (BITS(motorcade_image_word(image, 0), 24, 255) == 0) {
         return 0;
     }
     motorcade_brain_begin_word(s, motorcade_image_word(image, 1), now);
@@ -512,16 +519,16 @@ uint32_t motorcade_brain_leader_start(uint32_t *s, const struct motorcade_image 
 void motorcade_brain_draw_headings(uint32_t *s, uint32_t running_ms, const uint32_t *levels)
 {
     uint32_t word = s[MOTORCADE_BRAIN_WORD];
-    if (((word >> MOTORCADE_BRAIN_MOTOR_DIRECTION_AT) & 3) != MOTORCADE_BRAIN_RANDOM_FORWARD) {
+    if (BITS(word, MOTORCADE_BRAIN_MOTOR_DIRECTION_AT, 3) != MOTORCADE_BRAIN_RANDOM_FORWARD) {
         return;
     }
     uint32_t end_ms = motorcade_brain_motor_ms(word, levels);
     if (running_ms < end_ms) {
         end_ms = running_ms + 1;
     }
-    while (s[MOTORCADE_BRAIN_DRAWS] * MOTORCADE_BRAIN_RANDOM_STEP_MS < end_ms) {
-        s[MOTORCADE_BRAIN_DRAWS] = s[MOTORCADE_BRAIN_DRAWS] + 1;
-        uint32_t quarter = motorcade_brain_draw(s) >> 30;
+    while ((uint32_t)(uint16_t)s[MOTORCADE_BRAIN_DRAWS] * MOTORCADE_BRAIN_RANDOM_STEP_MS < end_ms) {
+        s[MOTORCADE_BRAIN_DRAWS] = (uint32_t)(uint16_t)s[MOTORCADE_BRAIN_DRAWS] + 1;
+        uint8_t quarter = BITS(motorcade_brain_draw(s), 30, 255);
         s[MOTORCADE_BRAIN_HEADING] = MOTORCADE_BRAIN_FORWARD;
         if (quarter == 2) {
             s[MOTORCADE_BRAIN_HEADING] = MOTORCADE_BRAIN_LEFT;
@@ -537,9 +544,9 @@ void motorcade_brain_draw_headings(uint32_t *s, uint32_t running_ms, const uint3
  * Call it until it returns 0: after a late tick several states may have ended. Each state begins exactly when the one
  * before it ended.
  */
-uint32_t motorcade_brain_leader_step(uint32_t *s, const struct motorcade_image *image, uint32_t now, const uint32_t *levels)
+uint8_t motorcade_brain_leader_step(uint32_t *s, const struct motorcade_image *image, uint32_t now, const uint32_t *levels)
 {
-    uint32_t leader_states = motorcade_image_word(image, 0) >> 24;
+    uint8_t leader_states = BITS(motorcade_image_word(image, 0), 24, 255);
     if (leader_states == 0) {
         return 0;
     }
@@ -548,8 +555,8 @@ uint32_t motorcade_brain_leader_step(uint32_t *s, const struct motorcade_image *
         return 0;
     }
     motorcade_brain_draw_headings(s, length, levels);
-    s[MOTORCADE_BRAIN_STATE] = (s[MOTORCADE_BRAIN_STATE] + 1) % leader_states;
-    motorcade_brain_begin_word(s, motorcade_image_word(image, 1 + s[MOTORCADE_BRAIN_STATE]), motorcade_ticks_later_ms(s[MOTORCADE_BRAIN_STARTED_MS], length));
+    s[MOTORCADE_BRAIN_STATE] = ((uint32_t)(uint8_t)s[MOTORCADE_BRAIN_STATE] + 1) % leader_states;
+    motorcade_brain_begin_word(s, motorcade_image_word(image, (uint32_t)1 + (uint8_t)s[MOTORCADE_BRAIN_STATE]), motorcade_ticks_later_ms(s[MOTORCADE_BRAIN_STARTED_MS], length));
     return 1;
 }
 
@@ -557,13 +564,13 @@ uint32_t motorcade_brain_leader_step(uint32_t *s, const struct motorcade_image *
  *
  * It also forgets the tag of a word that was begun FORGET_MS ago.
  */
-uint32_t motorcade_brain_follower_step(uint32_t *s, uint32_t now, const uint32_t *levels)
+uint8_t motorcade_brain_follower_step(uint32_t *s, uint32_t now, const uint32_t *levels)
 {
-    if (s[MOTORCADE_BRAIN_TAG] && (s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_FORGOTTEN) == 0 && motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_STARTED_MS]) >= levels[MOTORCADE_BRAIN_FORGET_MS]) {
-        s[MOTORCADE_BRAIN_TAG] = (s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_TAG_MASK) | MOTORCADE_BRAIN_FORGOTTEN;
+    if ((uint16_t)s[MOTORCADE_BRAIN_TAG] && ((uint16_t)s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_FORGOTTEN) == 0 && motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_STARTED_MS]) >= levels[MOTORCADE_BRAIN_FORGET_MS]) {
+        s[MOTORCADE_BRAIN_TAG] = ((uint16_t)s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_TAG_MASK) | MOTORCADE_BRAIN_FORGOTTEN;
         s[MOTORCADE_BRAIN_INTERVAL] = 0;
     }
-    if (s[MOTORCADE_BRAIN_RUNNING] == 0) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] == 0) {
         return 0;
     }
     uint32_t length = motorcade_brain_length_ms(s[MOTORCADE_BRAIN_WORD], levels);
@@ -576,9 +583,9 @@ uint32_t motorcade_brain_follower_step(uint32_t *s, uint32_t now, const uint32_t
 }
 
 /* Take what the microphone heard; it has an effect only while a word with the bit voice runs. */
-void motorcade_brain_hear_voice(uint32_t *s, uint32_t voice)
+void motorcade_brain_hear_voice(uint32_t *s, uint8_t voice)
 {
-    if (s[MOTORCADE_BRAIN_RUNNING] && ((s[MOTORCADE_BRAIN_WORD] >> MOTORCADE_BRAIN_VOICE_AT) & 1)) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_BRAIN_VOICE_AT, 1)) {
         if (voice == MOTORCADE_BRAIN_VOICE_STOP) {
             s[MOTORCADE_BRAIN_STOPPED] = 1;
         }
@@ -593,13 +600,13 @@ uint32_t motorcade_brain_looks_mm(uint32_t *s, uint32_t now, const uint32_t *lev
 {
     uint32_t word = s[MOTORCADE_BRAIN_WORD];
     uint32_t running_ms = motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_STARTED_MS]);
-    if (s[MOTORCADE_BRAIN_RUNNING] == 0 || running_ms >= motorcade_brain_avoid_ms(word, levels) || running_ms >= motorcade_brain_motor_ms(word, levels)) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] == 0 || running_ms >= motorcade_brain_avoid_ms(word, levels) || running_ms >= motorcade_brain_motor_ms(word, levels)) {
         return 0;
     }
-    if (((word >> MOTORCADE_BRAIN_MOTOR_SPEED_AT) & 3) == 0) {
+    if (BITS(word, MOTORCADE_BRAIN_MOTOR_SPEED_AT, 3) == 0) {
         return 0;
     }
-    return levels[MOTORCADE_BRAIN_AVOID_RADII_MM + ((word >> MOTORCADE_BRAIN_AVOID_RADIUS_AT) & 3)];
+    return levels[(uint32_t)MOTORCADE_BRAIN_AVOID_RADII_MM + BITS(word, MOTORCADE_BRAIN_AVOID_RADIUS_AT, 3)];
 }
 
 /* Return the state of the wheels now: direction * 4 + speed level, STILL for standing still.
@@ -607,41 +614,41 @@ uint32_t motorcade_brain_looks_mm(uint32_t *s, uint32_t now, const uint32_t *lev
  * `obstacle_mm` is the distance that the ultrasonic sensor measures, a large number where it finds nothing or is
  * off; `person` is 1 while the PIR sensor sees somebody.
  */
-uint32_t motorcade_brain_wheels(uint32_t *s, uint32_t obstacle_mm, uint32_t person, uint32_t now, const uint32_t *levels)
+uint8_t motorcade_brain_wheels(uint32_t *s, uint32_t obstacle_mm, uint8_t person, uint32_t now, const uint32_t *levels)
 {
     uint32_t word = s[MOTORCADE_BRAIN_WORD];
-    uint32_t speed = (word >> MOTORCADE_BRAIN_MOTOR_SPEED_AT) & 3;
-    if (s[MOTORCADE_BRAIN_RUNNING] == 0 || speed == 0) {
+    uint8_t speed = BITS(word, MOTORCADE_BRAIN_MOTOR_SPEED_AT, 3);
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] == 0 || speed == 0) {
         return MOTORCADE_BRAIN_STILL;
     }
     uint32_t running_ms = motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_STARTED_MS]);
     if (running_ms >= motorcade_brain_motor_ms(word, levels)) {
         return MOTORCADE_BRAIN_STILL;
     }
-    uint32_t direction = (word >> MOTORCADE_BRAIN_MOTOR_DIRECTION_AT) & 3;
+    uint8_t direction = BITS(word, MOTORCADE_BRAIN_MOTOR_DIRECTION_AT, 3);
     if (direction == MOTORCADE_BRAIN_RANDOM_FORWARD) {
         motorcade_brain_draw_headings(s, running_ms, levels);
-        direction = s[MOTORCADE_BRAIN_HEADING];
+        direction = (uint8_t)s[MOTORCADE_BRAIN_HEADING];
     }
-    if (s[MOTORCADE_BRAIN_STOPPED]) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_STOPPED]) {
         return MOTORCADE_BRAIN_STILL;
     }
-    if (person && ((word >> MOTORCADE_BRAIN_PIR_AT) & 1)) {
+    if (person && BITS(word, MOTORCADE_BRAIN_PIR_AT, 1)) {
         return MOTORCADE_BRAIN_STILL;
     }
     if (running_ms < motorcade_brain_avoid_ms(word, levels)) {
-        if (obstacle_mm < levels[MOTORCADE_BRAIN_AVOID_RADII_MM + ((word >> MOTORCADE_BRAIN_AVOID_RADIUS_AT) & 3)]) {
+        if (obstacle_mm < levels[(uint32_t)MOTORCADE_BRAIN_AVOID_RADII_MM + BITS(word, MOTORCADE_BRAIN_AVOID_RADIUS_AT, 3)]) {
             direction = MOTORCADE_BRAIN_RIGHT;
         }
     }
-    return direction * 4 + speed;
+    return (uint8_t)((uint32_t)direction * 4 + speed);
 }
 
 /* Return the LED that is on now, 0 to 3, or NO_LED. */
-uint32_t motorcade_brain_lit_led(uint32_t *s, uint32_t now, const uint32_t *levels)
+uint8_t motorcade_brain_lit_led(uint32_t *s, uint32_t now, const uint32_t *levels)
 {
-    if (s[MOTORCADE_BRAIN_RUNNING] && motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_STARTED_MS]) < motorcade_brain_led_ms(s[MOTORCADE_BRAIN_WORD], levels)) {
-        return (s[MOTORCADE_BRAIN_WORD] >> MOTORCADE_BRAIN_LED_WHICH_AT) & 3;
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_STARTED_MS]) < motorcade_brain_led_ms(s[MOTORCADE_BRAIN_WORD], levels)) {
+        return BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_BRAIN_LED_WHICH_AT, 3);
     }
     return MOTORCADE_BRAIN_NO_LED;
 }
@@ -656,7 +663,7 @@ uint32_t motorcade_brain_lit_led(uint32_t *s, uint32_t now, const uint32_t *leve
 /* Return how long a leader with `image` sends each follower word. */
 uint32_t motorcade_frames_dwell_ms(const struct motorcade_image *image, const uint32_t *levels)
 {
-    uint32_t dwell = (motorcade_image_word(image, 0) >> 8) & 255;
+    uint8_t dwell = BITS(motorcade_image_word(image, 0), 8, 255);
     uint32_t level = 0;
     while ((dwell >> level) > 1) {
         level = level + 1;
@@ -665,13 +672,13 @@ uint32_t motorcade_frames_dwell_ms(const struct motorcade_image *image, const ui
 }
 
 /* Return how long a frame occupies the air, in whole milliseconds. */
-uint32_t motorcade_frames_frame_ms(uint32_t frame, const uint32_t *levels)
+uint16_t motorcade_frames_frame_ms(uint32_t frame, const uint32_t *levels)
 {
-    return (motorcade_infrared_air_us(frame, levels[MOTORCADE_BRAIN_UNIT_US]) + 999) / 1000;
+    return (uint16_t)((motorcade_infrared_air_us(frame, levels[MOTORCADE_BRAIN_UNIT_US]) + 999) / 1000);
 }
 
 /* Return 1 where the follower words of `image` travel with a tag, else 0. */
-uint32_t motorcade_frames_is_tagged(const struct motorcade_image *image)
+uint8_t motorcade_frames_is_tagged(const struct motorcade_image *image)
 {
     return (motorcade_image_word(image, 0) & 255) == MOTORCADE_BRAIN_TAGGED ? 1 : 0;
 }
@@ -688,11 +695,11 @@ static void motorcade_frames_open_slot(uint32_t *s)
 /* Begin to send the follower words of a leader's image. */
 void motorcade_frames_leader_begin(uint32_t *s, const struct motorcade_image *image, uint32_t now)
 {
-    uint32_t leader_states = motorcade_image_word(image, 0) >> 24;
+    uint8_t leader_states = BITS(motorcade_image_word(image, 0), 24, 255);
     s[MOTORCADE_BRAIN_RELAYED] = 0;
-    const uint32_t i_end = (motorcade_image_word(image, 0) >> 16) & 255;
+    const uint32_t i_end = BITS(motorcade_image_word(image, 0), 16, 255);
     for (uint32_t i = 0; i < i_end; i++) {
-        if ((motorcade_image_word(image, 1 + leader_states + i) >> MOTORCADE_FRAMES_FORWARD_AT) & 1) {
+        if (BITS(motorcade_image_word(image, (uint32_t)1 + leader_states + i), MOTORCADE_FRAMES_FORWARD_AT, 1)) {
             s[MOTORCADE_BRAIN_RELAYED] = 1;
         }
     }
@@ -705,7 +712,7 @@ void motorcade_frames_leader_begin(uint32_t *s, const struct motorcade_image *im
     }
     /* A new image counts on, since followers would ignore its words with tags that look old. */
     if (motorcade_frames_is_tagged(image)) {
-        s[MOTORCADE_BRAIN_TAG] = motorcade_infrared_next_tag(s[MOTORCADE_BRAIN_TAG]);
+        s[MOTORCADE_BRAIN_TAG] = motorcade_infrared_next_tag((uint8_t)(uint16_t)s[MOTORCADE_BRAIN_TAG]);
         motorcade_frames_open_slot(s);
     } else {
         s[MOTORCADE_BRAIN_TAG] = 0;
@@ -713,53 +720,53 @@ void motorcade_frames_leader_begin(uint32_t *s, const struct motorcade_image *im
 }
 
 /* Go on to the slot that `now` is in. Return 1 where it is a new one, else 0. */
-static uint32_t motorcade_frames_enter_slot(uint32_t *s, const struct motorcade_image *image, uint32_t now, const uint32_t *levels)
+static uint8_t motorcade_frames_enter_slot(uint32_t *s, const struct motorcade_image *image, uint32_t now, const uint32_t *levels)
 {
     uint32_t dwell = motorcade_frames_dwell_ms(image, levels);
     uint32_t is_new = 0;
     while (motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_SLOT_STARTED_MS]) >= dwell) {
         s[MOTORCADE_BRAIN_SLOT_STARTED_MS] = motorcade_ticks_later_ms(s[MOTORCADE_BRAIN_SLOT_STARTED_MS], dwell);
-        s[MOTORCADE_BRAIN_SLOT] = (s[MOTORCADE_BRAIN_SLOT] + 1) % ((motorcade_image_word(image, 0) >> 16) & 255);
-        if (s[MOTORCADE_BRAIN_TAG]) {
-            s[MOTORCADE_BRAIN_TAG] = motorcade_infrared_next_tag(s[MOTORCADE_BRAIN_TAG]);
+        s[MOTORCADE_BRAIN_SLOT] = ((uint32_t)(uint8_t)s[MOTORCADE_BRAIN_SLOT] + 1) % BITS(motorcade_image_word(image, 0), 16, 255);
+        if ((uint16_t)s[MOTORCADE_BRAIN_TAG]) {
+            s[MOTORCADE_BRAIN_TAG] = motorcade_infrared_next_tag((uint8_t)(uint16_t)s[MOTORCADE_BRAIN_TAG]);
         }
         is_new = 1;
     }
-    return is_new;
+    return (uint8_t)is_new;
 }
 
 /* Begin an interval of `interval` ms; the frame is due at a random time in its second half. */
-static void motorcade_frames_begin_interval(uint32_t *s, uint32_t interval, uint32_t now)
+static void motorcade_frames_begin_interval(uint32_t *s, uint16_t interval, uint32_t now)
 {
     s[MOTORCADE_BRAIN_INTERVAL] = interval;
     s[MOTORCADE_BRAIN_INTERVAL_MS] = now;
     s[MOTORCADE_BRAIN_SAME_TAG] = 0;
     s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_SCHEDULED;
-    uint32_t half = interval / 2;
-    s[MOTORCADE_BRAIN_RELAY_MS] = motorcade_ticks_later_ms(now, half + (motorcade_brain_draw(s) >> 8) % (interval - half));
+    uint16_t half = interval / 2;
+    s[MOTORCADE_BRAIN_RELAY_MS] = motorcade_ticks_later_ms(now, half + (motorcade_brain_draw(s) >> 8) % ((uint32_t)interval - half));
 }
 
 /* Return 1 from that time of an interval on at which a tagged word is due to be sent, else 0. */
-static uint32_t motorcade_frames_is_time_to_send(uint32_t *s, uint32_t now, const uint32_t *levels)
+static uint8_t motorcade_frames_is_time_to_send(uint32_t *s, uint32_t now, const uint32_t *levels)
 {
-    if (s[MOTORCADE_BRAIN_RELAY] == MOTORCADE_FRAMES_RESTING) {
-        if (motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_INTERVAL_MS]) < s[MOTORCADE_BRAIN_INTERVAL]) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_RELAY] == MOTORCADE_FRAMES_RESTING) {
+        if (motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_INTERVAL_MS]) < (uint16_t)s[MOTORCADE_BRAIN_INTERVAL]) {
             return 0;
         }
-        uint32_t interval = s[MOTORCADE_BRAIN_INTERVAL] * 2;
+        uint32_t interval = (uint32_t)(uint16_t)s[MOTORCADE_BRAIN_INTERVAL] * 2;
         if (interval > levels[MOTORCADE_BRAIN_LAST_INTERVAL_MS]) {
             interval = levels[MOTORCADE_BRAIN_LAST_INTERVAL_MS];
         }
-        motorcade_frames_begin_interval(s, interval, now);
+        motorcade_frames_begin_interval(s, (uint16_t)interval, now);
     }
-    if (s[MOTORCADE_BRAIN_RELAY] == MOTORCADE_FRAMES_SCHEDULED) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_RELAY] == MOTORCADE_FRAMES_SCHEDULED) {
         if (motorcade_ticks_reached(now, s[MOTORCADE_BRAIN_RELAY_MS]) == 0) {
             return 0;
         }
         s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_LISTENING;
         s[MOTORCADE_BRAIN_RELAY_MS] = now;
     }
-    if (s[MOTORCADE_BRAIN_RELAY] == MOTORCADE_FRAMES_WAITING) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_RELAY] == MOTORCADE_FRAMES_WAITING) {
         return motorcade_ticks_reached(now, s[MOTORCADE_BRAIN_RELAY_MS]);
     }
     return 1;
@@ -770,21 +777,21 @@ static uint32_t motorcade_frames_is_time_to_send(uint32_t *s, uint32_t now, cons
  * Once the air has been free for SENSE_MS, the car draws a wait below `wait_ms` and sends if the air is still free
  * when the wait is over. In the state LISTENING it sends without this wait.
  */
-static uint32_t motorcade_frames_finds_air_free(uint32_t *s, uint32_t air_is_busy, uint32_t wait_ms, uint32_t now, const uint32_t *levels)
+static uint8_t motorcade_frames_finds_air_free(uint32_t *s, uint8_t air_is_busy, uint16_t wait_ms, uint32_t now, const uint32_t *levels)
 {
-    if (s[MOTORCADE_BRAIN_RELAY] != MOTORCADE_FRAMES_WAITING) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_RELAY] != MOTORCADE_FRAMES_WAITING) {
         if (air_is_busy) {
             s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_BUSY;
             return 0;
         }
-        if (s[MOTORCADE_BRAIN_RELAY] == MOTORCADE_FRAMES_BUSY) {
+        if ((uint8_t)s[MOTORCADE_BRAIN_RELAY] == MOTORCADE_FRAMES_BUSY) {
             s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_SENSING;
             s[MOTORCADE_BRAIN_RELAY_MS] = now;
         }
         if (motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_RELAY_MS]) < levels[MOTORCADE_BRAIN_SENSE_MS]) {
             return 0;
         }
-        if (s[MOTORCADE_BRAIN_RELAY] == MOTORCADE_FRAMES_LISTENING) {
+        if ((uint8_t)s[MOTORCADE_BRAIN_RELAY] == MOTORCADE_FRAMES_LISTENING) {
             return 1;
         }
         s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_WAITING;
@@ -803,9 +810,9 @@ static uint32_t motorcade_frames_finds_air_free(uint32_t *s, uint32_t air_is_bus
 /* Return the frame of the follower word that a leader is sending. */
 uint32_t motorcade_frames_leader_frame(uint32_t *s, const struct motorcade_image *image)
 {
-    uint32_t word = motorcade_image_word(image, 1 + (motorcade_image_word(image, 0) >> 24) + s[MOTORCADE_BRAIN_SLOT]);
-    if (s[MOTORCADE_BRAIN_TAG]) {
-        return motorcade_infrared_tagged_frame(word, s[MOTORCADE_BRAIN_TAG]);
+    uint32_t word = motorcade_image_word(image, (uint32_t)1 + BITS(motorcade_image_word(image, 0), 24, 255) + (uint8_t)s[MOTORCADE_BRAIN_SLOT]);
+    if ((uint16_t)s[MOTORCADE_BRAIN_TAG]) {
+        return motorcade_infrared_tagged_frame(word, (uint8_t)(uint16_t)s[MOTORCADE_BRAIN_TAG]);
     }
     return motorcade_infrared_to_frame(word);
 }
@@ -813,16 +820,16 @@ uint32_t motorcade_frames_leader_frame(uint32_t *s, const struct motorcade_image
 /* Schedule the frame after one of the first OPENING_FRAMES of a slot. */
 static void motorcade_frames_go_on_opening(uint32_t *s, const uint32_t *levels)
 {
-    s[MOTORCADE_BRAIN_SENT] = s[MOTORCADE_BRAIN_SENT] + 1;
+    s[MOTORCADE_BRAIN_SENT] = (uint32_t)(uint8_t)s[MOTORCADE_BRAIN_SENT] + 1;
     s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_SCHEDULED;
-    if (s[MOTORCADE_BRAIN_SENT] < MOTORCADE_FRAMES_OPENING_FRAMES) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_SENT] < MOTORCADE_FRAMES_OPENING_FRAMES) {
         uint32_t part_ms = MOTORCADE_FRAMES_OPENING_MS / ((uint32_t)MOTORCADE_FRAMES_OPENING_FRAMES - 1);
-        uint32_t wait_ms = part_ms * (s[MOTORCADE_BRAIN_SENT] - 1) + part_ms / 2 + (motorcade_brain_draw(s) >> 8) % (part_ms / 2);
+        uint32_t wait_ms = part_ms * ((uint32_t)(uint8_t)s[MOTORCADE_BRAIN_SENT] - 1) + part_ms / 2 + (motorcade_brain_draw(s) >> 8) % (part_ms / 2);
         s[MOTORCADE_BRAIN_RELAY_MS] = motorcade_ticks_later_ms(s[MOTORCADE_BRAIN_SLOT_STARTED_MS], wait_ms);
     } else {
         s[MOTORCADE_BRAIN_INTERVAL] = levels[MOTORCADE_BRAIN_FIRST_INTERVAL_MS];
         s[MOTORCADE_BRAIN_INTERVAL_MS] = motorcade_ticks_later_ms(s[MOTORCADE_BRAIN_SLOT_STARTED_MS], MOTORCADE_FRAMES_OPENING_MS);
-        s[MOTORCADE_BRAIN_RELAY_MS] = motorcade_ticks_later_ms(s[MOTORCADE_BRAIN_INTERVAL_MS], (motorcade_brain_draw(s) >> 8) % s[MOTORCADE_BRAIN_INTERVAL]);
+        s[MOTORCADE_BRAIN_RELAY_MS] = motorcade_ticks_later_ms(s[MOTORCADE_BRAIN_INTERVAL_MS], (motorcade_brain_draw(s) >> 8) % (uint16_t)s[MOTORCADE_BRAIN_INTERVAL]);
     }
 }
 
@@ -832,7 +839,7 @@ static void motorcade_frames_go_on_opening(uint32_t *s, const uint32_t *levels)
  * counts no frames of others, because a leader receives none. Where the air is busy it sends as soon as the air is
  * free. So it comes before the followers, which wait for a random time.
  */
-static uint32_t motorcade_frames_sends_tagged(uint32_t *s, const struct motorcade_image *image, uint32_t air_is_busy, uint32_t now, const uint32_t *levels)
+static uint8_t motorcade_frames_sends_tagged(uint32_t *s, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels)
 {
     if (motorcade_frames_enter_slot(s, image, now, levels)) {
         motorcade_frames_open_slot(s);
@@ -843,7 +850,7 @@ static uint32_t motorcade_frames_sends_tagged(uint32_t *s, const struct motorcad
     if (motorcade_frames_is_time_to_send(s, now, levels) == 0) {
         return 0;
     }
-    uint32_t begins = (s[MOTORCADE_BRAIN_INTERVAL] == 0 && s[MOTORCADE_BRAIN_SENT] == 0 && s[MOTORCADE_BRAIN_RELAY] == MOTORCADE_FRAMES_LISTENING) ? 1 : 0;
+    uint32_t begins = ((uint16_t)s[MOTORCADE_BRAIN_INTERVAL] == 0 && (uint8_t)s[MOTORCADE_BRAIN_SENT] == 0 && (uint8_t)s[MOTORCADE_BRAIN_RELAY] == MOTORCADE_FRAMES_LISTENING) ? 1 : 0;
     if (begins == 0 || air_is_busy) {
         begins = motorcade_frames_finds_air_free(s, air_is_busy, 1, now, levels);
     }
@@ -852,7 +859,7 @@ static uint32_t motorcade_frames_sends_tagged(uint32_t *s, const struct motorcad
     }
     s[MOTORCADE_BRAIN_QUIET_MS] = motorcade_ticks_later_ms(now, motorcade_frames_frame_ms(motorcade_frames_leader_frame(s, image), levels) + levels[MOTORCADE_BRAIN_GAP_MS]);
     s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_RESTING;
-    if (s[MOTORCADE_BRAIN_INTERVAL] == 0) {
+    if ((uint16_t)s[MOTORCADE_BRAIN_INTERVAL] == 0) {
         motorcade_frames_go_on_opening(s, levels);
     }
     return 1;
@@ -862,9 +869,9 @@ static uint32_t motorcade_frames_sends_tagged(uint32_t *s, const struct motorcad
  *
  * `air_is_busy` is 1 while the car senses a carrier; a leader of bare words ignores it.
  */
-uint32_t motorcade_frames_leader_sends(uint32_t *s, const struct motorcade_image *image, uint32_t air_is_busy, uint32_t now, const uint32_t *levels)
+uint8_t motorcade_frames_leader_sends(uint32_t *s, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels)
 {
-    uint32_t follower_words = (motorcade_image_word(image, 0) >> 16) & 255;
+    uint8_t follower_words = BITS(motorcade_image_word(image, 0), 16, 255);
     if (follower_words == 0) {
         return 0;
     }
@@ -876,10 +883,10 @@ uint32_t motorcade_frames_leader_sends(uint32_t *s, const struct motorcade_image
     }
     motorcade_frames_enter_slot(s, image, now, levels);
     s[MOTORCADE_BRAIN_QUIET_MS] = motorcade_ticks_later_ms(now, motorcade_frames_frame_ms(motorcade_frames_leader_frame(s, image), levels) + levels[MOTORCADE_BRAIN_GAP_MS]);
-    if (s[MOTORCADE_BRAIN_RELAYED] == 0) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_RELAYED] == 0) {
         s[MOTORCADE_BRAIN_NEXT_FRAME_MS] = s[MOTORCADE_BRAIN_QUIET_MS];
     }
-    while (s[MOTORCADE_BRAIN_RELAYED] && motorcade_ticks_reached(now, s[MOTORCADE_BRAIN_NEXT_FRAME_MS])) {
+    while ((uint8_t)s[MOTORCADE_BRAIN_RELAYED] && motorcade_ticks_reached(now, s[MOTORCADE_BRAIN_NEXT_FRAME_MS])) {
         s[MOTORCADE_BRAIN_NEXT_FRAME_MS] = motorcade_ticks_later_ms(s[MOTORCADE_BRAIN_NEXT_FRAME_MS], levels[MOTORCADE_BRAIN_RELAY_PERIOD_MS]);
     }
     return 1;
@@ -888,8 +895,8 @@ uint32_t motorcade_frames_leader_sends(uint32_t *s, const struct motorcade_image
 /* Return the frame of the word that a follower passes on. */
 uint32_t motorcade_frames_follower_frame(uint32_t *s)
 {
-    if (s[MOTORCADE_BRAIN_TAG]) {
-        return motorcade_infrared_tagged_frame(s[MOTORCADE_BRAIN_WORD], s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_TAG_MASK);
+    if ((uint16_t)s[MOTORCADE_BRAIN_TAG]) {
+        return motorcade_infrared_tagged_frame(s[MOTORCADE_BRAIN_WORD], (uint8_t)((uint16_t)s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_TAG_MASK));
     }
     return motorcade_infrared_to_frame(s[MOTORCADE_BRAIN_WORD]);
 }
@@ -897,7 +904,7 @@ uint32_t motorcade_frames_follower_frame(uint32_t *s)
 /* Let a follower begin `word`, whatever it ran before. */
 static void motorcade_frames_replace(uint32_t *s, uint32_t word, uint32_t now, const uint32_t *levels)
 {
-    if (s[MOTORCADE_BRAIN_RUNNING]) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING]) {
         uint32_t running_ms = motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_STARTED_MS]);
         if (running_ms > 0) {
             motorcade_brain_draw_headings(s, running_ms - 1, levels);
@@ -908,53 +915,53 @@ static void motorcade_frames_replace(uint32_t *s, uint32_t word, uint32_t now, c
 }
 
 /* Take a tagged frame: begin its word if the tag is newer than the car's own; count it if the tag is the same. */
-static uint32_t motorcade_frames_hears_tagged(uint32_t *s, uint32_t frame, uint32_t now, const uint32_t *levels)
+static uint8_t motorcade_frames_hears_tagged(uint32_t *s, uint32_t frame, uint32_t now, const uint32_t *levels)
 {
     if (motorcade_infrared_check_is_good(frame) == 0) {
         s[MOTORCADE_BRAIN_LOST_CHECK] = s[MOTORCADE_BRAIN_LOST_CHECK] + 1;
         return MOTORCADE_FRAMES_BAD_CHECK;
     }
-    uint32_t tag = motorcade_infrared_tag_of(frame);
-    uint32_t own_tag = s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_TAG_MASK;
+    uint8_t tag = motorcade_infrared_tag_of(frame);
+    uint16_t own_tag = (uint16_t)s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_TAG_MASK;
     uint32_t is_newer = 1;
     if (own_tag) {
-        is_newer = motorcade_infrared_tag_is_newer(tag, own_tag);
+        is_newer = motorcade_infrared_tag_is_newer(tag, (uint8_t)own_tag);
     }
-    if (tag == (s[MOTORCADE_BRAIN_TAG] >> MOTORCADE_BRAIN_REPLACED_TAG_AT)) {
+    if (tag == ((uint16_t)s[MOTORCADE_BRAIN_TAG] >> MOTORCADE_BRAIN_REPLACED_TAG_AT)) {
         is_newer = 0;
     }
-    if (is_newer || ((s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_FORGOTTEN) && tag != own_tag)) {
+    if (is_newer || (((uint16_t)s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_FORGOTTEN) && tag != own_tag)) {
         motorcade_frames_replace(s, frame & MOTORCADE_FRAMES_WORD_MASK, now, levels);
         s[MOTORCADE_BRAIN_TAG] = tag;
         if (is_newer == 0) {
-            s[MOTORCADE_BRAIN_TAG] = tag | (own_tag << MOTORCADE_BRAIN_REPLACED_TAG_AT);
+            s[MOTORCADE_BRAIN_TAG] = tag | ((uint32_t)own_tag << MOTORCADE_BRAIN_REPLACED_TAG_AT);
         }
         s[MOTORCADE_BRAIN_INTERVAL] = 0;
-        if ((s[MOTORCADE_BRAIN_WORD] >> MOTORCADE_FRAMES_FORWARD_AT) & 1) {
+        if (BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_FRAMES_FORWARD_AT, 1)) {
             s[MOTORCADE_BRAIN_INTERVAL] = levels[MOTORCADE_BRAIN_FIRST_INTERVAL_MS];
             s[MOTORCADE_BRAIN_INTERVAL_MS] = now;
             s[MOTORCADE_BRAIN_SAME_TAG] = 1;
             s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_SCHEDULED;
-            s[MOTORCADE_BRAIN_RELAY_MS] = motorcade_ticks_later_ms(now, (motorcade_brain_draw(s) >> 8) % s[MOTORCADE_BRAIN_INTERVAL]);
+            s[MOTORCADE_BRAIN_RELAY_MS] = motorcade_ticks_later_ms(now, (motorcade_brain_draw(s) >> 8) % (uint16_t)s[MOTORCADE_BRAIN_INTERVAL]);
         }
         return MOTORCADE_FRAMES_BEGUN;
     }
-    if (s[MOTORCADE_BRAIN_INTERVAL] == 0) {
+    if ((uint16_t)s[MOTORCADE_BRAIN_INTERVAL] == 0) {
         return MOTORCADE_FRAMES_IGNORED;
     }
     if (tag == own_tag) {
-        s[MOTORCADE_BRAIN_SAME_TAG] = s[MOTORCADE_BRAIN_SAME_TAG] + 1;
-    } else if (s[MOTORCADE_BRAIN_INTERVAL] > levels[MOTORCADE_BRAIN_FIRST_INTERVAL_MS]) {
+        s[MOTORCADE_BRAIN_SAME_TAG] = (uint32_t)(uint16_t)s[MOTORCADE_BRAIN_SAME_TAG] + 1;
+    } else if ((uint16_t)s[MOTORCADE_BRAIN_INTERVAL] > levels[MOTORCADE_BRAIN_FIRST_INTERVAL_MS]) {
         /* The sender has an older word: pass the own word on soon. */
-        motorcade_frames_begin_interval(s, levels[MOTORCADE_BRAIN_FIRST_INTERVAL_MS], now);
+        motorcade_frames_begin_interval(s, (uint16_t)levels[MOTORCADE_BRAIN_FIRST_INTERVAL_MS], now);
     }
     return MOTORCADE_FRAMES_IGNORED;
 }
 
 /* Take a frame that ended now; call follower_step first. Return the result, BEGUN to BAD_CHECK. */
-uint32_t motorcade_frames_follower_hears(uint32_t *s, uint32_t frame, uint32_t now, const uint32_t *levels)
+uint8_t motorcade_frames_follower_hears(uint32_t *s, uint32_t frame, uint32_t now, const uint32_t *levels)
 {
-    if (s[MOTORCADE_BRAIN_RUNNING] && ((s[MOTORCADE_BRAIN_WORD] >> MOTORCADE_FRAMES_ACCEPT_IR_AT) & 1) == 0) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_FRAMES_ACCEPT_IR_AT, 1) == 0) {
         return MOTORCADE_FRAMES_DEAF;
     }
     if (motorcade_infrared_parity_is_even(frame) == 0) {
@@ -968,14 +975,14 @@ uint32_t motorcade_frames_follower_hears(uint32_t *s, uint32_t frame, uint32_t n
         s[MOTORCADE_BRAIN_LOST_RESERVED] = s[MOTORCADE_BRAIN_LOST_RESERVED] + 1;
         return MOTORCADE_FRAMES_BAD_RESERVED;
     }
-    if (s[MOTORCADE_BRAIN_TAG] && (s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_FORGOTTEN) == 0) {
+    if ((uint16_t)s[MOTORCADE_BRAIN_TAG] && ((uint16_t)s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_FORGOTTEN) == 0) {
         return MOTORCADE_FRAMES_IGNORED;
     }
     uint32_t word = frame & MOTORCADE_FRAMES_WORD_MASK;
-    if (s[MOTORCADE_BRAIN_RUNNING] && s[MOTORCADE_BRAIN_WORD] == word) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && s[MOTORCADE_BRAIN_WORD] == word) {
         return MOTORCADE_FRAMES_IGNORED;
     }
-    if (s[MOTORCADE_BRAIN_TAG]) {
+    if ((uint16_t)s[MOTORCADE_BRAIN_TAG]) {
         s[MOTORCADE_BRAIN_TAG] = 0;
         s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_BUSY;
     }
@@ -988,24 +995,24 @@ uint32_t motorcade_frames_follower_hears(uint32_t *s, uint32_t frame, uint32_t n
  * `air_is_busy` is 1 while the car senses a carrier or sends one itself. A tagged word is passed on as RFC 6206
  * (Trickle) describes: once in each interval, unless enough others nearby sent the same tag in it.
  */
-uint32_t motorcade_frames_follower_sends(uint32_t *s, uint32_t air_is_busy, uint32_t now, const uint32_t *levels)
+uint8_t motorcade_frames_follower_sends(uint32_t *s, uint8_t air_is_busy, uint32_t now, const uint32_t *levels)
 {
-    if (s[MOTORCADE_BRAIN_HOLDS] == 0 || ((s[MOTORCADE_BRAIN_WORD] >> MOTORCADE_FRAMES_FORWARD_AT) & 1) == 0) {
+    if ((uint8_t)s[MOTORCADE_BRAIN_HOLDS] == 0 || BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_FRAMES_FORWARD_AT, 1) == 0) {
         s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_BUSY;
         return 0;
     }
-    if (s[MOTORCADE_BRAIN_TAG] == 0) {
-        return motorcade_frames_finds_air_free(s, air_is_busy, levels[MOTORCADE_BRAIN_RELAY_PERIOD_MS], now, levels);
+    if ((uint16_t)s[MOTORCADE_BRAIN_TAG] == 0) {
+        return motorcade_frames_finds_air_free(s, air_is_busy, (uint16_t)levels[MOTORCADE_BRAIN_RELAY_PERIOD_MS], now, levels);
     }
-    if (s[MOTORCADE_BRAIN_INTERVAL] == 0 || motorcade_frames_is_time_to_send(s, now, levels) == 0) {
+    if ((uint16_t)s[MOTORCADE_BRAIN_INTERVAL] == 0 || motorcade_frames_is_time_to_send(s, now, levels) == 0) {
         return 0;
     }
-    if (s[MOTORCADE_BRAIN_SAME_TAG] >= levels[MOTORCADE_BRAIN_REDUNDANCY]) {
+    if ((uint16_t)s[MOTORCADE_BRAIN_SAME_TAG] >= levels[MOTORCADE_BRAIN_REDUNDANCY]) {
         s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_RESTING;
         return 0;
     }
     /* While the air is busy, many cars wait, and most of them need not send: enough others do. So waits are long. */
-    if (motorcade_frames_finds_air_free(s, air_is_busy, s[MOTORCADE_BRAIN_INTERVAL] * 2, now, levels) == 0) {
+    if (motorcade_frames_finds_air_free(s, air_is_busy, (uint16_t)((uint32_t)(uint16_t)s[MOTORCADE_BRAIN_INTERVAL] * 2), now, levels) == 0) {
         return 0;
     }
     s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_RESTING;
@@ -1033,10 +1040,10 @@ static void motorcade_step_follow(struct motorcade_car *car, uint32_t now)
     }
     uint32_t frame;
     while (motorcade_car_received_frames(car, &frame)) {
-        uint32_t result = motorcade_frames_follower_hears(s, frame, now, levels);
+        uint8_t result = motorcade_frames_follower_hears(s, frame, now, levels);
         motorcade_car_note_frame(car, frame, result);
         if (result == MOTORCADE_FRAMES_BEGUN) {
-            motorcade_car_note(car, MOTORCADE_STEP_START, now, s[MOTORCADE_BRAIN_WORD], s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_TAG_MASK);
+            motorcade_car_note(car, MOTORCADE_STEP_START, now, s[MOTORCADE_BRAIN_WORD], (uint16_t)s[MOTORCADE_BRAIN_TAG] & MOTORCADE_BRAIN_TAG_MASK);
         }
     }
 }
@@ -1052,23 +1059,23 @@ void motorcade_step_act(struct motorcade_car *car, uint32_t now)
     const uint32_t *levels = car->levels;
     if (car->leads) {
         while (motorcade_brain_leader_step(s, car->image, now, levels)) {
-            motorcade_car_note(car, MOTORCADE_STEP_STATE, s[MOTORCADE_BRAIN_STARTED_MS], s[MOTORCADE_BRAIN_WORD], s[MOTORCADE_BRAIN_STATE]);
+            motorcade_car_note(car, MOTORCADE_STEP_STATE, s[MOTORCADE_BRAIN_STARTED_MS], s[MOTORCADE_BRAIN_WORD], (uint8_t)s[MOTORCADE_BRAIN_STATE]);
         }
     } else {
         motorcade_step_follow(car, now);
     }
-    uint32_t voice = motorcade_car_heard_voice(car);
+    uint8_t voice = motorcade_car_heard_voice(car);
     if (voice != MOTORCADE_BRAIN_NO_VOICE) {
         motorcade_brain_hear_voice(s, voice);
     }
     const uint32_t *senses = motorcade_car_sense(car, motorcade_brain_looks_mm(s, now, levels));
-    uint32_t wheels = motorcade_brain_wheels(s, senses[0], senses[1], now, levels);
+    uint8_t wheels = motorcade_brain_wheels(s, senses[0], (uint8_t)senses[1], now, levels);
     motorcade_car_set_outputs(car, wheels, senses);
     return;
 }
 
 /* Begin the frame that is due, if one is; call it after `act`. Return 1 where a frame was begun, else 0. */
-uint32_t motorcade_step_send(struct motorcade_car *car, uint32_t now)
+uint8_t motorcade_step_send(struct motorcade_car *car, uint32_t now)
 {
     uint32_t *s = car->memory;
     if (car->leads) {

@@ -34,17 +34,17 @@ struct motorcade_car {
  *
  * `detail` is a state's index, the tag with which a word came (0: bare), or 0.
  */
-void motorcade_car_note(struct motorcade_car *car, uint32_t kind, uint32_t at_ms, uint32_t word, uint32_t detail);
+void motorcade_car_note(struct motorcade_car *car, uint8_t kind, uint32_t at_ms, uint32_t word, uint32_t detail);
 
 /* Return the infrared frames that ended since the last tick, in order. */
 /* C: write the next one to `next` and return 1; return 0 where there is none left. */
 uint32_t motorcade_car_received_frames(struct motorcade_car *car, uint32_t *next);
 
 /* Take note of the result of `motorcade.car.frames.follower_hears` for such a frame. */
-void motorcade_car_note_frame(struct motorcade_car *car, uint32_t frame, uint32_t result);
+void motorcade_car_note_frame(struct motorcade_car *car, uint32_t frame, uint8_t result);
 
 /* Return the voice command since the last tick, NO_VOICE for none. */
-uint32_t motorcade_car_heard_voice(struct motorcade_car *car);
+uint8_t motorcade_car_heard_voice(struct motorcade_car *car);
 
 /* Read the sensors; return the distance of the nearest obstacle in mm, and whether a person is near.
  *
@@ -58,10 +58,10 @@ const uint32_t *motorcade_car_sense(struct motorcade_car *car, uint32_t looks_mm
  * `motorcade.car.brain` gives the state of the wheels (`wheels`) and the LED (`lit_led`); `senses` is
  * what `sense` returned.
  */
-void motorcade_car_set_outputs(struct motorcade_car *car, uint32_t wheels, const uint32_t *senses);
+void motorcade_car_set_outputs(struct motorcade_car *car, uint8_t wheels, const uint32_t *senses);
 
 /* Return 1 while infrared of any car, this one included, is on the air here, else 0. */
-uint32_t motorcade_car_air_is_busy(struct motorcade_car *car);
+uint8_t motorcade_car_air_is_busy(struct motorcade_car *car);
 
 /* Begin to send the 32 bits of `frame` by infrared. */
 void motorcade_car_send_frame(struct motorcade_car *car, uint32_t frame);
@@ -77,7 +77,7 @@ uint32_t motorcade_ticks_elapsed_ms(uint32_t now_ms, uint32_t then_ms);
 uint32_t motorcade_ticks_later_ms(uint32_t now_ms, uint32_t duration_ms);
 
 /* Return 1 where `due_ms` is now or past, 0 where it is still to come (at most 2^29 ms, six days, ahead). */
-uint32_t motorcade_ticks_reached(uint32_t now_ms, uint32_t due_ms);
+uint8_t motorcade_ticks_reached(uint32_t now_ms, uint32_t due_ms);
 
 /* infrared */
 
@@ -86,31 +86,31 @@ uint32_t motorcade_ticks_reached(uint32_t now_ms, uint32_t due_ms);
 #define MOTORCADE_INFRARED_ONE_SPACE_UNITS 3
 
 /* Return how many of the 32 bits are set. */
-uint32_t motorcade_infrared_ones(uint32_t word);
+uint8_t motorcade_infrared_ones(uint32_t word);
 
 /* Return the frame of `word`: bit 0 makes the number of ones even (seed 000, c9). */
 uint32_t motorcade_infrared_to_frame(uint32_t word);
 
 /* Return 1 where the number of ones in a frame is even, as in every good frame, else 0. */
-uint32_t motorcade_infrared_parity_is_even(uint32_t frame);
+uint8_t motorcade_infrared_parity_is_even(uint32_t frame);
 
 /* Return the check, 0 to 31, that belongs to bits 31 to 6 of a frame. */
-uint32_t motorcade_infrared_check_of(uint32_t frame);
+uint8_t motorcade_infrared_check_of(uint32_t frame);
 
 /* Return the tag of a frame: 1 to 63, or 0 for a bare frame. */
-uint32_t motorcade_infrared_tag_of(uint32_t frame);
+uint8_t motorcade_infrared_tag_of(uint32_t frame);
 
 /* Return 1 where the check of a tagged frame belongs to its word and tag, else 0. */
-uint32_t motorcade_infrared_check_is_good(uint32_t frame);
+uint8_t motorcade_infrared_check_is_good(uint32_t frame);
 
 /* Return the frame of `word`, of which bits 31 to 12 count, with `tag`, 1 to 63. */
-uint32_t motorcade_infrared_tagged_frame(uint32_t word, uint32_t tag);
+uint32_t motorcade_infrared_tagged_frame(uint32_t word, uint8_t tag);
 
 /* Return the tag of the slot after the one with `tag`: after 63 comes 1. */
-uint32_t motorcade_infrared_next_tag(uint32_t tag);
+uint8_t motorcade_infrared_next_tag(uint8_t tag);
 
 /* Return 1 where `tag` is 1 to 31 slots after `other`, else 0. */
-uint32_t motorcade_infrared_tag_is_newer(uint32_t tag, uint32_t other);
+uint8_t motorcade_infrared_tag_is_newer(uint8_t tag, uint8_t other);
 
 /* Return the duration of a frame in µs: with units of 560 µs 49,840 (all zeros) to 85,680 (all ones). */
 uint32_t motorcade_infrared_air_us(uint32_t frame, uint32_t unit_us);
@@ -177,20 +177,20 @@ void motorcade_blocks_move_to_start(uint8_t *buffer, uint32_t begin, uint32_t en
 #define MOTORCADE_RECEIVER_TOO_LARGE 11 /* the image has r[COUNT] words, more than the car holds */
 
 /* Clear the memory; `most_words` (LEAST_WORDS to MOST_WORDS) is the size of the largest image. */
-void motorcade_receiver_switch_on(uint32_t *r, uint32_t most_words);
+void motorcade_receiver_switch_on(uint32_t *r, uint16_t most_words);
 
 /* Return how many bytes may be copied to `buffer` at `r[END]` now. */
-uint32_t motorcade_receiver_room(uint32_t *r, uint8_t *buffer, uint32_t now);
+uint16_t motorcade_receiver_room(uint32_t *r, uint8_t *buffer, uint32_t now);
 
 /* Take `count` bytes (1 or more) that were copied to `buffer` at `r[END]`. */
-void motorcade_receiver_add(uint32_t *r, uint32_t count, uint32_t now);
+void motorcade_receiver_add(uint32_t *r, uint16_t count, uint32_t now);
 
 /* Go on with the bytes in the buffer. Return an event, NOTHING to TOO_LARGE.
  *
  * It checks at most `work_words` (1 or more) words. It also notices silence, after which the next byte begins an
  * image or a request.
  */
-uint32_t motorcade_receiver_next_event(uint32_t *r, uint8_t *buffer, uint32_t work_words, uint32_t now);
+uint8_t motorcade_receiver_next_event(uint32_t *r, uint8_t *buffer, uint16_t work_words, uint32_t now);
 
 /* brain */
 
@@ -281,23 +281,23 @@ void motorcade_brain_switch_on(uint32_t *s, uint32_t number, uint32_t now);
 uint32_t motorcade_brain_draw(uint32_t *s);
 
 /* Begin a leader's states. Return 1 where its first state began, 0 for a leader without states. */
-uint32_t motorcade_brain_leader_start(uint32_t *s, const struct motorcade_image *image, uint32_t now);
+uint8_t motorcade_brain_leader_start(uint32_t *s, const struct motorcade_image *image, uint32_t now);
 
 /* Begin the next state if the length of the present one is over. Return 1 then, else 0.
  *
  * Call it until it returns 0: after a late tick several states may have ended. Each state begins exactly when the one
  * before it ended.
  */
-uint32_t motorcade_brain_leader_step(uint32_t *s, const struct motorcade_image *image, uint32_t now, const uint32_t *levels);
+uint8_t motorcade_brain_leader_step(uint32_t *s, const struct motorcade_image *image, uint32_t now, const uint32_t *levels);
 
 /* End the word that a follower runs if its length is over. Return 1 then, else 0.
  *
  * It also forgets the tag of a word that was begun FORGET_MS ago.
  */
-uint32_t motorcade_brain_follower_step(uint32_t *s, uint32_t now, const uint32_t *levels);
+uint8_t motorcade_brain_follower_step(uint32_t *s, uint32_t now, const uint32_t *levels);
 
 /* Take what the microphone heard; it has an effect only while a word with the bit voice runs. */
-void motorcade_brain_hear_voice(uint32_t *s, uint32_t voice);
+void motorcade_brain_hear_voice(uint32_t *s, uint8_t voice);
 
 /* Return the distance below which an obstacle matters now; 0 while none does: the sensor can then stay off. */
 uint32_t motorcade_brain_looks_mm(uint32_t *s, uint32_t now, const uint32_t *levels);
@@ -307,10 +307,10 @@ uint32_t motorcade_brain_looks_mm(uint32_t *s, uint32_t now, const uint32_t *lev
  * `obstacle_mm` is the distance that the ultrasonic sensor measures, a large number where it finds nothing or is
  * off; `person` is 1 while the PIR sensor sees somebody.
  */
-uint32_t motorcade_brain_wheels(uint32_t *s, uint32_t obstacle_mm, uint32_t person, uint32_t now, const uint32_t *levels);
+uint8_t motorcade_brain_wheels(uint32_t *s, uint32_t obstacle_mm, uint8_t person, uint32_t now, const uint32_t *levels);
 
 /* Return the LED that is on now, 0 to 3, or NO_LED. */
-uint32_t motorcade_brain_lit_led(uint32_t *s, uint32_t now, const uint32_t *levels);
+uint8_t motorcade_brain_lit_led(uint32_t *s, uint32_t now, const uint32_t *levels);
 
 /* Begin `word` now. */
 void motorcade_brain_begin_word(uint32_t *s, uint32_t word, uint32_t now);
@@ -346,19 +346,19 @@ void motorcade_brain_draw_headings(uint32_t *s, uint32_t running_ms, const uint3
 uint32_t motorcade_frames_dwell_ms(const struct motorcade_image *image, const uint32_t *levels);
 
 /* Return how long a frame occupies the air, in whole milliseconds. */
-uint32_t motorcade_frames_frame_ms(uint32_t frame, const uint32_t *levels);
+uint16_t motorcade_frames_frame_ms(uint32_t frame, const uint32_t *levels);
 
 /* Begin to send the follower words of a leader's image. */
 void motorcade_frames_leader_begin(uint32_t *s, const struct motorcade_image *image, uint32_t now);
 
 /* Return 1 where the follower words of `image` travel with a tag, else 0. */
-uint32_t motorcade_frames_is_tagged(const struct motorcade_image *image);
+uint8_t motorcade_frames_is_tagged(const struct motorcade_image *image);
 
 /* Return 1 where the leader begins a frame of its follower word `s[SLOT]` now, else 0.
  *
  * `air_is_busy` is 1 while the car senses a carrier; a leader of bare words ignores it.
  */
-uint32_t motorcade_frames_leader_sends(uint32_t *s, const struct motorcade_image *image, uint32_t air_is_busy, uint32_t now, const uint32_t *levels);
+uint8_t motorcade_frames_leader_sends(uint32_t *s, const struct motorcade_image *image, uint8_t air_is_busy, uint32_t now, const uint32_t *levels);
 
 /* Return the frame of the follower word that a leader is sending. */
 uint32_t motorcade_frames_leader_frame(uint32_t *s, const struct motorcade_image *image);
@@ -367,14 +367,14 @@ uint32_t motorcade_frames_leader_frame(uint32_t *s, const struct motorcade_image
 uint32_t motorcade_frames_follower_frame(uint32_t *s);
 
 /* Take a frame that ended now; call follower_step first. Return the result, BEGUN to BAD_CHECK. */
-uint32_t motorcade_frames_follower_hears(uint32_t *s, uint32_t frame, uint32_t now, const uint32_t *levels);
+uint8_t motorcade_frames_follower_hears(uint32_t *s, uint32_t frame, uint32_t now, const uint32_t *levels);
 
 /* Return 1 where a follower that passes its word on begins a frame of `s[WORD]` now, else 0.
  *
  * `air_is_busy` is 1 while the car senses a carrier or sends one itself. A tagged word is passed on as RFC 6206
  * (Trickle) describes: once in each interval, unless enough others nearby sent the same tag in it.
  */
-uint32_t motorcade_frames_follower_sends(uint32_t *s, uint32_t air_is_busy, uint32_t now, const uint32_t *levels);
+uint8_t motorcade_frames_follower_sends(uint32_t *s, uint8_t air_is_busy, uint32_t now, const uint32_t *levels);
 
 /* step */
 
@@ -399,7 +399,7 @@ void motorcade_step_step(struct motorcade_car *car, uint32_t now);
 void motorcade_step_act(struct motorcade_car *car, uint32_t now);
 
 /* Begin the frame that is due, if one is; call it after `act`. Return 1 where a frame was begun, else 0. */
-uint32_t motorcade_step_send(struct motorcade_car *car, uint32_t now);
+uint8_t motorcade_step_send(struct motorcade_car *car, uint32_t now);
 
 #ifdef __cplusplus
 }

@@ -23,6 +23,7 @@ Source: seed 000, c1-c9, for the fields; the protocol's section "What a car does
 
 from motorcade.words.formats import CONTROL
 from motorcade.words.ticks import elapsed_ms, later_ms
+from motorcade.words.widths import uint8, uint8_at, uint16_at
 
 # The type of an image in annotations. In C its words are read by a function, so that they may be in an EEPROM.
 MYPY = False
@@ -33,31 +34,31 @@ else:
 
 # A car's memory, s.
 WORD = 0  # the word that the car executes or holds
-HOLDS = 1  # 1 once there is such a word
+HOLDS: uint8_at = 1  # 1 once there is such a word
 STARTED_MS = 2  # when it began
-RUNNING = 3  # 1 while the word runs: until its length is over
-STOPPED = 4  # 1 after the car heard 'stop', until it hears 'go'
-DRAWS = 5  # directions drawn so far in this word, for random forward
-HEADING = 6  # the last direction drawn: FORWARD, LEFT or RIGHT
+RUNNING: uint8_at = 3  # 1 while the word runs: until its length is over
+STOPPED: uint8_at = 4  # 1 after the car heard 'stop', until it hears 'go'
+DRAWS: uint16_at = 5  # directions drawn so far in this word, for random forward
+HEADING: uint8_at = 6  # the last direction drawn: FORWARD, LEFT or RIGHT
 RANDOM = 7  # the generator's state, never 0
 # A car leads or follows for as long as it is on, so leaders and followers share the following places.
-STATE = 8  # leader: index of its present state
-SLOT = 9  # leader: index of the follower word that it sends
+STATE: uint8_at = 8  # leader: index of its present state
+SLOT: uint8_at = 9  # leader: index of the follower word that it sends
 SLOT_STARTED_MS = 10  # leader: when it began to send that word
 NEXT_FRAME_MS = 11  # leader of bare words: when the next frame is due
 QUIET_MS = 12  # leader: when its last frame and the gap behind it are over
-RELAYED = 13  # leader of bare words: 1 where followers pass words on
+RELAYED: uint8_at = 13  # leader of bare words: 1 where followers pass words on
 LOST_PARITY = 8  # follower: frames dropped for their parity
 LOST_RESERVED = 9  # follower: frames dropped for a reserved field
 LOST_CHECK = 10  # follower: tagged frames dropped for their check
 RELAY_MS = 11  # follower, leader of tagged words: a time; RELAY decides what it means
-RELAY = 13  # follower, leader of tagged words: state of sending, BUSY to RESTING of motorcade.car.frames
+RELAY: uint8_at = 13  # follower, leader of tagged words: state of sending, BUSY to RESTING of motorcade.car.frames
 # Places for tagged words; with a bare word they are 0.
-TAG = 14  # the tag of the held or sent word, 0: bare; beside it FORGOTTEN and a replaced tag
-INTERVAL = 15  # length of the present interval in ms; 0 while nothing is to be passed on
+TAG: uint16_at = 14  # the tag of the held or sent word, 0: bare; beside it FORGOTTEN and a replaced tag
+INTERVAL: uint16_at = 15  # length of the present interval in ms; 0 while nothing is to be passed on
 INTERVAL_MS = 16  # when the present interval began
-SAME_TAG = 17  # follower: frames received with its own tag in this interval
-SENT = 17  # leader: how many frames it has sent in this slot; it counts up to OPENING_FRAMES
+SAME_TAG: uint16_at = 17  # follower: frames received with its own tag in this interval
+SENT: uint8_at = 17  # leader: how many frames it has sent in this slot; it counts up to OPENING_FRAMES
 SIZE = 18
 
 # Added to the tag of a word that was begun FORGET_MS ago: a frame with any other tag, or a bare one, replaces it.
@@ -165,7 +166,7 @@ def draw(s: list[int]) -> int:
     return x
 
 
-def leader_start(s: list[int], image: ImageWords, now: int) -> int:
+def leader_start(s: list[int], image: ImageWords, now: int) -> uint8:
     """Begin a leader's states. Return 1 where its first state began, 0 for a leader without states."""
     s[STATE] = 0
     s[RUNNING] = 0
@@ -176,7 +177,7 @@ def leader_start(s: list[int], image: ImageWords, now: int) -> int:
     return 1
 
 
-def leader_step(s: list[int], image: ImageWords, now: int, levels: tuple[int, ...]) -> int:
+def leader_step(s: list[int], image: ImageWords, now: int, levels: tuple[int, ...]) -> uint8:
     """Begin the next state if the length of the present one is over. Return 1 then, else 0.
 
     Call it until it returns 0: after a late tick several states may have ended. Each state begins exactly when the one
@@ -194,7 +195,7 @@ def leader_step(s: list[int], image: ImageWords, now: int, levels: tuple[int, ..
     return 1
 
 
-def follower_step(s: list[int], now: int, levels: tuple[int, ...]) -> int:
+def follower_step(s: list[int], now: int, levels: tuple[int, ...]) -> uint8:
     """End the word that a follower runs if its length is over. Return 1 then, else 0.
 
     It also forgets the tag of a word that was begun FORGET_MS ago.
@@ -212,7 +213,7 @@ def follower_step(s: list[int], now: int, levels: tuple[int, ...]) -> int:
     return 1
 
 
-def hear_voice(s: list[int], voice: int) -> None:
+def hear_voice(s: list[int], voice: uint8) -> None:
     """Take what the microphone heard; it has an effect only while a word with the bit voice runs."""
     if s[RUNNING] and s[WORD] >> _VOICE_AT & 1:
         if voice == VOICE_STOP:
@@ -232,7 +233,7 @@ def looks_mm(s: list[int], now: int, levels: tuple[int, ...]) -> int:
     return levels[AVOID_RADII_MM + (word >> _AVOID_RADIUS_AT & 3)]
 
 
-def wheels(s: list[int], obstacle_mm: int, person: int, now: int, levels: tuple[int, ...]) -> int:
+def wheels(s: list[int], obstacle_mm: int, person: uint8, now: int, levels: tuple[int, ...]) -> uint8:
     """Return the state of the wheels now: direction * 4 + speed level, STILL for standing still.
 
     ``obstacle_mm`` is the distance that the ultrasonic sensor measures, a large number where it finds nothing or is
@@ -259,7 +260,7 @@ def wheels(s: list[int], obstacle_mm: int, person: int, now: int, levels: tuple[
     return direction * 4 + speed
 
 
-def lit_led(s: list[int], now: int, levels: tuple[int, ...]) -> int:
+def lit_led(s: list[int], now: int, levels: tuple[int, ...]) -> uint8:
     """Return the LED that is on now, 0 to 3, or NO_LED."""
     if s[RUNNING] and elapsed_ms(now, s[STARTED_MS]) < led_ms(s[WORD], levels):
         return s[WORD] >> _LED_WHICH_AT & 3

@@ -55,6 +55,7 @@ from motorcade.words.infrared import (
     to_frame,
 )
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
+from motorcade.words.widths import uint8, uint16
 
 # States of sending, in RELAY.
 BUSY = 0  # waits for the air to be free
@@ -91,7 +92,7 @@ def dwell_ms(image: ImageWords, levels: tuple[int, ...]) -> int:
     return levels[DWELLS_MS + level]
 
 
-def frame_ms(frame: int, levels: tuple[int, ...]) -> int:
+def frame_ms(frame: int, levels: tuple[int, ...]) -> uint16:
     """Return how long a frame occupies the air, in whole milliseconds."""
     return (air_us(frame, levels[UNIT_US]) + 999) // 1000
 
@@ -117,12 +118,12 @@ def leader_begin(s: list[int], image: ImageWords, now: int) -> None:
         s[TAG] = 0
 
 
-def is_tagged(image: ImageWords) -> int:
+def is_tagged(image: ImageWords) -> uint8:
     """Return 1 where the follower words of ``image`` travel with a tag, else 0."""
     return 1 if image[0] & 255 == TAGGED else 0
 
 
-def leader_sends(s: list[int], image: ImageWords, air_is_busy: int, now: int, levels: tuple[int, ...]) -> int:
+def leader_sends(s: list[int], image: ImageWords, air_is_busy: uint8, now: int, levels: tuple[int, ...]) -> uint8:
     """Return 1 where the leader begins a frame of its follower word ``s[SLOT]`` now, else 0.
 
     ``air_is_busy`` is 1 while the car senses a carrier; a leader of bare words ignores it.
@@ -158,7 +159,7 @@ def follower_frame(s: list[int]) -> int:
     return to_frame(s[WORD])
 
 
-def _enter_slot(s: list[int], image: ImageWords, now: int, levels: tuple[int, ...]) -> int:
+def _enter_slot(s: list[int], image: ImageWords, now: int, levels: tuple[int, ...]) -> uint8:
     """Go on to the slot that ``now`` is in. Return 1 where it is a new one, else 0."""
     dwell = dwell_ms(image, levels)
     is_new = 0
@@ -179,7 +180,7 @@ def _open_slot(s: list[int]) -> None:
     s[RELAY_MS] = s[SLOT_STARTED_MS]
 
 
-def _sends_tagged(s: list[int], image: ImageWords, air_is_busy: int, now: int, levels: tuple[int, ...]) -> int:
+def _sends_tagged(s: list[int], image: ImageWords, air_is_busy: uint8, now: int, levels: tuple[int, ...]) -> uint8:
     """Return 1 where a leader of tagged words begins a frame now, else 0.
 
     It sends a new word at once and twice more within OPENING_MS. Then it repeats the word as a follower does, but
@@ -218,7 +219,7 @@ def _go_on_opening(s: list[int], levels: tuple[int, ...]) -> None:
         s[RELAY_MS] = later_ms(s[INTERVAL_MS], (draw(s) >> 8) % s[INTERVAL])
 
 
-def follower_hears(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -> int:
+def follower_hears(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -> uint8:
     """Take a frame that ended now; call follower_step first. Return the result, BEGUN to BAD_CHECK."""
     if s[RUNNING] and s[WORD] >> _ACCEPT_IR_AT & 1 == 0:
         return DEAF
@@ -242,7 +243,7 @@ def follower_hears(s: list[int], frame: int, now: int, levels: tuple[int, ...]) 
     return BEGUN
 
 
-def _hears_tagged(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -> int:
+def _hears_tagged(s: list[int], frame: int, now: int, levels: tuple[int, ...]) -> uint8:
     """Take a tagged frame: begin its word if the tag is newer than the car's own; count it if the tag is the same."""
     if check_is_good(frame) == 0:
         s[LOST_CHECK] = s[LOST_CHECK] + 1
@@ -287,7 +288,7 @@ def _replace(s: list[int], word: int, now: int, levels: tuple[int, ...]) -> None
     begin_word(s, word, now)
 
 
-def follower_sends(s: list[int], air_is_busy: int, now: int, levels: tuple[int, ...]) -> int:
+def follower_sends(s: list[int], air_is_busy: uint8, now: int, levels: tuple[int, ...]) -> uint8:
     """Return 1 where a follower that passes its word on begins a frame of ``s[WORD]`` now, else 0.
 
     ``air_is_busy`` is 1 while the car senses a carrier or sends one itself. A tagged word is passed on as RFC 6206
@@ -310,7 +311,7 @@ def follower_sends(s: list[int], air_is_busy: int, now: int, levels: tuple[int, 
     return 1
 
 
-def _is_time_to_send(s: list[int], now: int, levels: tuple[int, ...]) -> int:
+def _is_time_to_send(s: list[int], now: int, levels: tuple[int, ...]) -> uint8:
     """Return 1 from that time of an interval on at which a tagged word is due to be sent, else 0."""
     if s[RELAY] == RESTING:
         if elapsed_ms(now, s[INTERVAL_MS]) < s[INTERVAL]:
@@ -329,7 +330,7 @@ def _is_time_to_send(s: list[int], now: int, levels: tuple[int, ...]) -> int:
     return 1
 
 
-def _begin_interval(s: list[int], interval: int, now: int) -> None:
+def _begin_interval(s: list[int], interval: uint16, now: int) -> None:
     """Begin an interval of ``interval`` ms; the frame is due at a random time in its second half."""
     s[INTERVAL] = interval
     s[INTERVAL_MS] = now
@@ -339,7 +340,7 @@ def _begin_interval(s: list[int], interval: int, now: int) -> None:
     s[RELAY_MS] = later_ms(now, half + (draw(s) >> 8) % (interval - half))
 
 
-def _finds_air_free(s: list[int], air_is_busy: int, wait_ms: int, now: int, levels: tuple[int, ...]) -> int:
+def _finds_air_free(s: list[int], air_is_busy: uint8, wait_ms: uint16, now: int, levels: tuple[int, ...]) -> uint8:
     """Return 1 where a frame may begin now, else 0.
 
     Once the air has been free for SENSE_MS, the car draws a wait below ``wait_ms`` and sends if the air is still free

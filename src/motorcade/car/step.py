@@ -6,6 +6,7 @@ and it is translated to C, so all do the same in the same order. Each passes its
 
 from motorcade.car import brain, frames
 from motorcade.words.ticks import later_ms
+from motorcade.words.widths import uint8
 
 # For the type checker and the translation to C alone: MicroPython has no such modules.
 MYPY = False
@@ -35,7 +36,7 @@ if MYPY:
         def levels(self) -> tuple[int, ...]:
             """The profile's integers."""
 
-        def note(self, kind: int, at_ms: int, word: int, detail: int) -> None:
+        def note(self, kind: uint8, at_ms: int, word: int, detail: int) -> None:
             """Take note that a state (STATE) or a word (START) begins, or that a word's length is over (OVER).
 
             ``detail`` is a state's index, the tag with which a word came (0: bare), or 0.
@@ -44,10 +45,10 @@ if MYPY:
         def received_frames(self) -> Iterable[int]:
             """Return the infrared frames that ended since the last tick, in order."""
 
-        def note_frame(self, frame: int, result: int) -> None:
+        def note_frame(self, frame: int, result: uint8) -> None:
             """Take note of the result of `motorcade.car.frames.follower_hears` for such a frame."""
 
-        def heard_voice(self) -> int:
+        def heard_voice(self) -> uint8:
             """Return the voice command since the last tick, NO_VOICE for none."""
 
         def sense(self, looks_mm: int) -> Senses:
@@ -57,14 +58,14 @@ if MYPY:
             two; ``set_outputs`` gets them all.
             """
 
-        def set_outputs(self, wheels: int, senses: Senses) -> Done:
+        def set_outputs(self, wheels: uint8, senses: Senses) -> Done:
             """Set the wheels, and what follows from the memory alone, such as the LED.
 
             `motorcade.car.brain` gives the state of the wheels (``wheels``) and the LED (``lit_led``); ``senses`` is
             what ``sense`` returned.
             """
 
-        def air_is_busy(self) -> int:
+        def air_is_busy(self) -> uint8:
             """Return 1 while infrared of any car, this one included, is on the air here, else 0."""
 
         def send_frame(self, frame: int) -> None:
@@ -124,7 +125,7 @@ def _follow(car: "Turn", now: int) -> None:
             car.note(START, now, s[brain.WORD], s[brain.TAG] & brain.TAG_MASK)
 
 
-def send(car: "Turn", now: int) -> int:
+def send(car: "Turn", now: int) -> uint8:
     """Begin the frame that is due, if one is; call it after ``act``. Return 1 where a frame was begun, else 0."""
     s = car.memory
     if car.leads:

@@ -101,9 +101,9 @@ def _defines(source: Source, names: list[str]) -> list[str]:
     """Return the definitions of constants, with their comments."""
     lines = []
     for name in names:
-        value, above, behind = source.constants[name]
-        lines += comment(above)
-        lines += [" ".join([f"#define {source.c_name(name)} {number(value)}", *comment([behind] if behind else [])])]
+        found = source.constants[name]
+        behind = comment([found.behind] if found.behind else [])
+        lines += [*comment(found.above), " ".join([f"#define {source.c_name(name)} {number(found.value)}", *behind])]
     return lines
 
 

@@ -9,8 +9,11 @@ from motorcade.export.c_source import (
     CAR,
     IMAGE,
     PREFIX,
+    SHORT,
     SIGNED,
     UNSIGNED,
+    WORDS,
+    Constant,
     CType,
     Source,
     number,
@@ -19,7 +22,8 @@ from motorcade.export.c_source import (
 # Of a number in the source, which takes the type of what it is used with.
 NUMBER = CType("number")
 CONDITION = CType("condition")
-INTEGERS = (UNSIGNED, SIGNED, BYTE, NUMBER)
+SMALL = (SHORT, BYTE)
+INTEGERS = (UNSIGNED, SIGNED, *SMALL, NUMBER)
 _OPERATORS: dict[type[ast.AST], str] = {
     ast.Mult: "*",
     ast.FloorDiv: "/",
@@ -123,6 +127,9 @@ class Expressions:
                 raise self._source.fault(node, "c-outside")
             if SIGNED in (value.type, wanted) and value.type != NUMBER:
                 raise self._source.fault(node, "c-mixed")
+            if value.type == UNSIGNED or (value.type, wanted) == (SHORT, BYTE):
+                # The annotation says that it fits.
+                return cast(value, wanted).text
         return value.text
 
     def _value(self, node: ast.expr) -> Part:
@@ -222,20 +229,34 @@ class Expressions:
 
     def _subscript(self, node: ast.Subscript) -> Part:
         sequence, index = self._expression(node.value), self._expression(node.slice)
-        if not sequence.type.element or index.type not in (UNSIGNED, BYTE, NUMBER):
+        if not sequence.type.element or index.type not in (UNSIGNED, *SMALL, NUMBER):
             raise self._source.fault(node, "c-outside")
         element = BYTE if sequence.type.element == BYTE.text else UNSIGNED
         if sequence.type == IMAGE:
             return index._replace(text=f"{PREFIX}_image_word({sequence.text}, {index.text})", type=element, operator="")
         place = (sequence.type.text, self._known(node.slice))
-        return Part(f"{sequence.text}[{index.text}]", element, "", index.reads | {place}, index.writes)
+        read = Part(f"{sequence.text}[{index.text}]", element, "", index.reads | {place}, index.writes)
+        held = self._held(node.slice)
+        if isinstance(node.ctx, ast.Load) and sequence.type == WORDS and held != UNSIGNED:
+            return cast(read, held)
+        return read
+
+    def _defined(self, node: ast.expr) -> Constant | None:
+        """Return the Constant that a name stands for; None for another expression."""
+        origin = None if isinstance(node, ast.Name) and node.id in self._types else self._origin(node)
+        return origin[0].constants.get(origin[1]) if origin else None
 
     def _known(self, node: ast.expr) -> int | None:
-        """Return the value of an index that is a constant, else None."""
+        """Return the value of a number or a constant; None for another expression."""
         if isinstance(node, ast.Constant) and isinstance(node.value, int):
             return node.value
-        origin = None if isinstance(node, ast.Name) and node.id in self._types else self._origin(node)
-        return origin[0].constants[origin[1]].value if origin and origin[1] in origin[0].constants else None
+        defined = self._defined(node)
+        return defined.value if defined else None
+
+    def _held(self, node: ast.expr) -> CType:
+        """Return the type of the integer that a memory holds at an index."""
+        defined = self._defined(node)
+        return defined.held if defined else UNSIGNED
 
     def _call(self, node: ast.Call) -> Part:
         called = self._method(node)
@@ -268,14 +289,36 @@ class Expressions:
             raise self._source.fault(node, "c-signed")
         if operator in ("<<", ">>") and (self._known(node.right) or 0) >= 32:
             raise self._source.fault(node, "c-outside")
-        # A shift has the type of what is shifted; C computes with small types as int, which may have 16 bits.
-        if (operator in ("<<", ">>") and left.type != UNSIGNED) or kind in (BYTE, NUMBER):
-            if operator in ("&", "|", "^", ">>") and left.type == BYTE:
-                kind = BYTE
-            else:
-                left, kind = cast(left, UNSIGNED), UNSIGNED
+        bits = self._bits(node, operator)
+        if bits is not None:
+            return bits
+        if operator in ("<<", ">>"):
+            # A shift has the type of what is shifted.
+            kind = left.type
+        # C computes with small types as int, which may have 16 bits. These operators give nothing larger.
+        if kind == NUMBER or (
+            kind in SMALL and (operator not in ("&", "|", "^", "/", "%", ">>") or left.type == NUMBER)
+        ):
+            left, kind = cast(left, UNSIGNED), UNSIGNED
         text = f"{_inside(left, operator, False)} {operator} {_inside(right, operator, True)}"
         return self._together(text, kind, operator, (left, right))
+
+    def _bits(self, node: ast.BinOp, operator: str) -> Part | None:
+        """Translate ``word >> AT & MASK``, and the highest byte of a word. Return None for anything else.
+
+        A chip of 8 bits shifts a word bit by bit, so whole bytes are skipped first.
+        """
+        shift, mask = node, 255
+        if operator == "&" and isinstance(node.left, ast.BinOp):
+            shift, mask = node.left, self._known(node.right) or 256
+        at = self._known(shift.right)
+        if not isinstance(shift.op, ast.RShift) or at is None or mask > 255 or (shift is node and at < 24):
+            return None
+        word, by = self._expression(shift.left), self._expression(shift.right)
+        if word.type != UNSIGNED:
+            return None
+        masked = str(mask) if shift is node else self._expression(node.right).text
+        return word._replace(text=f"BITS({word.text}, {by.text}, {masked})", type=BYTE, operator="")
 
     def _comparison(self, node: ast.Compare) -> Part:
         operands = [node.left, *node.comparators]
@@ -306,7 +349,7 @@ class Expressions:
             if not kinds <= {SIGNED, NUMBER}:
                 raise self._source.fault(node, "c-mixed")
             return SIGNED
-        return next(each for each in (UNSIGNED, BYTE, NUMBER) if each in kinds)
+        return next(each for each in (UNSIGNED, *SMALL, NUMBER) if each in kinds)
 
     def _check_order(self, node: ast.AST, parts: tuple[Part, ...]) -> None:
         """Refuse operands of which one changes what another reads: C may compute them in any order."""

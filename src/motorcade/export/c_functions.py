@@ -7,8 +7,8 @@ counterpart in C with the same meaning is refused with file and line. docs/adr/0
 
 import ast
 
-from motorcade.export.c_expressions import ANYTHING, NUMBER, Expressions, Function, cast, declared_function
-from motorcade.export.c_source import BYTE, NOTHING, SIGNED, UNSIGNED, WORDS, Source, in_comment
+from motorcade.export.c_expressions import ANYTHING, NUMBER, SMALL, Expressions, Function, cast, declared_function
+from motorcade.export.c_source import NOTHING, SIGNED, UNSIGNED, WORDS, Source, in_comment
 
 _INDENT = "    "
 # The words of C and C++ that Python doesn't reserve, too.
@@ -87,6 +87,7 @@ class _Body(Expressions):
         self._declared = declared
         self._names = [each.id for each in ast.walk(node) if isinstance(each, ast.Name)]
         self._hoisted: list[str] = []
+        self._annotated = {name for name, _ in declared.parameters}
 
     def lines(self) -> list[str]:
         """Return the definition, line by line."""
@@ -152,15 +153,18 @@ class _Body(Expressions):
         name = target.id
         if isinstance(node, ast.AnnAssign):
             wanted = self._source.type_of(node.annotation, node)
-            if value.type in (UNSIGNED, SIGNED) and wanted in (UNSIGNED, SIGNED) and value.type != wanted:
+            self._annotated.add(name)
+            if value.type != NUMBER and SIGNED in (value.type, wanted) and value.type != wanted:
                 # The annotation asks for it.
                 value = cast(value, wanted)
         else:
-            wanted = self._types.get(name) or (UNSIGNED if value.type in (BYTE, NUMBER) else value.type)
+            wanted = self._types.get(name) or (UNSIGNED if value.type == NUMBER else value.type)
         text = self._converted(value, wanted, node)
         if name in self._types:
             if self._types[name] != wanted:
                 raise self._source.fault(node, "c-mixed")
+            if wanted in SMALL and value.type not in (wanted, NUMBER) and name not in self._annotated:
+                raise self._source.fault(node, "c-wider")
             return [f"{indent}{name} = {text};"]
         self._check_name(name, node)
         if wanted == NOTHING:

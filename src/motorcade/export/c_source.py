@@ -25,6 +25,7 @@ class CType(NamedTuple):
 UNSIGNED = CType("uint32_t")
 SIGNED = CType("int32_t")
 BYTE = CType("uint8_t")
+SHORT = CType("uint16_t")
 NOTHING = CType("void")
 WORDS = CType("uint32_t *", "uint32_t")
 READ_ONLY_WORDS = CType("const uint32_t *", "uint32_t")
@@ -33,6 +34,8 @@ CAR = CType(f"struct {PREFIX}_car *")
 TYPES = {
     "int": UNSIGNED,
     "int32": SIGNED,
+    "uint16": SHORT,
+    "uint8": BYTE,
     "bool": BYTE,
     "None": NOTHING,
     "list[int]": WORDS,
@@ -47,12 +50,23 @@ TYPES = {
 }
 
 
+# The annotations of an index of a memory, and the types of the integer there.
+_HELD = {"uint8_at": BYTE, "uint16_at": SHORT}
+
+
 class Constant(NamedTuple):
-    """An integer that a module defines, and the comments above and behind it."""
+    """An integer that a module defines.
+
+    Attributes:
+        value: the integer.
+        above, behind: the comments above and behind it.
+        held: where it is an index of a memory, the type of the integer there.
+    """
 
     value: int
     above: list[str]
     behind: str
+    held: CType
 
 
 class Source:
@@ -81,9 +95,9 @@ class Source:
         self.imported = dict(_imported(tree))
         self.protocols = {each.name: each for each in ast.walk(tree) if isinstance(each, ast.ClassDef)}
         self.constants = {
-            target: Constant(value, self.comment_above(each), self._comments.get(each.lineno, ""))
-            for target, each in _assigned(tree)
-            if isinstance(value := values.get(target), int)
+            name: Constant(value, self.comment_above(each), self._comments.get(each.lineno, ""), held)
+            for name, each, held in _assigned(tree)
+            if isinstance(value := values.get(name), int)
         }
 
     def fault(self, node: ast.AST, key: str, **details: object) -> MotorcadeError:
@@ -144,7 +158,16 @@ def _imported(tree: ast.Module) -> Iterator[tuple[str, tuple[str, str]]]:
                 yield alias.name, (module, alias.name) if "." in package else (alias.name, "")
 
 
-def _assigned(tree: ast.Module) -> Iterator[tuple[str, ast.stmt]]:
+def _assigned(tree: ast.Module) -> Iterator[tuple[str, ast.stmt, CType]]:
+    """Yield the name of each constant, its statement, and the type of what is in a memory there."""
     for each in tree.body:
-        if isinstance(each, ast.Assign) and isinstance(each.targets[0], ast.Name) and each.targets[0].id.isupper():
-            yield each.targets[0].id, each
+        target = (
+            each.target
+            if isinstance(each, ast.AnnAssign)
+            else each.targets[0]
+            if isinstance(each, ast.Assign)
+            else None
+        )
+        if isinstance(target, ast.Name) and target.id.isupper():
+            held = ast.unparse(each.annotation) if isinstance(each, ast.AnnAssign) else ""
+            yield target.id, each, _HELD.get(held, UNSIGNED)

@@ -11,6 +11,8 @@ code (32,26), which finds every one, two or three flipped bits. Source: the
 protocol's section "Tagged words".
 """
 
+from motorcade.words.widths import uint8
+
 TAGS = 63
 
 UNIT_US = 560
@@ -21,7 +23,7 @@ ONE_SPACE_UNITS = 3
 _FIXED_UNITS = HEADER_MARK_UNITS + HEADER_SPACE_UNITS + 32 * (1 + ZERO_SPACE_UNITS) + 1
 
 
-def ones(word: int) -> int:
+def ones(word: int) -> uint8:
     """Return how many of the 32 bits are set."""
     word = word - (word >> 1 & 0x55555555)
     word = (word & 0x33333333) + (word >> 2 & 0x33333333)
@@ -36,7 +38,7 @@ def to_frame(word: int) -> int:
     return word | (ones(word) & 1)
 
 
-def parity_is_even(frame: int) -> int:
+def parity_is_even(frame: int) -> uint8:
     """Return 1 where the number of ones in a frame is even, as in every good frame, else 0."""
     return 1 - (ones(frame) & 1)
 
@@ -66,14 +68,14 @@ _CHECK_4 = _mask(4)
 CHECK_MASKS = (_CHECK_4, _CHECK_3, _CHECK_2, _CHECK_1, _CHECK_0)
 
 
-def check_of(frame: int) -> int:
+def check_of(frame: int) -> uint8:
     """Return the check, 0 to 31, that belongs to bits 31 to 6 of a frame."""
     low = (ones(frame & _CHECK_1) & 1) << 1 | (ones(frame & _CHECK_0) & 1)
     high = (ones(frame & _CHECK_3) & 1) << 1 | (ones(frame & _CHECK_2) & 1)
     return (ones(frame & _CHECK_4) & 1) << 4 | high << 2 | low
 
 
-def tag_of(frame: int) -> int:
+def tag_of(frame: int) -> uint8:
     """Return the tag of a frame: 1 to 63, or 0 for a bare frame."""
     return frame >> 6 & 63
 
@@ -83,23 +85,23 @@ def word_of(frame: int) -> int:
     return frame & 0xFFFFF000
 
 
-def check_is_good(frame: int) -> int:
+def check_is_good(frame: int) -> uint8:
     """Return 1 where the check of a tagged frame belongs to its word and tag, else 0."""
     return 1 if check_of(frame) == frame >> 1 & 31 else 0
 
 
-def tagged_frame(word: int, tag: int) -> int:
+def tagged_frame(word: int, tag: uint8) -> int:
     """Return the frame of ``word``, of which bits 31 to 12 count, with ``tag``, 1 to 63."""
     frame = (word & 0xFFFFF000) | tag << 6
     return to_frame(frame | check_of(frame) << 1)
 
 
-def next_tag(tag: int) -> int:
+def next_tag(tag: uint8) -> uint8:
     """Return the tag of the slot after the one with ``tag``: after 63 comes 1."""
     return tag % TAGS + 1
 
 
-def tag_is_newer(tag: int, other: int) -> int:
+def tag_is_newer(tag: uint8, other: uint8) -> uint8:
     """Return 1 where ``tag`` is 1 to 31 slots after ``other``, else 0."""
     slots = (tag + TAGS - other) % TAGS
     return 1 if 1 <= slots <= 31 else 0

@@ -24,6 +24,7 @@ from motorcade.words.blocks import crc32_of, move_to_start
 from motorcade.words.check import CHECK_BYTES, CHECK_HEADER, CHECK_LASTS_MS, MARKS, PAYLOAD_AT
 from motorcade.words.formats import CONTROL, HEADER
 from motorcade.words.ticks import elapsed_ms
+from motorcade.words.widths import uint8, uint8_at, uint16, uint16_at
 
 SILENCE_MS = 500
 READBACK_HEADER = 0x000000FF
@@ -32,19 +33,19 @@ MOST_WORDS = 511
 LEAST_WORDS = CHECK_BYTES // 4
 
 # The memory, r.
-START = 0  # index of the first byte in the buffer that isn't processed
-END = 1  # index behind the last one
-MOST_BYTES = 2  # how many bytes the buffer holds
-LENGTH = 3  # bytes of the image or check request at START; 0 while its header is unknown
-CHECKED = 4  # index behind the last byte of the image that was checked
+START: uint16_at = 0  # index of the first byte in the buffer that isn't processed
+END: uint16_at = 1  # index behind the last one
+MOST_BYTES: uint16_at = 2  # how many bytes the buffer holds
+LENGTH: uint16_at = 3  # bytes of the image or check request at START; 0 while its header is unknown
+CHECKED: uint16_at = 4  # index behind the last byte of the image that was checked
 CRC = 5  # CRC-32 of the image up to there
-BAD_POSITION = 6  # position of the first control word that no image has; 0 for none
-SKIPS = 7  # 1 while bytes are ignored, up to the next silence
+BAD_POSITION: uint16_at = 6  # position of the first control word that no image has; 0 for none
+SKIPS: uint8_at = 7  # 1 while bytes are ignored, up to the next silence
 LAST_BYTE_MS = 8  # when the last byte came
-IS_ANNOUNCED = 9  # 1 while only the announced image is taken
+IS_ANNOUNCED: uint8_at = 9  # 1 while only the announced image is taken
 ANNOUNCED = 10  # CRC-32 of the announced image
-NUMBER = 11  # number of the last check request
-TAKEN = 12  # 1 from the event IMAGE to the next call: the image is still in the buffer
+NUMBER: uint8_at = 11  # number of the last check request
+TAKEN: uint8_at = 12  # 1 from the event IMAGE to the next call: the image is still in the buffer
 COUNT = 13  # of the last refusal: a number of bytes or words, or a position
 WORD = 14  # of the last refusal: the word
 SIZE = 15
@@ -71,14 +72,14 @@ _UNUSED_IN_FOURTH = _UNUSED & 255
 _CHECK_MARK = CHECK_HEADER & 255
 
 
-def switch_on(r: list[int], most_words: int) -> None:
+def switch_on(r: list[int], most_words: uint16) -> None:
     """Clear the memory; ``most_words`` (LEAST_WORDS to MOST_WORDS) is the size of the largest image."""
     for i in range(SIZE):
         r[i] = 0
     r[MOST_BYTES] = most_words * 4
 
 
-def room(r: list[int], buffer: bytearray, now: int) -> int:
+def room(r: list[int], buffer: bytearray, now: int) -> uint16:
     """Return how many bytes may be copied to ``buffer`` at ``r[END]`` now."""
     if r[END] > r[START] and elapsed_ms(now, r[LAST_BYTE_MS]) >= SILENCE_MS:
         # What came before the silence is not processed yet.
@@ -91,14 +92,14 @@ def room(r: list[int], buffer: bytearray, now: int) -> int:
     return r[MOST_BYTES] - r[END]
 
 
-def add(r: list[int], count: int, now: int) -> None:
+def add(r: list[int], count: uint16, now: int) -> None:
     """Take ``count`` bytes (1 or more) that were copied to ``buffer`` at ``r[END]``."""
     r[LAST_BYTE_MS] = now
     if r[SKIPS] == 0:
         r[END] = r[END] + count
 
 
-def next_event(r: list[int], buffer: bytearray, work_words: int, now: int) -> int:
+def next_event(r: list[int], buffer: bytearray, work_words: uint16, now: int) -> uint8:
     """Go on with the bytes in the buffer. Return an event, NOTHING to TOO_LARGE.
 
     It checks at most ``work_words`` (1 or more) words. It also notices silence, after which the next byte begins an
@@ -119,7 +120,7 @@ def next_event(r: list[int], buffer: bytearray, work_words: int, now: int) -> in
     return event
 
 
-def _end_by_silence(r: list[int]) -> int:
+def _end_by_silence(r: list[int]) -> uint8:
     """Return IMAGE where nothing but the empty image came, CUT_OFF where part of something did, else NOTHING."""
     count = r[END] - r[START]
     is_empty_image = 1 if r[LENGTH] == 4 and count == 4 else 0
@@ -135,7 +136,7 @@ def _end_by_silence(r: list[int]) -> int:
     return CUT_OFF
 
 
-def _advance(r: list[int], buffer: bytearray, work_words: int) -> int:
+def _advance(r: list[int], buffer: bytearray, work_words: uint16) -> uint8:
     """Go on with the image or request at START, of which there are at least 4 bytes."""
     if r[LENGTH] == 0:
         event = _read_header(r, buffer)
@@ -162,7 +163,7 @@ def _advance(r: list[int], buffer: bytearray, work_words: int) -> int:
     return _end_image(r, buffer)
 
 
-def _read_header(r: list[int], buffer: bytearray) -> int:
+def _read_header(r: list[int], buffer: bytearray) -> uint8:
     """Set LENGTH by the header at START. Return NOTHING then, else READBACK or a refusal."""
     start = r[START]
     header = _word_at(buffer, start)
@@ -198,7 +199,7 @@ def _read_header(r: list[int], buffer: bytearray) -> int:
     return NOTHING
 
 
-def _take_check(r: list[int], buffer: bytearray) -> int:
+def _take_check(r: list[int], buffer: bytearray) -> uint8:
     """Take the whole check request at START. Return CHECK, or CHANGED_REQUEST."""
     checksum = 0
     number = 0
@@ -216,7 +217,7 @@ def _take_check(r: list[int], buffer: bytearray) -> int:
     return CHECK
 
 
-def _check_words(r: list[int], buffer: bytearray, work_words: int, end: int) -> int:
+def _check_words(r: list[int], buffer: bytearray, work_words: uint16, end: uint16) -> uint8:
     """Check the control words up to index ``end``, at most ``work_words``. Return 1 where some are left, else 0."""
     begin = r[CHECKED]
     is_left = 0
@@ -225,7 +226,7 @@ def _check_words(r: list[int], buffer: bytearray, work_words: int, end: int) -> 
         is_left = 1
     if end == begin:
         return is_left
-    at = begin
+    at: uint16 = begin
     while at < end:
         if (buffer[at + 2] & _UNUSED_IN_THIRD or buffer[at + 3] & _UNUSED_IN_FOURTH) and r[BAD_POSITION] == 0:
             r[BAD_POSITION] = (at - r[START]) // 4
@@ -235,7 +236,7 @@ def _check_words(r: list[int], buffer: bytearray, work_words: int, end: int) -> 
     return is_left
 
 
-def _end_image(r: list[int], buffer: bytearray) -> int:
+def _end_image(r: list[int], buffer: bytearray) -> uint8:
     """Return IMAGE, or a refusal, for the whole image at START, of which all words were checked."""
     if r[BAD_POSITION]:
         r[COUNT] = r[BAD_POSITION]
@@ -260,7 +261,7 @@ def _drop_image(r: list[int]) -> None:
         _drop(r, r[LENGTH])
 
 
-def _drop(r: list[int], count: int) -> None:
+def _drop(r: list[int], count: uint16) -> None:
     """Remove ``count`` bytes from the start of the buffer."""
     r[LENGTH] = 0
     r[START] = r[START] + count
@@ -280,6 +281,6 @@ def _skip(r: list[int]) -> None:
     r[SKIPS] = 1
 
 
-def _word_at(buffer: bytearray, at: int) -> int:
+def _word_at(buffer: bytearray, at: uint16) -> int:
     """Return the word in the four bytes from index ``at`` on."""
     return buffer[at] << 24 | buffer[at + 1] << 16 | buffer[at + 2] << 8 | buffer[at + 3]

@@ -1,5 +1,7 @@
 """Time on a car: integer milliseconds that wrap at 2^30, as MicroPython's do."""
 
+from motorcade.words.widths import uint8
+
 TICKS_MASK = (1 << 30) - 1
 
 
@@ -13,6 +15,6 @@ def later_ms(now_ms: int, duration_ms: int) -> int:
     return (now_ms + duration_ms) & TICKS_MASK
 
 
-def reached(now_ms: int, due_ms: int) -> int:
+def reached(now_ms: int, due_ms: int) -> uint8:
     """Return 1 where ``due_ms`` is now or past, 0 where it is still to come (at most 2^29 ms, six days, ahead)."""
     return 1 if (now_ms - due_ms) & TICKS_MASK < 1 << 29 else 0

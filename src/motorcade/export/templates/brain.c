@@ -6,6 +6,13 @@
 
 #include <string.h>
 
+/* The bits of `word` from bit `at` on, as many as `mask` (at most 255) has. A chip of 8 bits shifts a word bit by bit, so
+ * whole bytes are skipped first; a field in one byte takes no more than that byte.
+ */
+#define BITS(word, at, mask) \
+    ((uint8_t)(((mask) << ((at) & 7)) < 256 ? ((uint8_t)((word) >> ((at) & 24)) >> ((at) & 7)) & (mask) \
+                                           : ((uint16_t)((word) >> ((at) & 24)) >> ((at) & 7)) & (mask)))
+
 /* blocks */
 
 @CHECKSUM@
