@@ -42,7 +42,7 @@ bool Car::serve_serial() {
   if (is_saving_ || !send_pending()) return false;
   bool has_copied = false;
   for (;;) {
-    const uint32_t event = motorcade_receiver_next_event(receiver_, buffer_, WORK_WORDS, now_ms_);
+    const uint8_t event = motorcade_receiver_next_event(receiver_, buffer_, WORK_WORDS, now_ms_);
     if (event == MOTORCADE_RECEIVER_NOTHING || event == MOTORCADE_RECEIVER_WORKING) {
       if (has_copied || !copy_bytes()) return false;
       has_copied = true;
@@ -77,14 +77,14 @@ bool Car::send_pending() {
 
 // Copy what came over the serial line into the receiver's buffer; return whether anything came.
 bool Car::copy_bytes() {
-  const uint32_t room = motorcade_receiver_room(receiver_, buffer_, now_ms_);
+  const uint16_t room = motorcade_receiver_room(receiver_, buffer_, now_ms_);
   if (room == 0) return false;
   const uint16_t count = board_.read_serial(buffer_ + receiver_[MOTORCADE_RECEIVER_END], room);
   if (count > 0) motorcade_receiver_add(receiver_, count, now_ms_);
   return count > 0;
 }
 
-void Car::take_event(uint32_t event) {
+void Car::take_event(uint8_t event) {
   ImageStore &store = *image_.store;
   if (event == MOTORCADE_RECEIVER_IMAGE) {
     const uint8_t *data = buffer_ + receiver_[MOTORCADE_RECEIVER_START];
@@ -128,7 +128,7 @@ bool Car::go_on_saving() {
   return true;
 }
 
-void Car::put_refusal(uint32_t event) {
+void Car::put_refusal(uint8_t event) {
   const uint32_t count = receiver_[MOTORCADE_RECEIVER_COUNT];
   put_text(PSTR("ERR "));
   if (event == MOTORCADE_RECEIVER_CUT_OFF) {
@@ -224,7 +224,7 @@ extern "C" {
 
 uint32_t motorcade_image_word(const struct motorcade_image *image, uint32_t index) { return image->store->word_at(index); }
 
-void motorcade_car_note(struct motorcade_car *car, uint32_t kind, uint32_t at_ms, uint32_t word, uint32_t detail) {
+void motorcade_car_note(struct motorcade_car *car, uint8_t kind, uint32_t at_ms, uint32_t word, uint32_t detail) {
   motorcade::car_of(car)->note(kind, at_ms, word, detail);
 }
 
@@ -232,23 +232,23 @@ uint32_t motorcade_car_received_frames(struct motorcade_car *car, uint32_t *fram
   return motorcade::car_of(car)->received_frame(frame);
 }
 
-void motorcade_car_note_frame(struct motorcade_car *car, uint32_t frame, uint32_t result) {
+void motorcade_car_note_frame(struct motorcade_car *car, uint32_t frame, uint8_t result) {
   motorcade::Car *self = motorcade::car_of(car);
   self->note(motorcade::NOTE_HEARD, self->now_ms(), frame, result);
 }
 
-uint32_t motorcade_car_heard_voice(struct motorcade_car *car) { return motorcade::car_of(car)->heard_voice(); }
+uint8_t motorcade_car_heard_voice(struct motorcade_car *car) { return motorcade::car_of(car)->heard_voice(); }
 
 const uint32_t *motorcade_car_sense(struct motorcade_car *car, uint32_t looks_mm) {
   return motorcade::car_of(car)->sense(looks_mm);
 }
 
-void motorcade_car_set_outputs(struct motorcade_car *car, uint32_t wheels, const uint32_t *senses) {
+void motorcade_car_set_outputs(struct motorcade_car *car, uint8_t wheels, const uint32_t *senses) {
   (void)senses;
   motorcade::car_of(car)->set_outputs(wheels);
 }
 
-uint32_t motorcade_car_air_is_busy(struct motorcade_car *car) { return motorcade::car_of(car)->air_is_busy() ? 1 : 0; }
+uint8_t motorcade_car_air_is_busy(struct motorcade_car *car) { return motorcade::car_of(car)->air_is_busy() ? 1 : 0; }
 
 void motorcade_car_send_frame(struct motorcade_car *car, uint32_t frame) { motorcade::car_of(car)->send_frame(frame); }
 

@@ -40,7 +40,7 @@ class Car {
   // What the brain calls.
   void note(uint32_t kind, uint32_t at_ms, uint32_t word, uint32_t detail) { board_.note(kind, at_ms, word, detail); }
   uint32_t received_frame(uint32_t *frame);
-  uint32_t heard_voice() { return board_.heard_voice(); }
+  uint8_t heard_voice() { return board_.heard_voice(); }
   const uint32_t *sense(uint32_t looks_mm);
   void set_outputs(uint32_t wheels);
   bool air_is_busy() { return board_.is_sending() || board_.senses_carrier(); }
@@ -52,7 +52,7 @@ class Car {
   bool serve_serial();
   bool send_pending();
   bool copy_bytes();
-  void take_event(uint32_t event);
+  void take_event(uint8_t event);
   bool go_on_saving();
   void begin_program();
 
@@ -62,7 +62,7 @@ class Car {
   void put_number(uint32_t number);
   void put_hex(uint32_t number, uint8_t digits = 8, char ten = 'a');
   void end_line();
-  void put_refusal(uint32_t event);
+  void put_refusal(uint8_t event);
 
   // First, so that the brain's pointer is this car's.
   motorcade_car brain_;
