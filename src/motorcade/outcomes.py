@@ -116,7 +116,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (PROGRAM_ERROR, 413, ("body-too-large",)),
     (PROGRAM_ERROR, 429, ("requests-too-fast",)),
     (PROGRAM_ERROR, 500, ("cant-delete", "cant-read", "cant-save", "film-failed", "internal", "virtual-car")),
-    (PROGRAM_ERROR, 503, ("too-many-sessions",)),
+    (PROGRAM_ERROR, 503, ("too-many-sessions", "too-many-films")),
 )
 
 

@@ -1,93 +1,28 @@
 """Pages' worlds at a server: sessions, threads and queues around `motorcade.service.world_session`."""
 
 import asyncio
-import base64
-import csv
-import io
 import json
 import threading
-from contextlib import contextmanager
 
 import pytest
 from numba.core import event
-from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
-from motorcade import Followers, Program, compile_program, forward, led, left
 from motorcade.errors import MotorcadeError
 from motorcade.server.page_socket import PageSocket
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio import driving, sessions
-from motorcade.server.studio.app import Settings, make_app
 from motorcade.service.history import FIRST, PAST
 from motorcade.service.playback import Playback
 from motorcade.service.world_messages import State
-from support.pictures import Picture
 from support.waiting import DEADLINE_S
-
-KEY = "0123456789abcdef" * 2
-OTHER = "f" * 32
-IMAGE = base64.b64encode(
-    compile_program(Program([forward(3, speed=2), left(1)], Followers([led(1, 1)]))).image
-).decode()
-MAT = {
-    "format": "motorcade-mat/1",
-    "name": "a table",
-    "tick_ms": 5,
-    "car": [{"at_m": [0, 0], "role": "leader"}, {"at_m": [0.5, 0]}, {"at_m": [0.5, 0.5]}],
-}
-SET = {"do": "set", "image": IMAGE, "mat": MAT, "profile": "classroom", "seed": 1}
-
-
-class Page:
-    """A page: what comes is read in order, messages by kind."""
-
-    def __init__(self, socket):
-        self._socket = socket
-
-    def send(self, do: str, **values) -> None:
-        self._socket.send_text(json.dumps({"do": do, **values}))
-
-    def next(self):
-        message = self._socket.receive()
-        if message["type"] == "websocket.close":
-            raise WebSocketDisconnect(message["code"])
-        if message.get("bytes"):
-            return "picture", Picture(message["bytes"])
-        values = json.loads(message["text"])
-        return values.pop("is"), values
-
-    def until(self, kind: str, holds=lambda values: True):
-        """The next of a kind for which something holds; pictures before it are drawn."""
-        while True:
-            what, values = self.next()
-            if what == "picture":
-                self.send("shown", frame=values.number)
-            if what == kind and holds(values):
-                return values
-
-    def set(self, **changes):
-        self._socket.send_text(json.dumps(SET | changes))
-        return self.until("hello", lambda hello: not hello["resumed"] and hello["cars"])
-
-
-@contextmanager
-def server(tmp_path, **changes):
-    settings = Settings(library=tmp_path, page=tmp_path, **changes)
-    with TestClient(make_app(settings), base_url="http://127.0.0.1:7700") as client:
-        yield client
+from support.world_page import KEY, MAT, OTHER, SET, page, server
 
 
 @pytest.fixture
 def client(tmp_path):
     with server(tmp_path) as served:
         yield served
-
-
-@contextmanager
-def page(client, key=KEY):
-    with client.websocket_connect(f"ws://127.0.0.1:7700/api/world?session={key}") as socket:
-        yield Page(socket)
 
 
 def test_a_page_sets_a_world_and_sees_it_drive(client) -> None:
@@ -324,38 +259,6 @@ def test_a_page_that_sends_too_fast_is_disconnected(tmp_path) -> None:
         assert mine.until("error")["code"] == "too-many-messages"
         with pytest.raises(WebSocketDisconnect):
             mine.next()
-
-
-def test_the_timeline_is_a_table(client) -> None:
-    with page(client) as mine:
-        mine.set()
-        mine.send("step", ticks=100)
-        mine.until("state", lambda state: state["t_ms"])
-        answer = client.get(f"/api/world/{KEY}/timeline.csv")
-    rows = list(csv.DictReader(io.StringIO(answer.text)))
-    assert answer.headers["content-type"].startswith("text/csv")
-    assert {row["event"] for row in rows} == {"state", "frame", "heard", "start"}
-    first = {"t_ms": "0", "car": "0", "event": "state", "why": "", "word": rows[0]["word"], "other": "0", "tag": "0"}
-    assert rows[0] == first
-    assert rows[0]["word"].startswith("0x6")
-
-
-@pytest.mark.parametrize(("file", "begins"), [("run.gif", b"GIF89a"), ("run.mp4", b"\x00\x00\x00")])
-def test_a_run_becomes_a_film(client, file, begins) -> None:
-    with page(client) as mine:
-        mine.set()
-        assert client.get(f"/api/world/{KEY}/{file}").json()["error"]["code"] == "nothing-to-draw"
-        mine.send("step", ticks=100)
-        mine.until("state", lambda state: state["t_ms"])
-        answer = client.get(f"/api/world/{KEY}/{file}?seconds=0.3")
-    assert answer.content.startswith(begins)
-    assert file in answer.headers["content-disposition"]
-
-
-@pytest.mark.parametrize("file", ["timeline.csv", "run.gif"])
-def test_a_world_that_does_not_exist_has_no_downloads(client, file) -> None:
-    answer = client.get(f"/api/world/{OTHER}/{file}")
-    assert (answer.status_code, answer.json()["error"]["code"]) == (404, "no-world")
 
 
 def test_a_slow_world_does_not_delay_a_fast_one(client, monkeypatch) -> None:

@@ -3,18 +3,17 @@
 import asyncio
 import csv
 import io
-import multiprocessing
 import ssl
 import tempfile
-from collections.abc import Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Coroutine, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
+from anyio import BrokenWorkerProcess, to_process
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import HTTPConnection, Request
@@ -39,6 +38,9 @@ from motorcade.service.requests import Context, respond
 
 COLUMNS = ("t_ms", "car", "event", "why", "word", "other", "tag")
 _FILMS = {"run.gif": "image/gif", "run.mp4": "video/mp4"}
+# Films that wait while one is drawn.
+_MOST_WAITING = 3
+_T = TypeVar("_T")
 _SECONDS, _MOST_SECONDS = 10.0, 60.0
 
 
@@ -123,8 +125,28 @@ def _remote_routes(settings: Settings, worlds: PageWorlds) -> list[BaseRoute]:
 
 
 def _download_route(worlds: PageWorlds) -> Route:
-    """Return the route of downloads: events of a run as CSV, and films of its last seconds, one drawn at a time."""
+    """Return the route of downloads: events of a run as CSV, and films of its last seconds.
+
+    One film is drawn at a time, three more wait, and none is drawn for a client that has left.
+    """
     drawing = asyncio.Semaphore(1)
+    waiting = 0
+
+    async def film(request: Request, session: PageWorld, file: str) -> bytes | None:
+        nonlocal waiting
+        seconds = _seconds(request.query_params.get("seconds", ""))
+        if waiting > _MOST_WAITING:
+            raise MotorcadeError("too-many-films")
+        waiting += 1
+        try:
+            return await unless_left(request, partial(drawn, session, file, seconds))
+        finally:
+            waiting -= 1
+
+    async def drawn(session: PageWorld, file: str, seconds: float) -> bytes:
+        async with drawing:
+            # A recording takes much memory, so it is made when its turn has come.
+            return await _film(await session.alone(partial(_recording, session, seconds)), file)
 
     async def download(request: Request) -> Response:
         session = worlds.session(request.path_params["session"])
@@ -135,11 +157,8 @@ def _download_route(worlds: PageWorlds) -> Route:
             return StreamingResponse(timeline(batches), media_type="text/csv; charset=utf-8", headers=headers)
         if file not in _FILMS:
             raise MotorcadeError("no-world")
-        seconds = _seconds(request.query_params.get("seconds", ""))
-        run = await session.alone(partial(_recording, session, seconds))
-        async with drawing:
-            film = await _film(run, file)
-        return Response(film, media_type=_FILMS[file], headers=headers)
+        content = await film(request, session, file)
+        return Response(content, media_type=_FILMS[file], headers=headers)
 
     return Route("/api/world/{session}/{file}", download)
 
@@ -175,17 +194,31 @@ def _recording(session: PageWorld, seconds: float) -> InMemoryRecording:
     return run
 
 
+async def unless_left(request: Request, job: Callable[[], Coroutine[Any, Any, _T]]) -> _T | None:
+    """Do a job; where the client leaves before, cancel it and return None."""
+
+    async def leave() -> None:
+        while (await request.receive())["type"] != "http.disconnect":
+            pass
+
+    tasks: list[asyncio.Task[Any]] = [asyncio.create_task(job()), asyncio.create_task(leave())]
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        return tasks[0].result() if tasks[0].done() else None
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+
 async def _film(run: InMemoryRecording, file: str) -> bytes:
     if run.last_ms == 0:
         raise MotorcadeError("nothing-to-draw")
-    # Drawing holds Python's lock for long, so it would stop all worlds in this process.
-    process = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
     try:
-        return await asyncio.get_running_loop().run_in_executor(process, draw, run, file)
-    except (MotorcadeError, BrokenProcessPool) as problem:
+        # Drawing holds Python's lock for long, so it would stop all worlds in this process.
+        return await to_process.run_sync(draw, run, file, cancellable=True)
+    except (MotorcadeError, BrokenWorkerProcess) as problem:
         raise MotorcadeError("film-failed", reason=problem) from None
-    finally:
-        process.shutdown(wait=False)
 
 
 def draw(run: InMemoryRecording, file: str) -> bytes:

@@ -1,0 +1,70 @@
+"""A page at the studio's server without a socket, as the server meets it: its WebSocket and what it sends."""
+
+import base64
+import json
+from contextlib import contextmanager
+
+from starlette.testclient import TestClient
+from starlette.websockets import WebSocketDisconnect
+
+from motorcade import Followers, Program, compile_program, forward, led, left
+from motorcade.server.studio.app import Settings, make_app
+from support.pictures import Picture
+
+KEY = "0123456789abcdef" * 2
+OTHER = "f" * 32
+IMAGE = base64.b64encode(
+    compile_program(Program([forward(3, speed=2), left(1)], Followers([led(1, 1)]))).image
+).decode()
+MAT = {
+    "format": "motorcade-mat/1",
+    "name": "a table",
+    "tick_ms": 5,
+    "car": [{"at_m": [0, 0], "role": "leader"}, {"at_m": [0.5, 0]}, {"at_m": [0.5, 0.5]}],
+}
+SET = {"do": "set", "image": IMAGE, "mat": MAT, "profile": "classroom", "seed": 1}
+
+
+class Page:
+    """A page: what comes is read in order, messages by kind."""
+
+    def __init__(self, socket):
+        self._socket = socket
+
+    def send(self, do: str, **values) -> None:
+        self._socket.send_text(json.dumps({"do": do, **values}))
+
+    def next(self):
+        message = self._socket.receive()
+        if message["type"] == "websocket.close":
+            raise WebSocketDisconnect(message["code"])
+        if message.get("bytes"):
+            return "picture", Picture(message["bytes"])
+        values = json.loads(message["text"])
+        return values.pop("is"), values
+
+    def until(self, kind: str, holds=lambda values: True):
+        """The next of a kind for which something holds; pictures before it are drawn."""
+        while True:
+            what, values = self.next()
+            if what == "picture":
+                self.send("shown", frame=values.number)
+            if what == kind and holds(values):
+                return values
+
+    def set(self, **changes):
+        self._socket.send_text(json.dumps(SET | changes))
+        return self.until("hello", lambda hello: not hello["resumed"] and hello["cars"])
+
+
+@contextmanager
+def server(tmp_path, **changes):
+    settings = Settings(library=tmp_path, page=tmp_path, **changes)
+    with TestClient(make_app(settings), base_url="http://127.0.0.1:7700") as client:
+        yield client
+
+
+@contextmanager
+def page(client, key=KEY):
+    with client.websocket_connect(f"ws://127.0.0.1:7700/api/world?session={key}") as socket:
+        yield Page(socket)
