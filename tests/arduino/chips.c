@@ -29,6 +29,8 @@ DEFINE_FIFO(uint16_t, uart_fifo);
 #define EECR_ADDRESS 0x3F
 #define EEMPE_BIT 4
 #define EEPE_BIT 2
+#define MCUSR_ADDRESS 0x54
+#define EXTERNAL_RESET_BIT 2
 
 typedef struct {
     uint64_t cycle;
@@ -258,6 +260,16 @@ void chip_read(world_t *world, int index, uint32_t address, uint8_t *data, uint3
 
 void chip_eeprom(world_t *world, int index, uint8_t *data) {
     memcpy(data, eeprom_of(&world->chips[index]), world->chips[index].avr->e2end + 1);
+}
+
+/* Write a program beside the one that is there, such as a boot loader, and begin at `start` as after an external reset. */
+void chip_boot(world_t *world, int index, const uint8_t *code, uint32_t count, uint32_t start) {
+    avr_t *avr = world->chips[index].avr;
+    if (count) memcpy(avr->flash + start, code, count);
+    avr->codeend = avr->flashend;
+    avr->reset_pc = start;
+    avr_reset(avr);
+    avr->data[MCUSR_ADDRESS] = EXTERNAL_RESET_BIT;
 }
 
 /* Send bytes to the chip's UART, one behind the other at 115200 baud. */

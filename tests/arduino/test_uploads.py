@@ -155,3 +155,18 @@ void loop() {
     assert len(starts) == 4
     for earlier, later in itertools.pairwise(starts):
         assert 2400 < later - earlier < 2800
+
+
+def test_an_uno_that_restarts_when_its_port_is_opened_gets_its_program(world, add, tmp_path) -> None:
+    car = add()
+    car.install_boot_loader(*arduino_build.compile_boot_loader(tmp_path))
+    world.run(3000)
+    for transfer, image in (
+        (UploadTransfer(SMALL, BAUD), SMALL),
+        (UploadTransfer(image_of(20), BAUD, verify=False), image_of(20)),
+    ):
+        car.restart()
+        run(world, car, transfer)
+        world.run(1000)
+        car.restart()
+        assert held_image(world, car) == image

@@ -89,12 +89,22 @@ class Chip:
         self.kind = kind
         self.symbols = symbols
         self._taken = 0
+        self._boot_at = 0
         (out_port, out_bit), (in_port, in_bit) = kind.sender, kind.receiver
         self._call("chip_infrared", ctypes.c_char(out_port.encode()), out_bit, ctypes.c_char(in_port.encode()), in_bit)
 
     def send(self, data: bytes) -> None:
         """Send bytes to the UART, behind those that are still on their way."""
         self._call("chip_send", data, len(data))
+
+    def install_boot_loader(self, code: bytes, start: int) -> None:
+        """Write a boot loader into the flash and begin with it, as after an external reset."""
+        self._boot_at = start
+        self._call("chip_boot", code, len(code), start)
+
+    def restart(self) -> None:
+        """Reset the chip, as a port's DTR does when it is opened."""
+        self._call("chip_boot", b"", 0, self._boot_at)
 
     def received(self) -> bytes:
         """The bytes that came out of the UART since the last call."""

@@ -37,6 +37,9 @@ TRIES = 3
 # An uploader is silent for so long before it begins that the car's receiver resets; the rest of an upload that broke
 # off would else become the beginning of the image.
 SETTLE_MS = SILENCE_MS + 100
+# Opening the port restarts an Arduino, whose boot loader swallows what comes for up to 2 s. Where the car answers, a
+# further try is enough.
+_BOOT_MS = 2100
 # A board that never stops sending gets the upload nevertheless.
 _LONGEST_SETTLE_MS = 3000
 _AHEAD_BYTES = 64
@@ -122,9 +125,9 @@ class Transfer(ABC):
             end.receive_data(self._data, self._now_ms)
         return result
 
-    def _settle(self) -> Steps:
+    def _settle(self, settle_ms: int = SETTLE_MS) -> Steps:
         begin_ms = quiet_ms = self._now_ms
-        while (rest_ms := SETTLE_MS - elapsed_ms(self._now_ms, quiet_ms)) > 0:
+        while (rest_ms := settle_ms - elapsed_ms(self._now_ms, quiet_ms)) > 0:
             if elapsed_ms(self._now_ms, begin_ms) >= _LONGEST_SETTLE_MS:
                 return
             self.rest_ms = rest_ms
@@ -206,7 +209,7 @@ class UploadTransfer(Transfer):
 
     def _run(self) -> Steps:
         if not self._verify:
-            yield from self._settle()
+            yield from self._settle(_BOOT_MS)
             yield from self._send_image(UNKNOWN)
             self.outcome = Outcome(NOT_VERIFIED, Phrase("sent-not-verified"))
             return

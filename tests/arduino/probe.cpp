@@ -1,0 +1,137 @@
+// The library's portable parts as plain C++, with functions that Python calls by ctypes.
+#include <Arduino.h>
+#include <Motorcade.h>
+#include <string.h>
+
+uint32_t mock_us;
+uint8_t mock_pins[256];
+uint8_t mock_duties[256];
+void (*mock_interrupts[256])();
+Stream Serial;
+
+namespace {
+
+uint8_t sent[1 << 16];
+size_t sent_count;
+
+class Ram : public motorcade::ByteMemory {
+ public:
+  Ram() { memset(bytes, 0xFF, sizeof(bytes)); }
+  uint16_t size() override { return sizeof(bytes); }
+  uint8_t read(uint16_t at) override { return bytes[at]; }
+  void write(uint16_t at, uint8_t byte) override { bytes[at] = at == bad_at ? byte ^ 1 : byte; }
+  uint8_t bytes[1024];
+  uint16_t bad_at = 0xFFFF;
+};
+
+const motorcade::VoicePattern PATTERNS[] = {{"\xAA\x01", 2, 1}, {"go", 2, 2}};
+const motorcade::CarSettings CAR = {
+    {0,   1000, 2000, 3000, 1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000, 100,
+     200, 300,  400,  100,  560,  5,    250,  6,    110,  3520, 2,    10000},
+    115200, 2000, {7, 8, 5}, {9, 10, 6}, {0, 115, 180, 255}, {0, 100, 150, 200}, {14, 15, 16, 17},
+    4, 3, 12, 2, 255, 255, 0, PATTERNS, 2,
+};
+
+// An ArduinoBoard that keeps the frames that it sends.
+class ProbeBoard : public motorcade::ArduinoBoard {
+ public:
+  ProbeBoard(bool is_leader, uint32_t number) : ArduinoBoard(CAR, is_leader, number, ram, nullptr) {}
+  void send_frame(uint32_t frame) override {
+    begin_echo(frame);
+    frames[frame_count++ & 1023] = frame;
+  }
+  Ram ram;
+  uint32_t frames[1024];
+  uint32_t frame_count = 0;
+};
+
+struct Probe {
+  Probe(bool is_leader, uint32_t number) : board(is_leader, number), car(board) {}
+  ProbeBoard board;
+  motorcade::Car car;
+};
+
+}  // namespace
+
+size_t Stream::write(const uint8_t *data, size_t count) {
+  if (sent_count + count > sizeof(sent)) return 0;
+  memcpy(sent + sent_count, data, count);
+  sent_count += count;
+  return count;
+}
+
+void Stream::come(const uint8_t *data, size_t count) {
+  if (taken_ == count_) taken_ = count_ = 0;
+  if (count_ + count > sizeof(came_)) return;
+  memcpy(came_ + count_, data, count);
+  count_ += count;
+}
+
+extern "C" {
+
+void set_time(uint32_t now_us) { mock_us = now_us; }
+
+// An edge at a pin that an interrupt watches.
+void edge(uint8_t pin, uint8_t level) {
+  mock_pins[pin] = level;
+  if (mock_interrupts[pin]) mock_interrupts[pin]();
+}
+
+uint8_t duty(uint8_t pin) { return mock_duties[pin]; }
+uint8_t level(uint8_t pin) { return mock_pins[pin]; }
+
+Probe *probe_new(uint8_t is_leader, uint32_t number, const uint8_t *content) {
+  Probe *probe = new Probe(is_leader, number);
+  if (content) memcpy(probe->board.ram.bytes, content, sizeof(probe->board.ram.bytes));
+  sent_count = 0;
+  probe->board.begin(motorcade::MOST_WORDS);
+  probe->car.begin();
+  return probe;
+}
+
+void probe_free(Probe *probe) { delete probe; }
+void probe_tick(Probe *probe) { probe->car.tick(); }
+void probe_come(const uint8_t *data, uint32_t count) { Serial.come(data, count); }
+void probe_memory(Probe *probe, uint8_t *content) { memcpy(content, probe->board.ram.bytes, sizeof(probe->board.ram.bytes)); }
+void probe_break_cell(Probe *probe, uint16_t at) { probe->board.ram.bad_at = at; }
+uint32_t probe_number(Probe *probe) { return probe->board.number(); }
+void probe_set_number(Probe *probe, uint32_t number) { probe->board.store().set_number(number); }
+uint32_t probe_obstacle_mm(Probe *probe) { return probe->board.obstacle_mm(); }
+
+uint32_t probe_sent(uint8_t *data) {
+  const size_t count = sent_count;
+  memcpy(data, sent, count);
+  sent_count = 0;
+  return count;
+}
+
+uint32_t probe_frames(Probe *probe, uint32_t *frames) {
+  const uint32_t count = probe->board.frame_count;
+  memcpy(frames, probe->board.frames, sizeof(probe->board.frames));
+  probe->board.frame_count = 0;
+  return count;
+}
+
+motorcade::InfraredReceiver *receiver_new(uint16_t unit_us) { return new motorcade::InfraredReceiver(unit_us); }
+void receiver_free(motorcade::InfraredReceiver *receiver) { delete receiver; }
+void receiver_edge(motorcade::InfraredReceiver *receiver, uint32_t at_us, uint8_t level) {
+  receiver->take_edge(at_us, level);
+}
+void receiver_ignore(motorcade::InfraredReceiver *receiver, uint32_t until_us) { receiver->ignore_until(until_us); }
+uint8_t receiver_next(motorcade::InfraredReceiver *receiver, uint32_t now_us, uint32_t *frame) {
+  return receiver->next_frame(now_us, *frame);
+}
+uint8_t receiver_senses(motorcade::InfraredReceiver *receiver, uint32_t now_us) {
+  return receiver->senses_carrier(now_us);
+}
+
+motorcade::EdgeSerial *line_new(uint16_t baud) { return new motorcade::EdgeSerial(baud); }
+void line_free(motorcade::EdgeSerial *line) { delete line; }
+void line_edge(motorcade::EdgeSerial *line, uint32_t at_us, uint8_t level) { line->take_edge(at_us, level); }
+int16_t line_read(motorcade::EdgeSerial *line, uint32_t now_us) { return line->read(now_us); }
+
+motorcade::VoicePatterns *voice_new() { return new motorcade::VoicePatterns(PATTERNS, 2); }
+void voice_free(motorcade::VoicePatterns *voice) { delete voice; }
+uint8_t voice_take(motorcade::VoicePatterns *voice, uint8_t byte) { return voice->take(byte); }
+
+}  // extern "C"

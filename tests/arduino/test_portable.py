@@ -1,0 +1,367 @@
+"""The library's portable parts as plain C++ on a mock of Arduino's core, against the same parts in Python."""
+
+import binascii
+import ctypes
+import subprocess
+from pathlib import Path
+
+import pytest
+from filelock import FileLock
+from hypothesis import example, given
+from hypothesis import strategies as st
+from scripts import debian
+
+from motorcade.boards.on_chip.infrared import InfraredReceiver
+from motorcade.boards.voice import SerialVoice
+from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
+from motorcade.car.brain import VOICE_GO, VOICE_STOP
+from motorcade.car.loop import Car
+from motorcade.config.profile import levels_of
+from motorcade.firmware.arduino_library import library_folder
+from motorcade.words.check import check_request
+from motorcade.words.image import words_to_bytes
+from motorcade.words.infrared import frame_durations_us, to_frame
+from motorcade.words.upload import READBACK_REQUEST
+from support.emulated_uploads import image_of
+from support.strategies import CLASSROOM
+
+HERE = Path(__file__).parent
+UNIT_US = 560
+MOST_WORDS = 125
+ECHO_PIN, TRIGGER_MM = 3, 343 / 2000
+# Ticks in which the car stores the largest image, and answers.
+TICKS = 120
+
+
+@pytest.fixture(scope="module")
+def plain(install_lock: FileLock, tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
+    """The portable parts as a library for this computer, with checks for undefined behaviour."""
+    with install_lock:
+        gxx = debian.find_or_install("g++", "g++")
+    if gxx is None:
+        pytest.skip("no g++ (on Debian: apt-get install g++)")
+    folder, source = tmp_path_factory.mktemp("plain"), library_folder() / "src"
+    flags = ["-O1", "-fPIC", "-Wall", "-Wextra", "-Werror", "-fsanitize=undefined", "-fno-sanitize-recover=all"]
+    include = [f"-I{HERE / 'mock'}", f"-I{source}"]
+    objects = []
+    for file in (*sorted(source.glob("*.c*")), HERE / "probe.cpp"):
+        language = ["gcc", "-std=c99"] if file.suffix == ".c" else [str(gxx), "-std=c++11", "-pedantic"]
+        objects.append(str(folder / f"{file.name}.o"))
+        subprocess.run([*language, *flags, *include, "-c", str(file), "-o", objects[-1]], check=True)
+    subprocess.run([str(gxx), "-shared", "-fsanitize=undefined", *objects, "-o", str(folder / "plain.so")], check=True)
+    library = ctypes.CDLL(str(folder / "plain.so"))
+    for name in ("probe_new", "receiver_new", "line_new", "voice_new"):
+        getattr(library, name).restype = ctypes.c_void_p
+    for name in ("probe_obstacle_mm", "probe_number"):
+        getattr(library, name).restype = ctypes.c_uint32
+    library.line_read.restype = ctypes.c_int16
+    library.receiver_next.restype = library.receiver_senses.restype = ctypes.c_uint8
+    return library
+
+
+def pointer(made: int) -> ctypes.c_void_p:
+    return ctypes.c_void_p(made)
+
+
+class Probe:
+    """A car of the library; time passes by ``tick``."""
+
+    def __init__(self, library: ctypes.CDLL, is_leader: bool = False, number: int = 1, content: bytes | None = None):
+        self.library = library
+        self.now_us = 0
+        library.set_time(0)
+        self.probe = pointer(library.probe_new(is_leader, ctypes.c_uint32(number), content))
+
+    def tick(self, now_ms: int) -> None:
+        self.library.set_time(ctypes.c_uint32(now_ms * 1000))
+        self.library.probe_tick(self.probe)
+
+    def sent(self) -> bytes:
+        data = ctypes.create_string_buffer(1 << 16)
+        count = self.library.probe_sent(data)
+        return data.raw[:count]
+
+    def frames(self) -> list[int]:
+        frames = (ctypes.c_uint32 * 1024)()
+        return list(frames[: self.library.probe_frames(self.probe, frames)])
+
+    def memory(self) -> bytes:
+        data = ctypes.create_string_buffer(1024)
+        self.library.probe_memory(self.probe, data)
+        return data.raw
+
+    def close(self) -> None:
+        self.library.probe_free(self.probe)
+
+
+class PythonBoard(Board):
+    """The same car in Python: its clock and its serial line are what the test says."""
+
+    levels = levels_of(CLASSROOM)
+    most_words = MOST_WORDS
+
+    def __init__(self, is_leader: bool, number: int):
+        self.is_leader, self.number = is_leader, number
+        self.image: bytes | None = None
+        self.at_ms, self.came, self.sent = 0, b"", b""
+        self.direction, self.speed, self.led = 0, 0, 4
+        self.frames: list[int] = []
+
+    def now_ms(self) -> int:
+        return self.at_ms
+
+    def load_image(self) -> bytes | None:
+        return self.image
+
+    def store_image(self, data: bytes) -> None:
+        self.image = data
+
+    def read_serial(self) -> bytes:
+        came, self.came = self.came, b""
+        return came
+
+    def write_serial(self, data: bytes) -> None:
+        self.sent += data
+
+    def send_frame(self, frame: int) -> None:
+        self.frames.append(frame)
+
+    def set_wheels(self, direction: int, speed_level: int) -> None:
+        self.direction, self.speed = direction, speed_level
+
+    def set_led(self, which: int) -> None:
+        self.led = which
+
+
+PIECES = st.one_of(
+    st.binary(max_size=30),
+    st.just(READBACK_REQUEST),
+    st.sampled_from([2, 7, 125, 126, 200]).map(image_of),
+    st.sampled_from([2, 30]).map(lambda words: image_of(words)[:-3]),
+    st.builds(lambda words, number: check_request(0, number) + image_of(words), st.just(3), st.integers(0, 255)),
+    st.builds(lambda seed: _checked(image_of(20, seed)), st.integers(0, 3)),
+    st.just(bytes(4)),
+    st.just(words_to_bytes((0x03000000, 0x64800000, 0x40000001, 0x6B000000))),
+)
+
+
+def _checked(image: bytes) -> bytes:
+    return check_request(binascii.crc32(image), 9) + image
+
+
+@given(st.lists(st.tuples(PIECES, st.sampled_from([1, 20, 499, 500, 1000, 11_000])), max_size=8))
+@example([(image_of(125), 600), (READBACK_REQUEST, 600), (image_of(126), 600), (READBACK_REQUEST, 1)])
+def test_the_car_answers_any_bytes_as_the_car_in_python_does(plain, script) -> None:
+    board = PythonBoard(True, 1)
+    car, probe = Car(board), Probe(plain, is_leader=True)
+    car.tick()
+    for data, gap_ms in [*script, (b"", 600), (READBACK_REQUEST, 0)]:
+        board.came = data
+        plain.probe_come(data, len(data))
+        for _ in range(TICKS):
+            car.tick()
+            probe.tick(board.at_ms)
+        board.at_ms += gap_ms
+        for _ in range(3):
+            car.tick()
+            probe.tick(board.at_ms)
+    assert probe.sent() == board.sent
+    probe.close()
+
+
+def test_the_wheels_the_leds_and_the_frames_are_those_of_the_car_in_python(plain) -> None:
+    board = PythonBoard(True, 5)
+    car, probe = Car(board), Probe(plain, is_leader=True, number=5)
+    # All directions and speeds, random headings too, and words that followers pass on.
+    states = [
+        0x20000000 | direction << 27 | speed << 25 | 1 << 23 | 1 << 19 for direction in range(4) for speed in (1, 3)
+    ]
+    image = words_to_bytes((len(states) << 24 | 0x00030101, *states, 0xC0280000, 0xC0480000, 0xC0680000))
+    for at_ms in range(20_000):
+        if at_ms == 10:
+            board.came = image
+            plain.probe_come(image, len(image))
+        board.at_ms = at_ms
+        car.tick()
+        probe.tick(at_ms)
+        # Storing takes the library some ticks, in which the car in Python stands where it is.
+        while at_ms == 10 and len(probe.sent()) == 0:
+            probe.tick(at_ms)
+        lit = [led for led in range(4) if plain.level(14 + led)]
+        duties = (CLASSROOM_DUTIES if board.direction == 0 else TURN_DUTIES)[board.speed]
+        assert lit == [led for led in range(4) if led == board.led]
+        assert plain.duty(5) == plain.duty(6) == duties
+        if duties:
+            assert (plain.level(7), plain.level(8)) == ((0, 1) if board.direction == 1 else (1, 0))
+            assert (plain.level(9), plain.level(10)) == ((0, 1) if board.direction == 2 else (1, 0))
+    assert len(board.frames) > 5
+    assert probe.frames() == board.frames
+    probe.close()
+
+
+CLASSROOM_DUTIES, TURN_DUTIES = (0, 115, 180, 255), (0, 100, 150, 200)
+
+
+@given(
+    st.lists(
+        st.one_of(
+            st.builds(frame_durations_us, st.integers(0, (1 << 32) - 1)),
+            st.lists(st.integers(20, 12_000), min_size=1, max_size=9),
+        ),
+        max_size=5,
+    ),
+    st.lists(st.floats(0.6, 1.4), min_size=1, max_size=40),
+    st.integers(0, 20),
+)
+def test_edges_become_the_same_frames_as_in_python(plain, pulses, stretches, own) -> None:
+    now = [1000]
+    python = InfraredReceiver(lambda: now[0], UNIT_US)
+    receiver = pointer(plain.receiver_new(UNIT_US))
+    # Both begin with the clock at 0 and a level of 1.
+    python.take_edge(1000, 1)
+    plain.receiver_edge(receiver, 1000, 1)
+    level, place, frame = 1, 0, ctypes.c_uint32()
+    found, expected = [], []
+    for index, durations in enumerate(pulses):
+        for duration_us in [*durations, 6000]:
+            level = 1 - level
+            python.take_edge(now[0], level)
+            plain.receiver_edge(receiver, ctypes.c_uint32(now[0]), level)
+            if place == own:
+                python.ignore_until(now[0] + 40_000)
+                plain.receiver_ignore(receiver, ctypes.c_uint32(now[0] + 40_000))
+            expected += python.received_frames()
+            while plain.receiver_next(receiver, ctypes.c_uint32(now[0]), ctypes.byref(frame)):
+                found.append(frame.value)
+            # The library drops the lowest bit of a time.
+            now[0] += round(duration_us * stretches[place % len(stretches)]) & ~1
+            place += 1
+            assert bool(plain.receiver_senses(receiver, ctypes.c_uint32(now[0]))) == python.senses_carrier(), index
+    assert found == expected
+    plain.receiver_free(receiver)
+
+
+def test_a_frame_is_received_across_the_wrap_of_the_clock(plain) -> None:
+    receiver, frame = pointer(plain.receiver_new(UNIT_US)), ctypes.c_uint32()
+    now_us, level = (1 << 32) - 30_000, 1
+    for duration_us in [*frame_durations_us(to_frame(0xA5A80000)), 0]:
+        level = 1 - level
+        plain.receiver_edge(receiver, ctypes.c_uint32(now_us), level)
+        now_us += duration_us
+        came = plain.receiver_next(receiver, ctypes.c_uint32(now_us), ctypes.byref(frame))
+    assert came
+    assert frame.value == to_frame(0xA5A80000)
+    plain.receiver_free(receiver)
+
+
+@given(st.binary(min_size=1, max_size=30), st.integers(-8, 8), st.sampled_from([1200, 9600, 19200]), st.integers(0, 40))
+def test_bytes_of_a_slow_line_come_from_its_edges(plain, data, jitter_us, baud, pause_bits) -> None:
+    line = pointer(plain.line_new(baud))
+    at_us, level, came = 1_000_000.0, 1, bytearray()
+    for byte in data:
+        for bit in (0, *(byte >> place & 1 for place in range(8)), 1):
+            if bit != level:
+                level = bit
+                plain.line_edge(line, ctypes.c_uint32(round(at_us) + (jitter_us if level else 0)), level)
+            at_us += 1e6 / baud
+        at_us += pause_bits * 1e6 / baud
+        while (read := plain.line_read(line, ctypes.c_uint32(round(at_us)))) >= 0:
+            came.append(read)
+    at_us += 20 * 1e6 / baud
+    while (read := plain.line_read(line, ctypes.c_uint32(round(at_us)))) >= 0:
+        came.append(read)
+    assert bytes(came) == data
+    plain.line_free(line)
+
+
+@given(st.lists(st.sampled_from([b"\xaa", b"\x01", b"\xaa\x01", b"g", b"o", b"go", b"\x00"])))
+def test_a_voice_module_is_heard_as_in_python(plain, sent) -> None:
+    voice = pointer(plain.voice_new())
+    for byte in b"".join(sent):
+        plain.voice_take(voice, byte)
+    plain.voice_free(voice)
+    voice, waiting = pointer(plain.voice_new()), []
+    python = SerialVoice(lambda: waiting.pop() if waiting else b"", [(b"\xaa\x01", VOICE_STOP), (b"go", VOICE_GO)])
+    for byte in b"".join(sent):
+        waiting.append(bytes([byte]))
+        assert plain.voice_take(voice, byte) == python.heard_voice()
+    plain.voice_free(voice)
+
+
+def test_the_distance_is_measured_without_waiting_and_forgotten_when_it_is_old(plain) -> None:
+    probe = Probe(plain)
+
+    def distance_mm(at_ms: int) -> int:
+        plain.set_time(at_ms * 1000)
+        return plain.probe_obstacle_mm(probe.probe)
+
+    def echo(at_us: int, distance: int) -> None:
+        plain.set_time(at_us)
+        plain.edge(ECHO_PIN, 1)
+        plain.set_time(at_us + round(distance / TRIGGER_MM))
+        plain.edge(ECHO_PIN, 0)
+
+    assert distance_mm(100) == NOTHING_IN_SIGHT_MM
+    echo(100_500, 250)
+    assert abs(distance_mm(110) - 250) <= 1
+    # A distance beyond the range counts as nothing.
+    distance_mm(160)
+    echo(160_500, 2500)
+    assert distance_mm(180) == NOTHING_IN_SIGHT_MM
+    distance_mm(220)
+    echo(220_500, 400)
+    assert abs(distance_mm(225) - 400) <= 1
+    assert distance_mm(500) == NOTHING_IN_SIGHT_MM
+    probe.close()
+
+
+def test_a_cell_that_keeps_nothing_is_found_and_the_old_image_stays(plain) -> None:
+    probe = Probe(plain, is_leader=True)
+    for at_ms, data in ((10, image_of(9, 1)), (700, image_of(9, 2))):
+        plain.probe_come(data, len(data))
+        for _ in range(TICKS):
+            probe.tick(at_ms)
+    assert probe.sent().count(b"OK words=9") == 2
+    plain.probe_break_cell(probe.probe, 11)
+    data = image_of(9, 3)
+    plain.probe_come(data, len(data))
+    for _ in range(TICKS):
+        probe.tick(1400)
+    assert probe.sent() == b"ERR the image could not be stored\n"
+    plain.probe_come(READBACK_REQUEST, 4)
+    probe.tick(2100)
+    probe.tick(2101)
+    probe.tick(2102)
+    probe.tick(2103)
+    assert probe.sent() == image_of(9, 2)
+    probe.close()
+
+
+def test_the_number_of_the_memory_counts_before_the_one_of_the_sketch(plain) -> None:
+    probe = Probe(plain, number=7)
+    assert plain.probe_number(probe.probe) == 7
+    plain.probe_set_number(probe.probe, ctypes.c_uint32(0xFEDCBA98))
+    again = Probe(plain, number=7, content=probe.memory())
+    assert plain.probe_number(again.probe) == 0xFEDCBA98
+    probe.close()
+    again.close()
+
+
+@pytest.mark.parametrize("rounds", [1, 2, 255, 256, 257, 258])
+def test_the_newer_of_two_images_counts_also_where_generations_wrap(plain, rounds) -> None:
+    probe = Probe(plain, is_leader=True)
+    at_ms = 10
+    for number in range(rounds):
+        at_ms += 600
+        image = image_of(2, number)
+        plain.probe_come(image, len(image))
+        for _ in range(6):
+            probe.tick(at_ms)
+    again = Probe(plain, is_leader=True, content=probe.memory())
+    again.tick(1)
+    plain.probe_come(READBACK_REQUEST, 4)
+    again.tick(1)
+    again.tick(2)
+    assert again.sent() == image_of(2, rounds - 1)
+    probe.close()
+    again.close()
