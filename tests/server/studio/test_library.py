@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from motorcade.errors import MotorcadeError
 from motorcade.server.studio import library as library_module
-from motorcade.server.studio.library import DELETED, LONGEST_NAME, FolderStorage, folder_of, name_of
+from motorcade.server.studio.library import DELETED, LONGEST_NAME, FolderStorage, Limits, folder_of, name_of
 
 # What Windows, macOS and Linux between them can't take as a file's name, or take for something else.
 HARD_NAMES = [
@@ -253,4 +253,36 @@ def test_the_quota_counts_all_versions_of_an_owner(library):
     for text in (b"one", b"three"):
         library.write_version("ann", "a", text)
     library.write_version("bob", "a", b"x")
-    assert library.quota("ann") == (8, None)
+    assert library.quota("ann") == (8, 1 << 30)
+
+
+def test_an_owner_has_a_bounded_number_of_projects(tmp_path):
+    library = FolderStorage(tmp_path, Limits(projects=2))
+    for name in ("a", "b"):
+        save(library, name, "1")
+    assert refusal(save, library, "c", "1") == "too-many-projects"
+    save(library, "a", "2")
+    library.delete("", "b")
+    save(library, "c", "1")
+    library.write_version("another pupil", "d", b"1")
+    assert sorted(names(library)) == ["a", "c"]
+
+
+def test_of_a_project_the_newest_versions_are_kept(tmp_path):
+    library = FolderStorage(tmp_path, Limits(versions=3))
+    for number in range(1, 6):
+        save(library, "a", f"text {number}")
+    assert [each.version for each in library.history("", "a")] == [5, 4, 3]
+    assert read(library, "a", 3) == b"text 3"
+
+
+@pytest.mark.parametrize("begins_again", [False, True])
+def test_an_owner_stores_a_bounded_number_of_bytes(tmp_path, begins_again):
+    library = FolderStorage(tmp_path, Limits(size_bytes=100))
+    save(library, "a", "x" * 60)
+    library.delete("", "a")
+    if begins_again:
+        library = FolderStorage(tmp_path, Limits(size_bytes=100))
+    assert refusal(save, library, "b", "x" * 41) == "library-full"
+    save(library, "b", "x" * 40)
+    assert names(library) == ["b"]

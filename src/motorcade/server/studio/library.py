@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
 from stat import S_ISREG
+from typing import NamedTuple
 
 from motorcade.config.files import replace_file
 from motorcade.errors import MotorcadeError
@@ -28,27 +29,67 @@ _QUOTE = re.compile("%([0-9A-F]{2})")
 _UNWANTED = ("Cc", "Cs", "Co", "Zl", "Zp")
 
 
+class Limits(NamedTuple):
+    """How much an owner may store.
+
+    Attributes:
+        projects: how many projects.
+        versions: how many versions of each; the oldest are removed beyond that.
+        size_bytes: of all files, deleted projects among them.
+    """
+
+    projects: int = 500
+    versions: int = 500
+    size_bytes: int = 1 << 30
+
+
+DEFAULT_LIMITS = Limits()
+
+
 class FolderStorage(Storage):
     """The projects in ``folder``, which is created when the first is saved.
 
-    Several objects, also in several processes, may use one folder.
+    Several objects, also in several processes, may use one folder. The size is counted once, so what another process
+    stores meanwhile counts from the next start on.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, limits: Limits = DEFAULT_LIMITS) -> None:
         self._folder = folder
+        self._limits = limits
+        self._used_bytes: dict[str, int] = {}
 
     def write_version(self, owner: str, name: str, data: bytes) -> int:
         folder = self._owner_folder(owner) / folder_of(name)
         try:
-            folder.mkdir(parents=True, exist_ok=True)
             newest = next(iter(_versions(folder)), None)
             if newest and _file(folder, newest.version).read_bytes() == data:
                 return newest.version
+            self._check_room(owner, newest is None, len(data))
+            folder.mkdir(parents=True, exist_ok=True)
             version = _reserve(folder, newest.version + 1 if newest else 1)
             replace_file(_file(folder, version), data)
+            self._used_bytes[owner] += len(data)
+            self._remove_oldest(owner, folder)
         except OSError as problem:
             raise _disk_error("cant-save", problem) from None
         return version
+
+    def _check_room(self, owner: str, is_new: bool, size_bytes: int) -> None:
+        """Raise MotorcadeError where an owner has too much."""
+        if owner not in self._used_bytes:
+            files = self._owner_folder(owner).rglob(f"*{_ENDING}")
+            self._used_bytes[owner] = sum(file.stat().st_size for file in files)
+        most = self._limits
+        if is_new and len(self.list(owner)) >= most.projects:
+            raise MotorcadeError("too-many-projects", most=most.projects)
+        if self._used_bytes[owner] + size_bytes > most.size_bytes:
+            raise MotorcadeError("library-full", most=most.size_bytes / 1e6, folder=self._owner_folder(owner))
+
+    def _remove_oldest(self, owner: str, folder: Path) -> None:
+        for each in _versions(folder)[self._limits.versions :]:
+            file = _file(folder, each.version)
+            self._used_bytes[owner] -= file.stat().st_size
+            file.unlink()
 
     def read(self, owner: str, name: str, version: int | None = None) -> bytes:
         folder, versions = self._existing(owner, name)
@@ -75,10 +116,10 @@ class FolderStorage(Storage):
             raise _disk_error("cant-delete", problem) from None
 
     def quota(self, owner: str) -> Quota:
-        """How many bytes an owner's projects use; the disk is the only limit."""
+        """How many bytes an owner's projects use, and may use."""
         projects = [folder for folder in _children(self._owner_folder(owner)) if name_of(folder.name) is not None]
         sizes = [_file(folder, each.version).stat().st_size for folder in projects for each in _versions(folder)]
-        return Quota(sum(sizes))
+        return Quota(sum(sizes), self._limits.size_bytes)
 
     def _owner_folder(self, owner: str) -> Path:
         return self._folder / OWNERS / folder_of(owner) if owner else self._folder
