@@ -154,6 +154,22 @@ def without_authority(text):
     return text[: text.rindex("-----BEGIN CERTIFICATE-----")]
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows limits no file's size")
+@pytest.mark.parametrize("most_bytes", [100, 800])
+def test_a_full_disk_leaves_no_half_written_keys(tmp_path, most_bytes):
+    import resource
+
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, before[1]))
+    try:
+        with pytest.raises(OSError, match="too large"):
+            make_keys(tmp_path, [CarKeys("ada")], ["lin"], datetime.now(UTC))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert list(tmp_path.iterdir()) == []
+    assert make_keys(tmp_path, [CarKeys("ada")], ["lin"], datetime.now(UTC))
+
+
 @pytest.mark.parametrize(
     ("change", "says"),
     [

@@ -2,16 +2,23 @@
 
 import json
 import shutil
+import struct
+import tracemalloc
 
 import jsonschema_rs
+import lz4.frame
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+import zstandard
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from mcap.reader import make_reader
 from PIL import Image
 
 from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.errors import MotorcadeError
+from motorcade.runs import mcap_file
 from motorcade.runs.recorder import Recorder, open_recording
 from motorcade.runs.recording import Description, InMemoryRecording
 from support.recorded_run import MAT, crowd, record, world
@@ -97,7 +104,7 @@ def test_a_world_without_events_is_recorded_without_them(tmp_path):
 # while a run goes on
 
 
-@pytest.mark.parametrize(("ending", "growing"), [("mcap", "run.mcap"), ("parquet", "run.parquet.part")])
+@pytest.mark.parametrize(("ending", "growing"), [("mcap", "run.mcap.part"), ("parquet", "run.parquet.part")])
 def test_moments_go_to_the_disk_while_the_run_goes_on(ending, growing, tmp_path):
     cars = world()
     sizes = []
@@ -108,6 +115,20 @@ def test_moments_go_to_the_disk_while_the_run_goes_on(ending, growing, tmp_path)
                 recorder(cars)
             sizes.append((tmp_path / growing).stat().st_size)
     assert sizes == sorted(set(sizes))
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_run_that_is_not_complete_leaves_the_old_recording(ending, tmp_path):
+    record([tmp_path / f"run.{ending}"], world())
+    old = {file.name: file.read_bytes() for file in tmp_path.iterdir()}
+    cars = world()
+    with Recorder(tmp_path / f"run.{ending}", cars) as recorder:
+        cars.run(100)
+        recorder(cars)
+        # A process that is killed here leaves this.
+        left = {name: (tmp_path / name).read_bytes() for name in old}
+    assert left == old
+    assert (tmp_path / f"run.{ending}").read_bytes() != old[f"run.{ending}"]
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
@@ -316,3 +337,47 @@ def test_films_and_pictures_are_drawn_at_the_end_of_the_run(keeps, tmp_path):
     assert sorted(file.name for file in tmp_path.iterdir()) == ["run.gif", "run.png"]
     with Image.open(tmp_path / "run.gif") as film:
         assert film.n_frames == 4
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_any_damage_is_an_error_with_a_sentence_or_a_shorter_recording(ending, folder, kept, tmp_path, data):
+    files = sorted(file for file in folder.iterdir() if file.name.endswith(ending))
+    damaged = data.draw(st.sampled_from(files))
+    for file in files:
+        content = bytearray(file.read_bytes())
+        if file == damaged:
+            for place in data.draw(st.lists(st.integers(0, len(content) - 1), max_size=5)):
+                content[place] = data.draw(st.integers(0, 255))
+            content = content[: data.draw(st.integers(0, len(content)))]
+        (tmp_path / file.name).write_bytes(content)
+    try:
+        left = open_recording(tmp_path / f"run.{ending}")
+        assert left.last_ms >= 0
+        for _ in (*left.moments(), *left.events()):
+            pass
+    except MotorcadeError as problem:
+        problem.sentence("zh")
+
+
+@pytest.mark.parametrize("compress", [lz4.frame.compress, zstandard.compress], ids=["lz4", "zstd"])
+def test_a_small_file_that_would_become_gigabytes_is_read_in_little_memory(
+    compress, folder, kept, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(mcap_file, "MOST_CONTENT_BYTES", 1 << 20)
+    content = compress(bytes(1 << 27))
+    name = b"lz4" if compress is lz4.frame.compress else b"zstd"
+    head = struct.pack("<QQQI", 0, 0, 1 << 27, 0) + struct.pack("<I", len(name)) + name
+    chunk = head + struct.pack("<Q", len(content)) + content
+    data = (folder / "run.mcap").read_bytes()
+    # Behind the magic and the first record, whose length follows its first byte.
+    at = 17 + struct.unpack_from("<Q", data, 9)[0]
+    (tmp_path / "run.mcap").write_bytes(data[:at] + b"\x06" + struct.pack("<Q", len(chunk)) + chunk + data[at:])
+    tracemalloc.start()
+    try:
+        with pytest.raises(MotorcadeError):
+            list(open_recording(tmp_path / "run.mcap").moments())
+        assert tracemalloc.get_traced_memory()[1] < 1 << 25
+    finally:
+        tracemalloc.stop()

@@ -17,6 +17,8 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.words.infrared import air_us
 
 _MOST = (1 << 20) - 1
+# A car that drives on for longer without a command is nobody's car.
+_SMALLER = {"failsafe_ms": 2000, "watchdog_ms": 2000}
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +135,8 @@ def _levels(count: int, starts_at_zero: bool) -> Schema:
 
 
 def _positive(field: Any) -> Schema:
-    return whole(1, _MOST) if field.default is MISSING else whole(1, _MOST, default=field.default)
+    most = _SMALLER.get(field.name, _MOST)
+    return whole(1, most) if field.default is MISSING else whole(1, most, default=field.default)
 
 
 @lru_cache(maxsize=32)

@@ -1,16 +1,20 @@
 """Write and read recordings as MCAP: JSON messages with schemas, in compressed chunks, which Foxglove opens."""
 
 import json
+import os
 import struct
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
+import zstandard
+from lz4.frame import LZ4FrameDecompressor
 from mcap.exceptions import InvalidMagic, McapError
-from mcap.reader import make_reader
-from mcap.records import Channel, Message, Metadata
-from mcap.stream_reader import StreamReader
+from mcap.reader import SeekingReader
+from mcap.records import Channel, Chunk, McapRecord, Message, Metadata
+from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import Writer
 from numpy.typing import NDArray
 from zstandard import ZstdError
@@ -19,9 +23,11 @@ from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
 from motorcade.engine.state import Moment
 from motorcade.errors import MotorcadeError
 from motorcade.runs.foxglove import SCENE_UPDATE, SCENE_UPDATE_NAME, Scene, mat_message
-from motorcade.runs.recording import EVENT_FIELDS, Description, events_as_dicts
+from motorcade.runs.recording import EVENT_FIELDS, Description, events_as_dicts, part_of
 
 _CHUNK_BYTES = 1 << 18
+# A moment of a million cars has about 100 MB.
+MOST_CONTENT_BYTES = 1 << 28
 _MOST_EVENTS = 10_000
 _METADATA = "motorcade"
 
@@ -50,14 +56,16 @@ EVENTS = {
     "properties": {"events": {"type": "array", "items": {"type": "object", "properties": _EVENT}}},
 }
 COUNTS = {"title": "motorcade.Counts", "type": "object", "properties": {"t_ms": {"type": "integer"}}}
-_DAMAGE = (McapError, ZstdError, struct.error, ValueError, KeyError, RuntimeError, TypeError)
+_DAMAGE = (McapError, ZstdError, struct.error, ValueError, KeyError, RuntimeError, TypeError, MemoryError)
 
 
 class McapSink:
-    """Stream a run into an MCAP file. Raises OSError where it can't be written."""
+    """Stream a run into a .part file, which becomes the MCAP file at the end. Raises OSError where that fails."""
 
     def __init__(self, path: Path, about: Description):
-        self._file = path.open("wb")
+        self._path = path
+        self._has_moments = False
+        self._file = part_of(path).open("wb")
         self._scene = Scene(about)
         self._writer = Writer(self._file, chunk_size=_CHUNK_BYTES)
         self._writer.start(library="motorcade")
@@ -72,6 +80,7 @@ class McapSink:
         self._add("/mat", 0, mat_message(about))
 
     def write(self, moment: Moment) -> None:
+        self._has_moments = True
         if "/counts" not in self._channels:
             integer = {"type": "integer"}
             schema = {**COUNTS, "properties": {"t_ms": integer, **dict.fromkeys(moment.counts, integer)}}
@@ -89,6 +98,11 @@ class McapSink:
     def close(self) -> None:
         with self._file:
             self._writer.finish()
+        if self._has_moments:
+            part_of(self._path).replace(self._path)
+        else:
+            # Nothing was recorded: an older file of this name stays.
+            part_of(self._path).unlink()
 
     def _channel(self, topic: str, name: str, schema: dict[str, Any]) -> int:
         number: int = self._writer.register_schema(name, "jsonschema", _json(schema))
@@ -105,10 +119,10 @@ class McapRecording:
     def __init__(self, path: Path):
         self.name = str(path)
         self.damage: MotorcadeError | None = None
-        self._path = path
+        self._path = path if path.exists() or not part_of(path).exists() else part_of(path)
         try:
-            with path.open("rb") as file:
-                for record in StreamReader(file).records:
+            with self._path.open("rb") as file:
+                for record in _records(file):
                     if isinstance(record, Metadata) and record.name == _METADATA:
                         self.about = Description.from_texts(record.metadata)
                         return
@@ -126,7 +140,7 @@ class McapRecording:
     def last_ms(self) -> int:
         try:
             with self._path.open("rb") as file:
-                summary = make_reader(file).get_summary()
+                summary = SeekingReader(file, record_size_limit=_size(file)).get_summary()
                 if summary and summary.statistics:
                     return summary.statistics.message_end_time // 1_000_000
         except _DAMAGE:
@@ -168,7 +182,7 @@ class McapRecording:
         last_ms = 0
         with self._path.open("rb") as file:
             try:
-                for record in StreamReader(file, validate_crcs=True).records:
+                for record in _records(file):
                     if isinstance(record, Channel) and record.topic in topics:
                         chosen[record.id] = record.topic
                     elif isinstance(record, Message) and record.channel_id in chosen:
@@ -176,6 +190,35 @@ class McapRecording:
                         yield chosen[record.channel_id], json.loads(record.data)
             except _DAMAGE:
                 self.damage = MotorcadeError("recording-cut-off", file=self.name, seconds=last_ms / 1000)
+
+
+def _records(file: BinaryIO) -> Iterator[McapRecord]:
+    """All records of a file; a damaged or made-up length never makes this program read more than the file holds."""
+    for record in StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=_size(file)).records:
+        if isinstance(record, Chunk):
+            yield from breakup_chunk(_bounded(record), validate_crc=True)
+        else:
+            yield record
+
+
+def _size(file: BinaryIO) -> int:
+    size = file.seek(0, os.SEEK_END)
+    file.seek(0)
+    return size
+
+
+def _bounded(chunk: Chunk) -> Chunk:
+    """The chunk, with its content where that was compressed by LZ4. Raises McapError where it is too large."""
+    size = chunk.uncompressed_size
+    if chunk.compression == "zstd":
+        size = max(size, zstandard.frame_content_size(chunk.data))
+    elif chunk.compression == "lz4":
+        # Such a frame may hold any length, whatever it says of itself.
+        content = LZ4FrameDecompressor().decompress(chunk.data, MOST_CONTENT_BYTES + 1)
+        return _bounded(replace(chunk, compression="", data=content, uncompressed_size=len(content)))
+    if size > MOST_CONTENT_BYTES:
+        raise McapError(f"a chunk of {size} bytes")
+    return chunk
 
 
 def _json(data: dict[str, Any]) -> bytes:

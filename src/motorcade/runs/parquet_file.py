@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
 from motorcade.engine.state import Moment
 from motorcade.errors import MotorcadeError
-from motorcade.runs.recording import Description
+from motorcade.runs.recording import PART, Description, part_of
 
 _TRACK = pa.schema(
     [
@@ -45,7 +45,6 @@ _EVENTS = pa.schema(
     ]
 )
 _PREFIX = "motorcade."
-_PART = ".part"
 _MOST_MOMENTS = 50
 _BATCH_ROWS = 1 << 14
 _GROUP_ROWS = 1 << 18
@@ -122,7 +121,7 @@ class _Part:
     def __init__(self, path: Path, schema: Any):
         self._path = path
         self._schema = schema
-        self._part = path.with_name(path.name + _PART)
+        self._part = part_of(path)
         self._file = self._part.open("wb")
         self._stream = pa.ipc.new_stream(self._file, schema, options=pa.ipc.IpcWriteOptions(compression="zstd"))
 
@@ -178,14 +177,15 @@ class ParquetRecording:
         self.name = str(path)
         self.damage: MotorcadeError | None = None
         self._is_damaged = False
-        if path.suffix == _PART:
+        if path.suffix == PART:
             path = path.with_suffix("")
             self._is_part = True
         else:
-            self._is_part = not path.exists() and path.with_name(path.name + _PART).exists()
+            self._is_part = not path.exists() and part_of(path).exists()
         self._path = path
-        texts = {key.decode(): text.decode() for key, text in (self._schema(path).metadata or {}).items()}
+        metadata = self._schema(path).metadata or {}
         try:
+            texts = {key.decode(): text.decode() for key, text in metadata.items()}
             texts = {key.removeprefix(_PREFIX): text for key, text in texts.items() if key.startswith(_PREFIX)}
             self.about = Description.from_texts(texts)
         except (KeyError, TypeError, ValueError):
@@ -230,13 +230,13 @@ class ParquetRecording:
         return {row.pop("t_ms"): row for row in rows}
 
     def _there(self, path: Path) -> Path:
-        return path.with_name(path.name + _PART) if self._is_part else path
+        return part_of(path) if self._is_part else path
 
     def _schema(self, path: Path) -> Any:
         try:
             with self._there(path).open("rb") as file:
                 return pa.ipc.open_stream(file).schema if self._is_part else pq.read_schema(file)
-        except pa.ArrowInvalid:
+        except (pa.ArrowInvalid, pa.ArrowNotImplementedError, UnicodeError):
             raise MotorcadeError("not-parquet", file=self.name) from None
         except OSError as problem:
             if problem.strerror:
@@ -254,5 +254,5 @@ class ParquetRecording:
                     parquet = pq.ParquetFile(file, page_checksum_verification=True)
                     for group in range(parquet.num_row_groups):
                         yield parquet.read_row_group(group)
-            except (pa.ArrowException, OSError):
+            except (pa.ArrowException, OSError, UnicodeError):
                 self._is_damaged = True

@@ -13,6 +13,7 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.runs.recording import (
     DATA_ENDINGS,
     FILM_ENDINGS,
+    PART,
     PICTURE_ENDINGS,
     Description,
     InMemoryRecording,
@@ -39,11 +40,11 @@ def open_recording(path: str | Path) -> Recording:
     """
     path = Path(path)
     ending = path.suffix.lower()
-    if ending == ".mcap":
+    if ending == ".mcap" or path.suffixes[-2:] == [".mcap", PART]:
         from motorcade.runs.mcap_file import McapRecording
 
         return McapRecording(path)
-    if ending in (".parquet", ".part"):
+    if ending in (".parquet", PART):
         from motorcade.runs.parquet_file import ParquetRecording
 
         return ParquetRecording(path)

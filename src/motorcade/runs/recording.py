@@ -27,6 +27,7 @@ EVENT_FIELDS = ("t_ms", "car", "kind", "why", "word", "other")
 DATA_ENDINGS = (".mcap", ".parquet")
 FILM_ENDINGS = (".mp4", ".gif")
 PICTURE_ENDINGS = (".png", ".svg", ".pdf")
+PART = ".part"
 
 Progress = Callable[[int], None]
 
@@ -223,6 +224,11 @@ def with_tag(event: dict[str, Any]) -> dict[str, Any]:
     elif kind in ("frame", "heard") and tag_of(word):
         word, tag = word_of(word), tag_of(word)
     return event | {"word": word, "tag": tag} if tag else event
+
+
+def part_of(path: Path) -> Path:
+    """Where a run is recorded until it is complete: then that file replaces ``path``."""
+    return path.with_name(path.name + PART)
 
 
 def check_writable(path: Path, endings: Iterable[str]) -> None:

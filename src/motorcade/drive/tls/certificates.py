@@ -59,6 +59,7 @@ def make_keys(folder: Path, cars: Sequence[CarKeys], drivers: Sequence[str], now
 
     Raises:
         MotorcadeError: a name that isn't allowed, or whose file exists; nothing has been made then.
+        OSError: a file can't be written; those made before have been removed.
     """
     names = [(CAR, car.name) for car in cars] + [(DRIVER, driver) for driver in drivers]
     for role, name in names:
@@ -71,13 +72,20 @@ def make_keys(folder: Path, cars: Sequence[CarKeys], drivers: Sequence[str], now
             raise MotorcadeError("keys-exist", file=file, name=name)
     purposes = [_car_purpose(car) for car in cars] + [_driver_purpose()] * len(drivers)
     made: list[Path] = []
-    if not (folder / AUTHORITY).exists():
-        made += _found_authority(folder, now)
-    authority = _read_authority(folder / AUTHORITY)
-    for (role, name), purpose in zip(names, purposes, strict=True):
-        made.append(folder / f"{role}-{name}.pem")
-        own = _certified(name, now, _KEYS_DAYS, purpose, authority)
-        _write_secret(made[-1], title(role, name), own, authority)
+    try:
+        if not (folder / AUTHORITY).exists():
+            made += (folder / AUTHORITY, folder / AUTHORITY_PUBLIC)
+            _found_authority(folder, now)
+        authority = _read_authority(folder / AUTHORITY)
+        for (role, name), purpose in zip(names, purposes, strict=True):
+            made.append(folder / f"{role}-{name}.pem")
+            own = _certified(name, now, _KEYS_DAYS, purpose, authority)
+            _write_secret(made[-1], title(role, name), own, authority)
+    except OSError:
+        # Half a file would be in the way of the next try.
+        for file in made:
+            file.unlink(missing_ok=True)
+        raise
     return made
 
 
@@ -100,13 +108,12 @@ def _general_name(host: str) -> x509.GeneralName:
         return x509.DNSName(host)
 
 
-def _found_authority(folder: Path, now: datetime) -> Iterable[Path]:
+def _found_authority(folder: Path, now: datetime) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     authority = _certified(f"Motorcade authority {folder.resolve().name}"[:64], now, _AUTHORITY_DAYS)
-    secret, public = folder / AUTHORITY, folder / AUTHORITY_PUBLIC
-    _write_secret(secret, "Motorcade authority: whoever has this file can make keys", authority)
-    public.write_bytes(authority.certificate.public_bytes(serialization.Encoding.PEM))
-    return secret, public
+    _write_secret(folder / AUTHORITY, "Motorcade authority: whoever has this file can make keys", authority)
+    public = authority.certificate.public_bytes(serialization.Encoding.PEM)
+    (folder / AUTHORITY_PUBLIC).write_bytes(public)
 
 
 def _read_authority(file: Path) -> _Authority:
