@@ -62,3 +62,12 @@ def test_the_wheel_has_the_firmware_for_boards(python, environment) -> None:
     copied = [file["path"] for file in json.loads(ran.stdout)["files"]]
     assert copied[-1] == "main.py"
     assert "lib/motorcade/boards/micropython.py" in copied
+
+
+def test_the_wheel_has_the_library_for_arduino(python, environment, tmp_path) -> None:
+    command = [python, "-m", "motorcade", "arduino-library", "-o", str(tmp_path), "--json"]
+    ran = subprocess.run(command, env=environment, check=True, capture_output=True, encoding="utf-8")
+    source = ROOT / "firmware" / "arduino"
+    for name in json.loads(ran.stdout)["files"]:
+        assert (tmp_path / "Motorcade" / name).read_bytes() == (source / name).read_bytes()
+    assert (tmp_path / "Motorcade" / "src" / "motorcade_brain.c").is_file()

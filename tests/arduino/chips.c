@@ -52,8 +52,8 @@ typedef struct {
     avr_uart_t *uart;
     uint8_t *to_send;
     size_t to_send_count, sent;
-    log_t received, edges, watched, eeprom, light;
-    size_t light_given;
+    log_t received, edges, watched, eeprom, light, pins;
+    size_t light_given, pins_given;
     int records_edges;
     uint64_t byte_cycles;
     uint32_t overruns;
@@ -171,6 +171,16 @@ static avr_cycle_count_t next_light(avr_t *avr, avr_cycle_count_t when, void *pa
     return chip->light_given < chip->light.count ? chip->light.records[chip->light_given].cycle : 0;
 }
 
+static avr_cycle_count_t next_pin(avr_t *avr, avr_cycle_count_t when, void *param) {
+    chip_t *chip = param;
+    (void)when;
+    while (chip->pins_given < chip->pins.count && chip->pins.records[chip->pins_given].cycle <= avr->cycle) {
+        record_t *next = &chip->pins.records[chip->pins_given++];
+        avr_raise_irq(avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(next->what >> 8), next->what & 7), next->value);
+    }
+    return chip->pins_given < chip->pins.count ? chip->pins.records[chip->pins_given].cycle : 0;
+}
+
 world_t *world_new(void) {
     avr_global_logger_set(quiet);
     return calloc(1, sizeof(world_t));
@@ -217,7 +227,7 @@ int world_add(world_t *world, const char *mmcu, const char *elf, const uint8_t *
 void world_free(world_t *world) {
     for (int i = 0; i < world->count; i++) {
         chip_t *chip = &world->chips[i];
-        log_t *logs[] = {&chip->received, &chip->edges, &chip->watched, &chip->eeprom, &chip->light};
+        log_t *logs[] = {&chip->received, &chip->edges, &chip->watched, &chip->eeprom, &chip->light, &chip->pins};
         for (size_t j = 0; j < sizeof(logs) / sizeof(logs[0]); j++) free(logs[j]->records);
         free(chip->to_send);
         free(chip->eeprom_before);
@@ -240,8 +250,12 @@ void chip_infrared(world_t *world, int index, char out_port, int out_bit, char i
 
 void chip_hears(world_t *world, int index, uint32_t senders) { world->chips[index].hears = senders; }
 
-void chip_set_pin(world_t *world, int index, char port, int bit, int level) {
-    avr_raise_irq(avr_io_getirq(world->chips[index].avr, AVR_IOCTL_IOPORT_GETIRQ(port), bit), level);
+/* Set an input pin so many cycles from now; calls come in the order of time. */
+void chip_set_pin(world_t *world, int index, char port, int bit, int level, uint32_t cycles) {
+    chip_t *chip = &world->chips[index];
+    int idle = chip->pins_given == chip->pins.count;
+    append(&chip->pins, chip->avr->cycle + cycles, port << 8 | bit, level);
+    if (idle) avr_cycle_timer_register(chip->avr, cycles ? cycles : 1, next_pin, chip);
 }
 
 void chip_watch(world_t *world, int index, uint32_t address) {

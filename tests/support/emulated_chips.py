@@ -116,9 +116,9 @@ class Chip:
         """Let the chip's receiver see the light of ``chips`` only."""
         self._call("chip_hears", sum(1 << chip._index for chip in chips))
 
-    def set_pin(self, port: str, bit: int, level: int) -> None:
-        """Set an input pin."""
-        self._call("chip_set_pin", ctypes.c_char(port.encode()), bit, level)
+    def set_pin(self, port: str, bit: int, level: int, in_us: float = 0) -> None:
+        """Set an input pin in so many µs; calls come in the order of time."""
+        self._call("chip_set_pin", ctypes.c_char(port.encode()), bit, level, round(in_us * CYCLES_A_MS / 1000))
 
     def watch(self, *addresses: int) -> None:
         """Log changes of these bytes of the data memory, to the ms."""
