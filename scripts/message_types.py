@@ -80,6 +80,8 @@ class _Writer:
             return plain
         if isinstance(kind, types.UnionType):
             return " | ".join(self.type_of(each) for each in kind.types)
+        if isinstance(kind, types.LiteralType):
+            return " | ".join(f'"{each}"' for each in kind.values)
         if isinstance(kind, types.ListType | types.VarTupleType):
             item = self.type_of(kind.item_type)
             return f"({item})[]" if " | " in item else f"{item}[]"

@@ -15,11 +15,9 @@ from pathlib import Path
 from threading import Timer
 
 import pytest
-from numba.core import event
 
 from motorcade.drive.tls.certificates import CarKeys, make_keys
-from motorcade.engine.world import World
-from motorcade.locales import command_line_text, languages
+from motorcade.locales import command_line_text
 from motorcade.words.formats import DRIVE
 from support.command_line import refusal, run
 from support.waiting import DEADLINE_S
@@ -75,25 +73,17 @@ def test_a_simulated_car_takes_commands_and_ends_by_a_signal(options: tuple[str,
         assert "standing; 127.0.0.1:" in said
 
 
-def test_a_simulated_car_and_its_page_are_ready_before_the_address_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_page_is_ready_before_the_address_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     done = []
-
-    def warm_up(world: World) -> None:
-        with event.trigger_event("numba:compile"):
-            done.append("compiled")
 
     async def serve(*offer: object) -> None:
         done.append("served")
 
     monkeypatch.setattr("motorcade.cli.pages.load_page", lambda: done.append("loaded"))
-    monkeypatch.setattr("motorcade.boards.simulated_drive.warm_up", warm_up)
     monkeypatch.setattr("motorcade.cli.serving.serve", serve)
-    for language in languages():
-        sentence = command_line_text("simulator-is-compiled", language)
-        monkeypatch.setenv("LC_ALL", language)
-        ran = run("drive", "serve", "--port", "0", "--web", "0", typed="")
-        assert (ran.code, ran.err) == (0, f"{sentence}\n")
-    assert done == ["loaded", "compiled", "served"] * 2
+    ran = run("drive", "serve", "--port", "0", "--web", "0", typed="")
+    assert (ran.code, ran.err) == (0, "")
+    assert done == ["loaded", "served"]
 
 
 def test_other_computers_reach_a_car_only_where_its_owner_said_so(tmp_path: Path) -> None:

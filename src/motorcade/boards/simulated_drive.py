@@ -121,7 +121,7 @@ class LiveWorld:
         return self._scene.draw(self.snapshot(), car)
 
     def __enter__(self) -> Self:
-        """Compile first, then start time: a car whose world waits for the compiler would seem stuck."""
+        """Load the kernels first, then start time: a car whose world waits for them would seem stuck."""
         warm_up(self._world)
         self._at_s = self._clock_s()
         self._thread.start()

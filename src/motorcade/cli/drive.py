@@ -20,7 +20,6 @@ from motorcade.cli.options import (
     Json,
     OptionalFile,
     TcpPortNumber,
-    compiling_announced,
     image_of,
     needs_extra,
     print_lines,
@@ -173,6 +172,5 @@ def _open_simulated(
 
     place = read_mat(mat) if mat else playground()
     check_mat(place, profile)
-    with compiling_announced():
-        live = resources.enter_context(LiveWorld(World(place, [image], profile, threads=1)))
+    live = resources.enter_context(LiveWorld(World(place, [image], profile, threads=1)))
     return live.board(0), SimulatedCamera(live, 0)

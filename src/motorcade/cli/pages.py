@@ -214,7 +214,6 @@ def _studio(
         settings = Settings(library=folder, **where, **named)
 
         def ready() -> None:
-            threading.Thread(target=_compile_simulator, daemon=True).start()
             sentence = translated("studio-is-ready", url=url, folder=folder)
             print_result({"url": url, "library": str(folder)}, sentence, as_json)
             if not no_browser:
@@ -261,11 +260,3 @@ def open_browser(url: str) -> None:
     # Without a display Python would start a text browser, which would take over this terminal.
     if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
         threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
-
-
-def _compile_simulator() -> None:
-    """Compile the simulator after an install, so that the first world needn't wait for it."""
-    from motorcade.engine.world import World, warm_up
-    from motorcade.mats import formation, open_table
-
-    warm_up(World(open_table(formation(1)), [bytes(4)], threads=1))

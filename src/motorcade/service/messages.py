@@ -4,7 +4,7 @@
 """
 
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 import msgspec
 from msgspec import Meta, Struct, field
@@ -39,6 +39,7 @@ class Capabilities(Struct):
         driving: the cars of a world can be driven on the page /drive.
         real_cars: the remote drives real cars beside the simulated ones.
         most_cars: the most cars in one world.
+        kernels: what can run the cars of a world: "native" where native kernels may take over from WebAssembly.
     """
 
     serial_ports: bool
@@ -47,6 +48,7 @@ class Capabilities(Struct):
     driving: bool
     real_cars: bool
     most_cars: int
+    kernels: Literal["native", "webassembly"]
 
 
 class ErrorAnswer(Struct, omit_defaults=True):

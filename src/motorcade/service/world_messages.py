@@ -161,10 +161,6 @@ class CarDetails(_WorldAnswer, tag="car"):
     last_frame: ReceivedFrame | None
 
 
-class Compiling(_WorldAnswer):
-    """The world waits until the simulator is compiled for this computer."""
-
-
 class Refused(_WorldAnswer, tag="error"):
     """The error of a message that was refused."""
 
@@ -173,7 +169,7 @@ class Refused(_WorldAnswer, tag="error"):
     sentence: Sentence
 
 
-WorldAnswer = Hello | State | CarDetails | Compiling | Refused
+WorldAnswer = Hello | State | CarDetails | Refused
 
 
 # An upload, or the readback of a car's program.

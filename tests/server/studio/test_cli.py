@@ -175,7 +175,7 @@ def test_an_endless_message_is_refused(studio):
     assert closed.value.rcvd.code == 1009
 
 
-@pytest.mark.parametrize("missing", ["uvicorn", "msgspec", "numba"])
+@pytest.mark.parametrize("missing", ["uvicorn", "msgspec", "wasmtime"])
 def test_a_missing_library_gives_a_sentence_with_the_extra(missing):
     code = f"import sys; sys.modules[{missing!r}] = None; from motorcade.cli import main; main()"
     ran = subprocess.run([sys.executable, "-c", code, "studio", "--no-browser"], capture_output=True, text=True)

@@ -5,13 +5,12 @@ import json
 import threading
 
 import pytest
-from numba.core import event
 from starlette.websockets import WebSocketDisconnect
 
 from motorcade.errors import MotorcadeError
 from motorcade.server.page_socket import PageSocket
 from motorcade.server.request_filter import ServerSettings
-from motorcade.server.studio import driving, sessions
+from motorcade.server.studio import sessions
 from motorcade.service.history import FIRST, PAST
 from motorcade.service.playback import Playback
 from motorcade.service.world_messages import State
@@ -45,19 +44,6 @@ def test_a_page_sets_a_world_and_sees_it_drive(client) -> None:
         assert mine.until("state", lambda state: state["counts"]["heard"] > 0)["playing"]
         mine.send("pause")
         assert not mine.until("state", lambda state: not state["playing"])["playing"]
-
-
-def test_a_page_is_notified_while_the_simulator_is_compiled(client, monkeypatch):
-    def compile_first(*arguments):
-        with event.trigger_event("numba:compile"):
-            return build_world(*arguments)
-
-    build_world = driving.build_world
-    monkeypatch.setattr(driving, "build_world", compile_first)
-    with page(client) as mine:
-        mine.send(**SET)
-        assert mine.until("compiling") == {}
-        assert mine.until("hello")["cars"] == 3
 
 
 def test_steps_and_the_past(client) -> None:

@@ -30,6 +30,7 @@ export interface Capabilities {
   driving: boolean;
   real_cars: boolean;
   most_cars: number;
+  kernels: "native" | "webassembly";
 }
 
 /** A profile, and the durations that its steps can have. */
@@ -402,11 +403,6 @@ export interface ReceivedFrame {
   t_ms: number;
 }
 
-/** The world waits until the simulator is compiled for this computer. */
-export interface Compiling {
-  is: "compiling";
-}
-
 /** The error of a message that was refused. */
 export interface Refused {
   is: "error";
@@ -454,7 +450,7 @@ export interface RetryNotice {
 
 export type WorldMessage = SetWorld | Play | Pause | Step | Reset | Speak | Furnish | Move | Watch | Seek | Resume | Shown;
 
-export type WorldAnswer = Hello | State | CarDetails | Compiling | Refused;
+export type WorldAnswer = Hello | State | CarDetails | Refused;
 
 export type Outcome = Verified | NotVerified | ImageRead | Failed;
 

@@ -65,10 +65,8 @@ function Notice({ session }: { session: Session }) {
   const { t } = useTranslation();
   const link = useMat((now) => now.link);
   const problem = useMat((now) => now.problem);
-  const compiling = useMat((now) => now.compiling);
   const isLost = link === "lost" || link === "elsewhere";
-  const waits = compiling ? t("mat.compiling") : null;
-  const text = isLost ? t(`mat.link.${link}`) : problem ? inLanguage(problem.sentence) : waits;
+  const text = isLost ? t(`mat.link.${link}`) : problem ? inLanguage(problem.sentence) : null;
   return (
     <div role="status">
       {text && (

@@ -190,15 +190,14 @@ export class Session {
 
   private linkChanged(link: Link): void {
     if (link !== "open") this.sent = null;
-    useMat.setState({ link, compiling: false });
+    useMat.setState({ link });
   }
 
   private receive(answer: Answer): void {
     if (answer.is === "hello") this.receiveHello(answer);
     if (answer.is === "state") this.receiveState(answer);
     if (answer.is === "car" && answer.car === chosenCar()) useMat.setState({ details: answer });
-    if (answer.is === "error") useMat.setState({ problem: answer, compiling: false });
-    if (answer.is === "compiling") useMat.setState({ compiling: true });
+    if (answer.is === "error") useMat.setState({ problem: answer });
   }
 
   private receiveState(state: WorldState): void {
@@ -217,7 +216,7 @@ export class Session {
     const car = chosenCar();
     if (car !== null && car >= hello.cars) useMat.setState({ chosen: null, details: null });
     else if (car !== null) this.watch();
-    useMat.setState({ hello, compiling: false });
+    useMat.setState({ hello });
     this.onHello?.(hello);
   }
 

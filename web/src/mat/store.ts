@@ -13,7 +13,6 @@ export interface MatState {
   state: WorldState | null;
   problem: WorldProblem | null;
   /** The world waits for the simulator to be compiled. */
-  compiling: boolean;
   details: CarDetails | null;
   /** The time of the picture that is shown, updated a few times a second. */
   tMs: number;
@@ -38,7 +37,6 @@ export const useMat = create<MatState>(() => ({
   hello: null,
   state: null,
   problem: null,
-  compiling: false,
   details: null,
   tMs: 0,
   past: false,

@@ -8,6 +8,7 @@ import tempfile
 from collections.abc import Callable, Coroutine, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
@@ -88,10 +89,12 @@ def _request_route(settings: Settings) -> Route:
         Capabilities(
             serial_ports=True,
             downloads=True,
-            films=True,
+            # With the extra "sim".
+            films=all(map(find_spec, ("matplotlib", "imageio_ffmpeg"))),
             driving=True,
             real_cars=bool(settings.cars),
             most_cars=settings.most_cars,
+            kernels="native" if find_spec("numba") else "webassembly",
         ),
         FolderStorage(settings.library),
         uploads.listed_ports,

@@ -12,14 +12,12 @@ from functools import partial
 from anyio import CapacityLimiter
 from starlette.websockets import WebSocket
 
-from motorcade.engine.native import on_compiling
 from motorcade.errors import MotorcadeError
 from motorcade.server.page_socket import PageSocket, refuse_page
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio.driving import PageWorld
 from motorcade.service.world_messages import (
     CarDetails,
-    Compiling,
     Reset,
     Resume,
     SetWorld,
@@ -114,12 +112,10 @@ class PageWorlds:
             if session.page is page:
                 session.receive(message)
         elif isinstance(message, SetWorld):
-            notify = partial(asyncio.get_running_loop().call_soon_threadsafe, page.put, Compiling())
-            with on_compiling(notify):
-                async with session.lock:
-                    world = await session.in_thread(lambda: session.make_world(message))
-                    session.control.give_back_all()
-                    _put_all(session, page, session.begin(world))
+            async with session.lock:
+                world = await session.in_thread(lambda: session.make_world(message))
+                session.control.give_back_all()
+                _put_all(session, page, session.begin(world))
         else:
             if isinstance(message, Reset):
                 session.control.give_back_all()
