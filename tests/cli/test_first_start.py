@@ -59,13 +59,15 @@ def test_a_car_can_be_driven() -> None:
 
 def test_cars_of_the_studio_move(tmp_path) -> None:
     with started("studio", "--port", "0", "--no-browser", "--json", "--library", str(tmp_path)) as process:
-        url = json.loads(process.stdout.readline())["url"]
-        request = Request(f"{url}api/capabilities", b"{}", {"Content-Type": "application/json"})
+        base, _, token = json.loads(process.stdout.readline())["url"].partition("/?token=")
+        cookie = {"Cookie": f"motorcade_{base.rpartition(':')[2]}={token}"}
+        headers = {"Content-Type": "application/json", "Origin": base, **cookie}
+        request = Request(f"{base}/api/capabilities", b"{}", headers)
         with urlopen(request, timeout=DEADLINE_S) as answer:
             told = json.load(answer)
         assert (told["films"], told["kernels"]) == (False, "webassembly")
-        address = url.replace("http", "ws") + f"api/world?session={'0' * 32}"
-        with connect(address, origin=url.rstrip("/"), max_size=None) as page:
+        address = f"{base.replace('http', 'ws')}/api/world?session={'0' * 32}"
+        with connect(address, origin=base, additional_headers=cookie, max_size=None) as page:
             page.send(json.dumps({"do": "set", "mat": WORLD, "seed": 1}))
             while until(page, "hello")["cars"] != 41:
                 pass

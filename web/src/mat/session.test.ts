@@ -1,26 +1,10 @@
-import { afterEach, beforeEach, expect, it, vi } from "vitest";
+import { beforeEach, expect, it } from "vitest";
 import type { CompiledWord } from "../api/types";
 import { useStudio } from "../state/studio";
 import type { Mat } from "./document";
-import { runningBlocks, sameRunning, Session } from "./session";
+import { runningBlocks, sameRunning } from "./session";
 import { editMat, endEdit, forgetEdits, redoEdit, undoEdit, useMat } from "./store";
 import { pictureOf } from "./testPictures";
-
-
-class MockSocket {
-  static last: MockSocket;
-  onopen!: () => void;
-  onmessage!: (message: { data: string }) => void;
-  onclose!: () => void;
-  constructor() {
-    MockSocket.last = this;
-  }
-  close(): void {
-    this.onclose();
-  }
-}
-
-afterEach(() => vi.unstubAllGlobals());
 
 const WORDS: CompiledWord[] = [
   { hex: "01020100", part: "header", values: {}, block: null },
