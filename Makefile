@@ -57,6 +57,7 @@ bench: setup
 	$(BIN)/python benchmarks/words.py
 	$(BIN)/python benchmarks/compiler.py
 	$(BIN)/python benchmarks/start.py
+	$(BIN)/python benchmarks/first_start.py
 	$(BIN)/python benchmarks/swarm.py
 	$(BIN)/python benchmarks/relay.py --crowd
 	$(BIN)/python benchmarks/studio_server.py
