@@ -166,6 +166,7 @@ def _open_simulated(
 ) -> "tuple[DriveBoard, Source | None]":
     """Start a simulated world. Returns its first car and that car's pictures; closing ``resources`` ends the world."""
     with needs_extra("simulated-car"):
+        import motorcade.engine.webassembly  # noqa: F401
         from motorcade.boards.simulated_drive import LiveWorld, SimulatedCamera
         from motorcade.engine.world import World
         from motorcade.mats import check_mat, playground, read_mat

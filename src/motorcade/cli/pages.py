@@ -204,6 +204,7 @@ def _studio(
     as_json: Json = False,
 ) -> None:
     with needs_extra("studio", "studio"):
+        import motorcade.engine.webassembly  # noqa: F401  # before the page asks for a world
         from motorcade.server.running import serve_alone
         from motorcade.server.studio.app import Settings, make_app
     named = named_cars(car or (), camera or (), keys)
