@@ -1,23 +1,18 @@
 """Emulated Unos send frames by infrared and hear each other: the waveform at the pin, and a convoy of three cars."""
 
-from itertools import pairwise
-
 import pytest
 
 from motorcade.car.brain import NO_LED, STARTED_MS, WORD
 from motorcade.engine.events import START
 from motorcade.mats import Pose, open_table
 from motorcade.words.image import words_to_bytes
-from motorcade.words.infrared import FrameReceiver, frame_durations_us, to_frame
+from motorcade.words.infrared import to_frame
 from support.emulated_chips import CYCLES_A_MS, EDGES, UNO, WATCHED, Chip, World
 from support.emulated_uploads import held_image, upload
+from support.infrared_waveform import checked_frames
 from support.plain_world import PlainWorld
 from support.strategies import CLASSROOM
 
-CYCLES_A_US = 16
-CARRIER_HZ = 38_000
-# A longer pause between two pulses is a space.
-SPACE_US = 40
 # Registers of an ATmega328P: the ports of LEDs and motors, and the PWM at D5 and D6.
 PORTB, PORTC, PORTD, TCCR0A, OCR0A, OCR0B = 0x25, 0x28, 0x2B, 0x44, 0x47, 0x48
 REGISTERS = (PORTB, PORTC, PORTD, TCCR0A, OCR0A, OCR0B)
@@ -32,19 +27,6 @@ LONGEST_TICK_US = 5000
 
 def eeprom_with_number(number: int, content: bytes = b"\xff" * 1024) -> bytes:
     return content[:-8] + number.to_bytes(4, "big") + (number ^ 0xFFFFFFFF).to_bytes(4, "big")
-
-
-def marks_of(chip: Chip) -> list[tuple[float, float]]:
-    """Where each mark begins and ends at the chip's infrared pin, in µs."""
-    marks: list[list[float]] = []
-    for cycle, _, level in chip.log(EDGES):
-        at_us = cycle / CYCLES_A_US
-        if not marks and not level:
-            continue
-        if level and (not marks or at_us - marks[-1][1] > SPACE_US):
-            marks.append([at_us, at_us])
-        marks[-1][1] = at_us
-    return [(begin, end) for begin, end in marks]
 
 
 class Convoy:
@@ -193,31 +175,9 @@ def test_the_waveform_at_the_pin_is_a_frame_on_a_carrier_of_38_khz(world, car_pr
     # Bytes come and go while it sends.
     held_image(world, car)
     world.run(500)
-    edges = car.log(EDGES)
-    rises_us = [cycle / CYCLES_A_US for cycle, _, level in edges if level]
-    periods_us = [later - earlier for earlier, later in pairwise(rises_us) if later - earlier < SPACE_US]
-    carrier_hz = 1e6 * len(periods_us) / sum(periods_us)
-    assert abs(carrier_hz - CARRIER_HZ) <= CARRIER_HZ / 100
-    assert max(periods_us) - min(periods_us) < 1
-    # The first mark may have begun before the record.
-    marks = marks_of(car)[1:]
-    first = next(index for index, (begin, end) in enumerate(marks) if end - begin > 5000)
-    marks = marks[first:]
-    receiver, frames = FrameReceiver(), []
-    durations = [edge for (begin, end), (after, _) in pairwise(marks) for edge in (end - begin, after - end)]
-    for index, duration_us in enumerate(durations):
-        (receiver.receive_space if index % 2 else receiver.receive_mark)(round(duration_us))
-        frame = receiver.next_frame()
-        frames += [frame] if frame is not None else []
+    frames = checked_frames([(cycle, level) for cycle, _, level in car.log(EDGES)])
     assert len(frames) >= 18
-    words = [int.from_bytes(BARE[at : at + 4], "big") for at in range(16, 28, 4)]
-    assert set(frames) <= {to_frame(word) for word in words}
-    # Marks and spaces of each frame, from the first pulse to the last one's end.
-    half_period_us = 1e6 / CARRIER_HZ / 2
-    for frame, begin in zip(frames, range(0, len(durations), 68), strict=False):
-        for index, nominal_us in enumerate(frame_durations_us(frame)[:67]):
-            measured_us = durations[begin + index] + (-half_period_us if index % 2 else half_period_us)
-            assert abs(measured_us - nominal_us) <= nominal_us * 0.05
+    assert set(frames) <= {to_frame(word) for word in WORDS}
     assert car.overruns == 0
 
 
