@@ -63,6 +63,7 @@ bench: setup
 	$(BIN)/python benchmarks/studio_server.py
 	$(BIN)/python benchmarks/studio_page.py
 	$(BIN)/python benchmarks/drive.py
+	$(BIN)/python benchmarks/avr.py
 
 screenshots: setup ## the README's pictures of the studio
 	$(BIN)/python scripts/screenshots.py
