@@ -7,8 +7,8 @@ from motorcade.engine.events import START
 from motorcade.mats import Pose, open_table
 from motorcade.words.image import words_to_bytes
 from motorcade.words.infrared import to_frame
-from support.emulated_chips import CYCLES_A_MS, EDGES, UNO, WATCHED, Chip, World
-from support.emulated_uploads import held_image, upload
+from support.emulated_chips import CYCLES_A_MS, EDGES, LIGHT, UNO, WATCHED, Chip, World
+from support.emulated_uploads import held_image, image_of, upload
 from support.infrared_waveform import checked_frames
 from support.plain_world import PlainWorld
 from support.strategies import CLASSROOM
@@ -23,6 +23,7 @@ FRAME_MS = 86 + 5 + 3
 # Both clocks and the way from a pin to the next tick.
 TICKS_MS = 6
 LONGEST_TICK_US = 5000
+MOST_RAM_BYTES = 1638
 
 
 def eeprom_with_number(number: int, content: bytes = b"\xff" * 1024) -> bytes:
@@ -205,9 +206,26 @@ def compare(world: World, convoy: Convoy, duration_ms: int, within_ms: list[int]
     for index, chip in enumerate(convoy.chips):
         agree(shown(chip, begin_ms), lasting(expected[index]), within_ms[index])
         assert chip.longest_awake_us <= LONGEST_TICK_US
+        assert chip.symbols["__bss_end"] - UNO.ram_begin + chip.stack_bytes() <= MOST_RAM_BYTES
         if index > 0:
             begun = words_begun(chip, memories[index], begin_ms)
             events = convoy.plain.events
             starts = [(word, at_ms) for at_ms, car, kind, _, word, _ in events if car == index and kind == START]
             assert len(starts) >= duration_ms // 2000 - 1
             agree(begun, starts, within_ms[index])
+
+
+def test_no_byte_of_an_upload_is_lost_while_frames_come_and_go(world, car_program, leader_eeprom) -> None:
+    places = [Pose(0, 0), Pose(0.4, 0), Pose(0, 0.4)]
+    convoy = Convoy(world, car_program, leader_eeprom(TAGGED), TAGGED, places, [[0, 2], [0, 1]])
+    world.run(100)
+    frames = len(convoy.chips[1].log(LIGHT))
+    for seed in range(3):
+        # A follower keeps an image, too: it has one as soon as it is made a leader.
+        image = image_of(100, seed)
+        took_ms = upload(world, convoy.chips[1], image)
+        assert took_ms < 600 + 2000
+        assert held_image(world, convoy.chips[1]) == image
+    assert len(convoy.chips[1].log(LIGHT)) - frames > 10 * 68
+    assert convoy.chips[1].overruns == 0
+    assert convoy.chips[1].longest_awake_us <= LONGEST_TICK_US

@@ -2,6 +2,7 @@
 // the hardware watchdog.
 //
 // The sketch must not use these timers: no Servo, no tone(), no analogWrite at pins 3, 9, 10, 11 (Mega: 9, 10, 11, 12).
+// On an Uno or Nano it must not use SoftwareSerial either, which needs the interrupt of the voice module's pin.
 #ifndef MOTORCADE_AVR_H
 #define MOTORCADE_AVR_H
 

@@ -122,7 +122,7 @@ CHIPS = (
     # Infrared leaves at timer 2's output, and timers 1 and 2 drive no motors then. Receivers need an interrupt each.
     Chip(
         "arduino-uno",
-        "Arduino Uno, Nano (ATmega328P)",
+        "Arduino Uno or Nano",
         dict.fromkeys(_UNO_PINS, 0),
         frozenset(),
         {0: _USB, 1: _USB},

@@ -17,7 +17,7 @@ PLATFORMS = ("arduino-uno", "arduino-mega")
 SKETCH = "examples/Uno/Uno.ino"
 SETTINGS = "car.h"
 OWN_SKETCH = "Car"
-_SUFFIXES = (".ino", ".h", ".c", ".cpp", ".txt", ".properties", ".md")
+_SUFFIXES = (".ino", ".h", ".c", ".cpp", ".txt", ".properties", ".toml")
 _NO_PIN = "NO_PIN"
 # What MotorcadeParts.h has room for, and what an interrupt for each edge can follow.
 _LONGEST_PATTERN = 16
