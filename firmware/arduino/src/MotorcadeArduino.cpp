@@ -1,5 +1,10 @@
 #include "MotorcadeArduino.h"
 
+// Where a chip runs interrupts from RAM alone, its core marks them so.
+#ifndef IRAM_ATTR
+#define IRAM_ATTR
+#endif
+
 namespace motorcade {
 
 namespace {
@@ -78,11 +83,11 @@ void ArduinoBoard::begin_echo(uint32_t frame) {
   receiver_.ignore_until(micros() + static_cast<uint32_t>(frame_units(frame)) * settings_.levels[UNIT_US]);
 }
 
-void ArduinoBoard::take_infrared_edge() {
+void IRAM_ATTR ArduinoBoard::take_infrared_edge() {
   the_board_->receiver_.take_edge(micros(), digitalRead(the_board_->settings_.infrared_receiver) == HIGH);
 }
 
-void ArduinoBoard::take_echo_edge() {
+void IRAM_ATTR ArduinoBoard::take_echo_edge() {
   the_board_->ultrasonic_.take_edge(micros(), digitalRead(the_board_->settings_.echo) == HIGH);
 }
 
