@@ -104,7 +104,7 @@ types:
         doc: "PWM duty, 0 to 255; 0 to 255"
       - id: reserved
         type: b11
-        doc: "for extensions; written 0"
+        doc: "0, or a stamp: when the word was sent; 0 to 2047"
   frame_word:
     doc: "Fingerprint 0x76159055"
     seq:

@@ -50,7 +50,7 @@ local FORMATS = {
       { name = "angle", high = 27, low = 20, minimum = 0, maximum = 180, meaning = "servo angle in degrees; 90 centre, below right", allowed = "0 to 180", unit = "deg" },
       { name = "direction", high = 19, low = 19, minimum = 0, maximum = 1, meaning = "1 forward, 0 backward", allowed = "0 to 1" },
       { name = "speed", high = 18, low = 11, minimum = 0, maximum = 255, meaning = "PWM duty, 0 to 255", allowed = "0 to 255" },
-      { name = "reserved", high = 10, low = 0, minimum = 0, maximum = 2047, meaning = "for extensions", allowed = "0 to 2047", reserved = true, defined = 0, reserved_allowed = "0 (reserved)" },
+      { name = "reserved", high = 10, low = 0, minimum = 0, maximum = 2047, meaning = "0, or a stamp: when the word was sent", allowed = "0 to 2047", reserved = true, defined = 2047, reserved_allowed = "0 to 2047" },
     },
   },
   frame = {

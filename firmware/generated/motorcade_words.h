@@ -227,7 +227,7 @@ struct motorcade_drive {
     uint8_t angle; /* bits 27-20: servo angle in degrees; 90 centre, below right; in deg; 0 to 180 */
     uint8_t direction; /* bit 19: 1 forward, 0 backward; 0 to 1 */
     uint8_t speed; /* bits 18-11: PWM duty, 0 to 255; 0 to 255 */
-    uint16_t reserved; /* bits 10-0: for extensions; written 0 */
+    uint16_t reserved; /* bits 10-0: 0, or a stamp: when the word was sent; 0 to 2047 */
 };
 
 enum motorcade_drive_fault {
@@ -273,7 +273,7 @@ static inline enum motorcade_drive_fault motorcade_drive_decode(uint32_t word, i
     values->reserved = (uint16_t)(word & 0x7FFUL);
     fault = motorcade_drive_check(values);
     if (fault != MOTORCADE_DRIVE_OK) return fault;
-    if (strict && values->reserved > 0) return MOTORCADE_DRIVE_FAULT_RESERVED;
+    if (strict && values->reserved > 2047) return MOTORCADE_DRIVE_FAULT_RESERVED;
     return MOTORCADE_DRIVE_OK;
 }
 

@@ -122,8 +122,6 @@ def test_a_driver_that_leaves_while_moving_leaves_a_car_that_stands(car: Car, se
         *[(code << 28, f"code is {code}") for code in (0, *range(2, 16))],
         (DRIVE.encode(angle=180) + (1 << 20), "angle is 181; allowed: 0 to 180"),
         (1 << 28 | 255 << 20, "angle is 255"),
-        (MOVE | 1, r"reserved is 1; allowed: 0 \(reserved\)"),
-        (MOVE | 1 << 10, "reserved is 1024"),
     ],
 )
 def test_what_is_no_command_is_named_counted_and_not_done(

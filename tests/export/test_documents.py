@@ -39,7 +39,7 @@ def encodes(word_format, values):
 
 
 @every_vocabulary
-@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize("target", [target for target in TARGETS if target != "brain-c"])
 def test_an_export_is_text_that_names_the_fingerprints(vocabulary, target):
     for name, text in export(target, vocabulary).items():
         assert name.startswith(f"motorcade_{vocabulary.name}")
@@ -124,7 +124,8 @@ def test_the_vectors_meet_every_field_at_its_limits_and_every_bit(word_format):
         if not field.restricted:
             assert {1 << bit for bit in range(field.width)} <= seen
     refused = {each["field"] for each in document["refused_words"] if each["format"] == word_format.name}
-    can_be_refused = [field for field in word_format.fields if field.restricted or field.goes_with or field.reserved]
+    can_be_refused = [field for field in word_format.fields if field.restricted or field.goes_with]
+    can_be_refused += [field for field in word_format.fields if field.reserved and field.defined < field.raw_mask]
     assert refused == {field.name for field in can_be_refused}
     assert len({each["word"] for each in words}) == len(words)
 

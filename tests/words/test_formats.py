@@ -67,7 +67,7 @@ def test_any_word_is_refused_or_decoded_without_loss(word_format, word):
     assert word_format.encode(**values._asdict()) == word
 
 
-@with_reserved_bits
+@pytest.mark.parametrize("word_format", [HEADER, CONTROL], ids=lambda each: each.name)
 @given(data=st.data())
 def test_reserved_bits_survive_unless_strict(word_format, data):
     field = word_format.field("reserved")
@@ -160,7 +160,7 @@ def test_a_format_is_found_by_its_name():
         ),
         (CONTROL, 0x00000002, ["reserved is 1, yet these bits are written 0"]),
         (HEADER, 0x000000FF, ["reserved is 255, yet these bits are written 0"]),
-        (DRIVE, 0x10000001, ["reserved is 1, yet these bits are written 0"]),
+        (DRIVE, 0x100007FF, []),
         # All that a word may say, its parity as the air sets it.
         (CONTROL, 0xFFFFF001, []),
         (HEADER, 0xFFFF8000, []),

@@ -81,6 +81,7 @@ class DriveLimits:
     watchdog_ms: int
     hand_over_ms: int
     commands_per_s: int
+    stale_ms: int = 150
 
 
 @dataclass(frozen=True, slots=True)

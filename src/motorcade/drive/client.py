@@ -10,6 +10,7 @@ from typing import Any, Self
 
 from motorcade.drive.connection import Address, CarError, CarRefusesError, Connection, connected, to_error
 from motorcade.drive.input.deadman import CommandStream, stick_word
+from motorcade.drive.stamps import stamp_at
 from motorcade.drive.tls.keys import client_context
 from motorcade.drive.wire import Telemetry
 from motorcade.errors import Phrase
@@ -113,7 +114,7 @@ class DriveClient:
     async def end(self) -> None:
         """Stop the car and hang up."""
         if self._connection and self._sent_s:
-            self._connection.send(stick_word(0, 0))
+            self._connection.send(_stamped(stick_word(0, 0)))
         if self._task:
             self._task.cancel()
             await asyncio.gather(self._task, return_exceptions=True)
@@ -291,7 +292,7 @@ class DriveClient:
         word = self._stream.next_word(to_ticks(_now_s()))
         if word is not None:
             self._sent_s = _now_s()
-            self._connection.send(word)
+            self._connection.send(_stamped(word))
 
     @property
     def _is_proven(self) -> bool:
@@ -336,6 +337,10 @@ class DriveClient:
         details = self._problem.details if self._problem else {}
         detail = details.get("detail") or Phrase("gives-no-answer")
         return CarError("away", car=str(self._address), seconds=seconds, detail=detail)
+
+
+def _stamped(word: int) -> int:
+    return word | stamp_at(int(_now_s() * 1000))
 
 
 def _now_s() -> float:

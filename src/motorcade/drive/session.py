@@ -12,9 +12,10 @@ from typing import NamedTuple, TypeVar
 
 from motorcade.car.arbiter import APPLIED, CLIENT, FAILSAFE, MOVING, NOBODY, STANDING, STATES, WATCHING, Arbiter
 from motorcade.car.drive_board import DriveBoard
-from motorcade.config.profile import Profile
+from motorcade.config.profile import DriveLimits, Profile
 from motorcade.drive.motors import NEUTRAL_SETPOINT, Setpoint, Wheels
-from motorcade.drive.wire import OVER_RATE, Counts, Telemetry
+from motorcade.drive.stamps import STAMP_MASK, Freshness
+from motorcade.drive.wire import OVER_RATE, STALE, Counts, Telemetry
 from motorcade.errors import MotorcadeError
 from motorcade.timing import RateLimit
 from motorcade.words.field import WordError
@@ -132,8 +133,7 @@ class CarControl:
                     raise DriveError("full", sessions=MOST_SESSIONS)
                 self._end(loser)
             self._last_number += 1
-            rate = RateLimit(max(1, self._limits.commands_per_s * _RATE_WINDOW_MS // 1000), _RATE_WINDOW_MS)
-            session = ControlSession(self, self._last_number, name, who, rate, counts or Counts())
+            session = ControlSession(self, self._last_number, name, who, self._limits, counts or Counts())
             self._sessions[session.number] = session
         if loser:
             loser.who.replaced()
@@ -155,7 +155,7 @@ class CarControl:
     def check(self, word: int, counts: Counts) -> Setpoint:
         """The setpoint in a DRIVE word. Raises WordError, and counts it, where the word is none."""
         try:
-            return _setpoint_of(word)
+            return _setpoint_of(word & ~STAMP_MASK)
         except WordError as problem:
             with self._lock:
                 self._refused += 1
@@ -178,13 +178,16 @@ class CarControl:
     def apply(self, session: "ControlSession", word: int, setpoint: Setpoint) -> int:
         """Take a command of ``session``. Returns its outcome, an index of `motorcade.drive.wire.OUTCOMES`."""
         with self._lock:
-            now = session.commanded_ms = self._clock()
+            now = self._clock()
+            if not session.freshness.is_fresh(word & STAMP_MASK, now):
+                return STALE
+            session.commanded_ms = now
             if session.number not in self._sessions:
                 return WATCHING
             # A command that stops is never over the rate.
             if setpoint[2] and not session.rate.allows(now):
                 return OVER_RATE
-            outcome = self._arbiter.command(session.number, session.who.kind, word, now)
+            outcome = self._arbiter.command(session.number, session.who.kind, word & ~STAMP_MASK, now)
             if outcome == APPLIED:
                 self._setpoint = setpoint
             self._follow(outcome == APPLIED)
@@ -325,16 +328,20 @@ class ControlSession:
         who: whose session it is.
         rate: of commands that move the car.
         counts: what became of its words.
+        freshness: finds its words that were sent long ago.
         commanded_ms: when it last sent a valid command (ticks); when it joined, before the first.
     """
 
-    def __init__(self, control: CarControl, number: int, name: str, who: Who, rate: RateLimit, counts: Counts) -> None:
+    def __init__(
+        self, control: CarControl, number: int, name: str, who: Who, limits: DriveLimits, counts: Counts
+    ) -> None:
         self.number = number
         self.name = name
         self.who = who
-        self.rate = rate
+        self.rate = RateLimit(max(1, limits.commands_per_s * _RATE_WINDOW_MS // 1000), _RATE_WINDOW_MS)
         self.counts = counts
         self.commanded_ms = control.now_ms()
+        self.freshness = Freshness(limits.stale_ms)
         self._control = control
 
     @property

@@ -14,9 +14,10 @@ WORD_BYTES = 4
 MOST_REQUEST_BYTES = 1024
 MOST_FRAME_BYTES = 1 << 16
 REQUESTS = ("join", "request", "release", "stop", "clear", "resume")
-# What became of a command: the arbiter's five outcomes, and one of `motorcade.drive.session`.
-OUTCOMES = ("applied", "watching", "needs-neutral", "stopped", "program", "over-rate")
+# What became of a command: the arbiter's five outcomes, and two of `motorcade.drive.session`.
+OUTCOMES = ("applied", "watching", "needs-neutral", "stopped", "program", "over-rate", "stale")
 OVER_RATE = 5
+STALE = 6
 
 _CODE_AT = DRIVE.field("code").low
 _LENGTH = struct.Struct(">I")

@@ -67,7 +67,7 @@ DRIVE = WordFormat(
         ),
         Field("direction", 19, 19, "1 forward, 0 backward", "seed 001"),
         Field("speed", 18, 11, "PWM duty, 0 to 255", "seed 001"),
-        Field("reserved", 10, 0, "for extensions", "seed 001", RESERVED),
+        Field("reserved", 10, 0, "0, or a stamp: when the word was sent", "seed 001", Values(reserved_above=2047)),
     ),
 )
 

@@ -99,6 +99,7 @@ export interface DriveLimits {
   watchdog_ms: number;
   hand_over_ms: number;
   commands_per_s: number;
+  stale_ms: number;
 }
 
 /** The durations that a step can have, in seconds: from ``least`` to ``most``, in steps of ``step``. */

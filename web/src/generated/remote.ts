@@ -21,6 +21,7 @@ export interface Drive {
   throttle: number;
   steering: number;
   number?: number;
+  stamp?: number;
 }
 
 /** Ask to drive. */
@@ -102,10 +103,11 @@ export interface CarTelemetry {
   you: { drives: boolean; waits: boolean };
 }
 
-/** The number of the newest Drive that the server received. */
+/** The number of the newest Drive that the server received; ``stale``: it was sent too long ago and did nothing. */
 export interface Received {
   is: "received";
   number: number;
+  stale: boolean;
 }
 
 /** The error of a message that was refused. */

@@ -13,6 +13,7 @@ from motorcade.service.world_messages import Refused
 Name = Annotated[str, Meta(max_length=40)]
 Names = Annotated[list[Name], Meta(max_length=16)]
 Axis = Annotated[float, Meta(ge=-1, le=1)]
+Stamp = Annotated[int, Meta(ge=0, le=2047)]
 Number = Annotated[int, Meta(ge=0, lt=1 << 53)]
 
 
@@ -39,12 +40,14 @@ class Drive(_Message):
         throttle: -1 full speed back to 1 full speed ahead.
         steering: -1 full left to 1 full right.
         number: the page's own count; the answer `Received` has it.
+        stamp: when it was sent, as `motorcade.drive.stamps.stamp_at` has it; 0: not said.
     """
 
     cars: Names
     throttle: Axis
     steering: Axis
     number: Number = 0
+    stamp: Stamp = 0
 
 
 class Request(_Message):
@@ -150,9 +153,10 @@ class Telemetry(_Answer):
 
 
 class Received(_Answer):
-    """The number of the newest Drive that the server received."""
+    """The number of the newest Drive that the server received; ``stale``: it was sent too long ago and did nothing."""
 
     number: int
+    stale: bool = False
 
 
 RemoteAnswer = Hello | Telemetry | Received | Refused

@@ -6,14 +6,18 @@ from typing import Any
 
 from starlette.websockets import WebSocket
 
+from motorcade.drive.stamps import Freshness
 from motorcade.errors import MotorcadeError
 from motorcade.server.page_socket import PageSocket
 from motorcade.server.remote import messages
 from motorcade.server.remote.fleet import MOST_CARS, Action, Fleet, PageControl
 from motorcade.server.remote.messages import RemoteMessage
 from motorcade.server.request_filter import ServerSettings
+from motorcade.timing import to_ticks
 
 _TELEMETRY_EVERY_S = 0.1
+# A position of the stick that comes so much later than others is old.
+_STALE_MS = 150
 _ACTIONS: dict[type[RemoteMessage], Action] = {
     messages.Request: "request",
     messages.Release: "release",
@@ -28,6 +32,8 @@ class PageSession:
     def __init__(self, socket: WebSocket, fleet: Fleet, settings: ServerSettings) -> None:
         self._page = PageSocket(socket, settings, (messages.Hello, messages.Telemetry, messages.Received))
         self._fleet = fleet
+        self._settings = settings
+        self._freshness = Freshness(_STALE_MS)
         host, port = socket.client or ("?", 0)
         self._name = f"{host}:{port}"
         self._controls: dict[str, PageControl] = {}
@@ -55,8 +61,7 @@ class PageSession:
     async def _handle(self, message: RemoteMessage) -> None:
         match message:
             case messages.Drive():
-                self._stick = message
-                self._moved.set()
+                self._take(message)
             case messages.Stop():
                 self._stop(message.cars)
             case messages.Join():
@@ -69,6 +74,14 @@ class PageSession:
             case messages.Start():
                 await self._fleet.start()
                 await self._greet()
+
+    def _take(self, message: messages.Drive) -> None:
+        """Take the stick's position, unless it was sent long ago."""
+        if self._freshness.is_fresh(message.stamp, to_ticks(self._settings.clock())):
+            self._stick = message
+            self._moved.set()
+        else:
+            self._page.put(messages.Received(message.number, stale=True))
 
     async def _greet(self) -> None:
         self._page.put(messages.Hello(await self._fleet.listed(), self._name))
