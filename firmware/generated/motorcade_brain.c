@@ -672,9 +672,9 @@ uint32_t motorcade_frames_dwell_ms(const struct motorcade_image *image, const ui
 }
 
 /* Return how long a frame occupies the air, in whole milliseconds. */
-uint16_t motorcade_frames_frame_ms(uint32_t frame, const uint32_t *levels)
+uint32_t motorcade_frames_frame_ms(uint32_t frame, const uint32_t *levels)
 {
-    return (uint16_t)((motorcade_infrared_air_us(frame, levels[MOTORCADE_BRAIN_UNIT_US]) + 999) / 1000);
+    return (motorcade_infrared_air_us(frame, levels[MOTORCADE_BRAIN_UNIT_US]) + 999) / 1000;
 }
 
 /* Return 1 where the follower words of `image` travel with a tag, else 0. */
@@ -736,28 +736,28 @@ static uint8_t motorcade_frames_enter_slot(uint32_t *s, const struct motorcade_i
 }
 
 /* Begin an interval of `interval` ms; the frame is due at a random time in its second half. */
-static void motorcade_frames_begin_interval(uint32_t *s, uint16_t interval, uint32_t now)
+static void motorcade_frames_begin_interval(uint32_t *s, uint32_t interval, uint32_t now)
 {
     s[MOTORCADE_BRAIN_INTERVAL] = interval;
     s[MOTORCADE_BRAIN_INTERVAL_MS] = now;
     s[MOTORCADE_BRAIN_SAME_TAG] = 0;
     s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_SCHEDULED;
-    uint16_t half = interval / 2;
-    s[MOTORCADE_BRAIN_RELAY_MS] = motorcade_ticks_later_ms(now, half + (motorcade_brain_draw(s) >> 8) % ((uint32_t)interval - half));
+    uint32_t half = interval / 2;
+    s[MOTORCADE_BRAIN_RELAY_MS] = motorcade_ticks_later_ms(now, half + (motorcade_brain_draw(s) >> 8) % (interval - half));
 }
 
 /* Return 1 from that time of an interval on at which a tagged word is due to be sent, else 0. */
 static uint8_t motorcade_frames_is_time_to_send(uint32_t *s, uint32_t now, const uint32_t *levels)
 {
     if ((uint8_t)s[MOTORCADE_BRAIN_RELAY] == MOTORCADE_FRAMES_RESTING) {
-        if (motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_INTERVAL_MS]) < (uint16_t)s[MOTORCADE_BRAIN_INTERVAL]) {
+        if (motorcade_ticks_elapsed_ms(now, s[MOTORCADE_BRAIN_INTERVAL_MS]) < s[MOTORCADE_BRAIN_INTERVAL]) {
             return 0;
         }
-        uint32_t interval = (uint32_t)(uint16_t)s[MOTORCADE_BRAIN_INTERVAL] * 2;
+        uint32_t interval = s[MOTORCADE_BRAIN_INTERVAL] * 2;
         if (interval > levels[MOTORCADE_BRAIN_LAST_INTERVAL_MS]) {
             interval = levels[MOTORCADE_BRAIN_LAST_INTERVAL_MS];
         }
-        motorcade_frames_begin_interval(s, (uint16_t)interval, now);
+        motorcade_frames_begin_interval(s, interval, now);
     }
     if ((uint8_t)s[MOTORCADE_BRAIN_RELAY] == MOTORCADE_FRAMES_SCHEDULED) {
         if (motorcade_ticks_reached(now, s[MOTORCADE_BRAIN_RELAY_MS]) == 0) {
@@ -777,7 +777,7 @@ static uint8_t motorcade_frames_is_time_to_send(uint32_t *s, uint32_t now, const
  * Once the air has been free for SENSE_MS, the car draws a wait below `wait_ms` and sends if the air is still free
  * when the wait is over. In the state LISTENING it sends without this wait.
  */
-static uint8_t motorcade_frames_finds_air_free(uint32_t *s, uint8_t air_is_busy, uint16_t wait_ms, uint32_t now, const uint32_t *levels)
+static uint8_t motorcade_frames_finds_air_free(uint32_t *s, uint8_t air_is_busy, uint32_t wait_ms, uint32_t now, const uint32_t *levels)
 {
     if ((uint8_t)s[MOTORCADE_BRAIN_RELAY] != MOTORCADE_FRAMES_WAITING) {
         if (air_is_busy) {
@@ -829,7 +829,7 @@ static void motorcade_frames_go_on_opening(uint32_t *s, const uint32_t *levels)
     } else {
         s[MOTORCADE_BRAIN_INTERVAL] = levels[MOTORCADE_BRAIN_FIRST_INTERVAL_MS];
         s[MOTORCADE_BRAIN_INTERVAL_MS] = motorcade_ticks_later_ms(s[MOTORCADE_BRAIN_SLOT_STARTED_MS], MOTORCADE_FRAMES_OPENING_MS);
-        s[MOTORCADE_BRAIN_RELAY_MS] = motorcade_ticks_later_ms(s[MOTORCADE_BRAIN_INTERVAL_MS], (motorcade_brain_draw(s) >> 8) % (uint16_t)s[MOTORCADE_BRAIN_INTERVAL]);
+        s[MOTORCADE_BRAIN_RELAY_MS] = motorcade_ticks_later_ms(s[MOTORCADE_BRAIN_INTERVAL_MS], (motorcade_brain_draw(s) >> 8) % s[MOTORCADE_BRAIN_INTERVAL]);
     }
 }
 
@@ -850,7 +850,7 @@ static uint8_t motorcade_frames_sends_tagged(uint32_t *s, const struct motorcade
     if (motorcade_frames_is_time_to_send(s, now, levels) == 0) {
         return 0;
     }
-    uint32_t begins = ((uint16_t)s[MOTORCADE_BRAIN_INTERVAL] == 0 && (uint8_t)s[MOTORCADE_BRAIN_SENT] == 0 && (uint8_t)s[MOTORCADE_BRAIN_RELAY] == MOTORCADE_FRAMES_LISTENING) ? 1 : 0;
+    uint32_t begins = (s[MOTORCADE_BRAIN_INTERVAL] == 0 && (uint8_t)s[MOTORCADE_BRAIN_SENT] == 0 && (uint8_t)s[MOTORCADE_BRAIN_RELAY] == MOTORCADE_FRAMES_LISTENING) ? 1 : 0;
     if (begins == 0 || air_is_busy) {
         begins = motorcade_frames_finds_air_free(s, air_is_busy, 1, now, levels);
     }
@@ -859,7 +859,7 @@ static uint8_t motorcade_frames_sends_tagged(uint32_t *s, const struct motorcade
     }
     s[MOTORCADE_BRAIN_QUIET_MS] = motorcade_ticks_later_ms(now, motorcade_frames_frame_ms(motorcade_frames_leader_frame(s, image), levels) + levels[MOTORCADE_BRAIN_GAP_MS]);
     s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_RESTING;
-    if ((uint16_t)s[MOTORCADE_BRAIN_INTERVAL] == 0) {
+    if (s[MOTORCADE_BRAIN_INTERVAL] == 0) {
         motorcade_frames_go_on_opening(s, levels);
     }
     return 1;
@@ -942,18 +942,18 @@ static uint8_t motorcade_frames_hears_tagged(uint32_t *s, uint32_t frame, uint32
             s[MOTORCADE_BRAIN_INTERVAL_MS] = now;
             s[MOTORCADE_BRAIN_SAME_TAG] = 1;
             s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_SCHEDULED;
-            s[MOTORCADE_BRAIN_RELAY_MS] = motorcade_ticks_later_ms(now, (motorcade_brain_draw(s) >> 8) % (uint16_t)s[MOTORCADE_BRAIN_INTERVAL]);
+            s[MOTORCADE_BRAIN_RELAY_MS] = motorcade_ticks_later_ms(now, (motorcade_brain_draw(s) >> 8) % s[MOTORCADE_BRAIN_INTERVAL]);
         }
         return MOTORCADE_FRAMES_BEGUN;
     }
-    if ((uint16_t)s[MOTORCADE_BRAIN_INTERVAL] == 0) {
+    if (s[MOTORCADE_BRAIN_INTERVAL] == 0) {
         return MOTORCADE_FRAMES_IGNORED;
     }
     if (tag == own_tag) {
-        s[MOTORCADE_BRAIN_SAME_TAG] = (uint32_t)(uint16_t)s[MOTORCADE_BRAIN_SAME_TAG] + 1;
-    } else if ((uint16_t)s[MOTORCADE_BRAIN_INTERVAL] > levels[MOTORCADE_BRAIN_FIRST_INTERVAL_MS]) {
+        s[MOTORCADE_BRAIN_SAME_TAG] = s[MOTORCADE_BRAIN_SAME_TAG] + 1;
+    } else if (s[MOTORCADE_BRAIN_INTERVAL] > levels[MOTORCADE_BRAIN_FIRST_INTERVAL_MS]) {
         /* The sender has an older word: pass the own word on soon. */
-        motorcade_frames_begin_interval(s, (uint16_t)levels[MOTORCADE_BRAIN_FIRST_INTERVAL_MS], now);
+        motorcade_frames_begin_interval(s, levels[MOTORCADE_BRAIN_FIRST_INTERVAL_MS], now);
     }
     return MOTORCADE_FRAMES_IGNORED;
 }
@@ -1002,17 +1002,17 @@ uint8_t motorcade_frames_follower_sends(uint32_t *s, uint8_t air_is_busy, uint32
         return 0;
     }
     if ((uint16_t)s[MOTORCADE_BRAIN_TAG] == 0) {
-        return motorcade_frames_finds_air_free(s, air_is_busy, (uint16_t)levels[MOTORCADE_BRAIN_RELAY_PERIOD_MS], now, levels);
+        return motorcade_frames_finds_air_free(s, air_is_busy, levels[MOTORCADE_BRAIN_RELAY_PERIOD_MS], now, levels);
     }
-    if ((uint16_t)s[MOTORCADE_BRAIN_INTERVAL] == 0 || motorcade_frames_is_time_to_send(s, now, levels) == 0) {
+    if (s[MOTORCADE_BRAIN_INTERVAL] == 0 || motorcade_frames_is_time_to_send(s, now, levels) == 0) {
         return 0;
     }
-    if ((uint16_t)s[MOTORCADE_BRAIN_SAME_TAG] >= levels[MOTORCADE_BRAIN_REDUNDANCY]) {
+    if (s[MOTORCADE_BRAIN_SAME_TAG] >= levels[MOTORCADE_BRAIN_REDUNDANCY]) {
         s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_RESTING;
         return 0;
     }
     /* While the air is busy, many cars wait, and most of them need not send: enough others do. So waits are long. */
-    if (motorcade_frames_finds_air_free(s, air_is_busy, (uint16_t)((uint32_t)(uint16_t)s[MOTORCADE_BRAIN_INTERVAL] * 2), now, levels) == 0) {
+    if (motorcade_frames_finds_air_free(s, air_is_busy, s[MOTORCADE_BRAIN_INTERVAL] * 2, now, levels) == 0) {
         return 0;
     }
     s[MOTORCADE_BRAIN_RELAY] = MOTORCADE_FRAMES_RESTING;

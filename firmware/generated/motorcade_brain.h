@@ -346,7 +346,7 @@ void motorcade_brain_draw_headings(uint32_t *s, uint32_t running_ms, const uint3
 uint32_t motorcade_frames_dwell_ms(const struct motorcade_image *image, const uint32_t *levels);
 
 /* Return how long a frame occupies the air, in whole milliseconds. */
-uint16_t motorcade_frames_frame_ms(uint32_t frame, const uint32_t *levels);
+uint32_t motorcade_frames_frame_ms(uint32_t frame, const uint32_t *levels);
 
 /* Begin to send the follower words of a leader's image. */
 void motorcade_frames_leader_begin(uint32_t *s, const struct motorcade_image *image, uint32_t now);

@@ -16,14 +16,17 @@ struct motorcade_image {
     uint32_t words[MOST_IMAGE_WORDS];
 };
 
-static const uint32_t LEVELS[2][25] = {
+/* The built-in profile, one whose times are no round numbers, and one with the largest numbers that a profile may have. */
+static const uint32_t LEVELS[3][25] = {
     {0, 1000, 2000, 3000, 1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000, 100, 200, 300, 400, 100,
      560, 5, 250, 6, 150, 2400, 2, 10000},
     {0, 130, 999, 1501, 90, 170, 333, 500, 701, 1200, 1999, 4001, 1, 150, 151, 499, 37, 500, 0, 40, 2, 31, 333, 1, 4100},
+    {0, 70001, 300000, 1048575, 70000, 90001, 131072, 262144, 300000, 500000, 1000000, 1048575, 65536, 70000, 300000, 1048575,
+     66000, 1048575, 1048575, 1048575, 70000, 66000, 1048575, 1048575, 1048575},
 };
 static const uint16_t ADVANCES_MS[16] = {0, 1, 3, 4, 4, 7, 12, 20, 20, 20, 20, 50, 100, 300, 700, 5000};
 static const uint8_t FROM_OWN_TAG[4] = {62, 62, 0, 61};
-static const uint16_t OBSTACLES_MM[4] = {50, 150, 350, 65535};
+static const uint32_t OBSTACLES_MM[4] = {50, 150, 350, 1048576};
 
 static uint32_t state, sum, now;
 static uint32_t memory[MOTORCADE_BRAIN_SIZE], receiver[MOTORCADE_RECEIVER_SIZE], senses[2];
@@ -134,7 +137,7 @@ static void new_car(void)
     car.leads = random >> 12 & 1;
     car.memory = memory;
     car.image = &image;
-    car.levels = LEVELS[random >> 13 & 1];
+    car.levels = LEVELS[(random >> 18 & 255) % 3];
     motorcade_brain_switch_on(memory, draw(), now);
     motorcade_receiver_switch_on(receiver, 6 + (random >> 14 & 15));
     line_at = line_end = 0;
@@ -211,7 +214,7 @@ static void step(uint32_t number)
 {
     if (number % STEPS_OF_A_CAR == 0) new_car();
     bits = draw();
-    now = motorcade_ticks_later_ms(now, ADVANCES_MS[bits >> 28]);
+    now = motorcade_ticks_later_ms(now, (uint32_t)ADVANCES_MS[bits >> 28] << (car.levels == LEVELS[2] ? 7 : 0));
     serve_serial();
     motorcade_step_step(&car, now);
     if (number % 8 == 0) {

@@ -64,7 +64,7 @@ def test_a_million_steps_on_an_emulated_chip_give_the_same_integers(chip, simavr
     command = [str(simavr), "-m", "atmega328p", "-f", "16000000", str(chip)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8") as running:
         expected = sums(CHIP_SEED, CHIP_STEPS)
-        printed, _ = running.communicate(timeout=500)
+        printed, _ = running.communicate(timeout=1800)
     assert re.findall(r"\b[0-9a-f]{8}(?=\.)", re.sub(r"\x1b\[\d*m", "", printed)) == expected
 
 

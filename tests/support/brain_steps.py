@@ -14,10 +14,18 @@ STEPS_OF_A_LINE = 1024
 MOST_IMAGE_WORDS = 24
 CLASSROOM = (0, 1000, 2000, 3000, 1000, 2000, 3000, 4000, 5000, 6000, 7000, 8000, 100, 200, 300, 400, 100)
 HASTY = (0, 130, 999, 1501, 90, 170, 333, 500, 701, 1200, 1999, 4001, 1, 150, 151, 499, 37)
-LEVELS = ((*CLASSROOM, 560, 5, 250, 6, 150, 2400, 2, 10000), (*HASTY, 500, 0, 40, 2, 31, 333, 1, 4100))
+DURATIONS_MS = (0, 70_001, 300_000, 1_048_575)
+DWELLS_MS = (70_000, 90_001, 131_072, 262_144, 300_000, 500_000, 1_000_000, 1_048_575)
+# The largest numbers that a profile may have.
+SLOW = (*DURATIONS_MS, *DWELLS_MS, 65_536, 70_000, 300_000, 1_048_575, 66_000)
+LEVELS = (
+    (*CLASSROOM, 560, 5, 250, 6, 150, 2400, 2, 10000),
+    (*HASTY, 500, 0, 40, 2, 31, 333, 1, 4100),
+    (*SLOW, 1_048_575, 1_048_575, 1_048_575, 70_000, 66_000, 1_048_575, 1_048_575, 1_048_575),
+)
 ADVANCES_MS = (0, 1, 3, 4, 4, 7, 12, 20, 20, 20, 20, 50, 100, 300, 700, 5000)
 FROM_OWN_TAG = (62, 62, 0, 61)
-OBSTACLES_MM = (50, 150, 350, 65535)
+OBSTACLES_MM = (50, 150, 350, 1_048_576)
 
 
 class Steps:
@@ -96,7 +104,7 @@ class Steps:
         if random >> 10 & 3 == 0:
             self.now |= 0x3FFF0000
         self.leads = bool(random >> 12 & 1)
-        self.levels = LEVELS[random >> 13 & 1]
+        self.levels = LEVELS[(random >> 18 & 255) % 3]
         brain.switch_on(self.memory, self.draw(), self.now)
         receiver.switch_on(self.receiver, 6 + (random >> 14 & 15))
         self.line = b""
@@ -154,7 +162,7 @@ class Steps:
         if number % STEPS_OF_A_CAR == 0:
             self._new_car()
         self.bits = self.draw()
-        self.now = later_ms(self.now, ADVANCES_MS[self.bits >> 28])
+        self.now = later_ms(self.now, ADVANCES_MS[self.bits >> 28] << (7 if self.levels == LEVELS[2] else 0))
         self._serve_serial()
         step.step(self, self.now)
         if number % 8 == 0:

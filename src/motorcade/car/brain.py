@@ -55,9 +55,9 @@ RELAY_MS = 11  # follower, leader of tagged words: a time; RELAY decides what it
 RELAY: uint8_at = 13  # follower, leader of tagged words: state of sending, BUSY to RESTING of motorcade.car.frames
 # Places for tagged words; with a bare word they are 0.
 TAG: uint16_at = 14  # the tag of the held or sent word, 0: bare; beside it FORGOTTEN and a replaced tag
-INTERVAL: uint16_at = 15  # length of the present interval in ms; 0 while nothing is to be passed on
+INTERVAL = 15  # length of the present interval in ms; 0 while nothing is to be passed on
 INTERVAL_MS = 16  # when the present interval began
-SAME_TAG: uint16_at = 17  # follower: frames received with its own tag in this interval
+SAME_TAG = 17  # follower: frames received with its own tag in this interval
 SENT: uint8_at = 17  # leader: how many frames it has sent in this slot; it counts up to OPENING_FRAMES
 SIZE = 18
 

@@ -55,7 +55,7 @@ from motorcade.words.infrared import (
     to_frame,
 )
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
-from motorcade.words.widths import uint8, uint16
+from motorcade.words.widths import uint8
 
 # States of sending, in RELAY.
 BUSY = 0  # waits for the air to be free
@@ -92,7 +92,7 @@ def dwell_ms(image: ImageWords, levels: tuple[int, ...]) -> int:
     return levels[DWELLS_MS + level]
 
 
-def frame_ms(frame: int, levels: tuple[int, ...]) -> uint16:
+def frame_ms(frame: int, levels: tuple[int, ...]) -> int:
     """Return how long a frame occupies the air, in whole milliseconds."""
     return (air_us(frame, levels[UNIT_US]) + 999) // 1000
 
@@ -330,7 +330,7 @@ def _is_time_to_send(s: list[int], now: int, levels: tuple[int, ...]) -> uint8:
     return 1
 
 
-def _begin_interval(s: list[int], interval: uint16, now: int) -> None:
+def _begin_interval(s: list[int], interval: int, now: int) -> None:
     """Begin an interval of ``interval`` ms; the frame is due at a random time in its second half."""
     s[INTERVAL] = interval
     s[INTERVAL_MS] = now
@@ -340,7 +340,7 @@ def _begin_interval(s: list[int], interval: uint16, now: int) -> None:
     s[RELAY_MS] = later_ms(now, half + (draw(s) >> 8) % (interval - half))
 
 
-def _finds_air_free(s: list[int], air_is_busy: uint8, wait_ms: uint16, now: int, levels: tuple[int, ...]) -> uint8:
+def _finds_air_free(s: list[int], air_is_busy: uint8, wait_ms: int, now: int, levels: tuple[int, ...]) -> uint8:
     """Return 1 where a frame may begin now, else 0.
 
     Once the air has been free for SENSE_MS, the car draws a wait below ``wait_ms`` and sends if the air is still free
