@@ -54,7 +54,7 @@ describe("a link", () => {
     const { link, server } = opened();
     link.join("1");
     link.drive({ throttle: 0.5, steering: -1 });
-    expect(server.received.at(-1)).toEqual({ do: "drive", cars: ["0", "1"], throttle: 0.5, steering: -1, number: 1 });
+    expect(server.received.at(-1)).toEqual({ do: "drive", cars: ["0", "1"], throttle: 0.5, steering: -1, number: 1, stamp: 1 });
     link.leave("0");
     link.stopAll();
     expect(server.received.at(-1)).toEqual({ do: "stop", cars: ["1"] });
