@@ -7,7 +7,7 @@ import sys
 import sysconfig
 import venv
 from pathlib import Path
-from urllib.request import urlopen
+from urllib.request import HTTPCookieProcessor, build_opener, urlopen
 
 import pytest
 from filelock import FileLock
@@ -52,7 +52,8 @@ def test_the_wheel_serves_the_page_and_all_that_belongs_to_it(python, environmen
         for path in files:
             with urlopen(studio.base + path.relative_to(PAGE).as_posix()) as answer:
                 assert answer.read() == path.read_bytes()
-        with urlopen(studio.url) as answer:
+        # As in a browser, the token in the address becomes a cookie.
+        with build_opener(HTTPCookieProcessor()).open(studio.url) as answer:
             assert answer.read() == (PAGE / "index.html").read_bytes()
 
 
