@@ -90,15 +90,19 @@ def _calls() -> Calls:
 def _intermediate(make: Make, arguments: tuple[Any, ...]) -> tuple[str, str, list[tuple[Any, ...]]]:
     """Return a kernel's intermediate code, the name of its function there, and its arguments for the section."""
     import numba
+    from numba.core.errors import NumbaError
 
     from motorcade.engine.native import OPTIONS
 
     kernel = numba.njit(**OPTIONS)(make("", range))
     signature = tuple(numba.typeof(argument) for argument in arguments)
-    kernel.compile(signature)
-    result = kernel.overloads[signature]
     named = zip(kernel.py_func.__code__.co_varnames, signature, strict=False)
     listed = [argument for parameter, kind in named for argument in _flat(parameter, kind)]
+    try:
+        kernel.compile(signature)
+    except NumbaError as problem:
+        raise BadKernelError(f"Numba can't compile {kernel.py_func.__name__}: {problem}") from None
+    result = kernel.overloads[signature]
     return str(result.library.get_llvm_str()), str(result.fndesc.llvm_func_name), listed
 
 
@@ -166,18 +170,21 @@ def _object(calls: Calls) -> tuple[bytes, dict[str, list[tuple[Any, ...]]]]:
     whole.verify()
     builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=3))
     builder.getModulePassManager().run(whole, builder)
-    _check(whole)
+    _check(whole, list(calls))
     return machine.emit_object(whole), arguments
 
 
-def _check(module: Any) -> None:
-    """Raise BadKernelError where a kernel needs a function from outside, allocates or can raise an exception."""
+def _check(module: Any, exports: list[str]) -> None:
+    """Raise BadKernelError where a kernel needs a function from outside, or can raise an exception."""
     wanted = [each.name for each in module.functions if each.is_declaration and not each.name.startswith("llvm.")]
     if wanted:
         raise BadKernelError(f"a kernel calls {', '.join(wanted)}, which WebAssembly doesn't have")
-    raises = [each.name for each in module.global_variables if "pickle" in each.name]
-    if raises:
-        raise BadKernelError(f"a kernel can raise an exception: {', '.join(raises)}")
+    codes = {each.name: str(each) for each in module.functions}
+    for name in exports:
+        # What Numba's function returns is 0, or says which exception was raised. A small one is inlined.
+        results = re.findall(r"^  ret i32 (.*)$", codes.get(f"kernel.{name}") or codes[name], re.MULTILINE)
+        if set(results) != {"0"}:
+            raise BadKernelError(f"the kernel {name} can raise an exception")
 
 
 def _linked(code: bytes, exports: list[str]) -> bytes:
@@ -190,7 +197,10 @@ def _linked(code: bytes, exports: list[str]) -> bytes:
         # An overflow of the stack hits the memory's beginning and stops, instead of overwriting data.
         options = ["--no-entry", "--strip-all", "--stack-first", "-z", "stack-size=65536"]
         wanted = [f"--export={name}" for name in (*exports, "__heap_base")]
-        subprocess.run([command, *options, *wanted, "-o", "engine.wasm", path.name], cwd=folder, check=True)
+        options += [*wanted, "-o", "engine.wasm", path.name]
+        linked = subprocess.run([command, *options], cwd=folder, stderr=subprocess.PIPE, check=False, text=True)
+        if linked.returncode:
+            raise BadKernelError(f"a kernel can't be linked: {linked.stderr}")
         return Path(folder, "engine.wasm").read_bytes()
 
 

@@ -1,0 +1,81 @@
+"""The build of engine.wasm refuses kernels that WebAssembly can't run, and the module asks nothing of its host."""
+
+import math
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+import wasmtime
+
+from motorcade.engine.webassembly import PATH
+
+SCRIPTS = Path(__file__).parents[2] / "scripts"
+ARRAY = np.zeros(4)
+
+
+@pytest.fixture(scope="module")
+def builder() -> Iterator[ModuleType]:
+    sys.path.insert(0, str(SCRIPTS))
+    import engine_module
+
+    yield engine_module
+    sys.path.remove(str(SCRIPTS))
+
+
+def imports(values: Any, number: int) -> None:
+    values[0] = math.sin(values[1])
+
+
+def allocates(values: Any, number: int) -> None:
+    values[:] = np.arange(number).astype(np.float64)
+
+
+def raises(values: Any, number: int) -> None:
+    if number > 3:
+        raise ValueError("too many")
+    values[0] = number
+
+
+def divides(values: Any, number: int) -> None:
+    values[0] = number % len(values)
+
+
+def as_kernel(function: Callable[..., None]) -> Callable[[str, Any], Callable[..., None]]:
+    return lambda fingerprint, prange: function
+
+
+@pytest.mark.parametrize(
+    ("function", "fault"),
+    [
+        (imports, "undefined symbol: sin"),
+        (allocates, "Numba can't compile allocates: "),
+        (raises, "the kernel kernel can raise an exception"),
+    ],
+)
+def test_a_kernel_that_needs_more_than_its_memory_is_refused(
+    builder: ModuleType, function: Callable[..., None], fault: str
+) -> None:
+    with pytest.raises(builder.BadKernelError, match=fault):
+        builder.module_of({"kernel": (as_kernel(function), (ARRAY, 3))})
+
+
+@pytest.mark.parametrize("value", [True, 3j, "text", [1, 2]])
+def test_a_kernel_takes_numbers_and_arrays_alone(builder: ModuleType, value: object) -> None:
+    with pytest.raises(builder.BadKernelError, match=r"number is .+; a kernel takes arrays, int64, float64"):
+        builder.module_of({"kernel": (as_kernel(lambda values, number: None), (ARRAY, value))})
+
+
+def test_a_missing_linker_is_named(builder: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(builder, "linker", lambda: None)
+    with pytest.raises(builder.BadKernelError, match="wasm-ld-16 is missing; Debian has it in the package lld-16"):
+        builder.module_of({"kernel": (as_kernel(divides), (ARRAY, 3))})
+
+
+def test_the_module_imports_nothing_and_exports_its_kernels() -> None:
+    module = wasmtime.Module(wasmtime.Engine(), PATH.read_bytes())
+    assert module.imports == []
+    assert {each.name for each in module.exports} >= {"memory", "__heap_base", "run", "wake"}
