@@ -2,7 +2,7 @@
 
 Numba translates each kernel to LLVM's intermediate code, for a generic processor and before any optimiser has run, so
 that neither the processor nor the system shapes it. The LLVM inside llvmlite then optimises it for WebAssembly, and
-Debian's wasm-ld links it. The same sources and the same llvmlite, Numba and wasm-ld give the same bytes.
+Debian's wasm-ld links it. The same sources, Python, llvmlite, Numba and wasm-ld give the same bytes.
 
 Print the sizes: ``python scripts/engine_module.py``. Write the file: ``python scripts/generate.py``.
 """
@@ -24,6 +24,7 @@ from debian import find_or_install
 
 ROOT = Path(__file__).resolve().parent.parent
 LINKER = "wasm-ld-16"
+PYTHON = (3, 11)
 TRIPLE = "wasm32-unknown-unknown"
 FEATURES = "+simd128,+bulk-memory,+sign-ext,+nontrapping-fptoint"
 # Numba reads these when it is imported.
@@ -60,6 +61,13 @@ def engine_module() -> bytes:
         # A process of its own, because Numba reads the environment once.
         subprocess.run([sys.executable, __file__, str(made)], env={**os.environ, **NUMBA}, check=True)
     return made.read_bytes()
+
+
+def obstacle() -> str:
+    """Return why this computer can't make the committed bytes; "" where it can."""
+    if sys.version_info[:2] != PYTHON:
+        return "it is made by Python {}.{}, and other versions order some instructions otherwise".format(*PYTHON)
+    return "" if linker() else f"{LINKER} is missing (Debian: lld-16)"
 
 
 def linker() -> Path | None:

@@ -10,7 +10,7 @@ from typing import Any
 from arbiter_diagram import arbiter_svg
 from arduino_files import arduino_files
 from commands_page import commands_page
-from engine_module import LINKER, engine_module, linker
+from engine_module import engine_module, obstacle
 from message_types import message_types, remote_types
 from step_files import step_types, with_step_names, with_steps_table
 from wiring_pages import wiring_files
@@ -90,8 +90,8 @@ def main() -> int:
             _write(name, text.encode(), check)
     for name, make_bytes in BINARY.items():
         path = ROOT / name
-        if linker() is None:
-            print(f"!!! {name} was NOT made or compared: {LINKER} is missing (Debian: lld-16) !!!", file=sys.stderr)
+        if reason := obstacle():
+            print(f"!!! {name} was NOT made or compared: {reason} !!!", file=sys.stderr)
         elif (made := make_bytes()) != (path.read_bytes() if path.exists() else b""):
             stale.append(name)
             _write(name, made, check)
