@@ -60,7 +60,7 @@ class HeapArrays:
 
 
 class InterpretedKernels(HeapArrays):
-    """The kernels as plain Python: some 10,000 times slower, for a debugger and for comparison."""
+    """The kernels as plain Python: some hundred times slower than native ones, for a debugger and for comparison."""
 
     name: Name = "interpreted"
     threaded = False
