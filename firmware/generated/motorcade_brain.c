@@ -609,6 +609,15 @@ uint32_t motorcade_brain_looks_mm(uint32_t *s, uint32_t now, const uint32_t *lev
     return levels[(uint32_t)MOTORCADE_BRAIN_AVOID_RADII_MM + BITS(word, MOTORCADE_BRAIN_AVOID_RADIUS_AT, 3)];
 }
 
+/* Return 1 while the running word reacts to an obstacle or to a person, else 0. */
+uint8_t motorcade_brain_watches(uint32_t *s, uint32_t now, const uint32_t *levels)
+{
+    if ((uint8_t)s[MOTORCADE_BRAIN_RUNNING] && BITS(s[MOTORCADE_BRAIN_WORD], MOTORCADE_BRAIN_PIR_AT, 1)) {
+        return 1;
+    }
+    return motorcade_brain_looks_mm(s, now, levels) ? 1 : 0;
+}
+
 /* Return the state of the wheels now: direction * 4 + speed level, STILL for standing still.
  *
  * `obstacle_mm` is the distance that the ultrasonic sensor measures, a large number where it finds nothing or is
@@ -696,13 +705,13 @@ static void motorcade_frames_open_slot(uint32_t *s)
 void motorcade_frames_leader_begin(uint32_t *s, const struct motorcade_image *image, uint32_t now)
 {
     uint8_t leader_states = BITS(motorcade_image_word(image, 0), 24, 255);
-    s[MOTORCADE_BRAIN_RELAYED] = 0;
+    /* One operation a word: it takes a microcontroller long with integers from 2^30 up. */
+    uint32_t words = 0;
     const uint32_t i_end = BITS(motorcade_image_word(image, 0), 16, 255);
     for (uint32_t i = 0; i < i_end; i++) {
-        if (BITS(motorcade_image_word(image, (uint32_t)1 + leader_states + i), MOTORCADE_FRAMES_FORWARD_AT, 1)) {
-            s[MOTORCADE_BRAIN_RELAYED] = 1;
-        }
+        words = words | motorcade_image_word(image, (uint32_t)1 + leader_states + i);
     }
+    s[MOTORCADE_BRAIN_RELAYED] = BITS(words, MOTORCADE_FRAMES_FORWARD_AT, 1);
     s[MOTORCADE_BRAIN_SLOT] = 0;
     s[MOTORCADE_BRAIN_SLOT_STARTED_MS] = now;
     s[MOTORCADE_BRAIN_NEXT_FRAME_MS] = now;

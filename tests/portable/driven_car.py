@@ -9,9 +9,11 @@ import json
 
 from inputs import Random
 from simulated.car_parts import Air, HcSr04, Observed
+from simulated.esp32 import Esp32
 from simulated.flash import Flash
-from simulated.microcontroller import Clock, Esp32, Microcontroller, Usb, machine_of
+from simulated.microcontroller import Clock, Collector, Implementation, Microcontroller, Usb, machine_of
 from simulated.pio import Rp2
+from simulated.timing import time_methods
 
 from motorcade.boards.on_chip.power_on import SETTINGS_FILE, Modules, load_settings, open_board
 from motorcade.car.loop import Car
@@ -36,17 +38,21 @@ class Bench:
         self.clock = Clock(self.chip)
         self.usb = Usb(self.chip)
         self.flash = flash or Flash()
+        self._time_flash()
         self.flash.files[SETTINGS_FILE] = json.dumps(settings).encode()
         self.pins = settings["pins"]
         self.settings = settings
         self.observed = Observed(self.chip, self.pins)
         self.sonar = HcSr04(self.chip, self.pins["ultrasonic"])
         self.air = Air(self.chip, self.pins["infrared"])
+        self.collector = Collector(self.chip)
         self.modules = Modules(
             platform,
+            Implementation(self.chip),
             self.machine,
             self.clock,
             self.usb,
+            self.collector,
             Esp32(self.chip) if platform == "esp32" else Rp2(self.chip),
             self.flash,
             self.flash.open,
@@ -54,6 +60,18 @@ class Bench:
             self.usb,
             self.usb,
         )
+
+    def _time_flash(self):
+        """Make writing cost time; no soft interrupt runs meanwhile."""
+        chip, append = self.chip, self.flash.append
+
+        def append_slowly(path, data):
+            if chip.meter:
+                chip.block(len(data) * chip.meter.costs.flash_byte_ns // 1000)
+            append(path, data)
+
+        self.flash.append = append_slowly
+        time_methods(chip, self.flash, "open", "rename", "remove", "sync", "append")
 
     def open(self):
         """Switch the car on and return it."""

@@ -1,6 +1,8 @@
 // Run a file of this folder under MicroPython, with Motorcade's portable files:
 // node run_micropython.mjs MODULE ARGUMENT... prints what MODULE's lines(ARGUMENT...) yields; arguments are JSON.
+// MODULE may import `meter`, whose executed() counts instructions (meter.mjs).
 import { readdirSync, readFileSync } from "node:fs";
+import { executed } from "./meter.mjs";
 import { loadMicroPython } from "@micropython/micropython-webassembly-pyscript/micropython.mjs";
 
 const HERE = new URL("./", import.meta.url);
@@ -10,7 +12,8 @@ const PACKAGES = { words: ["bulk.py"], car: [], "car/check": [], "boards/on_chip
 const FILES = ["errors.py", "boards/__init__.py", "boards/micropython.py", "boards/voice.py"];
 // MicroPython searches this folder of its in-memory filesystem.
 const LIBRARY = "/lib";
-const HEAP_BYTES = 16 * 1024 * 1024;
+// Counting allocated bytes takes as long as the heap is large.
+const HEAP_BYTES = Number(process.env.MOTORCADE_HEAP_BYTES ?? 16 * 1024 * 1024);
 
 /** The names of the Python files in a folder. */
 function pythonFiles(folder) {
@@ -39,6 +42,7 @@ function installMotorcade(fs) {
 
 const [wanted, ...given] = process.argv.slice(2);
 const python = await loadMicroPython({ heapsize: HEAP_BYTES, stdout: console.log });
+python.registerJsModule("meter", { executed });
 const modules = installMotorcade(python.FS);
 for (const folder of ["", "simulated/"]) {
   for (const file of pythonFiles(new URL(`./${folder}`, HERE))) copy(python.FS, new URL(folder + file, HERE), folder + file);

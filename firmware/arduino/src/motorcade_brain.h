@@ -302,6 +302,9 @@ void motorcade_brain_hear_voice(uint32_t *s, uint8_t voice);
 /* Return the distance below which an obstacle matters now; 0 while none does: the sensor can then stay off. */
 uint32_t motorcade_brain_looks_mm(uint32_t *s, uint32_t now, const uint32_t *levels);
 
+/* Return 1 while the running word reacts to an obstacle or to a person, else 0. */
+uint8_t motorcade_brain_watches(uint32_t *s, uint32_t now, const uint32_t *levels);
+
 /* Return the state of the wheels now: direction * 4 + speed level, STILL for standing still.
  *
  * `obstacle_mm` is the distance that the ultrasonic sensor measures, a large number where it finds nothing or is

@@ -16,7 +16,8 @@ from motorcade.boards.voice import VoiceSource
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
 from motorcade.car.brain import NO_LED, UNIT_US
 from motorcade.words.infrared import air_us
-from motorcade.words.ticks import TICKS_MASK
+from motorcade.words.ticks import TICKS_MASK, elapsed_ms
+from motorcade.words.upload import SILENCE_MS
 
 
 class MicroPythonBoard(Board):
@@ -28,9 +29,13 @@ class MicroPythonBoard(Board):
         line: where uploads come from; has read, write and close.
         store: stores the image; has load and save.
         make_sender: makes an infrared sender from a pin and the unit of a frame in µs.
-        interrupt: further arguments of the receiver's machine.Pin.irq.
+        interrupt: further arguments of machine.Pin.irq for infrared and echoes.
         voice: where 'stop' and 'go' come from.
     """
+
+    # No tick may take an RP2040 more than 20 ms. 64 bytes take 6 ms at 115200 baud.
+    words_a_tick = 4
+    bytes_a_tick = 64
 
     def __init__(
         self,
@@ -55,7 +60,7 @@ class MicroPythonBoard(Board):
         self._leds = _outputs(machine, pins.get("leds", {}))
         self._ultrasonic: Ultrasonic | None = None
         if "ultrasonic" in pins:
-            self._ultrasonic = Ultrasonic(machine, clock, pins["ultrasonic"], settings["range_mm"])
+            self._ultrasonic = Ultrasonic(machine, clock, pins["ultrasonic"], settings["range_mm"], interrupt)
         self._pir = machine.Pin(pins["pir"]["output"], machine.Pin.IN) if "pir" in pins else None
         infrared = pins.get("infrared", {})
         self._receiver: InfraredReceiver | None = None
@@ -63,7 +68,9 @@ class MicroPythonBoard(Board):
         if "receiver" in infrared and not self.is_leader:
             self._receiver = open_receiver(machine, clock, infrared["receiver"], self.levels[UNIT_US], interrupt)
         self._sender = make_sender(infrared["sender"], self.levels[UNIT_US]) if "sender" in infrared else None
+        self._serial_ms = clock.ticks_ms()
         self._is_sending = False
+        self._has_time = self._receiver is None
         self._sent_until_us = 0
 
     def now_ms(self) -> int:
@@ -79,13 +86,30 @@ class MicroPythonBoard(Board):
 
     def read_serial(self) -> bytes:
         data: bytes = self._line.read()
+        if data:
+            self._serial_ms = self._clock.ticks_ms()
         return data
 
     def write_serial(self, data: bytes) -> None:
         self._line.write(data)
 
-    def received_frames(self) -> list[int]:
-        return self._receiver.received_frames() if self._receiver else []
+    def received_frames(self) -> list[int] | tuple[int, ...]:
+        frames: list[int] | tuple[int, ...] = self._receiver.received_frames() if self._receiver else ()
+        self._has_time = self._receiver is None or bool(frames)
+        return frames
+
+    def has_time(self, may_miss: bool) -> bool:
+        """Return whether the loop may do something else for some milliseconds now, without missing a frame or an echo.
+
+        No frame is missed by a car without a receiver, and hardly one right after a frame ended or while the car itself
+        begins to send; but during an upload bytes would be lost. With ``may_miss`` it is enough that the air is free.
+        """
+        if elapsed_ms(self._clock.ticks_ms(), self._serial_ms) < SILENCE_MS:
+            # An ESP32's line holds 260 bytes, which come in 23 ms.
+            return False
+        if self._ultrasonic is not None and self._ultrasonic.is_measuring():
+            return False
+        return self._has_time or (may_miss and not self.senses_carrier())
 
     def senses_carrier(self) -> bool:
         return self._receiver is not None and self._receiver.senses_carrier()
@@ -100,6 +124,7 @@ class MicroPythonBoard(Board):
             return
         self._sender.send(frame)
         self._is_sending = True
+        self._has_time = True
         self._sent_until_us = (self._clock.ticks_us() + air_us(frame, self.levels[UNIT_US])) & TICKS_MASK
         if self._receiver is not None:
             self._receiver.ignore_until(self._sent_until_us)

@@ -42,6 +42,7 @@ class Board:
         most_words: how many words the largest image has that the board can store, 6 to 511.
         words_a_tick: how many words of an upload one tick checks at most, 1 or more; on a slow chip a small number
             keeps ticks short.
+        bytes_a_tick: how many bytes of answers one tick writes at most; few where writing waits for a slow line.
     """
 
     number = 0
@@ -49,6 +50,7 @@ class Board:
     levels: tuple[int, ...] = ()
     most_words = MOST_WORDS
     words_a_tick = MOST_WORDS
+    bytes_a_tick = 4 * MOST_WORDS
 
     def now_ms(self) -> int:
         """Return the clock's reading: milliseconds that wrap at 2^30."""

@@ -4,8 +4,10 @@ The brain of a car is two files: this one (steps, words, wheels and LED) and `mo
 sends, and what it does with those that it receives).
 
 CPython and MicroPython run these files, the simulator compiles them, and they translate to C line by line. Therefore
-they have no classes, no floats, no allocation, no clock, no input and no output. Times are arguments, in milliseconds
-that wrap (`motorcade.words.ticks`).
+they have no classes, no floats, no clock, no input and no output. Times are arguments, in milliseconds that wrap
+(`motorcade.words.ticks`). Compiled and in C they allocate nothing. On 32-bit MicroPython an integer from 2^30 up is an
+object: a tick in which the brain runs allocates 100 to 500 bytes for words, and `motorcade.car.loop` runs it only when
+something is due.
 
 The functions take these arguments:
 
@@ -231,6 +233,13 @@ def looks_mm(s: list[int], now: int, levels: tuple[int, ...]) -> int:
     if word >> _MOTOR_SPEED_AT & 3 == 0:
         return 0
     return levels[AVOID_RADII_MM + (word >> _AVOID_RADIUS_AT & 3)]
+
+
+def watches(s: list[int], now: int, levels: tuple[int, ...]) -> uint8:
+    """Return 1 while the running word reacts to an obstacle or to a person, else 0."""
+    if s[RUNNING] and s[WORD] >> _PIR_AT & 1:
+        return 1
+    return 1 if looks_mm(s, now, levels) else 0
 
 
 def wheels(s: list[int], obstacle_mm: int, person: uint8, now: int, levels: tuple[int, ...]) -> uint8:

@@ -3,12 +3,18 @@
 Portable.
 """
 
-from motorcade.car import brain, frames, step
+from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
 from motorcade.words.check import ready_line
 from motorcade.words.image import bytes_to_words
+from motorcade.words.receiver import MOST_WORDS
+from motorcade.words.ticks import later_ms, reached
 from motorcade.words.upload import CANT_STORE, CHECK, IMAGE, NO_PROGRAM, READBACK, CarEnd, CarEvent, error_line
 
+# What was done with the image that was stored last.
+_STORED = 0
+_READY = 1
+_BEGUN = 2
 _ALL_BUT_PARITY = 0xFFFFFFFE
 _KINDS = ("state", "start", "over")  # at the indices of motorcade.car.step
 _LOSS_REASONS = {
@@ -30,25 +36,64 @@ class Car:
         self.memory = [0] * brain.SIZE
         self.image: tuple[int, ...] = (0,)
         self._serial = CarEnd(board.most_words, board.words_a_tick)
+        # The bytes of the stored image, so that no tick has to read the store, and answers that aren't sent yet.
+        self._stored = NO_PROGRAM
+        self._answers = b""
+        self._new = _BEGUN
+        self._words: tuple[int, ...] = self.image
         self._wheels = brain.STILL
         self._led = brain.NO_LED
         self._is_on = False
+        self._is_sending = False
         self._now_ms = 0
+        self._wake_ms = 0
+        self._leads = board.is_leader
+        self._frames: list[int] | tuple[int, ...] = ()
+        self._voice = brain.NO_VOICE
 
     def tick(self) -> None:
         """Do all that is due at the board's present time."""
-        self._now_ms = now = self.board.now_ms()
+        board = self.board
+        self._now_ms = now = board.now_ms()
         if not self._is_on:
             self._switch_on(now)
+        if self._new != _BEGUN:
+            # All else waits for so long: with it this tick would be long on a slow chip.
+            self._go_on_with_image(now)
+            return
         self._serve_serial(now)
-        step.step(self, now)
+        if not self._leads:
+            self._frames = board.received_frames()
+        self._voice = board.heard_voice()
+        if self._is_sending:
+            # Ask also while there is nothing to send: boards compare times that wrap.
+            self._is_sending = board.is_sending()
+        if self._frames or self._voice != brain.NO_VOICE or reached(now, self._wake_ms):
+            step.step(self, now)
+            self._wake_ms = later_ms(now, self._rest_ms(now))
+
+    def _rest_ms(self, now: int) -> int:
+        """Return for how many ms the brain need not run, unless a frame, a voice or a new image comes."""
+        s, levels = self.memory, self.levels
+        if brain.watches(s, now, levels):
+            return 0
+        rest_ms = next_wakeup.word_rest_ms(s, now, levels)
+        if rest_ms > 1:
+            # When the air will be free isn't known: a car that waits for that asks in every tick.
+            if self._leads:
+                sends_ms = next_wakeup.frames_rest_ms(s, self.image, 0, now, levels)
+            else:
+                sends_ms = next_wakeup.relay_rest_ms(s, 0, now)
+            if sends_ms < rest_ms:
+                rest_ms = sends_ms
+        return rest_ms
 
     def _switch_on(self, now: int) -> None:
         self._is_on = True
+        self._wake_ms = now
         brain.switch_on(self.memory, self.board.number, now)
-        stored = self.board.load_image()
-        if stored:
-            self.image = bytes_to_words(stored)
+        self._stored = self.board.load_image() or NO_PROGRAM
+        self.image = bytes_to_words(self._stored)
         if self.leads:
             step.begin_program(self, now)
 
@@ -58,24 +103,41 @@ class Car:
         event = self._serial.next_event()
         while event is not None:
             if event.kind == READBACK:
-                board.write_serial(board.load_image() or NO_PROGRAM)
+                self._answers += self._stored
             elif event.kind == CHECK:
-                board.write_serial(ready_line(event.answer, board.load_image() or NO_PROGRAM))
+                self._answers += ready_line(event.answer, self._stored)
             elif event.kind == IMAGE:
                 self._take_image(event, now)
             else:
-                board.write_serial(event.answer)
+                self._answers += event.answer
             event = self._serial.next_event()
+        if self._answers:
+            board.write_serial(self._answers[: board.bytes_a_tick])
+            self._answers = self._answers[board.bytes_a_tick :]
 
     def _take_image(self, event: CarEvent, now: int) -> None:
         try:
             self.board.store_image(event.image)
         except OSError:
-            self.board.write_serial(error_line(CANT_STORE))
+            self._answers += error_line(CANT_STORE)
             return
-        self.board.write_serial(event.answer)
+        self._answers += event.answer
+        self._stored = event.image
         self.board.note("image", now, len(event.image), 0)
-        self.image = bytes_to_words(event.image)
+        self._new = _STORED
+        if self.board.words_a_tick >= MOST_WORDS:
+            self._go_on_with_image(now)
+            self._go_on_with_image(now)
+
+    def _go_on_with_image(self, now: int) -> None:
+        """Take the stored image's words, or begin them; each takes a slow chip some milliseconds."""
+        if self._new == _STORED:
+            self._words = bytes_to_words(self._stored)
+            self._new = _READY
+            return
+        self.image = self._words
+        self._new = _BEGUN
+        self._wake_ms = now
         if self.leads:
             step.begin_program(self, now)
 
@@ -84,7 +146,7 @@ class Car:
     @property
     def leads(self) -> bool:
         """Whether the car leads or follows."""
-        return self.board.is_leader
+        return self._leads
 
     @property
     def levels(self) -> tuple[int, ...]:
@@ -97,7 +159,7 @@ class Car:
 
     def received_frames(self) -> list[int] | tuple[int, ...]:
         """The frames that ended since the last tick."""
-        return self.board.received_frames()
+        return self._frames
 
     def note_frame(self, frame: int, result: int) -> None:
         """Report to the board whether a frame was received or lost."""
@@ -108,7 +170,7 @@ class Car:
 
     def heard_voice(self) -> int:
         """The voice command since the last tick."""
-        return self.board.heard_voice()
+        return self._voice
 
     def sense(self, looks_mm: int) -> tuple[int, bool]:
         """The distance of the nearest obstacle in mm, and whether a person is near."""
@@ -132,4 +194,5 @@ class Car:
     def send_frame(self, frame: int) -> None:
         """Begin to send ``frame`` by infrared."""
         self.board.send_frame(frame)
+        self._is_sending = True
         self.board.note("frame", self._now_ms, frame & _ALL_BUT_PARITY, 0)

@@ -4,12 +4,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from motorcade.boards.on_chip.power_on import NEEDED_VERSION
 from motorcade.config.pins import PinMap, load_pins
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.firmware.board_prompt import BoardPrompt, Facts, checksum_of
 from motorcade.firmware.car_files import MAIN, PLATFORMS, board_files, templates
 
-NEEDED_VERSION = (1, 20, 0)
 _FOREIGN_MAIN = "main_before_motorcade.py"
 
 

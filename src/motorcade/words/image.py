@@ -49,7 +49,7 @@ def bytes_to_words(data: bytes) -> tuple[int, ...]:
     """Return the words in ``data``. Raises ImageError unless it is a whole number of words."""
     if len(data) % WORD_BYTES:
         raise ImageError("image-cut-off", reason=Phrase("part-of-a-word", count=len(data)))
-    return tuple([unpack(data[i : i + WORD_BYTES]) for i in range(0, len(data), WORD_BYTES)])
+    return struct.unpack(f">{len(data) // WORD_BYTES}I", data)
 
 
 def image_words(image: Image) -> tuple[int, ...]:

@@ -15,6 +15,9 @@ from motorcade.words.widths import uint8
 
 TAGS = 63
 
+# In FrameReceiver: no header came.
+_NO_FRAME = -1
+
 UNIT_US = 560
 HEADER_MARK_UNITS = 16
 HEADER_SPACE_UNITS = 8
@@ -133,49 +136,58 @@ class FrameReceiver:
     """
 
     def __init__(self, unit_us: int = UNIT_US, tolerance_percent: int = 25) -> None:
-        self._unit_us = unit_us
-        self._tolerance_percent = tolerance_percent
+        # Durations between these, in µs; a microcontroller takes long for calls and multiplications at each edge.
+        self._header_mark = _around(HEADER_MARK_UNITS * unit_us, tolerance_percent)
+        self._header_space = _around(HEADER_SPACE_UNITS * unit_us, tolerance_percent)
+        self._least_us = unit_us // 2 + 1
+        self._longest_mark_us = (4 * unit_us - 1) // 2
+        self._longest_space_us = (10 * unit_us - 1) // 2
+        self._longest_zero_us = (ZERO_SPACE_UNITS + ONE_SPACE_UNITS) * unit_us // 2
         self._frames: list[int] = []
         self._in_header = False
-        self._bits_left: int | None = None
-        self._bits = 0
+        self._bits_left = _NO_FRAME
+        # The two halves of the bits: 32 bits are no small integer on a microcontroller.
+        self._high = 0
+        self._low = 0
 
-    def receive_mark(self, duration_us: int) -> None:
-        """Take a mark: the carrier was on for ``duration_us``."""
-        if self._about(duration_us, HEADER_MARK_UNITS):
-            self._restart()
-            self._in_header = True
-        elif not self._short(duration_us) or self._bits_left is None:
-            self._restart()
-        elif self._bits_left == 0:
-            self._frames.append(self._bits)
-            self._restart()
+    def receive_mark(self, duration_us: int) -> bool:
+        """Take a mark: the carrier was on for ``duration_us``. Return whether it ends a frame."""
+        bits_left = self._bits_left
+        if bits_left > 0 and self._least_us <= duration_us <= self._longest_mark_us:
+            return False
+        self._bits_left = _NO_FRAME
+        if bits_left == 0 and self._least_us <= duration_us <= self._longest_mark_us:
+            self._frames.append(self._high << 16 | self._low)
+            return True
+        self._in_header = self._header_mark[0] <= duration_us <= self._header_mark[1]
+        return False
 
     def receive_space(self, duration_us: int) -> None:
         """Take a space between two marks: the carrier was off for ``duration_us``."""
-        if self._in_header:
-            self._in_header = False
-            self._bits_left = 32 if self._about(duration_us, HEADER_SPACE_UNITS) else None
-        elif self._bits_left:
-            if not self._unit_us < 2 * duration_us < 10 * self._unit_us:
-                self._restart()
+        bits_left = self._bits_left
+        if bits_left > 0:
+            if not self._least_us <= duration_us <= self._longest_space_us:
+                self._bits_left = _NO_FRAME
                 return
-            one = 2 * duration_us > (ZERO_SPACE_UNITS + ONE_SPACE_UNITS) * self._unit_us
-            self._bits = self._bits << 1 | (1 if one else 0)
-            self._bits_left -= 1
+            bit = 1 if duration_us > self._longest_zero_us else 0
+            if bits_left > 16:
+                self._high = self._high << 1 | bit
+            else:
+                self._low = self._low << 1 | bit
+            self._bits_left = bits_left - 1
+        elif self._in_header:
+            self._in_header = False
+            if self._header_space[0] <= duration_us <= self._header_space[1]:
+                self._bits_left = 32
+                self._high = 0
+                self._low = 0
 
     def next_frame(self) -> int | None:
         """Return the next whole frame as 32 bits, its parity unchecked; None where there is none."""
         return self._frames.pop(0) if self._frames else None
 
-    def _restart(self) -> None:
-        self._in_header = False
-        self._bits_left = None
-        self._bits = 0
 
-    def _about(self, duration_us: int, units: int) -> bool:
-        nominal_us = units * self._unit_us
-        return abs(duration_us - nominal_us) * 100 <= self._tolerance_percent * nominal_us
-
-    def _short(self, duration_us: int) -> bool:
-        return self._unit_us < 2 * duration_us < 4 * self._unit_us
+def _around(nominal_us: int, tolerance_percent: int) -> tuple[int, int]:
+    """Return the least and the greatest duration that differs by at most the tolerance."""
+    difference_us = tolerance_percent * nominal_us // 100
+    return nominal_us - difference_us, nominal_us + difference_us

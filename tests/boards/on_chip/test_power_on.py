@@ -81,5 +81,5 @@ def test_missing_parts_find_nothing_and_do_nothing():
     assert not any(full.chip.levels.get(pin) for pin in (18, 19, 21, 22, 25, 26, 4))
     board.set_led(2)
     assert full.chip.levels[21] == 1
-    assert (board.is_sending(), board.senses_carrier(), board.received_frames()) == (False, False, [])
+    assert (board.is_sending(), board.senses_carrier(), board.received_frames()) == (False, False, ())
     assert (board.obstacle_mm(), board.sees_person(), board.heard_voice()) == (NOTHING_IN_SIGHT_MM, False, 0)

@@ -1,12 +1,24 @@
 """A microcontroller in virtual time: what MicroPython's modules machine, time, micropython and esp32 offer there.
 
-Time passes only where the program sleeps, or where a test lets it pass. What
-is due meanwhile (bytes, edges, echoes) happens at its own microsecond, with its
-interrupts. What the program does to its pins is told to the listeners, each
-called with (what, pin, value).
+Time passes where the program sleeps, where a test lets it pass and, with a
+meter (timing.py), for each instruction of the program. What is due meanwhile
+(bytes, edges, echoes) happens at its own microsecond, with its interrupts. What
+the program does to its pins is told to the listeners, each called with
+(what, pin, value).
 """
 
+try:
+    from micropython import heap_lock, heap_unlock
+except ImportError:
+
+    def heap_lock():
+        pass
+
+    heap_unlock = heap_lock
+
 from motorcade.words.ticks import TICKS_MASK
+from simulated.costs import COSTS
+from simulated.timing import time_methods, timed
 
 
 class Microcontroller:
@@ -18,12 +30,18 @@ class Microcontroller:
 
     Attributes:
         late_us: how long after an edge its interrupt runs, as ESP32s' do; by then the level may be another.
+        meter: counts what the program executes; None where that takes no time.
+        failed: handlers that were switched off since they raised an error.
     """
 
     def __init__(self, platform, ticks_ms=0):
         self.platform = platform
         self.now_us = 0
         self.late_us = 0
+        self.meter = None
+        self.failed = []
+        # What the clock says in an interrupt handler, where nothing may be allocated; None outside of one.
+        self.handled_us = None
         self.levels = {}
         self.duties = {}
         self.listeners = []
@@ -32,6 +50,9 @@ class Microcontroller:
         self._start_us = ticks_ms * 1000
         self._due = []
         self._order = 0
+        # Soft interrupts that wait until the program can be interrupted again; None while it can.
+        self._waiting = None
+        self._handling_us = 0
 
     def ticks_us(self):
         return (self._start_us + self.now_us) & TICKS_MASK
@@ -45,7 +66,7 @@ class Microcontroller:
         self._due.append((at_us, self._order, action, arguments))
         # Insert in order, latest first: the next action is then cheap to take, and MicroPython's sort is not stable.
         place = len(self._due) - 1
-        while place and self._due[place - 1][:2] < self._due[place][:2]:
+        while place and self._due[place - 1][0] <= at_us:
             self._due[place - 1], self._due[place] = self._due[place], self._due[place - 1]
             place -= 1
 
@@ -56,7 +77,20 @@ class Microcontroller:
             at_us, _, action, arguments = self._due.pop()
             self.now_us = max(self.now_us, at_us)
             action(*arguments)
+            # The program goes on later by the time that handlers took.
+            until_us += self._handling_us
+            self._handling_us = 0
         self.now_us = max(self.now_us, until_us)
+
+    def block(self, duration_us):
+        """Let time pass in which no soft interrupt can run, such as a collection of garbage."""
+        self._waiting = []
+        self.pass_time(duration_us)
+        waiting, self._waiting = self._waiting, None
+        for pin in waiting:
+            self._call_handler(pin)
+        self.pass_time(self._handling_us)
+        self._handling_us = 0
 
     def notify(self, what, pin, value):
         for listener in self.listeners:
@@ -78,13 +112,40 @@ class Microcontroller:
         if self.levels.get(pin, 0) == level:
             return
         self.levels[pin] = level
-        handler, trigger, number = self.interrupts.get(pin, (None, 0, None))
+        handler, trigger, _, is_hard = self.interrupts.get(pin, (None, 0, None, False))
         if handler is None or not trigger & (1 if level else 2):
             return
-        if self.late_us:
-            self.at(self.now_us + self.late_us, handler, number)
+        late_us = self.late_us
+        if self.meter:
+            late_us = self.meter.costs.hard_us if is_hard else self.meter.costs.soft_us
+        if is_hard or self._waiting is None:
+            self._later(late_us, pin)
+        elif len(self._waiting) < COSTS[self.platform].soft_waiting:
+            self._waiting.append(pin)
+
+    def _later(self, late_us, pin):
+        if late_us:
+            self.at(self.now_us + late_us, self._call_handler, pin)
         else:
+            self._call_handler(pin)
+
+    def _call_handler(self, pin):
+        """Run an interrupt's handler; a hard one may not allocate memory, as on a real chip."""
+        handler, _, number, is_hard = self.interrupts[pin]
+        if self.meter:
+            self._handling_us += self.meter.costs.hard_us if is_hard else self.meter.costs.soft_us
+        self.handled_us = self.ticks_us()
+        if is_hard:
+            heap_lock()
+        try:
             handler(number)
+        except MemoryError:
+            self.failed.append(pin)
+            del self.interrupts[pin]
+        finally:
+            if is_hard:
+                heap_unlock()
+            self.handled_us = None
 
 
 def machine_of(chip, chips_number=b"\x01\x02\x03\x04"):
@@ -114,7 +175,7 @@ def machine_of(chip, chips_number=b"\x01\x02\x03\x04"):
         def irq(self, handler, trigger, **options):
             if options and (chip.platform == "esp32" or list(options) != ["hard"]):
                 raise TypeError("extra keyword arguments given")
-            chip.interrupts[self.number] = (handler, trigger, self)
+            chip.interrupts[self.number] = (handler, trigger, InterruptedPin(chip, self.number), bool(options))
 
     class PWM:
         def __init__(self, pin, freq, duty_u16):
@@ -132,23 +193,59 @@ def machine_of(chip, chips_number=b"\x01\x02\x03\x04"):
 
     class UART:
         def __init__(self, number, baudrate, rxbuf, rx, tx=None):
-            self._size = rxbuf
-            self._received = b""
+            self._ring = Ring(rxbuf)
+            self._two_bytes_us = 20_000_000 // baudrate
             self._tx = tx and tx.number
             chip.claim(rx.number, f"UART{number}")
             if tx:
                 chip.claim(tx.number, f"UART{number}")
             uarts[rx.number] = self
+            self.arrive = self._ring.arrive
 
-        def arrive(self, data):
-            self._received = (self._received + data)[: self._size]
+        def any(self):
+            return len(self._ring.bytes)
 
-        def read(self):
-            data, self._received = self._received, b""
-            return data or None
+        def read(self, size=None):
+            if size is None:
+                # The RP2040's driver reads until the line has been silent for two bytes.
+                before = -1
+                while chip.platform == "rp2" and before != self._ring.came:
+                    before = self._ring.came
+                    chip.pass_time(self._two_bytes_us)
+                size = len(self._ring.bytes)
+            return self._ring.take(size) or None
 
         def write(self, data):
             chip.notify("bytes", self._tx, data)
+
+    class WDT:
+        """The hardware watchdog: it resets the chip where it isn't fed in time. There is one; it can't be deleted."""
+
+        def __init__(self, timeout):
+            if chip.platform == "rp2" and timeout > 8388:
+                raise ValueError("timeout exceeds 8388")
+            machine.watchdog = self
+            self._timeout_us = timeout * 1000
+            self.feed()
+            self._watch()
+
+        def feed(self):
+            self._fed_us = chip.now_us
+
+        def _watch(self):
+            if machine.watchdog is not self:
+                return
+            if chip.now_us - self._fed_us >= self._timeout_us:
+                raise Reset
+            chip.at(self._fed_us + self._timeout_us, self._watch)
+
+    class Memory:
+        """The registers: the one that switches an RP2040's watchdog off."""
+
+        def __setitem__(self, address, value):
+            if (address, value) != (0x4005B000, 1 << 30) or chip.platform != "rp2":
+                raise AssertionError(f"0x{value:X} into register 0x{address:X}")
+            machine.watchdog = None
 
     class Machine:
         def unique_id(self):
@@ -158,14 +255,46 @@ def machine_of(chip, chips_number=b"\x01\x02\x03\x04"):
             raise Reset
 
     uarts = {}
+    for owner, names in ((Pin, ("value",)), (PWM, ("duty_u16",)), (UART, ("any", "read", "write")), (WDT, ("feed",))):
+        time_methods(chip, owner, *names)
     machine = Machine()
-    machine.Pin, machine.PWM, machine.UART = Pin, PWM, UART
+    machine.Pin, machine.PWM, machine.UART, machine.WDT = Pin, PWM, UART, WDT
     machine.uarts = uarts
+    machine.mem32 = Memory()
+    machine.watchdog = None
     return machine
+
+
+class InterruptedPin:
+    """A pin as its interrupt handler gets it; reading it allocates nothing, also in the simulation."""
+
+    def __init__(self, chip, number):
+        self._levels = chip.levels
+        self._number = number
+
+    def value(self):
+        return self._levels.get(self._number, 0)
 
 
 class Reset(BaseException):
     """machine.reset() was called, which never returns on a real chip."""
+
+
+class Ring:
+    """The bytes that came and weren't read yet: at most ``size``, any number where that is None."""
+
+    def __init__(self, size):
+        self.bytes = b""
+        self.came = 0
+        self._size = size
+
+    def arrive(self, data):
+        self.came += len(data)
+        self.bytes += data if self._size is None else data[: self._size - len(self.bytes)]
+
+    def take(self, size):
+        data, self.bytes = self.bytes[:size], self.bytes[size:]
+        return data
 
 
 class Clock:
@@ -173,12 +302,16 @@ class Clock:
 
     def __init__(self, chip):
         self._chip = chip
+        time_methods(chip, self, "ticks_ms", "sleep_ms", "sleep_us")
+        self._read_us = timed(chip, chip.ticks_us)
 
     def ticks_ms(self):
         return self._chip.ticks_ms()
 
     def ticks_us(self):
-        return self._chip.ticks_us()
+        if self._chip.handled_us is not None:
+            return self._chip.handled_us
+        return self._read_us()
 
     def sleep_ms(self, duration_ms):
         self._chip.pass_time(duration_ms * 1000)
@@ -192,48 +325,51 @@ class Usb:
 
     def __init__(self, chip):
         self._chip = chip
-        self._received = b""
+        self.ring = Ring(COSTS[chip.platform].stdin_ring_bytes)
         self.interrupt_character = 3
+        time_methods(chip, self, "ipoll", "readinto", "write")
 
     def arrive(self, data):
-        self._received += data
+        self.ring.arrive(data)
 
-    def poll(self, timeout_ms):
-        return [(self, 1)] if self._received else []
+    def ipoll(self, timeout_ms):
+        return ((self, 1),) if self.ring.bytes else ()
+
+    def readinto(self, buffer):
+        buffer[:] = self.read(len(buffer))
+        return len(buffer)
 
     def read(self, size):
-        if len(self._received) < size:
+        if len(self.ring.bytes) < size:
             raise AssertionError("reading more than is there waits for ever")
-        data, self._received = self._received[:size], self._received[size:]
-        return data
+        return self.ring.take(size)
 
     def write(self, data):
-        self._chip.notify("bytes", None, data)
+        self._chip.notify("bytes", None, bytes(data))
 
     def kbd_intr(self, character):
         self.interrupt_character = character
 
 
-class Esp32:
-    """A replacement for the module esp32 on ``chip``: the transmitter of remote control signals (RMT)."""
+class Collector:
+    """A replacement for the module gc on ``chip``."""
 
     def __init__(self, chip):
-        class RMT:
-            def __init__(self, channel, pin, clock_div, tx_carrier):
-                if 80_000_000 % clock_div:
-                    raise ValueError("this simulation takes whole frequencies")
-                self._nominal_us = clock_div / 80
-                self._pin = pin.number
-                self._free_us = 0
-                chip.notify("carrier", self._pin, tx_carrier[0])
+        self._chip = chip
+        self.collections = 0
+        time_methods(chip, self, "collect")
 
-            def write_pulses(self, durations, data=True):
-                if not data or not all(1 <= duration <= 32767 for duration in durations):
-                    raise ValueError("durations must be 1 to 32767, and this simulation begins with a mark")
-                if chip.now_us < self._free_us:
-                    raise AssertionError("write_pulses waits for the end of the pulses before")
-                durations_us = [round(duration * self._nominal_us) for duration in durations]
-                self._free_us = chip.now_us + sum(durations_us)
-                chip.notify("infrared", self._pin, durations_us)
+    def collect(self):
+        self.collections += 1
+        if self._chip.meter:
+            self._chip.block(self._chip.meter.costs.collect_us)
 
-        self.RMT = RMT
+
+class Implementation:
+    """A replacement for sys.implementation on ``chip``."""
+
+    name = "micropython"
+
+    def __init__(self, chip, version=(1, 27, 0, "")):
+        self.version = version
+        self._machine = "Raspberry Pi Pico with RP2040" if chip.platform == "rp2" else "Generic ESP32 module with ESP32"

@@ -89,7 +89,7 @@ class RaspberryPi(ComputerBoard):
     def sees_person(self) -> bool:
         return self._pir is not None and bool(self._pir.value)
 
-    def received_frames(self) -> list[int]:
+    def received_frames(self) -> list[int] | tuple[int, ...]:
         if self._sender is not None:
             if self._sender.is_sending():
                 self._infrared.ignore_until(_to_us(self._ticks()))

@@ -19,12 +19,15 @@ from motorcade.words.ticks import TICKS_MASK
 
 CARRIER_HZ = 38000
 _CARRIER_PERCENT = 33
-# 80 MHz / 80: durations are in µs.
+# Durations are in µs: 80 MHz / 80.
+_RMT_RESOLUTION_HZ = 1_000_000
 _RMT_CLOCK_DIVIDER = 80
 # The edges of three frames: no more come during a slow tick. A power of two.
 _EDGES = 256
 # The receiver reports a mark's end late, by up to about ten periods of the carrier.
 _ECHO_US = 1000
+# No frame has a mark of this length: what has begun is no frame.
+_DISCARDS = 0
 
 
 def has_come(now_us: int, due_us: int) -> bool:
@@ -47,6 +50,8 @@ class InfraredReceiver:
         # Longer than the longest space in a frame, so that the air doesn't seem free within a frame.
         self._free_after_us = (HEADER_SPACE_UNITS + 1) * unit_us
         self._max_edges = max_edges
+        # Counters of edges wrap early: a hard interrupt can't make integers from 2^30 up.
+        self._edge_mask = 4 * max_edges - 1
         self._times_us = array("i", [0] * max_edges)
         self._levels = bytearray(max_edges)
         self._written = 0
@@ -62,38 +67,46 @@ class InfraredReceiver:
         at = self._written & (self._max_edges - 1)
         self._times_us[at] = at_us
         self._levels[at] = level
-        self._written = (self._written + 1) & TICKS_MASK
+        self._written = (self._written + 1) & self._edge_mask
 
     def ignore_until(self, sent_until_us: int) -> None:
         """Take edges up to ``sent_until_us``, when the car's own frame ends, and shortly after as its echo."""
         self._has_echo = True
         self._echo_until_us = (sent_until_us + _ECHO_US) & TICKS_MASK
 
-    def received_frames(self) -> list[int]:
+    def received_frames(self) -> list[int] | tuple[int, ...]:
         """Return the frames that ended since the last call, parity unchecked."""
-        frames = []
+        read, written, has_echo = self._read, self._written, self._has_echo
+        if read == written and not has_echo:
+            return ()
+        frames: list[int] = []
+        receiver, times_us, levels = self._frames, self._times_us, self._levels
         # All edges of an echo that is past now are stored already.
-        echo_is_past = has_come(self._ticks_us(), self._echo_until_us)
-        waiting = (self._written - self._read) & TICKS_MASK
-        if waiting > self._max_edges:
+        echo_is_past = has_echo and has_come(self._ticks_us(), self._echo_until_us)
+        if (written - read) & self._edge_mask > self._max_edges:
             # The oldest edges were overwritten: the frame that they belong to is lost.
-            self._read = (self._written - self._max_edges) & TICKS_MASK
-            self._discard_frame()
-        while self._read != self._written:
-            at = self._read & (self._max_edges - 1)
-            at_us, level = self._times_us[at], self._levels[at]
-            self._read = (self._read + 1) & TICKS_MASK
-            is_echo = self._has_echo and has_come(self._echo_until_us, at_us)
-            if is_echo:
-                self._discard_frame()
-            else:
-                self._receive(at_us, level)
-            self._last_us = at_us
-            self._level = level
-            frame = self._frames.next_frame()
-            self._free = is_echo or frame is not None
-            if frame is not None:
-                frames.append(frame)
+            read = (written - self._max_edges) & self._edge_mask
+            receiver.receive_mark(_DISCARDS)
+        # Names local to this loop: it runs 67 times a frame, and a microcontroller looks up each attribute.
+        last_us, last_level, free = self._last_us, self._level, self._free
+        while read != written:
+            at_us = times_us[read & (self._max_edges - 1)]
+            level = levels[read & (self._max_edges - 1)]
+            read = (read + 1) & self._edge_mask
+            free = False
+            if has_echo and has_come(self._echo_until_us, at_us):
+                receiver.receive_mark(_DISCARDS)
+                free = True
+            elif level == last_level:
+                # An edge was missed: the pulse was longer than it seems.
+                receiver.receive_mark(_DISCARDS)
+            elif level == 0:
+                receiver.receive_space((at_us - last_us) & TICKS_MASK)
+            elif receiver.receive_mark((at_us - last_us) & TICKS_MASK):
+                frames.append(receiver.next_frame() or 0)
+                free = True
+            last_us, last_level = at_us, level
+        self._read, self._last_us, self._level, self._free = read, last_us, last_level, free
         if echo_is_past:
             self._has_echo = False
         return frames
@@ -105,19 +118,6 @@ class InfraredReceiver:
         if not self._free and (self._ticks_us() - self._last_us) & TICKS_MASK > self._free_after_us:
             self._free = True
         return not self._free
-
-    def _receive(self, at_us: int, level: int) -> None:
-        if level == self._level:
-            # An edge was missed: the pulse was longer than it seems.
-            self._discard_frame()
-        elif level:
-            self._frames.receive_mark((at_us - self._last_us) & TICKS_MASK)
-        else:
-            self._frames.receive_space((at_us - self._last_us) & TICKS_MASK)
-
-    def _discard_frame(self) -> None:
-        """Discard the frame that has begun: no frame has a mark of length 0."""
-        self._frames.receive_mark(0)
 
 
 def open_receiver(
@@ -144,7 +144,11 @@ class RmtSender:
         self._unit_us = unit_us
         output = machine.Pin(pin, machine.Pin.OUT, value=0)
         carrier = (CARRIER_HZ, _CARRIER_PERCENT, 1)
-        self._rmt = esp32.RMT(0, pin=output, clock_div=_RMT_CLOCK_DIVIDER, tx_carrier=carrier)
+        try:
+            self._rmt = esp32.RMT(0, pin=output, resolution_hz=_RMT_RESOLUTION_HZ, tx_carrier=carrier)
+        except TypeError:
+            # An older MicroPython knows clock_div alone, which is deprecated now.
+            self._rmt = esp32.RMT(0, pin=output, clock_div=_RMT_CLOCK_DIVIDER, tx_carrier=carrier)
 
     def send(self, frame: int) -> None:
         """Begin to send ``frame``."""

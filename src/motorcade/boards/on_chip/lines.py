@@ -12,14 +12,18 @@ if MYPY:
 from motorcade.words.ticks import elapsed_ms
 from motorcade.words.upload import SILENCE_MS
 
-_MAX_BYTES = 256
+# Bytes a call. Reading one from the USB line takes an RP2040 about 0.1 ms, and no tick may take long.
+_MAX_BYTES = 80
+# Of a UART fewer, since its buffer holds the rest.
+_MAX_UART_BYTES = 64
 # Room for the 2,044 bytes of the largest image: none is lost however long a tick takes.
 _BUFFER_BYTES = 2048
 _WIRES = {"transmit": "tx", "receive": "rx"}
 # Tools that need MicroPython's prompt send Ctrl-C, often after a carriage return.
-_CTRL_C = b"\x03"
-_INTERRUPT_BYTES = (_CTRL_C, b"\r")
+_CTRL_C = 3
+_RETURN = 13
 _INTERRUPT_LENGTH = 3
+_IS_DATA = _INTERRUPT_LENGTH
 
 
 class UsbLine:
@@ -33,7 +37,7 @@ class UsbLine:
         clock: MicroPython's time module.
         interrupts: MicroPython's module micropython.
         stdin, stdout: MicroPython's byte streams ``sys.stdin.buffer`` and ``sys.stdout.buffer``.
-        poll: its ``poll(0)`` is true where ``stdin`` has a byte.
+        poll: its ``ipoll(0)`` gives something where ``stdin`` has a byte.
     """
 
     def __init__(self, clock: "Any", interrupts: "Any", stdin: "Any", stdout: "Any", poll: "Any") -> None:
@@ -42,21 +46,31 @@ class UsbLine:
         self._stdin = stdin
         self._stdout = stdout
         self._poll = poll
+        self._byte = bytearray(1)
+        self._buffer = bytearray(_MAX_BYTES)
         self._last_byte_ms = clock.ticks_ms()
-        self._interrupt: list[bytes] | None = []
+        # How many bytes of an interrupt came since the last silence, and whether one of them was Ctrl-C.
+        self._interrupt = 0
+        self._has_ctrl_c = False
         interrupts.kbd_intr(-1)
 
     def read(self) -> bytes:
-        """Return the bytes that are there, at most 256. Raises KeyboardInterrupt where a tool asks for the prompt."""
-        data = b""
-        while len(data) < _MAX_BYTES and self._poll.poll(0):
-            # One byte at a time: reading more would block.
-            byte = self._stdin.read(1)
-            if not byte:
+        """Return the bytes that are there, at most 80. Raises KeyboardInterrupt where a tool asks for the prompt."""
+        poll, read = self._poll.ipoll, self._stdin.readinto
+        byte, buffer = self._byte, self._buffer
+        count = 0
+        for place in range(_MAX_BYTES):
+            for _ in poll(0):
+                # One byte at a time: reading more would block.
+                read(byte)
                 break
-            self._check_interrupt(byte)
-            data += byte
-        return data
+            else:
+                break
+            buffer[place] = byte[0]
+            count = place + 1
+            if self._interrupt != _IS_DATA or count == 1:
+                self._check_interrupt(byte[0], count == 1)
+        return bytes(buffer[:count]) if count else b""
 
     def write(self, data: bytes) -> None:
         """Send ``data``."""
@@ -66,20 +80,23 @@ class UsbLine:
         """Make Ctrl-C interrupt programs again."""
         self._interrupts.kbd_intr(3)
 
-    def _check_interrupt(self, byte: bytes) -> None:
-        now_ms = self._clock.ticks_ms()
-        if elapsed_ms(now_ms, self._last_byte_ms) >= SILENCE_MS:
-            self._interrupt = []
-        self._last_byte_ms = now_ms
-        if self._interrupt is None:
+    def _check_interrupt(self, byte: int, is_first: bool) -> None:
+        if is_first:
+            now_ms = self._clock.ticks_ms()
+            if elapsed_ms(now_ms, self._last_byte_ms) >= SILENCE_MS:
+                self._interrupt = 0
+                self._has_ctrl_c = False
+            self._last_byte_ms = now_ms
+        if self._interrupt == _IS_DATA:
             return
-        self._interrupt.append(byte)
-        if byte not in _INTERRUPT_BYTES:
-            self._interrupt = None
-        elif len(self._interrupt) == _INTERRUPT_LENGTH:
-            if _CTRL_C in self._interrupt:
-                raise KeyboardInterrupt
-            self._interrupt = None
+        if byte == _CTRL_C:
+            self._has_ctrl_c = True
+        elif byte != _RETURN:
+            self._interrupt = _IS_DATA
+            return
+        self._interrupt += 1
+        if self._interrupt == _INTERRUPT_LENGTH and self._has_ctrl_c:
+            raise KeyboardInterrupt
 
 
 class UartLine:
@@ -98,7 +115,9 @@ class UartLine:
 
     def read(self) -> bytes:
         """Return the bytes that are there."""
-        return self._uart.read() or b""
+        # Without a number an RP2040 reads until the line is silent.
+        count = min(self._uart.any(), _MAX_UART_BYTES)
+        return self._uart.read(count) or b"" if count else b""
 
     def write(self, data: bytes) -> None:
         """Send ``data``."""

@@ -9,7 +9,6 @@ if MYPY:
     from collections.abc import Callable
     from typing import Any
 
-import gc
 import json
 from binascii import crc32, unhexlify
 from collections import namedtuple
@@ -18,6 +17,7 @@ from motorcade.boards.micropython import MicroPythonBoard
 from motorcade.boards.on_chip.image_file import ImageFile
 from motorcade.boards.on_chip.infrared import PioSender, RmtSender
 from motorcade.boards.on_chip.lines import UartLine, UsbLine
+from motorcade.boards.on_chip.watchdog import Watchdog
 from motorcade.boards.voice import SerialVoice, VoiceSource
 from motorcade.car.loop import Car
 from motorcade.errors import MotorcadeError
@@ -27,19 +27,35 @@ SETTINGS_FORMAT = "motorcade-car/1"
 SETTINGS_FILE = "car.json"
 IMAGE_FILE = "car.image"
 TICK_MS = 1
-# Garbage is collected this often, but not while a frame is on the air: the frame would be lost.
-COLLECT_EVERY_MS = 500
+# How often garbage is collected where it costs no frame, and how often anyway while the air is free.
+COLLECT_EVERY_MS = 2000
+COLLECT_AT_LEAST_MS = 6000
 RESTART_AFTER_MS = 2000
+# The first MicroPython whose PWM takes frequency and duty at once.
+NEEDED_VERSION = (1, 21, 0)
 
 Modules = namedtuple(
     "Modules",
-    ("platform", "machine", "clock", "micropython", "chip", "files", "open_file", "stdin", "stdout", "poll"),
+    (
+        "platform",
+        "implementation",
+        "machine",
+        "clock",
+        "micropython",
+        "collector",
+        "chip",
+        "files",
+        "open_file",
+        "stdin",
+        "stdout",
+        "poll",
+    ),
 )
 """MicroPython's modules and streams.
 
-``platform`` is sys.platform; ``machine``, ``clock`` (time), ``micropython`` and ``files`` (os) are its modules, and
-``chip`` is esp32 or rp2; ``open_file`` is open; ``stdin`` and ``stdout`` are the prompt's byte streams, and ``poll``
-a select.poll that ``stdin`` is registered with.
+``platform`` and ``implementation`` are of its module sys; ``machine``, ``clock`` (time), ``micropython``,
+``collector`` (gc) and ``files`` (os) are its modules, and ``chip`` is esp32 or rp2; ``open_file`` is open; ``stdin``
+and ``stdout`` are the prompt's byte streams, and ``poll`` a select.poll that ``stdin`` is registered with.
 """
 
 
@@ -76,25 +92,53 @@ def open_board(settings: "dict[str, Any]", modules: Modules) -> MicroPythonBoard
     return MicroPythonBoard(settings, machine, clock, line, store, make_sender, interrupt, voice)
 
 
-def run(board: MicroPythonBoard, clock: "Any", stops: "Callable[[], bool]") -> None:
+class Loop:
+    """A car's loop: a tick, the watchdog, and garbage at times that cost no infrared frame.
+
+    A collection takes some milliseconds. Where interrupts are soft they wait for its end, and a frame that is on the
+    air meanwhile is lost. So garbage is collected right after a frame, received or begun to be sent: the next frame
+    comes later. A car that heard nothing for long collects while the air is free.
+    """
+
+    def __init__(self, board: MicroPythonBoard, modules: Modules) -> None:
+        self._board = board
+        self._car = Car(board)
+        self._clock = modules.clock
+        self._collector = modules.collector
+        self._watchdog = Watchdog(modules)
+        self._collected_ms = modules.clock.ticks_ms()
+
+    def turn(self) -> None:
+        """Do one tick and what is due besides."""
+        self._car.tick()
+        self._watchdog.feed()
+        waited_ms = elapsed_ms(self._clock.ticks_ms(), self._collected_ms)
+        if waited_ms >= COLLECT_EVERY_MS and self._board.has_time(waited_ms >= COLLECT_AT_LEAST_MS):
+            self._collector.collect()
+            self._collected_ms = self._clock.ticks_ms()
+        self._clock.sleep_ms(TICK_MS)
+
+    def close(self) -> None:
+        """Stop the wheels and the watchdog."""
+        self._board.close()
+        self._watchdog.stop()
+
+
+def run(board: MicroPythonBoard, modules: Modules, stops: "Callable[[], bool]") -> None:
     """Run the car until ``stops()`` is true; its wheels stop however that ends."""
-    car = Car(board)
-    collected_ms = clock.ticks_ms()
+    loop = Loop(board, modules)
     try:
         while not stops():
-            car.tick()
-            if elapsed_ms(clock.ticks_ms(), collected_ms) >= COLLECT_EVERY_MS and not board.senses_carrier():
-                gc.collect()
-                collected_ms = clock.ticks_ms()
-            clock.sleep_ms(TICK_MS)
+            loop.turn()
     finally:
-        board.close()
+        loop.close()
 
 
 def start(modules: Modules, stops: "Callable[[], bool]") -> None:
     """Run a car until ``stops()`` is true or somebody asks for the prompt; start again after a failure."""
     try:
-        run(open_board(load_settings(modules.open_file), modules), modules.clock, stops)
+        check_version(modules.implementation.version)
+        run(open_board(load_settings(modules.open_file), modules), modules, stops)
     except KeyboardInterrupt:
         print("The car stands still. Ctrl-D starts it again.")
     except MotorcadeError as problem:
@@ -105,8 +149,16 @@ def start(modules: Modules, stops: "Callable[[], bool]") -> None:
         modules.machine.reset()
 
 
+def check_version(version: "tuple[Any, ...]") -> None:
+    """Raise MotorcadeError where this MicroPython is too old for a car."""
+    if tuple(version[:3]) < NEEDED_VERSION:
+        found, needed = [".".join([str(part) for part in each[:3]]) for each in (version, NEEDED_VERSION)]
+        raise MotorcadeError("micropython-too-old", found=found, needed=needed)
+
+
 def main() -> None:
     """Run a car for ever. The board's main.py calls this."""
+    import gc
     import os
     import select
     import sys
@@ -118,7 +170,9 @@ def main() -> None:
     poll.register(sys.stdin, select.POLLIN)
     streams = (sys.stdin.buffer, sys.stdout.buffer, poll)
     chip = __import__("esp32" if platform == "esp32" else "rp2")
-    start(Modules(platform, machine, time, micropython, chip, os, open, *streams), lambda: False)
+    start(
+        Modules(platform, sys.implementation, machine, time, micropython, gc, chip, os, open, *streams), lambda: False
+    )
 
 
 def _line(settings: "dict[str, Any]", modules: Modules) -> "Any":

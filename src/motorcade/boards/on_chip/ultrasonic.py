@@ -28,9 +28,12 @@ class Ultrasonic:
         machine, clock: MicroPython's modules machine and time.
         pins: ``trigger`` and ``echo``, GPIO numbers.
         range_mm: a distance beyond it counts as nothing in sight.
+        interrupt: further arguments of machine.Pin.irq, such as ``{"hard": True}`` where the chip has that.
     """
 
-    def __init__(self, machine: "Any", clock: "Any", pins: "Mapping[str, int]", range_mm: int) -> None:
+    def __init__(
+        self, machine: "Any", clock: "Any", pins: "Mapping[str, int]", range_mm: int, interrupt: "dict[str, bool]"
+    ) -> None:
         self._clock = clock
         self._range_mm = range_mm
         self._trigger = machine.Pin(pins["trigger"], machine.Pin.OUT, value=0)
@@ -41,7 +44,7 @@ class Ultrasonic:
         self._pinged_ms = 0
         self._distance_mm = NOTHING_IN_SIGHT_MM
         echo = machine.Pin(pins["echo"], machine.Pin.IN)
-        echo.irq(self._take_edge, machine.Pin.IRQ_RISING | machine.Pin.IRQ_FALLING)
+        echo.irq(self._take_edge, machine.Pin.IRQ_RISING | machine.Pin.IRQ_FALLING, **interrupt)
 
     def _take_edge(self, pin: "Any") -> None:
         """Time an edge. Runs as an interrupt: short, and without allocation."""
@@ -68,6 +71,12 @@ class Ultrasonic:
                 self._distance_mm = NOTHING_IN_SIGHT_MM
             self._ping(now_ms)
         return self._distance_mm
+
+    def is_measuring(self) -> bool:
+        """Return whether an echo may be on its way: its interrupt must not be late."""
+        if not self._has_pinged or self._width_us:
+            return False
+        return elapsed_ms(self._clock.ticks_ms(), self._pinged_ms) < PING_EVERY_MS and not self._has_answer
 
     def _ping(self, now_ms: int) -> None:
         self._has_pinged = True

@@ -1,0 +1,75 @@
+"""How long a car's ticks are on a simulated chip that counts instructions, and what it loses meanwhile: nothing."""
+
+import ast
+import json
+from binascii import crc32
+
+import pytest
+from test_microcontroller import CLASSROOM, HEARD, PLATFORMS, on_micropython, templates
+
+from motorcade.config.pins import parse_pins
+from motorcade.firmware.car_files import settings_of
+from motorcade.words.check import check_request
+from motorcade.words.infrared import frame_durations_us
+from motorcade.words.upload import READBACK_REQUEST, ok_line
+from support.chip_benches import SMALL
+
+# No word of it passes on: a leader then looks at all of them.
+LARGEST = bytes.fromhex("FFFF0100" + "64800000" * 255 + "80280000" * 255)
+LONGEST_TICK_US = 20_000
+SECONDS = 4
+FRAME_EVERY_MS = 80
+FRAMES = 40
+UPLOAD = [
+    [1000, "upload", list(check_request(crc32(LARGEST), 7))],
+    [1300, "upload", list(LARGEST)],
+    [2800, "upload", list(READBACK_REQUEST)],
+]
+INFRARED = [[100 + number * FRAME_EVERY_MS, "hear", frame_durations_us(HEARD)] for number in range(FRAMES)]
+UART = "[serial]\ntransmit = 8\nreceive = 9\n"
+CARS = [
+    ("rp2040", "leader", ""),
+    ("rp2040", "follower", ""),
+    ("rp2040", "follower", UART),
+    ("esp32", "leader", ""),
+    ("esp32", "follower", ""),
+]
+
+
+def played(
+    chip: str, role: str, wired_further: str, script: list, seconds: int, *more: bool
+) -> tuple[dict[str, int], list[tuple[str, str]]]:
+    """Return the figures and the outputs of a car."""
+    text = (templates() / f"{chip}.toml").read_text(encoding="utf-8") + wired_further
+    wanted = settings_of(parse_pins(text, chip), CLASSROOM, role == "leader", number=77)
+    given = [json.dumps(each) for each in (wanted, PLATFORMS[chip], seconds, script, *more)]
+    figures, outputs = {}, []
+    for line in on_micropython("timed_car", given):
+        first, _, rest = line.partition(" ")
+        if first.isdigit():
+            outputs.append(tuple(rest.split(" ", 1)))
+        elif rest.isdigit():
+            figures[first] = int(rest)
+    return figures, outputs
+
+
+@pytest.mark.parametrize(("chip", "role", "wired_further"), CARS)
+def test_a_full_image_arrives_whole_and_no_tick_is_long(chip, role, wired_further, micropython_installed):
+    script = UPLOAD + (INFRARED if role == "follower" else [])
+    figures, outputs = played(chip, role, wired_further, script, SECONDS)
+    answers = b"".join([ast.literal_eval(value) for what, value in outputs if what == "line"])
+    assert answers.startswith(b"OK check=")
+    assert answers.endswith(ok_line(LARGEST) + LARGEST)
+    assert figures["longest_us"] <= LONGEST_TICK_US
+    if role == "follower":
+        # A collection of garbage costs at most one frame, and so does storing an image, where interrupts are soft.
+        assert figures["heard"] >= FRAMES - (1 + figures["collections"] if chip == "esp32" else 0)
+    else:
+        assert any(what == "wheels" for what, _ in outputs)
+
+
+@pytest.mark.parametrize("role", ["leader", "follower"])
+def test_most_ticks_allocate_nothing(role, micropython_installed, monkeypatch):
+    monkeypatch.setenv("MOTORCADE_HEAP_BYTES", "1000000")
+    figures, _ = played("rp2040", role, "", [[100, "upload", list(SMALL)]], 1, True)
+    assert figures["bytes_a_turn"] < 100
