@@ -138,7 +138,7 @@ def main() -> None:
         add("studio: cars drive, from the browser's opening", best_s(studio_s), STUDIO_GOAL_S)
     if "--install" in sys.argv:
         for extras in ("studio", "studio,sim"):
-            table.add_row(f"installation of motorcade[{extras}]", f"{installed_mb(extras):.0f} MB", "", "")
+            table.add_row(f"installation of motorcade\\[{extras}]", f"{installed_mb(extras):.0f} MB", "", "")
     Console().print(table)
 
 

@@ -190,7 +190,7 @@ def test_a_live_world_follows_the_clock_and_drops_a_long_lag():
 
 
 def test_a_live_world_loads_its_kernels_before_its_time_starts(monkeypatch):
-    callers = {"run": [], "read_leds": [], "wake": []}
+    callers = {kernel: [] for kernel in ("run", "read_leds", "wake", "count_walls", "list_walls")}
     goes_on = threading.Event()
 
     class Watched(InterpretedKernels):

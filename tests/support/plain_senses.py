@@ -25,9 +25,9 @@ def obstacle_mm(world: "PlainWorld", car: int) -> int:
             ahead, aside = seen(x - world.x[car], y - world.y[car])
             nearest = min(nearest, disc_in_cone(ahead - radius, aside, radius, *cone))
     front_x, front_y = world.x[car] + radius * ahead_x, world.y[car] + radius * ahead_y
-    for x, y, disc_radius in world.place.discs:
+    for x, y, disc_radius in world.discs:
         nearest = min(nearest, disc_in_cone(*seen(x - front_x, y - front_y), disc_radius, *cone))
-    for x0, y0, x1, y1 in world.place.segments:
+    for x0, y0, x1, y1 in world.walls:
         ends = *seen(x0 - front_x, y0 - front_y), *seen(x1 - front_x, y1 - front_y)
         nearest = min(nearest, segment_in_cone(*ends, *cone))
     whole = int(nearest) // 1000

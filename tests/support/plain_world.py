@@ -108,7 +108,7 @@ class PlainWorld:
     def __init__(self, mat: Mat, images: list[bytes], profile: Profile, seed: int = 0):
         self.mat, self.images, self.profile, self.seed = mat, images, profile, seed
         self.rules = layout.rules_of(mat, profile, images)
-        self.place = layout.place_of(mat, self.rules)
+        self.walls, self.discs = layout.outlines_of(mat)
         starts = mat.starts
         self.x = [round(each * 1e6) for each in starts.x_m.tolist()]
         self.y = [round(each * 1e6) for each in starts.y_m.tolist()]
@@ -145,7 +145,7 @@ class PlainWorld:
         self.mat = replace(mat, starts=self.mat.starts, tick_ms=self.mat.tick_ms)
         self.profile = replace(self.profile, infrared=replace(self.profile.infrared, range_mm=range_mm))
         self.rules = layout.rules_of(self.mat, self.profile, self.images)
-        self.place = layout.place_of(self.mat, self.rules)
+        self.walls, self.discs = layout.outlines_of(self.mat)
         for car in range(len(self.cars)):
             self.set_way(car)
 
@@ -284,8 +284,8 @@ class PlainWorld:
         line = (self.x[sender], self.y[sender], self.x[receiver], self.y[receiver])
         shades = [(x, y, self.rules.radius) for x, y in zip(self.x, self.y, strict=True)]
         shades = [disc for index, disc in enumerate(shades) if index not in (sender, receiver)]
-        return any(is_shaded(*line, *disc) for disc in (*shades, *self.place.discs)) or any(
-            cross(*line, *wall) for wall in self.place.segments
+        return any(is_shaded(*line, *disc) for disc in (*shades, *self.discs)) or any(
+            cross(*line, *wall) for wall in self.walls
         )
 
     # Bodies
@@ -327,8 +327,8 @@ class PlainWorld:
                 push_y -= math.floor(dy * share / (2 * distance) + 0.5)
         away_x, away_y, pressed_along = 0, 0, []
         touched = 0
-        points = [(*nearest_of_segment(x, y, *wall), 0.0) for wall in self.place.segments]
-        for to_x, to_y, radius in (*points, *self.place.discs):
+        points = [(*nearest_of_segment(x, y, *wall), 0.0) for wall in self.walls]
+        for to_x, to_y, radius in (*points, *self.discs):
             dx, dy = to_x - x, to_y - y
             distance = math.sqrt(dx * dx + dy * dy)
             if distance > 0 and distance - radius < self.rules.radius:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
-from motorcade.engine import bicycle, bodies, cells, channel, clearance, events, geometry
+from motorcade.engine import bicycle, bodies, cells, channel, clearance, events, geometry, walls
 from motorcade.engine.events import Counters
 from motorcade.engine.marking import in_kernel, methods_in_kernel
 from motorcade.engine.state import (
@@ -361,6 +361,24 @@ def _leds_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
     return read_leds
 
 
+def _count_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
+    def count_walls(reach: float, place: Place) -> None:
+        """Count the walls and obstacles within ``reach`` of each cell; see `motorcade.engine.walls.count_near`."""
+        _ = fingerprint
+        walls.count_near(reach, place)
+
+    return count_walls
+
+
+def _list_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
+    def list_walls(reach: float, place: Place) -> None:
+        """List the walls and obstacles within ``reach`` of each cell, after ``count_walls``."""
+        _ = fingerprint
+        walls.list_near(reach, place)
+
+    return list_walls
+
+
 def give_back(i: int, tick: int, cars: Cars, rules: Rules) -> None:
     """Give the wheels of car ``i`` back to its program; called between two ticks, and never compiled.
 
@@ -382,6 +400,8 @@ KERNELS: Mapping[str, Callable[[str, Any], Callable[..., None]]] = {
     "run_large": _large_kernel,
     "wake": _wake_kernel,
     "read_leds": _leds_kernel,
+    "count_walls": _count_kernel,
+    "list_walls": _list_kernel,
 }
 # Those whose loops are worth several threads. One world of few cars is stepped by one thread.
 PARALLEL = ("run", "run_large")

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +13,15 @@ from motorcade.car.brain import AVOID_RADII_MM, LEFT, RIGHT, SIZE, VOICE_GO, VOI
 from motorcade.config.profile import Profile, levels_of
 from motorcade.engine.bodies import LOOK_BEYOND_UM
 from motorcade.engine.geometry import COSINES, FAR_UM, FULL_TURN, MOST_NORMAL, NORMALS
-from motorcade.engine.state import MOST_PARTS, NOBODY, Cars, Cells, Floats, Ints, People, Place, Rules, Voices, Words
+from motorcade.engine.state import MOST_PARTS, NOBODY, Cars, Cells, People, Place, Rules, Voices, Words
 from motorcade.engine.targets import Target
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
 from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import air_us
+
+_Wall = tuple[float, float, float, float]
+_Disc = tuple[float, float, float]
 
 VOICES = {"stop": VOICE_STOP, "go": VOICE_GO}
 _FIELDS = Cars._fields[2:-4]
@@ -154,72 +158,64 @@ def voices_of(mat: Mat) -> Voices:
     )
 
 
-def place_of(mat: Mat, rules: Rules) -> Place:
+def place_of(mat: Mat, rules: Rules, target: Target) -> Place:
     """Walls and obstacles, and for each cell of the mat a list of those that can matter to a car in it."""
+    walls, discs = outlines_of(mat)
+    reach = _reach(rules)
+    frame = _place_frame(walls, discs, reach, max(_FEW_PLACE_CELLS, len(mat.starts) // 3))
+    place = Place(
+        segments=target.keep("Place.segments", np.array(walls, np.float64).reshape(-1, 4)),
+        discs=target.keep("Place.discs", np.array(discs, np.float64).reshape(-1, 3)),
+        frame=target.keep("Place.frame", np.array(frame)),
+        first=target.zeros("Place.first", (int(frame[3] * frame[4]) + 1,), np.int32),
+        items=target.zeros("Place.items", (0,), np.int32),
+        away=target.zeros("Place.away", (0,), np.float32),
+    )
+    target.call("count_walls", 1, reach, place)
+    count = int(place.first[-1])
+    place = place._replace(
+        items=target.zeros("Place.items", (count,), np.int32), away=target.zeros("Place.away", (count,), np.float32)
+    )
+    target.call("list_walls", 1, reach, place)
+    return place
+
+
+def outlines_of(mat: Mat) -> tuple[list[_Wall], list[_Disc]]:
+    """The walls, with the mat's edge and the sides of polygons, and the round obstacles, in whole µm."""
     walls = list(mat.walls)
     if mat.walled and mat.size_m:
-        corners = [(0.0, 0.0), (mat.size_m[0], 0.0), mat.size_m, (0.0, mat.size_m[1])]
-        walls += _sides(corners)
+        walls += _sides([(0.0, 0.0), (mat.size_m[0], 0.0), mat.size_m, (0.0, mat.size_m[1])])
     for polygon in mat.polygons:
         walls += _sides(polygon)
-    segments = np.round(np.array(walls, np.float64).reshape(-1, 4) * 1e6)
-    discs = np.round(np.array(mat.discs, np.float64).reshape(-1, 3) * 1e6)
-    farthest_look = max(rules.levels[AVOID_RADII_MM : AVOID_RADII_MM + 4]) * 1000.0
-    reach = max(farthest_look + rules.radius + LOOK_BEYOND_UM, rules.range * rules.line_of_sight)
-    if not len(segments) and not len(discs):
-        frame = np.array([0.0, 0.0, 0.0, 1.0, 1.0])
-        return Place(segments, discs, frame, np.zeros(2, np.int32), np.zeros(0, np.int32), np.zeros(0, np.float32))
-    ends = np.concatenate([segments[:, :2], segments[:, 2:], discs[:, :2] - discs[:, 2:], discs[:, :2] + discs[:, 2:]])
-    low, high = ends.min(axis=0) - reach - 1, ends.max(axis=0) + reach + 1
-    most_cells = max(_FEW_PLACE_CELLS, len(mat.starts) // 3)
-    side = max(_PLACE_CELL_UM, math.sqrt(float(np.prod(high - low)) / most_cells))
-    # Nothing is within reach beyond the border cells, so their lists are empty, which is also right outside.
-    columns, rows = (int(count) for count in np.ceil((high - low) / side) + 2)
-    frame = np.array([low[0] - side, low[1] - side, 1 / side, columns, rows])
-    reached = [_cells_near(frame, *_box(each), reach) for each in segments]
-    reached += [_cells_near(frame, *_box_of_disc(each), reach) for each in discs]
-    cells = np.concatenate(reached)
-    items = np.repeat(np.arange(len(reached)), [len(each) for each in reached])
-    # A lower bound of the distance from any point of a cell to an item.
-    away = np.concatenate([_distances(frame, each, item, segments, discs) for item, each in enumerate(reached)])
-    away = np.maximum(away - side * math.sqrt(0.5) - 2, 0.0).astype(np.float32)
-    near = np.flatnonzero(away <= reach)
-    order = near[np.lexsort((away[near], cells[near]))]
-    first = np.searchsorted(cells[order], np.arange(columns * rows + 1))
-    return Place(segments, discs, frame, first.astype(np.int32), items[order].astype(np.int32), away[order])
+    return [_whole_um(wall) for wall in walls], [_whole_um(disc) for disc in mat.discs]
 
 
-def _sides(corners: Sequence[tuple[float, float]]) -> list[tuple[float, float, float, float]]:
+def _whole_um(lengths_m: Any) -> Any:
+    return tuple(float(round(length_m * 1e6)) for length_m in lengths_m)
+
+
+def _sides(corners: Sequence[tuple[float, float]]) -> list[_Wall]:
     return [(*here, *there) for here, there in zip(corners, (*corners[1:], corners[0]), strict=True)]
 
 
-def _box(segment: Floats) -> tuple[Floats, Floats]:
-    return np.minimum(segment[:2], segment[2:]), np.maximum(segment[:2], segment[2:])
+def _reach(rules: Rules) -> float:
+    """The most µm from which a wall or an obstacle can matter to a car."""
+    farthest_look = max(rules.levels[AVOID_RADII_MM : AVOID_RADII_MM + 4]) * 1000.0
+    return float(max(farthest_look + rules.radius + LOOK_BEYOND_UM, rules.range * rules.line_of_sight))
 
 
-def _box_of_disc(disc: Floats) -> tuple[Floats, Floats]:
-    return disc[:2] - disc[2], disc[:2] + disc[2]
-
-
-def _cells_near(frame: Floats, low: Floats, high: Floats, reach: float) -> Ints:
-    """The cells that a box comes within ``reach`` of."""
-    first = np.floor((low - reach - frame[:2]) * frame[2]).astype(np.int64)
-    last = np.floor((high + reach - frame[:2]) * frame[2]).astype(np.int64)
-    columns, rows = np.arange(first[0], last[0] + 1), np.arange(first[1], last[1] + 1)
-    cells: Ints = (rows[:, None] * int(frame[3]) + columns).ravel()
-    return cells
-
-
-def _distances(frame: Floats, cells: Ints, item: int, segments: Floats, discs: Floats) -> Floats:
-    """The distances from the middle of each cell to a wall or an obstacle."""
-    columns = int(frame[3])
-    middle = np.stack([cells % columns + 0.5, cells // columns + 0.5], axis=1) / frame[2] + frame[:2]
-    if item >= len(segments):
-        disc = discs[item - len(segments)]
-        return np.asarray(np.hypot(*(middle - disc[:2]).T) - disc[2])
-    begin, along = segments[item, :2], segments[item, 2:] - segments[item, :2]
-    part = np.clip((middle - begin) @ along / max(float(along @ along), 1.0), 0, 1)
-    return np.asarray(np.hypot(*(middle - begin - part[:, None] * along).T))
+def _place_frame(walls: Sequence[_Wall], discs: Sequence[_Disc], reach: float, most_cells: int) -> list[float]:
+    """Divide the rectangle within reach of walls and obstacles into square cells; as `Cells.frame` has it."""
+    if not walls and not discs:
+        return [0.0, 0.0, 0.0, 1.0, 1.0]
+    boxes = [(min(x0, x1), min(y0, y1), max(x0, x1), max(y0, y1)) for x0, y0, x1, y1 in walls]
+    boxes += [(x - radius, y - radius, x + radius, y + radius) for x, y, radius in discs]
+    left, bottom = (min(box[side] for box in boxes) - reach - 1 for side in (0, 1))
+    right, top = (max(box[side] for box in boxes) + reach + 1 for side in (2, 3))
+    side = max(_PLACE_CELL_UM, math.sqrt((right - left) * (top - bottom) / most_cells))
+    # Nothing is within reach beyond the border cells, so their lists are empty, which is also right outside.
+    columns, rows = (float(math.ceil(length / side) + 2) for length in (right - left, top - bottom))
+    return [left - side, bottom - side, 1 / side, columns, rows]
 
 
 def _check(profile: Profile, tick_ms: int, fastest_um: float, radius_um: float) -> None:

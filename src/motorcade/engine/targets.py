@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from motorcade.engine.kernels import KERNELS
-from motorcade.engine.state import People, Place, Rules, Voices
+from motorcade.engine.state import People, Rules, Voices
 
 Name = Literal["native", "webassembly", "interpreted"]
-Figures = TypeVar("Figures", Place, People, Rules, Voices)
+Figures = TypeVar("Figures", People, Rules, Voices)
 NAMES: tuple[Name, ...] = get_args(Name)
 
 

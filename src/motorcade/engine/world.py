@@ -152,8 +152,9 @@ class World:
 
     def _furnish(self, mat: Mat, profile: Profile) -> None:
         rules = layout.rules_of(mat, profile, self.images)
-        place, people = layout.place_of(mat, rules), layout.people_of(mat, self._parts)
-        self._rules, self._place = keep_all(self._kernels.memory, rules), keep_all(self._kernels.memory, place)
+        people = layout.people_of(mat, self._parts)
+        self._place = layout.place_of(mat, rules, self._kernels.memory)
+        self._rules = keep_all(self._kernels.memory, rules)
         self._people, self._voices = (
             keep_all(self._kernels.memory, people),
             keep_all(self._kernels.memory, layout.voices_of(mat)),
