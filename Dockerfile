@@ -18,12 +18,12 @@ FROM python:3.13-slim-bookworm
 RUN useradd --create-home motorcade
 COPY --from=build /wheels /wheels
 RUN python -m pip install --no-cache-dir --constraint /wheels/constraints.txt \
-        "$(echo /wheels/motorcade-*.whl)[studio,drive]" \
+        "$(echo /wheels/motorcade-*.whl)[studio,sim,drive]" \
     && rm -r /wheels
 USER motorcade
 WORKDIR /home/motorcade
 RUN mkdir projects
 EXPOSE 7700
-# The simulator is compiled at the first start, for the processor that it runs on; Numba keeps it in ~/.cache.
+# Where much is simulated, native kernels are compiled in the background; Numba keeps them in ~/.cache.
 ENTRYPOINT ["motorcade"]
 CMD ["studio", "--host", "0.0.0.0", "--no-browser", "--library", "/home/motorcade/projects"]
