@@ -15,50 +15,34 @@ _LEAST_PER_UM = 1e-12
 
 
 @in_kernel
-def bounds(item: int, reach: float, place: Place) -> tuple[int, int, int, int]:
-    """The first and last column, and the first and last row, that a wall or an obstacle comes within ``reach`` of."""
-    segments, frame = place.segments.shape[0], place.frame
-    if item < segments:
-        wall = place.segments[item]
-        left, right = min(wall[0], wall[2]), max(wall[0], wall[2])
-        bottom, top = min(wall[1], wall[3]), max(wall[1], wall[3])
-    else:
-        disc = place.discs[item - segments]
-        left, right = disc[0] - disc[2], disc[0] + disc[2]
-        bottom, top = disc[1] - disc[2], disc[1] + disc[2]
-    return (
-        math.floor((left - reach - frame[ORIGIN_X]) * frame[PER_UM]),
-        math.floor((right + reach - frame[ORIGIN_X]) * frame[PER_UM]),
-        math.floor((bottom - reach - frame[ORIGIN_Y]) * frame[PER_UM]),
-        math.floor((top + reach - frame[ORIGIN_Y]) * frame[PER_UM]),
-    )
-
-
-@in_kernel
-def distance(item: int, x: float, y: float, place: Place) -> float:
-    """The distance of a point from a wall or an obstacle; below 0 inside the latter."""
-    segments = place.segments.shape[0]
-    if item < segments:
-        wall = place.segments[item]
-        near_x, near_y = nearest_of_segment(x, y, wall[0], wall[1], wall[2], wall[3])
-        return math.sqrt((x - near_x) * (x - near_x) + (y - near_y) * (y - near_y))
-    disc = place.discs[item - segments]
-    return float(math.sqrt((x - disc[0]) * (x - disc[0]) + (y - disc[1]) * (y - disc[1])) - disc[2])
-
-
-@in_kernel
 def each_near(reach: float, fills: bool, place: Place) -> None:
     """Count what is near each cell in ``first[cell + 1]``, or put it at ``first[cell]``, which moves on."""
-    frame, first = place.frame, place.first
-    columns, side = int(frame[COLUMNS]), 1.0 / max(frame[PER_UM], _LEAST_PER_UM)
-    for item in range(place.segments.shape[0] + place.discs.shape[0]):
-        first_column, last_column, first_row, last_row = bounds(item, reach, place)
+    frame, first, segments = place.frame, place.first, place.segments.shape[0]
+    left, bottom, columns = float(frame[ORIGIN_X]), float(frame[ORIGIN_Y]), int(frame[COLUMNS])
+    per_um = float(frame[PER_UM])
+    side = 1.0 / max(per_um, _LEAST_PER_UM)
+    margin = side * _HALF_DIAGONAL + _ROUNDING_UM
+    for item in range(segments + place.discs.shape[0]):
+        # A disc is a wall from its middle to its middle, with a radius.
+        if item < segments:
+            wall = place.segments[item]
+            x0, y0, x1, y1, radius = float(wall[0]), float(wall[1]), float(wall[2]), float(wall[3]), 0.0
+        else:
+            disc = place.discs[item - segments]
+            x0, y0, x1, y1, radius = float(disc[0]), float(disc[1]), float(disc[0]), float(disc[1]), float(disc[2])
+        near = radius + reach
+        first_column = math.floor((min(x0, x1) - near - left) * per_um)
+        last_column = math.floor((max(x0, x1) + near - left) * per_um)
+        first_row = math.floor((min(y0, y1) - near - bottom) * per_um)
+        last_row = math.floor((max(y0, y1) + near - bottom) * per_um)
         for row in range(first_row, last_row + 1):
-            y = (row + 0.5) * side + frame[ORIGIN_Y]
+            y = (row + 0.5) * side + bottom
             for column in range(first_column, last_column + 1):
-                x = (column + 0.5) * side + frame[ORIGIN_X]
+                x = (column + 0.5) * side + left
+                near_x, near_y = nearest_of_segment(x, y, x0, y0, x1, y1)
+                middle = math.sqrt((x - near_x) * (x - near_x) + (y - near_y) * (y - near_y)) - radius
                 # No point of the cell is nearer.
-                away = max(distance(item, x, y, place) - side * _HALF_DIAGONAL - _ROUNDING_UM, 0.0)
+                away = max(middle - margin, 0.0)
                 if away > reach:
                     continue
                 cell = row * columns + column
