@@ -361,24 +361,6 @@ def _leds_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
     return read_leds
 
 
-def _count_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
-    def count_walls(reach: float, place: Place) -> None:
-        """Count the walls and obstacles within ``reach`` of each cell; see `motorcade.engine.walls.count_near`."""
-        _ = fingerprint
-        walls.count_near(reach, place)
-
-    return count_walls
-
-
-def _list_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
-    def list_walls(reach: float, place: Place) -> None:
-        """List the walls and obstacles within ``reach`` of each cell, after ``count_walls``."""
-        _ = fingerprint
-        walls.list_near(reach, place)
-
-    return list_walls
-
-
 def give_back(i: int, tick: int, cars: Cars, rules: Rules) -> None:
     """Give the wheels of car ``i`` back to its program; called between two ticks, and never compiled.
 
@@ -400,8 +382,8 @@ KERNELS: Mapping[str, Callable[[str, Any], Callable[..., None]]] = {
     "run_large": _large_kernel,
     "wake": _wake_kernel,
     "read_leds": _leds_kernel,
-    "count_walls": _count_kernel,
-    "list_walls": _list_kernel,
+    "count_walls": walls.count_kernel,
+    "list_walls": walls.list_kernel,
 }
 # Those whose loops are worth several threads. One world of few cars is stepped by one thread.
 PARALLEL = ("run", "run_large")

@@ -1,6 +1,8 @@
 """For each cell of a mat, list the walls and obstacles that can matter to a car in it, the nearest first."""
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 from motorcade.engine.cells import COLUMNS, ORIGIN_X, ORIGIN_Y, PER_UM, ROWS
 from motorcade.engine.geometry import nearest_of_segment
@@ -83,3 +85,25 @@ def list_near(reach: float, place: Place) -> None:
                 items[at], away[at] = items[at - 1], away[at - 1]
                 at -= 1
             items[at], away[at] = item, near
+
+
+def count_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
+    """Make the kernel ``count_walls``."""
+
+    def count_walls(reach: float, place: Place) -> None:
+        """Count the walls and obstacles within ``reach`` of each cell."""
+        _ = fingerprint
+        count_near(reach, place)
+
+    return count_walls
+
+
+def list_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
+    """Make the kernel ``list_walls``."""
+
+    def list_walls(reach: float, place: Place) -> None:
+        """List the walls and obstacles within ``reach`` of each cell, after ``count_walls``."""
+        _ = fingerprint
+        list_near(reach, place)
+
+    return list_walls
