@@ -12,10 +12,11 @@ if MYPY:
 from motorcade.words.ticks import elapsed_ms
 from motorcade.words.upload import SILENCE_MS
 
-# Bytes a call. Reading one from the USB line takes an RP2040 about 0.1 ms, and no tick may take long.
-_MAX_BYTES = 80
+# Bytes a call. An ESP32's line holds 260 bytes and loses the others. An RP2040 takes about 0.1 ms for a byte, and its
+# sender waits.
+_MAX_BYTES = {"esp32": 160, "rp2": 40}
 # Of a UART fewer, since its buffer holds the rest.
-_MAX_UART_BYTES = 64
+_MAX_UART_BYTES = 48
 # Room for the 2,044 bytes of the largest image: none is lost however long a tick takes.
 _BUFFER_BYTES = 2048
 _WIRES = {"transmit": "tx", "receive": "rx"}
@@ -38,16 +39,19 @@ class UsbLine:
         interrupts: MicroPython's module micropython.
         stdin, stdout: MicroPython's byte streams ``sys.stdin.buffer`` and ``sys.stdout.buffer``.
         poll: its ``ipoll(0)`` gives something where ``stdin`` has a byte.
+        platform: sys.platform.
     """
 
-    def __init__(self, clock: "Any", interrupts: "Any", stdin: "Any", stdout: "Any", poll: "Any") -> None:
+    def __init__(
+        self, clock: "Any", interrupts: "Any", stdin: "Any", stdout: "Any", poll: "Any", platform: str
+    ) -> None:
         self._clock = clock
         self._interrupts = interrupts
         self._stdin = stdin
         self._stdout = stdout
         self._poll = poll
         self._byte = bytearray(1)
-        self._buffer = bytearray(_MAX_BYTES)
+        self._buffer = bytearray(_MAX_BYTES[platform])
         self._last_byte_ms = clock.ticks_ms()
         # How many bytes of an interrupt came since the last silence, and whether one of them was Ctrl-C.
         self._interrupt = 0
@@ -55,11 +59,11 @@ class UsbLine:
         interrupts.kbd_intr(-1)
 
     def read(self) -> bytes:
-        """Return the bytes that are there, at most 80. Raises KeyboardInterrupt where a tool asks for the prompt."""
+        """Return bytes that are there, a bounded number. Raises KeyboardInterrupt where a tool asks for the prompt."""
         poll, read = self._poll.ipoll, self._stdin.readinto
         byte, buffer = self._byte, self._buffer
         count = 0
-        for place in range(_MAX_BYTES):
+        for place in range(len(buffer)):
             for _ in poll(0):
                 # One byte at a time: reading more would block.
                 read(byte)

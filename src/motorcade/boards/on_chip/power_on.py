@@ -178,7 +178,7 @@ def main() -> None:
 def _line(settings: "dict[str, Any]", modules: Modules) -> "Any":
     if "serial" in settings["pins"]:
         return UartLine(modules.machine, settings["uarts"]["serial"], settings["pins"]["serial"], settings["baud"])
-    return UsbLine(modules.clock, modules.micropython, modules.stdin, modules.stdout, modules.poll)
+    return UsbLine(modules.clock, modules.micropython, modules.stdin, modules.stdout, modules.poll, modules.platform)
 
 
 def _voice(settings: "dict[str, Any]", machine: "Any") -> VoiceSource:
