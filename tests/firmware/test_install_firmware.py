@@ -135,7 +135,7 @@ def test_a_board_that_goes_away_during_the_install_does_not_start(small_car, byt
     [
         ({"silent": True}, 5, "No MicroPython answers"),
         ({"platform": "esp8266"}, 8, "cars run on esp32 or rp2"),
-        ({"version": [1, 12, 0]}, 8, "has MicroPython 1.12.0; 1.20.0 or newer"),
+        ({"version": [1, 12, 0]}, 8, "has MicroPython 1.12.0; 1.21.0 or newer"),
         ({"freeBytes": 8192}, 8, "has 8 KB free, and 12 KB are needed"),
         ({"spoils": "/car.json"}, 6, "The file car.json"),
         ({"diesAfter": 3}, 5, "No MicroPython answers"),
