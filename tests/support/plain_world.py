@@ -24,6 +24,7 @@ from motorcade.engine.geometry import (
     nearest_of_segment,
     sine,
 )
+from motorcade.engine.targets import HeapArrays, keep_all
 from motorcade.mats import Mat, Pose
 from motorcade.words.infrared import air_us, check_is_good, ones, tag_of
 from support import plain_senses
@@ -107,7 +108,7 @@ class PlainWorld:
 
     def __init__(self, mat: Mat, images: list[bytes], profile: Profile, seed: int = 0):
         self.mat, self.images, self.profile, self.seed = mat, images, profile, seed
-        self.rules = layout.rules_of(mat, profile, images)
+        self.rules = keep_all(HeapArrays(), layout.rules_of(mat, profile, images))
         self.walls, self.discs = layout.outlines_of(mat)
         starts = mat.starts
         self.x = [round(each * 1e6) for each in starts.x_m.tolist()]
@@ -144,7 +145,7 @@ class PlainWorld:
     def furnish(self, mat: Mat, range_mm: int) -> None:
         self.mat = replace(mat, starts=self.mat.starts, tick_ms=self.mat.tick_ms)
         self.profile = replace(self.profile, infrared=replace(self.profile.infrared, range_mm=range_mm))
-        self.rules = layout.rules_of(self.mat, self.profile, self.images)
+        self.rules = keep_all(HeapArrays(), layout.rules_of(self.mat, self.profile, self.images))
         self.walls, self.discs = layout.outlines_of(self.mat)
         for car in range(len(self.cars)):
             self.set_way(car)

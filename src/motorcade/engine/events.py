@@ -1,29 +1,33 @@
 """What happened in a world: counts, and on request events, which are rows of one array.
 
 Every part of a world that a thread steps by itself has its own row of both, so threads never write to the same place.
-The order of the rows has no meaning: `World.take_events` sorts them. This module needs NumPy and no Numba, since
-those who only read a recording use it too.
+The order of the rows has no meaning: `World.take_events` sorts them. This module needs neither NumPy nor Numba.
 """
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
-# One event. kind is an index into KINDS, and why is an index into LOSS_REASONS. word is the control word, for a lost
-# frame the bits on the air. other is a state's index, the tag of a word that starts, or the number of a frame's sender,
-# else 0.
-EVENT = np.dtype(
-    [
-        ("t_ms", "<u4"),
-        ("world", "<u4"),
-        ("car", "<u4"),
-        ("kind", "u1"),
-        ("why", "u1"),
-        ("word", "<u4"),
-        ("other", "<u4"),
-    ]
-)
+    Counts = NDArray[np.int64]
+    Rows = NDArray[np.uint32]
+else:
+    # The annotations of a named tuple are evaluated, also where there is no NumPy.
+    Counts = Rows = Any
+
+# One event, as NumPy's type of a row. kind is an index into KINDS, and why is an index into LOSS_REASONS. word is the
+# control word, for a lost frame the bits on the air. other is a state's index, the tag of a word that starts, or the
+# number of a frame's sender, else 0.
+EVENT = [
+    ("t_ms", "<u4"),
+    ("world", "<u4"),
+    ("car", "<u4"),
+    ("kind", "u1"),
+    ("why", "u1"),
+    ("word", "<u4"),
+    ("other", "<u4"),
+]
 KINDS = ("state", "start", "over", "frame", "heard", "lost")
 LOSS_REASONS = ("", "parity", "reserved", "deaf", "sending", "collision", "check")
 
@@ -57,8 +61,8 @@ COLUMNS = 6
 class Counters(NamedTuple):
     """What has happened so far."""
 
-    counts: NDArray[np.int64]  # (parts, COUNTS)
-    events: NDArray[np.uint32]  # (parts, room, COLUMNS)
+    counts: Counts  # (parts, COUNTS)
+    events: Rows  # (parts, room, COLUMNS)
 
 
 def record(counters: Counters, part: int, at_ms: int, car: int, kind: int, why: int, word: int, other: int) -> None:

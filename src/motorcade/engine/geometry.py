@@ -6,12 +6,11 @@ root.
 """
 
 import math
+from array import array
 from statistics import NormalDist
 
-import numpy as np
-from numpy.typing import NDArray
-
 from motorcade.engine.marking import in_kernel
+from motorcade.engine.state import Floats
 
 FULL_TURN = 1 << 32
 QUARTER_TURN = 1 << 30
@@ -20,13 +19,11 @@ FAR_UM = 1.0e12
 _TABLE_BITS = 12
 _STEP_BITS = 32 - _TABLE_BITS
 # COSINES[k] is the cosine of k / 2^12 of a full turn.
-COSINES: NDArray[np.float64] = np.array(
-    [round(math.cos(math.tau * k / (1 << _TABLE_BITS)) * 2**40) / 2**40 for k in range((1 << _TABLE_BITS) + 1)]
+COSINES = array(
+    "d", [round(math.cos(math.tau * k / (1 << _TABLE_BITS)) * 2**40) / 2**40 for k in range((1 << _TABLE_BITS) + 1)]
 )
 # 1024 equally probable values of the standard normal distribution, ascending.
-NORMALS: NDArray[np.float64] = np.array(
-    [round(NormalDist().inv_cdf((k + 0.5) / 1024) * 2**20) / 2**20 for k in range(1024)]
-)
+NORMALS = array("d", [round(NormalDist().inv_cdf((k + 0.5) / 1024) * 2**20) / 2**20 for k in range(1024)])
 # More than the largest of NORMALS.
 MOST_NORMAL = 3.3
 
@@ -37,7 +34,7 @@ def to_heading(radians: float) -> int:
 
 
 @in_kernel
-def cosine(heading: int, cosines: NDArray[np.float64]) -> float:
+def cosine(heading: int, cosines: Floats) -> float:
     """The cosine of a binary angle, within 3e-7; ``cosines`` is COSINES."""
     heading = int(heading) & 0xFFFFFFFF
     k = heading >> _STEP_BITS
@@ -46,7 +43,7 @@ def cosine(heading: int, cosines: NDArray[np.float64]) -> float:
 
 
 @in_kernel
-def sine(heading: int, cosines: NDArray[np.float64]) -> float:
+def sine(heading: int, cosines: Floats) -> float:
     """The sine of a binary angle, within 3e-7."""
     return cosine(int(heading) - QUARTER_TURN, cosines)
 

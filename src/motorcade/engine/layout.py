@@ -1,24 +1,28 @@
-"""Turn a mat and a profile into the arrays of the engine: metres and degrees become µm and binary angles."""
+"""Turn a mat and a profile into the arrays of the engine: metres and degrees become µm and binary angles.
+
+This module needs no NumPy, which a browser doesn't have: arrays are buffers until a target keeps them.
+"""
 
 import math
-from collections.abc import Sequence
+from array import array
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from itertools import accumulate, chain
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from motorcade.car.brain import AVOID_RADII_MM, LEFT, RIGHT, SIZE, VOICE_GO, VOICE_STOP
 from motorcade.config.profile import Profile, levels_of
 from motorcade.engine.bodies import LOOK_BEYOND_UM
 from motorcade.engine.geometry import COSINES, FAR_UM, FULL_TURN, MOST_NORMAL, NORMALS
-from motorcade.engine.state import MOST_PARTS, NOBODY, Cars, Cells, People, Place, Rules, Voices, Words
-from motorcade.engine.targets import Target
+from motorcade.engine.state import MOST_PARTS, NOBODY, Buffer, Cars, Cells, People, Place, Rules, Voices
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Mat
 from motorcade.words.image import bytes_to_words
 from motorcade.words.infrared import air_us
+
+if TYPE_CHECKING:
+    from motorcade.engine.targets import Target
 
 _Wall = tuple[float, float, float, float]
 _Disc = tuple[float, float, float]
@@ -37,6 +41,25 @@ _FEW_CARS = 24
 _NEVER = 1 << 40
 _PLACE_CELL_UM = 250_000.0
 _FEW_PLACE_CELLS = 1 << 14
+_CODES = {"int64": "q", "float64": "d", "uint32": "I", "int32": "i", "uint8": "B"}
+
+
+class Standing(NamedTuple):
+    """Where the cars of one world stand before its first tick, and who leads: fields of `Cars`, as buffers."""
+
+    x: Any
+    y: Any
+    heading: Any
+    number: Any
+    program: Any
+
+
+def _buffer(dtype: str, items: Iterable[float], columns: int | None = None, rows: int | None = None) -> Any:
+    """A buffer, with rows of ``columns`` items where they are given; typed as the array that it becomes."""
+    held = array(_CODES[dtype], items)
+    if columns is None:
+        return Buffer(dtype, (len(held),), held)
+    return Buffer(dtype, (len(held) // columns if rows is None else rows, columns), held)
 
 
 def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
@@ -44,25 +67,25 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
     body, physics, tick_ms = profile.body, mat.physics, mat.tick_ms
     radius = body.diameter_mm * 500.0
     # mm/s times ms is µm.
-    speeds = np.array(profile.speeds_mm_s, np.float64) * tick_ms
-    turns = np.zeros(16, np.int64)
+    speeds = [float(speed) * tick_ms for speed in profile.speeds_mm_s]
+    turns = [0] * 16
     for level, rate in enumerate(profile.turn_rates_deg_s):
         turns[LEFT * 4 + level] = round(rate * tick_ms / 360_000 * FULL_TURN)
         turns[RIGHT * 4 + level] = -turns[LEFT * 4 + level]
     wheel_turn = FULL_TURN / math.tau / (body.wheel_base_mm * 1000)
-    fastest = max(speeds.max(), turns.max() / wheel_turn / 2 if physics.wheel_noise else 0.0)
-    fastest = math.ceil(fastest * (1 + MOST_NORMAL * physics.wheel_noise))
+    of_wheels = max(max(speeds), max(turns) / wheel_turn / 2 if physics.wheel_noise else 0.0)
+    fastest = math.ceil(of_wheels * (1 + MOST_NORMAL * physics.wheel_noise))
     _check(profile, tick_ms, fastest, radius)
     few = len(mat.starts) <= _FEW_CARS
     sort_every = _NEVER if few else max(_DRIFT_UM // fastest, 1)
     return Rules(
-        levels=np.array(levels_of(profile), np.int64),
+        levels=_buffer("int64", levels_of(profile)),
         images=_images(images),
-        cosines=COSINES,
-        normals=NORMALS,
-        flips=_flips(physics.bit_error_rate),
-        speeds=speeds,
-        turns=turns,
+        cosines=_buffer("float64", COSINES),
+        normals=_buffer("float64", NORMALS),
+        flips=_buffer("float64", _flips(physics.bit_error_rate)),
+        speeds=_buffer("float64", speeds),
+        turns=_buffer("int64", turns),
         wheel_turn=wheel_turn,
         tick_ms=tick_ms,
         fastest=float(fastest),
@@ -86,63 +109,69 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
     )
 
 
-def cars_of(worlds: int, per_world: int, memory: Target) -> Cars:
+def cars_of(worlds: int, per_world: int, memory: "Target") -> Cars:
     """Allocate the arrays of all cars, filled with zeros."""
     count = worlds * per_world
     # Fields are an odd number of cache lines apart. Otherwise all fields of a car would be in a few sets of the cache.
     # One column is never used, so that rows are never contiguous: Numba would compile the kernels for both layouts.
     lines = -(-(count + 1) // _LINE) | 1
-    rows = memory.zeros("rows", (SIZE + len(_FIELDS), lines * _LINE), np.uint32)[:, :count]
+    rows = memory.zeros("rows", (SIZE + len(_FIELDS), lines * _LINE), "uint32")[:, :count]
     fields = {
-        name: rows[SIZE + k].view(np.int32) if name in _SIGNED else rows[SIZE + k] for k, name in enumerate(_FIELDS)
+        name: rows[SIZE + k].view("int32") if name in _SIGNED else rows[SIZE + k] for k, name in enumerate(_FIELDS)
     }
-    push, order = (memory.zeros(name, (count,), np.uint32) for name in ("push", "order"))
-    wheels, program = (memory.zeros(name, (count,), np.uint8) for name in ("wheels", "program"))
+    push, order = (memory.zeros(name, (count,), "uint32") for name in ("push", "order"))
+    wheels, program = (memory.zeros(name, (count,), "uint8") for name in ("wheels", "program"))
     return Cars(rows=rows, memory=rows[:SIZE], **fields, push=push, order=order, wheels=wheels, program=program)
 
 
-def put_in_place(cars: Cars, mat: Mat, worlds: int, images: int) -> None:
-    """Reset the cars to their state before the first tick."""
+def standing_of(mat: Mat, images: int) -> Standing:
+    """Where the mat's cars stand; its k-th leader runs image k, modulo their number."""
     starts = mat.starts
+    ranks = accumulate(starts.leads)
+    return Standing(
+        x=_buffer("int32", [round(x_m * 1e6) for x_m in starts.x_m]),
+        y=_buffer("int32", [round(y_m * 1e6) for y_m in starts.y_m]),
+        heading=_buffer("uint32", [round(each / math.tau * FULL_TURN) % FULL_TURN for each in starts.heading]),
+        number=_buffer("uint32", range(len(starts))),
+        program=_buffer(
+            "uint8",
+            [(rank - 1) % max(images, 1) + 1 if leads else 0 for leads, rank in zip(starts.leads, ranks, strict=True)],
+        ),
+    )
+
+
+def put_in_place(cars: Cars, standing: Standing, worlds: int) -> None:
+    """Reset the cars to their state before the first tick."""
     cars.rows[:] = 0
     cars.push[:] = 0
     cars.wheels[:] = 0
     cars.heard_from[:] = NOBODY
-    x_m, y_m, heading, leads = (np.asarray(each) for each in (starts.x_m, starts.y_m, starts.heading, starts.leads))
-    rank = np.cumsum(leads) - 1
-    program = np.where(leads, rank % max(images, 1) + 1, 0)
-    for field, values in (
-        (cars.x, np.round(x_m * 1e6)),
-        (cars.y, np.round(y_m * 1e6)),
-        (cars.heading, np.round(heading / math.tau * FULL_TURN) % FULL_TURN),
-        (cars.number, np.arange(len(starts))),
-        (cars.program, program),
-    ):
-        field.reshape(worlds, len(starts))[:] = values.astype(np.int64)
+    for name, buffer in standing._asdict().items():
+        getattr(cars, name).reshape(worlds, -1)[:] = buffer.items
 
 
-def cells_of(worlds: int, per_world: int, memory: Target) -> Cells:
+def cells_of(worlds: int, per_world: int, memory: "Target") -> Cells:
     """Allocate the cells of the worlds: at most five cells for eight cars, and a few more."""
     return Cells(
-        first=memory.zeros("first", (worlds, per_world * 5 // 8 + 17), np.int32),
-        frame=memory.zeros("frame", (worlds, 5), np.float64),
-        strips=memory.zeros("strips", (2, MOST_PARTS + 1), np.int64),
+        first=memory.zeros("first", (worlds, per_world * 5 // 8 + 17), "int32"),
+        frame=memory.zeros("frame", (worlds, 5), "float64"),
+        strips=memory.zeros("strips", (2, MOST_PARTS + 1), "int64"),
     )
 
 
 def people_of(mat: Mat, parts: int) -> People:
     """The paths of the mat's people."""
     points = [point for person in mat.people for point in person.path]
-    first = np.cumsum([0, *(len(person.path) for person in mat.people)])
+    nowhere = [0.0] * (parts * len(mat.people))
     return People(
-        first=first.astype(np.int64),
-        at_ms=np.array([round(t_s * 1000) for t_s, _, _ in points], np.int64),
-        x=np.array([x * 1e6 for _, x, _ in points], np.float64),
-        y=np.array([y * 1e6 for _, _, y in points], np.float64),
-        repeats=np.array([person.repeats for person in mat.people], np.int64),
-        now_x=np.zeros((parts, len(mat.people))),
-        now_y=np.zeros((parts, len(mat.people))),
-        walked_ms=np.full(parts, -1, np.int64),
+        first=_buffer("int64", accumulate((len(person.path) for person in mat.people), initial=0)),
+        at_ms=_buffer("int64", [round(t_s * 1000) for t_s, _, _ in points]),
+        x=_buffer("float64", [x * 1e6 for _, x, _ in points]),
+        y=_buffer("float64", [y * 1e6 for _, _, y in points]),
+        repeats=_buffer("int64", [person.repeats for person in mat.people]),
+        now_x=_buffer("float64", nowhere, len(mat.people), parts),
+        now_y=_buffer("float64", nowhere, len(mat.people), parts),
+        walked_ms=_buffer("int64", [-1] * parts),
     )
 
 
@@ -150,31 +179,34 @@ def voices_of(mat: Mat) -> Voices:
     """Return the voices of the mat, in the order of time."""
     voices = sorted(mat.voices, key=lambda voice: voice.at_s)
     return Voices(
-        at_ms=np.array([round(voice.at_s * 1000) for voice in voices], np.int64),
-        word=np.array([VOICES[voice.word] for voice in voices], np.int64),
-        x=np.array([voice.x_m * 1e6 for voice in voices], np.float64),
-        y=np.array([voice.y_m * 1e6 for voice in voices], np.float64),
-        radius=np.array([FAR_UM if voice.radius_m is None else voice.radius_m * 1e6 for voice in voices], np.float64),
+        at_ms=_buffer("int64", [round(voice.at_s * 1000) for voice in voices]),
+        word=_buffer("int64", [VOICES[voice.word] for voice in voices]),
+        x=_buffer("float64", [voice.x_m * 1e6 for voice in voices]),
+        y=_buffer("float64", [voice.y_m * 1e6 for voice in voices]),
+        radius=_buffer("float64", [FAR_UM if each.radius_m is None else each.radius_m * 1e6 for each in voices]),
     )
 
 
-def place_of(mat: Mat, rules: Rules, target: Target) -> Place:
-    """Walls and obstacles, and for each cell of the mat a list of those that can matter to a car in it."""
+def place_of(mat: Mat, rules: Rules, target: "Target") -> Place:
+    """Walls and obstacles, and for each cell of the mat a list of those that can matter to a car in it.
+
+    ``rules`` comes from `rules_of`.
+    """
     walls, discs = outlines_of(mat)
     reach = _reach(rules)
     frame = _place_frame(walls, discs, reach, max(_FEW_PLACE_CELLS, len(mat.starts) // 3))
     place = Place(
-        segments=target.keep("Place.segments", np.array(walls, np.float64).reshape(-1, 4)),
-        discs=target.keep("Place.discs", np.array(discs, np.float64).reshape(-1, 3)),
-        frame=target.keep("Place.frame", np.array(frame)),
-        first=target.zeros("Place.first", (int(frame[3] * frame[4]) + 1,), np.int32),
-        items=target.zeros("Place.items", (0,), np.int32),
-        away=target.zeros("Place.away", (0,), np.float32),
+        segments=target.keep("Place.segments", _buffer("float64", chain.from_iterable(walls), 4)),
+        discs=target.keep("Place.discs", _buffer("float64", chain.from_iterable(discs), 3)),
+        frame=target.keep("Place.frame", _buffer("float64", frame)),
+        first=target.zeros("Place.first", (int(frame[3] * frame[4]) + 1,), "int32"),
+        items=target.zeros("Place.items", (0,), "int32"),
+        away=target.zeros("Place.away", (0,), "float32"),
     )
     target.call("count_walls", 1, reach, place)
     count = int(place.first[-1])
     place = place._replace(
-        items=target.zeros("Place.items", (count,), np.int32), away=target.zeros("Place.away", (count,), np.float32)
+        items=target.zeros("Place.items", (count,), "int32"), away=target.zeros("Place.away", (count,), "float32")
     )
     target.call("list_walls", 1, reach, place)
     return place
@@ -200,7 +232,7 @@ def _sides(corners: Sequence[tuple[float, float]]) -> list[_Wall]:
 
 def _reach(rules: Rules) -> float:
     """The most µm from which a wall or an obstacle can matter to a car."""
-    farthest_look = max(rules.levels[AVOID_RADII_MM : AVOID_RADII_MM + 4]) * 1000.0
+    farthest_look = max(rules.levels.items[AVOID_RADII_MM : AVOID_RADII_MM + 4]) * 1000.0
     return float(max(farthest_look + rules.radius + LOOK_BEYOND_UM, rules.range * rules.line_of_sight))
 
 
@@ -233,22 +265,20 @@ def _check(profile: Profile, tick_ms: int, fastest_um: float, radius_um: float) 
         raise MotorcadeError("servo-steers-too-far", profile=profile.name, steering=profile.servo.steering_deg)
 
 
-def _images(images: Sequence[bytes]) -> Words:
+def _images(images: Sequence[bytes]) -> Any:
     words = [bytes_to_words(image) for image in images] or [(0,)]
-    table: Words = np.zeros((len(words), max(len(each) for each in words)), np.uint32)
-    for row, each in zip(table, words, strict=True):
-        row[: len(each)] = each
-    return table
+    longest = max(len(each) for each in words)
+    return _buffer("uint32", chain.from_iterable((*each, *[0] * (longest - len(each))) for each in words), longest)
 
 
 @lru_cache(maxsize=256)
-def _flips(rate: float) -> NDArray[np.float64]:
+def _flips(rate: float) -> tuple[float, ...]:
     """The probability that at most k of 32 bits flip, times 2^32, computed exactly so that all machines agree."""
     exact, total, chances = Fraction(rate), Fraction(0), []
     for k in range(33):
         total += math.comb(32, k) * exact**k * (1 - exact) ** (32 - k)
-        chances.append(math.floor(total * (1 << 32)))
-    return np.array(chances, np.float64)
+        chances.append(float(math.floor(total * (1 << 32))))
+    return tuple(chances)
 
 
 def _cosine(degrees: float) -> float:

@@ -3,24 +3,32 @@
 Lengths are µm, times ms, headings binary angles (2^32 is a full turn). Within a world the cars stand in the order of
 the cells that they are in, so that neighbours are near in memory; ``number`` says which car is at an index.
 
-This module needs NumPy and no Numba, because those who only read a recording use `Moment` too.
+This module needs no NumPy, because a world is also prepared where there is none. Only `Moment` computes with it.
 """
 
+from array import array
 from collections.abc import Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from motorcade.engine.events import Counters
 
-Ints = NDArray[np.int64]
-Floats = NDArray[np.float64]
-Singles = NDArray[np.float32]
-Words = NDArray[np.uint32]
-Lengths = NDArray[np.int32]
-Metres = NDArray[np.float64] | NDArray[np.float32]
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Ints = NDArray[np.int64]
+    Floats = NDArray[np.float64]
+    Singles = NDArray[np.float32]
+    Words = NDArray[np.uint32]
+    Lengths = NDArray[np.int32]
+    Bytes = NDArray[np.uint8]
+    Flags = NDArray[np.bool_]
+    Metres = NDArray[np.float64] | NDArray[np.float32]
+else:
+    # The annotations of a named tuple are evaluated, also where there is no NumPy.
+    Ints = Floats = Singles = Words = Lengths = Bytes = Flags = Metres = Any
 # An array that is passed to functions of the brain, whose annotations are a list or a tuple of integers.
 ForBrain = Any
 
@@ -35,6 +43,21 @@ MOST_PARTS = 32
 
 
 _NO_COUNTS: Mapping[str, int] = MappingProxyType({})
+
+
+@dataclass(frozen=True, slots=True)
+class Buffer:
+    """The contents of an array before a target keeps it: what prepares a world needs no NumPy.
+
+    Attributes:
+        dtype: NumPy's name of the type of its items.
+        shape: how many rows and columns, or how many items.
+        items: row by row.
+    """
+
+    dtype: str
+    shape: tuple[int, ...]
+    items: "array[Any]"
 
 
 class Cars(NamedTuple):
@@ -58,8 +81,8 @@ class Cars(NamedTuple):
     sends_until: Words  # until when it sends its own frame, ms
     push: Words  # how contacts move it in this tick: x and y as two int16, µm; scratch while cars are sorted
     order: Words  # the cars that begin a frame in this tick; scratch while cars are sorted
-    wheels: NDArray[np.uint8]  # direction * 4 + speed level, or DRIVEN
-    program: NDArray[np.uint8]  # 0: follows; k: leads with image k - 1
+    wheels: Bytes  # direction * 4 + speed level, or DRIVEN
+    program: Bytes  # 0: follows; k: leads with image k - 1
 
 
 class Cells(NamedTuple):
@@ -183,20 +206,24 @@ class Moment(NamedTuple):
     x_m: Metres
     y_m: Metres
     heading: Metres
-    word: NDArray[np.uint32]
-    runs: NDArray[np.bool_]
-    wheels: NDArray[np.uint8]
-    led: NDArray[np.uint8]
-    sends: NDArray[np.bool_]
+    word: Words
+    runs: Flags
+    wheels: Bytes
+    led: Bytes
+    sends: Flags
     counts: Mapping[str, int] = _NO_COUNTS
 
     def in_single_precision(self) -> "Moment":
         """The same moment with positions and headings as float32, as recordings and pictures hold them."""
+        import numpy as np
+
         x_m, y_m, heading = (np.asarray(each, np.float32) for each in (self.x_m, self.y_m, self.heading))
         return self._replace(x_m=x_m, y_m=y_m, heading=heading)
 
     def to_dict(self) -> dict[str, Any]:
         """The moment for JSON: lists in the order of car numbers, lengths and angles to a millionth."""
+        import numpy as np
+
         x_m, y_m, heading = (np.round(each.astype(float), 6).tolist() for each in (self.x_m, self.y_m, self.heading))
         return {
             "t_ms": self.t_ms,

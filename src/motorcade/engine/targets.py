@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from motorcade.engine.kernels import KERNELS
-from motorcade.engine.state import People, Rules, Voices
+from motorcade.engine.state import Buffer, People, Rules, Voices
 
 Name = Literal["native", "webassembly", "interpreted"]
 Figures = TypeVar("Figures", People, Rules, Voices)
+Contents = Buffer | NDArray[Any]
 NAMES: tuple[Name, ...] = get_args(Name)
 
 
@@ -29,22 +30,29 @@ class Target(Protocol):
     def zeros(self, slot: str, shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
         """Return an array of zeros. It replaces the array that was allocated before under the same ``slot``."""
 
-    def keep(self, slot: str, array: NDArray[Any]) -> NDArray[Any]:
-        """Return an array with the same contents, C-contiguous and reachable; ``slot`` as in `zeros`."""
+    def keep(self, slot: str, contents: Contents) -> NDArray[Any]:
+        """Return an array with these contents, C-contiguous and reachable; ``slot`` as in `zeros`."""
 
     def call(self, kernel: str, threads: int, *arguments: Any) -> None:
         """Call a kernel of `motorcade.engine.kernels.KERNELS`; its arrays come from `zeros` or `keep`."""
 
 
 def keep_all(target: Target, figures: Figures) -> Figures:
-    """Return a named tuple with its arrays kept by ``target``, each in a slot named after its field."""
+    """Return a named tuple with its buffers kept by ``target`` as arrays, each in a slot named after its field."""
     kind = type(figures).__name__
     kept: dict[str, Any] = {
         name: target.keep(f"{kind}.{name}", value)
         for name, value in figures._asdict().items()
-        if isinstance(value, np.ndarray)
+        if isinstance(value, Buffer)
     }
     return figures._replace(**kept)
+
+
+def as_array(contents: Contents) -> NDArray[Any]:
+    """Return a buffer as an array of NumPy, without a copy."""
+    if isinstance(contents, Buffer):
+        return np.asarray(contents.items).view(contents.dtype).reshape(contents.shape)
+    return contents
 
 
 class HeapArrays:
@@ -54,9 +62,9 @@ class HeapArrays:
         """Return an array of zeros."""
         return np.zeros(shape, dtype)
 
-    def keep(self, slot: str, array: NDArray[Any]) -> NDArray[Any]:
-        """Return the array itself, or a C-contiguous copy."""
-        return np.ascontiguousarray(array)
+    def keep(self, slot: str, contents: Contents) -> NDArray[Any]:
+        """Return the contents as an array, copied where they are not C-contiguous."""
+        return np.ascontiguousarray(as_array(contents))
 
 
 class InterpretedKernels(HeapArrays):

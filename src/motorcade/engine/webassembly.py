@@ -21,7 +21,7 @@ import numpy as np
 import wasmtime
 from numpy.typing import DTypeLike, NDArray
 
-from motorcade.engine.targets import Name
+from motorcade.engine.targets import Contents, Name, as_array
 from motorcade.errors import MotorcadeError
 
 PATH = Path(__file__).with_name("engine.wasm")
@@ -93,8 +93,9 @@ class WebAssemblyKernels:
         array[...] = 0
         return array
 
-    def keep(self, slot: str, array: NDArray[Any]) -> NDArray[Any]:
+    def keep(self, slot: str, contents: Contents) -> NDArray[Any]:
         """Return a C-contiguous copy in the linear memory; ``slot`` as in `zeros`. Raises MotorcadeError."""
+        array = as_array(contents)
         copy = self._array(slot, array.shape, array.dtype)
         copy[...] = array
         return copy

@@ -94,6 +94,7 @@ class World:
         self._parts = MOST_PARTS if self._is_large else self.worlds
         self.state = layout.cars_of(self.worlds, self.cars, self._kernels.memory)
         self._cells = layout.cells_of(self.worlds, self.cars, self._kernels.memory)
+        self._standing = layout.standing_of(mat, len(self.images))
         self._furnish(mat, self.profile)
         self.reset(seeds)
 
@@ -103,7 +104,7 @@ class World:
             if len(_seed_list(seeds)) != self.worlds:
                 raise MotorcadeError("seeds-differ-from-worlds", count=len(_seed_list(seeds)), worlds=self.worlds)
             self.seeds = self._kernels.memory.keep("seeds", _seed_list(seeds))
-        layout.put_in_place(self.state, self.mat, self.worlds, len(self.images))
+        layout.put_in_place(self.state, self._standing, self.worlds)
         self._driven = self._kernels.memory.keep("driven", bicycle.nobody())
         room = 64 * self.cars + 1024 if self._keeps_events else 0
         counts = self._kernels.memory.zeros("counts", (self._parts, events.COUNTS), np.int64)
