@@ -129,9 +129,11 @@ def test_a_killed_sweep_continues_with_several_processes_and_runs_no_task_twice(
 
 @posix_only
 @pytest.mark.parametrize("parts", [0, 3], ids=["while workers start", "while they work"])
-def test_ctrl_c_ends_in_a_sentence(long_spec, tmp_path, parts):
+def test_ctrl_c_ends_in_a_sentence(spec, tmp_path, parts):
+    # So long that it doesn't end before the signal, however late that is.
+    spec.write_text(SPEC.replace("seeds = 3", "seeds = 24000"), encoding="utf-8")
     table = tmp_path / "out.parquet"
-    with sweeping(long_spec, "-o", table, "--jobs", "2") as process:
+    with sweeping(spec, "-o", table, "--jobs", "2") as process:
         known = psutil.Process(process.pid)
         wait_until(lambda: len(known.children()) > 2 and len(parts_of(table)) >= parts, process)
         # A terminal also signals the workers.
