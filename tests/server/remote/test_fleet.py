@@ -22,7 +22,7 @@ from motorcade.service.messages import sentences
 from motorcade.timing import monotonic_ms
 from support.driven_car import NEUTRAL, PATIENT, DrivenCar
 from support.fault_proxy import FaultProxy
-from support.mock_clock import mock_clock
+from support.mock_clock import mock_clock, pass_time
 from support.picture_server import picture_server
 from support.remote_page import RemotePage
 from support.waiting import until, wait_until
@@ -306,10 +306,10 @@ async def test_at_most_nine_pages_connect_to_a_car_and_an_idle_one_gives_way():
             await cars.connect("ada", "one more")
         controls.pop().leave()
         controls.append(await cars.connect("ada", "one more"))
-        await asyncio.sleep(IDLE_S)
+        await pass_time(IDLE_S)
         for control in controls[1:]:
             control.steer(0.5, 0.0)
-        await asyncio.sleep(0.1)
+        await pass_time(0.1)
         controls.append(await cars.connect("ada", "another"))
         codes = [control.telemetry().why for control in controls]
         given_up = [number for number, why in enumerate(codes) if why == sentences(MotorcadeError("place-given-up"))]
