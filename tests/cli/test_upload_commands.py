@@ -30,6 +30,7 @@ posix_only = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no 
 @pytest.fixture(autouse=True)
 def no_settling(monkeypatch):
     monkeypatch.setattr(talk, "SETTLE_MS", 0)
+    monkeypatch.setattr(talk, "BOOT_MS", 0)
 
 
 @pytest.fixture

@@ -47,6 +47,7 @@ every_line = pytest.mark.parametrize("kind", [PTY, "tcp"])
 def no_pauses(monkeypatch):
     """Before it sends, the uploader lets the line settle; pyserial rests a while after each socket that it closes."""
     monkeypatch.setattr(talk, "SETTLE_MS", 0)
+    monkeypatch.setattr(talk, "BOOT_MS", 0)
     without_pauses(monkeypatch)
 
 

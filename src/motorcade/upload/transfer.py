@@ -39,7 +39,7 @@ TRIES = 3
 SETTLE_MS = SILENCE_MS + 100
 # Opening the port restarts an Arduino, whose boot loader swallows what comes for up to 2 s. Where the car answers, a
 # further try is enough.
-_BOOT_MS = 2100
+BOOT_MS = 2100
 # A board that never stops sending gets the upload nevertheless.
 _LONGEST_SETTLE_MS = 3000
 _AHEAD_BYTES = 64
@@ -125,7 +125,7 @@ class Transfer(ABC):
             end.receive_data(self._data, self._now_ms)
         return result
 
-    def _settle(self, settle_ms: int = SETTLE_MS) -> Steps:
+    def _settle(self, settle_ms: int) -> Steps:
         begin_ms = quiet_ms = self._now_ms
         while (rest_ms := settle_ms - elapsed_ms(self._now_ms, quiet_ms)) > 0:
             if elapsed_ms(self._now_ms, begin_ms) >= _LONGEST_SETTLE_MS:
@@ -162,7 +162,7 @@ class ReadbackTransfer(Transfer):
         for number in range(1, TRIES + 1):
             if number > 1:
                 self._retrying(Retry(READS_AGAIN, number, TRIES))
-            yield from self._settle()
+            yield from self._settle(SETTLE_MS)
             end = ReadbackEnd(self._now_ms)
             yield READBACK_REQUEST
             end.receive_data(self._data, self._now_ms)
@@ -209,7 +209,7 @@ class UploadTransfer(Transfer):
 
     def _run(self) -> Steps:
         if not self._verify:
-            yield from self._settle(_BOOT_MS)
+            yield from self._settle(BOOT_MS)
             yield from self._send_image(UNKNOWN)
             self.outcome = Outcome(NOT_VERIFIED, Phrase("sent-not-verified"))
             return
@@ -231,7 +231,7 @@ class UploadTransfer(Transfer):
         for number in range(1, TRIES + 1):
             if number > 1:
                 self._retrying(Retry(ASKS_AGAIN, number, TRIES))
-            yield from self._settle()
+            yield from self._settle(SETTLE_MS)
             end = CheckRequestEnd(self._image, self._number)
             self._number = self._number + 1 & 255
             yield from self._send(end.request, end)
@@ -278,7 +278,7 @@ class UploadTransfer(Transfer):
         for number in range(1, TRIES + 1):
             if number > 1:
                 self._retrying(Retry(SENDS_AGAIN, number, TRIES))
-            yield from self._settle()
+            yield from self._settle(SETTLE_MS)
             self._last = yield from self._send_image(UNKNOWN)
             if self._last.kind == VERIFIED:
                 self.holds = NEW

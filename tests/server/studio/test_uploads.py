@@ -40,6 +40,7 @@ POSIX_ONLY = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no 
 def no_pauses(monkeypatch) -> None:
     """Shorten all timeouts, as cars answer at once or never here."""
     monkeypatch.setattr(talk, "SETTLE_MS", 0)
+    monkeypatch.setattr(talk, "BOOT_MS", 0)
     monkeypatch.setattr(protocol, "ANSWER_WITHIN_MS", 300)
     monkeypatch.setattr(asking, "ANSWER_WITHIN_MS", 300)
 
