@@ -1,5 +1,6 @@
 """Settings and fixtures for all tests."""
 
+import os
 import tempfile
 from collections import Counter
 from pathlib import Path
@@ -19,6 +20,11 @@ settings.load_profile("quick")
 def install_lock() -> FileLock:
     """A lock to take while something is built or installed: `make test` runs the tests in several processes."""
     return FileLock(Path(tempfile.gettempdir()) / "motorcade-tests.lock")
+
+
+def pytest_xdist_auto_num_workers() -> int:
+    """The number of processes that run the tests: half as many again as processors, since many tests wait."""
+    return (os.cpu_count() or 1) * 3 // 2
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
