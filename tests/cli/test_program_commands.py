@@ -239,12 +239,21 @@ def test_a_file_that_is_not_there_and_a_directory_are_usage_errors(typed, tmp_pa
 
 
 def test_a_file_that_is_neither_a_project_nor_an_image_is_named(tmp_path):
+    letter = tmp_path / "square.txt"
+    letter.write_text("from motorcade import Program")
+    for command in ("simulate", "upload"):
+        ran = run(command, letter)
+        assert (ran.code, ran.out) == (1, "")
+        assert "square.txt is no program: " in only_line(ran.err)
+
+
+def test_python_text_is_a_program_for_every_command(tmp_path):
     script = tmp_path / "square.py"
     script.write_text("from motorcade import Program")
-    for command in ("simulate", "upload"):
-        ran = run(command, script)
-        assert (ran.code, ran.out) == (1, "")
-        assert "square.py is no program: " in only_line(ran.err)
+    for command in ("simulate", "upload --port no-such-port", "compile"):
+        ran = run(*command.split(), script)
+        assert ran.code == 1
+        assert "line 1, column 1: error python-no-program" in only_line(ran.err)
 
 
 @pytest.mark.parametrize("name", ["missing/it.image", "."])

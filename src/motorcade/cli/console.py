@@ -100,7 +100,8 @@ def print_diagnostics(console: Console, diagnostics: Iterable[Diagnostic]) -> No
     """Print each diagnostic in a line: place, severity, code, sentence."""
     for each in diagnostics:
         line = Text()
-        line.append(f"{each.path}: " if each.path else "")
+        place = each.place(current_language())
+        line.append(f"{place}: " if place else "")
         style = "bold red" if each.severity == "error" else "bold yellow"
         line.append(translated(each.severity), style=style)
         line.append(f" {each.code}: {each.sentence(current_language())}")

@@ -5,6 +5,7 @@ import os
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from motorcade.program.compiler import Compiled
 
 _MOST_BYTES = 1 << 24
+# The ending of files with Python text.
+PYTHON = ".py"
 
 Json = Annotated[bool, typer.Option("--json")]
 ExistingFile = Annotated[Path, typer.Argument(exists=True, dir_okay=False, readable=True)]
@@ -84,19 +87,31 @@ def profile_named(name: str) -> "Profile":
     return load_profile(name, Path())
 
 
-def compile_project(data: bytes, folder: Path) -> "tuple[Compiled, Profile]":
-    """Compile the project in ``data``, of a file in ``folder``; return it with its profile. Raises ProgramError."""
+def compile_project(data: bytes, source: Path) -> "tuple[Compiled, Profile]":
+    """Compile the project or the Python text (*.py) in ``data``, of the file ``source``; return it with its profile.
+
+    Python text is read, never executed. Raises ProgramError.
+    """
     from motorcade.config.profile import load_profile
     from motorcade.program.compiler import compile_program
     from motorcade.program.diagnostics import ProgramError, error
     from motorcade.program.model import read_program
 
-    program = read_program(data)
+    text = None
+    if source.suffix == PYTHON:
+        from motorcade.program.python_reader import read_python
+
+        text = read_python(data)
+    program = text.program if text else read_program(data)
     try:
-        profile = load_profile(program.profile, folder)
+        profile = load_profile(program.profile, source.parent)
     except MotorcadeError as problem:
-        raise ProgramError([error("bad-profile", "profile", reason=problem)]) from None
-    return compile_program(program, profile), profile
+        found = [error("bad-profile", "profile", reason=problem)]
+        raise ProgramError(text.located(found) if text else found) from None
+    compiled = compile_program(program, profile)
+    if text:
+        compiled = replace(compiled, diagnostics=(*text.diagnostics, *text.located(compiled.diagnostics)))
+    return compiled, profile
 
 
 def image_of(source: Path, profile_name: str, place: str = "") -> "tuple[bytes, Profile]":
@@ -120,7 +135,7 @@ def image_of(source: Path, profile_name: str, place: str = "") -> "tuple[bytes, 
             raise MotorcadeError("not-a-program", place=place or source, reason=problem) from None
         return data, profile_named(profile_name)
     try:
-        compiled, profile = compile_project(data, source.parent)
+        compiled, profile = compile_project(data, source)
         diagnostics = compiled.diagnostics
     except ProgramError as problem:
         diagnostics = problem.diagnostics
@@ -174,7 +189,7 @@ def whole_number(text: str, name: str | Phrase) -> int:
 def _is_project(source: Path, data: bytes) -> bool:
     from motorcade.words.image import ImageError, parse_image_bytes
 
-    if source.suffix == ".json":
+    if source.suffix in (".json", PYTHON):
         return True
     try:
         parse_image_bytes(data)

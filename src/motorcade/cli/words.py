@@ -95,7 +95,7 @@ def _compile(
     from motorcade.program.diagnostics import ProgramError, has_errors
 
     try:
-        compiled, profile = compile_project(read_file(project), project.parent)
+        compiled, profile = compile_project(read_file(project), project)
         words, diagnostics = compiled.words, compiled.diagnostics
         counts = (compiled.leader_states, compiled.follower_words, compiled.dwell_ms, compiled.tagged)
     except ProgramError as problem:
@@ -119,10 +119,18 @@ def _compile(
 
 
 @app.command("decompile")
-def _decompile(image: ExistingFile, profile: str = "classroom", language: Language = "", as_json: Json = True) -> None:
+def _decompile(
+    image: ExistingFile,
+    profile: str = "classroom",
+    python: Annotated[bool, typer.Option("--python")] = False,
+    language: Language = "",
+    as_json: Json = True,
+) -> None:
     from motorcade.program.decompiler import decompile
+    from motorcade.program.python_writer import python_text
 
-    print_lines([decompile(words_in(image), profile_named(profile)).as_json().removesuffix("\n")])
+    program = decompile(words_in(image), profile_named(profile))
+    print_lines([(python_text(program) if python else program.as_json()).removesuffix("\n")])
 
 
 @app.command("inspect")

@@ -2,12 +2,21 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import error_sentence
 
 Severity = Literal["error", "warning"]
+
+
+class Span(NamedTuple):
+    """A part of a text, from its first character to the one behind its last; lines and columns count from 1."""
+
+    line: int
+    column: int
+    end_line: int
+    end_column: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +31,7 @@ class Diagnostic:
         path: the place in the JSON, such as ``leader[2].together[0]``.
         id: the step's id (the block it came from), where it has one.
         details: the values for the sentence's placeholders, by name.
+        span: its place in the Python text that the program was read from; None for a program from elsewhere.
     """
 
     code: str
@@ -29,20 +39,28 @@ class Diagnostic:
     path: str
     id: str | None = None
     details: dict[str, Any] = field(default_factory=dict)
+    span: Span | None = None
 
     def sentence(self, language: str = "en", audience: str = "") -> str:
         """The sentence in one of `motorcade.locales.languages()`, for an ``audience`` as in `MotorcadeError`."""
         return error_sentence(self.code, self.details, language, audience)
 
+    def place(self, language: str = "en") -> str:
+        """The place for a reader: line and column of a text, else the path."""
+        if self.span is None:
+            return self.path
+        return Phrase("line-and-column", line=self.span.line, column=self.span.column).sentence(language)
+
     def as_dict(self, language: str = "en") -> dict[str, Any]:
         """The diagnostic for JSON."""
-        return {
+        document = {
             "code": self.code,
             "severity": self.severity,
             "message": self.sentence(language),
             "path": self.path,
             "id": self.id,
         }
+        return document if self.span is None else {**document, "line": self.span.line, "column": self.span.column}
 
 
 def error(code: str, path: str, step_id: str | None = None, **details: Any) -> Diagnostic:
@@ -64,7 +82,7 @@ class _Problems(tuple[Diagnostic, ...]):
     __slots__ = ()
 
     def sentence(self, language: str = "en") -> str:
-        return "; ".join(f"{each.path}: {each.sentence(language)}" for each in self)
+        return "; ".join(f"{each.place(language)}: {each.sentence(language)}" for each in self)
 
     __str__ = sentence
 

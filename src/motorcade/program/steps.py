@@ -46,7 +46,7 @@ class Step:
         id: the block that it came from.
         accept_ir, forward: for a follower's step only; None takes the setting of the followers' program.
         kind: the kind's name in JSON, in a block's type and in locales.
-        names: its names in Python: a class or functions of this module.
+        names: its names in Python, a class or functions of this module, each with the fields that the name decides.
         category: the category of the page's toolbox that has its block; blocks of one category have one colour.
         group: the part of a control word that it fills; a car has one of each, so two steps of one group can't start
             together.
@@ -57,7 +57,7 @@ class Step:
     """
 
     kind: ClassVar[str] = ""
-    names: ClassVar[tuple[str, ...]] = ()
+    names: ClassVar[dict[str, dict[str, str]]] = {}
     category: ClassVar[str] = ""
     group: ClassVar[str] = ""
     hue: ClassVar[int] = 0
@@ -95,7 +95,12 @@ class DriveStep(Step):
     """Drive or turn for some seconds; speed level 0 stands still, 3 is fastest (c3)."""
 
     kind: ClassVar[str] = "drive"
-    names: ClassVar[tuple[str, ...]] = ("forward", "left", "right", "wander")
+    names: ClassVar[dict[str, dict[str, str]]] = {
+        "forward": {"direction": "forward"},
+        "left": {"direction": "left"},
+        "right": {"direction": "right"},
+        "wander": {"direction": "random"},
+    }
     category: ClassVar[str] = "drive"
     group: ClassVar[str] = "motor"
     hue: ClassVar[int] = 219
@@ -110,7 +115,7 @@ class WaitStep(Step):
     """Stand still for some seconds (c3 at speed 0)."""
 
     kind: ClassVar[str] = "wait"
-    names: ClassVar[tuple[str, ...]] = ("wait",)
+    names: ClassVar[dict[str, dict[str, str]]] = {"wait": {}}
     category: ClassVar[str] = "drive"
     group: ClassVar[str] = "motor"
     hue: ClassVar[int] = 219
@@ -123,7 +128,7 @@ class LedStep(Step):
     """Light one of the LEDs 0 to 3 for some seconds (c4)."""
 
     kind: ClassVar[str] = "led"
-    names: ClassVar[tuple[str, ...]] = ("led",)
+    names: ClassVar[dict[str, dict[str, str]]] = {"led": {}}
     category: ClassVar[str] = "light"
     group: ClassVar[str] = "led"
     hue: ClassVar[int] = 41
@@ -136,7 +141,7 @@ class AvoidStep(Step):
     """Avoid obstacles nearer than radius level 0 to 3 for some seconds (c5)."""
 
     kind: ClassVar[str] = "avoid"
-    names: ClassVar[tuple[str, ...]] = ("avoid",)
+    names: ClassVar[dict[str, dict[str, str]]] = {"avoid": {}}
     category: ClassVar[str] = "sense"
     group: ClassVar[str] = "avoid"
     hue: ClassVar[int] = 166
@@ -158,7 +163,7 @@ class VoiceStep(AccompanyingStep):
     """Listen for 'stop' and 'go' (c6)."""
 
     kind: ClassVar[str] = "voice"
-    names: ClassVar[tuple[str, ...]] = ("voice",)
+    names: ClassVar[dict[str, dict[str, str]]] = {"voice": {}}
     category: ClassVar[str] = "sense"
     group: ClassVar[str] = "voice"
     hue: ClassVar[int] = 263
@@ -170,7 +175,7 @@ class PirStep(AccompanyingStep):
     """Stand still while a person is sensed (c7)."""
 
     kind: ClassVar[str] = "pir"
-    names: ClassVar[tuple[str, ...]] = ("pir",)
+    names: ClassVar[dict[str, dict[str, str]]] = {"pir": {}}
     category: ClassVar[str] = "sense"
     group: ClassVar[str] = "pir"
     hue: ClassVar[int] = 22
@@ -182,7 +187,7 @@ class TogetherStep(Step):
     """Steps of different groups that start at once; it lasts as long as its longest."""
 
     kind: ClassVar[str] = "together"
-    names: ClassVar[tuple[str, ...]] = ("together",)
+    names: ClassVar[dict[str, dict[str, str]]] = {"together": {}}
     category: ClassVar[str] = "order"
     steps: tuple[Step, ...]
 
@@ -202,7 +207,7 @@ class RepeatStep(Step):
     """Steps done over and over."""
 
     kind: ClassVar[str] = "repeat"
-    names: ClassVar[tuple[str, ...]] = ("repeat",)
+    names: ClassVar[dict[str, dict[str, str]]] = {"repeat": {}}
     category: ClassVar[str] = "order"
     times: int = field(metadata={"schema": whole(1, 1_000_000_000), "first": 2})
     steps: tuple[Step, ...]

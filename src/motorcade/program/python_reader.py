@@ -1,0 +1,354 @@
+"""Read a program from Python text without executing it.
+
+The text may hold what Motorcade's own examples hold: a docstring, comments, ``from motorcade import ...`` and one
+``program = Program(...)`` whose steps and values are written out. What is done with the program, by calls such as
+``program.save(...)`` and ``show(program)`` and in a block ``if __name__ == "__main__":``, is not read. Everything else
+is an error at its line. Names, their arguments and their defaults come from `motorcade.program.steps` and
+`motorcade.program.model`; values are checked against the schema of project files.
+"""
+
+import ast
+import inspect
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from typing import Any
+
+from motorcade.config.check import shown
+from motorcade.errors import Phrase
+from motorcade.program import steps
+from motorcade.program.blocks import MOST_DEEP
+from motorcade.program.diagnostics import Diagnostic, ProgramError, Span, error, warning
+from motorcade.program.model import FORMAT, Followers, Program, program_from_dict
+from motorcade.program.python_syntax import Source, located
+from motorcade.program.steps import COMMON, KINDS, RepeatStep, Step, TogetherStep
+
+# The kind behind each name of a step.
+STEP_NAMES: dict[str, type[Step]] = {name: kind for kind in KINDS.values() for name in kind.names}
+_NAMES = (Program.__name__, Followers.__name__, *STEP_NAMES)
+# The variable that holds the program.
+VARIABLE = "program"
+# Later errors are often consequences of the first ones.
+_MOST_ERRORS = 20
+_LOOPS = (ast.For, ast.AsyncFor, ast.While, ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp)
+_DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda)
+
+
+@dataclass(slots=True)
+class Node:
+    """A part of the program in its text.
+
+    Attributes:
+        path: its place in the program's document: "" for the whole, ``leader``, ``leader[0]``, ``followers.forward``.
+        start, end: the numbers of its first character, and of the one behind its last.
+        parts: the parts inside it, in the order of the text.
+    """
+
+    path: str
+    start: int
+    end: int
+    parts: list["Node"] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class PythonProgram:
+    """A program that was read from Python text.
+
+    Attributes:
+        source: the text.
+        program: what it says.
+        root: where its parts stand.
+        imports: the names imported from motorcade, each with the name that it has in the text.
+        imported_at: the last import of them; None where there is none.
+        spans: the places of steps and values, by their path.
+        diagnostics: warnings.
+    """
+
+    source: Source
+    program: Program
+    root: Node
+    imports: dict[str, str]
+    imported_at: ast.ImportFrom | None
+    spans: dict[str, Span]
+    diagnostics: tuple[Diagnostic, ...]
+
+    def located(self, diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+        """Return diagnostics of this program with their places in the text."""
+        return tuple(located(each, span_of(self.spans, each.path)) for each in diagnostics)
+
+
+def read_python(data: bytes | str) -> PythonProgram:
+    """Return the program in Python text. Raises ProgramError; its diagnostics name lines and columns."""
+    source = Source(data)
+    reader = _Reader(source)
+    call = reader.program_call()
+    root, document = reader.document(call) if call else (Node("", 0, 0), {})
+    reader.refuse_errors()
+    try:
+        program = program_from_dict(document)
+    except ProgramError as problem:
+        found = [located(each, span_of(reader.spans, each.path)) for each in problem.diagnostics]
+        raise ProgramError(found[:_MOST_ERRORS]) from None
+    return PythonProgram(
+        source, program, root, reader.imports, reader.imported_at, reader.spans, tuple(reader.warnings())
+    )
+
+
+def span_of(spans: dict[str, Span], path: str) -> Span | None:
+    """Return the place of ``path``, or else of the innermost part around it that has one."""
+    while path and path not in spans:
+        path = path[: max(path.rfind("."), path.rfind("["), 0)]
+    return spans.get(path)
+
+
+class _TooManyErrorsError(Exception):
+    pass
+
+
+class _Reader:
+    def __init__(self, source: Source) -> None:
+        self.imports: dict[str, str] = {}
+        self.imported_at: ast.ImportFrom | None = None
+        self.spans: dict[str, Span] = {}
+        self._source = source
+        self._errors: list[Diagnostic] = []
+        self._used: dict[str, Any] = {}
+
+    def refuse_errors(self) -> None:
+        """Raise ProgramError where there were errors."""
+        if self._errors:
+            raise ProgramError(sorted(self._errors, key=lambda each: each.span or (0,)))
+
+    def warnings(self) -> Iterator[Diagnostic]:
+        """Yield a warning for each name that isn't imported, at its first use."""
+        for name, node in self._used.items():
+            if name not in self.imports:
+                yield located(warning("python-not-imported", "", name=name), self._source.span(node))
+
+    def program_call(self) -> ast.Call | None:
+        """Return the call of Program, the only one among the statements."""
+        found: ast.Call | None = None
+        try:
+            for statement in self._source.tree.body:
+                match statement:
+                    case ast.Expr(value=ast.Constant(value=str())):
+                        pass
+                    case ast.ImportFrom(module="motorcade", level=0):
+                        self._import(statement)
+                    case ast.If() if ast.unparse(statement.test) == "__name__ == '__main__'":
+                        pass
+                    case ast.Assign(targets=[ast.Name(id="program")], value=ast.Call() as call):
+                        if found:
+                            self._refuse("python-second-program", statement)
+                        found = call
+                    case ast.Expr(value=ast.Call(func=func)) if found and self._uses_the_program(func):
+                        pass
+                    case _:
+                        self._refuse_statement(statement)
+            if not found and not self._errors:
+                self._errors.append(located(error("python-no-program", ""), Span(1, 1, 1, 2)))
+        except _TooManyErrorsError:
+            return None
+        return found
+
+    def _uses_the_program(self, function: ast.expr) -> bool:
+        """Whether a call is one of the program's own, such as save, or of something else that motorcade offers."""
+        if isinstance(function, ast.Attribute):
+            return isinstance(function.value, ast.Name) and function.value.id == VARIABLE
+        names = [name for name, own in self.imports.items() if own == getattr(function, "id", None)]
+        return bool(names) and names[0] not in _NAMES
+
+    def _import(self, statement: ast.ImportFrom) -> None:
+        self.imported_at = statement
+        for alias in statement.names:
+            if alias.name == "*":
+                self.imports |= {name: name for name in _NAMES}
+            else:
+                self.imports[alias.name] = alias.asname or alias.name
+
+    def document(self, call: ast.Call) -> tuple[Node, dict[str, Any]]:
+        """Return where the program's parts stand, and its document as in a project file."""
+        root = self._node("", call)
+        document: dict[str, Any] = {"format": FORMAT}
+        try:
+            name = self._name_of(call)
+            if name != Program.__name__:
+                if name is not None:
+                    self._refuse("python-no-program", call)
+                return root, document
+            for name, value, around in self._arguments(call, Program):
+                node = self._node(name, around)
+                root.parts.append(node)
+                if name == "leader":
+                    document[name] = self._row(value, name, node)
+                elif name == "followers":
+                    document[name] = self._followers(value, node)
+                else:
+                    document[name] = self._value(value)
+        except _TooManyErrorsError:
+            pass
+        root.parts.sort(key=lambda part: part.start)
+        return root, document
+
+    def _followers(self, value: ast.expr, node: Node) -> Any:
+        if isinstance(value, ast.Constant) and value.value is None:
+            return None
+        if not isinstance(value, ast.Call):
+            return {"steps": self._row(value, "followers.steps", node)}
+        if self._name_of(value) != Followers.__name__:
+            self._refuse("python-no-list", value)
+            return None
+        document: dict[str, Any] = {}
+        for name, each, around in self._arguments(value, Followers):
+            part = self._node(f"{node.path}.{name}", around)
+            node.parts.append(part)
+            document[name] = self._row(each, part.path, part) if name == "steps" else self._value(each)
+        # None stands for the choice of the compiler, for which a document has no value.
+        if document.get("dwell_seconds", 0) is None:
+            del document["dwell_seconds"]
+        node.parts.sort(key=lambda part: part.start)
+        return document
+
+    def _row(self, value: ast.expr, path: str, node: Node) -> list[Any]:
+        if not isinstance(value, ast.List | ast.Tuple):
+            self._refuse("python-loop" if isinstance(value, _LOOPS) else "python-no-list", value)
+            return []
+        self.spans[path] = self._source.span(value)
+        return self._steps(value.elts, path, node, 0)
+
+    def _steps(self, nodes: Iterable[ast.expr], path: str, around: Node, depth: int) -> list[Any]:
+        return [self._step(each, f"{path}[{number}]", around, depth) for number, each in enumerate(nodes)]
+
+    def _step(self, value: ast.expr, path: str, around: Node, depth: int) -> dict[str, Any]:
+        if not isinstance(value, ast.Call):
+            self._refuse("python-loop" if isinstance(value, _LOOPS) else "python-not-a-step", value)
+            return {}
+        name = self._name_of(value)
+        if name not in STEP_NAMES:
+            if name is not None:
+                self._refuse("python-not-a-step", value)
+            return {}
+        if depth > MOST_DEEP:
+            self._refuse("blocks-too-deep", value, most=MOST_DEEP)
+            return {}
+        node = self._node(path, value)
+        around.parts.append(node)
+        kind = STEP_NAMES[name]
+        content: dict[str, Any] = dict(kind.names[name])
+        common: dict[str, Any] = {}
+        inside: list[ast.expr] = []
+        for key, each, _ in self._arguments(value, getattr(steps, name), inside):
+            target = common if key in COMMON else content
+            if (given := self._value(each)) is not None:
+                target[key] = given
+            self.spans[f"{path}.{key}" if key in COMMON else f"{path}.{kind.kind}.{key}"] = self._source.span(each)
+        if kind is TogetherStep:
+            return {kind.kind: self._steps(inside, f"{path}.{kind.kind}", node, depth + 1), **common}
+        if kind is RepeatStep:
+            content["steps"] = self._steps(inside, f"{path}.{kind.kind}.steps", node, depth + 1)
+        return {kind.kind: content, **common}
+
+    def _arguments(
+        self, call: ast.Call, what: Callable[..., Any], inside: list[ast.expr] | None = None
+    ) -> Iterator[tuple[str, ast.expr, Any]]:
+        """Yield each argument of a call, and of those with a default that are absent none: name, value, place.
+
+        The steps inside a step are appended to ``inside``.
+        """
+        names, defaults, takes_steps = parameters_of(what)
+        seen: set[str] = set()
+        for number, value in enumerate(call.args):
+            if isinstance(value, ast.Starred):
+                self._refuse("python-star", value)
+            elif number < len(names) and not (takes_steps and isinstance(value, ast.Call)):
+                seen.add(names[number])
+                yield names[number], value, value
+            elif takes_steps and inside is not None:
+                inside.append(value)
+            else:
+                self._refuse("python-too-many-values", value, name=ast.unparse(call.func), names=", ".join(names))
+        allowed = [*names, *(COMMON if inside is not None else ())]
+        for keyword in call.keywords:
+            if keyword.arg is None:
+                self._refuse("python-star", keyword.value)
+            elif keyword.arg not in allowed:
+                nearest = _nearest(keyword.arg, allowed)
+                function = ast.unparse(call.func)
+                self._refuse("python-no-such-value", keyword, function=function, name=_short(keyword.arg), hint=nearest)
+            elif keyword.arg in seen:
+                self._refuse("python-given-twice", keyword, name=keyword.arg)
+            else:
+                seen.add(keyword.arg)
+                yield keyword.arg, keyword.value, keyword
+        for name, default in defaults.items():
+            if name not in seen and default is not None and inside is not None:
+                yield name, ast.copy_location(ast.Constant(default), call.func), call
+
+    def _value(self, node: ast.expr) -> Any:
+        match node:
+            case ast.Constant(value=(bool() | int() | float() | str() | None) as value):
+                return value
+            case ast.UnaryOp(
+                op=ast.USub() | ast.UAdd() as sign, operand=ast.Constant(value=(int() | float()) as value)
+            ):
+                return -value if isinstance(sign, ast.USub) else value
+        self._refuse("python-no-value", node)
+        return None
+
+    def _name_of(self, call: ast.Call) -> str | None:
+        """Return the name in motorcade of what is called; None, with an error, where it is none."""
+        if isinstance(call.func, ast.Name):
+            for name, own in self.imports.items():
+                if own == call.func.id and name in _NAMES:
+                    return name
+            if call.func.id in _NAMES:
+                self._used.setdefault(call.func.id, call.func)
+                return call.func.id
+        name = ast.unparse(call.func)
+        self._refuse("python-unknown-name", call.func, name=_short(name), hint=_nearest(name[:40], _NAMES))
+        return None
+
+    def _refuse_statement(self, statement: ast.stmt) -> None:
+        if isinstance(statement, _LOOPS):
+            self._refuse("python-loop", statement)
+        elif isinstance(statement, ast.Import | ast.ImportFrom):
+            self._refuse("python-import", statement)
+        elif isinstance(statement, _DEFINITIONS):
+            self._refuse("python-function", statement)
+        elif isinstance(statement, ast.Assign | ast.AnnAssign | ast.AugAssign):
+            self._refuse("python-other-variable", statement, name=VARIABLE)
+        else:
+            self._refuse("python-statement", statement)
+
+    def _refuse(self, code: str, node: Any, **details: Any) -> None:
+        span = self._source.span(node)
+        # A whole loop or function would be red; its first line is enough.
+        if span.end_line > span.line:
+            span = self._source.first_line_of(span)
+        self._errors.append(located(error(code, "", **details), span))
+        if len(self._errors) >= _MOST_ERRORS:
+            raise _TooManyErrorsError
+
+    def _node(self, path: str, node: Any) -> Node:
+        self.spans.setdefault(path, self._source.span(node))
+        return Node(path, *self._source.extent(node))
+
+
+def parameters_of(what: Callable[..., Any]) -> tuple[list[str], dict[str, Any], bool]:
+    """Return the names that a step's arguments have in order, those with a default, and whether steps follow them."""
+    parameters = inspect.signature(what).parameters.values()
+    named = [each for each in parameters if each.kind is each.POSITIONAL_OR_KEYWORD]
+    defaults = {each.name: each.default for each in named if each.default is not each.empty}
+    return [each.name for each in named], defaults, any(each.kind is each.VAR_POSITIONAL for each in parameters)
+
+
+def _nearest(name: str, known: Iterable[str]) -> Phrase:
+    """Return a phrase that proposes the known name that is most like ``name``, or lists all."""
+    known = list(known)
+    if found := get_close_matches(name, known, 1):
+        return Phrase("python-did-you-mean", name=found[0])
+    return Phrase("python-known-names", names=", ".join(known))
+
+
+def _short(text: str) -> Any:
+    return str(shown(text))[1:-1]

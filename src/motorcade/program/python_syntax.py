@@ -1,0 +1,147 @@
+"""The syntax of a program's Python text: its tree, the places of its nodes, and sentences for what isn't Python.
+
+The text is parsed by `ast` and never executed.
+"""
+
+import ast
+import io
+import re
+import tokenize
+import warnings
+from typing import Any, NamedTuple
+
+from motorcade.errors import Phrase
+from motorcade.program.diagnostics import Diagnostic, ProgramError, Span, error
+
+# More than any program that fits into a car, with comments, needs; Python reads it within a second.
+MOST_CHARACTERS = 200_000
+# The beginnings of the messages of Python's parser, and the phrase for each; groups become its details.
+_REASONS = tuple(
+    (re.compile(pattern, re.DOTALL), key)
+    for pattern, key in (
+        (r"'(?P<sign>.)' was never closed", "python-not-closed"),
+        (r"unmatched '(?P<sign>.)'", "python-not-opened"),
+        (
+            r"closing parenthesis '(?P<sign>.)' does not match opening parenthesis '(?P<opened>.)'",
+            "python-other-bracket",
+        ),
+        (r"invalid syntax\. Perhaps you forgot a comma", "python-no-comma"),
+        (r"invalid character '(?P<sign>.)'", "python-bad-character"),
+        (r"invalid non-printable character (?P<sign>\S+)", "python-bad-character"),
+        (r"unterminated (triple-quoted )?(f-)?string literal", "python-open-string"),
+        (r"unexpected indent|unindent does not match|inconsistent use of tabs", "python-bad-indent"),
+        (r"expected an indented block", "python-no-indent"),
+        (r"expected '(?P<sign>.)'", "python-expected"),
+        (r"positional argument follows keyword argument", "python-order-of-values"),
+        (r"keyword argument repeated", "python-same-name"),
+        (r"Exceeds the limit|invalid (\w+ )?decimal literal|leading zeros", "python-bad-number"),
+        (r"unexpected EOF", "python-ends-early"),
+        (r"too many nested parentheses", "too-deep"),
+    )
+)
+
+
+class Comment(NamedTuple):
+    """A comment, from its ``#`` on."""
+
+    line: int
+    start: int
+    text: str
+
+
+class Source:
+    """A text, its syntax tree, and the places of its nodes."""
+
+    def __init__(self, data: bytes | str) -> None:
+        """Parse a text. Raises ProgramError where it is no Python, or too long."""
+        try:
+            text = data.decode("utf-8-sig") if isinstance(data, bytes) else data.removeprefix("\ufeff")
+            text.encode()
+        except UnicodeError:
+            raise _not_python(Phrase("not-text"), 1, 1) from None
+        self.text = re.sub("\r\n?", "\n", text)
+        if len(self.text) > MOST_CHARACTERS:
+            raise ProgramError([error("python-too-long", "", most=MOST_CHARACTERS)])
+        self._lines = self.text.split("\n")
+        self._starts = [0]
+        for line in self._lines:
+            self._starts.append(self._starts[-1] + len(line) + 1)
+        self.tree = _parse(self.text)
+
+    def span(self, node: Any) -> Span:
+        """The place of a node in the text."""
+        start, end = self.extent(node)
+        return Span(*self._place(start), *self._place(end))
+
+    def extent(self, node: Any) -> tuple[int, int]:
+        """The number of a node's first character, and of the one behind its last."""
+        return (
+            self._offset(node.lineno, node.col_offset),
+            self._offset(node.end_lineno, node.end_col_offset),
+        )
+
+    def first_line_of(self, span: Span) -> Span:
+        """The part of a place that stands on its first line."""
+        return Span(span.line, span.column, span.line, len(self._lines[span.line - 1]) + 1)
+
+    def line_at(self, offset: int) -> int:
+        """The line, from 1, of a character."""
+        return self._place(offset)[0]
+
+    def start_of(self, line: int) -> int:
+        """The number of the first character of a line."""
+        return self._starts[line - 1]
+
+    def comments(self) -> list[Comment]:
+        """All comments of the text, in their order."""
+        tokens = tokenize.generate_tokens(io.StringIO(self.text).readline)
+        return [
+            Comment(token.start[0], self._starts[token.start[0] - 1] + token.start[1], token.string)
+            for token in tokens
+            if token.type == tokenize.COMMENT
+        ]
+
+    def _offset(self, line: int, byte_column: int) -> int:
+        """Python's parser counts columns in bytes of UTF-8."""
+        text = self._lines[line - 1]
+        column = byte_column if text.isascii() else len(text.encode()[:byte_column].decode())
+        return self._starts[line - 1] + column
+
+    def _place(self, offset: int) -> tuple[int, int]:
+        low, high = 0, len(self._lines) - 1
+        while low < high:
+            middle = (low + high + 1) // 2
+            low, high = (middle, high) if self._starts[middle] <= offset else (low, middle - 1)
+        return low + 1, offset - self._starts[low] + 1
+
+
+def _parse(text: str) -> ast.Module:
+    if "\0" in text:
+        before = text[: text.index("\0")]
+        raise _not_python(Phrase("python-null-byte"), before.count("\n") + 1, len(before) - before.rfind("\n"))
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return ast.parse(text)
+    except SyntaxError as problem:
+        found = ((pattern.match(problem.msg or ""), key) for pattern, key in _REASONS)
+        reason = next((Phrase(key, **match.groupdict()) for match, key in found if match), Phrase("python-mistake"))
+        line, column = problem.lineno or 1, problem.offset or 1
+        if isinstance(problem, IndentationError) and line <= text.count("\n") + 1:
+            # Python's versions name different columns.
+            code = text.split("\n")[line - 1]
+            column = len(code) - len(code.lstrip()) + 1
+        raise _not_python(reason, line, column) from None
+    except (RecursionError, MemoryError):
+        raise _not_python(Phrase("too-deep"), 1, 1) from None
+
+
+def _not_python(reason: Phrase, line: int, column: int) -> ProgramError:
+    line, column = max(1, line), max(1, column)
+    problem = error("not-python", "", reason=reason)
+    return ProgramError([located(problem, Span(line, column, line, column + 1))])
+
+
+def located(problem: Diagnostic, span: Span | None) -> Diagnostic:
+    """Return a diagnostic with its place in a text."""
+    return Diagnostic(problem.code, problem.severity, problem.path, problem.id, problem.details, span)

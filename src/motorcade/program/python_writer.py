@@ -1,0 +1,323 @@
+"""Write a program as Python text, and bring an older text up to date: its comments and everything else stay."""
+
+import ast
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from motorcade.program import steps
+from motorcade.program.alignment import align, without_ids
+from motorcade.program.model import Followers, Program
+from motorcade.program.python_reader import STEP_NAMES, VARIABLE, Node, PythonProgram, parameters_of, read_python
+from motorcade.program.python_syntax import Comment, Source
+from motorcade.program.steps import COMMON, RepeatStep, Step, TogetherStep
+
+_INDENT = "    "
+_LONGEST_LINE = 100
+
+
+def python_text(program: Program, ids: bool = False) -> str:
+    """Return a program as text that `read_python` and Python itself read; with ``ids`` it names the steps' blocks."""
+    writer = _Writer(None, ids)
+    call = writer.program(program)
+    return f"{_import_of({name: name for name in writer.used})}\n\n{VARIABLE} = {call}\n"
+
+
+def updated_text(text: str | PythonProgram, program: Program) -> str:
+    """Return ``text``, changed so that it makes ``program``; every comment stays.
+
+    A text that makes the program already, apart from ids, is returned as it is. Raises ProgramError where it can't be
+    read.
+    """
+    old = read_python(text) if isinstance(text, str) else text
+    if _content(old.program) == _content(program):
+        return old.source.text
+    writer = _Writer(old, False)
+    call = writer.program(program)
+    text = old.source.text[: old.root.start] + call + old.source.text[old.root.end :]
+    return _with_imports(text, old, writer.used)
+
+
+def _content(program: Program) -> tuple[Any, ...]:
+    """What a program says, without the ids of its blocks."""
+    told = program.followers
+    return (
+        tuple(without_ids(each) for each in program.leader),
+        told and (tuple(without_ids(each) for each in told.steps), _settings_of(told)),
+        program.profile,
+    )
+
+
+def _settings_of(followers: Followers) -> dict[str, Any]:
+    """The followers' settings that differ from the usual ones."""
+    defaults = parameters_of(Followers)[1]
+    return {name: getattr(followers, name) for name in defaults if getattr(followers, name) != defaults[name]}
+
+
+@dataclass(slots=True)
+class _Comments:
+    """The comments of a part: in the lines before it, behind it on its line, and inside it before its end."""
+
+    before: list[str] = field(default_factory=list)
+    behind: list[str] = field(default_factory=list)
+    end: list[str] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class _Item(_Comments):
+    """A step to write: with its comments, the steps inside it, and its present text where that can stay."""
+
+    step: Step | None = None
+    inside: list["_Item"] = field(default_factory=list)
+    text: str = ""
+
+    def all_comments(self) -> list[str]:
+        """Its comments and those of the steps inside it."""
+        inner = [comment for each in self.inside for comment in each.all_comments()]
+        return [*self.before, *inner, *self.end, *self.behind]
+
+    def has_comments_inside(self) -> bool:
+        return bool(self.end) or any(each.all_comments() for each in self.inside)
+
+
+def _comments_of(old: PythonProgram) -> dict[str, _Comments]:
+    """Return the comments inside the program's call, by the path of the part that they belong to."""
+    found: dict[str, _Comments] = {}
+    for comment in old.source.comments():
+        if old.root.start <= comment.start < old.root.end:
+            _attach(comment, old.root, old.source, found)
+    return found
+
+
+def _attach(comment: Comment, node: Node, source: Source, found: dict[str, _Comments]) -> None:
+    last: Node | None = None
+    for part in node.parts:
+        if part.start <= comment.start < part.end:
+            _attach(comment, part, source, found)
+            return
+        if part.start > comment.start and not (last and source.line_at(last.end) == comment.line):
+            found.setdefault(part.path, _Comments()).before.append(comment.text)
+            return
+        if part.end <= comment.start:
+            last = part
+    own = found.setdefault((last or node).path, _Comments())
+    if last and source.line_at(last.end) == comment.line:
+        own.behind.append(comment.text)
+    else:
+        found.setdefault(node.path, _Comments()).end.append(comment.text)
+
+
+class _Writer:
+    """Writes one program; ``used`` collects the names that its text needs."""
+
+    def __init__(self, old: PythonProgram | None, ids: bool) -> None:
+        self.used: set[str] = set()
+        self._old = old
+        self._ids = ids
+        self._nodes = dict(_nodes(old.root)) if old else {}
+        self._comments = _comments_of(old) if old else {}
+
+    def program(self, program: Program) -> str:
+        """Return the call of Program, over several lines."""
+        before = self._old.program if self._old else Program([])
+        told = before.followers.steps if before.followers else ()
+        old_items = self._items(before.leader, "leader"), self._items(told, "followers.steps")
+        rows = self._argument("leader", f"leader={self._list(old_items[0], program.leader, 'leader', 1)}", 1)
+        if program.followers is not None:
+            rows += self._argument("followers", f"followers={self._followers(program.followers, old_items[1])}", 1)
+        else:
+            rows += [_INDENT + comment for each in old_items[1] for comment in each.all_comments()]
+        if program.profile != parameters_of(Program)[1]["profile"]:
+            rows += self._argument("profile", f"profile={program.profile!r}", 1)
+        left = [comment for each in self._comments.values() for comment in (*each.before, *each.behind, *each.end)]
+        return self._call(Program.__name__, [*rows, *(_INDENT + comment for comment in left)], 0)
+
+    def _followers(self, followers: Followers, old: list[_Item]) -> str:
+        settings = _settings_of(followers)
+        if not settings and "followers.steps" not in self._nodes:
+            return self._list(old, followers.steps, "followers", 1)
+        path = "followers.steps" if "followers.steps" in self._nodes else "followers"
+        rows = self._argument("followers.steps", self._list(old, followers.steps, path, 2), 2)
+        for name, value in settings.items():
+            rows += self._argument(f"followers.{name}", f"{name}={_plain(value)!r}", 2)
+        return self._call(Followers.__name__, [*rows, *self._end("followers", 2)], 1)
+
+    def _list(self, old: list[_Item], row: Sequence[Step], path: str, depth: int) -> str:
+        """Return steps as a list, one a line; ``path`` is the part with the comments at its end."""
+        items, left = _merged(old, row)
+        lines = [line for item in items for line in self._lines(item, depth + 1)]
+        lines += [_INDENT * (depth + 1) + comment for comment in left] + self._end(path, depth + 1)
+        return "\n".join(["[", *lines, _INDENT * depth + "]"]) if lines else "[]"
+
+    def _lines(self, item: _Item, depth: int) -> list[str]:
+        """Return the lines of a step with its comments."""
+        indent = _INDENT * depth
+        more = [indent + comment for comment in (*item.before, *item.behind[1:])]
+        return [*more, f"{indent}{self._text(item, depth)},{_behind(item)}"]
+
+    def _text(self, item: _Item, depth: int) -> str:
+        """Return a step's text: on one line where that is short enough and no comment stands inside."""
+        positional, named, name = self._values(item)
+        if not item.has_comments_inside():
+            text = self._one_line(item)
+            if not item.inside or len(text) + len(_INDENT) * depth < _LONGEST_LINE:
+                return text
+        inner = [line for each in item.inside for line in self._lines(each, depth + 1)]
+        around = _INDENT * (depth + 1)
+        rows = [*(f"{around}{each}," for each in positional), *inner, *(around + each for each in item.end)]
+        return self._call(name, [*rows, *(f"{around}{each}," for each in named)], depth)
+
+    def _one_line(self, item: _Item) -> str:
+        if item.text:
+            self.used.update(_names_in(item))
+            return item.text
+        positional, named, name = self._values(item)
+        self.used.add(name)
+        inside = [self._one_line(each) for each in item.inside]
+        return f"{self._called(name)}({', '.join([*positional, *inside, *named])})"
+
+    def _values(self, item: _Item) -> tuple[list[str], list[str], str]:
+        """Return a step's values that stand by their position, those that are named, and the step's name."""
+        step: Any = item.step
+        name = _name_of(step)
+        names, defaults, _ = parameters_of(getattr(steps, name))
+        positional, named = [], []
+        for each in names:
+            value = getattr(step, each)
+            if each in defaults and value == defaults[each]:
+                continue
+            if each in defaults and each != names[0]:
+                named.append(f"{each}={_plain(value)!r}")
+            else:
+                positional.append(repr(_plain(value)))
+        for each in COMMON:
+            if (value := getattr(step, each)) is not None and (each != "id" or self._ids):
+                named.append(f"{each}={value!r}")
+        return positional, named, name
+
+    def _items(self, row: Sequence[Step], path: str) -> list[_Item]:
+        """Return the steps of the present text with their comments."""
+        items = []
+        for number, step in enumerate(row):
+            place = f"{path}[{number}]"
+            own = self._comments.pop(place, None) or _Comments()
+            item = _Item(own.before, own.behind, own.end, step)
+            if isinstance(step, TogetherStep | RepeatStep):
+                inner = f"{place}.{step.kind}" + (".steps" if isinstance(step, RepeatStep) else "")
+                item.inside = self._items(step.steps, inner)
+            node = self._nodes[place]
+            text = self._old.source.text[node.start : node.end] if self._old else ""
+            item.text = "" if "\n" in text else text
+            if not item.inside:
+                # A comment between the values of a step.
+                item.before, item.end = item.before + item.end, []
+            items.append(item)
+        return items
+
+    def _call(self, name: str, rows: Iterable[str], depth: int) -> str:
+        self.used.add(name)
+        return "\n".join([f"{self._called(name)}(", *rows, f"{_INDENT * depth})"])
+
+    def _called(self, name: str) -> str:
+        """Return the name that something of motorcade has in the text."""
+        return self._old.imports.get(name, name) if self._old else name
+
+    def _argument(self, path: str, text: str, depth: int) -> list[str]:
+        """Return the lines of an argument with the comments around it."""
+        own = self._comments.pop(path, None) or _Comments()
+        indent = _INDENT * depth
+        more = [indent + comment for comment in (*own.before, *own.behind[1:])]
+        return [*more, f"{indent}{text},{_behind(own)}", *(indent + comment for comment in own.end)]
+
+    def _end(self, path: str, depth: int) -> list[str]:
+        """Return the comments at the end of a part."""
+        own = self._comments.get(path)
+        if own is None:
+            return []
+        end, own.end = own.end, []
+        return [_INDENT * depth + comment for comment in end]
+
+
+def _merged(old: list[_Item], row: Sequence[Step]) -> tuple[list[_Item], list[str]]:
+    """Return the items of a new row, which take over the comments of the old ones, and the comments left at its end.
+
+    The comments of a step that is gone stand before the next one that stayed.
+    """
+    places = align([each.step for each in old if each.step], row)
+    gone = [position for position in range(len(old)) if position not in set(places)]
+    items = []
+    for step, place in zip(row, places, strict=True):
+        if place is None:
+            inside = _merged([], step.steps)[0] if isinstance(step, TogetherStep | RepeatStep) else []
+            items.append(_Item(step=step, inside=inside))
+            continue
+        before = old[place]
+        orphaned = [comment for each in gone if each < place for comment in old[each].all_comments()]
+        gone = [each for each in gone if each > place]
+        item = _Item([*orphaned, *before.before], before.behind, list(before.end), step)
+        if isinstance(step, TogetherStep | RepeatStep):
+            item.inside, left = _merged(before.inside, step.steps)
+            item.end = left + item.end
+        if before.step and without_ids(step) == without_ids(before.step):
+            item.text = before.text
+        items.append(item)
+    return items, [comment for each in gone for comment in old[each].all_comments()]
+
+
+def _behind(comments: _Comments) -> str:
+    return "".join(f"  {comment}" for comment in comments.behind[:1])
+
+
+def _name_of(step: Any) -> str:
+    names: dict[str, dict[str, str]] = step.names
+    return next(name for name, fixed in names.items() if all(getattr(step, key) == fixed[key] for key in fixed))
+
+
+def _names_in(item: _Item) -> set[str]:
+    return {_name_of(item.step), *(name for each in item.inside for name in _names_in(each))}
+
+
+def _plain(value: Any) -> Any:
+    """Return a whole number as an integer: 2 for 2.0."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+def _nodes(node: Node) -> Iterator[tuple[str, Node]]:
+    yield node.path, node
+    for part in node.parts:
+        yield from _nodes(part)
+
+
+def _with_imports(text: str, old: PythonProgram, used: set[str]) -> str:
+    """Return ``text``, whose call is new, with an import of the names in ``used``, and of no steps without a use."""
+    source, statement = old.source, old.imported_at
+    missing = used - set(old.imports)
+    if statement is None:
+        body = source.tree.body
+        first = body[1] if isinstance(body[0], ast.Expr) and len(body) > 1 else body[0]
+        at = source.start_of(first.lineno)
+        return f"{text[:at]}{_import_of({name: name for name in used})}\n\n{text[at:]}"
+    start, end = source.extent(statement)
+    here = {alias.name: alias.asname or alias.name for alias in statement.names}
+    if "#" in text[start:end] or "*" in here:
+        more = "\n" + _import_of({name: name for name in missing}) if missing else ""
+        return text[:end] + more + text[end:]
+    elsewhere = {
+        node.id
+        for part in source.tree.body
+        for node in ast.walk(part)
+        if isinstance(node, ast.Name) and not old.root.start <= source.extent(node)[0] < old.root.end
+    }
+    language = {Program.__name__, Followers.__name__, *STEP_NAMES}
+    kept = {name: own for name, own in here.items() if name not in language or name in used or own in elsewhere}
+    wanted = kept | {name: name for name in missing}
+    return text if wanted == here else text[:start] + _import_of(wanted) + text[end:]
+
+
+def _import_of(names: dict[str, str]) -> str:
+    """Return an import of names, each with its name in the text."""
+    each = [name if own == name else f"{name} as {own}" for name, own in sorted(names.items())]
+    line = f"from motorcade import {', '.join(each)}"
+    if len(line) <= _LONGEST_LINE:
+        return line
+    return "\n".join(["from motorcade import (", *(f"{_INDENT}{one}," for one in each), ")"])
