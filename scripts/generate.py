@@ -19,6 +19,7 @@ from motorcade.config.check import published
 from motorcade.config.vocabulary import MOTORCADE
 from motorcade.export import TARGETS, export
 from motorcade.mats.schema import mat_schema
+from motorcade.missions.schema import mission_schema
 from motorcade.program.model import program_schema
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -47,6 +48,7 @@ GENERATED = {
     "docs/drive-states.svg": lambda: arbiter_svg("en"),
     "docs/drive-states.zh.svg": lambda: arbiter_svg("zh"),
     "docs/motorcade-mat-1.schema.json": lambda: _json(published(mat_schema())),
+    "docs/motorcade-mission-1.schema.json": lambda: _json(published(mission_schema())),
     "docs/motorcade-program-1.schema.json": lambda: _json(published(program_schema())),
     "docs/api.md": lambda: with_step_names(_text("docs/api.md")),
     "docs/api.zh.md": lambda: with_step_names(_text("docs/api.zh.md")),

@@ -15,7 +15,7 @@ OTHER_FILES = sorted(
     for file in (ROOT / folder).rglob("*.py")
     if "node_modules" not in file.parts
 )
-MOST_FILES = 210
+MOST_FILES = 219
 MOST_LINES = 400
 MOST_PARAMETERS = 8
 
@@ -39,6 +39,7 @@ ARROWS = {
     "firmware": ("boards", "config", "upload"),
     "locales": (),
     "mats": ("config",),
+    "missions": ("car", "config", "engine", "mats", "program", "runs", "words"),
     "outcomes": (),
     "program": ("config", "words"),
     "runs": ("config", "engine", "mats", "words"),

@@ -50,6 +50,9 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (USAGE, 400, ("table-of-another-sweep", "sweep-is-running", "sweep-worker-ended", "worker-has-other-code")),
     (USAGE, 400, ("no-dask-scheduler", "dask-workers-killed", "dask-scheduler-gone", "dask-without-workers")),
     (USAGE, 400, ("not-parquet", "parquet-damaged", "parquet-without-run", "parquet-of-part")),
+    # Missions.
+    (USAGE, 400, ("mission-not-valid", "mission-program-not-valid")),
+    (USAGE, 404, ("no-mission",)),
     # Real cars, and boards with MicroPython.
     (USAGE, 400, ("pins-missing", "options-exclude-each-other", "voice-map-missing", "chip-missing")),
     (USAGE, 400, ("store-unreadable", "store-holds-no-image")),

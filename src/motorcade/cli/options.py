@@ -128,7 +128,7 @@ def image_of(source: Path, profile_name: str, place: str = "") -> "tuple[bytes, 
     from motorcade.words.image import ImageError, parse_image_bytes
 
     data = read_file(source)
-    if not _is_project(source, data):
+    if not is_project(source, data):
         try:
             parse_image_bytes(data)
         except ImageError as problem:
@@ -150,7 +150,7 @@ def words_in(source: Path) -> tuple[int, ...]:
     from motorcade.words.image import bytes_to_words
 
     data = read_file(source)
-    if _is_project(source, data):
+    if is_project(source, data):
         raise MotorcadeError("project-is-no-image", file=source)
     return bytes_to_words(data)
 
@@ -186,7 +186,8 @@ def whole_number(text: str, name: str | Phrase) -> int:
     raise MotorcadeError("not-a-whole-number", name=name, text=text[:40])
 
 
-def _is_project(source: Path, data: bytes) -> bool:
+def is_project(source: Path, data: bytes) -> bool:
+    """Return whether the bytes of a file are meant as a project, not as an image."""
     from motorcade.words.image import ImageError, parse_image_bytes
 
     if source.suffix in (".json", PYTHON):

@@ -1,0 +1,147 @@
+"""Check a program against a mission: simulate it on every seed, and count the stars."""
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, NamedTuple
+
+from motorcade.engine.state import Moment
+from motorcade.errors import Phrase
+from motorcade.missions.document import Mission
+from motorcade.missions.goals import GoalState
+from motorcade.missions.watch import EVERY_MS, GoalWatch
+from motorcade.program.compiler import compile_program
+from motorcade.program.decompiler import DecompileError, decompile
+from motorcade.program.model import Program
+from motorcade.program.steps import RepeatStep, Step, TogetherStep
+from motorcade.words.image import bytes_to_words
+
+# The kind of the result for steps that the mission does not allow.
+STEPS = "steps"
+
+
+class Sight(NamedTuple):
+    """What one world of a mission shows at a moment: the seed, the moment, and the events since the one before."""
+
+    seed: int
+    moment: Moment
+    events: Iterable[tuple[int, ...]]
+
+
+# Simulates a mission on all its seeds.
+Play = Callable[[Mission, bytes], Iterable[Sight]]
+
+
+class GoalResult(NamedTuple):
+    """The result of one goal on all seeds.
+
+    Attributes:
+        kind: the goal's kind, or STEPS.
+        star: the star that it is for.
+        met: whether it was met on every seed.
+        seed: the seed that ``t_ms`` and ``why`` are about: the first on which it was lost, else the first.
+        t_ms: when it was met or lost.
+        why: a phrase with numbers.
+    """
+
+    kind: str
+    star: int
+    met: bool
+    seed: int
+    t_ms: int
+    why: Phrase
+
+    def to_dict(self, language: str) -> dict[str, Any]:
+        """The result for JSON."""
+        return {**self._asdict(), "why": self.why.sentence(language)}
+
+
+class Result(NamedTuple):
+    """What a program earned; ``stars`` holds each star from 1 to 3 that it has."""
+
+    stars: frozenset[int]
+    goals: list[GoalResult]
+
+    def to_dict(self, language: str) -> dict[str, Any]:
+        """The result for JSON."""
+        return {"stars": len(self.stars), "goals": [goal.to_dict(language) for goal in self.goals]}
+
+
+def check_image(mission: Mission, image: bytes, play: "Play | None" = None) -> Result:
+    """Check an image; its steps are those that it decompiles to. Raises MotorcadeError where it can't be simulated."""
+    try:
+        program = decompile(bytes_to_words(image))
+    except DecompileError:
+        program = None
+    return _check(mission, image, program, play)
+
+
+def check_program(mission: Mission, program: Program, play: "Play | None" = None) -> Result:
+    """Check a program, compiled for the mission's cars. Raises ProgramError where it has errors."""
+    return _check(mission, compile_program(program, mission.profile).image, program, play)
+
+
+def _check(mission: Mission, image: bytes, program: Program | None, play: "Play | None") -> Result:
+    watches = {seed: GoalWatch(mission, image) for seed in mission.seeds}
+    for sight in (play or simulate)(mission, image):
+        watches[sight.seed].see(sight.moment, sight.events)
+    states = {seed: watch.states() for seed, watch in watches.items()}
+    results = [_worst(mission, number, states) for number in range(len(mission.goals))]
+    if (steps := steps_result(mission, program)) is not None:
+        results.insert(0, steps)
+    return Result(stars_of(results), results)
+
+
+def _worst(mission: Mission, number: int, states: dict[int, list[GoalState]]) -> GoalResult:
+    goal = mission.goals[number]
+    seed = next((seed for seed, found in states.items() if found[number].progress != "met"), mission.seeds[0])
+    state = states[seed][number]
+    met = state.progress == "met"
+    return GoalResult(goal.kind, goal.star, met, seed, state.t_ms or 0, state.why)
+
+
+def stars_of(results: Iterable[GoalResult]) -> frozenset[int]:
+    """The stars whose goals are all met; none without the first."""
+    results = list(results)
+    earned = {goal.star for goal in results} - {goal.star for goal in results if not goal.met}
+    return frozenset(earned if 1 in earned else ())
+
+
+def steps_result(mission: Mission, program: Program | None) -> GoalResult | None:
+    """The result for the kinds of steps that a program uses; None where the mission allows all."""
+    allowed = mission.document.get("steps")
+    if allowed is None or program is None:
+        return None
+    used = [*_kinds_in(program.leader), *_kinds_in(program.followers.steps if program.followers else ())]
+    others = sorted(set(used) - set(allowed))
+    if others:
+        why = Phrase("goal-steps-not-allowed", used=", ".join(others), allowed=", ".join(allowed))
+    else:
+        why = Phrase("goal-steps-allowed", allowed=", ".join(allowed))
+    return GoalResult(STEPS, 1, not others, mission.seeds[0], 0, why)
+
+
+def _kinds_in(steps: Iterable[Step]) -> Iterator[str]:
+    for step in steps:
+        yield step.kind
+        if isinstance(step, RepeatStep | TogetherStep):
+            yield from _kinds_in(step.steps)
+
+
+def simulate(mission: Mission, image: bytes) -> Iterator[Sight]:
+    """Simulate a mission with the engine, all seeds side by side. Raises MotorcadeError."""
+    from motorcade.engine.world import World
+    from motorcade.runs.recording import EVENT_FIELDS
+
+    world = World(
+        mission.mat, [image], mission.profile, seeds=mission.seeds, events=True, threads=1, kernels="webassembly"
+    )
+    end_ms = mission.duration_ms
+    rows: list[list[tuple[int, ...]]] = [[] for _ in mission.seeds]
+    while True:
+        for number, seed in enumerate(mission.seeds):
+            yield Sight(seed, world.snapshot(number).in_single_precision(), rows[number])
+        if world.now_ms >= end_ms:
+            return
+        next_ms = min((world.now_ms // EVERY_MS + 1) * EVERY_MS, end_ms)
+        world.run(-(-(next_ms - world.now_ms) // world.tick_ms) * world.tick_ms)
+        events = world.take_events()
+        rows = [events[events["world"] == number][list(EVENT_FIELDS)].tolist() for number in range(len(mission.seeds))]

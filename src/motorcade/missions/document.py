@@ -1,0 +1,333 @@
+"""Read missions from TOML and JSON, and list those that come with Motorcade."""
+
+import tomllib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache, cached_property
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from motorcade.config.check import Fault, Text, check, load
+from motorcade.config.files import Kind, parse, read_text
+from motorcade.config.profile import Profile, built_in_profile
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.locales import FIRST, languages
+from motorcade.mats.document import check_mat, mat_of
+from motorcade.mats.model import Corners, Disc, Mat
+from motorcade.mats.schema import FORMAT as MAT_FORMAT
+from motorcade.missions.schema import GOALS, PATHS, goal_schema, mission_schema
+from motorcade.program.model import FORMAT as PROGRAM_FORMAT
+from motorcade.program.model import Program, program_from_dict, read_program
+
+# How many seconds of one car all seeds may take together; a computer simulates some 15,000 in a second.
+MOST_CAR_SECONDS = 60_000
+_KINDS: dict[str, Kind] = {".toml": "TOML", ".json": "JSON"}
+# Reads a project file that a mission names; raises MotorcadeError or OSError.
+Reader = Callable[[str], bytes]
+# A text by language; every language has one.
+Sentence = dict[str, str]
+
+
+class Wording:
+    """A text of a mission as a detail of a sentence."""
+
+    def __init__(self, texts: Sentence) -> None:
+        self.texts = texts
+
+    def sentence(self, language: str = FIRST) -> str:
+        """The text in ``language``, or in English."""
+        return self.texts.get(language) or self.texts[FIRST]
+
+    def __str__(self) -> str:
+        return self.sentence()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Wording) and self.texts == other.texts
+
+    def __hash__(self) -> int:
+        return hash(tuple(self.texts.items()))
+
+
+@dataclass(frozen=True, slots=True)
+class Zone:
+    """An area of the floor: a polygon, or a disc where ``corners`` is empty. Lengths are metres."""
+
+    name: str
+    title: Wording
+    corners: Corners = ()
+    disc: Disc = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """One goal.
+
+    Attributes:
+        kind: a key of `motorcade.missions.schema.GOALS`.
+        star: the star that it is for, 1 to 3.
+        values: its other keys, with defaults.
+        cars: the numbers of the cars that ``who`` names; empty where the kind has no ``who``.
+        text: what the page says in place of its description; None for the description.
+    """
+
+    kind: str
+    star: int
+    values: dict[str, Any]
+    cars: tuple[int, ...] = ()
+    text: Wording | None = None
+
+
+@dataclass(frozen=True)
+class Mission:
+    """A mission; see docs/missions.md for what its keys mean.
+
+    Attributes:
+        document: what the file holds, with defaults.
+        id: the name of its file, without the ending.
+        mat: where the cars drive.
+    """
+
+    id: str
+    document: dict[str, Any]
+    name: Wording
+    story: Wording
+    learned: Wording
+    hints: tuple[Wording, ...]
+    mat: Mat
+    profile: Profile
+    zones: tuple[Zone, ...]
+    goals: tuple[Goal, ...]
+    start: Program | None
+    solution: Program | None
+    near_miss: Program | None
+
+    @property
+    def duration_ms(self) -> int:
+        """How long a run lasts."""
+        seconds: float = self.document["seconds"]
+        return round(seconds * 1000)
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """The seeds on which every goal must be met."""
+        return tuple(self.document["seeds"])
+
+    @property
+    def stars(self) -> int:
+        """How many stars there are."""
+        return len({goal.star for goal in self.goals})
+
+    @cached_property
+    def mat_document(self) -> dict[str, Any]:
+        """The mat as the document of a mat file, with its cars."""
+        return {"format": MAT_FORMAT, "name": self.name.sentence(), **self.document["mat"]}
+
+    def zone(self, name: str) -> Zone:
+        """The zone with a name."""
+        return next(zone for zone in self.zones if zone.name == name)
+
+
+def read_mission(path: Path) -> Mission:
+    """Read the mission in the file at ``path``, which ends in .toml or .json.
+
+    Raises MotorcadeError mission-not-valid; its sentence names the place and what to do.
+    """
+    kind = _KINDS.get(path.suffix.lower())
+    with_name = Phrase("mission-named", name=path.name)
+    if kind is None:
+        raise MotorcadeError("mission-not-valid", reason=MotorcadeError("mission-file-ending", file=with_name))
+    try:
+        text = read_text(path, with_name)
+    except MotorcadeError as problem:
+        raise MotorcadeError("mission-not-valid", reason=problem) from None
+    return parse_mission(text, path.name.partition(".")[0], kind, lambda name: (path.parent / name).read_bytes())
+
+
+def parse_mission(text: str, name: str, kind: Kind, reader: Reader | None = None) -> Mission:
+    """Read the mission in ``text``. Errors call it ``name``, which is also its id.
+
+    Args:
+        reader: reads the project files that the mission names; None where it can name none.
+
+    Raises MotorcadeError mission-not-valid.
+    """
+    file = Phrase("mission-named", name=name)
+    try:
+        return mission_of(parse(text, kind, file), name, text if kind == "TOML" else None, reader)
+    except MotorcadeError as problem:
+        if problem.code == "mission-not-valid":
+            raise
+        raise MotorcadeError("mission-not-valid", reason=problem) from None
+
+
+def mission_of(document: Any, name: str, text: str | None = None, reader: Reader | None = None) -> Mission:
+    """Convert a parsed document; ``text`` is the TOML that it comes from, for the lines of faults.
+
+    Raises MotorcadeError mission-not-valid.
+    """
+    try:
+        return _Reading(name, text, reader).mission(document)
+    except MotorcadeError as problem:
+        raise MotorcadeError("mission-not-valid", reason=problem) from None
+
+
+class _Reading:
+    """Converts one document."""
+
+    def __init__(self, name: str, text: str | None, reader: Reader | None) -> None:
+        self._name, self._text, self._reader = name, text, reader
+        self._file = Phrase("mission-named", name=name)
+
+    def mission(self, document: Any) -> Mission:
+        checked = load(document, mission_schema(), self._file, self._text)
+        name = self._wording(checked["name"], ("name",))
+        self._check_size(checked)
+        mat = mat_of({"format": MAT_FORMAT, "name": name.sentence()} | checked["mat"], self._file)
+        profile = built_in_profile(checked["profile"])
+        check_mat(mat, profile)
+        zones = tuple(self._zone(zone, number) for number, zone in enumerate(checked["zone"]))
+        names = [zone.name for zone in zones]
+        for number, each in enumerate(names):
+            if each in names[:number]:
+                raise self._fault("repeated-value", ("zone", number, "name"), value=each)
+        goals = tuple(self._goal(goal, number, mat, names) for number, goal in enumerate(checked["goal"]))
+        self._check_goals(goals, mat)
+        programs = {key: self._program(checked.get(key), key) for key in ("start", "solution", "near_miss")}
+        return Mission(
+            id=self._name,
+            document=checked,
+            name=name,
+            story=self._wording(checked.get("story", ""), ("story",)),
+            learned=self._wording(checked.get("learned", ""), ("learned",)),
+            hints=tuple(self._wording(hint, ("hints", number)) for number, hint in enumerate(checked["hints"])),
+            mat=mat,
+            profile=profile,
+            zones=zones,
+            goals=goals,
+            **programs,
+        )
+
+    def _fault(self, code: str, place: tuple[str | int, ...], value: Text = "", allowed: Text = "") -> MotorcadeError:
+        return Fault(code, place, value, allowed).error(self._file, self._text)
+
+    def _wording(self, texts: str | Sentence, place: tuple[str | int, ...]) -> Wording:
+        if isinstance(texts, str):
+            return Wording(dict.fromkeys(languages(), texts))
+        if not texts:
+            raise self._fault("no-key", place, allowed=", ".join(languages()))
+        first = texts.get(FIRST) or next(iter(texts.values()))
+        return Wording({language: texts.get(language, first) for language in languages()})
+
+    def _zone(self, zone: dict[str, Any], number: int) -> Zone:
+        title = self._wording(zone.get("title", zone["name"]), ("zone", number, "title"))
+        if "corners_m" in zone:
+            return Zone(zone["name"], title, tuple((float(x), float(y)) for x, y in zone["corners_m"]))
+        x, y = zone["centre_m"]
+        return Zone(zone["name"], title, disc=(float(x), float(y), float(zone["radius_m"])))
+
+    def _goal(self, goal: dict[str, Any], number: int, mat: Mat, zones: list[str]) -> Goal:
+        place = ("goal", number)
+        kind = GOALS[goal["kind"]]
+        values, faults = check(goal, goal_schema(goal["kind"]))
+        if faults:
+            first = faults[0]
+            raise first._replace(place=(*place, *first.place)).error(self._file, self._text)
+        if kind.one_of and not any(key in values for key in kind.one_of):
+            raise self._fault("no-key", place, allowed=", ".join(kind.one_of))
+        if "zone" in values and values["zone"] not in zones:
+            allowed = ", ".join(f'"{zone}"' for zone in zones) or Phrase("nothing")
+            raise self._fault("not-allowed", (*place, "zone"), f'"{values["zone"]}"', allowed)
+        cars = self._cars(values.get("who"), place, mat)
+        text = values.pop("text", None)
+        star = values.pop("star")
+        del values["kind"]
+        words_of = None if text is None else self._wording(text, (*place, "text"))
+        return Goal(goal["kind"], star, values, cars, words_of)
+
+    def _cars(self, who: Any, place: tuple[str | int, ...], mat: Mat) -> tuple[int, ...]:
+        """The numbers of the cars that ``who`` names."""
+        if who is None:
+            return ()
+        leaders, cars = set(mat.starts.leaders), range(len(mat.starts))
+        if isinstance(who, list):
+            for number in who:
+                if number not in cars:
+                    allowed = Phrase("whole-range", minimum=0, maximum=len(cars) - 1)
+                    raise self._fault("not-allowed", (*place, "who"), str(number), allowed)
+            return tuple(who)
+        found = tuple(car for car in cars if who == "all" or (car in leaders) == (who == "leader"))
+        if not found:
+            raise MotorcadeError("mission-without-cars", file=self._file, place=f"goal[{place[1]}].who", who=who)
+        return found
+
+    def _check_goals(self, goals: tuple[Goal, ...], mat: Mat) -> None:
+        if not any(goal.star == 1 for goal in goals):
+            raise MotorcadeError("mission-without-first-star", file=self._file)
+        if not len(mat.starts.leaders):
+            raise MotorcadeError("mission-without-leader", file=self._file)
+        for number, goal in enumerate(goals):
+            if goal.kind == "stopped-by-voice" and not any(voice.word == "stop" for voice in mat.voices):
+                raise MotorcadeError("mission-without-voice", file=self._file, place=f"goal[{number}]")
+            if goal.kind == "all-by":
+                other = goals[goal.values["goal"] - 1] if goal.values["goal"] <= len(goals) else None
+                if other is None or other.values.get("at") == "always" or not _is_reached(other.kind):
+                    place = f"goal[{number}].goal"
+                    raise MotorcadeError("mission-goal-not-reached", file=self._file, place=place)
+
+    def _check_size(self, checked: dict[str, Any]) -> None:
+        """Before the cars are placed: a crowd is one line, yet it may have millions of cars."""
+        cars = len(checked["mat"]["car"]) + sum(crowd["cars"] for crowd in checked["mat"]["crowd"])
+        seconds, seeds = checked["seconds"], len(checked["seeds"])
+        if cars * seconds * seeds > MOST_CAR_SECONDS:
+            details = {"cars": cars, "seconds": seconds, "seeds": seeds}
+            raise MotorcadeError("mission-too-large", file=self._file, **details, most=MOST_CAR_SECONDS)
+
+    def _program(self, document: dict[str, Any] | None, key: str) -> Program | None:
+        if document is None:
+            return None
+        try:
+            if "program" not in document:
+                return program_from_dict({"format": PROGRAM_FORMAT} | document)
+            if self._reader is not None:
+                return read_program(self._reader(document["program"]))
+            reason: object = MotorcadeError("mission-names-no-files")
+        except OSError as problem:
+            reason = problem.strerror or problem
+        except MotorcadeError as problem:
+            reason = problem
+        raise MotorcadeError("mission-program", file=self._file, place=key, reason=reason)
+
+
+def _is_reached(kind: str) -> bool:
+    """Whether a goal of a kind is met at a moment of the run, from which on it stays met."""
+    return kind in ("in-zone", "out-of-zone", "travelled", "heading", "lit", "together")
+
+
+@cache
+def missions() -> tuple[Mission, ...]:
+    """The missions that come with Motorcade, path by path and in order."""
+    found = [built_in_mission(name) for name in _names()]
+    return tuple(sorted(found, key=lambda each: (PATHS.index(each.document["path"]), each.document["order"])))
+
+
+@cache
+def built_in_mission(name: str) -> Mission:
+    """The mission with an id. Raises MotorcadeError no-mission, which lists all."""
+    if name not in _names():
+        raise MotorcadeError("no-mission", name=name[:40], known=", ".join(_names()))
+    return mission_of(tomllib.loads((_gallery() / f"{name}.toml").read_text(encoding="utf-8")), name)
+
+
+def _gallery() -> Any:
+    return resources.files("motorcade.missions") / "gallery"
+
+
+def _names() -> list[str]:
+    return sorted(_toml_names())
+
+
+def _toml_names() -> Iterator[str]:
+    for file in _gallery().iterdir():
+        if file.name.endswith(".toml"):
+            yield file.name.removesuffix(".toml")

@@ -1,0 +1,307 @@
+"""Goals about what cars do: where they are, how far they drove, which LEDs are on. Each watch sees moment by moment.
+
+A watch is a pure function of the moments and events that it was given, so a page that plays a run and the command line
+come to the same result.
+"""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from typing import Literal, NamedTuple
+
+from motorcade.car.brain import NO_LED
+from motorcade.engine.state import Moment
+from motorcade.errors import Phrase
+from motorcade.missions.document import Goal, Mission, Zone
+
+# What the watch of a goal says: not yet met, met at present but not for good, met for good, lost for good.
+Progress = Literal["open", "holds", "met", "lost"]
+
+
+class Event(NamedTuple):
+    """One event, as `motorcade.engine.events.EVENT` has it, of one world."""
+
+    t_ms: int
+    car: int
+    kind: int
+    why: int
+    word: int
+    other: int
+
+
+class GoalState(NamedTuple):
+    """How it stands with a goal.
+
+    Attributes:
+        progress: see Progress.
+        t_ms: when it was met or lost; None while neither.
+        done, needed: how many cars, words or other things of how many; 0 of 0 where there is nothing to count.
+        why: a phrase with numbers.
+    """
+
+    progress: Progress
+    t_ms: int | None
+    done: int
+    needed: int
+    why: Phrase
+
+
+class Watch(ABC):
+    """Watches one goal during one run."""
+
+    @abstractmethod
+    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+        """Take the next moment, and the events since the one before it."""
+
+    @abstractmethod
+    def state(self, is_over: bool) -> GoalState:
+        """How it stands now; ``is_over``: the run has ended, so nothing stays open."""
+
+
+def car_phrase(car: int) -> Phrase:
+    """Name a car."""
+    return Phrase("car-number", number=car)
+
+
+def needed_of(share: float, count: int) -> int:
+    """How many of ``count`` are the ``share``, rounded up."""
+    return math.ceil(share * count - 1e-9)
+
+
+class CarsWatch(Watch):
+    """A goal for each of some cars, of which a share must meet it: at the end, at some moment of its own, or always.
+
+    Args:
+        test: for a car's number and a moment how far the car is from meeting the goal, 0: it meets it.
+        lost: the sentence for the car that misses it most, from ``car``, ``off`` (what ``test`` gave), ``done`` and
+            ``count``.
+    """
+
+    def __init__(
+        self, goal: Goal, test: "Callable[[int, Moment], float]", lost: "Callable[[int, float, int, int], Phrase]"
+    ) -> None:
+        self._cars = goal.cars
+        self._needed = needed_of(goal.values["share"], len(goal.cars))
+        self._at = goal.values.get("at", "end")
+        self._test, self._lost = test, lost
+        # How far each car is from meeting the goal: now, at best or at worst.
+        self._off = [math.inf if self._at != "always" else 0.0] * len(goal.cars)
+        self._since_ms: int | None = None
+        self._now_ms = 0
+
+    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+        self._now_ms = moment.t_ms
+        for place, car in enumerate(self._cars):
+            off = self._test(car, moment)
+            before = self._off[place]
+            if self._at == "some-moment":
+                self._off[place] = min(before, off)
+            elif self._at == "always":
+                self._off[place] = before if before > 0 else off
+            else:
+                self._off[place] = off
+        holds = self._done >= self._needed
+        if self._at == "always":
+            holds = not holds
+        if not holds:
+            self._since_ms = None
+        elif self._since_ms is None:
+            self._since_ms = moment.t_ms
+
+    @property
+    def _done(self) -> int:
+        return sum(off == 0 for off in self._off)
+
+    def state(self, is_over: bool) -> GoalState:
+        done, count = self._done, len(self._cars)
+        enough = done >= self._needed
+        if self._at == "always":
+            progress: Progress = "lost" if not enough else "met" if is_over else "holds"
+            t_ms = self._since_ms if not enough else self._now_ms if is_over else None
+        elif enough:
+            progress, t_ms = ("met" if is_over or self._at == "some-moment" else "holds"), self._since_ms
+        else:
+            progress, t_ms = ("lost", self._now_ms) if is_over else ("open", None)
+        if enough:
+            why = Phrase("goal-done-by", done=done, count=count)
+        else:
+            place = max((at for at in range(count) if self._off[at] > 0), key=lambda at: (self._off[at], -at))
+            why = self._lost(self._cars[place], self._off[place], done, count)
+        return GoalState(progress, t_ms, done, self._needed, why)
+
+
+def distance_to_zone_m(zone: Zone, x: float, y: float) -> float:
+    """How far a point is from a zone; 0 inside."""
+    if not zone.corners:
+        centre_x, centre_y, radius = zone.disc
+        return max(math.hypot(x - centre_x, y - centre_y) - radius, 0.0)
+    inside, nearest = False, math.inf
+    x0, y0 = zone.corners[-1]
+    for x1, y1 in zone.corners:
+        if (y0 > y) != (y1 > y) and x < x0 + (y - y0) / (y1 - y0) * (x1 - x0):
+            inside = not inside
+        along_x, along_y = x1 - x0, y1 - y0
+        squared = along_x * along_x + along_y * along_y
+        part = ((x - x0) * along_x + (y - y0) * along_y) / squared if squared else 0.0
+        part = min(max(part, 0.0), 1.0)
+        nearest = min(nearest, math.hypot(x - x0 - part * along_x, y - y0 - part * along_y))
+        x0, y0 = x1, y1
+    return 0.0 if inside else nearest
+
+
+def zone_watch(goal: Goal, mission: Mission) -> Watch:
+    """The watch of in-zone: the centres of cars are in it."""
+    zone = mission.zone(goal.values["zone"])
+    at = goal.values["at"]
+
+    def lost(car: int, off: float, done: int, count: int) -> Phrase:
+        return Phrase(
+            f"goal-in-zone-{at}-lost", car=car_phrase(car), metres=off, zone=zone.title, done=done, count=count
+        )
+
+    return CarsWatch(goal, lambda car, now: distance_to_zone_m(zone, now.x_m[car], now.y_m[car]), lost)
+
+
+def outside_watch(goal: Goal, mission: Mission) -> Watch:
+    """The watch of out-of-zone: the centres of cars are not in it."""
+    zone = mission.zone(goal.values["zone"])
+    at = goal.values["at"]
+
+    def lost(car: int, off: float, done: int, count: int) -> Phrase:
+        return Phrase(f"goal-out-of-zone-{at}-lost", car=car_phrase(car), zone=zone.title, done=done, count=count)
+
+    return CarsWatch(goal, lambda car, now: float(distance_to_zone_m(zone, now.x_m[car], now.y_m[car]) == 0), lost)
+
+
+def heading_watch(goal: Goal, mission: Mission) -> Watch:
+    """The watch of heading: cars face a direction."""
+    wanted, tolerance = goal.values["degrees"], goal.values["tolerance_deg"]
+    at = goal.values["at"]
+
+    def off(car: int, now: Moment) -> float:
+        apart = abs((math.degrees(now.heading[car]) - wanted + 180) % 360 - 180)
+        return 0.0 if apart <= tolerance else apart
+
+    def lost(car: int, off: float, done: int, count: int) -> Phrase:
+        # One that never had a moment has no number.
+        return Phrase(f"goal-heading-{at}-lost", car=car_phrase(car), degrees=min(off, 180), done=done, count=count)
+
+    return CarsWatch(goal, off, lost)
+
+
+def lit_watch(goal: Goal, mission: Mission) -> Watch:
+    """The watch of lit: cars' LED is on, or none is."""
+    led = NO_LED if goal.values["led"] == "off" else goal.values["led"]
+    at = goal.values["at"]
+    which = "off" if led == NO_LED else "on"
+
+    def lost(car: int, off: float, done: int, count: int) -> Phrase:
+        return Phrase(f"goal-lit-{which}-{at}-lost", car=car_phrase(car), led=led, done=done, count=count)
+
+    return CarsWatch(goal, lambda car, now: float(now.led[car] != led), lost)
+
+
+class TravelledWatch(Watch):
+    """A goal for how far cars drove, measured between moments."""
+
+    def __init__(self, goal: Goal) -> None:
+        self._cars = goal.cars
+        self._needed = needed_of(goal.values["share"], len(goal.cars))
+        self._least, self._most = goal.values.get("least_m", 0.0), goal.values.get("most_m", math.inf)
+        self._before: list[tuple[float, float]] | None = None
+        self._lost_ms: int | None = None
+        self._driven = [0.0] * len(goal.cars)
+        self._since_ms: int | None = None
+        self._now_ms = 0
+
+    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+        now = [(moment.x_m[car], moment.y_m[car]) for car in self._cars]
+        for place, (one, other) in enumerate(zip(self._before or now, now, strict=True)):
+            self._driven[place] += math.dist(one, other)
+        self._before = now
+        self._now_ms = moment.t_ms
+        if self._lost_ms is None and len(self._cars) - sum(each > self._most for each in self._driven) < self._needed:
+            self._lost_ms = moment.t_ms
+        if self._done < self._needed:
+            self._since_ms = None
+        elif self._since_ms is None:
+            self._since_ms = moment.t_ms
+
+    @property
+    def _done(self) -> int:
+        return sum(self._least <= driven <= self._most for driven in self._driven)
+
+    def state(self, is_over: bool) -> GoalState:
+        done, count = self._done, len(self._cars)
+        if self._lost_ms is not None or (is_over and done < self._needed):
+            # Of cars that drove too far or not far enough the one that is farthest off.
+            at = max(range(count), key=lambda at: (self._driven[at] - self._most, -self._driven[at], -at))
+            if self._lost_ms is None:
+                at = min(range(count), key=lambda at: (self._driven[at], at))
+            why = Phrase("goal-travelled-lost", car=car_phrase(self._cars[at]), metres=self._driven[at], **self._bounds)
+            return GoalState("lost", self._now_ms if self._lost_ms is None else self._lost_ms, done, self._needed, why)
+        driven = min(self._driven, default=0.0)
+        why = Phrase("goal-travelled-so-far", metres=driven, done=done, count=count)
+        if done < self._needed:
+            return GoalState("open", None, done, self._needed, why)
+        is_final = is_over or self._most == math.inf
+        return GoalState("met" if is_final else "holds", self._since_ms, done, self._needed, why)
+
+    @property
+    def _bounds(self) -> dict[str, object]:
+        if self._most == math.inf:
+            return {"allowed": Phrase("number-from", minimum=self._least)}
+        return {"allowed": Phrase("number-range", minimum=self._least, maximum=self._most)}
+
+
+class TogetherWatch(Watch):
+    """A goal for how near cars are to each other: any two of them."""
+
+    def __init__(self, goal: Goal) -> None:
+        self._cars = goal.cars
+        self._metres = goal.values["metres"]
+        self._at = goal.values["at"]
+        self._apart = (0.0, self._cars[0], self._cars[0])
+        self._best = (math.inf, self._cars[0], self._cars[0])
+        self._since_ms: int | None = None
+        self._lost_ms: int | None = None
+        self._now_ms = 0
+
+    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+        self._now_ms = moment.t_ms
+        if self._lost_ms is not None or (self._at == "some-moment" and self._since_ms is not None):
+            return
+        self._apart = self._farthest(moment)
+        self._best = min(self._best, self._apart)
+        if self._apart[0] > self._metres:
+            self._since_ms = None
+            if self._at == "always":
+                self._lost_ms = moment.t_ms
+        elif self._since_ms is None:
+            self._since_ms = moment.t_ms
+
+    def _farthest(self, moment: Moment) -> tuple[float, int, int]:
+        """The two cars that are farthest from each other, and how far."""
+        x, y = moment.x_m, moment.y_m
+        # Only a car that is outermost in one of many directions can be one of the two.
+        outer = set()
+        for step in range(16):
+            cosine, sine = math.cos(step * math.pi / 8), math.sin(step * math.pi / 8)
+            outer.add(max(self._cars, key=lambda car: x[car] * cosine + y[car] * sine))
+        pairs = [(math.dist((x[one], y[one]), (x[other], y[other])), one, other) for one in outer for other in outer]
+        return max(pairs, key=lambda pair: (pair[0], -pair[1], -pair[2]))
+
+    def state(self, is_over: bool) -> GoalState:
+        if self._lost_ms is not None:
+            return GoalState("lost", self._lost_ms, 0, 0, self._why(self._apart))
+        if self._since_ms is None:
+            why = self._why(self._best if self._at == "some-moment" else self._apart)
+            return GoalState("lost" if is_over else "open", self._now_ms if is_over else None, 0, 0, why)
+        t_ms = self._now_ms if self._at == "always" else self._since_ms
+        if is_over or self._at == "some-moment":
+            return GoalState("met", t_ms, 0, 0, self._why(self._apart))
+        return GoalState("holds", None if self._at == "always" else t_ms, 0, 0, self._why(self._apart))
+
+    def _why(self, apart: tuple[float, int, int]) -> Phrase:
+        metres, one, other = apart
+        return Phrase("goal-apart", car=car_phrase(one), other=car_phrase(other), metres=metres)

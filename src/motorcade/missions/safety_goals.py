@@ -1,0 +1,111 @@
+"""Goals about safety: no car touches anything, and cars stop when a voice says so."""
+
+import math
+from collections.abc import Sequence
+
+from motorcade.car.brain import STILL
+from motorcade.engine.state import Moment
+from motorcade.errors import Phrase
+from motorcade.mats.model import Mat
+from motorcade.missions.document import Goal, Mission
+from motorcade.missions.goals import Event, GoalState, Watch, car_phrase, needed_of
+
+# Two bodies that stand nearer than this touch, for the sentence about a touch.
+_TOUCH_M = 0.01
+# A car has stopped by this time after a voice said so.
+_VOICE_MS = 300
+
+
+class NoTouchWatch(Watch):
+    """A goal: no car touches another, a wall or an obstacle. The engine counts every touch, also between moments."""
+
+    def __init__(self, mission: Mission) -> None:
+        self._diameter_m = mission.profile.body.diameter_mm / 1000
+        self._first_ms: int | None = None
+        self._touching_ms = 0
+        self._who: tuple[int, int] | None = None
+        self._now_ms = 0
+
+    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+        self._now_ms = moment.t_ms
+        self._touching_ms = moment.counts.get("touching_ms", 0)
+        if self._touching_ms and self._first_ms is None:
+            self._first_ms = moment.t_ms
+            self._who = self._nearest(moment)
+
+    def _nearest(self, moment: Moment) -> tuple[int, int] | None:
+        """The two cars that touch; None where none do: then it is a wall or an obstacle."""
+        places = sorted(zip(moment.x_m, moment.y_m, range(len(moment.x_m)), strict=True))
+        best, found = self._diameter_m + _TOUCH_M, None
+        for at, (x, y, car) in enumerate(places):
+            for other_x, other_y, other in places[at + 1 :]:
+                if other_x - x > best:
+                    break
+                apart = math.hypot(other_x - x, other_y - y)
+                if apart < best:
+                    best, found = apart, (min(car, other), max(car, other))
+        return found
+
+    def state(self, is_over: bool) -> GoalState:
+        if self._first_ms is None:
+            why = Phrase("goal-no-touch-done")
+            return GoalState("met" if is_over else "holds", self._now_ms if is_over else None, 0, 0, why)
+        seconds = {"seconds": self._first_ms / 1000, "touching": self._touching_ms / 1000}
+        if self._who is None:
+            return GoalState("lost", self._first_ms, 0, 0, Phrase("goal-touched-wall", **seconds))
+        one, other = map(car_phrase, self._who)
+        return GoalState("lost", self._first_ms, 0, 0, Phrase("goal-touched", car=one, other=other, **seconds))
+
+
+class VoiceWatch(Watch):
+    """A goal: cars that drive when the mat's voice says 'stop' stand still from then until it says 'go'."""
+
+    def __init__(self, goal: Goal, mat: Mat) -> None:
+        self._cars = goal.cars
+        self._needed = needed_of(goal.values["share"], len(goal.cars))
+        self._voices = [(round(voice.at_s * 1000), voice) for voice in sorted(mat.voices, key=lambda each: each.at_s)]
+        self._next = 0
+        self._before: Moment | None = None
+        # Of each car that has to stand still: since when.
+        self._told: dict[int, int] = {}
+        self._failed: dict[int, str] = {}
+        self._lost_ms: int | None = None
+        self._stops = 0
+        self._now_ms = 0
+
+    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+        self._now_ms = moment.t_ms
+        before = self._before or moment
+        while self._next < len(self._voices) and self._voices[self._next][0] < moment.t_ms:
+            at_ms, voice = self._voices[self._next]
+            self._next += 1
+            for car in self._cars:
+                apart = math.hypot(before.x_m[car] - voice.x_m, before.y_m[car] - voice.y_m)
+                if voice.radius_m is not None and apart > voice.radius_m:
+                    continue
+                if voice.word == "go":
+                    self._told.pop(car, None)
+                elif before.wheels[car] == STILL and car not in self._told:
+                    self._failed.setdefault(car, "stood")
+                else:
+                    self._told.setdefault(car, at_ms)
+            self._stops += voice.word == "stop"
+        for car, at_ms in self._told.items():
+            if moment.t_ms >= at_ms + _VOICE_MS and moment.wheels[car] != STILL:
+                self._failed.setdefault(car, "drove")
+        if self._lost_ms is None and len(self._cars) - len(self._failed) < self._needed:
+            self._lost_ms = moment.t_ms
+        self._before = moment
+
+    def state(self, is_over: bool) -> GoalState:
+        count = len(self._cars)
+        done = count - len(self._failed) if self._stops else 0
+        if self._lost_ms is not None:
+            car = min(self._failed)
+            why = Phrase(f"goal-voice-{self._failed[car]}", car=car_phrase(car), done=done, count=count)
+            return GoalState("lost", self._lost_ms, done, self._needed, why)
+        if not self._stops:
+            t_ms = self._now_ms if is_over else None
+            return GoalState("lost" if is_over else "open", t_ms, 0, self._needed, Phrase("goal-voice-open"))
+        why = Phrase("goal-done-by", done=done, count=count)
+        return GoalState("met" if is_over else "holds", self._now_ms if is_over else None, done, self._needed, why)

@@ -1,0 +1,142 @@
+"""Watch all goals of a mission while a run goes on, one moment after another; and say what each goal asks for."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from motorcade.engine.state import Moment
+from motorcade.errors import Phrase
+from motorcade.missions import goals, safety_goals, word_goals
+from motorcade.missions.document import Goal, Mission, Wording
+from motorcade.missions.goals import Event, GoalState, Watch
+from motorcade.words.image import Image, parse_image_bytes
+
+# A run is watched every so many ms, beginning at 0.
+EVERY_MS = 100
+# What watches need of a moment, as lists.
+_COLUMNS = ("x_m", "y_m", "heading", "wheels", "led")
+_CAR_WATCHES = {
+    "in-zone": goals.zone_watch,
+    "out-of-zone": goals.outside_watch,
+    "heading": goals.heading_watch,
+    "lit": goals.lit_watch,
+}
+
+
+class GoalWatch:
+    """Watches one run of a mission.
+
+    Call `see` with the moments at 0, EVERY_MS, 2 * EVERY_MS … up to the mission's duration. Moments may hold lists,
+    arrays or any other sequences; positions are taken in single precision, as recordings and pages have them.
+
+    Args:
+        mission: whose goals to watch.
+        image: the bytes that the leaders run.
+    """
+
+    def __init__(self, mission: Mission, image: bytes) -> None:
+        self._mission = mission
+        parsed = parse_image_bytes(image)
+        slots = word_goals.Slots(parsed, mission.profile, mission.duration_ms)
+        self._watches = [_watch_of(goal, mission, parsed, slots) for goal in mission.goals]
+        self._now_ms = -1
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the run has reached the mission's duration."""
+        return self._now_ms >= self._mission.duration_ms
+
+    def see(self, moment: Moment, events: Iterable[tuple[int, ...]] = ()) -> None:
+        """Take the next moment, and the events since the one before it (`motorcade.missions.goals.Event`).
+
+        Moments after the end, and a moment that is not later than the one before, change nothing.
+        """
+        if self.is_over or moment.t_ms <= self._now_ms:
+            return
+        self._now_ms = moment.t_ms
+        plain = _with_lists(moment)
+        rows = [Event(*event) for event in events]
+        for watch in self._watches:
+            if watch is not None:
+                watch.see(plain, rows)
+
+    def states(self) -> list[GoalState]:
+        """How it stands with each goal, in the order of the file."""
+        found = [None if watch is None else watch.state(self.is_over) for watch in self._watches]
+        return [state or self._all_by(goal, found) for goal, state in zip(self._mission.goals, found, strict=True)]
+
+    def _all_by(self, goal: Goal, found: Sequence[GoalState | None]) -> GoalState:
+        """The state of a goal that another one is met by some time."""
+        number, seconds = goal.values["goal"], goal.values["seconds"]
+        other = found[number - 1]
+        assert other is not None
+        details = {"goal": number, "most": seconds}
+        if other.progress in ("met", "holds") and other.t_ms is not None:
+            why = Phrase("goal-all-by-when", seconds=other.t_ms / 1000, **details)
+            if other.t_ms > seconds * 1000:
+                return GoalState("lost", other.t_ms, 0, 0, why)
+            return GoalState(other.progress, other.t_ms, 0, 0, why)
+        why = Phrase("goal-all-by-not", **details)
+        if self.is_over or self._now_ms > seconds * 1000 or other.progress == "lost":
+            return GoalState("lost", min(self._now_ms, round(seconds * 1000)), 0, 0, why)
+        return GoalState("open", None, 0, 0, why)
+
+
+def _watch_of(goal: Goal, mission: Mission, image: Image, slots: word_goals.Slots) -> Watch | None:
+    """The watch of a goal; None for one that other goals decide."""
+    match goal.kind:
+        case "all-by":
+            return None
+        case "travelled":
+            return goals.TravelledWatch(goal)
+        case "together":
+            return goals.TogetherWatch(goal)
+        case "no-touch":
+            return safety_goals.NoTouchWatch(mission)
+        case "stopped-by-voice":
+            return safety_goals.VoiceWatch(goal, mission.mat)
+        case "heard":
+            return word_goals.HeardWatch(goal, mission, slots)
+        case "in-step":
+            return word_goals.InStepWatch(goal, mission, slots)
+        case kind if kind in _CAR_WATCHES:
+            return _CAR_WATCHES[kind](goal, mission)
+    return word_goals.static_watch(goal, image, mission.profile)
+
+
+def _with_lists(moment: Any) -> Moment:
+    """The moment with its columns as lists, which are read faster than arrays, and without NumPy's numbers."""
+    columns = {name: getattr(moment, name) for name in _COLUMNS}
+    lists = {name: each.tolist() for name, each in columns.items() if hasattr(each, "tolist")}
+    plain: Moment = moment._replace(**lists)
+    return plain
+
+
+def goal_phrase(goal: Goal, mission: Mission) -> Phrase | Wording:
+    """What a goal asks for: the author's text, or a description of it."""
+    if goal.text is not None:
+        return goal.text
+    details = {name: value for name, value in goal.values.items() if name not in ("who", "zone", "share", "at")}
+    if "who" in goal.values:
+        details["who"] = _who_phrase(goal)
+    if "zone" in goal.values:
+        details["zone"] = mission.zone(goal.values["zone"]).title
+    if goal.kind == "travelled":
+        bounds = [name for name in ("least_m", "most_m") if name in goal.values]
+        return Phrase("goal-travelled-" + "-".join(bounds), **details)
+    if goal.kind == "lit":
+        which = "off" if goal.values["led"] == "off" else "on"
+        return Phrase(f"goal-lit-{which}-{goal.values['at']}", **details)
+    if goal.kind == "heard":
+        return Phrase("goal-heard", percent=goal.values["share"] * 100, **details)
+    at = f"-{goal.values['at']}" if "at" in goal.values else ""
+    return Phrase(f"goal-{goal.kind}{at}", **details)
+
+
+def _who_phrase(goal: Goal) -> Phrase:
+    who, count = goal.values["who"], len(goal.cars)
+    if isinstance(who, list):
+        name = Phrase("goal-who-cars", cars=", ".join(map(str, who)))
+    else:
+        name = Phrase(f"goal-who-{who}", count=count) if count > 1 else Phrase(f"goal-who-one-{who}")
+    needed = goals.needed_of(goal.values.get("share", 1), count)
+    return Phrase("goal-who-some", needed=needed, who=name) if needed < count and goal.kind != "heard" else name

@@ -1,0 +1,200 @@
+"""Goals about words: how many there are, who began them, and how far apart.
+
+A slot is the time in which the leader sends one word.
+"""
+
+from collections.abc import Sequence
+
+from motorcade.config.profile import Profile
+from motorcade.engine.events import START
+from motorcade.engine.state import Moment
+from motorcade.errors import Phrase
+from motorcade.missions.document import Goal, Mission
+from motorcade.missions.goals import Event, GoalState, Progress, Watch, car_phrase, needed_of
+from motorcade.program.compiler import length_ms
+from motorcade.words.image import Image
+from motorcade.words.infrared import TAGS
+
+# A tagged word can still be begun so many slots later; after that its tag counts as newer again.
+_OPEN_SLOTS = 31
+
+
+class Slots:
+    """Which slot the beginning of a word belongs to, for leaders of one image that were switched on at 0 ms.
+
+    A bare word is known by its bits, and counts for the slot in which it began or for the one before.
+
+    Attributes:
+        dwell_ms: how long a slot lasts; 0 where the image has no words for followers.
+        count: the slots that are over by the end of the run.
+    """
+
+    def __init__(self, image: Image, profile: Profile, duration_ms: int) -> None:
+        self._words, self._is_tagged = image.followers, bool(image.tagged)
+        self.dwell_ms = profile.dwell_ms[image.dwell_level] if image.followers else 0
+        self.count = duration_ms // self.dwell_ms if self.dwell_ms else 0
+
+    def of(self, event: Event) -> int:
+        """The slot of a beginning; -1 where it belongs to none."""
+        if not self.dwell_ms:
+            return -1
+        now = event.t_ms // self.dwell_ms
+        if self._is_tagged:
+            behind = (now % TAGS + 1 - event.other) % TAGS
+            return now - behind if event.other and behind <= _OPEN_SLOTS else -1
+        if event.word == self._words[now % len(self._words)]:
+            return now
+        return now - 1 if now and event.word == self._words[(now - 1) % len(self._words)] else -1
+
+
+class SlotWatch(Watch):
+    """A goal that is decided slot by slot: when the slot after it is over, or the run.
+
+    Args:
+        goal: a goal of followers; leaders among its cars don't count.
+    """
+
+    def __init__(self, goal: Goal, mission: Mission, slots: Slots) -> None:
+        leaders = set(mission.mat.starts.leaders)
+        self._cars = [car for car in goal.cars if car not in leaders]
+        self._slots = slots
+        # When each car first began the word of each slot that is not judged yet.
+        self._begun: dict[int, dict[int, int]] = {}
+        self._judged = 0
+        self._now_ms = 0
+        self._lost_ms: int | None = None
+
+    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+        self._now_ms = moment.t_ms
+        cars = set(self._cars)
+        for event in events:
+            if event.kind == START and event.car in cars:
+                slot = self._slots.of(event)
+                if slot >= self._judged:
+                    self._begun.setdefault(slot, {}).setdefault(event.car, event.t_ms)
+        while self._judged < self._slots.count and (self._judged + 2) * self._slots.dwell_ms <= moment.t_ms:
+            self._judge_next()
+
+    def _judge_next(self) -> None:
+        self.judge(self._judged, self._begun.pop(self._judged, {}))
+        self._judged += 1
+
+    def _judge_all(self) -> None:
+        """Judge the slots that are over with the run."""
+        while self._judged < self._slots.count:
+            self._judge_next()
+
+    def judge(self, slot: int, begun: dict[int, int]) -> None:
+        """Take the result of a slot: when each car that did so began its word, in ms."""
+        raise NotImplementedError
+
+    def _nothing(self) -> GoalState | None:
+        """The state where there is nothing to hear, or nobody who hears."""
+        if self._slots.count and self._cars:
+            return None
+        why = Phrase("goal-no-words") if self._cars else Phrase("goal-no-followers")
+        return GoalState("lost", 0, 0, 0, why)
+
+
+class HeardWatch(SlotWatch):
+    """A goal: cars begin a share of all words, counted car by car."""
+
+    def __init__(self, goal: Goal, mission: Mission, slots: Slots) -> None:
+        super().__init__(goal, mission, slots)
+        self._heard = dict.fromkeys(self._cars, 0)
+        self._pairs = slots.count * len(self._cars)
+        self._needed = needed_of(goal.values["share"], self._pairs)
+
+    def judge(self, slot: int, begun: dict[int, int]) -> None:
+        for car in begun:
+            self._heard[car] += 1
+        missed = (slot + 1) * len(self._cars) - sum(self._heard.values())
+        if missed > self._pairs - self._needed and self._lost_ms is None:
+            self._lost_ms = min((slot + 2) * self._slots.dwell_ms, self._now_ms)
+
+    def state(self, is_over: bool) -> GoalState:
+        if nothing := self._nothing():
+            return nothing
+        if is_over:
+            self._judge_all()
+        done = sum(self._heard.values())
+        if self._lost_ms is not None:
+            return GoalState("lost", self._lost_ms, done, self._needed, self._why())
+        progress: Progress = "met" if done >= self._needed else "holds" if self._judged else "open"
+        why = Phrase("goal-heard-so-far", done=done, count=self._judged * len(self._cars))
+        return GoalState(progress, self._now_ms if progress == "met" else None, done, self._needed, why)
+
+    def _why(self) -> Phrase:
+        car = min(self._cars, key=lambda car: (self._heard[car], car))
+        if not self._heard[car]:
+            return Phrase("goal-never-heard", car=car_phrase(car), count=self._judged)
+        return Phrase("goal-heard-few", car=car_phrase(car), done=self._heard[car], count=self._judged)
+
+
+class InStepWatch(SlotWatch):
+    """A goal: in every slot cars begin the word at nearly the same time."""
+
+    def __init__(self, goal: Goal, mission: Mission, slots: Slots) -> None:
+        super().__init__(goal, mission, slots)
+        self._within_ms = goal.values["within_ms"]
+        self._needed = needed_of(goal.values["share"], len(self._cars))
+        self._worst_ms = 0
+        self._why_lost = Phrase("goal-no-words")
+        self._done = 0
+
+    def judge(self, slot: int, begun: dict[int, int]) -> None:
+        times = sorted(begun.values())
+        need = self._needed
+        if len(times) < need:
+            silent = min(car for car in self._cars if car not in begun)
+            self._lose(slot, Phrase("goal-step-unheard", car=car_phrase(silent), seconds=self._seconds(slot)))
+            return
+        spread_ms = min((times[at + need - 1] - times[at] for at in range(len(times) - need + 1)), default=0)
+        self._worst_ms = max(self._worst_ms, spread_ms)
+        if spread_ms > self._within_ms:
+            last = max(begun, key=lambda car: (begun[car], -car))
+            late_ms = begun[last] - times[0]
+            self._lose(slot, Phrase("goal-step-late", car=car_phrase(last), late_ms=late_ms, most_ms=self._within_ms))
+        else:
+            self._done += 1
+
+    def _seconds(self, slot: int) -> float:
+        return slot * self._slots.dwell_ms / 1000
+
+    def _lose(self, slot: int, why: Phrase) -> None:
+        if self._lost_ms is None:
+            self._lost_ms, self._why_lost = min((slot + 2) * self._slots.dwell_ms, self._now_ms), why
+
+    def state(self, is_over: bool) -> GoalState:
+        if nothing := self._nothing():
+            return nothing
+        if is_over:
+            self._judge_all()
+        if self._lost_ms is not None:
+            return GoalState("lost", self._lost_ms, self._done, self._slots.count, self._why_lost)
+        progress: Progress = "met" if is_over else "holds" if self._judged else "open"
+        why = Phrase("goal-step-so-far", late_ms=self._worst_ms)
+        return GoalState(progress, self._now_ms if is_over else None, self._done, self._slots.count, why)
+
+
+def static_watch(goal: Goal, image: Image, profile: Profile) -> Watch:
+    """The watch of a goal that the program alone decides."""
+    if goal.kind == "seconds-at-most":
+        leader_ms = sum(length_ms(word, profile) for word in image.leader)
+        followers_ms = len(image.followers) * (profile.dwell_ms[image.dwell_level] if image.followers else 0)
+        seconds, most = max(leader_ms, followers_ms) / 1000, goal.values["seconds"]
+        return _StaticWatch(seconds <= most, Phrase("goal-seconds-count", seconds=seconds, most=most))
+    count = len(image.followers if goal.kind == "words-at-most" else image.leader)
+    most = goal.values["count"]
+    return _StaticWatch(count <= most, Phrase(f"goal-{goal.kind}-count", count=count, most=most))
+
+
+class _StaticWatch(Watch):
+    def __init__(self, is_met: bool, why: Phrase) -> None:
+        self._state = GoalState("met" if is_met else "lost", 0, 0, 0, why)
+
+    def see(self, moment: Moment, events: Sequence[Event]) -> None:
+        """Nothing that happens changes it."""
+
+    def state(self, is_over: bool) -> GoalState:
+        return self._state

@@ -1,0 +1,123 @@
+"""The commands missions and check."""
+
+import json
+
+import pytest
+
+from motorcade.missions.document import missions
+from support.command_line import PARADE, run
+
+# A leader that must drive out of its box, and a program for it.
+MISSION = """\
+format = "motorcade-mission/1"
+name = { en = "Leave", zh = "离开" }
+seconds = 4
+seeds = [7, 8]
+steps = ["drive", "wait"]
+
+[[mat.car]]
+at_m = [0, 0]
+role = "leader"
+
+[[zone]]
+name = "box"
+centre_m = [0, 0]
+radius_m = 0.5
+
+[[goal]]
+kind = "out-of-zone"
+zone = "box"
+at = "end"
+
+[[goal]]
+star = 2
+kind = "states-at-most"
+count = 1
+
+[solution]
+leader = [{ drive = { direction = "forward", speed = 2, seconds = 3 } }]
+"""
+
+
+@pytest.fixture
+def mission(tmp_path):
+    path = tmp_path / "leave.toml"
+    path.write_text(MISSION, encoding="utf-8")
+    return path
+
+
+def project(tmp_path, *leader):
+    path = tmp_path / "mine.motorcade.json"
+    path.write_text(json.dumps({"format": "motorcade-program/1", "leader": [*leader]}), encoding="utf-8")
+    return path
+
+
+FORWARD = {"drive": {"direction": "forward", "speed": 2, "seconds": 1}}
+FAR = {"drive": {"direction": "forward", "speed": 2, "seconds": 3}}
+
+
+def test_missions_lists_each_with_its_path_order_and_stars():
+    listed = json.loads(run("missions", "--json").out)
+    assert [each["id"] for each in listed] == [each.id for each in missions()]
+    assert all({*each} == {"id", "name", "path", "order", "stars"} and each["stars"] == 3 for each in listed)
+    assert json.loads(run("missions", "--language", "zh").out)[0]["name"] != listed[0]["name"]
+
+
+def test_check_counts_stars_and_says_when_and_why(mission, tmp_path):
+    two_states = project(tmp_path, FAR, {"wait": {"seconds": 1}})
+    for program, stars, code in (("solution", 2, 0), (two_states, 1, 0)):
+        ran = run("check", mission, program, "--json")
+        result = json.loads(ran.out)
+        assert (ran.code, result["stars"]) == (code, stars)
+    goals = {goal["kind"]: goal for goal in result["goals"]}
+    assert {*goals["out-of-zone"]} == {"kind", "star", "met", "seed", "t_ms", "why"}
+    assert goals["states-at-most"] == {
+        "kind": "states-at-most",
+        "star": 2,
+        "met": False,
+        "seed": 7,
+        "t_ms": 0,
+        "why": "states of the leader: 2; at most 1",
+    }
+    # At 200 mm/s the car is out of the box, whose radius is 0.5 m, after 2.5 s.
+    assert (goals["out-of-zone"]["met"], goals["out-of-zone"]["t_ms"]) == (True, 2600)
+
+
+def test_check_ends_with_1_where_no_star_is_earned(mission, tmp_path):
+    standing = project(tmp_path, {"wait": {"seconds": 1}})
+    ran = run("check", mission, standing, "--language", "zh")
+    assert ran.code == 1
+    assert json.loads(ran.out)["goals"][1]["why"].endswith("0 辆不在")
+    forbidden = project(tmp_path, FORWARD, {"led": {"which": 0, "seconds": 1}})
+    ran = run("check", mission, forbidden)
+    assert (ran.code, json.loads(ran.out)["goals"][0]["why"]) == (1, "the program uses led; allowed are drive, wait")
+
+
+def test_check_takes_an_image_as_well(mission, tmp_path):
+    image = tmp_path / "image.bin"
+    run("compile", project(tmp_path, FORWARD), "-o", image)
+    assert json.loads(run("check", mission, image).out)["stars"] == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (("no-such-mission", "solution"), "there is no mission 'no-such-mission'"),
+        (("missing.toml", "solution"), "missing.toml can't be read"),
+        (("leave.toml", "near-miss"), "the mission has no program called near-miss"),
+        (("leave.toml", "missing.json"), "missing.json is no program that can be checked: No such file"),
+        (("leave.toml", "leave.toml"), "leave.toml is no program that can be checked"),
+        (("leave.toml", "bad.json"), "leader[0].wait.secnods: 'secnods' can't stand here"),
+    ],
+)
+def test_a_bad_file_ends_with_2_and_one_sentence(mission, tmp_path, monkeypatch, arguments, sentence):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bad.json").write_text('{"format": "motorcade-program/1", "leader": [{"wait": {"secnods": 1}}]}')
+    ran = run("check", *arguments)
+    assert (ran.code, ran.out) == (2, "")
+    assert sentence in ran.err
+    assert len(ran.err.splitlines()) == 1
+
+
+def test_a_project_with_a_diagnostic_is_a_bad_file(mission):
+    assert json.loads(run("check", mission, PARADE).out)["stars"] == 0

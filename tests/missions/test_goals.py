@@ -1,0 +1,299 @@
+"""Each kind of goal, by moments and events that a test makes up."""
+
+import math
+from array import array
+
+import pytest
+
+from motorcade.engine.events import START
+from motorcade.engine.state import Moment
+from motorcade.locales import languages
+from motorcade.missions.document import mission_of
+from motorcade.missions.watch import EVERY_MS, GoalWatch, goal_phrase
+from motorcade.program.compiler import compile_program
+from motorcade.program.model import Followers, Program
+from motorcade.program.steps import forward, led, wait
+
+LEADER, FIRST, SECOND = range(3)
+MAT = {
+    "size_m": [6, 2],
+    "car": [{"at_m": [0.5, 1], "role": "leader"}, {"at_m": [1, 1]}, {"at_m": [1.5, 1]}],
+    "voice": [{"at_s": 0.2, "word": "stop"}, {"at_s": 0.8, "word": "go"}],
+}
+SQUARE = {"name": "home", "corners_m": [[2, 0], [4, 0], [4, 2], [2, 2]]}
+DISC = {"name": "lake", "centre_m": [3, 1], "radius_m": 0.5}
+# One word for 1 s, so the slots begin at 0, 1, 2 … s; the leader has two states.
+BARE = Program([wait(1), forward(1)], Followers([led(1, 1)], tagged=False))
+TAGGED = Program([wait(1)], Followers([led(1, 1)], tagged=True))
+NO_LED = 4
+
+
+def mission(*goals, seconds=1.0, **more):
+    document = {"format": "motorcade-mission/1", "name": "m", "seconds": seconds, "mat": MAT, "zone": [SQUARE, DISC]}
+    return mission_of({**document, "goal": [*goals], **more}, "m")
+
+
+def moment(t_ms, x=(0.5, 1.0, 1.5), y=(1.0, 1.0, 1.0), heading=(0.0, 0.0, 0.0), **more):
+    shown = {"wheels": (0, 0, 0), "led": (NO_LED,) * 3, "touching_ms": 0} | more
+    nothing = (0, 0, 0)
+    counts = {"touching_ms": shown["touching_ms"]}
+    columns = (array("f", each) for each in (x, y, heading))
+    return Moment(t_ms, *columns, nothing, nothing, bytes(shown["wheels"]), bytes(shown["led"]), nothing, counts)
+
+
+def watched(goals, moments, events=(), seconds=1.0, program=BARE):
+    """The states of goals at the end of a run; each of ``moments`` is what `moment` takes beside the time."""
+    wanted = mission(*goals, seconds=seconds)
+    watch = GoalWatch(wanted, compile_program(program, wanted.profile).image)
+    for number in range(round(seconds * 1000) // EVERY_MS + 1):
+        t_ms = number * EVERY_MS
+        shown = moments[min(number, len(moments) - 1)]
+        watch.see(moment(t_ms, **shown), [each for each in events if t_ms - EVERY_MS < each[0] <= t_ms])
+    assert watch.is_over
+    return watch.states()
+
+
+def outcome(goal, moments, *more, **options):
+    state = watched([goal], moments, *more, **options)[0]
+    for language in languages():
+        assert "{" not in state.why.sentence(language)
+    return state.progress, state.t_ms
+
+
+def at(x):
+    """The first follower stands at x, the others where they begin."""
+    return {"x": (0.5, x, 1.5)}
+
+
+IN, OUT = at(2.5), at(1.0)
+ZONE = {"kind": "in-zone", "who": [FIRST], "zone": "home"}
+
+
+@pytest.mark.parametrize(
+    ("goal", "moments", "expected"),
+    [
+        (ZONE, [OUT, IN], ("met", 100)),
+        (ZONE, [IN, OUT, IN], ("met", 200)),
+        (ZONE, [IN, OUT], ("lost", 1000)),
+        ({**ZONE, "at": "some-moment"}, [OUT, IN, OUT], ("met", 100)),
+        ({**ZONE, "at": "some-moment"}, [OUT], ("lost", 1000)),
+        ({**ZONE, "at": "always"}, [IN], ("met", 1000)),
+        ({**ZONE, "at": "always"}, [IN, OUT, IN], ("lost", 100)),
+        ({**ZONE, "zone": "lake"}, [at(2.6)], ("met", 0)),
+        ({**ZONE, "zone": "lake"}, [at(2.4)], ("lost", 1000)),
+        ({**ZONE, "who": "followers"}, [IN], ("lost", 1000)),
+        ({**ZONE, "who": "followers", "share": 0.5}, [IN], ("met", 0)),
+        ({**ZONE, "kind": "out-of-zone"}, [OUT], ("met", 1000)),
+        ({**ZONE, "kind": "out-of-zone"}, [OUT, IN, OUT], ("lost", 100)),
+        ({**ZONE, "kind": "out-of-zone", "at": "end"}, [IN, OUT], ("met", 100)),
+        ({**ZONE, "kind": "out-of-zone", "at": "some-moment"}, [IN], ("lost", 1000)),
+    ],
+)
+def test_zones(goal, moments, expected):
+    assert outcome(goal, moments) == expected
+
+
+def test_a_zone_missed_says_which_car_and_by_how_much():
+    state = watched([{**ZONE, "who": "followers", "zone": "home"}], [{"x": (0.5, 1.75, 3)}])[0]
+    assert (state.done, state.needed) == (1, 2)
+    assert state.why.sentence() == "car 1 is 0.25 m away from home; 1 of 2 cars are in it"
+
+
+@pytest.mark.parametrize(
+    ("bounds", "expected"),
+    [
+        ({"least_m": 0.9}, ("met", 900)),
+        ({"least_m": 1.1}, ("lost", 1000)),
+        ({"most_m": 1.1}, ("met", 0)),
+        ({"most_m": 0.45}, ("lost", 500)),
+        ({"least_m": 0.5, "most_m": 1.5}, ("met", 500)),
+        ({"least_m": 0.1, "most_m": 0.5}, ("lost", 600)),
+    ],
+)
+def test_travelled_adds_up_the_way_between_moments(bounds, expected):
+    there_and_back = [at(1 + 0.1 * (number if number < 6 else 10 - number) + 0.001 * number) for number in range(11)]
+    progress, t_ms = outcome({"kind": "travelled", "who": [FIRST], **bounds}, there_and_back)
+    assert (progress, t_ms) == (expected[0], pytest.approx(expected[1], abs=100))
+
+
+@pytest.mark.parametrize(
+    ("degrees", "faces", "expected"),
+    [(90, 100, "met"), (90, 106, "lost"), (-170, 175, "met"), (180, -179, "met"), (0, -16, "lost")],
+)
+def test_heading_goes_round_a_full_turn(degrees, faces, expected):
+    goal = {"kind": "heading", "who": [FIRST], "degrees": degrees}
+    assert outcome(goal, [{"heading": (0, math.radians(faces), 0)}])[0] == expected
+
+
+@pytest.mark.parametrize(
+    ("goal", "leds", "expected"),
+    [
+        ({"led": 2}, [(4, 2, 4)], ("lost", 1000)),
+        ({"led": 2}, [(4, 2, 4), (4, 4, 2)], ("met", 100)),
+        ({"led": 2, "at": "end"}, [(4, 2, 4), (4, 2, 2)], ("met", 100)),
+        ({"led": "off", "at": "always"}, [(2, 4, 4)], ("met", 1000)),
+        ({"led": "off", "at": "always"}, [(4, 4, 4), (4, 0, 4)], ("lost", 100)),
+    ],
+)
+def test_lit(goal, leds, expected):
+    moments = [{"led": each} for each in leds]
+    assert outcome({"kind": "lit", "who": "followers", **goal}, moments) == expected
+
+
+@pytest.mark.parametrize(
+    ("at_time", "seconds_cars", "expected"),
+    [
+        ("end", [1.5, 3.0], ("lost", 1000)),
+        ("end", [3.0, 1.5], ("met", 100)),
+        ("some-moment", [3.0, 1.5, 3.0], ("met", 100)),
+        ("always", [1.5, 3.0, 1.5], ("lost", 100)),
+        ("always", [1.5], ("met", 1000)),
+    ],
+)
+def test_together_measures_the_two_cars_that_are_farthest_apart(at_time, seconds_cars, expected):
+    goal = {"kind": "together", "who": "followers", "metres": 1.0, "at": at_time}
+    moments = [{"x": (0.5, 1.0, x), "y": (2.0, 1.0, 1.0)} for x in seconds_cars]
+    assert outcome(goal, moments) == expected
+
+
+def test_a_touch_loses_and_names_who_touched():
+    near = {"x": (0.5, 1.0, 1.155), "touching_ms": 7}
+    assert outcome({"kind": "no-touch"}, [{}]) == ("met", 1000)
+    state = watched([{"kind": "no-touch"}], [{}, {}, near])[0]
+    assert (state.progress, state.t_ms) == ("lost", 200)
+    assert state.why.sentence().startswith("car 1 and car 2 touched after 0.2 s")
+    wall = watched([{"kind": "no-touch"}], [{"touching_ms": 7}])[0]
+    assert "a wall or an obstacle" in wall.why.sentence()
+
+
+def begins(t_ms, car, tag=0):
+    """A follower begins the word of BARE or TAGGED."""
+    word = compile_program(TAGGED if tag else BARE).words[-1]
+    return (t_ms, car, START, 0, word, tag)
+
+
+ALL_HEARD = [begins(slot * 1000 + 50 * car, car) for slot in range(3) for car in (FIRST, SECOND)]
+
+
+@pytest.mark.parametrize(
+    ("events", "share", "expected"),
+    [
+        (ALL_HEARD, 1, ("met", 3000)),
+        (ALL_HEARD[1:], 1, ("lost", 2000)),
+        (ALL_HEARD[1:], 0.8, ("met", 3000)),
+        (ALL_HEARD[2:], 0.8, ("lost", 2000)),
+        # Once in a slot is enough, and in the slot after it is in time.
+        ([*ALL_HEARD[:-1], begins(2100, FIRST)], 1, ("lost", 3000)),
+        ([], 0.01, ("lost", 3000)),
+    ],
+)
+def test_heard_counts_the_words_that_cars_begin(events, share, expected):
+    goal = {"kind": "heard", "who": "followers", "share": share}
+    assert outcome(goal, [{}], events, seconds=3.0) == expected
+
+
+def test_heard_says_who_never_heard_a_word():
+    events = [each for each in ALL_HEARD if each[1] == FIRST]
+    state = watched([{"kind": "heard", "who": "followers"}], [{}], events, seconds=3.0)[0]
+    assert state.why.sentence("en") == "car 2 never heard any of 3 words"
+
+
+def test_a_tagged_word_counts_for_the_slot_that_its_tag_names():
+    late = [begins(1900 + car, car, tag=1 + slot) for slot in range(2) for car in (FIRST, SECOND)]
+    goal = {"kind": "heard", "who": "followers"}
+    assert outcome(goal, [{}], late, seconds=2.0, program=TAGGED)[0] == "met"
+    assert outcome(goal, [{}], late[:3], seconds=2.0, program=TAGGED)[0] == "lost"
+
+
+@pytest.mark.parametrize(("within_ms", "expected"), [(50, "met"), (49, "lost")])
+def test_in_step_measures_from_the_first_to_the_last_car(within_ms, expected):
+    goal = {"kind": "in-step", "who": "followers", "within_ms": within_ms}
+    assert outcome(goal, [{}], ALL_HEARD, seconds=3.0)[0] == expected
+    assert outcome(goal, [{}], ALL_HEARD[:-1], seconds=3.0)[0] == "lost"
+
+
+DRIVES, STANDS = {"wheels": (2, 2, 2)}, {"wheels": (0, 0, 0)}
+
+
+@pytest.mark.parametrize(
+    ("moments", "expected"),
+    [
+        # 'Stop' is said at 0.2 s, a car may take until 0.5 s, and 'go' is said at 0.8 s.
+        ([DRIVES] * 4 + [STANDS] * 5 + [DRIVES], "met"),
+        ([DRIVES] * 4 + [STANDS] * 2 + [DRIVES], "lost"),
+        ([DRIVES] * 11, "lost"),
+        ([STANDS] * 11, "lost"),
+    ],
+)
+def test_stopped_by_voice(moments, expected):
+    assert outcome({"kind": "stopped-by-voice", "who": "followers"}, moments)[0] == expected
+
+
+@pytest.mark.parametrize(
+    ("goal", "expected"),
+    [
+        ({"kind": "words-at-most", "count": 1}, "met"),
+        ({"kind": "words-at-most", "count": 0}, "lost"),
+        ({"kind": "states-at-most", "count": 2}, "met"),
+        ({"kind": "states-at-most", "count": 1}, "lost"),
+        ({"kind": "seconds-at-most", "seconds": 2}, "met"),
+        ({"kind": "seconds-at-most", "seconds": 1.9}, "lost"),
+    ],
+)
+def test_a_goal_of_the_program(goal, expected):
+    assert outcome(goal, [{}]) == (expected, 0)
+
+
+@pytest.mark.parametrize(
+    ("moments", "seconds", "expected"),
+    [([OUT] * 3 + [IN], 0.3, ("met", 300)), ([OUT] * 4 + [IN], 0.3, ("lost", 400)), ([OUT], 0.3, ("lost", 300))],
+)
+def test_all_by_asks_when_another_goal_was_met(moments, seconds, expected):
+    states = watched([ZONE, {"kind": "all-by", "goal": 1, "seconds": seconds}], moments)
+    assert (states[1].progress, states[1].t_ms) == expected
+
+
+def test_while_a_run_goes_on_a_goal_is_open_or_holds():
+    goals = [ZONE, {"kind": "no-touch"}, {"kind": "all-by", "goal": 1, "seconds": 0.9}]
+    wanted = mission(*goals)
+    watch = GoalWatch(wanted, compile_program(BARE, wanted.profile).image)
+    seen = []
+    for number, shown in enumerate([OUT, IN, OUT, IN]):
+        watch.see(moment(number * EVERY_MS, **shown))
+        seen.append([state.progress for state in watch.states()])
+    assert seen == [["open", "holds", "open"], ["holds"] * 3, ["open", "holds", "open"], ["holds"] * 3]
+    watch.see(moment(1000, **IN))
+    assert [state.progress for state in watch.states()] == ["met"] * 3
+    watch.see(moment(1100, **OUT))
+    assert [state.progress for state in watch.states()] == ["met"] * 3
+
+
+def test_every_goal_is_described_in_every_language():
+    cars = {"who": "followers", "share": 0.5}
+    goals = [
+        *({**cars, "kind": kind, "zone": "home", "at": when} for kind in ("in-zone", "out-of-zone") for when in TIMES),
+        *({**cars, "kind": "lit", "led": led, "at": when} for led in (1, "off") for when in TIMES),
+        *({**cars, "kind": "heading", "degrees": 5, "at": when} for when in TIMES),
+        *({"who": [0], "kind": "together", "metres": 5, "at": when} for when in TIMES),
+        *(
+            {**cars, "kind": "travelled", **bounds}
+            for bounds in ({"least_m": 1}, {"most_m": 2}, {"least_m": 1, "most_m": 2})
+        ),
+        {**cars, "kind": "in-step", "within_ms": 100},
+        {**cars, "kind": "heard"},
+        {**cars, "kind": "stopped-by-voice"},
+        {"kind": "no-touch"},
+        {"kind": "words-at-most", "count": 1},
+        {"kind": "states-at-most", "count": 1},
+        {"kind": "seconds-at-most", "seconds": 1},
+        {"kind": "all-by", "goal": 1, "seconds": 1},
+    ]
+    for first in range(0, len(goals), 20):
+        wanted = mission(ZONE, *goals[first : first + 20])
+        for language in languages():
+            told = [goal_phrase(goal, wanted).sentence(language) for goal in wanted.goals[1:]]
+            assert len(set(told)) == len(told)
+            assert "{" not in "".join(told)
+
+
+TIMES = ("end", "some-moment", "always")

@@ -1,0 +1,51 @@
+"""Every mission that comes with Motorcade: its solution earns all stars, its near miss none."""
+
+import pytest
+
+from motorcade.locales import languages
+from motorcade.missions.check import check_program, simulate
+from motorcade.missions.document import missions
+from motorcade.missions.schema import PATHS
+from motorcade.missions.watch import EVERY_MS, GoalWatch
+from motorcade.program.compiler import compile_program
+
+MISSIONS = {each.id: each for each in missions()}
+
+
+@pytest.mark.parametrize("name", MISSIONS)
+def test_the_solution_earns_all_stars_and_the_near_miss_none(name):
+    mission = MISSIONS[name]
+    solved = check_program(mission, mission.solution)
+    assert [goal.why.sentence() for goal in solved.goals if not goal.met] == []
+    assert solved.stars == {1, 2, 3}
+    assert check_program(mission, mission.near_miss).stars == set()
+
+
+@pytest.mark.parametrize("name", MISSIONS)
+def test_a_mission_is_told_whole_in_every_language(name):
+    mission = MISSIONS[name]
+    texts = [mission.name, mission.story, mission.learned, *mission.hints]
+    assert mission.hints
+    for wording in texts:
+        assert len({wording.sentence(language) for language in languages()}) == len(languages())
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_a_path_has_its_missions_in_order(path):
+    orders = [each.document["order"] for each in MISSIONS.values() if each.document["path"] == path]
+    assert orders == [*range(1, len(orders) + 1)]
+
+
+def test_a_run_is_seen_at_the_same_times_and_gives_the_same_result_again():
+    mission = MISSIONS["pass-it-on"]
+    image = compile_program(mission.solution, mission.profile).image
+    times, states = [], []
+    for _ in range(2):
+        watch = GoalWatch(mission, image)
+        for sight in simulate(mission, image):
+            if sight.seed == mission.seeds[0]:
+                times.append(sight.moment.t_ms)
+                watch.see(sight.moment, sight.events)
+        states.append([state[:4] for state in watch.states()])
+    assert times == [*range(0, mission.duration_ms + 1, EVERY_MS)] * 2
+    assert states[0] == states[1]
