@@ -253,8 +253,13 @@ def follower(*steps: Step, **settings: object) -> Program:
         (Program([wait(0.5, id="b")]), "duration-not-expressible", LEADER, "0.5 s.*: 0 s or 1 s"),
         (Program([wait(1000.25, id="b")]), "duration-not-expressible", LEADER, "1000.25 s.*: 1000 s or 1001 s"),
         (Program([together(led(0, 1.5, id="b"))]), "duration-not-expressible", "leader[0].together[0]", "1 s or 2 s"),
-        (Program([together(wait(1), forward(1), id="b")]), "parallel-conflict", "leader[0].together[1]", "wait, drive"),
-        (Program([together(led(0, 1), led(1, 1, id="b"))]), "parallel-conflict", "leader[0].together[1]", "led"),
+        (
+            Program([together(wait(1), forward(1), id="b")]),
+            "parallel-conflict",
+            "leader[0].together[1]",
+            "waiting and driving",
+        ),
+        (Program([together(led(0, 1), led(1, 1, id="b"))]), "parallel-conflict", "leader[0].together[1]", "light"),
         (follower(repeat(150, led(0, 3), led(1, 3), id="b")), "too-many-words", FOLLOWERS, "300 words"),
         (follower(repeat(10**9, wait(2), led(0, 2), id="b")), "too-many-words", FOLLOWERS, "2000000000 words"),
         (follower(wait(900, id="b")), "too-many-words", FOLLOWERS, "300 words"),
@@ -369,4 +374,4 @@ def test_words_that_only_a_shorter_dwell_can_say_are_counted_as_they_are() -> No
     steps = [together(forward(3), led(1, 2)), together(forward(3), led(2, 2))] * 50
     (diagnostic,) = compile_program(Program([wait(1)], steps), profile).diagnostics
     assert diagnostic.code == "too-many-words"
-    assert re.search("300 words.* needs 3 of them", diagnostic.sentence())
+    assert re.search("300 words.* makes 3 of them", diagnostic.sentence())

@@ -299,7 +299,7 @@ def test_what_is_no_program_is_told_at_its_place(body, code, line, column):
 
 def test_columns_count_characters():
     (only,) = diagnostics_of(HEAD + 'program = Program([led(0, 1, id="红灯", colour=1)])')
-    assert (only.span.column, only.span.end_column) == (39, 47)
+    assert (only.span.column, only.span.end_column) == (39, 45)
 
 
 def test_everything_that_is_wrong_is_told_at_once_but_not_without_end():

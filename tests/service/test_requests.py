@@ -36,6 +36,8 @@ from motorcade.service.programs import error_answer
 from motorcade.service.requests import Context, respond
 from support.strategies import programs
 
+# What a project has beside its blocks where its user chose nothing.
+NO_VIEW = {"range_mm": None, "python": None, "level": None}
 MAT = {"format": "motorcade-mat/1", "name": "a table", "car": [{"at_m": [0, 0], "role": "leader"}]}
 
 
@@ -140,17 +142,6 @@ def test_the_costliest_block_is_the_one_that_makes_the_most_words(ask):
     assert answer["costliest"] == {"leader": {"block": "b", "count": 9}, "followers": {"block": "c", "count": 1}}
 
 
-def test_too_many_states_still_have_a_costliest_block(ask):
-    answer = ask("compile", blocks([wait(3, id="a"), repeat(400, wait(1), id="b")]))
-    assert (answer["states"], answer["image"], answer["words"]) == (401, None, [])
-    assert answer["costliest"]["leader"] == {"block": "b", "count": 400}
-    (diagnostic,) = answer["diagnostics"]
-    assert (diagnostic["code"], diagnostic["severity"]) == ("too-many-states", "error")
-    # The page leads to the block, and nobody there knows a place in a file.
-    assert not any("leader[" in sentence for sentence in diagnostic["sentence"].values())
-    assert (diagnostic["block"], diagnostic["editor"]) == ("b", "leader")
-
-
 def test_a_diagnostic_has_its_editor_and_block(ask):
     diagnostics = ask("compile", blocks([], [wait(0.5, id="half")]))["diagnostics"]
     assert [(each["code"], each["editor"], each["block"]) for each in diagnostics] == [
@@ -229,7 +220,7 @@ def test_a_program_is_unchanged_after_saving_and_opening(program):
 
 
 def test_a_project_file_stores_the_layout_of_its_blocks(ask):
-    project = {**blocks([wait(1, id="w")]), "mat": MAT, "range_mm": 700}
+    project = {**blocks([wait(1, id="w")]), "mat": MAT, "range_mm": 700, "python": "# mine\n", "level": "python"}
     loose = {"type": "motorcade_wait", "id": "loose", "x": 200, "y": 300}
     project["leader"]["blocks"]["blocks"].append(loose)
     text = ask("save-text", project)["text"]
@@ -240,33 +231,44 @@ def test_a_project_file_stores_the_layout_of_its_blocks(ask):
 def test_a_program_changed_in_its_file_gets_a_new_layout(ask):
     text = ask("save-text", blocks([wait(1, id="w")], []))["text"]
     changed = ask("open", {"text": text.replace('"seconds": 1', '"seconds": 2')})
-    assert changed == {**blocks([wait(2, id="w")], []), "mat": None, "range_mm": None}
+    assert changed == {**blocks([wait(2, id="w")], []), "mat": None, **NO_VIEW}
 
 
 @pytest.mark.parametrize(
-    "view", [{}, {"leader": 3}, {"leader": {"blocks": 3}}, {"leader": {}, "followers": 3}, {"range_mm": "far"}]
+    "view",
+    [
+        {},
+        {"leader": 3},
+        {"leader": {"blocks": 3}},
+        {"leader": {}, "followers": 3},
+        {"range_mm": "far", "python": 3, "level": "top"},
+    ],
 )
 def test_an_invalid_view_is_ignored(ask, view):
     document = {**Program([wait(1)]).as_dict(), "view": view}
     opened = ask("open", {"text": json.dumps(document)})
-    assert (opened["leader"], opened["range_mm"]) == (blocks([wait(1)])["leader"], None)
+    assert opened == {**blocks([wait(1)]), "mat": None, **NO_VIEW}
 
 
 def test_blocks_that_are_no_program_yet_are_stored(ask):
     leader = blocks([wait(1)])["leader"]
     leader["blocks"]["blocks"][0]["next"]["block"]["type"] = "motorcade_infrared"
-    project = {"leader": leader, "followers": None, "profile": "classroom", "mat": None, "range_mm": None}
+    project = {"leader": leader, "followers": None, "profile": "classroom", "mat": None, **NO_VIEW}
     text = ask("save-text", project)["text"]
     assert read_program(text) == Program([])
     assert ask("open", {"text": text}) == project
 
 
 def test_an_error_in_a_file_has_its_place(context):
-    text = json.dumps({**Program([]).as_dict(), "leader": [{"fly": {}}]})
+    fast = {"repeat": {"times": 2, "steps": [{"drive": {"direction": "left", "speed": 9, "seconds": 1}}]}}
+    text = json.dumps({**Program([]).as_dict(), "leader": [{"fly": {}}, fast]})
     with pytest.raises(ProgramError) as problem:
         respond("open", json.dumps({"text": text}).encode(), context)
     error = error_answer(problem.value)
-    assert error.sentence["en"].startswith("leader[0].fly: 'fly' can't stand here.")
+    first, second = error.sentence["en"].splitlines()
+    assert first.startswith("Leader, step 1: 'fly' can't stand here.")
+    assert second.startswith("Leader, step 2.1, speed: The value is 9; allowed:")
+    assert error.sentence["zh"].splitlines()[1].startswith("主机第 2.1 步的速度：")
     assert error.diagnostics[0].editor == "leader"
 
 
@@ -307,7 +309,14 @@ def test_capabilities_are_those_of_the_shell(ask):
 
 def project(seconds, mat=MAT, range_mm=700):
     leader, followers = blocks_of(Program([wait(seconds, id="w")], Followers([led(1, 1)])))
-    return {"leader": leader, "followers": followers, "profile": "classroom", "mat": mat, "range_mm": range_mm}
+    return {
+        "leader": leader,
+        "followers": followers,
+        "profile": "classroom",
+        "mat": mat,
+        **NO_VIEW,
+        "range_mm": range_mm,
+    }
 
 
 @pytest.fixture

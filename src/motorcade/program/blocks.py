@@ -119,6 +119,13 @@ class _Reader:
         return document
 
 
+def field_value(name: str, value: Any) -> tuple[str, Any]:
+    """Return the field of a block, and what it holds, for a value of a step or of the followers' settings."""
+    if name == "dwell_seconds":
+        return "DWELL", "auto" if value is None else str(_plain(value))
+    return name.upper(), value
+
+
 def _hat(workspace: Any, kind: str, path: str) -> Block:
     """The workspace's hat; an empty block where there is none."""
     blocks = _object(_object(workspace, path).get("blocks"), path).get("blocks", [])

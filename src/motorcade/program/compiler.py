@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.errors import Phrase
-from motorcade.program.diagnostics import Diagnostic, ProgramError, error, has_errors, warning
+from motorcade.program.diagnostics import Diagnostic, Mend, ProgramError, error, has_errors, warning
 from motorcade.program.expansion import (
     Expander,
     Item,
@@ -19,7 +19,7 @@ from motorcade.program.expansion import (
 )
 from motorcade.program.model import Followers, Program
 from motorcade.program.parts import MOST_PIECES, control_word, durations_in, slice_of, to_ms
-from motorcade.program.steps import Step
+from motorcade.program.steps import RepeatStep, Step
 from motorcade.words.formats import CONTROL
 from motorcade.words.image import Image, image_words, words_to_bytes
 
@@ -191,7 +191,7 @@ class _Followers:
         dwell_ms = to_ms(dwell_seconds)
         if dwell_ms not in self._profile.dwell_ms:
             reason = Phrase("dwell-not-a-level", seconds=f"{dwell_seconds:g}")
-            self._no_dwell("followers.dwell_seconds", None, reason)
+            self._no_dwell("followers.dwell_seconds", None, reason, Mend("dwell_seconds", None))
             return None
         found = literal_round(items, dwell_ms, self._profile)
         if isinstance(found, int):
@@ -200,8 +200,9 @@ class _Followers:
             return None
         return found
 
-    def _no_dwell(self, path: str, step_id: str | None, reason: object) -> None:
-        self.diagnostics.append(error("dwell-not-expressible", path, step_id, reason=reason, dwells=self._dwells))
+    def _no_dwell(self, path: str, step_id: str | None, reason: object, *mends: Mend) -> None:
+        problem = error("dwell-not-expressible", path, step_id, reason=reason, dwells=self._dwells)
+        self.diagnostics.append(problem.mended_by(*mends))
 
     def _warn_of_deafness(self, items: list[Item], found: Round) -> None:
         warned = set()
@@ -230,4 +231,15 @@ def length_ms(word: int, profile: Profile) -> int:
 def _too_many(code: str, path: str, steps: Sequence[Step], count: int, costs: list[int]) -> Diagnostic:
     costliest = costs.index(max(costs))
     place = f"{path}[{costliest}]"
-    return error(code, place, steps[costliest].id, count=count, costliest=place, cost=max(costs))
+    cost = max(costs)
+    if cost > 1:
+        hint, page_hint = Phrase("shorten-step", place=place, cost=cost), Phrase("shorten-block", cost=cost)
+    else:
+        hint = page_hint = Phrase("too-many-steps", most=MOST_PIECES)
+    step = steps[costliest]
+    problem = error(code, place, step.id, count=count, cost=cost, hint=hint, page_hint=page_hint)
+    if isinstance(step, RepeatStep):
+        times = (MOST_PIECES - count + cost) * step.times // cost
+        if times > 0:
+            return problem.mended_by(Mend("times", times))
+    return problem

@@ -1,7 +1,7 @@
 """Errors and warnings of a program, each with a stable code and its place in the project file."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, NamedTuple
 
 from motorcade.errors import MotorcadeError, Phrase
@@ -19,6 +19,22 @@ class Span(NamedTuple):
     end_column: int
 
 
+class Mend(NamedTuple):
+    """One value that would mend what is wrong.
+
+    Attributes:
+        field: the field of the step (of the followers' settings where the diagnostic is about these) that would have
+            the value; `TEXT` where the value would replace the text at the diagnostic's span.
+        value: None for the choice of the compiler.
+    """
+
+    field: str
+    value: float | str | None
+
+
+TEXT = "text"
+
+
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
     """An error or a warning.
@@ -32,6 +48,7 @@ class Diagnostic:
         id: the step's id (the block it came from), where it has one.
         details: the values for the sentence's placeholders, by name.
         span: its place in the Python text that the program was read from; None for a program from elsewhere.
+        mends: values each of which would mend it.
     """
 
     code: str
@@ -40,6 +57,15 @@ class Diagnostic:
     id: str | None = None
     details: dict[str, Any] = field(default_factory=dict)
     span: Span | None = None
+    mends: tuple[Mend, ...] = ()
+
+    def at(self, span: Span | None) -> "Diagnostic":
+        """Return the same with its place in a text."""
+        return replace(self, span=span)
+
+    def mended_by(self, *mends: Mend) -> "Diagnostic":
+        """Return the same with values that would mend it."""
+        return replace(self, mends=mends)
 
     def sentence(self, language: str = "en", audience: str = "") -> str:
         """The sentence in one of `motorcade.locales.languages()`, for an ``audience`` as in `MotorcadeError`."""

@@ -33,7 +33,7 @@ from typing import NamedTuple
 
 from motorcade.config.profile import Profile
 from motorcade.errors import Phrase
-from motorcade.program.diagnostics import Diagnostic, error
+from motorcade.program.diagnostics import Diagnostic, Mend, error
 from motorcade.program.parts import (
     MOST_PIECES,
     Part,
@@ -49,7 +49,7 @@ from motorcade.program.parts import (
     to_ms,
     with_durations,
 )
-from motorcade.program.steps import AccompanyingStep, RepeatStep, Step, TogetherStep
+from motorcade.program.steps import LONGEST_S, AccompanyingStep, RepeatStep, Step, TogetherStep
 from motorcade.words.formats import CONTROL
 
 _MOTOR_ENABLE = CONTROL.field("motor_enable").word_mask
@@ -142,7 +142,8 @@ class Expander:
             for position, part in enumerate(step.steps):
                 self._check_duration(part, path, step.id, position)
         elif isinstance(step, AccompanyingStep) and step.seconds is None:
-            self.diagnostics.append(error("missing-field", f"{path}.{step.kind}", step.id, name="seconds"))
+            problem = error("missing-field", f"{path}.{step.kind}", step.id, name="seconds")
+            self.diagnostics.append(problem.mended_by(Mend("seconds", self._levels_ms[1] / 1000)))
         else:
             self._check_duration(step, path, step.id)
         return len(self.diagnostics) == before
@@ -151,7 +152,8 @@ class Expander:
         seen: dict[str, str] = {}
         for position, part in enumerate(step.steps):
             if part.group in seen:
-                kinds = ", ".join(dict.fromkeys((seen[part.group], part.kind)))
+                first, second = Phrase(f"step-{seen[part.group]}"), Phrase(f"step-{part.kind}")
+                kinds = first if first == second else Phrase("one-and-other", first=first, second=second)
                 place = f"{path}.together[{position}]"
                 self.diagnostics.append(error("parallel-conflict", place, part.id or step.id, kinds=kinds))
             seen[part.group] = part.kind
@@ -168,8 +170,12 @@ class Expander:
 
     def not_expressible(self, seconds: float, path: str, step_id: str | None) -> Diagnostic:
         """Return the Diagnostic for a duration that no levels add up to; it names the nearest possible ones."""
-        nearest = _either(*nearest_sums(seconds, self._levels_ms))
-        return error("duration-not-expressible", path, step_id, seconds=f"{seconds:g}", nearest=nearest)
+        below, above = nearest_sums(seconds, self._levels_ms)
+        problem = error(
+            "duration-not-expressible", path, step_id, seconds=f"{seconds:g}", nearest=_either(below, above)
+        )
+        # 0 s is possible, yet nobody means it who writes half a second.
+        return problem.mended_by(*(Mend("seconds", each) for each in (below, above) if 0 < each <= LONGEST_S))
 
     def not_expressible_together(self, item: Item) -> Diagnostic:
         """Return the same for a together whose blocks are possible only alone: the nearest for its longest block."""

@@ -18,9 +18,9 @@ from motorcade.config.check import shown
 from motorcade.errors import Phrase
 from motorcade.program import steps
 from motorcade.program.blocks import MOST_DEEP
-from motorcade.program.diagnostics import Diagnostic, ProgramError, Span, error, warning
+from motorcade.program.diagnostics import TEXT, Diagnostic, Mend, ProgramError, Span, error, warning
 from motorcade.program.model import FORMAT, Followers, Program, program_from_dict
-from motorcade.program.python_syntax import Source, located
+from motorcade.program.python_syntax import Source
 from motorcade.program.steps import COMMON, KINDS, RepeatStep, Step, TogetherStep
 
 # The kind behind each name of a step.
@@ -30,6 +30,7 @@ _NAMES = (Program.__name__, Followers.__name__, *STEP_NAMES)
 VARIABLE = "program"
 # Later errors are often consequences of the first ones.
 _MOST_ERRORS = 20
+_LONGEST_NAME = 40
 _LOOPS = (ast.For, ast.AsyncFor, ast.While, ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp)
 _DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda)
 
@@ -74,7 +75,7 @@ class PythonProgram:
 
     def located(self, diagnostics: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
         """Return diagnostics of this program with their places in the text."""
-        return tuple(located(each, span_of(self.spans, each.path)) for each in diagnostics)
+        return tuple(each.at(span_of(self.spans, each.path)) for each in diagnostics)
 
 
 def read_python(data: bytes | str) -> PythonProgram:
@@ -87,7 +88,7 @@ def read_python(data: bytes | str) -> PythonProgram:
     try:
         program = program_from_dict(document)
     except ProgramError as problem:
-        found = [located(each, span_of(reader.spans, each.path)) for each in problem.diagnostics]
+        found = [each.at(span_of(reader.spans, each.path)) for each in problem.diagnostics]
         raise ProgramError(found[:_MOST_ERRORS]) from None
     return PythonProgram(
         source, program, root, reader.imports, reader.imported_at, reader.spans, tuple(reader.warnings())
@@ -123,7 +124,7 @@ class _Reader:
         """Yield a warning for each name that isn't imported, at its first use."""
         for name, node in self._used.items():
             if name not in self.imports:
-                yield located(warning("python-not-imported", "", name=name), self._source.span(node))
+                yield warning("python-not-imported", "", name=name).at(self._source.span(node))
 
     def program_call(self) -> ast.Call | None:
         """Return the call of Program, the only one among the statements."""
@@ -146,7 +147,7 @@ class _Reader:
                     case _:
                         self._refuse_statement(statement)
             if not found and not self._errors:
-                self._errors.append(located(error("python-no-program", ""), Span(1, 1, 1, 2)))
+                self._errors.append(error("python-no-program", "").at(Span(1, 1, 1, 2)))
         except _TooManyErrorsError:
             return None
         return found
@@ -272,9 +273,10 @@ class _Reader:
             if keyword.arg is None:
                 self._refuse("python-star", keyword.value)
             elif keyword.arg not in allowed:
-                nearest = _nearest(keyword.arg, allowed)
+                start = self._source.span(keyword)
+                span = Span(start.line, start.column, start.line, start.column + len(keyword.arg))
                 function = ast.unparse(call.func)
-                self._refuse("python-no-such-value", keyword, function=function, name=_short(keyword.arg), hint=nearest)
+                self._refuse_name("python-no-such-value", span, keyword.arg, allowed, function=function)
             elif keyword.arg in seen:
                 self._refuse("python-given-twice", keyword, name=keyword.arg)
             else:
@@ -304,8 +306,7 @@ class _Reader:
             if call.func.id in _NAMES:
                 self._used.setdefault(call.func.id, call.func)
                 return call.func.id
-        name = ast.unparse(call.func)
-        self._refuse("python-unknown-name", call.func, name=_short(name), hint=_nearest(name[:40], _NAMES))
+        self._refuse_name("python-unknown-name", self._source.span(call.func), ast.unparse(call.func), _NAMES)
         return None
 
     def _refuse_statement(self, statement: ast.stmt) -> None:
@@ -325,7 +326,21 @@ class _Reader:
         # A whole loop or function would be red; its first line is enough.
         if span.end_line > span.line:
             span = self._source.first_line_of(span)
-        self._errors.append(located(error(code, "", **details), span))
+        self._add(error(code, "", **details).at(span))
+
+    def _refuse_name(self, code: str, span: Span, name: str, known: Iterable[str], **details: Any) -> None:
+        """Refuse a name, and propose the known one that is most like it."""
+        found = get_close_matches(name[:_LONGEST_NAME], list(known), 1)
+        hint = (
+            Phrase("python-did-you-mean", name=found[0])
+            if found
+            else Phrase("python-known-names", names=", ".join(known))
+        )
+        mends = [Mend(TEXT, each) for each in found]
+        self._add(error(code, "", name=_short(name), hint=hint, **details).at(span).mended_by(*mends))
+
+    def _add(self, problem: Diagnostic) -> None:
+        self._errors.append(problem)
         if len(self._errors) >= _MOST_ERRORS:
             raise _TooManyErrorsError
 
@@ -340,14 +355,6 @@ def parameters_of(what: Callable[..., Any]) -> tuple[list[str], dict[str, Any], 
     named = [each for each in parameters if each.kind is each.POSITIONAL_OR_KEYWORD]
     defaults = {each.name: each.default for each in named if each.default is not each.empty}
     return [each.name for each in named], defaults, any(each.kind is each.VAR_POSITIONAL for each in parameters)
-
-
-def _nearest(name: str, known: Iterable[str]) -> Phrase:
-    """Return a phrase that proposes the known name that is most like ``name``, or lists all."""
-    known = list(known)
-    if found := get_close_matches(name, known, 1):
-        return Phrase("python-did-you-mean", name=found[0])
-    return Phrase("python-known-names", names=", ".join(known))
 
 
 def _short(text: str) -> Any:

@@ -11,7 +11,7 @@ import warnings
 from typing import Any, NamedTuple
 
 from motorcade.errors import Phrase
-from motorcade.program.diagnostics import Diagnostic, ProgramError, Span, error
+from motorcade.program.diagnostics import ProgramError, Span, error
 
 # More than any program that fits into a car, with comments, needs; Python reads it within a second.
 MOST_CHARACTERS = 200_000
@@ -138,10 +138,4 @@ def _parse(text: str) -> ast.Module:
 
 def _not_python(reason: Phrase, line: int, column: int) -> ProgramError:
     line, column = max(1, line), max(1, column)
-    problem = error("not-python", "", reason=reason)
-    return ProgramError([located(problem, Span(line, column, line, column + 1))])
-
-
-def located(problem: Diagnostic, span: Span | None) -> Diagnostic:
-    """Return a diagnostic with its place in a text."""
-    return Diagnostic(problem.code, problem.severity, problem.path, problem.id, problem.details, span)
+    return ProgramError([error("not-python", "", reason=reason).at(Span(line, column, line, column + 1))])

@@ -11,14 +11,22 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.program.blocks import Workspace, blocks_of, program_of
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.model import Program, program_from_dict, read_document
-from motorcade.service.messages import Example, Project, RangeMm, sentences
+from motorcade.service.messages import Example, Level, Project, RangeMm, sentences
 
 # Each is the file ``gallery/<id>.motorcade.json``, in the order in which the page lists them.
 EXAMPLES = ("square", "traffic-light", "parade", "dance", "ripple", "herd", "listen", "polite")
 
 
-class _View(Struct):
+class _RangeView(Struct):
     range_mm: RangeMm | None = None
+
+
+class _TextView(Struct):
+    python: str | None = None
+
+
+class _LevelView(Struct):
+    level: Level | None = None
 
 
 def project_text(project: Project) -> str:
@@ -28,8 +36,9 @@ def project_text(project: Project) -> str:
     """
     text = _program(project.leader, project.followers, project.profile).as_json().removesuffix("\n}\n")
     view: dict[str, Any] = {"leader": project.leader, "followers": project.followers}
-    if project.range_mm is not None:
-        view["range_mm"] = project.range_mm
+    for name in ("range_mm", "python", "level"):
+        if (value := getattr(project, name)) is not None:
+            view[name] = value
     for name, value in (("mat", project.mat), ("view", view)):
         if value is not None:
             # One line each: a long row of blocks is nested deeply, so indented JSON would be mostly spaces.
@@ -46,7 +55,8 @@ def open_text(text: str | bytes) -> Project:
     program = program_from_dict(document)
     view = document.get("view")
     leader, followers = _stored_blocks(view, program) or blocks_of(program)
-    return Project(leader, followers, program.profile, document.get("mat"), _range_mm(view))
+    own = (_part(view, _RangeView, "range_mm"), _part(view, _TextView, "python"), _part(view, _LevelView, "level"))
+    return Project(leader, followers, program.profile, document.get("mat"), *own)
 
 
 def project_of(program: Program) -> Project:
@@ -54,10 +64,10 @@ def project_of(program: Program) -> Project:
     return Project(*blocks_of(program), program.profile)
 
 
-def _range_mm(view: Any) -> int | None:
-    """Return the stored range of infrared; None where the file has no valid one."""
+def _part(view: Any, kind: type[Struct], name: str) -> Any:
+    """Return one stored setting of the page; None where the file has no valid one."""
     try:
-        return msgspec.convert(view, _View).range_mm
+        return getattr(msgspec.convert(view, kind), name)
     except msgspec.ValidationError:
         return None
 
@@ -65,7 +75,8 @@ def _range_mm(view: Any) -> int | None:
 def _stored_blocks(view: Any, program: Program) -> tuple[Workspace, Workspace | None] | None:
     """Return the workspaces in ``view``; None unless they make ``program``."""
     try:
-        stored = msgspec.convert({**(view or {}), "profile": program.profile, "range_mm": None}, Project)
+        own = {"profile": program.profile, "range_mm": None, "python": None, "level": None}
+        stored = msgspec.convert({**(view or {}), **own}, Project)
     except msgspec.ValidationError:
         return None
     if _program(stored.leader, stored.followers, stored.profile) != program:

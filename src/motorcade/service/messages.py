@@ -110,8 +110,35 @@ class Timeline(Struct):
     followers: list[Span] = []
 
 
-class Diagnostic(Struct):
-    """An error or warning of a program; ``block`` is None where it concerns the whole editor."""
+class TextPlace(Struct):
+    """A part of a text, from its first character to the one behind its last; lines and columns count from 1."""
+
+    line: int
+    column: int
+    end_line: int
+    end_column: int
+
+
+class Mend(Struct):
+    """A value that would mend what is wrong, and what a button says that sets it.
+
+    Attributes:
+        field: the field of the diagnostic's block, or of the editor's first block; "TEXT" where the value replaces the
+            text at the diagnostic's place.
+    """
+
+    field: str
+    value: int | float | str
+    sentence: Sentence
+
+
+class Diagnostic(Struct, omit_defaults=True):
+    """An error or warning of a program; ``block`` is None where it concerns the whole editor.
+
+    Attributes:
+        place: its place in the Python text, for a diagnostic of such a text.
+        mends: values each of which would mend it.
+    """
 
     code: str
     severity: str
@@ -119,10 +146,56 @@ class Diagnostic(Struct):
     path: str
     block: str | None
     editor: str | None
+    place: TextPlace | None = None
+    mends: list[Mend] = []
+
+
+class BlocksAndText(Struct):
+    """The blocks in both editors, and the Python text beside them; an empty text where there is none yet."""
+
+    leader: WorkspaceState
+    followers: WorkspaceState | None = None
+    profile: str = "classroom"
+    text: str = ""
+
+
+class BlockPlace(TextPlace):
+    """Where a block stands in the Python text."""
+
+    block: str = ""
+
+
+class PythonText(Struct):
+    """The Python text of the blocks.
+
+    Attributes:
+        text: the text as it was sent, where it makes the program already, or cannot be read, or the blocks make none.
+        places: where each block stands in it; empty where the text cannot be read, or the blocks make no program.
+        diagnostics: what is wrong with the text as it was sent.
+    """
+
+    text: str
+    places: list[BlockPlace] = []
+    diagnostics: list[Diagnostic] = []
+
+
+class PythonBlocks(Struct):
+    """The blocks of a Python text; ``leader`` is None where the text can't be read.
+
+    Blocks that are the same as those that were sent, or come from them, have their ids.
+    """
+
+    leader: WorkspaceState | None = None
+    followers: WorkspaceState | None = None
+    profile: str = "classroom"
+    diagnostics: list[Diagnostic] = []
 
 
 class Compiled(Struct):
-    """What the page shows of a program; ``image`` is None where the program can't be compiled."""
+    """What the page shows of a program; ``image`` is None where the program can't be compiled.
+
+    ``left_out`` lists the blocks that have errors: ``words`` and ``timeline`` are those of all others then.
+    """
 
     diagnostics: list[Diagnostic]
     image: bytes | None = None
@@ -134,6 +207,7 @@ class Compiled(Struct):
     costliest: Costs = field(default_factory=Costs)
     words: list[Word] = []
     timeline: Timeline = field(default_factory=Timeline)
+    left_out: list[str] = []
 
 
 class Text(Struct):
@@ -148,14 +222,25 @@ class Image(Struct):
     image: bytes
 
 
+Level = Literal["start", "words", "python"]
+
+
 class Project(Struct):
-    """The page's project; ``range_mm`` is the range of infrared, None for that of the profile."""
+    """The page's project.
+
+    Attributes:
+        range_mm: the range of infrared; None for that of the profile.
+        python: the program's Python text with its comments; None where nobody opened it.
+        level: how much the page shows; None for what its user chose last.
+    """
 
     leader: WorkspaceState
     followers: WorkspaceState | None = None
     profile: str = "classroom"
     mat: MatDocument | None = None
     range_mm: RangeMm | None = None
+    python: str | None = None
+    level: Level | None = None
 
 
 class StoredProject(Project):

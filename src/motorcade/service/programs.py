@@ -1,22 +1,24 @@
 """Compile and decompile the page's programs; list profiles."""
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields
 from math import gcd
+from typing import Any
 
 from motorcade.config.profile import Profile, built_in_profile, built_in_profiles
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import languages
 from motorcade.program import diagnostics as program_diagnostics
-from motorcade.program.blocks import program_of
+from motorcade.program.blocks import field_value, program_of
 from motorcade.program.compiler import Compiled as CompiledProgram
 from motorcade.program.compiler import compile_program, length_ms
 from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.model import Program
 from motorcade.program.parts import MOST_PIECES, word_fields
-from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep
+from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep, own_fields
 from motorcade.service import messages
 from motorcade.service.documents import project_of
 from motorcade.words.formats import CONTROL, HEADER
@@ -24,6 +26,12 @@ from motorcade.words.image import bytes_to_words, words_to_bytes
 
 # The sentence of an error in a file names at most so many diagnostics; the others often follow from the first ones.
 _MOST_SHOWN = 3
+# Blocks that make no program are found one at a time; so many of them are left out.
+_MOST_ROUNDS = 12
+# Errors of the whole program: without the block that they name, it would be another one.
+_TOO_MANY = ("too-many-states", "too-many-words")
+# The fields of steps, by whose names the sentences of a file's errors tell where they are.
+_FIELD_NAMES = {each.name for kind in (*SIMPLE_KINDS, RepeatStep) for each in own_fields(kind)}
 # The fields of the control word that a step of each kind fills.
 _FIELDS = {kind.kind: word_fields(kind) for kind in SIMPLE_KINDS}
 
@@ -55,16 +63,62 @@ def decompile_image(image: messages.Image) -> messages.Project:
 
 
 def compile_blocks(blocks: messages.Blocks) -> messages.Compiled:
-    """Compile the blocks of both editors. Raises MotorcadeError where there is no such profile."""
+    """Compile the blocks of both editors; blocks with errors are left out, so that the others have words.
+
+    Raises MotorcadeError where there is no such profile.
+    """
     profile = profile_named(blocks.profile)
-    try:
-        program = program_of(blocks.leader, blocks.followers, blocks.profile)
-    except ProgramError as problem:
-        return messages.Compiled(diagnostics_in_all_languages(problem.diagnostics))
-    compiled = compile_program(program, profile)
+    first: messages.Compiled | None = None
+    diagnostics: list[program_diagnostics.Diagnostic] = []
+    left_out: set[str] = set()
+    for _ in range(_MOST_ROUNDS):
+        leader, followers = (_without(left_out, each) for each in (blocks.leader, blocks.followers))
+        program: Program | None = None
+        try:
+            program = program_of(leader, followers, blocks.profile)
+            compiled = compile_program(program, profile)
+            found: Iterable[program_diagnostics.Diagnostic] = compiled.diagnostics
+        except ProgramError as problem:
+            compiled, found = None, problem.diagnostics
+        known = {(each.code, each.id, str(each.details)) for each in diagnostics}
+        for each in found:
+            # A warning of what is left is not one of the whole program.
+            if (each.severity == "error" or not left_out) and (each.code, each.id, str(each.details)) not in known:
+                diagnostics.append(each)
+        if compiled and program:
+            answer = _answer(compiled, program, profile)
+            first = first or answer
+            if compiled.words:
+                first.words, first.timeline = answer.words, answer.timeline
+                break
+        wrong = {each.id for each in found if each.severity == "error" and each.code not in _TOO_MANY and each.id}
+        if not wrong - left_out:
+            break
+        left_out |= wrong
+    answer = first or messages.Compiled([])
+    answer.diagnostics = diagnostics_in_all_languages(diagnostics)
+    answer.left_out = sorted(left_out)
+    if left_out:
+        answer.image = None
+    return answer
+
+
+def _without(left_out: set[str], state: Any) -> Any:
+    """Return a copy of a part of a workspace's state in which these blocks are disabled."""
+    if not left_out:
+        return state
+    if isinstance(state, list):
+        return [_without(left_out, each) for each in state]
+    if not isinstance(state, dict):
+        return state
+    copy = {key: _without(left_out, value) for key, value in state.items()}
+    return {**copy, "enabled": False} if state.get("id") in left_out and "type" in state else copy
+
+
+def _answer(compiled: CompiledProgram, program: Program, profile: Profile) -> messages.Compiled:
     followers_steps = program.followers.steps if program.followers else ()
     return messages.Compiled(
-        diagnostics=diagnostics_in_all_languages(compiled.diagnostics),
+        diagnostics=[],
         image=words_to_bytes(compiled.words) if compiled.words else None,
         dwell_ms=compiled.dwell_ms,
         tagged=compiled.tagged,
@@ -84,11 +138,28 @@ def error_answer(problem: MotorcadeError) -> messages.ErrorAnswer:
     if isinstance(problem, ProgramError):
         first = problem.diagnostics[:_MOST_SHOWN]
         sentence = {
-            language: "\n".join(f"{each.path}: {each.sentence(language)}".removeprefix(": ") for each in first)
+            language: "\n".join(f"{_place(each, language)}{each.sentence(language)}" for each in first)
             for language in languages()
         }
         return messages.ErrorAnswer(first[0].code, {}, sentence, diagnostics_in_all_languages(problem.diagnostics))
     return messages.ErrorAnswer(**problem.to_dict("page"))
+
+
+def _place(diagnostic: program_diagnostics.Diagnostic, language: str) -> str:
+    """Return where a diagnostic of a file is, in words: ``leader[2].repeat.steps[0].drive.speed`` is 'Leader, step 3.1,
+    speed: '; nothing for the whole file.
+    """
+    numbers = ".".join(str(int(number) + 1) for number in re.findall(r"\[(\d+)\]", diagnostic.path))
+    editor = next((name for name in ("leader", "followers") if diagnostic.path.startswith(name)), None)
+    if editor is None:
+        return f"{diagnostic.path}: ".removeprefix(": ")
+    place = Phrase(f"place-{editor}")
+    if numbers:
+        place = Phrase("place-step", editor=place, number=numbers)
+    last = diagnostic.path.rpartition(".")[2]
+    if last in _FIELD_NAMES:
+        place = Phrase("place-field", step=place, field=Phrase(f"field-{last}"))
+    return Phrase("place-before", place=place).sentence(language)
 
 
 def diagnostics_in_all_languages(diagnostics: Iterable[program_diagnostics.Diagnostic]) -> list[messages.Diagnostic]:
@@ -101,9 +172,17 @@ def diagnostics_in_all_languages(diagnostics: Iterable[program_diagnostics.Diagn
             each.path,
             each.id,
             next((editor for editor in ("leader", "followers") if each.path.startswith(editor)), None),
+            messages.TextPlace(*each.span) if each.span else None,
+            [_mend(mend) for mend in each.mends],
         )
         for each in diagnostics
     ]
+
+
+def _mend(mend: program_diagnostics.Mend) -> messages.Mend:
+    name, value = field_value(mend.field, mend.value)
+    shown = f"{value:g}" if isinstance(value, float) else str(value)
+    return messages.Mend(name, value, messages.sentences(Phrase(f"mend-{mend.field}", value=shown)))
 
 
 def _words(compiled: CompiledProgram, program: Program) -> list[messages.Word]:

@@ -12,6 +12,7 @@ from motorcade.service import messages
 from motorcade.service.documents import example, examples, open_text, project_text
 from motorcade.service.messages import Nothing, decode
 from motorcade.service.programs import compile_blocks, decompile_image, profile_figures
+from motorcade.service.python_text import blocks_to_python, python_to_blocks
 
 
 class Quota(NamedTuple):
@@ -112,6 +113,12 @@ REQUESTS: dict[str, Request] = {
     "profiles": Request(Nothing, list[messages.ProfileFigures], lambda message, context: profile_figures()),
     "compile": Request(messages.Blocks, messages.Compiled, lambda blocks, context: compile_blocks(blocks)),
     "decompile": Request(messages.Image, messages.Project, lambda image, context: decompile_image(image)),
+    "blocks-to-python": Request(
+        messages.BlocksAndText, messages.PythonText, lambda sent, context: blocks_to_python(sent)
+    ),
+    "python-to-blocks": Request(
+        messages.BlocksAndText, messages.PythonBlocks, lambda sent, context: python_to_blocks(sent)
+    ),
     "open": Request(messages.Text, messages.Project, lambda file, context: open_text(file.text)),
     "save-text": Request(messages.Project, messages.Text, _save_text),
     "examples": Request(Nothing, list[messages.Example], lambda message, context: examples()),

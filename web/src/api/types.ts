@@ -33,6 +33,8 @@ export type Profile = Omit<ProfileFigures, "serial" | "servo" | "motor" | "drive
 /** Both editors' blocks, the car that they are for, and the mat. */
 export type Project = WholeProject;
 
-export interface OpenedProject extends Project {
+export interface OpenedProject extends Omit<Project, "python" | "level"> {
   name?: string;
+  python?: string | null;
+  level?: Project["level"];
 }

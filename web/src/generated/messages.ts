@@ -128,6 +128,7 @@ export interface Compiled {
   costliest: Costs;
   words: Word[];
   timeline: Timeline;
+  left_out: string[];
 }
 
 /** An error or warning of a program; ``block`` is None where it concerns the whole editor. */
@@ -138,6 +139,23 @@ export interface Diagnostic {
   path: string;
   block: string | null;
   editor: "leader" | "followers" | null;
+  place?: TextPlace | null;
+  mends?: Mend[];
+}
+
+/** A part of a text, from its first character to the one behind its last; lines and columns count from 1. */
+export interface TextPlace {
+  line: number;
+  column: number;
+  end_line: number;
+  end_column: number;
+}
+
+/** A value that would mend what is wrong, and what a button says that sets it. */
+export interface Mend {
+  field: string;
+  value: number | number | string;
+  sentence: Sentence;
 }
 
 /** The costliest block of each editor; None where an editor makes no words. */
@@ -179,13 +197,47 @@ export interface Image {
   image: string;
 }
 
-/** The page's project; ``range_mm`` is the range of infrared, None for that of the profile. */
+/** The page's project. */
 export interface Project {
   leader: WorkspaceState;
   followers: WorkspaceState | null;
   profile: string;
   mat: MatDocument | null;
   range_mm: number | null;
+  python: string | null;
+  level: "python" | "start" | "words" | null;
+}
+
+/** The blocks in both editors, and the Python text beside them; an empty text where there is none yet. */
+export interface BlocksAndText {
+  leader: Record<string, unknown>;
+  followers?: Record<string, unknown> | null;
+  profile?: string;
+  text?: string;
+}
+
+/** The Python text of the blocks. */
+export interface PythonText {
+  text: string;
+  places: BlockPlace[];
+  diagnostics: Diagnostic[];
+}
+
+/** Where a block stands in the Python text. */
+export interface BlockPlace {
+  line: number;
+  column: number;
+  end_line: number;
+  end_column: number;
+  block: string;
+}
+
+/** The blocks of a Python text; ``leader`` is None where the text can't be read. */
+export interface PythonBlocks {
+  leader: Record<string, unknown> | null;
+  followers: Record<string, unknown> | null;
+  profile: string;
+  diagnostics: Diagnostic[];
 }
 
 /** The text of a project's file. */
@@ -232,6 +284,8 @@ export interface StoredProject {
   profile: string;
   mat: MatDocument | null;
   range_mm: number | null;
+  python: string | null;
+  level: "python" | "start" | "words" | null;
   name: string;
 }
 
@@ -463,6 +517,8 @@ export interface Requests {
   "profiles": { message: Nothing; answer: ProfileFigures[] };
   "compile": { message: Blocks; answer: Compiled };
   "decompile": { message: Image; answer: Project };
+  "blocks-to-python": { message: BlocksAndText; answer: PythonText };
+  "python-to-blocks": { message: BlocksAndText; answer: PythonBlocks };
   "open": { message: Text; answer: Project };
   "save-text": { message: Project; answer: Text };
   "examples": { message: Nothing; answer: Example[] };

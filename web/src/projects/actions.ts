@@ -74,7 +74,7 @@ export function openSharedLink(): Promise<void> {
 
 export function exportCsv(): void {
   const { compiled, name } = useStudio.getState();
-  if (!compiled?.words.length) notify(i18next.t("export.noWords"), "warning");
+  if (!compiled?.image) notify(i18next.t("export.noWords"), "warning");
   // Spreadsheets recognize UTF-8 by this byte order mark.
   else download(fileName(name, ".csv"), `\ufeff${wordsCsv(compiled.words)}`, "text/csv;charset=utf-8");
 }

@@ -69,8 +69,8 @@ export interface StoredWork extends OpenedProject {
 const COLLECT_MS = 400;
 
 export function workOf(studio: Studio, at: number): StoredWork {
-  const { name, leader, followers, parkedFollowers, profile, mat, rangeMm, unsaved } = studio;
-  return { name, leader, followers, parkedFollowers, profile, mat, range_mm: rangeMm, unsaved, at };
+  const { name, leader, followers, parkedFollowers, profile, python, mat, rangeMm, unsaved } = studio;
+  return { name, leader, followers, parkedFollowers, profile, python, mat, range_mm: rangeMm, unsaved, at };
 }
 
 const isObject = (value: unknown): value is Record<string, unknown> =>

@@ -34,7 +34,7 @@ export const FIRST_STEPS: Pick<OpenedProject, "leader" | "followers"> = {
   followers: null,
 };
 
-const SAVED_PARTS = ["name", "leader", "followers", "mat", "rangeMm"] as const;
+const SAVED_PARTS = ["name", "leader", "followers", "python", "mat", "rangeMm"] as const;
 type SavedParts = Pick<Studio, (typeof SAVED_PARTS)[number]>;
 /** The project as a file or the library holds it; "nowhere" for one that came by a link or from autosave. */
 let saved: SavedParts | "nowhere" | null = null;
@@ -48,8 +48,8 @@ const equalProjects = (a: SavedParts, b: SavedParts) =>
 /** The open project as the server takes it, with the newest edits. */
 export function openProject(): Project {
   collectEdits();
-  const { leader, followers, profile, mat, rangeMm } = useStudio.getState();
-  return { leader, followers, profile, mat, range_mm: rangeMm };
+  const { leader, followers, profile, mat, rangeMm, python } = useStudio.getState();
+  return { leader, followers, profile, mat, range_mm: rangeMm, python, level: null };
 }
 
 /** Fill page and editors with a project. */
@@ -60,6 +60,7 @@ export function loadProject(project: OpenedProject, parkedFollowers: WorkspaceSt
     followers: project.followers,
     parkedFollowers,
     profile: project.profile,
+    python: project.python ?? null,
     mat: project.mat ?? EMPTY_MAT,
     rangeMm: project.range_mm ?? null,
     compiled: null,

@@ -22,6 +22,8 @@ export interface Studio {
   parkedFollowers: WorkspaceState | null;
   profile: string;
   mat: Mat;
+  /** The program's Python text with its comments; null until somebody opens it. */
+  python: string | null;
   /** How far infrared reaches, in millimetres; null: as far as the profile says. */
   rangeMm: number | null;
   /** Whether the project differs from what a file or the library holds. */
@@ -56,6 +58,7 @@ export const useStudio = create<Studio>(() => ({
   parkedFollowers: null,
   profile: "classroom",
   mat: EMPTY_MAT,
+  python: null,
   rangeMm: null,
   unsaved: false,
   generation: 0,
