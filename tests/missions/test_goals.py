@@ -93,6 +93,21 @@ def test_zones(goal, moments, expected):
     assert outcome(goal, moments) == expected
 
 
+@pytest.mark.parametrize(
+    ("window", "expected"),
+    [
+        ({"at": "always", "from_s": 0.2}, ("met", 1000)),
+        ({"at": "always", "from_s": 0.1}, ("lost", 100)),
+        ({"at": "always", "from_s": 0.2, "until_s": 0.4}, ("met", 400)),
+        ({"at": "end", "until_s": 0.1}, ("lost", 100)),
+        ({"at": "some-moment", "until_s": 0.1}, ("lost", 100)),
+        ({"at": "some-moment", "from_s": 0.3}, ("met", 300)),
+    ],
+)
+def test_a_goal_may_look_at_a_part_of_the_run(window, expected):
+    assert outcome({**ZONE, **window}, [OUT, OUT, IN]) == expected
+
+
 def test_a_zone_missed_says_which_car_and_by_how_much():
     state = watched([{**ZONE, "who": "followers", "zone": "home"}], [{"x": (0.5, 1.75, 3)}])[0]
     assert (state.done, state.needed) == (1, 2)
@@ -132,6 +147,8 @@ def test_heading_goes_round_a_full_turn(degrees, faces, expected):
         ({"led": 2}, [(4, 2, 4), (4, 4, 2)], ("met", 100)),
         ({"led": 2, "at": "end"}, [(4, 2, 4), (4, 2, 2)], ("met", 100)),
         ({"led": "off", "at": "always"}, [(2, 4, 4)], ("met", 1000)),
+        # No LED is on before the first tick.
+        ({"led": 2, "at": "always"}, [(4, 4, 4), (4, 2, 2)], ("met", 1000)),
         ({"led": "off", "at": "always"}, [(4, 4, 4), (4, 0, 4)], ("lost", 100)),
     ],
 )
@@ -282,6 +299,10 @@ def test_every_goal_is_described_in_every_language():
         {**cars, "kind": "in-step", "within_ms": 100},
         {**cars, "kind": "heard"},
         {**cars, "kind": "stopped-by-voice"},
+        *(
+            {**cars, "kind": "lit", "led": 1, **window}
+            for window in ({"from_s": 1}, {"until_s": 1}, {"from_s": 1, "until_s": 2})
+        ),
         {"kind": "no-touch"},
         {"kind": "words-at-most", "count": 1},
         {"kind": "states-at-most", "count": 1},

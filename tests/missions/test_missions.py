@@ -33,7 +33,18 @@ def test_a_mission_is_told_whole_in_every_language(name):
 @pytest.mark.parametrize("path", PATHS)
 def test_a_path_has_its_missions_in_order(path):
     orders = [each.document["order"] for each in MISSIONS.values() if each.document["path"] == path]
-    assert orders == [*range(1, len(orders) + 1)]
+    assert orders == [*range(1, 9)]
+
+
+def test_bits_that_the_pupil_flips_lead_from_the_start_to_the_solution():
+    """The solution has as many words as the start, and at most four of all their bits differ."""
+    flipped = [each for each in MISSIONS.values() if each.document["edits"] == "bits"]
+    assert len(flipped) == 2
+    for mission in flipped:
+        words = [compile_program(program, mission.profile).words for program in (mission.start, mission.solution)]
+        assert len(words[0]) == len(words[1])
+        assert 1 <= sum((one ^ other).bit_count() for one, other in zip(*words, strict=True)) <= 4
+        assert check_program(mission, mission.start).stars == set()
 
 
 def test_a_run_is_seen_at_the_same_times_and_gives_the_same_result_again():

@@ -71,25 +71,38 @@ def needed_of(share: float, count: int) -> int:
 class CarsWatch(Watch):
     """A goal for each of some cars, of which a share must meet it: at the end, at some moment of its own, or always.
 
+    Moments before the goal's ``from_s`` and after its ``until_s`` don't count.
+
     Args:
         test: for a car's number and a moment how far the car is from meeting the goal, 0: it meets it.
         lost: the sentence for the car that misses it most, from ``car``, ``off`` (what ``test`` gave), ``done`` and
             ``count``.
+        from_ms: moments before don't count.
     """
 
     def __init__(
-        self, goal: Goal, test: "Callable[[int, Moment], float]", lost: "Callable[[int, float, int, int], Phrase]"
+        self,
+        goal: Goal,
+        test: "Callable[[int, Moment], float]",
+        lost: "Callable[[int, float, int, int], Phrase]",
+        from_ms: int = 0,
     ) -> None:
         self._cars = goal.cars
         self._needed = needed_of(goal.values["share"], len(goal.cars))
         self._at = goal.values.get("at", "end")
         self._test, self._lost = test, lost
+        self._from_ms = max(from_ms, round(goal.values.get("from_s", 0.0) * 1000))
+        self._until_ms = round(goal.values["until_s"] * 1000) if "until_s" in goal.values else None
         # How far each car is from meeting the goal: now, at best or at worst.
         self._off = [math.inf if self._at != "always" else 0.0] * len(goal.cars)
         self._since_ms: int | None = None
         self._now_ms = 0
+        self._ended = False
 
     def see(self, moment: Moment, events: Sequence[Event]) -> None:
+        if moment.t_ms < self._from_ms or self._is_past(moment.t_ms):
+            self._ended = self._is_past(moment.t_ms)
+            return
         self._now_ms = moment.t_ms
         for place, car in enumerate(self._cars):
             off = self._test(car, moment)
@@ -108,11 +121,15 @@ class CarsWatch(Watch):
         elif self._since_ms is None:
             self._since_ms = moment.t_ms
 
+    def _is_past(self, t_ms: int) -> bool:
+        return self._until_ms is not None and t_ms > self._until_ms
+
     @property
     def _done(self) -> int:
         return sum(off == 0 for off in self._off)
 
     def state(self, is_over: bool) -> GoalState:
+        is_over = is_over or self._ended
         done, count = self._done, len(self._cars)
         enough = done >= self._needed
         if self._at == "always":
@@ -198,7 +215,8 @@ def lit_watch(goal: Goal, mission: Mission) -> Watch:
     def lost(car: int, off: float, done: int, count: int) -> Phrase:
         return Phrase(f"goal-lit-{which}-{at}-lost", car=car_phrase(car), led=led, done=done, count=count)
 
-    return CarsWatch(goal, lambda car, now: float(now.led[car] != led), lost)
+    # Before the first tick no LED is on.
+    return CarsWatch(goal, lambda car, now: float(now.led[car] != led), lost, from_ms=1 if at == "always" else 0)
 
 
 class TravelledWatch(Watch):

@@ -51,6 +51,10 @@ def _seconds(title: str) -> Schema:
     return _unit("seconds", number(0.1, LONGEST_S, title=title))
 
 
+def _time(title: str) -> Schema:
+    return _unit("seconds", number(0, LONGEST_S, title=title))
+
+
 def _metres(title: str) -> Schema:
     return _unit("metres", number(SHORTEST_M, FARTHEST_M, title=title))
 
@@ -73,6 +77,7 @@ _WHO: Schema = {
 _SHARE = number(0.01, 1, title="the part of these cars that must", default=1)
 _ZONE = line(40, title="the name of a zone")
 _CARS = {"who": _WHO, "share": _SHARE}
+_WINDOW = {"from_s": _time("moments before don't count"), "until_s": _time("moments after don't count")}
 _COUNT = whole(0, 255, title="how many at most")
 _LED: Schema = {
     "title": "the number of an LED, or off: none is on",
@@ -84,8 +89,8 @@ _LED: Schema = {
 }
 
 GOALS: dict[str, GoalKind] = {
-    "in-zone": GoalKind({**_CARS, "zone": _ZONE, "at": _at("end")}),
-    "out-of-zone": GoalKind({**_CARS, "zone": _ZONE, "at": _at("always")}),
+    "in-zone": GoalKind({**_CARS, "zone": _ZONE, "at": _at("end"), **_WINDOW}, optional=(*_WINDOW,)),
+    "out-of-zone": GoalKind({**_CARS, "zone": _ZONE, "at": _at("always"), **_WINDOW}, optional=(*_WINDOW,)),
     "travelled": GoalKind(
         {**_CARS, "least_m": _metres("how far at least"), "most_m": _metres("how far at most")},
         optional=("least_m", "most_m"),
@@ -97,9 +102,11 @@ GOALS: dict[str, GoalKind] = {
             "degrees": _unit("degrees", number(-360, 360, title="counter-clockwise from the x axis")),
             "tolerance_deg": _unit("degrees", number(1, 180, title="how far off it may be", default=15)),
             "at": _at("end"),
-        }
+            **_WINDOW,
+        },
+        optional=(*_WINDOW,),
     ),
-    "lit": GoalKind({**_CARS, "led": _LED, "at": _at("some-moment")}),
+    "lit": GoalKind({**_CARS, "led": _LED, "at": _at("some-moment"), **_WINDOW}, optional=(*_WINDOW,)),
     "together": GoalKind(
         {"who": _WHO, "metres": _metres("the distance between any two of them at most"), "at": _at("end")}
     ),

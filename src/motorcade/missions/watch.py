@@ -115,6 +115,15 @@ def goal_phrase(goal: Goal, mission: Mission) -> Phrase | Wording:
     """What a goal asks for: the author's text, or a description of it."""
     if goal.text is not None:
         return goal.text
+    window = [name for name in ("from_s", "until_s") if name in goal.values]
+    if window:
+        times = {name: goal.values[name] for name in window}
+        return Phrase("goal-" + "-".join(window), goal=_whole_phrase(goal, mission), **times)
+    return _whole_phrase(goal, mission)
+
+
+def _whole_phrase(goal: Goal, mission: Mission) -> Phrase:
+    """What a goal asks for, without its times."""
     details = {name: value for name, value in goal.values.items() if name not in ("who", "zone", "share", "at")}
     if "who" in goal.values:
         details["who"] = _who_phrase(goal)
