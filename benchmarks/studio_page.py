@@ -23,7 +23,7 @@ VISITS, EDITS, WARM_EDITS, TIMED_S = 7, 60, 5, 5.0
 FOLLOWERS = 1_000
 KB_GOAL, WORDS_GOAL_MS, PICTURE_GOAL_MS = 700, 100, 1000 / 30
 INTERACTIVE = """() => document.querySelector("#mat-play")?.disabled === false
-    && document.querySelector("[role=rowheader]") !== null && performance.now()"""
+    && document.querySelector("main[data-compiled]") !== null && performance.now()"""
 BYTES = """() => [...performance.getEntriesByType("navigation"), ...performance.getEntriesByType("resource")]
     .reduce((sum, { transferSize }) => sum + transferSize, 0)"""
 # The page's own work for a picture; the rest of its thread's time is spent waiting for the drawing by the processor.

@@ -11,7 +11,7 @@ RUNNING = "motorcade-running"
 
 def test_the_leader_drives_its_blocks_in_turn(open_page) -> None:
     studio = open_page(project=EXAMPLE)
-    mat = studio.page.get_by_role("application", name="Mat with cars")
+    mat = studio.page.get_by_role("application", name="Stage with cars")
     before = mat.screenshot()
     studio.play()
     expect(studio.page.get_by_text("The leader drives forward")).to_be_visible()
@@ -24,6 +24,7 @@ def test_the_leader_drives_its_blocks_in_turn(open_page) -> None:
 
 def test_a_thousand_followers_fit_on_the_mat(open_page) -> None:
     studio = open_page(project=FOLLOWED)
+    studio.look_up("swarm")
     followers = studio.page.get_by_role("textbox", name="Followers")
     followers.fill("1000")
     followers.press("Enter")

@@ -43,7 +43,7 @@ def test_a_car_that_listens_stops_and_goes_at_a_word(open_page) -> None:
 
 def test_a_voice_of_the_mat_stops_the_car_at_its_time(open_page) -> None:
     studio = open_page(project=LISTENING)
-    studio.page.get_by_role("tab", name="Cars and things").click()
+    studio.look_up("things")
     studio.page.get_by_role("button", name="Add a voice").click()
     voice = studio.page.get_by_role("group", name="Voice 1")
     voice.get_by_role("textbox", name="at (s)").fill("4")
@@ -56,7 +56,7 @@ def test_a_voice_of_the_mat_stops_the_car_at_its_time(open_page) -> None:
 
 def test_a_persons_path_gets_points_and_times(open_page) -> None:
     studio = open_page(project=FURNISHED)
-    studio.page.get_by_role("tab", name="Cars and things").click()
+    studio.look_up("things")
     studio.page.get_by_role("option", name="Person").click()
     studio.page.get_by_role("button", name="Add a point after 2").click()
     time = studio.page.get_by_role("group", name="Point 3").get_by_role("textbox", name="at (s)")
@@ -69,12 +69,12 @@ def test_a_persons_path_gets_points_and_times(open_page) -> None:
 
 def test_a_run_is_stepped_shown_again_and_reset(open_page) -> None:
     studio = open_page(project=EXAMPLE)
+    studio.look_up("timeline")
     studio.page.get_by_role("button", name="One step").click()
     expect(studio.clock).to_have_text("0:00.1")
     studio.play()
     expect(studio.clock).to_have_text(re.compile(r"0:0[2-9]\.\d"))
     studio.page.get_by_role("button", name="Pause").click()
-    studio.page.get_by_role("tab", name="Timeline").click()
     studio.page.get_by_role("slider", name="Moment shown").press("Home")
     expect(studio.clock).to_have_text("0:00.0")
     studio.page.get_by_role("button", name="Now").click()
@@ -87,7 +87,7 @@ def test_a_run_is_downloaded_as_a_table_and_as_an_animation(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     studio.play()
     expect(studio.clock).to_have_text(re.compile(r"0:0[1-9]\.\d"))
-    studio.page.get_by_role("tab", name="Timeline").click()
+    studio.look_up("timeline")
     with studio.page.expect_download() as download:
         studio.choose("Download", item="Timeline as a table (CSV)")
     rows = list(csv.DictReader(download.value.path().read_text(encoding="utf-8-sig").splitlines()))
@@ -99,13 +99,13 @@ def test_a_run_is_downloaded_as_a_table_and_as_an_animation(open_page) -> None:
 
 def test_furniture_is_dragged_onto_the_mat_and_stored_in_the_project(open_page) -> None:
     studio = open_page(project=EXAMPLE)
-    mat = studio.page.get_by_role("application", name="Mat with cars")
+    mat = studio.page.get_by_role("application", name="Stage with cars")
+    studio.look_up("things")
     studio.page.get_by_role("button", name="Add: Person").drag_to(mat, target_position={"x": 150, "y": 120})
-    studio.page.get_by_role("tab", name="Cars and things").click()
     person = studio.page.get_by_role("listbox", name="What stands on the mat").get_by_role("option", name="Person")
     expect(person).to_be_visible()
     studio.wait_until_stored('"person"')
     studio.page.reload()
     studio.wait_until_ready()
-    studio.page.get_by_role("tab", name="Cars and things").click()
+    studio.look_up("things")
     expect(person).to_be_visible()

@@ -7,13 +7,12 @@ from support.barriers import serious_barriers
 from support.studio_page import PHONE, StudioPage
 from support.studio_programs import EXAMPLE, FOLLOWED, FURNISHED, TOO_LONG
 
-BUTTONS = {"upload": "upload.open", "help": "help.title"}
 DIALOGS = ("upload", "library", "examples", "share", "help")
 
 LOOKS = pytest.mark.parametrize(("language", "theme"), [("en", "light"), ("zh", "dark"), ("zh", "contrast")])
 
 
-def assert_no_barriers(studio: StudioPage, part: str = "body") -> None:
+def assert_no_barriers(studio: StudioPage) -> None:
     assert serious_barriers(studio.page) == []
 
 
@@ -22,24 +21,18 @@ def assert_fits_screen(studio: StudioPage) -> None:
     assert studio.page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
 
 
-def tab(studio: StudioPage, name: str) -> Locator:
-    """One of the areas of which a small screen shows one at a time."""
-    views = studio.page.get_by_role("radiogroup", name=studio.say("app.views"))
-    return views.get_by_role("radio", name=studio.say(f"views.{name}"))
-
-
 @LOOKS
 def test_page_and_dialogs_have_no_barriers(open_page, language, theme) -> None:
     studio = open_page(language=language, theme=theme, project=FURNISHED)
     assert_no_barriers(studio)
-    for panel in ("things", "timeline"):
-        studio.page.get_by_role("tab", name=studio.say(f"mat.panels.{panel}")).click()
+    for panel in ("swarm", "things", "timeline"):
+        studio.look_up(panel)
         if panel == "things":
             studio.page.get_by_role("option", name=studio.say("mat.things.person")).click()
-        assert_no_barriers(studio, "#mat")
+        assert_no_barriers(studio)
     for name in DIALOGS:
-        open_dialog(studio, name)
-        assert_no_barriers(studio, "[role=dialog]")
+        studio.open_dialog(name)
+        assert_no_barriers(studio)
         studio.page.keyboard.press("Escape")
         expect(studio.page.get_by_role("dialog")).to_have_count(0)
 
@@ -54,14 +47,6 @@ def test_diagnostics_have_no_barriers(open_page) -> None:
     assert_no_barriers(studio)
 
 
-def open_dialog(studio: StudioPage, name: str) -> None:
-    if name in BUTTONS:
-        studio.page.get_by_role("button", name=studio.say(BUTTONS[name]), exact=True).click()
-    else:
-        studio.project_menu(f"menu.{name}")
-    expect(studio.dialog(f"{name}.title")).to_be_visible()
-
-
 def test_a_first_visit_ends_with_driving_cars(open_page) -> None:
     studio = open_page(tour=True)
     for step in ("Put two there for me", "Next", "Let them drive"):
@@ -74,18 +59,24 @@ def test_a_first_visit_ends_with_driving_cars(open_page) -> None:
     expect(studio.page.get_by_role("button", name="Skip the tour")).to_have_count(0)
 
 
-def test_a_phone_shows_one_area_at_a_time_and_touch_builds(open_page) -> None:
+@pytest.mark.parametrize(
+    ("size", "least"), [((1440, 900), 0.45), ((1366, 768), 0.45), ((1024, 768), 0.4), (PHONE, 0.4)]
+)
+def test_the_stage_is_the_largest_part_of_the_page(open_page, size, least) -> None:
+    studio = open_page(size=size, plain=True, project=FOLLOWED)
+    stage = studio.box(studio.page.get_by_role("region", name=studio.say("mat.title"), exact=True))
+    assert stage["width"] * stage["height"] >= least * size[0] * size[1]
+    assert_fits_screen(studio)
+
+
+def test_on_a_phone_the_stage_stays_and_touch_builds(open_page) -> None:
     studio = open_page(size=PHONE, has_touch=True, is_mobile=True, project=EXAMPLE)
-    for name, area in (("words", studio.words_table), ("mat", studio.mat_button("play"))):
-        tab(studio, name).tap()
-        expect(area).to_be_visible()
-        expect(studio.editor("leader")).to_be_hidden()
-        assert_fits_screen(studio)
-    tab(studio, "leader").tap()
     assert_fits_screen(studio)
     drag_by_finger(studio, "drive", below=studio.block("leader", "left"))
-    tab(studio, "words").tap()
     studio.expect_words(["03000000", "65800000", "6a800000", "64800000"])
+    expect(studio.editor("leader")).to_be_hidden()
+    expect(studio.mat_button("play")).to_be_visible()
+    assert_fits_screen(studio)
 
 
 def drag_by_finger(studio: StudioPage, drawer: str, *, below: Locator) -> None:
@@ -106,7 +97,6 @@ def drag_by_finger(studio: StudioPage, drawer: str, *, below: Locator) -> None:
 
 def test_two_fingers_zoom_the_mat(open_page) -> None:
     studio = open_page(size=PHONE, has_touch=True, is_mobile=True, project=EXAMPLE)
-    tab(studio, "mat").tap()
     mat = studio.page.get_by_role("application", name=studio.say("mat.canvas"))
     scale = mat.locator("[data-part=scale]")
     before, box = scale.bounding_box(), studio.box(mat)
@@ -130,7 +120,7 @@ def test_reduced_motion_leaves_only_the_cars_moving(open_page) -> None:
     studio = open_page(project=EXAMPLE, reduced_motion="reduce")
     running = "() => document.getAnimations().filter(({ playState }) => playState === 'running').length"
     for name in DIALOGS:
-        open_dialog(studio, name)
+        studio.open_dialog(name)
         assert studio.page.evaluate(running) == 0, name
         studio.page.keyboard.press("Escape")
         expect(studio.page.get_by_role("dialog")).to_have_count(0)
@@ -142,7 +132,7 @@ def test_reduced_motion_leaves_only_the_cars_moving(open_page) -> None:
 def test_a_part_that_cannot_be_loaded_leaves_the_rest(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     studio.forgive("ERR_FAILED", "dynamically imported module", "<ErrorBoundary>")
-    studio.page.route("**/MatPanel*.js", lambda route: route.abort())
+    studio.page.route("**/Stage-*.js", lambda route: route.abort())
     studio.page.reload()
     alert = studio.page.get_by_role("alert").filter(has_text=studio.say("app.failed"))
     expect(alert).to_be_visible()
@@ -153,22 +143,21 @@ def test_a_part_that_cannot_be_loaded_leaves_the_rest(open_page) -> None:
     studio.page.unroute_all()
     alert.get_by_role("button", name=studio.say("app.reload")).click()
     studio.wait_until_ready()
-    open_dialog(studio, "help")
+    studio.open_dialog("help")
 
 
 def test_everything_is_in_reach_at_twice_the_size(open_page) -> None:
     studio = open_page(size=(640, 400), device_scale_factor=2, project=FOLLOWED)
-    for name, area in (
-        ("words", studio.words_table),
-        ("mat", studio.mat_button("play")),
-        ("followers", studio.editor("followers")),
-        ("leader", studio.editor("leader")),
-    ):
-        tab(studio, name).click()
-        expect(area).to_be_visible()
+    for panel in ("words", "swarm", "things", "timeline"):
+        studio.look_up(panel)
+        assert_fits_screen(studio)
+    studio.page.get_by_role("button", name=studio.say("drawer.close"), exact=True).click()
+    for editor in ("followers", "leader"):
+        studio.page.get_by_role("radio", name=studio.say(f"editors.{editor}"), exact=True).click()
+        expect(studio.editor(editor)).to_be_visible()
         assert_fits_screen(studio)
     for name in DIALOGS:
-        open_dialog(studio, name)
+        studio.open_dialog(name)
         assert_fits_screen(studio)
         studio.page.keyboard.press("Escape")
         expect(studio.page.get_by_role("dialog")).to_have_count(0)
@@ -202,7 +191,7 @@ def test_what_the_service_cannot_do_is_not_offered(open_page) -> None:
     def look_for_all(count: int, most_followers: int) -> None:
         """Open the parts of the page that have what is ``offered``: each of it is there ``count`` times."""
         drive, download, port, look = offered
-        studio.page.get_by_role("tab", name=studio.say("mat.panels.swarm")).click()
+        studio.look_up("swarm")
         followers = studio.page.get_by_role("textbox", name=studio.say("mat.followers"), exact=True)
         followers.fill("9999")
         followers.press("Enter")
@@ -211,9 +200,9 @@ def test_what_the_service_cannot_do_is_not_offered(open_page) -> None:
         followers.press("Enter")
         studio.choose_car(1)
         expect(drive).to_have_count(count)
-        studio.page.get_by_role("tab", name=studio.say("mat.panels.timeline")).click()
+        studio.look_up("timeline")
         expect(download).to_have_count(count)
-        open_dialog(studio, "upload")
+        studio.open_dialog("upload")
         expect(studio.page.get_by_text(studio.say("upload.virtual"), exact=True)).to_be_visible()
         expect(port).to_have_count(count)
         expect(look).to_have_count(count)

@@ -20,6 +20,7 @@ def turn_right(studio: StudioPage) -> None:
 
 def range_field(studio: StudioPage) -> Locator:
     """How far infrared reaches on the mat."""
+    studio.look_up("swarm")
     return studio.page.get_by_role("textbox", name="Infrared range")
 
 
@@ -81,7 +82,7 @@ def test_a_project_is_saved_to_a_file_and_opened(open_page, tmp_path) -> None:
 def test_a_link_holds_the_whole_project(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     turn_right(studio)
-    studio.page.get_by_role("button", name="Share", exact=True).click()
+    studio.open_dialog("share")
     link = studio.page.get_by_role("textbox", name="Link")
     expect(link).not_to_have_value("")
     again = open_page()

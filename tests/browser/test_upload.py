@@ -15,14 +15,14 @@ WORDS = ["02010200", "65800000", "6a800000", "b5000000"]
 
 def test_a_program_is_uploaded_to_the_virtual_car_and_read_back_as_blocks(open_page) -> None:
     studio = open_page(project=FOLLOWED)
-    studio.page.get_by_role("button", name="Upload", exact=True).click()
+    studio.open_dialog("upload")
     dialog = studio.dialog("upload.title")
     dialog.get_by_text("Simulated car", exact=True).click()
     dialog.get_by_role("button", name="Upload").click()
     expect(dialog.get_by_role("status")).to_contain_text("Verified: the car holds this program.")
 
     again = open_page()
-    again.page.get_by_role("button", name="Upload", exact=True).click()
+    again.open_dialog("upload")
     dialog = again.dialog("upload.title")
     dialog.get_by_text("Simulated car", exact=True).click()
     dialog.get_by_role("button", name="Read back").click()
@@ -33,7 +33,7 @@ def test_a_program_is_uploaded_to_the_virtual_car_and_read_back_as_blocks(open_p
 
 def test_escape_closes_the_dialog_during_an_upload(open_page) -> None:
     studio = open_page(project=FOLLOWED)
-    studio.page.get_by_role("button", name="Upload", exact=True).click()
+    studio.open_dialog("upload")
     dialog = studio.dialog("upload.title")
     dialog.get_by_text("Simulated car", exact=True).click()
     dialog.get_by_role("button", name="Upload").press("Enter")
@@ -100,7 +100,7 @@ def test_a_serial_port_of_the_browser_works_both_ways(open_page, tmp_path) -> No
     line = BrowserLine()
     line.plug_into(studio)
     with simulated_car(line, ImageStore(tmp_path / "image"), built_in_profile("classroom")):
-        studio.page.get_by_role("button", name="Upload", exact=True).click()
+        studio.open_dialog("upload")
         dialog = studio.dialog("upload.title")
         dialog.get_by_text("A port of this browser").click()
         dialog.get_by_role("button", name="Upload").click()
@@ -112,7 +112,7 @@ def test_a_serial_port_of_the_browser_works_both_ways(open_page, tmp_path) -> No
 
 def test_an_unchecked_upload_is_not_called_verified(open_page) -> None:
     studio = open_page(project=FOLLOWED)
-    studio.page.get_by_role("button", name="Upload", exact=True).click()
+    studio.open_dialog("upload")
     dialog = studio.dialog("upload.title")
     dialog.get_by_text("Simulated car", exact=True).click()
     dialog.get_by_text("Check that the car received everything").click()
@@ -123,7 +123,7 @@ def test_an_unchecked_upload_is_not_called_verified(open_page) -> None:
 def test_a_server_crash_during_an_upload_is_shown(open_own_page, own_studio) -> None:
     studio = open_own_page(project=FOLLOWED)
     studio.forgive("ERR_CONNECTION_REFUSED", "WebSocket connection")
-    studio.page.get_by_role("button", name="Upload", exact=True).click()
+    studio.open_dialog("upload")
     dialog = studio.dialog("upload.title")
     dialog.get_by_text("Simulated car", exact=True).click()
     own_studio.kill()

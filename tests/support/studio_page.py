@@ -47,6 +47,7 @@ class StudioPage:
         theme: str = "light",
         size: tuple[int, int] = DESKTOP,
         tour: bool = False,
+        plain: bool = False,
         build: Path | None = None,
         **options: Any,
     ) -> "StudioPage":
@@ -60,10 +61,15 @@ class StudioPage:
             theme: as if it had been chosen before.
             size: width and height of the window in pixels.
             tour: show the tour of a first visit.
+            plain: leave the page's areas as a first visit finds them; else both editors and the words show at once
+                where there is room.
             build: a folder with another build of the page, shown in place of the studio's own.
             options: more of Playwright's options for a browser profile.
         """
-        kept = {"motorcade.settings": json.dumps({"theme": theme, "toured": not tour})}
+        settings: dict[str, Any] = {"theme": theme, "toured": not tour, "level": "words"}
+        if not plain and size[0] > PHONE[0]:
+            settings |= {"shares": {"blocks": 0.6}, "drawer": {"tab": "words", "open": True}}
+        kept = {"motorcade.settings": json.dumps(settings)}
         if language:
             kept["motorcade.language"] = language
         base, _, token = url.partition("?token=")
@@ -95,12 +101,10 @@ class StudioPage:
         return page
 
     def wait_until_ready(self) -> None:
-        """Wait for blocks, words and cars, also where a small screen doesn't show them at once."""
-        words = self.page.get_by_role("rowheader", include_hidden=True)
-        diagnostics = self.page.get_by_role("list", name=self.say("words.diagnostics"), include_hidden=True)
-        expect(words.or_(diagnostics)).not_to_have_count(0)
+        """Wait for blocks, words and cars, whether or not the words show."""
+        expect(self.page.locator("main[data-compiled]")).to_be_attached()
         expect(self.page.locator("#mat-play")).to_be_enabled(timeout=FIRST_WORLD_MS)
-        expect(self.page.locator("#mat canvas").first).to_be_attached()
+        expect(self.page.locator("#stage canvas").first).to_be_attached()
 
     def take(self, project: dict[str, Any]) -> None:
         """Open another project in the same page, by a link."""
@@ -148,7 +152,7 @@ class StudioPage:
         return self.page.get_by_role("region", name=self.say(f"editors.{name}"), exact=True)
 
     def program_followers(self) -> None:
-        self.page.get_by_text(self.say("editors.programFollowers")).click()
+        self.page.get_by_role("radio", name=self.say("editors.followers"), exact=True).click()
         expect(self.editor("followers")).to_be_visible()
 
     def block(self, editor: str, text: str) -> Locator:
@@ -194,7 +198,17 @@ class StudioPage:
         self.page.keyboard.type(text)
         self.page.keyboard.press("Enter")
 
-    # The words.
+    def undo(self) -> None:
+        self.page.get_by_role("button", name=self.say("history.undo"), exact=True).click()
+
+    # The drawer and its words.
+
+    def look_up(self, panel: str) -> None:
+        """Open the drawer at one of its panels."""
+        tab = self.page.get_by_role("tab", name=self.say(f"drawer.{panel}"), exact=True)
+        if not self.page.locator("#drawer[data-open]").count() or tab.get_attribute("aria-selected") != "true":
+            tab.click()
+        expect(self.page.get_by_role("tabpanel", name=self.say(f"drawer.{panel}"), exact=True)).to_be_visible()
 
     @property
     def words_table(self) -> Locator:
@@ -202,13 +216,14 @@ class StudioPage:
 
     def expect_words(self, words: list[str]) -> None:
         """Wait until the table shows exactly these words, in hexadecimal, as `motorcade compile` prints them."""
+        self.look_up("words")
         expect(self.words_table.get_by_role("rowheader")).to_contain_text([word.upper() for word in words])
 
     @property
     def diagnostics(self) -> Locator:
         return self.page.get_by_role("list", name=self.say("words.diagnostics")).get_by_role("listitem")
 
-    # The mat.
+    # The stage.
 
     def mat_button(self, key: str) -> Locator:
         return self.page.get_by_role("button", name=self.say(f"mat.{key}"), exact=True)
@@ -225,8 +240,8 @@ class StudioPage:
         expect(self.clock).not_to_have_text(self.clock.inner_text())
 
     def choose_car(self, number: int) -> None:
-        """Show a car's details below the mat."""
-        self.page.get_by_role("tab", name=self.say("mat.panels.things")).click()
+        """Show a car's details in the drawer."""
+        self.look_up("things")
         field = self.page.get_by_role("textbox", name=self.say("mat.carNumber"), exact=True)
         field.fill(str(number))
         field.press("Enter")
@@ -253,6 +268,14 @@ class StudioPage:
 
     def project_menu(self, key: str) -> None:
         self.choose(self.say("menu.project"), item=self.say(key))
+
+    def open_dialog(self, name: str) -> None:
+        """Open one of the page's dialogs by its menu or button."""
+        if name == "help":
+            self.page.get_by_role("button", name=self.say("help.title"), exact=True).click()
+        else:
+            self.project_menu(f"menu.{name}")
+        expect(self.dialog(f"{name}.title")).to_be_visible()
 
     def dialog(self, key: str) -> Locator:
         """The dialog with this title."""

@@ -1,18 +1,19 @@
 import { type CSSProperties, lazy, type MouseEvent, Suspense, useEffect, useState } from "react";
-import { Button, I18nProvider, ToggleButton, ToggleButtonGroup } from "react-aria-components";
+import { Button, I18nProvider } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { Editors } from "../blocks/Editors";
+import { Problems } from "../blocks/Problems";
 import { setBlocklyLanguage, hatOf } from "../blocks/definitions";
 import { showBlock, workspaceOf } from "../blocks/workspaces";
 import { currentLanguage } from "../i18n";
+import { Session } from "../mat/session";
 import { attempt } from "../projects/actions";
 import { useSettings } from "../state/settings";
-import { useStudio, type View } from "../state/studio";
+import { useStudio } from "../state/studio";
 import { Divider, ErrorBoundary, reload } from "../ui/areas";
-import { Icon, type IconName } from "../ui/icons";
 import { collectEdits } from "../words/compiling";
-import { WordsPanel } from "../words/WordsPanel";
 import { Dialogs, Notices, ServerBanner } from "./Dialogs";
+import { Drawer } from "./Drawer";
 import { Header } from "./Header";
 import { openEditors, prepare } from "./start";
 import { Tour } from "./Tour";
@@ -21,33 +22,6 @@ import areas from "../ui/areas.module.css";
 import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
 import { classes } from "../ui/classes";
-
-const VIEW_ICONS: Record<View, IconName> = { leader: "blocks", followers: "blocks", words: "words", mat: "mat" };
-
-/** On a narrow screen one area shows at a time. */
-function Views() {
-  const { t } = useTranslation();
-  const view = useStudio((studio) => studio.view);
-  const followed = useStudio((studio) => studio.followers !== null);
-  const views: View[] = followed ? ["leader", "followers", "words", "mat"] : ["leader", "words", "mat"];
-  return (
-    <nav className={css.views} aria-label={t("app.views")}>
-      <ToggleButtonGroup
-        aria-label={t("app.views")}
-        disallowEmptySelection
-        selectedKeys={[view]}
-        onSelectionChange={(keys) => useStudio.setState({ view: [...keys][0] as View })}
-      >
-        {views.map((name) => (
-          <ToggleButton key={name} id={name} className={css.view}>
-            <Icon name={VIEW_ICONS[name]} />
-            {t(`views.${name}`)}
-          </ToggleButton>
-        ))}
-      </ToggleButtonGroup>
-    </nav>
-  );
-}
 
 /** Focus the leader's first block, below which the next one is put. A fragment alone wouldn't move Blockly's focus. */
 function focusBlocks(event: MouseEvent): void {
@@ -62,16 +36,16 @@ function SkipLinks() {
       <a href="#leader-blocks" onClick={focusBlocks}>
         {t("app.skipBlocks")}
       </a>
-      <a href="#words">{t("app.skipWords")}</a>
-      <a href="#mat">{t("app.skipMat")}</a>
+      <a href="#stage">{t("app.skipMat")}</a>
+      <a href="#drawer">{t("app.skipDrawer")}</a>
     </nav>
   );
 }
 
-const MatPanel = lazy(async () => ({ default: (await import("../mat/MatPanel")).MatPanel }));
+const Stage = lazy(async () => ({ default: (await import("../mat/Stage")).Stage }));
 
-/** The mat, fetched after the rest of the page. */
-function MatArea() {
+/** The stage, fetched after the rest of the page. */
+function StageArea({ session }: { session: Session }) {
   const { t } = useTranslation();
   const failed = (
     <div className={areas.failed} role="alert">
@@ -82,10 +56,10 @@ function MatArea() {
     </div>
   );
   return (
-    <section className={classes(css.matArea, areas.panel)} data-view="mat" id="mat" tabIndex={-1} aria-label={t("mat.title")}>
+    <section className={classes(css.stageArea, areas.panel)} id="stage" tabIndex={-1} aria-label={t("mat.title")}>
       <ErrorBoundary fallback={failed}>
         <Suspense fallback={<p className={classes(controls.quiet, areas.loading)}>{t("app.loading")}</p>}>
-          <MatPanel />
+          <Stage session={session} />
         </Suspense>
       </ErrorBoundary>
     </section>
@@ -95,21 +69,29 @@ function MatArea() {
 function Work() {
   const { t } = useTranslation();
   const language = useEditorsLanguage();
-  const view = useStudio((studio) => studio.view);
+  const [session] = useState(() => new Session());
+  const alone = useStudio((studio) => studio.alone);
+  const compiled = useStudio((studio) => studio.compiled !== null);
   const shares = useSettings((settings) => settings.shares);
-  const share = (changed: Partial<typeof shares>) => useSettings.setState({ shares: { ...shares, ...changed } });
   useEffect(openEditors, []);
+  useEffect(() => {
+    session.open();
+    return () => session.close();
+  }, [session]);
   return (
-    <main className={css.work} data-view={view} style={{ "--share": shares.page } as CSSProperties}>
-      <div className={css.left} style={{ "--share": shares.words } as CSSProperties}>
+    <main className={css.work} data-alone={alone ?? undefined} data-compiled={compiled || undefined} style={{ "--share": shares.blocks } as CSSProperties}>
+      <div className={css.blocks}>
         <Editors key={language} />
-        <Divider label={t("words.divider")} orientation="horizontal" reversed share={shares.words} onShare={(words) => share({ words })} />
-        <section className={classes(css.wordsPanel, areas.panel)} data-view="words" id="words" tabIndex={-1} aria-labelledby="words-title">
-          <WordsPanel />
-        </section>
+        <Problems />
       </div>
-      <Divider label={t("app.divider")} orientation="vertical" share={shares.page} onShare={(page) => share({ page })} />
-      <MatArea />
+      <Divider
+        label={t("app.divider")}
+        orientation="vertical"
+        share={shares.blocks}
+        onShare={(blocks) => useSettings.setState({ shares: { ...shares, blocks } })}
+      />
+      <StageArea session={session} />
+      <Drawer session={session} />
     </main>
   );
 }
@@ -143,7 +125,6 @@ export function App() {
         <Header />
         <ServerBanner />
         {ready ? <Work /> : <p className={classes(controls.quiet, areas.loading)}>{t("app.loading")}</p>}
-        <Views />
         {ready && <Tour />}
         <Dialogs />
         <Notices />

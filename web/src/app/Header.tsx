@@ -14,9 +14,10 @@ import {
 import { useTranslation } from "react-i18next";
 import type { Language } from "../api/types";
 import { changeLanguage, LANGUAGES, nameOf } from "../i18n";
-import { exportCsv, exportPicture, openFile, saveFile, saveToLibrary } from "../projects/actions";
+import { exportCsv, exportPicture, openFile, save, saveFile } from "../projects/actions";
 import { startNew } from "../projects/project";
 import { openDialog } from "../state/dialogs";
+import { redo, undo, useHistory } from "../state/history";
 import { THEMES, type ThemeName, useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { IconButton } from "../ui/controls";
@@ -39,10 +40,7 @@ function Logo() {
 
 function FileMenu() {
   const { t } = useTranslation();
-  const save = async () => {
-    if (!(await saveToLibrary())) openDialog("library");
-  };
-  const item = (key: "new" | "open" | "examples" | "library" | "save" | "saveFile" | "share", run: () => void) => (
+  const item = (key: "new" | "open" | "examples" | "library" | "save" | "saveFile" | "share" | "upload", run: () => void) => (
     <MenuItem className={controls.menuItem} id={key} onAction={run}>
       {t(`menu.${key}`)}
     </MenuItem>
@@ -68,6 +66,8 @@ function FileMenu() {
           {item("library", () => openDialog("library"))}
           {item("saveFile", () => void saveFile())}
           {item("share", () => openDialog("share"))}
+          <Separator className={controls.menuLine} />
+          {item("upload", () => openDialog("upload"))}
           <Separator className={controls.menuLine} />
           <MenuSection>
             <MenuTitle className={controls.menuTitle}>{t("export.title")}</MenuTitle>
@@ -126,11 +126,43 @@ function SettingsMenu() {
   );
 }
 
-/** The project's name and menu, and the settings of the page. */
+/** Whether a file or the library holds what is on the page. */
+function Saved() {
+  const { t } = useTranslation();
+  const unsaved = useStudio((studio) => studio.unsaved);
+  const stored = useStudio((studio) => studio.stored);
+  return (
+    <span className={css.saved} role="status" data-unsaved={unsaved || undefined}>
+      {unsaved ? (
+        t("project.unsaved")
+      ) : (
+        stored && (
+          <>
+            <Icon name="done" />
+            {t("project.saved")}
+          </>
+        )
+      )}
+    </span>
+  );
+}
+
+function History() {
+  const { t } = useTranslation();
+  const canUndo = useHistory(({ done }) => done.length > 0);
+  const canRedo = useHistory(({ undone }) => undone.length > 0);
+  return (
+    <>
+      <IconButton icon="undo" label={t("history.undo")} isDisabled={!canUndo} onPress={undo} />
+      <IconButton icon="redo" label={t("history.redo")} isDisabled={!canRedo} onPress={redo} />
+    </>
+  );
+}
+
+/** The project's name and menu, undo and redo, and the settings of the page. */
 export function Header() {
   const { t } = useTranslation();
   const name = useStudio((studio) => studio.name);
-  const unsaved = useStudio((studio) => studio.unsaved);
   return (
     <header className={css.header}>
       <h1 className={css.brand}>
@@ -145,23 +177,14 @@ export function Header() {
       >
         <Input maxLength={80} placeholder={t("project.unnamed")} />
       </TextField>
-      <span className={css.unsaved} role="status">
-        {unsaved && t("project.unsaved")}
-      </span>
+      <Saved />
       <div className={css.headerTools}>
-        <FileMenu />
-        <Button className={classes(buttons.button, buttons.quietButton, css.roomy)} onPress={() => openDialog("examples")}>
+        <History />
+        <Button className={classes(buttons.button, buttons.quietButton)} onPress={() => openDialog("examples")}>
           <Icon name="examples" />
-          {t("menu.examplesShort")}
+          <span className={css.buttonText}>{t("menu.examplesShort")}</span>
         </Button>
-        <Button className={classes(buttons.button, buttons.quietButton, css.roomy)} onPress={() => openDialog("share")}>
-          <Icon name="share" />
-          {t("menu.shareShort")}
-        </Button>
-        <Button className={classes(buttons.button, buttons.primary)} onPress={() => openDialog("upload")}>
-          <Icon name="upload" />
-          <span className={css.buttonText}>{t("upload.open")}</span>
-        </Button>
+        <FileMenu />
         <SettingsMenu />
         <IconButton icon="help" label={t("help.title")} onPress={() => openDialog("help")} />
       </div>

@@ -4,13 +4,12 @@ import { useTranslation } from "react-i18next";
 import { FIRST_STEPS, loadProject } from "../projects/project";
 import { IconButton } from "../ui/controls";
 import { useSettings } from "../state/settings";
-import { useStudio, type View } from "../state/studio";
+import { useStudio } from "../state/studio";
 import dialogs from "./dialogs.module.css";
 import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
 
 const STEPS = ["blocks", "words", "drive"] as const;
-const VIEWS: Record<(typeof STEPS)[number], View> = { blocks: "leader", words: "words", drive: "mat" };
 
 /** Add two blocks to an empty program, so that the tour has something to show. */
 function provideSteps(): void {
@@ -28,7 +27,6 @@ export function Tour() {
 
   useEffect(() => {
     if (toured) return;
-    useStudio.setState({ view: VIEWS[step] });
     document.documentElement.dataset.tour = step;
     return () => {
       delete document.documentElement.dataset.tour;

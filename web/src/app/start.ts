@@ -14,12 +14,18 @@ import { BLANK, markSaved, markUnsaved, loadProject, watchUnsaved } from "../pro
 import { notify, openDialog } from "../state/dialogs";
 import { startSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
+import { listenForKeys } from "./keys";
 import { compileEveryChange } from "../words/compiling";
 
 const HELP_SHORTCUT = "list_shortcuts";
 
-function registerHelpKey(): void {
+/** Blockly's own undo covers one editor; the page's covers everything. */
+function registerKeys(): void {
   const registry = Blockly.ShortcutRegistry.registry;
+  for (const own of ["undo", "redo"]) if (registry.getRegistry()[own]) registry.unregister(own);
+  for (const own of ["undoWorkspace", "redoWorkspace"]) {
+    if (Blockly.ContextMenuRegistry.registry.getItem(own)) Blockly.ContextMenuRegistry.registry.unregister(own);
+  }
   if (registry.getRegistry()[HELP_SHORTCUT]) return;
   registry.register({
     name: HELP_SHORTCUT,
@@ -37,6 +43,7 @@ export function start(): void {
   startLanguages();
   startThemes();
   compileEveryChange();
+  listenForKeys();
   watchPresence(() => notify(i18next.t("server.back"), "success"));
 }
 
@@ -57,7 +64,7 @@ export async function prepare(): Promise<void> {
   await Promise.all([loadFigures(), setBlocklyLanguage(i18next.language)]);
   defineBlocks(useStudio.getState().profileFigures!);
   registerClipboard();
-  registerHelpKey();
+  registerKeys();
   startPrinting();
   await openFirstProject();
 }

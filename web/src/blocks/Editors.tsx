@@ -1,13 +1,16 @@
 import * as Blockly from "blockly/core";
-import { useEffect, useRef, useState, type CSSProperties, type ReactNode } from "react";
-import { Input, SearchField } from "react-aria-components";
+import i18next from "i18next";
+import { useEffect, useRef, useState, type CSSProperties } from "react";
+import { Input, SearchField, ToggleButton, ToggleButtonGroup } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import type { EditorName } from "../api/types";
-import { confirm, notify } from "../state/dialogs";
+import { type EditorName, EDITORS } from "../api/types";
+import { notify } from "../state/dialogs";
+import { endEdit, record, useHistory } from "../state/history";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { Divider } from "../ui/areas";
-import { Check, IconButton } from "../ui/controls";
+import { IconButton } from "../ui/controls";
+import { Icon } from "../ui/icons";
 import { collectEdits, noteEdit } from "../words/compiling";
 import { forgetMarks, markDiagnostics, markRunning } from "./marks";
 import { createWorkspace, disposeWorkspace, emptyState, fill, findBlocks, read, revealBlock, showBlock, workspaceOf } from "./workspaces";
@@ -29,7 +32,16 @@ function onEvent(editor: EditorName, event: Blockly.Events.Abstract): void {
     else if (selection?.editor === editor) useStudio.setState({ selection: null });
   } else if (!event.isUiEvent) {
     noteEdit(editor);
+    if (event.recordUndo) noteUndo(editor, event.group);
   }
+}
+
+/** Blockly undoes a group of events, or one without a group, at a time. */
+function noteUndo(editor: EditorName, group: string): void {
+  const key = `${editor} ${group}`;
+  if (group && useHistory.getState().done.at(-1)?.key === key) return;
+  endEdit();
+  record({ key, undo: () => workspaceOf(editor)?.undo(false), redo: () => workspaceOf(editor)?.undo(true) });
 }
 
 /** One of Blockly's workspaces, as large as its place on the page. */
@@ -110,77 +122,105 @@ function SearchBar({ editor, onClose }: { editor: EditorName; onClose: () => voi
   );
 }
 
-/** An editor under its name and tools. */
-function EditorPane({ editor, children }: { editor: EditorName; children?: ReactNode }) {
+/** Put the followers' blocks aside: only the leader is programmed. */
+function parkFollowers(): void {
+  collectEdits();
+  useStudio.setState(({ followers }) => ({ followers: null, parkedFollowers: followers, editor: "leader" }));
+}
+
+function unparkFollowers(): void {
+  const { followers, parkedFollowers } = useStudio.getState();
+  if (followers !== null) return;
+  useStudio.setState({ followers: parkedFollowers ?? emptyState("followers"), parkedFollowers: null, editor: "followers" });
+}
+
+function addFollowers(): void {
+  unparkFollowers();
+  record({ key: "followers on", undo: parkFollowers, redo: unparkFollowers });
+  endEdit();
+}
+
+function dropFollowers(): void {
+  const hasSteps = (workspaceOf("followers")?.getAllBlocks(false).length ?? 0) > 1;
+  parkFollowers();
+  record({ key: "followers off", undo: unparkFollowers, redo: parkFollowers });
+  endEdit();
+  if (hasSteps) notify(i18next.t("editors.dropped"), "info", { label: i18next.t("editors.bringBack"), run: addFollowers });
+}
+
+/** The names of both editors, of which the chosen one shows where there is room for one, and the tools for it. */
+function EditorBar({ followed, onSearch }: { followed: boolean; onSearch: () => void }) {
   const { t } = useTranslation();
-  const [searching, setSearching] = useState(false);
+  const editor = useStudio((studio) => studio.editor);
   return (
-    <section className={classes(css.pane, areas.panel)} data-view={editor} aria-labelledby={`${editor}-title`}>
-      <header className={areas.paneHead}>
-        <h2 id={`${editor}-title`} className={css.title} data-editor={editor}>
-          {t(`editors.${editor}`)}
-        </h2>
-        {children}
-        <div className={areas.paneTools}>
-          <IconButton icon="undo" label={t("editors.undo")} onPress={() => workspaceOf(editor)?.undo(false)} />
-          <IconButton icon="redo" label={t("editors.redo")} onPress={() => workspaceOf(editor)?.undo(true)} />
-          <IconButton icon="tidy" label={t("editors.tidy")} onPress={() => workspaceOf(editor)?.cleanUp()} />
-          <IconButton icon="search" label={t("search.open")} onPress={() => setSearching(true)} />
-        </div>
-      </header>
-      {searching && <SearchBar editor={editor} onClose={() => setSearching(false)} />}
+    <div className={css.bar}>
+      <ToggleButtonGroup
+        className={css.names}
+        aria-label={t("editors.which")}
+        disallowEmptySelection
+        selectedKeys={[editor]}
+        onSelectionChange={(keys) => {
+          const wanted = [...keys][0] as EditorName;
+          if (wanted === "followers" && !followed) addFollowers();
+          else useStudio.setState({ editor: wanted });
+        }}
+      >
+        {EDITORS.map((each) => (
+          <ToggleButton key={each} id={each} className={css.name} data-editor={each}>
+            {each === "followers" && !followed && <Icon name="plus" />}
+            {t(`editors.${each}`)}
+          </ToggleButton>
+        ))}
+      </ToggleButtonGroup>
+      <div className={areas.paneTools}>
+        {followed && editor === "followers" && <IconButton icon="trash" label={t("editors.leaderOnly")} onPress={dropFollowers} />}
+        <IconButton icon="tidy" label={t("editors.tidy")} onPress={() => workspaceOf(editor)?.cleanUp()} />
+        <IconButton icon="search" label={t("search.open")} onPress={onSearch} />
+      </div>
+    </div>
+  );
+}
+
+function EditorPane({ editor }: { editor: EditorName }) {
+  const { t } = useTranslation();
+  const shown = useStudio((studio) => studio.editor);
+  return (
+    <section
+      className={css.pane}
+      data-shown={shown === editor || undefined}
+      data-keys="own"
+      aria-label={t(`editors.${editor}`)}
+      onFocusCapture={() => shown !== editor && useStudio.setState({ editor })}
+    >
       <Editor editor={editor} />
     </section>
   );
 }
 
-function addFollowers(): void {
-  const { followers, parkedFollowers } = useStudio.getState();
-  if (followers === null) {
-    useStudio.setState({ followers: parkedFollowers ?? emptyState("followers"), parkedFollowers: null });
-  }
-}
-
-/** The leader's editor and, if it is switched on, the followers' beside it. */
+/** The leader's editor and, if it is switched on, the followers': side by side where there is room. */
 export function Editors() {
   const { t } = useTranslation();
+  const [searching, setSearching] = useState<EditorName | null>(null);
   const followed = useStudio((studio) => studio.followers !== null);
   const share = useSettings((settings) => settings.shares.editors);
-
-  const dropFollowers = async () => {
-    collectEdits();
-    const hasSteps = (workspaceOf("followers")?.getAllBlocks(false).length ?? 0) > 1;
-    const agreed =
-      !hasSteps ||
-      (await confirm({ title: t("editors.dropTitle"), text: t("editors.dropText"), yes: t("editors.dropYes") }));
-    if (!agreed) return;
-    useStudio.setState(({ followers }) => ({ parkedFollowers: followers, followers: null }));
-    if (hasSteps) notify(t("editors.dropped"), "info", { label: t("editors.bringBack"), run: addFollowers });
-  };
-
   return (
-    <div className={css.editors} style={{ "--share": followed ? share : 1 } as CSSProperties} data-followed={followed}>
-      <EditorPane editor="leader">
-        <Check
-          id="program-followers"
-          small
-          checked={followed}
-          onChange={(wanted) => (wanted ? addFollowers() : void dropFollowers())}
-        >
-          {t("editors.programFollowers")}
-        </Check>
-      </EditorPane>
-      {followed && (
-        <>
-          <Divider
-            label={t("editors.divider")}
-            share={share}
-            orientation="vertical"
-            onShare={(editors) => useSettings.setState(({ shares }) => ({ shares: { ...shares, editors } }))}
-          />
-          <EditorPane editor="followers" />
-        </>
-      )}
+    <div className={classes(css.editors, areas.panel)}>
+      <EditorBar followed={followed} onSearch={() => setSearching(useStudio.getState().editor)} />
+      {searching && <SearchBar key={searching} editor={searching} onClose={() => setSearching(null)} />}
+      <div className={css.panes} style={{ "--share": followed ? share : 1 } as CSSProperties} data-followed={followed}>
+        <EditorPane editor="leader" />
+        {followed && (
+          <>
+            <Divider
+              label={t("editors.divider")}
+              share={share}
+              orientation="vertical"
+              onShare={(editors) => useSettings.setState(({ shares }) => ({ shares: { ...shares, editors } }))}
+            />
+            <EditorPane editor="followers" />
+          </>
+        )}
+      </div>
     </div>
   );
 }

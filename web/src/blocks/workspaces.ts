@@ -118,7 +118,7 @@ export function revealBlock(block: Blockly.BlockSvg): void {
 export function showBlock(editor: EditorName, id: string): void {
   const block = live.get(editor)?.getBlockById(id);
   if (!block) return;
-  useStudio.setState({ view: editor });
+  useStudio.setState({ editor });
   revealBlock(block);
   Blockly.getFocusManager().focusNode(block);
 }

@@ -1,12 +1,14 @@
 import { memo, useRef } from "react";
 import { Input, Label, NumberField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
+import { endEdit, record } from "../state/history";
+import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { startHere } from "./actions";
 import { carsOf, followersAt, MOST_FOLLOWERS, MOST_ONE_BY_ONE, positionOf, withFollowers } from "./cars";
 import { lossOf, type Mat, withLoss } from "./document";
 import type { Session } from "./session";
-import { editMat, endEdit, useMat } from "./store";
+import { editMat, useMat } from "./store";
 import { NumberSlider, ToolButton, ToolSwitch } from "./fields";
 import fields from "./fields.module.css";
 import { classes } from "../ui/classes";
@@ -15,11 +17,19 @@ const MOST_LOSS = 0.95;
 const MOST_RANGE_MM = 5000;
 const MOST_SEED = 2 ** 32 - 1;
 
+function setRange(rangeMm: number): void {
+  const before = useStudio.getState().rangeMm;
+  const show = (shown: number | null) => () => useStudio.setState({ rangeMm: shown });
+  useStudio.setState({ rangeMm });
+  record({ key: "range", undo: show(before), redo: show(rangeMm) });
+}
+
 export const CarsPanel = memo(function CarsPanel({ session }: { session: Session }) {
   const { t } = useTranslation();
   const mat = useStudio((studio) => studio.mat);
   const rangeMm = useStudio((studio) => studio.rangeMm);
   const { tracks, air, hello } = useMat();
+  const caption = useSettings((settings) => settings.caption);
   const loss = lossOf(mat);
   return (
     <div className={fields.swarm}>
@@ -40,12 +50,14 @@ export const CarsPanel = memo(function CarsPanel({ session }: { session: Session
         most={MOST_RANGE_MM}
         step={50}
         format={{ style: "unit", unit: "millimeter" }}
-        onChange={(range) => useStudio.setState({ rangeMm: range })}
+        onChange={setRange}
+        onEnd={endEdit}
       />
       <Seed session={session} />
       <div >
         <ToolSwitch label={t("mat.tracks")} isSelected={tracks} onChange={(on) => useMat.setState({ tracks: on })} />
         <ToolSwitch label={t("mat.air")} isSelected={air} onChange={(on) => useMat.setState({ air: on })} />
+        <ToolSwitch label={t("mat.account.title")} isSelected={caption} onChange={(on) => useSettings.setState({ caption: on })} />
       </div>
       <ToolButton
         icon="present"

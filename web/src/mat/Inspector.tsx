@@ -8,6 +8,7 @@ import { bitsOf, colourOf, fieldMeaning, groupOf } from "../words/bits";
 import { duplicateChosen, removeChosen, turnCar } from "./actions";
 import { colourWords, hexColour } from "./colours";
 import { lastFrameText } from "./Narration";
+import { Palette } from "./Palette";
 import { PieceInspector, Voices } from "./PieceInspector";
 import type { Session } from "./session";
 import { choose, useMat } from "./store";
@@ -30,6 +31,7 @@ export function Inspector({ session, words }: InspectorProps) {
   const car = chosen && "car" in chosen ? chosen.car : null;
   return (
     <div className={css.inspector}>
+      <Palette session={session} />
       <div className={fields.row}>
         <CarPicker session={session} car={car} />
         {chosen && (

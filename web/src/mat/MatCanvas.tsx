@@ -1,6 +1,7 @@
 import { type KeyboardEvent, useEffect, useRef, useState } from "react";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
+import { endEdit } from "../state/history";
 import { useStudio } from "../state/studio";
 import { dragTo, duplicateChosen, moveBy, removeChosen, turnCar } from "./actions";
 import { type Camera, panned, scaleBar, zoomed } from "./camera";
@@ -9,7 +10,7 @@ import { FURNITURE, listOf, type Mat, type PieceId } from "./document";
 import { attachPointers, gripAt } from "./pointer";
 import { Scene } from "./scene";
 import type { Session } from "./session";
-import { choose, type Chosen, endEdit, redoEdit, undoEdit, useMat } from "./store";
+import { choose, type Chosen, useMat } from "./store";
 import { ToolButton } from "./fields";
 import css from "./mat.module.css";
 
@@ -28,7 +29,6 @@ const ARROWS: Record<string, readonly [number, number]> = {
 interface MatCanvasProps {
   session: Session;
   words: readonly CompiledWord[];
-  onScene: (scene: Scene | null) => void;
 }
 
 function pieceOfChosen(chosen: Chosen): PieceId | null {
@@ -104,11 +104,8 @@ function press(event: KeyboardEvent, scene: Scene, session: Session): boolean {
   }
   if (command) {
     const key = event.key.toLowerCase();
-    if (key === "z") (event.shiftKey ? redoEdit : undoEdit)();
-    else if (key === "y") redoEdit();
-    else if (key === "d") duplicateChosen(session);
-    else return false;
-    return true;
+    if (key === "d") duplicateChosen(session);
+    return key === "d";
   }
   const keys: Record<string, () => void> = {
     "+": () => scene.look(zoomed(scene.camera, scene.size, ZOOM)),
@@ -128,7 +125,7 @@ function press(event: KeyboardEvent, scene: Scene, session: Session): boolean {
   return action !== undefined;
 }
 
-export function MatCanvas({ session, words, onScene }: MatCanvasProps) {
+export function MatCanvas({ session, words }: MatCanvasProps) {
   const { t } = useTranslation();
   const host = useRef<HTMLDivElement>(null);
   const [scene, setScene] = useState<Scene | null>(null);
@@ -148,15 +145,15 @@ export function MatCanvas({ session, words, onScene }: MatCanvasProps) {
       made = created;
       disconnect = connect(created, session);
       setScene(created);
-      onScene(created);
+      useMat.setState({ scene: created });
     }, (reason: unknown) => setFailure(reason instanceof Error ? reason : new Error(String(reason))));
     return () => {
       ended = true;
       disconnect?.();
       made?.destroy();
-      onScene(null);
+      useMat.setState({ scene: null });
     };
-  }, [session, onScene]);
+  }, [session]);
 
   useEffect(() => scene?.setColours(colourWords(words)), [scene, words]);
 

@@ -3,8 +3,8 @@ import { memo, useEffect, useState } from "react";
 import { useTranslation } from "react-i18next";
 import { Flag, type Picture, type WorldState } from "../api/world";
 import type { ReceivedFrame } from "../generated/messages";
+import { useSettings } from "../state/settings";
 import { clock } from "../timeline/events";
-import { ToolSwitch } from "./fields";
 import type { Session } from "./session";
 import { useMat } from "./store";
 import css from "./mat.module.css";
@@ -83,12 +83,11 @@ export function describe(summary: Summary, lost: number, seconds: number): strin
 const POLL_MS = 200;
 const MINIMUM_MS = 3000;
 const WINDOW_S = 5;
-const KEY = "motorcade.account";
 
 /** What the cars do, in a sentence that screen readers announce when it changes. */
 export const Narration = memo(function Narration({ session }: { session: Session }) {
-  const { t, i18n } = useTranslation();
-  const [on, setOn] = useState(() => localStorage.getItem(KEY) !== "off");
+  const { i18n } = useTranslation();
+  const on = useSettings((settings) => settings.caption);
   const [sentence, setSentence] = useState("");
 
   useEffect(() => {
@@ -112,17 +111,9 @@ export const Narration = memo(function Narration({ session }: { session: Session
   }, [on, session, i18n.language]);
 
   return (
-    <div className={css.account}>
-      <ToolSwitch
-        label={t("mat.account.title")}
-        isSelected={on}
-        onChange={(wanted) => {
-          setOn(wanted);
-          localStorage.setItem(KEY, wanted ? "on" : "off");
-        }}
-      />
-      <p aria-live="polite">{on ? sentence : ""}</p>
-    </div>
+    <p className={css.caption} aria-live="polite">
+      {on ? sentence : ""}
+    </p>
   );
 });
 

@@ -4,8 +4,8 @@ import { useTranslation } from "react-i18next";
 import { type NewKind, NEW_KINDS, place } from "./actions";
 import { toWorld } from "./camera";
 import { Icon } from "../ui/icons";
-import type { Scene } from "./scene";
 import type { Session } from "./session";
+import { useMat } from "./store";
 import fields from "./fields.module.css";
 import css from "./mat.module.css";
 
@@ -16,8 +16,9 @@ interface Drag {
 }
 
 /** Things to drag onto the mat; a key or a tap puts one in the middle. */
-export const Palette = memo(function Palette({ session, scene }: { session: Session; scene: Scene | null }) {
+export const Palette = memo(function Palette({ session }: { session: Session }) {
   const { t } = useTranslation();
+  const scene = useMat((now) => now.scene);
   const [drag, setDrag] = useState<Drag | null>(null);
   const dragged = useRef(false);
 
@@ -54,19 +55,19 @@ export const Palette = memo(function Palette({ session, scene }: { session: Sess
     button.onpointerup = button.onpointercancel = end;
   };
   return (
-    <div className={css.palette} role="toolbar" aria-label={t("mat.palette")} aria-orientation="vertical">
+    <div className={css.palette} role="toolbar" aria-label={t("mat.palette")}>
       {NEW_KINDS.map((kind) => (
         <button
           key={kind}
           type="button"
           className={fields.button}
           aria-label={t("mat.add", { what: t(`mat.things.${kind}`) })}
-          title={t("mat.add", { what: t(`mat.things.${kind}`) })}
           disabled={!scene}
           onPointerDown={(event) => take(kind, event)}
           onClick={() => placeInMiddle(kind)}
         >
           <Icon name={kind} />
+          <span>{t(`mat.things.${kind}`)}</span>
         </button>
       ))}
       {drag && <Ghost {...drag} />}

@@ -1,9 +1,10 @@
 import { ListBox, ListBoxItem } from "react-aria-components";
 import { useTranslation } from "react-i18next";
+import { endEdit } from "../state/history";
 import { useStudio } from "../state/studio";
 import { canGrow, canLose, FURNITURE, handlesOf, listOf, type Mat, type Person, pieceOf, type PieceId, reshaped, retimed, type Voice, without, withoutPoint, withPointAfter, withRepeats } from "./document";
 import { Quantity, ToolButton, ToolSwitch } from "./fields";
-import { choose, editMat, endEdit, useMat } from "./store";
+import { choose, editMat, useMat } from "./store";
 import fields from "./fields.module.css";
 import controls from "../ui/controls.module.css";
 import { classes } from "../ui/classes";

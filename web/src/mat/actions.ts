@@ -1,16 +1,20 @@
 /** What pointer, keys and buttons do to cars and furniture. */
 
 import { poseIn } from "../api/world";
+import { endEdit } from "../state/history";
 import { useStudio } from "../state/studio";
-import { addedCar, carsOf, MOST_ONE_BY_ONE, oneByOne, removedCar, withCar } from "./cars";
+import { addedCar, carsOf, MOST_ONE_BY_ONE, oneByOne, type Placed, removedCar, withCar } from "./cars";
 import { added, type Car, duplicated, type FurnitureKind, type Mat, moved, type Point, removed, reshaped, rounded } from "./document";
 import type { Grip } from "./pointer";
+import { freePoint, hasRoomForCar, hasRoomForPiece, type Standing } from "./room";
 import type { Session } from "./session";
-import { choose, editMat, endEdit, useMat } from "./store";
+import { choose, editMat, useMat } from "./store";
 
 export type NewKind = FurnitureKind | "leader" | "follower";
 export const NEW_KINDS: readonly NewKind[] = ["leader", "follower", "wall", "disc", "polygon", "person"];
 const BESIDE_M = 0.25;
+/** Half of a car of the classroom's profile, until the world says what its own are. */
+const RADIUS_M = 0.075;
 
 /** The document with each car written on its own, so that one of them can change; null where there are too many. */
 function separate(session: Session): Mat | null {
@@ -68,14 +72,26 @@ export function turnCar(session: Session, car: number, degrees: number): void {
   if (pose) putCar(session, car, pose.at, ((((pose.headingDeg + degrees + 180) % 360) + 360) % 360) - 180);
 }
 
-export function place(session: Session, kind: NewKind, at: Point): void {
+/** Where the cars stand now and at the beginning. */
+function standing({ picture, starts }: Session): Standing {
+  const points = ({ x, y }: Placed) => Array.from(x, (each, k): Point => [each, y[k]!]);
+  const cars = [picture, starts].flatMap((placed) => (placed ? points(placed) : []));
+  return { cars, radiusM: useMat.getState().hello?.radius_m ?? RADIUS_M };
+}
+
+/** Put a new thing on the mat, at the nearest place with room for it. */
+export function place(session: Session, kind: NewKind, wished: Point): void {
+  const { mat } = useStudio.getState();
+  const now = standing(session);
   endEdit();
   if (kind !== "leader" && kind !== "follower") {
-    const { mat, id } = added(useStudio.getState().mat, kind, at);
-    editMat(mat);
+    const at = freePoint(wished, (point) => hasRoomForPiece(mat, now, kind, point));
+    const { mat: changed, id } = added(mat, kind, at);
+    editMat(changed);
     choose({ piece: id });
     return;
   }
+  const at = freePoint(wished, (point) => hasRoomForCar(mat, now, point));
   addCar(session, { at_m: [rounded(at[0]), rounded(at[1])], ...(kind === "leader" && { role: "leader" }) });
 }
 
@@ -111,7 +127,10 @@ export function duplicateChosen(session: Session): void {
     return;
   }
   const old = separate(session)?.car?.[chosen.car];
-  if (old) addCar(session, { ...old, at_m: [rounded(old.at_m[0] + BESIDE_M), rounded(old.at_m[1] - BESIDE_M)] });
+  if (!old) return;
+  const now = standing(session);
+  const [x, y] = freePoint([old.at_m[0] + BESIDE_M, old.at_m[1] - BESIDE_M], (point) => hasRoomForCar(mat, now, point));
+  addCar(session, { ...old, at_m: [rounded(x), rounded(y)] });
 }
 
 /** Make the cars' present places their starts. */

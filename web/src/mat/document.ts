@@ -162,9 +162,13 @@ const NEW_PIECES: { [K in FurnitureKind]: (x: number, y: number) => Pieces[K] } 
   }),
 };
 
-export function added(mat: Mat, kind: FurnitureKind, [x, y]: Point): { mat: Mat; id: PieceId } {
+export function newPiece(kind: FurnitureKind, [x, y]: Point): Piece {
+  return NEW_PIECES[kind](x, y);
+}
+
+export function added(mat: Mat, kind: FurnitureKind, at: Point): { mat: Mat; id: PieceId } {
   const pieces = listOf(mat, kind);
-  return { mat: withList(mat, kind, [...pieces, NEW_PIECES[kind](x, y)]), id: { kind, place: pieces.length } };
+  return { mat: withList(mat, kind, [...pieces, newPiece(kind, at)]), id: { kind, place: pieces.length } };
 }
 
 export function removed(mat: Mat, { kind, place }: PieceId): Mat {

@@ -1,8 +1,9 @@
 /** Mouse, pen and fingers on the mat: find what lies under them, drag it or the mat itself, and zoom. */
 
 import { panned, toWorld, zoomed } from "./camera";
-import { type Disc, FURNITURE, handlesOf, listOf, type Mat, type Person, personAt, pieceOf, type Piece, type PieceId, type Point, type Polygon, type Wall } from "./document";
+import { FURNITURE, handlesOf, listOf, type Mat, type Person, personAt, pieceOf, type Piece, type PieceId, type Point } from "./document";
 import type { Drawn } from "./carLayer";
+import { distance, distanceToPiece } from "./room";
 import type { Scene } from "./scene";
 import type { Chosen } from "./store";
 
@@ -52,32 +53,8 @@ function carAt({ drawn, radiusM }: Sight, [x, y]: Point, reach: number): number 
 const PERSON_M = 0.2;
 
 function distanceTo(kind: PieceId["kind"], piece: Piece, point: Point, tMs: number): number {
-  if (kind === "wall") return distanceToLine((piece as Wall).from_m, (piece as Wall).to_m, point);
-  if (kind === "disc") return distance((piece as Disc).centre_m, point) - (piece as Disc).radius_m;
   if (kind === "person") return distance(personAt(piece as Person, tMs), point) - PERSON_M;
-  const { corners_m } = piece as Polygon;
-  if (isInside(corners_m, point)) return 0;
-  return Math.min(...corners_m.map((corner, k) => distanceToLine(corner, corners_m[(k + 1) % corners_m.length]!, point)));
-}
-
-function distance([ax, ay]: Point, [bx, by]: Point): number {
-  return Math.hypot(ax - bx, ay - by);
-}
-
-function distanceToLine(from: Point, to: Point, point: Point): number {
-  const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
-  const along = ((point[0] - from[0]) * dx + (point[1] - from[1]) * dy) / (dx * dx + dy * dy || 1);
-  const share = Math.min(1, Math.max(0, along));
-  return distance([from[0] + dx * share, from[1] + dy * share], point);
-}
-
-function isInside(corners: readonly Point[], [x, y]: Point): boolean {
-  let inside = false;
-  corners.forEach(([ax, ay], k) => {
-    const [bx, by] = corners[(k + 1) % corners.length]!;
-    if (ay > y !== by > y && x < ax + ((y - ay) / (by - ay)) * (bx - ax)) inside = !inside;
-  });
-  return inside;
+  return distanceToPiece(kind, piece, point);
 }
 
 export interface PointerActions {

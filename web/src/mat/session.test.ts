@@ -3,7 +3,8 @@ import type { CompiledWord } from "../api/types";
 import { useStudio } from "../state/studio";
 import type { Mat } from "./document";
 import { runningBlocks, sameRunning } from "./session";
-import { editMat, endEdit, forgetEdits, redoEdit, undoEdit, useMat } from "./store";
+import { endEdit, forgetEdits, redo as redoEdit, undo as undoEdit, useHistory } from "../state/history";
+import { editMat } from "./store";
 import { pictureOf } from "./testPictures";
 
 const WORDS: CompiledWord[] = [
@@ -75,6 +76,6 @@ it("a new edit ends what could be redone, and another document all", () => {
 });
 
 it("the past is bounded", () => {
-  for (let k = 0; k < 300; k++) editMat(named(String(k)));
-  expect(useMat.getState().undo.length).toBe(100);
+  for (let k = 0; k < 600; k++) editMat(named(String(k)));
+  expect(useHistory.getState().done.length).toBe(500);
 });

@@ -67,6 +67,7 @@ export class Session {
   onPicture: ((picture: Picture) => void) | null = null;
   onHello: ((hello: Hello) => void) | null = null;
 
+  private readonly listeners = new Set<(picture: Picture) => void>();
   private connection: WorldConnection | null = null;
   private unsubscribe: (() => void) | null = null;
   /** What the server has of the mat; null until it answers. */
@@ -99,6 +100,12 @@ export class Session {
     clearTimeout(this.seeking);
     clearTimeout(this.showing);
     this.connection?.close();
+  }
+
+  /** Call back with each picture; returns a function that ends this. */
+  listen(listener: (picture: Picture) => void): () => void {
+    this.listeners.add(listener);
+    return () => this.listeners.delete(listener);
   }
 
   comeBack(): void {
@@ -228,6 +235,7 @@ export class Session {
     if (picture.tMs === 0 && !picture.past) this.starts = picture;
     this.events.take(picture);
     this.onPicture?.(picture);
+    for (const listener of this.listeners) listener(picture);
     const { compiled, running: before } = useStudio.getState();
     const running = runningBlocks(picture, compiled?.words ?? []);
     if (!sameRunning(running, before)) useStudio.setState({ running });

@@ -1,9 +1,11 @@
-/** What the parts of the mat share: the state of the world, the view, and the edits of the document that can be undone. */
+/** What the parts of the mat share: the state of the world, the view, and how the document is edited. */
 
 import { create } from "zustand";
 import type { CarDetails, Hello, Link, Pose, WorldProblem, WorldState } from "../api/world";
+import { record } from "../state/history";
 import { useStudio } from "../state/studio";
 import type { Mat, PieceId } from "./document";
+import type { Scene } from "./scene";
 
 export type Chosen = { car: number } | { piece: PieceId } | null;
 
@@ -12,7 +14,6 @@ export interface MatState {
   hello: Hello | null;
   state: WorldState | null;
   problem: WorldProblem | null;
-  /** The world waits for the simulator to be compiled. */
   details: CarDetails | null;
   /** The time of the picture that is shown, updated a few times a second. */
   tMs: number;
@@ -25,12 +26,9 @@ export interface MatState {
   air: boolean;
   speed: number;
   seed: number;
-  /** Earlier and later versions of the project's mat, which itself is `useStudio.mat`. */
-  undo: readonly Mat[];
-  redo: readonly Mat[];
+  /** The drawn stage, once there is one. */
+  scene: Scene | null;
 }
-
-const MOST_UNDO = 100;
 
 export const useMat = create<MatState>(() => ({
   link: "connecting",
@@ -47,8 +45,7 @@ export const useMat = create<MatState>(() => ({
   air: true,
   speed: 1,
   seed: 0,
-  undo: [],
-  redo: [],
+  scene: null,
 }));
 
 export function choose(chosen: Chosen): void {
@@ -60,44 +57,17 @@ export function chosenCar(): number | null {
   return chosen && "car" in chosen ? chosen.car : null;
 }
 
-/** The last edit's name, as long as another edit with this name belongs to it. */
-let joining: string | null = null;
+/** Number edits without a name, none of which joins another. */
+let edits = 0;
 
 /** Change the mat. Edits with the same name one after another, such as the steps of a drag, are undone together. */
 export function editMat(mat: Mat, name: string | null = null): void {
   const { mat: before } = useStudio.getState();
   if (mat === before) return;
-  const joins = name !== null && name === joining;
-  joining = name;
-  useMat.setState(({ undo }) => ({ undo: joins ? undo : [...undo, before].slice(-MOST_UNDO), redo: [] }));
+  const show = (shown: Mat) => () => {
+    useMat.setState({ chosen: null });
+    useStudio.setState({ mat: shown });
+  };
   useStudio.setState({ mat });
-}
-
-/** The next edit is a new one, even if it has the same name. */
-export function endEdit(): void {
-  joining = null;
-}
-
-/** Another project was opened: its mat has no earlier versions. */
-export function forgetEdits(): void {
-  endEdit();
-  useMat.setState({ undo: [], redo: [], chosen: null });
-}
-
-export function undoEdit(): void {
-  const { undo, redo } = useMat.getState();
-  const { mat } = useStudio.getState();
-  endEdit();
-  if (!undo.length) return;
-  useMat.setState({ undo: undo.slice(0, -1), redo: [...redo, mat], chosen: null });
-  useStudio.setState({ mat: undo.at(-1)! });
-}
-
-export function redoEdit(): void {
-  const { undo, redo } = useMat.getState();
-  const { mat } = useStudio.getState();
-  endEdit();
-  if (!redo.length) return;
-  useMat.setState({ redo: redo.slice(0, -1), undo: [...undo, mat], chosen: null });
-  useStudio.setState({ mat: redo.at(-1)! });
+  record({ key: `mat ${name ?? ++edits}`, undo: show(before), redo: show(mat) });
 }

@@ -24,7 +24,7 @@ async function openSaved(name: string, version: number | undefined, onClose: () 
   await attempt(async () => {
     const project = await api.savedProject(name, version);
     onClose();
-    await replaceBy({ ...project, name });
+    await replaceBy({ ...project, name }, true);
   });
 }
 

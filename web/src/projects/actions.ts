@@ -5,7 +5,7 @@ import * as api from "../api/http";
 import { pictureOf, pngOf } from "../blocks/picture";
 import { liveWorkspaces } from "../blocks/workspaces";
 import { inLanguage } from "../i18n";
-import { notify } from "../state/dialogs";
+import { notify, openDialog } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { wordsCsv } from "../words/bits";
 import { markSaved, markUnsaved, openProject, replaceBy } from "./project";
@@ -29,7 +29,7 @@ export function openFile(): Promise<void> {
     const file = await chooseFile(".json,application/json");
     if (!file) return;
     const opened = await api.open(await file.text());
-    await replaceBy({ ...opened, name: file.name.replace(/(\.motorcade)?\.json$/i, "") });
+    await replaceBy({ ...opened, name: file.name.replace(/(\.motorcade)?\.json$/i, "") }, true);
   });
 }
 
@@ -38,7 +38,13 @@ export function saveFile(): Promise<void> {
     const { text } = await api.projectText(openProject());
     download(fileName(useStudio.getState().name, PROJECT_ENDING), text, "application/json");
     markSaved();
+    useStudio.setState({ stored: true });
   });
+}
+
+/** Save to the library; a project without a name gets one there. */
+export async function save(): Promise<void> {
+  if (!(await saveToLibrary())) openDialog("library");
 }
 
 /** Saves to the library under the project's name; false where it has none yet. */
@@ -48,6 +54,7 @@ export async function saveToLibrary(): Promise<boolean> {
   await attempt(async () => {
     const { version } = await api.saveProject(name, openProject());
     markSaved();
+    useStudio.setState({ stored: true });
     notify(i18next.t("library.saved", { name, version }), "success");
   });
   return true;

@@ -3,6 +3,7 @@
 import i18next from "i18next";
 import type { OpenedProject, Project, WorkspaceState } from "../api/types";
 import { confirm } from "../state/dialogs";
+import { forgetEdits } from "../state/history";
 import { EMPTY_MAT, type Studio, useStudio } from "../state/studio";
 import { collectEdits } from "../words/compiling";
 
@@ -54,6 +55,7 @@ export function openProject(): Project {
 
 /** Fill page and editors with a project. */
 export function loadProject(project: OpenedProject, parkedFollowers: WorkspaceState | null = null): void {
+  forgetEdits();
   useStudio.setState(({ generation }) => ({
     name: project.name ?? "",
     leader: project.leader,
@@ -65,12 +67,16 @@ export function loadProject(project: OpenedProject, parkedFollowers: WorkspaceSt
     rangeMm: project.range_mm ?? null,
     compiled: null,
     selection: null,
+    editor: "leader",
     generation: generation + 1,
   }));
 }
 
-/** Open another project in place of this one, once the user agrees to lose unsaved changes; false if they do not. */
-export async function replaceBy(project: OpenedProject): Promise<boolean> {
+/**
+ * Open another project in place of this one, once the user agrees to lose unsaved changes; false if they do not.
+ * `stored`: a file or the library holds it.
+ */
+export async function replaceBy(project: OpenedProject, stored = false): Promise<boolean> {
   collectEdits();
   if (useStudio.getState().unsaved) {
     const agreed = await confirm({
@@ -82,7 +88,10 @@ export async function replaceBy(project: OpenedProject): Promise<boolean> {
   }
   loadProject(project);
   // The editors are filled in the same turn; what they hold then is the saved project.
-  setTimeout(markSaved);
+  setTimeout(() => {
+    markSaved();
+    useStudio.setState({ stored });
+  });
   return true;
 }
 

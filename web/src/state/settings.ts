@@ -5,14 +5,27 @@ import { create } from "zustand";
 export type ThemeName = "light" | "dark" | "contrast";
 export const THEMES: readonly ThemeName[] = ["light", "dark", "contrast"];
 
+/** How much of the page is shown: blocks alone, words too, the program's text too. */
+export type Level = "start" | "words" | "python";
+export const LEVELS: readonly Level[] = ["start", "words", "python"];
+
+export type DrawerTab = "swarm" | "things" | "timeline" | "words" | "python" | "why";
+
 interface Settings {
   theme: ThemeName;
+  level: Level;
+  /** What is looked up below blocks and stage, and whether it shows. */
+  drawer: { tab: DrawerTab; open: boolean };
   /** Whether the tour was ended or skipped. */
   toured: boolean;
   /** The port of the last upload. */
   port: string | null;
-  /** The editors' share of the page's width, the leader's share of the editors', and the words' share of the height. */
-  shares: { page: number; editors: number; words: number };
+  /** Whether the stage says in a sentence what the cars do. */
+  caption: boolean;
+  /** Whether a program has reached a car from this browser. */
+  uploaded: boolean;
+  /** The editors' share of the page's width, the leader's share of the editors', and the drawer's share of the height. */
+  shares: { blocks: number; editors: number; drawer: number };
 }
 
 const KEY = "motorcade.settings";
@@ -21,8 +34,17 @@ export const useSettings = create<Settings>(() => ({
   theme: "light",
   toured: false,
   port: null,
-  shares: { page: 0.6, editors: 0.5, words: 0.3 },
+  caption: true,
+  uploaded: false,
+  level: "words",
+  drawer: { tab: "swarm", open: false },
+  shares: { blocks: 0.43, editors: 0.5, drawer: 0.38 },
 }));
+
+/** Show a part of the drawer. */
+export function openDrawer(tab: DrawerTab): void {
+  useSettings.setState({ drawer: { tab, open: true } });
+}
 
 function preferredTheme(): ThemeName {
   if (matchMedia("(prefers-contrast: more)").matches || matchMedia("(forced-colors: active)").matches) return "contrast";
@@ -40,7 +62,8 @@ function stored(): Partial<Settings> {
 /** Read the settings, apply the theme, and store each change. To be called once, before anything is drawn. */
 export function startSettings(): void {
   const applyTheme = () => (document.documentElement.dataset.theme = useSettings.getState().theme);
-  useSettings.setState({ theme: preferredTheme(), ...stored() });
+  const { shares, ...others } = stored();
+  useSettings.setState({ theme: preferredTheme(), ...others, shares: { ...useSettings.getState().shares, ...shares } });
   applyTheme();
   useSettings.subscribe((settings) => {
     applyTheme();

@@ -9,9 +9,6 @@ export interface Selection {
   block: string;
 }
 
-/** The areas of the page; a narrow screen shows one at a time. */
-export type View = EditorName | "words" | "mat";
-
 export interface Studio {
   name: string;
   /** Blockly's workspaces own the blocks; this is their latest state. */
@@ -28,6 +25,8 @@ export interface Studio {
   rangeMm: number | null;
   /** Whether the project differs from what a file or the library holds. */
   unsaved: boolean;
+  /** Whether a file or the library holds a version of it. */
+  stored: boolean;
   /** Counts the projects opened: with each, the editors are filled anew. */
   generation: number;
 
@@ -39,7 +38,10 @@ export interface Studio {
   /** The blocks that some car executes now. */
   running: ReadonlyMap<EditorName, readonly string[]>;
   serverGone: boolean;
-  view: View;
+  /** The editor that shows where there is no room for both. */
+  editor: EditorName;
+  /** The stage fills the page: for one, or with large labels for a class. */
+  alone: "full" | "projector" | null;
 }
 
 export const EMPTY_MAT: Mat = {
@@ -61,6 +63,7 @@ export const useStudio = create<Studio>(() => ({
   python: null,
   rangeMm: null,
   unsaved: false,
+  stored: false,
   generation: 0,
   profileFigures: null,
   capabilities: null,
@@ -68,5 +71,16 @@ export const useStudio = create<Studio>(() => ({
   selection: null,
   running: new Map(),
   serverGone: false,
-  view: "leader",
+  editor: "leader",
+  alone: null,
 }));
+
+/** Let the stage fill the page, and the screen where the browser allows it; null: show all of the page again. */
+export function showAlone(alone: Studio["alone"]): void {
+  useStudio.setState({ alone });
+  const { documentElement, fullscreenElement } = document;
+  // A phone may not know this.
+  const page = documentElement as Partial<HTMLElement>;
+  if (alone && !fullscreenElement) void page.requestFullscreen?.call(documentElement).catch(() => undefined);
+  else if (!alone && fullscreenElement) void document.exitFullscreen();
+}

@@ -156,6 +156,8 @@ function sharpContext(element: HTMLCanvasElement, width: number, height: number)
 const SPANS_S = [5, 10, 20, 60, 300];
 const JUMPS: readonly Jump[] = ["word", "heard", "lost"];
 const FILM_S = 10;
+/** A single step that can be seen: a tick is a millisecond. */
+const STEP_MS = 100;
 
 interface ToolsProps {
   session: Session;
@@ -168,6 +170,8 @@ export function TimelineTools({ session, spanMs, onSpan }: ToolsProps) {
   const [kind, setKind] = useState<Jump>("word");
   const [event, setEvent] = useState<CarEvent | null>(null);
   const past = useMat((now) => now.past);
+  const cars = useMat(({ hello }) => hello?.cars ?? 0);
+  const tickMs = useMat(({ hello }) => hello?.tick_ms ?? 1);
   const jump = (forward: boolean) => {
     const to = jumpTo(session.events.of(chosenCar() ?? 0), kind, useMat.getState().tMs, forward);
     setEvent(to);
@@ -177,6 +181,12 @@ export function TimelineTools({ session, spanMs, onSpan }: ToolsProps) {
     <div className={css.tools}>
       <Scrubber session={session} />
       <div className={fields.row}>
+        <ToolButton
+          icon="step"
+          label={t("mat.step")}
+          isDisabled={cars === 0}
+          onPress={() => session.send({ do: "step", ticks: Math.max(1, Math.round(STEP_MS / tickMs)) })}
+        />
         <ToolButton icon="left" label={t("timeline.previous")} onPress={() => jump(false)} />
         <Choice label={t("timeline.jump")} value={kind} all={JUMPS} name={(each) => t(`timeline.kinds.${each}`)} onChange={setKind} />
         <ToolButton icon="right" label={t("timeline.next")} onPress={() => jump(true)} />

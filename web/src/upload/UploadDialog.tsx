@@ -90,7 +90,11 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
     setProgress({ sent: 0, of: 0 });
     try {
       // The reason of the last retry stays while its bytes travel.
-      setOutcome(await send(port, order, (next) => setProgress((last) => ({ retry: last?.retry, ...next }))));
+      const result = await send(port, order, (next) => setProgress((last) => ({ retry: last?.retry, ...next })));
+      setOutcome(result);
+      const arrived = result?.outcome === "verified" || result?.outcome === "not-verified";
+      const isCar = ports.find((each) => each.port === port)?.kind !== "virtual";
+      if (arrived && isCar) useSettings.setState({ uploaded: true });
     } catch (error) {
       if (!(error instanceof CutOffError)) throw error;
       setOutcome("cut-off");

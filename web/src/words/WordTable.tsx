@@ -131,6 +131,17 @@ function useLitBlocks(): { editor: EditorName | null; blocks: ReadonlySet<string
   return { editor: selection.editor, blocks: withInner(selection.editor, selection.block) };
 }
 
+/** The first field that comes from these blocks; the old place where it comes from them too, or where none does. */
+function placeOfBlocks(words: readonly CompiledWord[], editor: EditorName | null, blocks: ReadonlySet<string>, old: Place): Place {
+  const firstLit = (word: CompiledWord | undefined) =>
+    word?.part === editor ? fieldsOf(word).findIndex(({ name }) => isLit(word, name, blocks)) : -1;
+  const there = words[old.row];
+  const field = there && fieldsOf(there)[old.field];
+  if (there?.part === editor && field && isLit(there, field.name, blocks)) return old;
+  const row = words.findIndex((word) => firstLit(word) >= 0);
+  return row < 0 ? old : { row, field: firstLit(words[row]) };
+}
+
 /** The image's words. Arrow keys walk through its fields; Enter or a click leads to a field's block. */
 export function WordTable({ words, profile }: WordTableProps) {
   const { t } = useTranslation();
@@ -138,6 +149,12 @@ export function WordTable({ words, profile }: WordTableProps) {
   const scroller = useRef<HTMLDivElement>(null);
   const { first, last, height, offset, bringIntoView } = useRows(scroller, words.length);
   const { editor, blocks } = useLitBlocks();
+  const selected = `${editor} ${[...blocks][0]}`;
+  const [placedFor, setPlacedFor] = useState(selected);
+  if (selected !== placedFor) {
+    setPlacedFor(selected);
+    setPlace(placeOfBlocks(words, editor, blocks, place));
+  }
   const row = clamp(place.row, words.length - 1);
   const word = words[row]!;
   const field = fieldsOf(word)[clamp(place.field, fieldsOf(word).length - 1)]!;

@@ -1,11 +1,9 @@
 import { useEffect } from "react";
 import { Button, Label, Meter } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import type { Costliest, Diagnostic, EditorName } from "../api/types";
+import type { Costliest, EditorName } from "../api/types";
 import { findText, showBlock } from "../blocks/workspaces";
-import { inLanguage } from "../i18n";
 import { useStudio } from "../state/studio";
-import { Icon } from "../ui/icons";
 import { measureEdit } from "./compiling";
 import { WordTable } from "./WordTable";
 import { classes } from "../ui/classes";
@@ -49,29 +47,6 @@ function Gauge({ editor, used, most, costliest }: GaugeProps) {
   );
 }
 
-/** The compiler's diagnostics, each with a link to its block. */
-function Diagnostics({ diagnostics }: { diagnostics: readonly Diagnostic[] }) {
-  const { t } = useTranslation();
-  return (
-    <ul className={css.diagnostics} aria-label={t("words.diagnostics")}>
-      {diagnostics.map(({ code, severity, sentence, path, block, editor }, index) => (
-        <li key={`${code} ${path} ${index}`} data-severity={severity}>
-          <Icon name={severity} />
-          {block && editor ? (
-            <Button className={css.diagnostic} onPress={() => showBlock(editor, block)}>
-              <b>{t(`editors.${editor}`)}</b> {inLanguage(sentence)}
-            </Button>
-          ) : (
-            <span className={css.diagnostic}>
-              {editor && <b>{t(`editors.${editor}`)}</b>} {inLanguage(sentence)}
-            </span>
-          )}
-        </li>
-      ))}
-    </ul>
-  );
-}
-
 /** The words of the program, compiled anew with every change. */
 export function WordsPanel() {
   const { t } = useTranslation();
@@ -84,7 +59,6 @@ export function WordsPanel() {
   return (
     <>
       <header className={classes(areas.paneHead, css.head)}>
-        <h2 id="words-title">{t("words.title")}</h2>
         {compiled && (
           <div className={css.gauges}>
             <Gauge editor="leader" used={compiled.states} most={compiled.most} costliest={compiled.costliest.leader} />
@@ -99,7 +73,6 @@ export function WordsPanel() {
           </div>
         )}
       </header>
-      {compiled && compiled.diagnostics.length > 0 && <Diagnostics diagnostics={compiled.diagnostics} />}
       {compiled && compiled.words.length > 0 && profile ? (
         <WordTable words={compiled.words} profile={profile} />
       ) : (

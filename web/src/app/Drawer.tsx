@@ -1,0 +1,136 @@
+import { lazy, Suspense, type CSSProperties, type ReactNode, useEffect, useRef, useState } from "react";
+import { flushSync } from "react-dom";
+import { Button, Tab, TabList, TabPanel, Tabs } from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import type { CompiledWord } from "../api/types";
+import type { Session } from "../mat/session";
+import { openDialog } from "../state/dialogs";
+import { type DrawerTab, type Level, LEVELS, openDrawer, useSettings } from "../state/settings";
+import { useStudio } from "../state/studio";
+import { Divider } from "../ui/areas";
+import { classes } from "../ui/classes";
+import { IconButton } from "../ui/controls";
+import { Icon } from "../ui/icons";
+import { WordsPanel } from "../words/WordsPanel";
+import areas from "../ui/areas.module.css";
+import buttons from "../ui/buttons.module.css";
+import css from "./drawer.module.css";
+
+export interface PanelProps {
+  session: Session;
+  words: readonly CompiledWord[];
+}
+
+interface Panel {
+  id: DrawerTab;
+  /** The level from which on it is there. */
+  from: Level;
+  show: (props: PanelProps) => ReactNode;
+}
+
+const CarsPanel = lazy(async () => ({ default: (await import("../mat/CarsPanel")).CarsPanel }));
+const Inspector = lazy(async () => ({ default: (await import("../mat/Inspector")).Inspector }));
+const Timeline = lazy(async () => ({ default: (await import("../timeline/Timeline")).Timeline }));
+
+/** What is looked up below blocks and stage, in the order of its tabs. */
+const PANELS: readonly Panel[] = [
+  { id: "swarm", from: "start", show: ({ session }) => <CarsPanel session={session} /> },
+  { id: "things", from: "start", show: (props) => <Inspector {...props} /> },
+  { id: "timeline", from: "words", show: (props) => <Timeline {...props} /> },
+  { id: "words", from: "words", show: () => <WordsPanel /> },
+];
+
+const NO_WORDS: readonly CompiledWord[] = [];
+
+/** Whether the page is being printed: the words are then shown in any case. */
+function usePrinting(): boolean {
+  const [printing, setPrinting] = useState(false);
+  useEffect(() => {
+    const [before, after] = [true, false].map((on) => () => flushSync(() => setPrinting(on)));
+    window.addEventListener("beforeprint", before!);
+    window.addEventListener("afterprint", after!);
+    return () => {
+      window.removeEventListener("beforeprint", before!);
+      window.removeEventListener("afterprint", after!);
+    };
+  }, []);
+  return printing;
+}
+
+/** One drawer for what is looked up; it opens at the tab, and as high, as it was left. */
+export function Drawer({ session }: { session: Session }) {
+  const { t } = useTranslation();
+  const words = useStudio(({ compiled }) => compiled?.words ?? NO_WORDS);
+  const level = useSettings((settings) => settings.level);
+  const drawer = useSettings((settings) => settings.drawer);
+  const shares = useSettings((settings) => settings.shares);
+  const printing = usePrinting();
+  const panels = PANELS.filter(({ from }) => LEVELS.indexOf(from) <= LEVELS.indexOf(level));
+  const shown = printing ? "words" : (panels.find(({ id }) => id === drawer.tab) ?? panels[0]!).id;
+  const open = drawer.open || printing;
+  // A tab is selected when it is pressed, before it knows whether to close the drawer.
+  const openBefore = useRef<DrawerTab | null>(null);
+  const noteBefore = () => (openBefore.current = open ? shown : null);
+  const setOpen = (to: boolean) => useSettings.setState({ drawer: { tab: shown, open: to } });
+  return (
+    <section
+      id="drawer"
+      className={classes(css.drawer, areas.panel)}
+      data-open={open || undefined}
+      tabIndex={-1}
+      aria-label={t("drawer.title")}
+      style={{ "--share": shares.drawer } as CSSProperties}
+    >
+      {open && (
+        <Divider
+          label={t("drawer.divider")}
+          orientation="horizontal"
+          reversed
+          share={shares.drawer}
+          onShare={(share) => useSettings.setState({ shares: { ...shares, drawer: share } })}
+        />
+      )}
+      <Tabs
+        className={css.tabs}
+        selectedKey={shown}
+        onSelectionChange={(key) => useSettings.setState({ drawer: { tab: key as DrawerTab, open: drawer.open } })}
+      >
+        <div className={css.bar} onPointerDownCapture={noteBefore} onKeyDownCapture={noteBefore}>
+          <TabList className={css.tablist} aria-label={t("drawer.title")}>
+            {panels.map(({ id }) => (
+              <Tab key={id} id={id} className={css.tab} onPress={() => (openBefore.current === id ? setOpen(false) : openDrawer(id))}>
+                {t(`drawer.${id}`)}
+              </Tab>
+            ))}
+          </TabList>
+          <UploadAgain />
+          <IconButton
+            icon={open ? "down" : "up"}
+            label={t(open ? "drawer.close" : "drawer.open")}
+            aria-expanded={open}
+            onPress={() => setOpen(!open)}
+          />
+        </div>
+        {open &&
+          panels.map(({ id, show }) => (
+            <TabPanel key={id} id={id} className={css.panel}>
+              <Suspense>{show({ session, words })}</Suspense>
+            </TabPanel>
+          ))}
+      </Tabs>
+    </section>
+  );
+}
+
+/** For whoever has a car: a program has reached it from here before. */
+function UploadAgain() {
+  const { t } = useTranslation();
+  const uploaded = useSettings((settings) => settings.uploaded);
+  if (!uploaded) return null;
+  return (
+    <Button className={classes(buttons.button, buttons.quietButton)} onPress={() => openDialog("upload")}>
+      <Icon name="upload" />
+      {t("upload.open")}
+    </Button>
+  );
+}

@@ -1,0 +1,87 @@
+import { memo } from "react";
+import { Button } from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import type { CompiledWord } from "../api/types";
+import { showAlone, useStudio } from "../state/studio";
+import { clock } from "../timeline/events";
+import { classes } from "../ui/classes";
+import { Icon } from "../ui/icons";
+import { Choice, ToolButton } from "./fields";
+import type { Session } from "./session";
+import { useMat } from "./store";
+import fields from "./fields.module.css";
+import css from "./mat.module.css";
+
+const SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16];
+const FRACTIONS: Record<string, string> = { 0.25: "¼", 0.5: "½" };
+interface TransportProps {
+  session: Session;
+  words: readonly CompiledWord[];
+}
+
+/** Everything that lets the cars drive: play, again, speed, time, and the words to say where a car listens. */
+export const Transport = memo(function Transport({ session, words }: TransportProps) {
+  const { t } = useTranslation();
+  const playing = useMat(({ state }) => state?.playing ?? false);
+  const tMs = useMat((now) => now.tMs);
+  const past = useMat((now) => now.past);
+  const cars = useMat(({ hello }) => hello?.cars ?? 0);
+  const empty = cars === 0;
+  const alone = useStudio((studio) => studio.alone);
+  const listens = words.some(({ values }) => values.voice);
+  return (
+    <div className={css.transport} role="group" aria-label={t("mat.transport")}>
+      <Button
+        id="mat-play"
+        className={classes(fields.button, fields.main, fields.wide)}
+        isDisabled={empty}
+        onPress={() => (playing ? session.send({ do: "pause" }) : session.play())}
+      >
+        <Icon name={playing ? "pause" : "play"} />
+        <span>{playing ? t("mat.pause") : t("mat.play")}</span>
+      </Button>
+      <ToolButton icon="reset" label={t("mat.reset")} isDisabled={empty} onPress={() => session.reset()} />
+      <Speed session={session} />
+      <output className={css.clock} data-past={past || undefined} aria-label={t("mat.time")}>
+        {clock(tMs)}
+      </output>
+      {listens && (
+        <>
+          <VoiceButton session={session} word="stop" label={t("mat.sayStop")} text={t("mat.stop")} isDisabled={empty} />
+          <VoiceButton session={session} word="go" label={t("mat.sayGo")} text={t("mat.go")} isDisabled={empty} />
+        </>
+      )}
+      <ToolButton
+        icon={alone ? "shrink" : "fit"}
+        label={alone ? t("mat.shrink") : t("mat.fullScreen")}
+        onPress={() => showAlone(alone ? null : "full")}
+      />
+    </div>
+  );
+});
+
+interface VoiceButtonProps {
+  session: Session;
+  word: "stop" | "go";
+  label: string;
+  text: string;
+  isDisabled: boolean;
+}
+
+function VoiceButton({ session, word, label, text, isDisabled }: VoiceButtonProps) {
+  return <ToolButton icon={word} label={label} wide={text} isDisabled={isDisabled} onPress={() => session.send({ do: "say", word })} />;
+}
+
+function Speed({ session }: { session: Session }) {
+  const { t } = useTranslation();
+  const speed = useMat((now) => now.speed);
+  return (
+    <Choice
+      label={t("mat.speed")}
+      value={String(speed)}
+      all={SPEEDS.map(String)}
+      name={(each) => `${FRACTIONS[each] ?? each}×`}
+      onChange={(each) => session.setSpeed(Number(each))}
+    />
+  );
+}

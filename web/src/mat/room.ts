@@ -1,0 +1,78 @@
+/** Where there is room on a mat: new things are put beside what stands there, never onto it. */
+
+import { type Disc, type FurnitureKind, handlesOf, listOf, type Mat, newPiece, type Piece, type Point, type Polygon, type Wall } from "./document";
+
+/** Kept free around everything, in metres. */
+const AIR_M = 0.05;
+const STEP_M = 0.1;
+const RINGS = 60;
+
+export interface Standing {
+  /** The centres of all cars, in metres: now, and at the beginning of a run. */
+  cars: readonly Point[];
+  radiusM: number;
+}
+
+export function distance([ax, ay]: Point, [bx, by]: Point): number {
+  return Math.hypot(ax - bx, ay - by);
+}
+
+export function distanceToLine(from: Point, to: Point, point: Point): number {
+  const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+  const along = ((point[0] - from[0]) * dx + (point[1] - from[1]) * dy) / (dx * dx + dy * dy || 1);
+  const share = Math.min(1, Math.max(0, along));
+  return distance([from[0] + dx * share, from[1] + dy * share], point);
+}
+
+export function isInside(corners: readonly Point[], [x, y]: Point): boolean {
+  let inside = false;
+  corners.forEach(([ax, ay], k) => {
+    const [bx, by] = corners[(k + 1) % corners.length]!;
+    if (ay > y !== by > y && x < ax + ((y - ay) / (by - ay)) * (bx - ax)) inside = !inside;
+  });
+  return inside;
+}
+
+/** From a point to the nearest part of a piece; negative or 0 inside it. Nobody stumbles over a person. */
+export function distanceToPiece(kind: FurnitureKind, piece: Piece, point: Point): number {
+  if (kind === "person") return Infinity;
+  if (kind === "wall") return distanceToLine((piece as Wall).from_m, (piece as Wall).to_m, point);
+  if (kind === "disc") return distance((piece as Disc).centre_m, point) - (piece as Disc).radius_m;
+  const { corners_m } = piece as Polygon;
+  if (isInside(corners_m, point)) return 0;
+  return Math.min(...corners_m.map((corner, k) => distanceToLine(corner, corners_m[(k + 1) % corners_m.length]!, point)));
+}
+
+function isOnMat({ size_m }: Mat, [x, y]: Point, air: number): boolean {
+  return !size_m || (x >= air && y >= air && x <= size_m[0] - air && y <= size_m[1] - air);
+}
+
+/** Whether a car fits here: on the mat, beside all cars and all furniture. */
+export function hasRoomForCar(mat: Mat, { cars, radiusM }: Standing, at: Point): boolean {
+  const air = radiusM + AIR_M;
+  if (!isOnMat(mat, at, air) || cars.some((car) => distance(car, at) < air + radiusM)) return false;
+  return (["wall", "disc", "polygon"] as const).every((kind) =>
+    listOf(mat, kind).every((piece) => distanceToPiece(kind, piece, at) >= air),
+  );
+}
+
+/** Whether new furniture fits here: on the mat, and on no car. Pieces of furniture may touch each other. */
+export function hasRoomForPiece(mat: Mat, { cars, radiusM }: Standing, kind: FurnitureKind, at: Point): boolean {
+  const piece = newPiece(kind, at);
+  if (!handlesOf(kind, piece).every((point) => isOnMat(mat, point, 0))) return false;
+  return cars.every((car) => distanceToPiece(kind, piece, car) >= radiusM + AIR_M);
+}
+
+/** The free point nearest to the wished one, in rings around it; the wished one where none is free. */
+export function freePoint(wished: Point, isFree: (at: Point) => boolean): Point {
+  if (isFree(wished)) return wished;
+  for (let ring = 1; ring <= RINGS; ring++) {
+    const points = 8 * ring;
+    for (let k = 0; k < points; k++) {
+      const angle = (2 * Math.PI * k) / points;
+      const at: Point = [wished[0] + ring * STEP_M * Math.cos(angle), wished[1] + ring * STEP_M * Math.sin(angle)];
+      if (isFree(at)) return at;
+    }
+  }
+  return wished;
+}

@@ -1,0 +1,61 @@
+/** One undo and one redo for everything that is edited: blocks, mat, and which cars are programmed. */
+
+import { create } from "zustand";
+
+export interface Edit {
+  /** Edits with the same key one after another, such as the steps of a drag, are undone together. */
+  key: string;
+  undo: () => void;
+  redo: () => void;
+}
+
+interface History {
+  done: readonly Edit[];
+  undone: readonly Edit[];
+}
+
+const MOST = 500;
+const EMPTY: History = { done: [], undone: [] };
+
+export const useHistory = create<History>(() => EMPTY);
+
+/** Whether the next edit may join the last one. */
+let joins = false;
+
+/** Note an edit that was made; what was undone before it can't be redone any more. */
+export function record(edit: Edit): void {
+  const { done } = useHistory.getState();
+  const last = done.at(-1);
+  const joined = joins && last?.key === edit.key ? { ...edit, undo: last.undo } : edit;
+  useHistory.setState({ done: [...(joined === edit ? done : done.slice(0, -1)), joined].slice(-MOST), undone: [] });
+  joins = true;
+}
+
+/** The next edit is a new one, even if it has the same key. */
+export function endEdit(): void {
+  joins = false;
+}
+
+/** Another project was opened: it has no earlier versions. */
+export function forgetEdits(): void {
+  joins = false;
+  useHistory.setState(EMPTY);
+}
+
+export function undo(): void {
+  const { done, undone } = useHistory.getState();
+  const last = done.at(-1);
+  joins = false;
+  if (!last) return;
+  useHistory.setState({ done: done.slice(0, -1), undone: [...undone, last] });
+  last.undo();
+}
+
+export function redo(): void {
+  const { done, undone } = useHistory.getState();
+  const next = undone.at(-1);
+  joins = false;
+  if (!next) return;
+  useHistory.setState({ done: [...done, next], undone: undone.slice(0, -1) });
+  next.redo();
+}
