@@ -15,7 +15,7 @@ PUBLIC = {
     "programs": ["Compiled", "Followers", "Program", "ProgramError", "compile_program", "decompile", "read_program"],
     "steps": [name for kind in KINDS.values() for name in kind.names],
     "mats": ["Mat", "Physics", "Pose", "formation", "open_table", "read_mat"],
-    "boards": ["check_board"],
+    "boards": ["BoardObserver", "check_board"],
     "driving": ["BlockingDriveClient", "CarError", "DriveClient"],
     "cars": ["Profile", "load_profile", "World", "simulate", "show"],
 }

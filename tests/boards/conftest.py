@@ -10,7 +10,7 @@ from motorcade.boards.computer import Equipment
 from motorcade.boards.linux.raspberry_pi import RaspberryPi
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import levels_of
-from support.mock_pi import HEAD, Clock, Line, Sender
+from support.mock_pi import HEAD, Clock, Line, PiObserver, Sender, Voice
 from support.strategies import CLASSROOM
 
 
@@ -31,16 +31,18 @@ def pins(clock):
 
 @pytest.fixture
 def car(clock, pins):
-    """Make cars from the text of a pin file; each has its board, line, sender, and the images that it stored."""
+    """Make cars from the text of a pin file; each has its board, line, sender, stored images and observer."""
     boards = []
 
     def make(text: str, is_leader: bool = False, image: bytes | None = None) -> SimpleNamespace:
-        line, sender, stored = Line(), Sender(clock), []
+        line, sender, stored, voice = Line(), Sender(clock), [], Voice()
         levels = levels_of(CLASSROOM)
-        equipment = Equipment(is_leader, 7, levels, line, image, stored.append, clock_s=clock)
-        board = RaspberryPi(equipment, parse_pins(HEAD + text, "test.toml"), CLASSROOM, pins, sender)
+        equipment = Equipment(is_leader, 7, levels, line, image, stored.append, voice, clock_s=clock)
+        wired = parse_pins(HEAD + text, "test.toml")
+        board = RaspberryPi(equipment, wired, CLASSROOM, pins, sender)
         boards.append(board)
-        return SimpleNamespace(board=board, line=line, sender=sender, stored=stored)
+        observer = PiObserver(line, voice, wired, pins, sender)
+        return SimpleNamespace(board=board, line=line, sender=sender, stored=stored, observer=observer)
 
     yield make
     for board in boards:

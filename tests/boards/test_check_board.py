@@ -4,18 +4,21 @@ import re
 import threading
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from checked_board import check as checked_chip
 from driven_car import Bench
+from simulated.flash import Flash
 
 from motorcade import check_board
 from motorcade.boards.computer import ComputerBoard, Equipment, ImageStore
-from motorcade.boards.lines import Line
+from motorcade.car.check import NOT_CHECKED
 from motorcade.car.check.parts import METHODS
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import built_in_profile, levels_of
 from motorcade.firmware.car_files import settings_of, templates
-from support import roverhat
+from support import mock_pi, roverhat
 from support.broken_boards import (
     BROKEN,
     REAL_TIME,
@@ -25,6 +28,7 @@ from support.broken_boards import (
     WheelsOfThreeSpeeds,
     WritesOverSlowly,
 )
+from support.observed_tin import TinBench, TinObserver
 from support.tin_car import RealClock, Tin, TinBoard
 
 # A cut of power closes no files.
@@ -39,9 +43,13 @@ def test_a_board_in_fewer_than_a_hundred_lines_passes():
     assert len(source.splitlines()) < 100
 
 
+def faults(found: list) -> list[str]:
+    return [str(each) for each in found if each.key != NOT_CHECKED]
+
+
 def checked(kind: type, folder: Path) -> list[str]:
     """Return what check_board finds in a board of ``kind``."""
-    tin = Tin()
+    tin = TinBench()
     tin_board = kind(tin, folder)
 
     def wait_ms(duration_ms):
@@ -51,7 +59,11 @@ def checked(kind: type, folder: Path) -> list[str]:
         tin.line_in += data
 
     reopen = partial(kind, tin, folder)
-    return check_board(tin_board, reopen, wait_ms, hear=lambda frame: tin.to_report.append(frame), say=say)
+
+    def hear(frame):
+        tin.to_report.append(frame)
+
+    return check_board(tin_board, reopen, wait_ms, hear, say, TinObserver(tin, has_sensors=False))
 
 
 def test_a_correct_board_passes_and_gets_its_image_back(tmp_path):
@@ -67,26 +79,31 @@ def test_a_board_without_an_image_holds_the_empty_one_after_the_check(tmp_path):
 
 
 def test_a_board_in_real_time_passes_too(tmp_path):
-    assert check_board(RealClock(Tin(), tmp_path)) == []
+    assert faults(check_board(RealClock(Tin(), tmp_path))) == []
 
 
 def test_a_simulated_car_passes(tmp_path):
-    store = ImageStore(tmp_path / "car.image")
+    store, line, voice, clock = ImageStore(tmp_path / "car.image"), mock_pi.Line(), mock_pi.Voice(), mock_pi.Clock()
 
     def open_board():
-        return ComputerBoard(Equipment(True, 0, levels_of(CLASSROOM), Line(), store.load(), store.save))
+        return ComputerBoard(
+            Equipment(True, 0, levels_of(CLASSROOM), line, store.load(), store.save, voice, clock_s=clock)
+        )
 
-    assert check_board(open_board(), reopen=open_board) == []
+    def say(data):
+        line.sent += data
+
+    observe = mock_pi.LineObserver(line, voice)
+    assert check_board(open_board(), open_board, clock.wait_ms, say=say, observe=observe) == []
 
 
 @pytest.mark.parametrize(("chip", "platform"), [("esp32", "esp32"), ("rp2040", "rp2")])
 @pytest.mark.parametrize("is_leader", [True, False])
-def test_a_micropython_car_passes(chip, platform, is_leader):
+@pytest.mark.parametrize("atomic_rename", [True, False], ids=["littlefs", "FAT"])
+def test_a_micropython_car_passes(chip, platform, is_leader, atomic_rename):
     text = (templates() / f"{chip}.toml").read_text(encoding="utf-8")
-    bench = Bench(settings_of(parse_pins(text, chip), CLASSROOM, is_leader), platform)
-    hear = None if is_leader else lambda frame: bench.hear_frame(frame)
-    check = partial(check_board, wait_ms=bench.clock.sleep_ms, hear=hear, say=bench.usb.arrive)
-    assert check(bench.open().board) == []
+    bench = Bench(settings_of(parse_pins(text, chip), CLASSROOM, is_leader), platform, Flash(atomic_rename))
+    assert checked_chip(bench, bench.open().board) == []
 
 
 @pytest.mark.parametrize(("kind", "says"), BROKEN, ids=lambda value: getattr(value, "__name__", None))
@@ -116,14 +133,37 @@ def python_in(page: str) -> list[str]:
     return re.findall(r"```python\n(.*?)```", (DOCS / page).read_text(encoding="utf-8"), re.DOTALL)
 
 
-def test_the_board_in_the_documentation_passes_and_drives(tmp_path, monkeypatch):
-    roverhat.switch_on(10_000)
+@pytest.fixture
+def rover(tmp_path, monkeypatch):
+    """Check the board of the documentation with its observer, on a clock of the test's own."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(roverhat, "obstacle_cm", [30.0])
+    monkeypatch.setattr(roverhat, "wheels_swapped", [False])
+    roverhat.switch_on(10_000)
+    clock = mock_pi.Clock()
+    monkeypatch.setattr(roverhat, "time", SimpleNamespace(monotonic=clock))
     space: dict = {}
-    exec(python_in("write-a-board.md")[0], space)
-    board = space["RoverBoard"]
-    assert check_board(board(), reopen=board) == []
+    for block in (0, 1):
+        exec(python_in("write-a-board.md")[block], space)
+    space["time"] = SimpleNamespace(monotonic=clock)
+    board, observer = space["RoverBoard"], space["RoverObserver"]
+    return lambda: [str(each) for each in check_board(board(), board, clock.wait_ms, observe=observer())]
+
+
+SAYS = re.compile(r"^(?:left and right|obstacle_mm|not checked).*", re.MULTILINE)
+
+
+def test_the_board_in_the_documentation_passes_and_drives(rover):
+    _, _, not_checked = SAYS.findall((DOCS / "write-a-board.md").read_text(encoding="utf-8"))
+    assert rover() == [not_checked]
     assert (-100, 100) in roverhat.done
+
+
+def test_the_mistakes_that_the_documentation_shows_are_found_so(rover):
+    roverhat.wheels_swapped[0] = True
+    roverhat.obstacle_cm[0] = 3.0
+    shown = SAYS.findall((DOCS / "write-a-board.md").read_text(encoding="utf-8"))
+    assert [re.sub(r"-?\d+", "N", sentence) for sentence in rover()] == [re.sub(r"-?\d+", "N", each) for each in shown]
 
 
 def test_both_languages_show_the_same_board():

@@ -1,9 +1,14 @@
 """A Raspberry Pi on gpiozero's mock pins: its pin files, the state of its pins, and a clock that a test sets."""
 
+from motorcade.boards.voice import VoiceSource
+from motorcade.car.brain import NO_VOICE
+from motorcade.car.check import BoardObserver
 from motorcade.words.infrared import air_us, frame_durations_us, to_frame
 
 HEAD = 'format = "motorcade-pins/1"\nname = "Car"\nchip = "raspberry-pi"\n'
-ENABLED = """
+DUTIES = "[duties]\ndrive = [0, 51, 102, 255]\nturn = [0, 17, 34, 85]\n"
+ENABLED = (
+    """
 [left_motor]
 forward = 5
 backward = 6
@@ -12,10 +17,9 @@ enable = 12
 forward = 16
 backward = 26
 enable = 13
-[duties]
-drive = [0, 51, 102, 255]
-turn = [0, 17, 34, 85]
 """
+    + DUTIES
+)
 LEDS = "[leds]\nled_0 = 17\nled_1 = 27\nled_2 = 22\nled_3 = 10\n"
 SENSORS = "[ultrasonic]\ntrigger = 23\necho = 24\n[pir]\noutput = 25\n[infrared]\nreceiver = 4\nsender = 18\n"
 STEERED = "[drive_motor]\nforward = 5\nbackward = 6\nenable = 12\n[servo]\nsignal = 19\n"
@@ -32,6 +36,9 @@ class Clock:
 
     def __call__(self) -> float:
         return self.now_s
+
+    def wait_ms(self, duration_ms: int) -> None:
+        self.now_s += duration_ms / 1000
 
 
 class Line:
@@ -91,3 +98,84 @@ def beam(clock, pins, frame, unit_us=560):
         (pin.drive_high if at % 2 else pin.drive_low)()
         clock.now_s += duration_us / 1e6
     pin.drive_high()
+
+
+class Voice(VoiceSource):
+    """Words that a test says."""
+
+    def __init__(self) -> None:
+        self.words: list[int] = []
+
+    def heard_voice(self) -> int:
+        return self.words.pop(0) if self.words else NO_VOICE
+
+
+class LineObserver(BoardObserver):
+    """What a board without pins sends, and words spoken to it."""
+
+    def __init__(self, line: Line, voice: Voice) -> None:
+        self.line = line
+        self.voice = voice
+
+    def written_bytes(self):
+        data, self.line.answered = self.line.answered, b""
+        return data
+
+    def speak(self, voice):
+        self.voice.words.append(voice)
+        return True
+
+
+class PiObserver(LineObserver):
+    """The mock pins of a Raspberry Pi, with the parts that its pin file (``wired``) names."""
+
+    def __init__(self, line, voice, wired, pins, sender):
+        super().__init__(line, voice)
+        self.wired = wired
+        self.pins = pins
+        self.sender = sender
+        self.sent = 0
+        self.leds = [led for led in range(4) if wired.pin("leds", f"led_{led}") is not None]
+        self.turns_on_the_spot = not wired.has("servo")
+
+    def level(self, part, key):
+        number = self.wired.pin(part, key)
+        return 0 if number is None else self.pins.pin(number).state
+
+    def power(self, part):
+        enable = 1 if self.wired.pin(part, "enable") is None else self.level(part, "enable")
+        return (self.level(part, "forward") - self.level(part, "backward")) * enable
+
+    def wheels(self):
+        if self.wired.has("servo"):
+            power = self.power("drive_motor")
+            # 1500 µs is straight on; the inner wheel of a full turn, 500 µs more (left) or less, stands still.
+            lean = (pulse_us(self.pins, self.wired.pin("servo", "signal")) - 1500) / 1000
+            return power * (1 - max(lean, 0)), power * (1 - max(-lean, 0))
+        if not self.wired.has("left_motor"):
+            return None
+        return self.power("left_motor"), self.power("right_motor")
+
+    def lit_leds(self):
+        return [led for led in self.leds if self.level("leds", f"led_{led}")]
+
+    def sent_frames(self):
+        if self.wired.pin("infrared", "sender") is None:
+            return None
+        new, self.sent = self.sender.frames[self.sent :], len(self.sender.frames)
+        return new
+
+    def put_obstacle(self, distance_mm):
+        return None
+
+    def show_carrier(self, is_on):
+        pin = self.wired.pin("infrared", "receiver")
+        if pin is not None:
+            (self.pins.pin(pin).drive_low if is_on else self.pins.pin(pin).drive_high)()
+        return pin is not None
+
+    def show_person(self, is_there):
+        pin = self.wired.pin("pir", "output")
+        if pin is not None:
+            (self.pins.pin(pin).drive_high if is_there else self.pins.pin(pin).drive_low)()
+        return pin is not None

@@ -10,10 +10,9 @@ from hypothesis import strategies as st
 from motorcade.boards.linux.chassis import motor_duties, open_chassis
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import Motor
-from support.mock_pi import ENABLED, HEAD, LEFT_MOTOR, RIGHT_MOTOR, STEERED, pulse_us, shown
+from support.mock_pi import DUTIES, ENABLED, HEAD, LEFT_MOTOR, RIGHT_MOTOR, STEERED, pulse_us, shown
 from support.strategies import CLASSROOM
 
-DUTIES = "[duties]\ndrive = [0, 51, 102, 255]\nturn = [0, 17, 34, 85]\n"
 WEAK = replace(CLASSROOM, motor=Motor(pwm_max=60))
 
 

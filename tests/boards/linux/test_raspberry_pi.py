@@ -8,10 +8,25 @@ from gpiozero.pins.mock import MockPWMPin
 from motorcade import Program, compile_program, forward, led, left, right, together
 from motorcade.boards.computer import run
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
-from motorcade.car.check import check_board
+from motorcade.car.check import NOT_CHECKED, BoardObserver, check_board
 from motorcade.car.loop import Car
+from motorcade.config.pins import parse_pins
+from motorcade.errors import Phrase
 from motorcade.words.upload import ok_line
-from support.mock_pi import ENABLED, LEDS, LEDS_AT, LEFT_MOTOR, PIR, SENSORS, beam, shown, wheels
+from support.mock_pi import (
+    DUTIES,
+    ENABLED,
+    HEAD,
+    LEDS,
+    LEDS_AT,
+    LEFT_MOTOR,
+    PIR,
+    SENSORS,
+    STEERED,
+    beam,
+    shown,
+    wheels,
+)
 from support.waiting import DEADLINE_S
 
 # Wheels and LEDs
@@ -73,18 +88,45 @@ def test_missing_parts_find_nothing_and_do_nothing(car, pins):
 # A whole car
 
 
-@pytest.mark.parametrize("parts", [ENABLED + LEDS + SENSORS, LEDS], ids=["all parts", "LEDs alone"])
+PARTS = {
+    "all parts": ENABLED + LEDS + SENSORS,
+    "LEDs alone": LEDS,
+    "drivers without enable": ENABLED.replace("enable = 12\n", "").replace("enable = 13\n", ""),
+    "steered": STEERED + DUTIES + "[leds]\nled_2 = 22\n",
+}
+
+
+@pytest.mark.parametrize("parts", PARTS.values(), ids=PARTS)
 def test_the_board_keeps_the_contract(car, clock, pins, parts):
     made = car(parts)
-
-    def wait_ms(milliseconds: int) -> None:
-        clock.now_s += milliseconds / 1000
 
     def say(data: bytes) -> None:
         made.line.sent += data
 
-    hear = (lambda frame: beam(clock, pins, frame)) if parts != LEDS else None
-    assert check_board(made.board, wait_ms=wait_ms, hear=hear, say=say) == []
+    def hear(frame: int) -> None:
+        beam(clock, pins, frame)
+
+    found = check_board(
+        made.board, lambda: made.board, clock.wait_ms, hear if SENSORS in parts else None, say, made.observer
+    )
+    # It stores in a list; ImageStore has a test of its own. A car without a receiver hears nothing.
+    left = "observe.cut_power" if SENSORS in parts else "hear, observe.cut_power"
+    assert found == [Phrase(NOT_CHECKED, parts=left)]
+
+
+@pytest.mark.parametrize(
+    ("pin", "other", "says"),
+    [
+        ("forward = 5\nbackward = 6", "forward = 6\nbackward = 5", "set_wheels(0, 1) makes the left wheel turn by -"),
+        ("led_0 = 17\nled_1 = 27", "led_0 = 27\nled_1 = 17", "set_led(0) lights LED 1"),
+    ],
+)
+def test_a_car_that_is_wired_otherwise_is_found_by_its_pins(car, clock, pins, pin, other, says):
+    """The pins of one pin file are observed, and the board has those of another."""
+    made = car((ENABLED + LEDS).replace(pin, other))
+    made.observer.wired = parse_pins(HEAD + ENABLED + LEDS, "test.toml")
+    found = check_board(made.board, wait_ms=clock.wait_ms, observe=made.observer)
+    assert [str(each) for each in found if says in str(each)], found
 
 
 def test_an_uploaded_program_drives_the_pins_and_is_stored(car, clock, pins):
@@ -154,6 +196,12 @@ class Trigger(MockPWMPin):
         self.clock, self.echo, self.distance_mm = clock, echo, distance_mm
         self.pings, self.has_measured = 0, threading.Event()
 
+    def place(self, distance_mm):
+        """Move the obstacle, and return when the median of three pings knows it."""
+        self.pings, self.distance_mm = 0, distance_mm
+        self.has_measured.clear()
+        assert self.has_measured.wait(DEADLINE_S)
+
     def _set_state(self, value):
         super()._set_state(value)
         if not value:
@@ -176,6 +224,21 @@ def test_the_echos_duration_gives_the_distance(car, clock, pins, distance_mm, sa
     board = car(SENSORS).board
     assert trigger.has_measured.wait(DEADLINE_S)
     assert board.obstacle_mm() == pytest.approx(says, abs=1)
+
+
+def test_the_board_measures_the_distances_that_are_really_set(car, clock, pins):
+    trigger = pins.pin(23, pin_class=Trigger)
+    trigger.prepare(clock, pins.pin(24), 1000)
+
+    class Sonar(BoardObserver):
+        def put_obstacle(self, distance_mm):
+            trigger.place(min(distance_mm, 2500))
+            return distance_mm
+
+    made = car("[ultrasonic]\ntrigger = 23\necho = 24\n")
+    found = check_board(made.board, wait_ms=clock.wait_ms, observe=Sonar())
+    assert [each.key for each in found] == [NOT_CHECKED]
+    assert "put_obstacle" not in str(found)
 
 
 def test_nothing_is_in_sight_before_the_first_echo(car):

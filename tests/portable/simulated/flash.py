@@ -29,7 +29,7 @@ class Flash:
         """Count ``steps`` bytes or changes of a directory; raise PowerCut where the power ends before the last one."""
         if self.cut_after is not None:
             if self.cut_after < steps:
-                self._lose()
+                self.lose()
                 raise PowerCut
             self.cut_after -= steps
 
@@ -78,7 +78,8 @@ class Flash:
         if len(fitting) < len(data):
             raise OSError(28)
 
-    def _lose(self):
+    def lose(self):
+        """Lose what a power failure destroys."""
         for path in self._unsafe:
             self.files[path] = self.files[path][: len(self.files[path]) // 2]
         self._unsafe.clear()

@@ -1,4 +1,4 @@
-"""Check a board's attributes, methods, sensors, serial line, actuators and infrared.
+"""Check a board's attributes and methods, and what its sensors, actuators and infrared answer.
 
 Portable.
 """
@@ -10,13 +10,13 @@ if MYPY:
     from typing import Any
 
 from motorcade.car import frames
-from motorcade.car.board import Board
 from motorcade.car.brain import (
     AVOID_RADII_MM,
     DURATIONS_MS,
     DWELLS_MS,
     FORGET_MS,
     GAP_MS,
+    IDLE_STATE_MS,
     NO_LED,
     RIGHT,
     SENSE_MS,
@@ -26,6 +26,7 @@ from motorcade.car.check.probe import LONGEST_CALL_MS, BoardFailedError, Probe, 
 from motorcade.errors import Phrase
 from motorcade.words.image import ImageError, parse_image_bytes
 from motorcade.words.infrared import to_frame
+from motorcade.words.receiver import MOST_WORDS
 from motorcade.words.ticks import elapsed_ms
 
 METHODS: tuple[str, ...] = (
@@ -41,11 +42,14 @@ METHODS += ("is_sending", "send_frame", "obstacle_mm", "sees_person", "heard_voi
 _MAY_BE_0 = (DURATIONS_MS, GAP_MS, SENSE_MS)
 _NOTES = (("image", 8), ("state", 3), ("start", 0), ("over", 0), ("frame", 0), ("heard", 0), ("lost", "parity"))
 _WORD = 0xE4800000
-# Neither an image nor an answer to an upload begins with these bytes.
-_SENT = b"check\n"
+# A header, a state and some words for followers.
+_LEAST_WORDS = 6
+# Nobody sees what is shorter; no profile has what is longer; and a car that is so near has no room to turn.
+_SHORTEST_MS = 50
+_LONGEST_MS = (1 << 20) - 1
+_LEAST_RADIUS_MM = 50
 FRAME = to_frame(0xA4A80000)
 _WITHIN_MS = 500
-_PAUSE_MS = 5
 _TRIES = 3
 _STEP_MS = 2
 _SLACK_MS = 10
@@ -53,7 +57,7 @@ _SLACK_MS = 10
 
 def check_attributes(probe: Probe) -> bool:
     """Note what is wrong with number, is_leader and levels; return False where the levels can't be used."""
-    number, is_leader, levels = [getattr(probe.board, name, None) for name in ("number", "is_leader", "levels")]
+    number, is_leader, levels = [_attribute(probe, name) for name in ("number", "is_leader", "levels")]
     if not is_count(number, 0xFFFFFFFF):
         probe.breach(Phrase("check-number", value=brief(number)))
     if is_leader not in (True, False):
@@ -61,12 +65,36 @@ def check_attributes(probe: Probe) -> bool:
     if not isinstance(levels, tuple) or len(levels) != FORGET_MS + 1 or not all(is_count(each) for each in levels):
         probe.breach(Phrase("check-levels", value=brief(levels)))
         return False
+    most_words = _attribute(probe, "most_words")
+    if not is_count(most_words, MOST_WORDS) or most_words < _LEAST_WORDS:
+        probe.breach(Phrase("check-most-words", value=brief(most_words)))
+    for name in ("words_a_tick", "bytes_a_tick"):
+        value = _attribute(probe, name)
+        if not is_count(value) or value < 1:
+            probe.breach(Phrase("check-a-tick", name=name, value=brief(value)))
     zeros = [place for place in range(len(levels)) if levels[place] == 0 and place not in _MAY_BE_0]
     falls = [list(each) != sorted(each) for each in (levels[DURATIONS_MS:DWELLS_MS], levels[DWELLS_MS:AVOID_RADII_MM])]
     if zeros or True in falls:
         probe.breach(Phrase("check-levels-times", value=repr(levels)))
         return False
+    _check_units(probe, levels)
     return True
+
+
+def _attribute(probe: Probe, name: str) -> "Any":
+    return getattr(probe.board, name, None)
+
+
+def _check_units(probe: Probe, levels: "tuple[int, ...]") -> None:
+    """Note levels that are seconds, microseconds or centimetres by their size: no car could do anything with them."""
+    for name, times in (("durations_ms", levels[:DWELLS_MS]), ("dwells_ms", levels[DWELLS_MS:AVOID_RADII_MM])):
+        if max(times) < _SHORTEST_MS:
+            probe.breach(Phrase("check-levels-seconds", name=name, value=repr(times)))
+        if max(times) > _LONGEST_MS:
+            probe.breach(Phrase("check-levels-microseconds", name=name, value=repr(times)))
+    radii = levels[AVOID_RADII_MM:IDLE_STATE_MS]
+    if max(radii) < _LEAST_RADIUS_MM:
+        probe.breach(Phrase("check-levels-centimetres", value=repr(radii)))
 
 
 def check_methods(probe: Probe) -> bool:
@@ -85,26 +113,6 @@ def check_sensors(probe: Probe) -> None:
     voice = probe.answer("heard_voice", _is_voice, "voice")
     if voice and probe.answer("heard_voice", _is_voice, "voice") == voice:
         probe.breach(Phrase("check-voice-twice", method="heard_voice", value=voice))
-
-
-def check_line(probe: Probe, say: "Callable[[bytes], Any] | None") -> None:
-    """Note what is wrong with the serial line. ``say`` sends bytes to it."""
-    probe.answer("read_serial", lambda value: type(value) is bytes, "bytes")
-    probe.act("write_serial", b"ERR only a check of this board\n")
-    if say is None or probe.has_breach_of("read_serial"):
-        return
-    received = b""
-    try:
-        while probe.call("read_serial"):
-            probe.wait(_PAUSE_MS)
-        say(_SENT)
-        for _ in range(_WITHIN_MS // _PAUSE_MS):
-            received += probe.answer("read_serial", lambda value: type(value) is bytes, "bytes") or b""
-            probe.wait(_PAUSE_MS)
-    except BoardFailedError:
-        return
-    if received != _SENT:
-        probe.breach(Phrase("check-line", method="read_serial", value=brief(received), sent=repr(_SENT)))
 
 
 def check_actuators(probe: Probe) -> None:
@@ -126,7 +134,7 @@ def check_sending(probe: Probe) -> None:
     """
     try:
         _take_frames(probe)
-        if _has_sender(probe.board):
+        if probe.has_own("send_frame"):
             for _ in range(_TRIES):
                 if _sends_right(probe):
                     break
@@ -135,8 +143,13 @@ def check_sending(probe: Probe) -> None:
         pass
 
 
-def check_hearing(probe: Probe, hear: "Callable[[int], Any]") -> None:
+def check_hearing(probe: Probe, hear: "Callable[[int], Any] | None") -> None:
     """Note frames that are lost, given twice, or dropped for their parity, which the board must not check."""
+    if hear is None:
+        # A leader receives nothing.
+        if not probe.board.is_leader:
+            probe.miss("received_frames", "hear")
+        return
     for frame, key in ((FRAME, "check-frame"), (FRAME ^ 1, "check-frame-of-odd-parity")):
         received: list[int] = []
         if probe.has_breach_of("received_frames"):
@@ -180,10 +193,6 @@ def _are_frames(value: object) -> bool:
     if not isinstance(value, (list, tuple)):
         return False
     return all(is_count(frame, 0xFFFFFFFF) for frame in value)
-
-
-def _has_sender(board: object) -> bool:
-    return getattr(type(board), "send_frame", None) is not Board.send_frame
 
 
 def _sends_right(probe: Probe) -> bool:

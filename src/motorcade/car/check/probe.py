@@ -9,6 +9,8 @@ if MYPY:
     from collections.abc import Callable
     from typing import Any
 
+from motorcade.car.board import Board
+from motorcade.car.check.observer import BoardObserver
 from motorcade.errors import Phrase
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms
 
@@ -18,6 +20,8 @@ _TRIES = 3
 # A clock that doesn't change in so many readings stands still; they take some seconds on a microcontroller.
 _READS = 200000
 _LONGEST_SHOWN = 60
+_STEP_MS = 5
+_GIVES_UP_MS = 1000
 
 
 class BoardFailedError(Exception):
@@ -29,15 +33,21 @@ class Probe:
 
     Args:
         wait_ms: lets that many milliseconds pass; None to watch the board's own clock.
+        observer: shows what the board really did; None where nothing does.
 
     Attributes:
         breaches: what is wrong with it; ``str`` gives the sentence of each.
+        missing: what wasn't given, so that a part of the board is not checked.
         clock_is_simulated: whether time passes only by ``wait_ms``.
     """
 
-    def __init__(self, board: "Any", wait_ms: "Callable[[int], Any] | None") -> None:
+    def __init__(
+        self, board: "Any", wait_ms: "Callable[[int], Any] | None", observer: "BoardObserver | None" = None
+    ) -> None:
         self.board = board
+        self.observer = observer or BoardObserver()
         self.breaches: list[Phrase] = []
+        self.missing: list[str] = []
         self.clock_is_simulated = wait_ms is not None
         self._wait_ms = wait_ms
 
@@ -49,6 +59,44 @@ class Probe:
     def has_breach_of(self, method: str) -> bool:
         """Return whether a breach of that method is noted already; another one would not help the board's author."""
         return any(breach.details.get("method") == method for breach in self.breaches)
+
+    def has_own(self, method: str) -> bool:
+        """Return whether the board overrides that method of Board; otherwise it hasn't the hardware for it."""
+        return getattr(type(self.board), method, None) is not getattr(Board, method)
+
+    def miss(self, method: str, what: str) -> None:
+        """Note that ``what`` wasn't given, which the check of that method needs."""
+        if self.has_own(method) and what not in self.missing:
+            self.missing.append(what)
+
+    def offer(self, method: str, shown: str) -> "Any":
+        """Return the observer's method ``shown``, which the check of the board's ``method`` needs.
+
+        None where the board hasn't that method, or where nobody observes it, which is noted.
+        """
+        if not self.has_own(method):
+            return None
+        if getattr(type(self.observer), shown, None) in (None, getattr(BoardObserver, shown)):
+            self.miss(method, "observe." + shown)
+            return None
+        return getattr(self.observer, shown)
+
+    def settle(self, read: "Callable[[], Any]", fits: "Callable[[Any], bool]") -> "tuple[int | None, Any]":
+        """Read until the reading fits, for at most a second.
+
+        Returns:
+            after how many ms a reading still didn't fit (0: the first one did), None where none fits; and the last one.
+        """
+        begin_ms, late_ms = self.call("now_ms"), 0
+        while True:
+            read_ms = elapsed_ms(self.call("now_ms"), begin_ms)
+            value = read()
+            if fits(value):
+                return late_ms, value
+            late_ms = read_ms
+            if late_ms >= _GIVES_UP_MS:
+                return None, value
+            self.wait(_STEP_MS)
 
     def call(self, name: str, *arguments: object) -> "Any":
         """Call the board's method and return its result. Raises BoardFailedError."""

@@ -1,6 +1,7 @@
 """Check a board's store: what was stored is found again, and after a power cut the old image or the new one is there.
 
-Portable. Power is cut only under CPython: MicroPython can't trace lines.
+Portable. Power is cut in the middle of store_image only under CPython: MicroPython can't trace lines. There Python's
+own functions also show whether a file was written for good; for any other store an observer cuts the power.
 """
 
 # For the type checker alone: MicroPython has no typing.
@@ -12,30 +13,47 @@ if MYPY:
 import sys
 
 from motorcade.car.check.parts import is_image_or_none
-from motorcade.car.check.probe import BoardFailedError, Probe, brief
+from motorcade.car.check.probe import BoardFailedError, Probe, brief, is_count
 from motorcade.errors import Phrase
+from motorcade.words.receiver import MOST_WORDS
 
 EMPTY = b"\x00\x00\x00\x00"
-# One state: LED 0 for a second. And the largest image.
-SMALL = b"\x01\x00\x00\x00\x00\x08\x00\x00"
-LARGE = b"\xff\xff\x01\x00" + b"\x00\x08\x00\x00" * 510
+# One state: LED 0 for a second.
+_STATE = b"\x00\x08\x00\x00"
+SMALL = b"\x01\x00\x00\x00" + _STATE
 _MAX_CUTS = 500
+_SYNCS = ("fsync", "fdatasync")
+_WATCHED = ("fsync", "fdatasync", "replace", "rename", "open")
+# Calls by which a program may write a file for good, too.
+_OTHER_SYNCS = ("fsync", "fdatasync", "sync", "syncfs", "fcntl", "msync")
 
 
 def check_store(probe: Probe, reopen: "Callable[[], Any] | None") -> None:
     """Note what is wrong with load_image and store_image, and store the image again that was there before."""
     before = probe.answer("load_image", is_image_or_none, "image")
+    if reopen is None:
+        probe.miss("store_image", "reopen")
     try:
         if _round_trips(probe, reopen):
-            _check_cuts(probe, reopen)
+            cut_power = probe.offer("store_image", "cut_power") if _is_unsure_of_syncs(probe) else None
+            if cut_power is None or _keeps(probe, reopen, cut_power):
+                _check_cuts(probe, reopen, cut_power)
         probe.call("store_image", before or EMPTY)
     except BoardFailedError:
         pass
 
 
+def _largest(probe: Probe) -> bytes:
+    """Return the largest image that the board can store."""
+    words = getattr(probe.board, "most_words", MOST_WORDS)
+    others = (words if is_count(words, MOST_WORDS) and words else MOST_WORDS) - 1
+    states = min(others, 255)
+    return bytes([states, others - states, 1 if others > states else 0, 0]) + _STATE * others
+
+
 def _round_trips(probe: Probe, reopen: "Callable[[], Any] | None") -> bool:
     # Smaller images follow the largest, of which nothing must be left.
-    for data in (SMALL, LARGE, SMALL, EMPTY):
+    for data in (SMALL, _largest(probe), SMALL, EMPTY):
         probe.call("store_image", data)
         found = probe.call("load_image")
         if found != data or type(found) is not bytes:
@@ -47,14 +65,43 @@ def _round_trips(probe: Probe, reopen: "Callable[[], Any] | None") -> bool:
     return True
 
 
-def _check_cuts(probe: Probe, reopen: "Callable[[], Any] | None") -> None:
-    old, new = SMALL, LARGE
+def _is_unsure_of_syncs(probe: Probe) -> bool:
+    """Store an image and note a file that gets its name before it is written for good.
+
+    Return whether that can't be seen here: the store is no file, or this is no CPython.
+    """
+    if not hasattr(sys, "setprofile"):
+        return True
+    syncs = _Syncs()
+    syncs.watch(lambda: probe.call("store_image", SMALL))
+    if syncs.unsynced and not syncs.is_unsure:
+        probe.breach(Phrase("check-store-unsynced", method="store_image", file=syncs.unsynced))
+        return False
+    return syncs.is_unsure or not syncs.renamed
+
+
+def _keeps(probe: Probe, reopen: "Callable[[], Any] | None", cut_power: "Callable[[], Any]") -> bool:
+    """Return whether an image is still there when the power fails as soon as store_image has returned."""
+    for data in (SMALL, _largest(probe)):
+        probe.call("store_image", data)
+        cut_power()
+        found = probe.call_of(reopen() if reopen is not None else probe.board, "load_image")
+        if found != data:
+            probe.breach(Phrase("check-store-not-kept", method="store_image", found=brief(found), stored=brief(data)))
+            return False
+    return True
+
+
+def _check_cuts(probe: Probe, reopen: "Callable[[], Any] | None", cut_power: "Callable[[], Any] | None") -> None:
+    old, new = SMALL, _largest(probe)
     probe.call("store_image", old)
 
     def store() -> None:
         probe.call("store_image", new)
 
     for place in _cuts_of(store):
+        if cut_power is not None:
+            cut_power()
         board = reopen() if reopen is not None else probe.board
         found = probe.call_of(board, "load_image")
         if found not in (old, new):
@@ -62,6 +109,77 @@ def _check_cuts(probe: Probe, reopen: "Callable[[], Any] | None") -> None:
             return
         # The cut may have left this board damaged, as with an open file: use the one that was opened after it.
         probe.call_of(board, "store_image", old)
+
+
+class _Syncs:
+    """Watch how Python's module os writes files for good.
+
+    Attributes:
+        renamed: how many files got another name.
+        unsynced: the name of the last one of them that was not written for good before, or not all of it.
+        is_unsure: whether files may have been written for good in another way than by os.fsync.
+    """
+
+    def __init__(self) -> None:
+        self.renamed = 0
+        self.unsynced = ""
+        self.is_unsure = False
+        self._os: Any = sys.modules["os"]
+        self._synced_bytes: dict[tuple[int, int], int] = {}
+        self._is_seen = False
+
+    def watch(self, action: "Callable[[], Any]") -> None:
+        """Run ``action``. As long as it runs, the functions of os count for all threads, and do what they do."""
+        kept = [(name, getattr(self._os, name)) for name in _WATCHED if hasattr(self._os, name)]
+        profiled = sys.getprofile()
+        sys.setprofile(self._profile)
+        try:
+            for name, real in kept:
+                setattr(self._os, name, self._opens(real) if name == "open" else self._seen(real, name in _SYNCS))
+            action()
+        finally:
+            for name, real in kept:
+                setattr(self._os, name, real)
+            sys.setprofile(profiled)
+
+    def _seen(self, real: "Callable[..., Any]", syncs: bool) -> "Callable[..., Any]":
+        def call(file: "Any", *arguments: "Any", **options: "Any") -> "Any":
+            if not syncs:
+                self._rename(file)
+            self._is_seen = True
+            try:
+                result = real(file, *arguments, **options)
+            finally:
+                self._is_seen = False
+            if syncs:
+                place, size = self._place(self._os.fstat(file if isinstance(file, int) else file.fileno()))
+                self._synced_bytes[place] = size
+            return result
+
+        return call
+
+    def _opens(self, real: "Callable[..., Any]") -> "Callable[..., Any]":
+        always = getattr(self._os, "O_SYNC", 0) | getattr(self._os, "O_DSYNC", 0)
+
+        def call(path: "Any", flags: int, *arguments: "Any", **options: "Any") -> "Any":
+            self.is_unsure = self.is_unsure or bool(flags & always)
+            return real(path, flags, *arguments, **options)
+
+        return call
+
+    def _rename(self, file: "Any") -> None:
+        place, size = self._place(self._os.stat(file))
+        self.renamed += 1
+        if self._synced_bytes.get(place) != size:
+            self.unsynced = str(file).replace("\\", "/").split("/")[-1]
+
+    def _place(self, found: "Any") -> "tuple[tuple[int, int], int]":
+        return (found.st_dev, found.st_ino), found.st_size
+
+    def _profile(self, frame: "Any", event: str, argument: "Any") -> None:
+        # A function that a module imported by its name is not the one that was replaced.
+        if event == "c_call" and argument.__name__ in _OTHER_SYNCS and not self._is_seen:
+            self.is_unsure = True
 
 
 class PowerCut(BaseException):
