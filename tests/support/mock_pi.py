@@ -1,5 +1,7 @@
 """A Raspberry Pi on gpiozero's mock pins: its pin files, the state of its pins, and a clock that a test sets."""
 
+import threading
+
 from motorcade.boards.voice import VoiceSource
 from motorcade.car.brain import NO_VOICE
 from motorcade.car.check import BoardObserver
@@ -32,13 +34,20 @@ FORWARD_1_S = to_frame(0xE4800000)
 class Clock:
     """A clock in seconds that only a test moves."""
 
-    now_s = 100.0
+    def __init__(self) -> None:
+        self.now_s = 100.0
+        self._lock = threading.Lock()
 
     def __call__(self) -> float:
         return self.now_s
 
+    def advance(self, duration_s: float) -> None:
+        """Move the clock, from any thread."""
+        with self._lock:
+            self.now_s += duration_s
+
     def wait_ms(self, duration_ms: int) -> None:
-        self.now_s += duration_ms / 1000
+        self.advance(duration_ms / 1000)
 
 
 class Line:

@@ -194,24 +194,28 @@ class Trigger(MockPWMPin):
 
     def prepare(self, clock, echo, distance_mm):
         self.clock, self.echo, self.distance_mm = clock, echo, distance_mm
-        self.pings, self.has_measured = 0, threading.Event()
+        self.pings, self.enough, self.has_measured = 0, 3, threading.Event()
+        self.lock = threading.Lock()
 
     def place(self, distance_mm):
         """Move the obstacle, and return when the median of three pings knows it."""
-        self.pings, self.distance_mm = 0, distance_mm
-        self.has_measured.clear()
+        with self.lock:
+            # The first ping may have begun before; the last one begins when those before it count.
+            self.pings, self.enough, self.distance_mm = 0, 4, distance_mm
+            self.has_measured.clear()
         assert self.has_measured.wait(DEADLINE_S)
 
     def _set_state(self, value):
         super()._set_state(value)
         if not value:
-            self.clock.now_s += 0.0005
+            self.clock.advance(0.0005)
             self.echo.drive_high()
-            self.clock.now_s += 2 * self.distance_mm / 343_260
+            self.clock.advance(2 * self.distance_mm / 343_260)
             self.echo.drive_low()
-            self.pings += 1
-            if self.pings == 3:
-                self.has_measured.set()
+            with self.lock:
+                self.pings += 1
+                if self.pings == self.enough:
+                    self.has_measured.set()
 
 
 @pytest.mark.parametrize(
