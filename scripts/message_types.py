@@ -53,6 +53,22 @@ _NAMED = {
     "severity": '"error" | "warning"',
     "editor": '"leader" | "followers"',
     "part": '"header" | "leader" | "followers"',
+    **{
+        (name, field): "Sentence"
+        for name, fields in {
+            "MissionEntry": ("name",),
+            "Mission": ("name", "story", "learned"),
+            "MissionGoal": ("text",),
+            "CheckedGoal": ("why",),
+            "GoalNow": ("why",),
+            "MissionResult": ("steps",),
+        }.items()
+        for field in fields
+    },
+    ("MissionAttempt", "leader"): "WorkspaceState",
+    ("MissionAttempt", "followers"): "WorkspaceState",
+    ("Mission", "leader"): "WorkspaceState",
+    ("Mission", "followers"): "WorkspaceState",
     ("Port", "kind"): '"serial" | "virtual"',
     ("Speak", "word"): '"stop" | "go"',
 }

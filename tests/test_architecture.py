@@ -15,7 +15,7 @@ OTHER_FILES = sorted(
     for file in (ROOT / folder).rglob("*.py")
     if "node_modules" not in file.parts
 )
-MOST_FILES = 224
+MOST_FILES = 226
 MOST_LINES = 400
 MOST_PARAMETERS = 8
 
@@ -48,7 +48,7 @@ ARROWS = {
         *("runs", "service", "sockets", "timing", "upload", "words"),
     ),
     # It also runs where there is neither a web framework nor NumPy.
-    "service": ("config", "program", "upload", "words"),
+    "service": ("config", "engine", "missions", "program", "upload", "words"),
     "sockets": (),
     "timing": ("words",),
     "upload": ("timing", "words"),

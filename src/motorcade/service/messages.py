@@ -21,12 +21,21 @@ Sentence = dict[str, str]
 WorkspaceState = dict[str, Any]
 # A motorcade-mat/1 document.
 MatDocument = dict[str, Any]
+# A motorcade-mission/1 document.
+MissionDocument = dict[str, Any]
 
 RangeMm = Annotated[int, Meta(ge=1, le=20_000)]
 
 
 class Nothing(Struct):
     """A request without arguments, or an answer without content."""
+
+
+class MissionChoice(Struct):
+    """A mission: the id of one that comes with Motorcade, or the document of the user's own."""
+
+    id: str = ""
+    document: MissionDocument | None = None
 
 
 class Capabilities(Struct):

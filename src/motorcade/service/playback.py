@@ -15,7 +15,8 @@ from motorcade.service.history import (
     pack_picture,
 )
 from motorcade.service.messages import MatDocument
-from motorcade.service.world_messages import CarDetails, Hello, State
+from motorcade.service.referee import Referee
+from motorcade.service.world_messages import CarDetails, Goals, Hello, State
 
 PICTURE_S = 1 / 30
 # A world that is late catches up with at most so much real time; the rest is dropped, so the world runs slower.
@@ -34,10 +35,12 @@ class SimulatedWorld(Protocol):
         tick_ms: the length of a tick.
         now_ms: simulated time.
         seed: the seed of this run.
+        referee: watches the goals of the world's mission; None where it has none.
     """
 
     cars: int
     tick_ms: int
+    referee: Referee | None
 
     @property
     def now_ms(self) -> int: ...
@@ -108,6 +111,10 @@ class Playback:
         # The events since the last picture.
         self._new: deque[bytes] = deque()
         self._new_bytes = 0
+        # The events since the last stored moment, for the referee.
+        self._unseen: list[bytes] = []
+        if self.world.referee:
+            self.world.referee.restart()
         self._next_moment_ms = 0
         self._store_moment()
         self.show_all()
@@ -184,9 +191,15 @@ class Playback:
         fading = math.exp(-elapsed_s / _RATED_S)
         self._real_s = self._real_s * fading + elapsed_s
         self._simulated_s = self._simulated_s * fading + self._ran_ms / 1000
+        was_over = self._is_over
         self._run(ticks)
-        if self.world.now_ms >= _LAST_MS:
+        if self.world.now_ms >= _LAST_MS or self._is_over != was_over:
             self.pause()
+
+    @property
+    def _is_over(self) -> bool:
+        """Whether the mission's run has ended; the world may go on after that."""
+        return self.world.referee is not None and self.world.referee.is_over
 
     def adapt_to(self, seconds: float) -> None:
         """Bound the next call of `advance` to what fits between two pictures; the last call took ``seconds``."""
@@ -197,7 +210,8 @@ class Playback:
 
     def _run(self, ticks: int) -> None:
         world = self.world
-        while ticks > 0:
+        was_over = self._is_over
+        while ticks > 0 and self._is_over == was_over:
             until_moment = -(-(self._next_moment_ms - world.now_ms) // world.tick_ms)
             count = min(ticks, max(until_moment, 1))
             self._add_events(world.run(count * world.tick_ms))
@@ -210,6 +224,8 @@ class Playback:
         if not events:
             return
         self._history.add_events(events)
+        if self.world.referee:
+            self._unseen.append(events)
         self._new.append(events)
         self._new_bytes += len(events)
         while self._new_bytes - len(self._new[0]) >= MOST_EVENTS * EVENT_BYTES:
@@ -217,7 +233,11 @@ class Playback:
 
     def _store_moment(self) -> None:
         now_ms = self.world.now_ms
-        self._history.add_moment(now_ms, self.world.moment(is_stored=True))
+        moment = self.world.moment(is_stored=True)
+        self._history.add_moment(now_ms, moment)
+        if self.world.referee:
+            self.world.referee.see(now_ms, moment, b"".join(self._unseen), self.world.counts()["touching_ms"])
+            self._unseen.clear()
         while self._next_moment_ms <= now_ms:
             self._next_moment_ms += EVERY_MS
 
@@ -251,6 +271,10 @@ class Playback:
             rate=self._simulated_s / self._real_s if self.playing and self._real_s else 0.0,
             driven=self.world.driven(),
         )
+
+    def goals(self) -> Goals | None:
+        """How it stands with the mission's goals at the shown time; None where there is no mission."""
+        return self.world.referee.goals(self._shown_ms) if self.world.referee else None
 
     def car(self) -> CarDetails | None:
         """The details of the watched car in the present; None where none is watched."""

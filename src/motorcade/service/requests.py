@@ -7,8 +7,9 @@ from typing import Any, NamedTuple, Protocol
 import msgspec
 
 from motorcade.errors import MotorcadeError
+from motorcade.missions.check import Play
 from motorcade.program.diagnostics import ProgramError
-from motorcade.service import messages
+from motorcade.service import messages, missions
 from motorcade.service.documents import example, examples, open_text, project_text
 from motorcade.service.messages import Nothing, decode
 from motorcade.service.programs import compile_blocks, decompile_image, profile_figures
@@ -47,6 +48,12 @@ class Storage(Protocol):
     def quota(self, owner: str) -> Quota:
         """How many bytes an owner uses, and may use."""
 
+    def stars(self, owner: str) -> dict[str, "list[int]"]:
+        """The stars that an owner has earned: of each mission's id a sorted list."""
+
+    def add_stars(self, owner: str, mission: str, stars: "list[int]") -> "list[int]":
+        """Add stars of a mission to those that an owner has; return all of them. Raises MotorcadeError."""
+
     # The last method: after it, in this class, `list` means this method.
     def list(self, owner: str) -> list[messages.LibraryEntry]:
         """All projects of an owner, the one saved last first."""
@@ -61,12 +68,14 @@ class Context:
         storage: where projects are stored.
         ports: lists the ports to upload through.
         owner: the owner of the projects.
+        play: simulates missions; None: the engine of this computer.
     """
 
     capabilities: messages.Capabilities
     storage: Storage
     ports: Callable[[], list[messages.Port]]
     owner: str = ""
+    play: Play | None = None
 
 
 class Request(NamedTuple):
@@ -108,6 +117,21 @@ def _delete_project(named: messages.ProjectName, context: Context) -> Nothing:
     return Nothing()
 
 
+def _list_missions(message: Nothing, context: Context) -> list[missions.MissionEntry]:
+    return missions.list_missions(context.storage.stars(context.owner))
+
+
+def _open_mission(choice: messages.MissionChoice, context: Context) -> missions.Mission:
+    return missions.open_mission(choice, context.storage.stars(context.owner))
+
+
+def _check_mission(attempt: missions.MissionAttempt, context: Context) -> missions.MissionResult:
+    result = missions.check_attempt(attempt, context.play)
+    if attempt.mission.document is None:
+        result.earned = context.storage.add_stars(context.owner, attempt.mission.id, result.stars)
+    return result
+
+
 REQUESTS: dict[str, Request] = {
     "capabilities": Request(Nothing, messages.Capabilities, lambda message, context: context.capabilities),
     "profiles": Request(Nothing, list[messages.ProfileFigures], lambda message, context: profile_figures()),
@@ -123,6 +147,13 @@ REQUESTS: dict[str, Request] = {
     "save-text": Request(messages.Project, messages.Text, _save_text),
     "examples": Request(Nothing, list[messages.Example], lambda message, context: examples()),
     "example": Request(messages.ExampleName, messages.Project, lambda wanted, context: example(wanted.id)),
+    "missions": Request(Nothing, list[missions.MissionEntry], _list_missions),
+    "mission": Request(messages.MissionChoice, missions.Mission, _open_mission),
+    "missions/open": Request(messages.Text, missions.Mission, lambda file, context: missions.open_mission_text(file)),
+    "missions/save-text": Request(
+        messages.MissionChoice, messages.Text, lambda choice, context: missions.mission_text(choice)
+    ),
+    "missions/check": Request(missions.MissionAttempt, missions.MissionResult, _check_mission),
     "ports": Request(Nothing, list[messages.Port], lambda message, context: context.ports()),
     "projects/list": Request(Nothing, list[messages.LibraryEntry], _list_projects),
     "projects/read": Request(messages.ProjectVersion, messages.StoredProject, _read_project),

@@ -1,10 +1,10 @@
 """The messages of the two streams: between a page and its world, and of an upload."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from msgspec import UNSET, Meta, Struct, UnsetType
 
-from motorcade.service.messages import ErrorAnswer, MatDocument, RangeMm, Sentence
+from motorcade.service.messages import ErrorAnswer, MatDocument, MissionChoice, RangeMm, Sentence
 
 Length = Annotated[float, Meta(ge=-2000, le=2000)]
 Seed = Annotated[int, Meta(ge=0, lt=1 << 32)]
@@ -16,13 +16,17 @@ class _WorldMessage(Struct, tag_field="do", tag=str.lower, forbid_unknown_fields
 
 
 class SetWorld(_WorldMessage, tag="set"):
-    """Build a world; without an image no car has a program."""
+    """Build a world; without an image no car has a program.
+
+    With a mission its goals are watched (`Goals`), and the world stops at the mission's end. The mat is the mission's.
+    """
 
     mat: MatDocument
     image: bytes | None = None
     profile: str = "classroom"
     seed: Seed = 0
     range_mm: RangeMm | None = None
+    mission: MissionChoice | None = None
 
 
 class Play(_WorldMessage):
@@ -161,6 +165,26 @@ class CarDetails(_WorldAnswer, tag="car"):
     last_frame: ReceivedFrame | None
 
 
+class GoalNow(Struct):
+    """How it stands with a goal of the mission: ``done`` of ``needed`` cars or words, and why, with numbers.
+
+    ``progress`` is open (not met yet), holds (met at present, not for good), met or lost; ``t_ms`` says since when.
+    """
+
+    progress: Literal["open", "holds", "met", "lost"]
+    t_ms: int | None
+    done: int
+    needed: int
+    why: Sentence
+
+
+class Goals(_WorldAnswer):
+    """The goals of the mission at the shown time, in its order; ``is_over``: the run has ended."""
+
+    is_over: bool
+    goals: list[GoalNow]
+
+
 class Refused(_WorldAnswer, tag="error"):
     """The error of a message that was refused."""
 
@@ -169,7 +193,7 @@ class Refused(_WorldAnswer, tag="error"):
     sentence: Sentence
 
 
-WorldAnswer = Hello | State | CarDetails | Refused
+WorldAnswer = Hello | State | CarDetails | Goals | Refused
 
 
 # An upload, or the readback of a car's program.

@@ -39,6 +39,7 @@ class WorldSession:
         self._due_s = self._state_due_s = self._car_due_s = float("-inf")
         # The numbers of the newest picture, and of the newest one that the page has drawn.
         self._numbered = self._drawn = 0
+        self._told_goals: world_messages.Goals | None = None
 
     def connect(self) -> list[WorldAnswer]:
         """Begin a connection; pictures are numbered from 1 again."""
@@ -54,7 +55,16 @@ class WorldSession:
         if self.playback is None:
             return [world_messages.Hello(self.key, resumed, 0)]
         self.playback.show_all()
-        return [self.playback.world.hello(self.key, resumed), self.playback.state()]
+        self._told_goals = None
+        return [self.playback.world.hello(self.key, resumed), self.playback.state(), *self._new_goals()]
+
+    def _new_goals(self) -> list[WorldAnswer]:
+        """How it stands with the mission's goals, where that has changed."""
+        goals = self.playback.goals() if self.playback else None
+        if goals is None or goals == self._told_goals:
+            return []
+        self._told_goals = goals
+        return [goals]
 
     def receive(self, message: WorldMessage) -> list[WorldAnswer]:
         """Do what the page requests. Raises MotorcadeError, and changes nothing, where that isn't possible.
@@ -72,7 +82,7 @@ class WorldSession:
             raise MotorcadeError("no-world")
         _apply(playback, message)
         car = playback.car()
-        return [playback.state(), *([car] if car else [])]
+        return [playback.state(), *self._new_goals(), *([car] if car else [])]
 
     def wait_s(self, now_s: float) -> float | None:
         """After how many seconds `advance` is to be called; None: not before the next message."""
@@ -86,7 +96,11 @@ class WorldSession:
         if playback is None:
             return []
         self._due_s = max(self._due_s + PICTURE_S, now_s)
+        was_playing = playback.playing
         playback.advance(now_s)
+        if was_playing and not playback.playing:
+            # A world that has stopped by itself says so at once: nothing else may be due for long.
+            self._state_due_s = now_s
         answers: list[WorldAnswer | bytes] = []
         if playback.changed and self._numbered - self._drawn < MOST_PICTURES_UNDER_WAY:
             self._numbered += 1
@@ -94,6 +108,7 @@ class WorldSession:
         if now_s >= self._state_due_s:
             self._state_due_s = now_s + STATE_S
             answers.append(playback.state())
+            answers += self._new_goals()
         if now_s >= self._car_due_s and (car := playback.car()):
             self._car_due_s = now_s + CAR_S
             answers.append(car)

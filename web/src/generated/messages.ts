@@ -257,6 +257,89 @@ export interface ExampleName {
   id: string;
 }
 
+/** A mission in the map: ``stars`` are those that it has, ``earned`` those that the user has earned. */
+export interface MissionEntry {
+  id: string;
+  name: Sentence;
+  path: string;
+  order: number;
+  stars: number[];
+  earned: number[];
+  mat: MatDocument;
+  zones: MissionZone[];
+}
+
+/** A zone: ``corners_m``, or a disc. ``name`` is its name in the file, ``title`` what people read. */
+export interface MissionZone {
+  name: string;
+  title: Sentence;
+  corners_m: number[][];
+  centre_m: number[] | null;
+  radius_m: number | null;
+}
+
+/** A mission: the id of one that comes with Motorcade, or the document of the user's own. */
+export interface MissionChoice {
+  id?: string;
+  document?: Record<string, unknown> | null;
+}
+
+/** All that the page needs to play a mission. */
+export interface Mission {
+  id: string;
+  name: Sentence;
+  story: Sentence;
+  hints: Record<string, string>[];
+  learned: Sentence;
+  path: string;
+  order: number;
+  level: string;
+  edits: string;
+  steps: string[] | null;
+  seconds: number;
+  seed: number;
+  profile: string;
+  mat: MatDocument;
+  zones: MissionZone[];
+  goals: MissionGoal[];
+  leader: WorkspaceState;
+  followers: WorkspaceState | null;
+  earned: number[];
+  document: Record<string, unknown>;
+}
+
+/** A goal, as the page tells it. */
+export interface MissionGoal {
+  kind: string;
+  star: number;
+  text: Sentence;
+}
+
+/** The blocks that a mission is to be checked with. */
+export interface MissionAttempt {
+  mission: MissionChoice;
+  leader: WorkspaceState;
+  followers?: WorkspaceState | null;
+}
+
+/** What a program earned, and all that the user has earned; ``steps``: why its kinds of blocks are not allowed. */
+export interface MissionResult {
+  stars: number[];
+  earned: number[];
+  goals: CheckedGoal[];
+  steps: Sentence | null;
+}
+
+/** The result of a goal on all seeds: when and why it was met or lost, on the first seed on which it was lost. */
+export interface CheckedGoal {
+  kind: string;
+  star: number;
+  met: boolean;
+  seed: number;
+  t_ms: number;
+  why: Sentence;
+}
+
 /** A port to upload through; ``kind`` is serial or virtual. */
 export interface Port {
   port: string;
@@ -336,6 +419,7 @@ export interface SetWorld {
   profile?: string;
   seed?: number;
   range_mm?: number | null;
+  mission?: MissionChoice | null;
 }
 
 /** Go on, ``speed`` simulated seconds in a real one. */
@@ -458,6 +542,22 @@ export interface ReceivedFrame {
   t_ms: number;
 }
 
+/** The goals of the mission at the shown time, in its order; ``is_over``: the run has ended. */
+export interface Goals {
+  is: "goals";
+  is_over: boolean;
+  goals: GoalNow[];
+}
+
+/** How it stands with a goal of the mission: ``done`` of ``needed`` cars or words, and why, with numbers. */
+export interface GoalNow {
+  progress: "holds" | "lost" | "met" | "open";
+  t_ms: number | null;
+  done: number;
+  needed: number;
+  why: Sentence;
+}
+
 /** The error of a message that was refused. */
 export interface Refused {
   is: "error";
@@ -505,7 +605,7 @@ export interface RetryNotice {
 
 export type WorldMessage = SetWorld | Play | Pause | Step | Reset | Speak | Furnish | Move | Watch | Seek | Resume | Shown;
 
-export type WorldAnswer = Hello | State | CarDetails | Refused;
+export type WorldAnswer = Hello | State | CarDetails | Goals | Refused;
 
 export type Outcome = Verified | NotVerified | ImageRead | Failed;
 
@@ -523,6 +623,11 @@ export interface Requests {
   "save-text": { message: Project; answer: Text };
   "examples": { message: Nothing; answer: Example[] };
   "example": { message: ExampleName; answer: Project };
+  "missions": { message: Nothing; answer: MissionEntry[] };
+  "mission": { message: MissionChoice; answer: Mission };
+  "missions/open": { message: Text; answer: Mission };
+  "missions/save-text": { message: MissionChoice; answer: Text };
+  "missions/check": { message: MissionAttempt; answer: MissionResult };
   "ports": { message: Nothing; answer: Port[] };
   "projects/list": { message: Nothing; answer: LibraryEntry[] };
   "projects/read": { message: ProjectVersion; answer: StoredProject };

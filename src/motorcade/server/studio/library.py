@@ -1,15 +1,19 @@
 """Projects in a folder on disk, with all their versions (`motorcade.service.requests.Storage`).
 
 A project is a folder; its versions are the files ``000001.motorcade.json`` and so on in it, which users can read, copy
-and put under version control. An owner other than "" has a folder of its own in ``owners``.
+and put under version control. An owner other than "" has a folder of its own in ``owners``. The stars of an owner's
+missions are in the file ``missions.json``.
 """
 
+import json
 import re
 import unicodedata
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
 from stat import S_ISREG
+from threading import Lock
 from typing import NamedTuple
 
 from motorcade.config.files import replace_file
@@ -21,6 +25,9 @@ from motorcade.service.requests import Quota, Storage
 LONGEST_NAME = 60
 DELETED = "deleted"
 OWNERS = "owners"
+# The stars of missions that an owner has earned.
+STARS = "missions.json"
+_ALL_STARS = (1, 2, 3)
 _ENDING = ".motorcade.json"
 _DIGITS = 6
 # Characters that some file system refuses or treats specially; the dot because for Windows "con.x" is a device.
@@ -57,6 +64,7 @@ class FolderStorage(Storage):
         self._folder = folder
         self._limits = limits
         self._used_bytes: dict[str, int] = {}
+        self._stars_lock = Lock()
 
     def write_version(self, owner: str, name: str, data: bytes) -> int:
         folder = self._owner_folder(owner) / folder_of(name)
@@ -121,6 +129,30 @@ class FolderStorage(Storage):
         sizes = [_file(folder, each.version).stat().st_size for folder in projects for each in _versions(folder)]
         return Quota(sum(sizes), self._limits.size_bytes)
 
+    def stars(self, owner: str) -> dict[str, "list[int]"]:
+        """Of a file that is damaged, or that another program wrote, what is valid counts."""
+        try:
+            document = json.loads((self._owner_folder(owner) / STARS).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return {}
+        found = document.get("stars") if isinstance(document, dict) else None
+        return {name: _stars_in(stars) for name, stars in found.items()} if isinstance(found, dict) else {}
+
+    def add_stars(self, owner: str, mission: str, stars: "list[int]") -> "list[int]":
+        with self._stars_lock:
+            before = self.stars(owner)
+            earned = sorted({*before.get(mission, ()), *stars})
+            if earned == before.get(mission, []):
+                return earned
+            folder = self._owner_folder(owner)
+            text = json.dumps({"format": "motorcade-stars/1", "stars": before | {mission: earned}}, indent=1) + "\n"
+            try:
+                folder.mkdir(parents=True, exist_ok=True)
+                replace_file(folder / STARS, text.encode())
+            except OSError as problem:
+                raise _disk_error("cant-save", problem) from None
+        return earned
+
     def _owner_folder(self, owner: str) -> Path:
         return self._folder / OWNERS / folder_of(owner) if owner else self._folder
 
@@ -140,6 +172,11 @@ class FolderStorage(Storage):
             if name is not None and versions:
                 found.append(LibraryEntry(name, versions[0].saved_at, len(versions)))
         return sorted(found, key=lambda entry: (entry.saved_at, entry.name), reverse=True)
+
+
+def _stars_in(value: object) -> list[int]:
+    """The stars in what a file has; none where that is no list."""
+    return [star for star in _ALL_STARS if isinstance(value, Sequence) and star in value]
 
 
 def _disk_error(code: str, problem: OSError) -> MotorcadeError:

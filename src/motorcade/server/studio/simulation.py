@@ -20,8 +20,10 @@ from motorcade.mats.document import mat_of
 from motorcade.runs.recording import Description
 from motorcade.service.history import EVENT_BYTES, EVERY_MS, HEARD, LOST, NO_INDEX, RUNS, SENDS
 from motorcade.service.messages import MatDocument
+from motorcade.service.missions import chosen_mission
 from motorcade.service.playback import SimulatedWorld
 from motorcade.service.programs import profile_named
+from motorcade.service.referee import Referee
 from motorcade.service.world_messages import CarDetails, Hello, ReceivedFrame, SetWorld
 from motorcade.words.formats import CONTROL, FRAME
 from motorcade.words.image import bytes_to_words, parse_image_bytes, words_to_bytes
@@ -81,9 +83,11 @@ class StudioWorld(SimulatedWorld):
     Args:
         world: one world that stores events, and whose leaders run one image.
         driven: the boards of those of its cars that somebody drives.
+        referee: watches the goals of its mission.
     """
 
-    def __init__(self, world: World, driven: DrivenCars | None = None) -> None:
+    def __init__(self, world: World, driven: DrivenCars | None = None, referee: Referee | None = None) -> None:
+        self.referee = referee
         self.cars = world.cars
         self.tick_ms = world.tick_ms
         self._world = world
@@ -195,7 +199,10 @@ def build_world(message: SetWorld, driven: DrivenCars, most_cars: int) -> Studio
         return world
 
     _or_refuse("bad-mat", lambda: check_mat(mat, profile))
-    return StudioWorld(_or_refuse("bad-world", build), driven)
+    referee = Referee(chosen_mission(message.mission), image) if message.mission else None
+    if referee and len(referee.mission.mat.starts) != len(mat.starts):
+        raise MotorcadeError("mat-is-not-the-missions")
+    return StudioWorld(_or_refuse("bad-world", build), driven, referee)
 
 
 def mat_from(document: Any, most_cars: int) -> Mat:

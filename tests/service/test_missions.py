@@ -1,0 +1,200 @@
+"""Missions for the page: requests, goals while a world is played, and the stars of an owner."""
+
+import json
+
+import pytest
+
+from motorcade import compile_program
+from motorcade.boards.simulated_drive import DrivenCars
+from motorcade.errors import MotorcadeError
+from motorcade.locales import languages
+from motorcade.missions.check import check_program
+from motorcade.missions.document import built_in_mission, missions
+from motorcade.program.blocks import blocks_of
+from motorcade.server.studio.library import FolderStorage
+from motorcade.server.studio.simulation import build_world
+from motorcade.service.messages import Capabilities, MissionChoice
+from motorcade.service.requests import Context, respond
+from motorcade.service.world_messages import Goals, Move, Play, Reset, Seek, SetWorld, Shown, State, Step
+from motorcade.service.world_session import WorldSession
+
+NAME = "forward-and-stop"
+
+
+@pytest.fixture
+def storage(tmp_path):
+    return FolderStorage(tmp_path / "library")
+
+
+@pytest.fixture
+def ask(storage):
+    context = Context(Capabilities(False, False, False, False, False, 100, "webassembly"), storage, list)
+    return lambda name, message=None: json.loads(respond(name, json.dumps(message or {}).encode(), context))
+
+
+def attempt(program, **choice):
+    leader, followers = blocks_of(program)
+    return {"mission": choice, "leader": leader, "followers": followers}
+
+
+def test_the_list_has_the_stars_that_a_check_has_earned(ask):
+    assert [each["id"] for each in ask("missions")] == [each.id for each in missions()]
+    assert {star for each in ask("missions") for star in each["earned"]} == set()
+    mission = built_in_mission(NAME)
+    checked = ask("missions/check", attempt(mission.near_miss, id=NAME))
+    assert (checked["stars"], checked["earned"]) == ([], [])
+    assert set(checked["goals"][0]["why"]) == set(languages())
+    checked = ask("missions/check", attempt(mission.solution, id=NAME))
+    assert (checked["stars"], checked["earned"], checked["steps"]) == ([1, 2, 3], [1, 2, 3], None)
+    # Stars are kept: a worse try takes none away.
+    assert ask("missions/check", attempt(mission.near_miss, id=NAME))["earned"] == [1, 2, 3]
+    assert {each["id"]: each["earned"] for each in ask("missions")}[NAME] == [1, 2, 3]
+    assert ask("mission", {"id": NAME})["earned"] == [1, 2, 3]
+
+
+@pytest.mark.parametrize("name", [each.id for each in missions()])
+def test_a_mission_has_what_the_page_needs(ask, name):
+    opened = ask("mission", {"id": name})
+    assert len(opened["goals"]) == len(built_in_mission(name).goals)
+    assert (opened["followers"] is not None) == any(
+        car["role"] == "follower" for car in opened["mat"]["car"]
+    ) or opened["mat"]["crowd"]
+    # Its document is a mission of one's own, and its file too.
+    own = ask("mission", {"document": opened["document"]})
+    assert {**own, "id": name} == opened
+    text = ask("missions/save-text", {"document": opened["document"]})
+    assert ask("missions/open", text)["document"] == opened["document"]
+
+
+def test_stars_of_ones_own_mission_are_not_stored(ask, storage):
+    document = ask("mission", {"id": NAME})["document"]
+    checked = ask("missions/check", attempt(built_in_mission(NAME).solution, document=document))
+    assert (checked["stars"], checked["earned"]) == ([1, 2, 3], [])
+    assert storage.stars("") == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "message", "code"),
+    [
+        ("mission", {"id": "none"}, "no-mission"),
+        ("mission", {"document": {"format": "motorcade-mission/1"}}, "mission-not-valid"),
+        ("missions/open", {"text": "name = 3"}, "mission-not-valid"),
+        ("missions/open", {"text": '{"name": 3}'}, "mission-not-valid"),
+        ("missions/check", {"mission": {"id": NAME}, "leader": {"blocks": 3}}, "program-errors"),
+    ],
+)
+def test_what_is_not_valid_is_refused_with_a_sentence(ask, name, message, code):
+    with pytest.raises(MotorcadeError) as caught:
+        ask(name, message)
+    assert caught.value.code == code
+    assert all(caught.value.sentence(language) for language in languages())
+
+
+def test_a_forbidden_kind_of_block_earns_no_star(ask):
+    mission = built_in_mission(NAME)
+    checked = ask("missions/check", attempt(built_in_mission("lights-on").solution, id=NAME))
+    assert checked["stars"] == []
+    assert checked["steps"]["en"].startswith("the program uses led, together; allowed are")
+    assert len(checked["goals"]) == len(mission.goals)
+
+
+@pytest.mark.parametrize("content", [b"", b"[1]", b'{"stars": 3}', b'{"stars": {"x": 3, "y": [1, 9, "2"]}}', b"\xff"])
+def test_a_damaged_file_of_stars_counts_as_far_as_it_is_valid(storage, tmp_path, content):
+    (tmp_path / "library").mkdir()
+    (tmp_path / "library" / "missions.json").write_bytes(content)
+    assert {star for stars in storage.stars("").values() for star in stars} <= {1}
+    assert storage.add_stars("", "y", [2])[-1] == 2
+    assert 2 in storage.stars("")["y"]
+    assert storage.stars("somebody else") == {}
+
+
+class Page:
+    """A page that plays a mission."""
+
+    def __init__(self, mission, program):
+        image = compile_program(program, mission.profile).image
+        self.now_s = 0.0
+        self.session = WorldSession("0" * 32, lambda message: build_world(message, DrivenCars(), 200))
+        self.goals = []
+        self.states = []
+        self.session.connect()
+        seed = mission.seeds[0]
+        self.send(SetWorld(mission.mat_document, image, seed=seed, mission=MissionChoice(mission.id)))
+
+    def send(self, message):
+        self._take(self.session.receive(message))
+
+    def look(self, seconds):
+        end_s = self.now_s + seconds
+        while (wait_s := self.session.wait_s(self.now_s)) is not None and self.now_s + wait_s <= end_s:
+            self.now_s += wait_s
+            self._take(self.session.advance(self.now_s))
+            self.session.receive(Shown(1 << 20))
+        self.now_s = end_s
+
+    def _take(self, answers):
+        self.goals += [each for each in answers if isinstance(each, Goals)]
+        self.states += [each for each in answers if isinstance(each, State)]
+
+    def progress(self):
+        return [goal.progress for goal in self.goals[-1].goals]
+
+
+@pytest.mark.parametrize("name", [NAME, "find-your-way", "come-together", "red-light"])
+@pytest.mark.parametrize("which", ["solution", "near_miss"])
+def test_a_page_that_plays_comes_to_the_result_of_the_check(name, which):
+    mission = built_in_mission(name)
+    program = getattr(mission, which)
+    page = Page(mission, program)
+    page.send(Play(speed=16))
+    page.look(mission.duration_ms / 1000 / 16 + 1)
+    assert page.goals[-1].is_over
+    assert (page.states[-1].t_ms, page.states[-1].playing) == (mission.duration_ms, False)
+    checked = check_program(mission, program)
+    results = [goal for goal in checked.goals if goal.kind != "steps"]
+    for now, result in zip(page.goals[-1].goals, results, strict=True):
+        if result.seed == mission.seeds[0]:
+            assert (now.progress, now.t_ms, now.why["en"]) == (
+                "met" if result.met else "lost",
+                result.t_ms,
+                result.why.sentence(),
+            )
+
+
+def test_goals_tick_while_the_run_goes_on_and_follow_the_shown_time():
+    page = Page(built_in_mission(NAME), built_in_mission(NAME).solution)
+    assert page.progress() == ["open", "holds", "open"]
+    page.send(Play())
+    page.look(2.3)
+    assert page.progress() == ["holds"] * 3
+    page.send(Seek(500))
+    assert page.progress() == ["open", "holds", "open"]
+    assert not page.goals[-1].is_over
+    page.send(Seek())
+    assert page.progress() == ["holds"] * 3
+    page.send(Reset(seed=1))
+    assert page.progress() == ["open", "holds", "open"]
+
+
+def test_after_the_end_the_world_goes_on_if_the_page_wants_that():
+    page = Page(built_in_mission(NAME), built_in_mission(NAME).solution)
+    page.send(Step(500))
+    for _ in range(8):
+        page.send(Step(1000))
+    # The last step ended with the mission.
+    assert page.states[-1].t_ms == 8000
+    assert page.progress() == ["met"] * 3
+    page.send(Move(0, 1.4, 0.5))
+    page.send(Play())
+    page.look(1)
+    assert page.states[-1].t_ms > 8500
+    assert page.progress() == ["met"] * 3
+
+
+def test_a_mat_with_other_cars_is_not_the_missions():
+    mission = built_in_mission(NAME)
+    image = compile_program(mission.solution).image
+    session = WorldSession("0" * 32, lambda message: build_world(message, DrivenCars(), 200))
+    mat = built_in_mission("follow-me").mat_document
+    with pytest.raises(MotorcadeError, match="other cars than the mission"):
+        session.receive(SetWorld(mat, image, mission=MissionChoice(NAME)))
