@@ -704,12 +704,13 @@ static void motorcade_frames_open_slot(uint32_t *s)
 /* Begin to send the follower words of a leader's image. */
 void motorcade_frames_leader_begin(uint32_t *s, const struct motorcade_image *image, uint32_t now)
 {
-    uint8_t leader_states = BITS(motorcade_image_word(image, 0), 24, 255);
+    uint32_t at = (uint32_t)1 + BITS(motorcade_image_word(image, 0), 24, 255);
+    uint32_t end = at + BITS(motorcade_image_word(image, 0), 16, 255);
     /* One operation a word: it takes a microcontroller long with integers from 2^30 up. */
     uint32_t words = 0;
-    const uint32_t i_end = BITS(motorcade_image_word(image, 0), 16, 255);
-    for (uint32_t i = 0; i < i_end; i++) {
-        words = words | motorcade_image_word(image, (uint32_t)1 + leader_states + i);
+    while (at < end) {
+        words = words | motorcade_image_word(image, at);
+        at = at + 1;
     }
     s[MOTORCADE_BRAIN_RELAYED] = BITS(words, MOTORCADE_FRAMES_FORWARD_AT, 1);
     s[MOTORCADE_BRAIN_SLOT] = 0;

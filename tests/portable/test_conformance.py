@@ -90,7 +90,7 @@ def modules_of(package: str, files: list[Path]) -> set[str]:
 
 
 OF_WORDS = modules_of("words", WORDS) | {"motorcade.errors", "sys", "struct", "binascii", "collections"}
-OF_CARS = modules_of("words", WORDS) | {"motorcade.errors"} | modules_of("car", CAR)
+OF_CARS = modules_of("words", WORDS) | {"motorcade.errors", "array"} | modules_of("car", CAR)
 # MicroPython's modules are arguments, except in power_on's main.
 OF_BOARDS = {"array", "binascii", "collections", "gc", "json", "os", "select", "sys", "time"}
 MAY_IMPORT = {

@@ -186,7 +186,8 @@ class PlainBoard(Board):
         self.drive = wanted["drive_duties"]
         self.turn = wanted["turn_duties"]
         self.clock_ms = 0.0
-        self.before_ms = -1.0
+        # When the car asked for bytes, frames and voices the last time.
+        self.asked_ms = {"serial": -1.0, "frames": -1.0, "voice": -1.0}
         self.image: bytes | None = None
         self.outputs: list[tuple[int, str, object]] = []
         self.own: tuple[float, float] = (-1.0, -1.0)
@@ -201,6 +202,10 @@ class PlainBoard(Board):
     def now_ms(self) -> int:
         return (START_MS + int(self.clock_ms)) & TICKS_MASK
 
+    def since(self, what: str) -> float:
+        asked_ms, self.asked_ms[what] = self.asked_ms[what], self.clock_ms
+        return asked_ms
+
     def load_image(self) -> bytes | None:
         return self.image
 
@@ -208,11 +213,11 @@ class PlainBoard(Board):
         self.image = data
 
     def read_serial(self) -> bytes:
-        data = b""
+        data, since_ms = b"", self.since("serial")
         for at_ms, what, value in self.script:
             if what == "upload":
                 for place, byte in enumerate(value):
-                    if self.before_ms < at_ms + place * BYTE_US / 1000 <= self.clock_ms:
+                    if since_ms < at_ms + place * BYTE_US / 1000 <= self.clock_ms:
                         data += bytes([byte])
         return data
 
@@ -220,7 +225,8 @@ class PlainBoard(Board):
         self.record("line", data)
 
     def received_frames(self) -> list[int]:
-        ended = [frame for _, end_ms, frame in self.frames if self.before_ms < end_ms <= self.clock_ms]
+        since_ms = self.since("frames")
+        ended = [frame for _, end_ms, frame in self.frames if since_ms < end_ms <= self.clock_ms]
         return [] if self.is_sending() else ended
 
     def senses_carrier(self) -> bool:
@@ -250,7 +256,8 @@ class PlainBoard(Board):
         return bool(self.value_of("person", 0))
 
     def heard_voice(self) -> int:
-        spoken = [entry for entry in self.script if entry[1] == "say" and self.before_ms < entry[0] <= self.clock_ms]
+        since_ms = self.since("voice")
+        spoken = [entry for entry in self.script if entry[1] == "say" and since_ms < entry[0] <= self.clock_ms]
         return {None: NO_VOICE, 1: VOICE_STOP, 2: VOICE_GO}[spoken[-1][2][-1] if spoken else None]
 
     def set_wheels(self, direction: int, speed_level: int) -> None:
@@ -270,7 +277,6 @@ def plain_car(chip: str, role: str, ticks_us: list[int]) -> list[tuple[int, str,
     for tick_us in ticks_us:
         board.clock_ms = tick_us / 1000
         car.tick()
-        board.before_ms = board.clock_ms
     return board.outputs
 
 

@@ -16,8 +16,8 @@ from support.chip_benches import SMALL
 
 # No word of it passes on: a leader then looks at all of them.
 LARGEST = bytes.fromhex("FFFF0100" + "64800000" * 255 + "80280000" * 255)
-# The aim is 20 ms: an RP2040 exceeds it by some ms, depending on the layout of its memory.
-LONGEST_TICK_US = 30_000
+# Collections of garbage are among the turns.
+LONGEST_TURN_US = 20_000
 SECONDS = 4
 FRAME_EVERY_MS = 80
 FRAMES = 40
@@ -61,10 +61,11 @@ def test_a_full_image_arrives_whole_and_no_tick_is_long(chip, role, wired_furthe
     answers = b"".join([ast.literal_eval(value) for what, value in outputs if what == "line"])
     assert answers.startswith(b"OK check=")
     assert answers.endswith(ok_line(LARGEST) + LARGEST)
-    assert figures["longest_us"] <= LONGEST_TICK_US
+    assert figures["longest_us"] <= LONGEST_TURN_US
+    assert figures["collections"] > 0
     if role == "follower":
-        # A collection of garbage costs at most one frame, and so does storing an image, where interrupts are soft.
-        assert figures["heard"] >= FRAMES - (1 + figures["collections"] if chip == "esp32" else 0)
+        # Where interrupts are soft, storing an image costs a frame.
+        assert figures["heard"] >= FRAMES - (chip == "esp32")
     else:
         assert any(what == "wheels" for what, _ in outputs)
 

@@ -19,6 +19,9 @@ from motorcade.words.infrared import air_us
 from motorcade.words.ticks import TICKS_MASK, elapsed_ms
 from motorcade.words.upload import SILENCE_MS
 
+# Longer than a collection of garbage.
+_NEEDED_US = 20_000
+
 
 class MicroPythonBoard(Board):
     """A car's board on a microcontroller.
@@ -67,10 +70,10 @@ class MicroPythonBoard(Board):
         # A leader receives nothing, so it needs no interrupts.
         if "receiver" in infrared and not self.is_leader:
             self._receiver = open_receiver(machine, clock, infrared["receiver"], self.levels[UNIT_US], interrupt)
+        self._interrupts_are_hard = bool(interrupt)
         self._sender = make_sender(infrared["sender"], self.levels[UNIT_US]) if "sender" in infrared else None
         self._serial_ms = clock.ticks_ms()
         self._is_sending = False
-        self._has_time = self._receiver is None
         self._sent_until_us = 0
 
     def now_ms(self) -> int:
@@ -94,22 +97,28 @@ class MicroPythonBoard(Board):
         self._line.write(data)
 
     def received_frames(self) -> list[int] | tuple[int, ...]:
-        frames: list[int] | tuple[int, ...] = self._receiver.received_frames() if self._receiver else ()
-        self._has_time = self._receiver is None or bool(frames)
-        return frames
+        return self._receiver.received_frames() if self._receiver else ()
 
     def has_time(self, may_miss: bool) -> bool:
         """Return whether the loop may do something else for some milliseconds now, without missing a frame or an echo.
 
-        No frame is missed by a car without a receiver, and hardly one right after a frame ended or while the car itself
-        begins to send; but during an upload bytes would be lost. With ``may_miss`` it is enough that the air is free.
+        During an upload it may not, since bytes would be lost. Hard interrupts run meanwhile. Where they are soft, no
+        frame is missed by a car without a receiver, while the car itself sends, and while a header's long mark begins.
+        With ``may_miss`` it is enough that the air is free.
         """
         if elapsed_ms(self._clock.ticks_ms(), self._serial_ms) < SILENCE_MS:
             # An ESP32's line holds 260 bytes, which come in 23 ms.
             return False
+        if self._interrupts_are_hard:
+            return True
         if self._ultrasonic is not None and self._ultrasonic.is_measuring():
             return False
-        return self._has_time or (may_miss and not self.senses_carrier())
+        if self._receiver is None:
+            return True
+        needed_until_us = (self._clock.ticks_us() + _NEEDED_US) & TICKS_MASK
+        if self._is_sending and not has_come(needed_until_us, self._sent_until_us):
+            return True
+        return self._receiver.header_begins() or (may_miss and not self.senses_carrier())
 
     def senses_carrier(self) -> bool:
         return self._receiver is not None and self._receiver.senses_carrier()
@@ -124,7 +133,6 @@ class MicroPythonBoard(Board):
             return
         self._sender.send(frame)
         self._is_sending = True
-        self._has_time = True
         self._sent_until_us = (self._clock.ticks_us() + air_us(frame, self.levels[UNIT_US])) & TICKS_MASK
         if self._receiver is not None:
             self._receiver.ignore_until(self._sent_until_us)

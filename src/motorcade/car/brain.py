@@ -29,8 +29,10 @@ from motorcade.words.widths import uint8, uint8_at, uint16_at
 
 # The type of an image in annotations. In C its words are read by a function, so that they may be in an EEPROM.
 MYPY = False
-if MYPY:  # noqa: SIM108, because the type checker needs a plain assignment
-    ImageWords = tuple[int, ...]
+if MYPY:
+    from collections.abc import Sequence
+
+    ImageWords = Sequence[int]
 else:
     ImageWords = tuple
 

@@ -99,11 +99,13 @@ def frame_ms(frame: int, levels: tuple[int, ...]) -> int:
 
 def leader_begin(s: list[int], image: ImageWords, now: int) -> None:
     """Begin to send the follower words of a leader's image."""
-    leader_states = image[0] >> 24
+    at = 1 + (image[0] >> 24)
+    end = at + (image[0] >> 16 & 255)
     # One operation a word: it takes a microcontroller long with integers from 2^30 up.
     words = 0
-    for i in range(image[0] >> 16 & 255):
-        words = words | image[1 + leader_states + i]
+    while at < end:
+        words = words | image[at]
+        at = at + 1
     s[RELAYED] = words >> _FORWARD_AT & 1
     s[SLOT] = 0
     s[SLOT_STARTED_MS] = now

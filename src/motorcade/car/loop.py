@@ -3,18 +3,23 @@
 Portable.
 """
 
+# For the type checker alone: MicroPython has no such module.
+MYPY = False
+if MYPY:
+    from collections.abc import Sequence
+
+from array import array
+
 from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.board import NOTHING_IN_SIGHT_MM, Board
 from motorcade.words.check import ready_line
-from motorcade.words.image import bytes_to_words
+from motorcade.words.image import WORD_BYTES, bytes_to_words
 from motorcade.words.receiver import MOST_WORDS
 from motorcade.words.ticks import later_ms, reached
 from motorcade.words.upload import CANT_STORE, CHECK, IMAGE, NO_PROGRAM, READBACK, CarEnd, CarEvent, error_line
 
-# What was done with the image that was stored last.
-_STORED = 0
-_READY = 1
-_BEGUN = 2
+# On a slow chip: how many words of a new image one tick takes.
+_WORDS_A_TICK = 48
 _ALL_BUT_PARITY = 0xFFFFFFFE
 _KINDS = ("state", "start", "over")  # at the indices of motorcade.car.step
 _LOSS_REASONS = {
@@ -29,18 +34,23 @@ class Car:
     """A car on a `motorcade.car.board.Board`; call ``tick`` often, at best every few milliseconds.
 
     A car that was switched on with an image in its store begins it at its first tick.
+
+    On a slow chip (``board.words_a_tick`` below 511) a tick does either one piece of the work that uploads make, or all
+    else; where there is much of that work, each second tick is for all else. An image begins some ticks later there.
     """
 
     def __init__(self, board: Board) -> None:
         self.board = board
         self.memory = [0] * brain.SIZE
-        self.image: tuple[int, ...] = (0,)
+        self.image: Sequence[int] = (0,)
         self._serial = CarEnd(board.most_words, board.words_a_tick)
         # The bytes of the stored image, so that no tick has to read the store, and answers that aren't sent yet.
         self._stored = NO_PROGRAM
         self._answers = b""
-        self._new = _BEGUN
-        self._words: tuple[int, ...] = self.image
+        self._is_slow = board.words_a_tick < MOST_WORDS
+        self._has_worked = False
+        # The words of a new image that doesn't run yet: as many as were taken so far. None where no image is new.
+        self._words: array[int] | None = None
         self._wheels = brain.STILL
         self._led = brain.NO_LED
         self._is_on = False
@@ -57,11 +67,11 @@ class Car:
         self._now_ms = now = board.now_ms()
         if not self._is_on:
             self._switch_on(now)
-        if self._new != _BEGUN:
-            # All else waits for so long: with it this tick would be long on a slow chip.
-            self._go_on_with_image(now)
+        if self._has_worked:
+            self._has_worked = False
+        elif self._work(now):
+            self._has_worked = True
             return
-        self._serve_serial(now)
         if not self._leads:
             self._frames = board.received_frames()
         self._voice = board.heard_voice()
@@ -93,27 +103,47 @@ class Car:
         self._wake_ms = now
         brain.switch_on(self.memory, self.board.number, now)
         self._stored = self.board.load_image() or NO_PROGRAM
-        self.image = bytes_to_words(self._stored)
-        if self.leads:
-            step.begin_program(self, now)
+        self._take_words(now)
 
-    def _serve_serial(self, now: int) -> None:
-        board = self.board
-        self._serial.receive_data(board.read_serial(), now)
-        event = self._serial.next_event()
-        while event is not None:
-            if event.kind == READBACK:
-                self._answers += self._stored
-            elif event.kind == CHECK:
-                self._answers += ready_line(event.answer, self._stored)
-            elif event.kind == IMAGE:
-                self._take_image(event, now)
-            else:
-                self._answers += event.answer
-            event = self._serial.next_event()
+    def _work(self, now: int) -> bool:
+        """Serve the serial line, or go on with a new image; return whether all else has to wait for the next tick."""
+        if self._words is not None:
+            self._take_more_words(self._words, now)
+            return True
+        takes_long = self._serve_serial(now)
         if self._answers:
-            board.write_serial(self._answers[: board.bytes_a_tick])
-            self._answers = self._answers[board.bytes_a_tick :]
+            self.board.write_serial(self._answers[: self.board.bytes_a_tick])
+            self._answers = self._answers[self.board.bytes_a_tick :]
+        return takes_long
+
+    def _serve_serial(self, now: int) -> bool:
+        if not self._is_slow:
+            self._serial.receive_data(self.board.read_serial(), now)
+            while self._take_event(now):
+                pass
+            return False
+        # Answers that wait hold events back, and those hold bytes back: neither can fill the memory.
+        if self._answers:
+            return False
+        if self._take_event(now):
+            return True
+        data = self.board.read_serial()
+        return self._serial.receive_data(data, now) or bool(data)
+
+    def _take_event(self, now: int) -> bool:
+        """Do what the next event of the serial line asks for; return whether there was one."""
+        event = self._serial.next_event()
+        if event is None:
+            return False
+        if event.kind == READBACK:
+            self._answers += self._stored
+        elif event.kind == CHECK:
+            self._answers += ready_line(event.answer, self._stored)
+        elif event.kind == IMAGE:
+            self._take_image(event, now)
+        else:
+            self._answers += event.answer
+        return True
 
     def _take_image(self, event: CarEvent, now: int) -> None:
         try:
@@ -124,22 +154,31 @@ class Car:
         self._answers += event.answer
         self._stored = event.image
         self.board.note("image", now, len(event.image), 0)
-        self._new = _STORED
-        if self.board.words_a_tick >= MOST_WORDS:
-            self._go_on_with_image(now)
-            self._go_on_with_image(now)
+        self._take_words(now)
 
-    def _go_on_with_image(self, now: int) -> None:
-        """Take the stored image's words, or begin them; each takes a slow chip some milliseconds."""
-        if self._new == _STORED:
-            self._words = bytes_to_words(self._stored)
-            self._new = _READY
+    def _take_words(self, now: int) -> None:
+        """Begin the stored image; on a slow chip, begin to take its words. A follower uses none of them."""
+        if not self._leads:
             return
-        self.image = self._words
-        self._new = _BEGUN
+        if self._is_slow:
+            # Words in an array are no objects: collecting garbage takes less time.
+            self._words = array("I")
+        else:
+            self._begin(bytes_to_words(self._stored), now)
+
+    def _take_more_words(self, words: "array[int]", now: int) -> None:
+        """Take some of a new image's words, or begin it: each takes a slow chip some milliseconds."""
+        at = len(words) * WORD_BYTES
+        if at < len(self._stored):
+            words.extend(array("I", bytes_to_words(self._stored[at : at + _WORDS_A_TICK * WORD_BYTES])))
+        else:
+            self._words = None
+            self._begin(words, now)
+
+    def _begin(self, words: "Sequence[int]", now: int) -> None:
+        self.image = words
         self._wake_ms = now
-        if self.leads:
-            step.begin_program(self, now)
+        step.begin_program(self, now)
 
     # What motorcade.car.step uses.
 

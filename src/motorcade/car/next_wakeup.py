@@ -15,7 +15,7 @@ _FORWARD_AT = CONTROL.field("forward").low
 _MOTOR_DIRECTION_AT = CONTROL.field("motor_direction").low
 
 
-def frames_rest_ms(s: list[int], image: tuple[int, ...], free_ms: int, now: int, levels: tuple[int, ...]) -> int:
+def frames_rest_ms(s: list[int], image: brain.ImageWords, free_ms: int, now: int, levels: tuple[int, ...]) -> int:
     """For how many ms after now a leader begins no frame, if the air is free in ``free_ms`` and no sooner."""
     if image[0] >> 16 & 255 == 0:
         return NEVER_MS

@@ -1,7 +1,7 @@
 """A word format: a table of fields, and the functions that encode and decode words by it.
 
-Portable. When a format is defined it generates the source of its ``encode`` and ``decode`` from its fields, as the
-dataclasses of the standard library do. So ``encode`` and ``decode`` are as fast as shifts written by hand.
+Portable. A format generates the source of its ``encode`` and ``decode`` from its fields, as the dataclasses of the
+standard library do, when one of them is first used. So they are as fast as shifts written by hand.
 """
 
 import sys
@@ -203,19 +203,22 @@ class WordFormat:
         self.values: Callable[..., Any] = namedtuple(name[0].upper() + name[1:], [field.name for field in self.fields])  # type: ignore[misc]
         self.reserved_mask = sum(field.word_mask for field in self.fields if field.reserved)
         self.paired = tuple(field for field in self.fields if field.goes_with)
+
+    decode: "Callable[..., Any]"
+    encode: "Callable[..., int]"
+
+    def __getattr__(self, name: str) -> "Any":
+        """Generate ``decode`` and ``encode`` when one of them is first used: a car's loop uses neither."""
+        if name not in ("decode", "encode"):
+            raise AttributeError(name)
         # Fields are the parameters of encode: the underscores keep these names different from theirs.
-        space: dict[str, Any] = {
-            "_values": self.values,
-            # tuple.__new__ skips the constructor of the named tuple, which is half of the cost of a decode.
-            "_new": getattr(tuple, "__new__", None) or (lambda cls, raw: cls(*raw)),
-            "_refuse_word": self._refuse_word,
-            "_refuse": self._refuse,
-            "_refuse_unpaired": self._refuse_unpaired,
-        }
-        exec(self._decode_source(space), space)
-        exec(self._encode_source(), space)
-        self.decode: Callable[..., Any] = space["decode"]
-        self.encode: Callable[..., int] = space["encode"]
+        space: dict[str, Any] = {key: getattr(self, key) for key in ("_refuse_word", "_refuse", "_refuse_unpaired")}
+        space["_values"] = self.values
+        # tuple.__new__ skips the constructor of the named tuple, which is half of the cost of a decode.
+        space["_new"] = getattr(tuple, "__new__", None) or (lambda cls, raw: cls(*raw))
+        exec(self._decode_source(space) + "\n" + self._encode_source(), space)
+        self.decode, self.encode = space["decode"], space["encode"]
+        return space[name]
 
     def field(self, name: str) -> Field:
         """Return the Field called ``name``. Raises WordError."""

@@ -103,20 +103,24 @@ class CarEnd:
         self._events: list[CarEvent] = []
         receiver.switch_on(self._memory, most_words)
 
-    def receive_data(self, data: bytes, now_ms: int) -> None:
-        """Take bytes that came at ``now_ms``; call it with ``b""`` from time to time so that it notices silence."""
+    def receive_data(self, data: bytes, now_ms: int) -> bool:
+        """Take bytes that came at ``now_ms``; call it with ``b""`` from time to time so that it notices silence.
+
+        Return whether there is an event, or work for the next call.
+        """
         if data:
             self._waiting = self._waiting + data if self._waiting else data
         is_working = self._process(now_ms)
         while self._waiting:
             count = min(receiver.room(self._memory, self._buffer, now_ms), len(self._waiting))
             if count == 0:
-                return
+                return True
             end = self._memory[receiver.END]
             self._buffer[end : end + count] = self._waiting[:count]
             self._waiting = self._waiting[count:]
             receiver.add(self._memory, count, now_ms)
             is_working = is_working or self._process(now_ms)
+        return is_working or bool(self._events)
 
     def next_event(self) -> CarEvent | None:
         """Return the next CarEvent, or None."""

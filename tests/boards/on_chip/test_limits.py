@@ -86,19 +86,27 @@ def test_an_older_rmt_gets_the_divider_and_a_newer_one_the_resolution():
         assert a_bench.observed.seen[-1][2] == tuple(frame_durations_us(FRAME))
 
 
-def test_garbage_is_collected_right_after_a_frame_and_not_during_one_or_an_upload():
+@pytest.mark.parametrize("begins_every_us", [70_000, 600_000])
+def test_garbage_is_collected_where_it_costs_no_frame_and_not_during_an_upload(begins_every_us):
     a_bench = bench()
     loop = power_on.Loop(board_of(a_bench), a_bench.modules)
     at_us = []
     collect = a_bench.collector.collect
     a_bench.collector.collect = lambda: (at_us.append(a_bench.chip.now_us), collect())
-    length_us = sum(frame_durations_us(FRAME))
-    begins_us = [70_000 * number for number in range(100)]
-    for begin_us in begins_us:
-        a_bench.hear(begin_us, frame_durations_us(FRAME))
-    a_bench.upload(4_500_000, bytes([1, 0, 0, 0]) * 400, 2000)
-    while a_bench.chip.now_us < 7_000_000:
+    for number in range(20_000_000 // begins_every_us):
+        a_bench.hear(number * begins_every_us, frame_durations_us(FRAME))
+    a_bench.upload(12_500_000, bytes([1, 0, 0, 0]) * 400, 2000)
+    while a_bench.chip.now_us < 20_000_000:
         loop.turn()
-    assert 1 <= len(at_us) <= 3
-    assert not any(4_500_000 < each < 5_200_000 for each in at_us)
-    assert all(0 <= (each - length_us) % 70_000 <= 2000 for each in at_us)
+    assert 4 <= len(at_us) <= 8
+    assert not any(12_500_000 < each < 16_200_000 for each in at_us)
+    # Each time right after the edge that begins a header's mark of 9 ms.
+    assert all(each % begins_every_us <= 1200 for each in at_us)
+
+
+def test_a_car_that_hears_nothing_collects_garbage_all_the_same():
+    a_bench = bench()
+    loop = power_on.Loop(board_of(a_bench), a_bench.modules)
+    while a_bench.chip.now_us < 20_000_000:
+        loop.turn()
+    assert a_bench.collector.collections == 20_000 // power_on.COLLECT_AT_LEAST_MS

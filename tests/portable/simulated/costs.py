@@ -11,6 +11,7 @@ from collections import namedtuple
 Costs = namedtuple(
     "Costs",
     (
+        "hz",
         "instruction_ns",
         "call_us",
         "hard_us",
@@ -23,6 +24,8 @@ Costs = namedtuple(
     ),
 )
 """
+hz
+    the frequency for which the times below hold; the chip may run with another.
 instruction_ns
     one instruction of the WebAssembly build.
 call_us
@@ -32,8 +35,9 @@ hard_us, soft_us
 soft_waiting
     how many soft interrupts may wait for the program: MICROPY_SCHEDULER_DEPTH. Others are lost.
 collect_us
-    gc.collect() with the car's 99 KB of live objects: 2.4 million instructions in a short loop. No soft interrupt runs
-    meanwhile; hard ones do.
+    gc.collect() with the live objects of a car from .mpy files that holds the largest image, in a heap of 200 KB: 1.0
+    million instructions in a short loop (`benchmarks/chips.py`). No soft interrupt runs meanwhile;
+    hard ones do.
 flash_byte_ns
     reading or writing a byte of a file. Erasing isn't counted: 45 ms a sector on a Pico, by its flash's data sheet.
 stdin_ring_bytes, uart_ring_bytes
@@ -41,8 +45,10 @@ stdin_ring_bytes, uart_ring_bytes
     waits (USB).
 """
 
-# An ESP32's clock is twice as fast, and so is its program here; nobody measured that.
+# An ESP32 is twice as fast where its program asks for 240 MHz, and so is the program here; nobody measured that.
 COSTS = {
-    "rp2": Costs(60, 3, 10, 100, 8, 41_000, 1_000, None, 256),
-    "esp32": Costs(30, 2, 10, 100, 8, 20_000, 1_000, 260, 256),
+    "rp2": Costs(125_000_000, 60, 3, 10, 100, 8, 17_500, 1_000, None, 256),
+    "esp32": Costs(240_000_000, 30, 2, 10, 100, 8, 8_700, 1_000, 260, 256),
 }
+# With which frequency a chip begins: MicroPython's for boards in general.
+POWER_ON_HZ = {"rp2": 125_000_000, "esp32": 160_000_000}

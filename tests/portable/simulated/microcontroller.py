@@ -17,7 +17,7 @@ except ImportError:
     heap_unlock = heap_lock
 
 from motorcade.words.ticks import TICKS_MASK
-from simulated.costs import COSTS
+from simulated.costs import COSTS, POWER_ON_HZ
 from simulated.timing import time_methods, timed
 
 
@@ -36,6 +36,7 @@ class Microcontroller:
 
     def __init__(self, platform, ticks_ms=0):
         self.platform = platform
+        self.hz = POWER_ON_HZ[platform]
         self.now_us = 0
         self.late_us = 0
         self.meter = None
@@ -251,6 +252,11 @@ def machine_of(chip, chips_number=b"\x01\x02\x03\x04"):
         def unique_id(self):
             return chips_number
 
+        def freq(self, hz):
+            if hz not in (80_000_000, 160_000_000, 240_000_000) or chip.platform != "esp32":
+                raise ValueError("frequency")
+            chip.hz = hz
+
         def reset(self):
             raise Reset
 
@@ -362,7 +368,7 @@ class Collector:
     def collect(self):
         self.collections += 1
         if self._chip.meter:
-            self._chip.block(self._chip.meter.costs.collect_us)
+            self._chip.block(self._chip.meter.scaled(self._chip.meter.costs.collect_us))
 
 
 class Implementation:

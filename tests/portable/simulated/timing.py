@@ -60,11 +60,15 @@ class Meter:
         if self._allocated:
             self.bytes += self._allocated() - self._mark_bytes
         if count <= _MASK >> 1:
-            self._ns += count * self.costs.instruction_ns
+            self._ns += self.scaled(count * self.costs.instruction_ns)
             self._total_ns += count * self.costs.instruction_ns
             self._chip.pass_time(self._ns // 1000)
             self._ns %= 1000
         return True
+
+    def scaled(self, duration):
+        """Return the duration of the chip's own work with the frequency that it has now."""
+        return duration * (self.costs.hz // 1_000_000) // (self._chip.hz // 1_000_000)
 
 
 def _nothing(argument):

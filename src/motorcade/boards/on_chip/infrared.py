@@ -26,6 +26,9 @@ _RMT_CLOCK_DIVIDER = 80
 _EDGES = 256
 # The receiver reports a mark's end late, by up to about ten periods of the carrier.
 _ECHO_US = 1000
+# A header's mark takes 9 ms. A collection of garbage that begins so long after it began ends with it, or within the
+# tolerance of the space behind it.
+_HEADER_BEGINS_US = 1200
 # No frame has a mark of this length: what has begun is no frame.
 _DISCARDS = 0
 
@@ -110,6 +113,16 @@ class InfraredReceiver:
         if echo_is_past:
             self._has_echo = False
         return frames
+
+    def header_begins(self) -> bool:
+        """Return whether a header's mark began just now: no edge comes for 7 ms then."""
+        if (self._written - self._read) & self._edge_mask != 1:
+            return False
+        at = self._read & (self._max_edges - 1)
+        at_us = self._times_us[at]
+        if self._levels[at] or (self._ticks_us() - at_us) & TICKS_MASK > _HEADER_BEGINS_US:
+            return False
+        return self._free or (at_us - self._last_us) & TICKS_MASK > self._free_after_us
 
     def senses_carrier(self) -> bool:
         """Return whether a frame is on the air: there is carrier, or a space no longer than those within a frame."""

@@ -30,6 +30,8 @@ TICK_MS = 1
 # How often garbage is collected where it costs no frame, and how often anyway while the air is free.
 COLLECT_EVERY_MS = 2000
 COLLECT_AT_LEAST_MS = 6000
+# An ESP32 begins with 160 MHz.
+_ESP32_HZ = 240_000_000
 RESTART_AFTER_MS = 2000
 # The first MicroPython whose PWM takes frequency and duty at once.
 NEEDED_VERSION = (1, 21, 0)
@@ -78,6 +80,8 @@ def load_settings(open_file: "Callable[..., Any]") -> "dict[str, Any]":
 def open_board(settings: "dict[str, Any]", modules: Modules) -> MicroPythonBoard:
     """Open the board that ``settings`` describe, with its wheels and LEDs off."""
     machine, clock = modules.machine, modules.clock
+    if modules.platform == "esp32":
+        _speed_up(machine)
     if settings["number"] is None:
         settings["number"] = crc32(machine.unique_id()) & 0xFFFFFFFF
     # UARTs first: some claim a pin that isn't theirs, and the part at that pin then takes it back.
@@ -93,11 +97,10 @@ def open_board(settings: "dict[str, Any]", modules: Modules) -> MicroPythonBoard
 
 
 class Loop:
-    """A car's loop: a tick, the watchdog, and garbage at times that cost no infrared frame.
+    """A car's loop: a tick, or a collection of garbage at a time that costs no infrared frame; and the watchdog.
 
-    A collection takes some milliseconds. Where interrupts are soft they wait for its end, and a frame that is on the
-    air meanwhile is lost. So garbage is collected right after a frame, received or begun to be sent: the next frame
-    comes later. A car that heard nothing for long collects while the air is free.
+    A collection takes some milliseconds, in which soft interrupts wait for its end. `MicroPythonBoard.has_time` says
+    when none is needed for so long.
     """
 
     def __init__(self, board: MicroPythonBoard, modules: Modules) -> None:
@@ -109,13 +112,14 @@ class Loop:
         self._collected_ms = modules.clock.ticks_ms()
 
     def turn(self) -> None:
-        """Do one tick and what is due besides."""
-        self._car.tick()
-        self._watchdog.feed()
+        """Do one tick, or collect garbage where that is due and the board has time."""
         waited_ms = elapsed_ms(self._clock.ticks_ms(), self._collected_ms)
         if waited_ms >= COLLECT_EVERY_MS and self._board.has_time(waited_ms >= COLLECT_AT_LEAST_MS):
             self._collector.collect()
             self._collected_ms = self._clock.ticks_ms()
+        else:
+            self._car.tick()
+        self._watchdog.feed()
         self._clock.sleep_ms(TICK_MS)
 
     def close(self) -> None:
@@ -173,6 +177,14 @@ def main() -> None:
     start(
         Modules(platform, sys.implementation, machine, time, micropython, gc, chip, os, open, *streams), lambda: False
     )
+
+
+def _speed_up(machine: "Any") -> None:
+    try:
+        machine.freq(_ESP32_HZ)
+    except ValueError:
+        # Some chips of the family are slower.
+        pass
 
 
 def _line(settings: "dict[str, Any]", modules: Modules) -> "Any":
