@@ -4,6 +4,8 @@
 #   docker run --rm --publish 127.0.0.1:7700:7700 --volume motorcade:/home/motorcade/projects motorcade
 #
 # Open the address that it prints, with localhost in place of the container's own. The token in it lets you in.
+# 127.0.0.1 in --publish keeps it to this computer, so --insecure-lan is safe here. Others in the network need HTTPS:
+# docker run … --publish 7700:7700 --volume ./keys:/keys motorcade studio --host 0.0.0.0 --https /keys/car-desk.pem
 
 FROM python:3.13-slim-bookworm AS build
 WORKDIR /source
@@ -26,4 +28,4 @@ RUN mkdir projects
 EXPOSE 7700
 # Where much is simulated, native kernels are compiled in the background; Numba keeps them in ~/.cache.
 ENTRYPOINT ["motorcade"]
-CMD ["studio", "--host", "0.0.0.0", "--no-browser", "--library", "/home/motorcade/projects"]
+CMD ["studio", "--host", "0.0.0.0", "--insecure-lan", "--no-browser", "--library", "/home/motorcade/projects"]

@@ -72,9 +72,10 @@ def test_with_keys_cars_and_page_are_reached_by_tls(tmp_path: Path) -> None:
     with DrivenCar(profile=PATIENT, tls=server_context(tmp_path / "car-ada.pem")) as car:
         ada = f"ada=localhost:{car.port}/{car.telemetry_port}"
         keys = ("--keys", str(tmp_path / "driver-lin.pem"), "--https", str(tmp_path / "car-desk.pem"))
-        with started("drive", "remote", ada, *keys) as told:
-            assert told["url"].startswith("https://127.0.0.1:")
-            assert listed(told["url"], trust, sits="ada")
+        with started("drive", "remote", ada, "--host", "0.0.0.0", *keys) as told:
+            where = urlsplit(told["url"])
+            assert where.scheme == "https"
+            assert listed(f"https://127.0.0.1:{where.port}/drive?{where.query}", trust, sits="ada")
 
 
 def test_the_studio_takes_cars_by_address_too(tmp_path: Path) -> None:
@@ -88,6 +89,8 @@ def test_the_studio_takes_cars_by_address_too(tmp_path: Path) -> None:
     ("arguments", "sentence"),
     [
         (["192.168.1.20"], "'192.168.1.20' is not NAME=HOST[:PORT], such as ada=192.168.1.20"),
+        (["ada=1.2.3.4", "--host", "0.0.0.0", "--port", "0"], "at 0.0.0.0 others in the network can reach the page"),
+        (["ada=1.2.3.4", "--insecure-lan", "--https", "x.pem"], "--https and --insecure-lan exclude"),
         (["ada=1.2.3.4:x"], "'1.2.3.4:x' is not HOST or HOST:PORT"),
         (["ada=1.2.3.4:5005/0"], "'0' is no telemetry port of ada"),
         (["3=1.2.3.4"], "'3' is no name for a car"),

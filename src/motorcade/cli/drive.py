@@ -1,6 +1,5 @@
 """The command `drive serve`; the drivers' commands are in `motorcade.cli.driving`."""
 
-import sys
 from collections import deque
 from contextlib import ExitStack
 from enum import StrEnum
@@ -29,8 +28,6 @@ from motorcade.cli.pages import CameraName, KeysFile
 from motorcade.errors import MotorcadeError, Phrase
 
 if TYPE_CHECKING:
-    import socket
-
     from motorcade.cameras.broadcast import Source
     from motorcade.car.drive_board import DriveBoard
     from motorcade.cli.car_options import CarParts
@@ -97,7 +94,7 @@ def _serve(
     notes: deque[Phrase | str] = deque()
     with ExitStack() as resources:
         commands, telemetry = (resources.enter_context(bind(host, each)) for each in (port, second))
-        _check_reach(commands, bool(tls), insecure_lan)
+        pages.check_reach(commands, keys, insecure_lan, "address-without-keys", "serve-insecure")
         page = resources.enter_context(bind(host, web)) if web is not None else None
         if page:
             pages.load_page()
@@ -113,18 +110,6 @@ def _serve(
         asyncio.run(serve(car, chosen, serving))
     if not as_json:
         print_lines([translated("serve-ended")])
-
-
-def _check_reach(listener: "socket.socket", has_keys: bool, insecure_lan: bool) -> None:
-    """Refuse an address that other computers reach, unless it is clear who may drive. Raises MotorcadeError."""
-    from motorcade.sockets import is_loopback
-
-    if is_loopback(listener) or has_keys:
-        return
-    host = listener.getsockname()[0]
-    if not insecure_lan:
-        raise MotorcadeError("address-without-keys", host=host)
-    print(translated("serve-insecure", host=host), file=sys.stderr, flush=True)
 
 
 def _check_options(options: CarOptions, is_real: bool, stick: StickName | None) -> None:

@@ -32,6 +32,8 @@ _TOKEN_CHARACTERS = 32
 remote_app = typer.Typer()
 studio_app = typer.Typer()
 KeysFile = Annotated[Path | None, typer.Option(dir_okay=False)]
+PageKeys = Annotated[Path | None, typer.Option("--https", dir_okay=False)]
+InsecureLan = Annotated[bool, typer.Option("--insecure-lan")]
 Cameras = Annotated[list[str] | None, typer.Option("--camera", metavar="NAME=URL")]
 
 
@@ -51,6 +53,29 @@ def https(keys: Path | None) -> ssl.SSLContext | None:
     from motorcade.drive.tls.keys import https_context
 
     return https_context(keys)
+
+
+def check_reach(listener: socket.socket, keys: Path | None, insecure_lan: bool, refusal: str, warning: str) -> None:
+    """Refuse an address that others reach without keys, unless ``insecure_lan`` allows it; then print a warning.
+
+    Args:
+        refusal: the code of the MotorcadeError that is raised.
+        warning: the key of the sentence that is printed.
+    """
+    from motorcade.sockets import is_loopback
+
+    if is_loopback(listener) or keys:
+        return
+    host = listener.getsockname()[0]
+    if not insecure_lan:
+        raise MotorcadeError(refusal, host=host)
+    print(translated(warning, host=host), file=sys.stderr, flush=True)
+
+
+def _page_tls(listener: socket.socket, keys: Path | None, insecure_lan: bool) -> ssl.SSLContext | None:
+    """HTTPS of a page of its own, or None where plain HTTP is allowed. Raises MotorcadeError."""
+    check_reach(listener, keys, insecure_lan, "page-without-https", "page-insecure")
+    return https(keys)
 
 
 def open_camera(name: CameraName) -> "Source | None":
@@ -123,7 +148,8 @@ def _remote(
     camera: Cameras = None,
     host: str = "127.0.0.1",
     port: TcpPortNumber = 7701,
-    page_keys: Annotated[Path | None, typer.Option("--https", dir_okay=False)] = None,
+    page_keys: PageKeys = None,
+    insecure_lan: InsecureLan = False,
     as_json: Json = False,
 ) -> None:
     with needs_extra("remote", "drive"):
@@ -133,9 +159,10 @@ def _remote(
         from motorcade.server.running import serve_alone
     from motorcade.drive.listener import bind
 
+    _check_options(page_keys, insecure_lan)
     named = named_cars(cars, camera or (), keys)
-    tls = https(page_keys)
     with bind(host, port, "remote") as listener:
+        tls = _page_tls(listener, page_keys, insecure_lan)
         url, where = page_address(listener, host, "/drive", tls)
         settings = ServerSettings(**where)
         names = [car.name for car in named["cars"]]
@@ -145,6 +172,11 @@ def _remote(
             print_result({"url": url, "cars": names}, sentence, as_json)
 
         serve_alone(make_remote(settings, RemoteCars(**named)), settings, listener, ready, tls)
+
+
+def _check_options(page_keys: Path | None, insecure_lan: bool) -> None:
+    if page_keys and insecure_lan:
+        raise MotorcadeError("options-exclude-each-other", first="--https", second="--insecure-lan")
 
 
 def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) -> dict[str, Any]:
@@ -200,6 +232,8 @@ def _studio(
     car: Annotated[list[str] | None, typer.Option(metavar="NAME=HOST[:PORT]")] = None,
     keys: KeysFile = None,
     camera: Cameras = None,
+    page_keys: PageKeys = None,
+    insecure_lan: InsecureLan = False,
     no_browser: Annotated[bool, typer.Option("--no-browser")] = False,
     as_json: Json = False,
 ) -> None:
@@ -207,11 +241,13 @@ def _studio(
         import motorcade.engine.webassembly  # noqa: F401  # before the page asks for a world
         from motorcade.server.running import serve_alone
         from motorcade.server.studio.app import Settings, make_app
+    _check_options(page_keys, insecure_lan)
     named = named_cars(car or (), camera or (), keys)
     folder = library or Path(typer.get_app_dir("motorcade")) / "projects"
     token = own_token(folder)
     with _listen(host, port, token) as listener:
-        url, where = page_address(listener, host, token=token)
+        tls = _page_tls(listener, page_keys, insecure_lan)
+        url, where = page_address(listener, host, tls=tls, token=token)
         settings = Settings(library=folder, **where, **named)
 
         def ready() -> None:
@@ -220,7 +256,7 @@ def _studio(
             if not no_browser:
                 open_browser(url)
 
-        serve_alone(make_app(settings), settings, listener, ready)
+        serve_alone(make_app(settings), settings, listener, ready, tls)
 
 
 def own_token(folder: Path) -> str:

@@ -4,13 +4,16 @@ import http.client
 import http.cookiejar
 import json
 import signal
+import socket
+import ssl
 import stat
 import subprocess
 import sys
 import urllib.error
 import urllib.request
 from collections import deque
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -21,6 +24,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from motorcade.cli import pages
+from motorcade.drive.tls.certificates import CarKeys, make_keys
 from support.command_line import refusal
 
 SESSION = "0" * 32
@@ -126,18 +130,42 @@ def test_an_address_of_another_computer_is_refused_with_a_sentence(host):
     assert said.startswith(("--host", "the studio can't listen"))
 
 
-def test_other_computers_need_the_printed_token(tmp_path):
-    with started(tmp_path, "--host", "0.0.0.0") as running:
-        assert answer(running, "POST", "/api/projects/list", Cookie="")[0] == 401
+def test_other_computers_need_https_and_the_printed_token(tmp_path):
+    make_keys(tmp_path / "keys", [CarKeys("desk")], [], datetime.now(UTC))
+    trust = ssl.create_default_context(cafile=str(tmp_path / "keys" / "authority.crt"))
+    with started(tmp_path, "--host", "0.0.0.0", "--https", str(tmp_path / "keys" / "car-desk.pem")) as running:
+        assert running.url.startswith("https://")
         shown = running.url.partition("/?")[2]
         assert len(shown) > len("token=") + 20
         browser = urllib.request.build_opener(
-            urllib.request.HTTPCookieProcessor(http.cookiejar.CookieJar()), _NotFollowed()
+            urllib.request.HTTPSHandler(context=trust),
+            urllib.request.HTTPCookieProcessor(http.cookiejar.CookieJar()),
+            _NotFollowed(),
         )
+        base = f"https://127.0.0.1:{running.port}"
+        with pytest.raises(urllib.error.HTTPError, match="401"):
+            browser.open(f"{base}/api/projects/list", b"{}", timeout=60)
         with pytest.raises(urllib.error.HTTPError, match="303"):
-            browser.open(f"http://127.0.0.1:{running.port}/?{shown}", timeout=60)
-        with browser.open(f"http://127.0.0.1:{running.port}/api/projects/list", b"{}", timeout=60) as response:
+            browser.open(f"{base}/?{shown}", timeout=60)
+        with browser.open(f"{base}/api/projects/list", b"{}", timeout=60) as response:
             assert json.load(response) == []
+        with socket.create_connection(("127.0.0.1", running.port), 60) as plain, suppress(ConnectionError):
+            plain.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+            assert b"HTTP" not in plain.recv(1000)
+
+
+def test_without_https_other_computers_reach_the_page_only_where_that_is_asked_for(tmp_path):
+    studio = ("studio", "--host", "0.0.0.0", "--port", "0", "--no-browser", "--library", str(tmp_path))
+    said = refusal(2, *studio)
+    assert said.startswith("at 0.0.0.0 others in the network can reach the page")
+    assert "--https" in said
+    assert "--insecure-lan" in said
+    both = ("--insecure-lan", "--https", "car-desk.pem")
+    assert "--https" in refusal(2, *studio, *both)
+    with started(tmp_path, "--host", "0.0.0.0", "--insecure-lan") as running:
+        assert "The page at 0.0.0.0 isn't encrypted" in running.process.stderr.readline()
+        assert answer(running, "POST", "/api/projects/list", Cookie="")[0] == 401
+        assert answer(running, "POST", "/api/projects/list") == (200, [])
 
 
 class _NotFollowed(urllib.request.HTTPRedirectHandler):
