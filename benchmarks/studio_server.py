@@ -35,8 +35,10 @@ from pathlib import Path
 from motorcade.drive.listener import bind
 from motorcade.server.running import serve_alone
 from motorcade.server.studio.app import Settings, make_app
+from motorcade.server.studio.sessions import SessionLimits
 port = int(sys.argv[1])
-settings = Settings(library=Path(sys.argv[2]), port=port)
+# All pages come from one address here.
+settings = Settings(library=Path(sys.argv[2]), port=port, sessions=SessionLimits(most_of_one_visitor=64))
 serve_alone(make_app(settings), settings, bind("127.0.0.1", port, "studio"), lambda: None)
 """
 PARADE = compile_program(

@@ -120,7 +120,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (PROGRAM_ERROR, 413, ("body-too-large",)),
     (PROGRAM_ERROR, 429, ("requests-too-fast",)),
     (PROGRAM_ERROR, 500, ("cant-delete", "cant-read", "cant-save", "film-failed", "internal", "virtual-car")),
-    (PROGRAM_ERROR, 503, ("too-many-sessions", "too-many-films")),
+    (PROGRAM_ERROR, 503, ("session-was-idle", "too-many-films", "too-many-sessions", "too-many-sessions-of-one")),
     (PROGRAM_ERROR, 507, ("library-full", "too-many-projects")),
 )
 

@@ -13,6 +13,7 @@ from support.pictures import Picture
 
 KEY = "0123456789abcdef" * 2
 OTHER = "f" * 32
+THIRD = "a" * 32
 IMAGE = base64.b64encode(
     compile_program(Program([forward(3, speed=2), left(1)], Followers([led(1, 1)]))).image
 ).decode()
@@ -62,6 +63,13 @@ def server(tmp_path, **changes):
     settings = Settings(library=tmp_path, page=tmp_path, **changes)
     with TestClient(make_app(settings), base_url="http://127.0.0.1:7700") as client:
         yield client
+
+
+def visitor_from(address, client):
+    """The same server, in the same event loop, for a visitor at another address."""
+    visitor = TestClient(client.app, base_url=client.base_url, client=(address, 50_000))
+    visitor.portal = client.portal
+    return visitor
 
 
 @contextmanager

@@ -11,11 +11,12 @@ from motorcade.errors import MotorcadeError
 from motorcade.server.page_socket import PageSocket
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio import sessions
+from motorcade.server.studio.sessions import SessionLimits
 from motorcade.service.history import FIRST, PAST
 from motorcade.service.playback import Playback
 from motorcade.service.world_messages import State
 from support.waiting import DEADLINE_S
-from support.world_page import KEY, MAT, OTHER, SET, page, server
+from support.world_page import KEY, MAT, OTHER, SET, THIRD, page, server, visitor_from
 
 
 @pytest.fixture
@@ -227,15 +228,57 @@ def test_a_page_without_a_valid_session_is_disconnected(client, key) -> None:
             mine.next()
 
 
-def test_a_full_server_forgets_pages_that_left_and_refuses_when_all_are_connected(tmp_path) -> None:
-    with server(tmp_path, most_sessions=1) as client:
+@pytest.mark.parametrize(
+    ("limits", "code"),
+    [
+        (SessionLimits(most=1), "too-many-sessions"),
+        (SessionLimits(most=9, most_of_one_visitor=1), "too-many-sessions-of-one"),
+    ],
+)
+def test_where_all_places_are_taken_pages_that_left_or_are_idle_give_way(tmp_path, limits, code) -> None:
+    times_s = [0.0]
+    with server(tmp_path, sessions=limits, clock=lambda: times_s[0]) as client:
         with page(client) as mine:
             mine.set()
             with page(client, OTHER) as its:
-                assert its.until("error")["code"] == "too-many-sessions"
+                assert its.until("error")["code"] == code
         with page(client, OTHER) as its:
             assert its.until("hello")["cars"] == 0
             its.set()
+            times_s[0] += sessions.IDLE_S - 1
+            # Whatever a page sends shows that it is used.
+            its.send("step")
+            its.until("state", lambda state: state["t_ms"])
+            times_s[0] += 2
+            with page(client, THIRD) as newcomer:
+                assert newcomer.until("error")["code"] == code
+            times_s[0] += sessions.IDLE_S
+            with page(client, THIRD) as newcomer:
+                assert newcomer.set()["cars"] == 3
+                error = its.until("error")
+                assert error["code"] == "session-was-idle"
+                assert "10 minutes" in error["sentence"]["en"]
+                with pytest.raises(WebSocketDisconnect):
+                    its.next()
+                newcomer.send("step")
+                newcomer.until("state", lambda state: state["t_ms"] == 5)
+
+
+def test_a_visitor_with_many_sessions_takes_none_from_others(tmp_path) -> None:
+    limits = SessionLimits(most=3, most_of_one_visitor=2)
+    with server(tmp_path, sessions=limits) as client:
+        other = visitor_from("10.0.0.9", client)
+        with page(other) as theirs:
+            theirs.set()
+            theirs.send("step")
+        for key in (OTHER, THIRD, "b" * 32):
+            with page(client, key) as mine:
+                mine.set()
+        # Its own first session gave way, and not the older one of the other visitor.
+        with page(other) as theirs:
+            assert theirs.until("hello")["resumed"]
+        with page(client, OTHER) as mine:
+            assert not mine.until("hello")["resumed"]
 
 
 def test_a_page_that_sends_too_fast_is_disconnected(tmp_path) -> None:

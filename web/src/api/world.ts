@@ -91,8 +91,8 @@ export interface Listeners {
 const SESSION_KEY = "motorcade.world";
 const FIRST_WAIT_MS = 500;
 const LONGEST_WAIT_MS = 8000;
-/** Another page has this world now; to connect again by itself would take it from that page. */
-const TAKEN_OVER = "taken-over";
+/** Another page has this world, or its place, now; to connect again by itself would take it from that page. */
+const GIVEN_AWAY = ["taken-over", "session-was-idle"];
 
 /** The session of this window's world: the same after a reload, another one in another window. */
 export function sessionOfWindow(storage: Storage = sessionStorage): string {
@@ -161,7 +161,7 @@ export class WorldConnection {
   private receive(data: string | ArrayBuffer): void {
     if (typeof data === "string") {
       const answer = JSON.parse(data) as Answer;
-      this.elsewhere ||= answer.is === "error" && answer.code === TAKEN_OVER;
+      this.elsewhere ||= answer.is === "error" && GIVEN_AWAY.includes(answer.code);
       this.listeners.onAnswer(answer);
       return;
     }

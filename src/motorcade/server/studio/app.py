@@ -32,7 +32,7 @@ from motorcade.server.request_filter import RequestFilter, ServerSettings
 from motorcade.server.studio import uploads
 from motorcade.server.studio.driving import PageWorld, SessionFleet
 from motorcade.server.studio.library import FolderStorage
-from motorcade.server.studio.sessions import PageWorlds
+from motorcade.server.studio.sessions import SESSIONS, PageWorlds, SessionLimits
 from motorcade.server.studio.simulation import EVENT_ROW, StudioWorld
 from motorcade.service.messages import Capabilities
 from motorcade.service.requests import Context, respond
@@ -52,15 +52,13 @@ class Settings(ServerSettings):
     Attributes:
         library: the folder that projects are stored in.
         page: the folder of the built page.
-        most_sessions: the most worlds at once.
-        most_cars: the most cars in one of them.
+        sessions: the most worlds at once, and the most cars in one of them.
         cars, keys, trust: real cars, as `motorcade.server.remote.fleet.RemoteCars` takes them.
     """
 
     library: Path
     page: Path = PAGE
-    most_sessions: int = 64
-    most_cars: int = 2_000
+    sessions: SessionLimits = SESSIONS
     cars: tuple[RemoteCar, ...] = ()
     keys: ssl.SSLContext | None = None
     trust: ssl.SSLContext | None = None
@@ -68,7 +66,7 @@ class Settings(ServerSettings):
 
 def make_app(settings: Settings) -> ASGIApp:
     """Return the whole server, as an ASGI application."""
-    worlds = PageWorlds(settings, settings.most_sessions, settings.most_cars)
+    worlds = PageWorlds(settings, settings.sessions)
     app = Starlette(
         routes=[
             *uploads.routes(settings, settings.library / "virtual-car.image"),
@@ -93,7 +91,7 @@ def _request_route(settings: Settings) -> Route:
             films=all(map(find_spec, ("matplotlib", "imageio_ffmpeg"))),
             driving=True,
             real_cars=bool(settings.cars),
-            most_cars=settings.most_cars,
+            most_cars=settings.sessions.most_cars,
             kernels="native" if find_spec("numba") else "webassembly",
         ),
         FolderStorage(settings.library),

@@ -112,11 +112,13 @@ class PageWorld(WorldSession):
     """A session of the server.
 
     Args:
+        visitor: the address of the page that began it.
         most_cars: the most cars in its world.
         workers: how many threads may work for all sessions.
 
     Attributes:
         page: the answers to the connected page; None while no page is connected.
+        used_s: when its page last sent something or left, in s of the server's clock.
         forget_timer: removes the session unless a page connects again.
         lock: for the task that uses the session, which is not safe for threads.
         changed: set when there may be something to show.
@@ -124,11 +126,13 @@ class PageWorld(WorldSession):
         is_quick: whether making the last picture took less time than passing it to a thread.
     """
 
-    def __init__(self, key: str, most_cars: int, workers: CapacityLimiter) -> None:
+    def __init__(self, key: str, visitor: str, most_cars: int, workers: CapacityLimiter) -> None:
         self.control = ManualControl()
         super().__init__(key, lambda message: build_world(message, self.control.boards, most_cars))
         self._workers = workers
+        self.visitor = visitor
         self.page: PageSocket | None = None
+        self.used_s = 0.0
         self.forget_timer: asyncio.TimerHandle | None = None
         self.lock = asyncio.Lock()
         self.changed = asyncio.Event()

@@ -1,6 +1,7 @@
 """The studio's worlds over WebSockets: threads, real time and bounded queues around `motorcade.service.world_session`.
 
-A session exists while its page is connected, and a minute longer for a page that is loaded again.
+A session exists while its page is connected, and a minute longer for a page that is loaded again. Sessions are bounded
+in all and for each visitor; where no place is free, a session whose page has left or is idle gives way.
 """
 
 import asyncio
@@ -8,6 +9,7 @@ import os
 import re
 from collections.abc import Callable
 from functools import partial
+from typing import NamedTuple
 
 from anyio import CapacityLimiter
 from starlette.websockets import WebSocket
@@ -28,18 +30,36 @@ from motorcade.service.world_messages import (
 )
 
 GRACE_S = 60.0
+# A page that sent nothing for so long, not even that it drew a picture, is idle.
+IDLE_S = 600.0
 # Passing a job to another thread takes longer than this.
 _QUICK_S = 0.002
 _KEY = re.compile(r"[0-9a-f]{32}")
 
 
-class PageWorlds:
-    """The sessions of a server, and the threads that work for them; at most ``most_cars`` in each world."""
+class SessionLimits(NamedTuple):
+    """How many sessions a server keeps.
 
-    def __init__(self, settings: ServerSettings, most_sessions: int, most_cars: int) -> None:
+    Attributes:
+        most: in all.
+        most_of_one_visitor: for one address.
+        most_cars: the most cars in the world of each.
+    """
+
+    most: int = 64
+    most_of_one_visitor: int = 16
+    most_cars: int = 2_000
+
+
+SESSIONS = SessionLimits()
+
+
+class PageWorlds:
+    """The sessions of a server, and the threads that work for them."""
+
+    def __init__(self, settings: ServerSettings, limits: SessionLimits) -> None:
         self._settings = settings
-        self._most_sessions = most_sessions
-        self._most_cars = most_cars
+        self._limits = limits
         self._sessions: dict[str, PageWorld] = {}
         # The kernels release Python's lock, so a large world occupies only one of these threads.
         self._workers = CapacityLimiter(max(os.cpu_count() or 1, 2))
@@ -62,7 +82,8 @@ class PageWorlds:
         await socket.accept()
         page = PageSocket(socket, self._settings, (State, CarDetails))
         try:
-            session = self._enter(socket.query_params.get("session", ""), page)
+            visitor = socket.client.host if socket.client else ""
+            session = self._enter(socket.query_params.get("session", ""), visitor, page)
         except MotorcadeError as problem:
             await refuse_page(socket, self._settings, problem)
             return
@@ -73,40 +94,55 @@ class PageWorlds:
         finally:
             self._leave(session, page)
 
-    def _enter(self, key: str, page: PageSocket) -> PageWorld:
+    def _enter(self, key: str, visitor: str, page: PageSocket) -> PageWorld:
         if not _KEY.fullmatch(key):
             raise MotorcadeError("bad-session")
         session = self._sessions.get(key)
         if session is None:
-            self._make_room()
-            session = self._sessions[key] = PageWorld(key, self._most_cars, self._workers)
+            self._make_room(visitor)
+            session = self._sessions[key] = PageWorld(key, visitor, self._limits.most_cars, self._workers)
         if session.forget_timer:
             session.forget_timer.cancel()
             session.forget_timer = None
         if session.page:
             session.page.refuse(MotorcadeError("taken-over"), closing=True)
         session.page = page
+        session.used_s = self._settings.clock()
         return session
 
-    def _make_room(self) -> None:
-        if len(self._sessions) < self._most_sessions:
+    def _make_room(self, visitor: str) -> None:
+        """Forget a session where the visitor, or the server, has too many. Raises MotorcadeError where all are used."""
+        alike = [session for session in self._sessions.values() if session.visitor == visitor]
+        for code, some, most in (
+            ("too-many-sessions-of-one", alike, self._limits.most_of_one_visitor),
+            ("too-many-sessions", list(self._sessions.values()), self._limits.most),
+        ):
+            if len(some) < most:
+                continue
+            idle_since_s = self._settings.clock() - IDLE_S
+            unused = [session for session in some if session.page is None or session.used_s <= idle_since_s]
+            if not unused:
+                raise MotorcadeError(code, most=most)
+            # Pages that have left give way before pages that are idle.
+            self._forget(min(unused, key=lambda session: (session.page is not None, session.used_s)))
             return
-        idle = {session.forget_timer.when(): session for session in self._sessions.values() if session.forget_timer}
-        if not idle:
-            raise MotorcadeError("too-many-sessions", most=self._most_sessions)
-        self._forget(idle[min(idle)])
 
     def _leave(self, session: PageWorld, page: PageSocket) -> None:
         if session.page is page:
             session.page = None
+            session.used_s = self._settings.clock()
             session.forget_timer = asyncio.get_running_loop().call_later(GRACE_S, self._forget, session)
 
     def _forget(self, session: PageWorld) -> None:
         if session.forget_timer:
             session.forget_timer.cancel()
-        self._sessions.pop(session.key, None)
+        if session.page:
+            session.page.refuse(MotorcadeError("session-was-idle", minutes=round(IDLE_S / 60)), closing=True)
+            session.page = None
+        del self._sessions[session.key]
 
     async def _handle(self, session: PageWorld, page: PageSocket, message: WorldMessage) -> None:
+        session.used_s = self._settings.clock()
         if isinstance(message, Shown):
             # Without the lock, as the page's acknowledgement needn't wait for a picture in the making.
             if session.page is page:
