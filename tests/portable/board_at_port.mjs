@@ -4,7 +4,7 @@
 //   platform: the value of sys.platform.     version: MicroPython's version, three numbers.
 //   freeBytes: free bytes of its flash.      runsCar: whether a car runs, which tools must interrupt first.
 //   diesAfter: received bytes until the connection breaks.    silent: it answers nothing.
-//   files: the files on it, path to text.
+//   files: the files on it, path to text.    bytecode: the version of .mpy that it reads.
 //   spoils: a file whose first byte flips when it is read for its checksum.
 // "files" on standard input prints the files on it as JSON, path to hexadecimal, on standard output.
 import { createServer } from "node:net";
@@ -34,6 +34,7 @@ function send(bytes) {
 
 python.globals.set("platform", options.platform ?? "esp32");
 python.globals.set("version", (options.version ?? [1, 27, 0]).join(" "));
+python.globals.set("bytecode", options.bytecode ?? 6);
 python.globals.set("free_bytes", options.freeBytes ?? 1024 * 1024);
 // The real module sys can't be changed, so an object with its attributes replaces it.
 python.runPython(`
@@ -45,8 +46,8 @@ replacement = Sys()
 for name in dir(sys):
     setattr(replacement, name, getattr(sys, name))
 replacement.platform = platform
-kind = namedtuple("implementation", ("name", "version"))
-replacement.implementation = kind("micropython", tuple([int(part) for part in version.split()]))
+kind = namedtuple("implementation", ("name", "version", "_mpy"))
+replacement.implementation = kind("micropython", tuple([int(part) for part in version.split()]), bytecode | 3 << 8)
 sys.modules["sys"] = replacement
 os.statvfs = lambda path: (4096, 4096, 256, free_bytes // 4096)
 class Machine:
@@ -56,7 +57,10 @@ class Machine:
 restarted = False
 sys.modules["machine"] = Machine()
 `);
-for (const [path, text] of Object.entries(options.files ?? {})) python.FS.writeFile(path, text);
+for (const [path, text] of Object.entries(options.files ?? {})) {
+  python.FS.mkdirTree(path.slice(0, path.lastIndexOf("/") + 1));
+  python.FS.writeFile(path, text);
+}
 if (options.spoils) {
   python.globals.set("spoiled", options.spoils);
   python.runPython(`

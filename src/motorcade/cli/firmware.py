@@ -108,9 +108,9 @@ def _arduino_library(
 
 
 def _print_plan(settings: dict[str, Any], as_json: bool) -> None:
-    from motorcade.firmware.car_files import board_files
+    from motorcade.firmware.install import car_files
 
-    files = board_files(settings)
+    files = car_files(settings)
     if wants_json(as_json):
         listed = [{"path": path, "bytes": len(data)} for path, data in files.items()]
         print_json({"files": listed, "settings": settings})

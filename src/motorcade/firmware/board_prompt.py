@@ -22,17 +22,35 @@ _CHUNK_BYTES = 1024
 _ANSWER_WITHIN_S = 5
 _FACTS = """import os, sys
 space = os.statvfs('/')
-print([sys.platform, list(sys.implementation[1]), space[0], space[0] * space[3]])
+bytecode = getattr(sys.implementation, '_mpy', 0) & 255
+print([sys.platform, list(sys.implementation[1]), space[0], space[0] * space[3], bytecode])
+"""
+_LISTING = """import os
+def show(folder):
+    for entry in os.ilistdir(folder):
+        path = folder + '/' + entry[0]
+        if entry[1] == 0x4000:
+            show(path)
+        else:
+            print([path, os.stat(path)[6]])
+try:
+    show({!r})
+except OSError:
+    pass
 """
 
 
 class Facts(NamedTuple):
-    """A board's sys.platform, MicroPython's version, the size of a flash block, and how much flash is free."""
+    """A board's sys.platform, MicroPython's version, flash block and free flash, and the version of .mpy that it reads.
+
+    That version is 0 where it reads none.
+    """
 
     platform: str
     version: tuple[int, ...]
     block_bytes: int
     free_bytes: int
+    bytecode: int
 
 
 class BoardPrompt:
@@ -55,8 +73,14 @@ class BoardPrompt:
     def facts(self) -> Facts:
         """Return the board's facts. Raises MotorcadeError, as all methods below do."""
         with self._converting_errors("/"):
-            platform, version, block_bytes, free_bytes = literal_eval(self._transport.exec(_FACTS).decode())
-        return Facts(platform, tuple(version[:3]), block_bytes, free_bytes)
+            platform, version, *others = literal_eval(self._transport.exec(_FACTS).decode())
+        return Facts(platform, tuple(version[:3]), *others)
+
+    def sizes(self, folder: str) -> dict[str, int]:
+        """Return the path of each file under ``folder`` and its number of bytes."""
+        with self._converting_errors(folder):
+            lines = self._transport.exec(_LISTING.format(folder)).decode().splitlines()
+        return dict(literal_eval(line) for line in lines)
 
     def checksum(self, path: str) -> bytes | None:
         """Return SHA-256 of the file at ``path``; None where there is none."""

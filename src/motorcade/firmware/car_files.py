@@ -21,7 +21,8 @@ PLATFORMS = {"esp32": "esp32", "rp2040": "rp2"}
 _ESP32_UARTS = {"serial": 1, "voice": 2}
 # An ESP32's second UART sends on this pin, even if it is set up only to receive.
 _ESP32_VOICE_SENDS_AT = 17
-_LIBRARY = "lib"
+# The folder that MicroPython searches for modules.
+LIBRARY = "lib"
 _PACKAGE = "motorcade"
 _SOURCE = Path(__file__).parents[1]
 # The checker of boards is for those who change a board and try it at the prompt.
@@ -42,7 +43,7 @@ def board_files(settings: dict[str, Any]) -> dict[str, bytes]:
     modules: dict[str, bytes] = {}
     for name in (*_imported(main), *_EXTRAS):
         _collect(name, modules)
-    files = {f"{_LIBRARY}/{path}": modules[path] for path in sorted(modules)}
+    files = {f"{LIBRARY}/{path}": modules[path] for path in sorted(modules)}
     files[SETTINGS_FILE] = json.dumps(settings).encode()
     files[MAIN] = main
     return files

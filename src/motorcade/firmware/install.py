@@ -1,6 +1,6 @@
 """Put a car's files on a board that runs MicroPython. The board starts as a car only when all of them are there."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -8,18 +8,42 @@ from motorcade.boards.on_chip.power_on import NEEDED_VERSION
 from motorcade.config.pins import PinMap, load_pins
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.firmware.board_prompt import BoardPrompt, Facts, checksum_of
-from motorcade.firmware.car_files import MAIN, PLATFORMS, board_files, templates
+from motorcade.firmware.bytecode import BYTECODE_VERSION, compiled, other_form
+from motorcade.firmware.car_files import LIBRARY, MAIN, PLATFORMS, board_files, templates
 
 _FOREIGN_MAIN = "main_before_motorcade.py"
 
 
 class Installed(NamedTuple):
-    """The result: the chip, and the numbers of all the car's files, of the copied files and of their bytes."""
+    """The result.
+
+    ``chip`` is the board's; ``files`` is the number of the car's files, ``copied`` that of the copied ones, ``bytes``
+    that of their bytes; ``form`` is ``"mpy"`` for compiled modules, else ``"py"``.
+    """
 
     chip: str
     files: int
     copied: int
     bytes: int
+    form: str
+
+
+def car_files(settings: dict[str, Any], bytecode: int = BYTECODE_VERSION) -> dict[str, bytes]:
+    """Return the path of each file of a car and its bytes; main.py is the last.
+
+    Its modules are compiled where the board reads such bytecode and this computer has mpy-cross.
+
+    Args:
+        settings: of `motorcade.firmware.car_files.settings_of`.
+        bytecode: the version of .mpy files that the board reads.
+    """
+    files = board_files(settings)
+    if bytecode != BYTECODE_VERSION:
+        return files
+    try:
+        return compiled(files, LIBRARY)
+    except ImportError:
+        return files
 
 
 def default_pins(chip: str) -> PinMap:
@@ -51,15 +75,19 @@ def install(
     try:
         facts = prompt.facts()
         chip = _chip(port, facts, chosen)
-        files = board_files(settings_for(chosen or default_pins(chip)))
+        files = car_files(settings_for(chosen or default_pins(chip)), facts.bytecode)
         differing = {path: data for path, data in files.items() if prompt.checksum(f"/{path}") != checksum_of(data)}
-        _check_room(port, facts, differing)
-        if differing:
-            _copy(prompt, files, differing, progress)
+        # MicroPython takes a .py file before a .mpy file.
+        stale = {path: size for path, size in prompt.sizes(f"/{LIBRARY}").items() if other_form(path[1:]) in files}
+        stale = {path: size for path, size in stale.items() if path[1:] not in files}
+        _check_room(port, facts, differing, stale)
+        if differing or stale:
+            _copy(prompt, files, differing, stale, progress)
         prompt.restart()
     finally:
         prompt.close()
-    return Installed(chip, len(files), len(differing), sum(map(len, differing.values())))
+    form = "mpy" if any(path.endswith(".mpy") for path in files) else "py"
+    return Installed(chip, len(files), len(differing), sum(map(len, differing.values())), form)
 
 
 def _chip(port: str, facts: Facts, chosen: PinMap | None) -> str:
@@ -75,22 +103,36 @@ def _chip(port: str, facts: Facts, chosen: PinMap | None) -> str:
     return found
 
 
-def _check_room(port: str, facts: Facts, differing: dict[str, bytes]) -> None:
-    # Each file begins at a new block.
-    needed = sum(-(-len(data) // facts.block_bytes) * facts.block_bytes for data in differing.values())
-    if needed > facts.free_bytes:
-        raise MotorcadeError("board-has-no-room", port=port, free_kb=facts.free_bytes >> 10, needed_kb=-(-needed >> 10))
+def _check_room(port: str, facts: Facts, differing: dict[str, bytes], stale: dict[str, int]) -> None:
+    needed = sum(_room(len(data), facts) for data in differing.values())
+    free = facts.free_bytes + sum(_room(size, facts) for size in stale.values())
+    if needed > free:
+        raise MotorcadeError("board-has-no-room", port=port, free_kb=free >> 10, needed_kb=-(-needed >> 10))
+
+
+def _room(size: int, facts: Facts) -> int:
+    """Return how many bytes of flash a file of ``size`` bytes takes: it begins at a new block."""
+    return -(-size // facts.block_bytes) * facts.block_bytes
 
 
 def _copy(
-    prompt: BoardPrompt, files: dict[str, bytes], differing: dict[str, bytes], progress: Callable[[int, int], None]
+    prompt: BoardPrompt,
+    files: dict[str, bytes],
+    differing: dict[str, bytes],
+    stale: Iterable[str],
+    progress: Callable[[int, int], None],
 ) -> None:
-    """Copy what differs. Remove main.py first and write it last, so that an incomplete car never starts."""
+    """Remove what is stale and copy what differs.
+
+    Remove main.py first and write it last, so that an incomplete car never starts.
+    """
     old_main = prompt.read(f"/{MAIN}")
     if old_main is not None and b"motorcade" not in old_main:
         prompt.remove(f"/{_FOREIGN_MAIN}")
         prompt.rename(f"/{MAIN}", f"/{_FOREIGN_MAIN}")
     prompt.remove(f"/{MAIN}")
+    for path in stale:
+        prompt.remove(path)
     wanted = {**{path: data for path, data in differing.items() if path != MAIN}, MAIN: files[MAIN]}
     total, done = sum(map(len, wanted.values())), 0
     for path, data in wanted.items():
