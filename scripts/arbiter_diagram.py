@@ -5,24 +5,27 @@ from xml.sax.saxutils import escape
 
 from motorcade.car.arbiter import EVENTS, STATES, TABLE
 
-WIDTH, HEIGHT = 960, 760
+WIDTH, HEIGHT = 960, 840
 _BOX = (150, 46)
 _FRAME = (20, 40, 920, 400)
 # The centre and the colour of each state. A new state of the table without an entry here is an error.
 _PLACES = {
-    "ready": (130, 210, "#dbe9f4"),
-    "standing": (480, 100, "#dbe9f4"),
-    "moving": (830, 210, "#d5efd5"),
-    "failsafe": (480, 350, "#fbe7c6"),
+    "ready": (130, 165, "#dbe9f4"),
+    "standing": (480, 80, "#dbe9f4"),
+    "moving": (830, 165, "#d5efd5"),
+    "failsafe": (480, 385, "#fbe7c6"),
     "program": (830, 350, "#e6dcf5"),
-    "stopped": (480, 520, "#f8d3d0"),
+    "disarmed": (200, 310, "#fbe7c6"),
+    "stopped": (560, 520, "#f8d3d0"),
+    "discharged": (200, 520, "#f8d3d0"),
 }
-_OUTSIDE = "stopped"
+_OUTSIDE = ("stopped", "discharged")
 # Events that lead from every state in the frame to one state: the ends of that arrow, and the middle of its label.
 _FROM_FRAME = {
-    "failsafe": ((20, 350), (405, 350), (200, 340)),
-    "stopped": ((440, 440), (440, 497), (320, 475)),
+    "failsafe": ((20, 385), (405, 385), (200, 375)),
+    "stopped": ((600, 440), (600, 497), (715, 494)),
     "program": ((830, 440), (830, 373), (770, 462)),
+    "discharged": ((240, 440), (240, 497), (130, 475)),
 }
 _CHINESE = {
     "ready": ("就绪", "车轮静止，下一条指令即可驾驶"),
@@ -31,6 +34,8 @@ _CHINESE = {
     "failsafe": ("失效保护", "车轮静止，直到收到一条速度为 0 的指令"),
     "stopped": ("紧急停止", "任何指令都无效"),
     "program": ("程序", "由码字映像驾驶"),
+    "disarmed": ("未启用", "新驾驶者的第一条指令速度必须为 0"),
+    "discharged": ("电量低", "电池电量低，充电之前车轮不转"),
     "still": ("停", "一条速度为 0 的指令"),
     "move": ("动", "一条速度不为 0 的指令"),
     "silent": ("沉默", "超过 failsafe_ms 没有指令"),
@@ -40,6 +45,9 @@ _CHINESE = {
     "stop": ("急停", "紧急停止"),
     "clear": ("解除", "解除紧急停止"),
     "resume": ("恢复", "让程序重新驾驶"),
+    "unarmed": ("未先停", "尚未启用小车的驾驶者发来速度"),
+    "low": ("电量低", "电池电量低，且车轮静止"),
+    "charged": ("已充电", "电池已重新充电"),
 }
 _TITLES = {"en": "Who drives: the states of a driven car", "zh": "谁在驾驶：受驾驶小车的状态"}
 _FROM_ALL_OTHERS = {"en": "from all others in here: ", "zh": "从框内其他状态："}
@@ -74,7 +82,7 @@ def _transitions() -> tuple[dict[str, str], dict[tuple[str, str], list[str]]]:
     for state, event, following in TABLE:
         by_event[EVENTS[event][0], STATES[following][0]].add(STATES[state][0])
     from_frame, transitions = {}, defaultdict(list)
-    framed = {name for name, _ in STATES if name != _OUTSIDE}
+    framed = {name for name, _ in STATES if name not in _OUTSIDE}
     for (event, following), states in by_event.items():
         if states >= framed - {following}:
             from_frame[event] = following

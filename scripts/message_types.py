@@ -6,6 +6,7 @@ from typing import Any, get_args
 from msgspec import NODEFAULT
 from msgspec import inspect as types
 
+from motorcade.car.arbiter import STATES
 from motorcade.server.remote import messages as remote_messages
 from motorcade.service import messages, world_messages
 from motorcade.service.requests import REQUESTS
@@ -47,7 +48,7 @@ _NAMED = {
     ("Project", "followers"): "WorkspaceState",
     ("StoredProject", "leader"): "WorkspaceState",
     ("StoredProject", "followers"): "WorkspaceState",
-    ("CarTelemetry", "state"): '"ready" | "standing" | "moving" | "failsafe" | "stopped" | "program" | "away"',
+    ("CarTelemetry", "state"): " | ".join(f'"{name}"' for name in (*(name for name, _ in STATES), "away")),
     ("CarTelemetry", "why"): "Sentence",
     ("CarTelemetry", "you"): "{ drives: boolean; waits: boolean }",
     "severity": '"error" | "warning"',

@@ -56,7 +56,11 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     # Real cars, and boards with MicroPython.
     (USAGE, 400, ("pins-missing", "options-exclude-each-other", "voice-map-missing", "chip-missing")),
     (USAGE, 400, ("store-unreadable", "store-holds-no-image")),
-    (PORT_NOT_FOUND, 400, ("gpio-needs-linux", "no-gpio-chip", "another-computer", "watchdog-unusable")),
+    (
+        PORT_NOT_FOUND,
+        400,
+        ("gpio-needs-linux", "no-gpio-chip", "another-computer", "watchdog-unusable", "battery-unreadable"),
+    ),
     (PORT_NOT_FOUND, 400, ("infrared-needs-linux", "infrared-forbidden", "no-infrared-sender")),
     (PORT_NOT_FOUND, 400, ("infrared-sender-fails",)),
     (PORT_BUSY, 400, ("cannot-listen", "no-pseudo-terminals")),

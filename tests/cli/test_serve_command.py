@@ -23,6 +23,7 @@ from support.command_line import refusal, run
 from support.waiting import DEADLINE_S
 
 STILL = DRIVE.encode(angle=40, direction=1, speed=0)
+AHEAD = DRIVE.encode(angle=40, direction=1, speed=200)
 
 
 @contextmanager
@@ -42,7 +43,7 @@ def served(*options: str) -> Iterator[tuple[subprocess.Popen, dict]]:
 
 
 @contextmanager
-def driven(told: dict, packed: bytes) -> Iterator[dict]:
+def driven(told: dict, packed: bytes, state: str = "standing") -> Iterator[dict]:
     """What telemetry tells once somebody sends ``packed`` again and again, who then stays."""
     with (
         socket.create_connection(("127.0.0.1", told["port"]), DEADLINE_S) as commands,
@@ -53,7 +54,7 @@ def driven(told: dict, packed: bytes) -> Iterator[dict]:
             commands.sendall(packed)
             (size,) = struct.unpack(">I", frames.read(4))
             frame = json.loads(frames.read(size))
-            if frame["state"] == "standing":
+            if frame["state"] == state:
                 yield frame
                 return
     raise AssertionError("the car never heard the command")
@@ -71,6 +72,16 @@ def test_a_simulated_car_takes_commands_and_ends_by_a_signal(options: tuple[str,
             process.communicate(timeout=DEADLINE_S)
             assert process.returncode == 0
         assert "standing; 127.0.0.1:" in said
+
+
+def test_a_car_that_asks_for_arming_and_measures_its_battery_tells_both(tmp_path: Path) -> None:
+    battery = tmp_path / "voltage_now"
+    battery.write_text("7412000\n")
+    with served("--arming", "--battery", str(battery)) as (_, told):
+        with driven(told, struct.pack(">I", AHEAD), "disarmed") as frame:
+            assert (frame["speed"], frame["battery_mv"], frame["obstacle_mm"]) == (0, 7412, None)
+        with driven(told, struct.pack(">I", STILL)):
+            pass
 
 
 def test_a_page_is_ready_before_the_address_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -106,6 +117,10 @@ def test_what_cannot_be_is_said_in_a_sentence(tmp_path: Path) -> None:
     assert "exclude each other" in refusal(2, "drive", "serve", "--keys", keys, "--insecure-lan")
     assert "can't be read" in refusal(2, "drive", "serve", "--keys", keys)
     assert "--pins" in refusal(2, "drive", "serve", "--board", "raspberry-pi")
+    for unread in ("volts", "7.4 V"):
+        (tmp_path / "in0_input").write_text(unread)
+        sentence = refusal(3, "drive", "serve", "--battery", tmp_path / "in0_input")
+        assert f"{unread} is no voltage" in sentence
     assert "no address of this computer" in refusal(2, "drive", "serve", "--host", "no.such.host.invalid")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]

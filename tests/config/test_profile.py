@@ -67,6 +67,9 @@ def test_the_classrooms_cars_are_the_protocols() -> None:
         ("pwm_max = 255", "pwm_max = true", "motor.pwm_max"),
         ("failsafe_ms = 300", "failsafe_ms = 200", "drive.watchdog_ms is 200, failsafe_ms 200"),
         ("hand_over_ms = 5000", "hand_over_ms = 300", "hand_over_ms 300; each must be shorter"),
+        ("battery_low_mv = 0", "battery_low_mv = 6400", "drive.battery_low_mv is 6400 and battery_charged_mv 0"),
+        ("arming = false", "arming = 0", "drive.arming"),
+        ("obstacle_stop_mm = 0", "obstacle_stop_mm = -1", "drive.obstacle_stop_mm"),
         ("failsafe_ms = 300", "failsafe_ms = 2001", "allowed: a whole number from 1 to 2000"),
         ("commands_per_s = 100", "commands_per_s = 0", "drive.commands_per_s"),
         ("durations_ms = [0", "durations_ms = [[0", "TOML"),
@@ -118,3 +121,9 @@ def test_a_profile_that_cannot_be_read_is_named(tmp_path: Path) -> None:
 def test_a_program_whose_profile_is_not_at_hand_is_not_compiled() -> None:
     with pytest.raises(MotorcadeError, match=r"mine\.toml"):
         compile_program(Program([wait(1)], profile="mine.toml"))
+
+
+def test_a_file_without_the_limits_of_drivers_has_none() -> None:
+    keys = ("stale_ms", "arming", "acceleration_max", "obstacle_stop", "battery_low", "battery_charged")
+    old = "\n".join(line for line in TEXT.splitlines() if not line.startswith(keys))
+    assert parse_profile(old, "classroom").drive == built_in_profile("classroom").drive

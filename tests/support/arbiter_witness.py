@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from motorcade.car.arbiter import NEUTRAL, NOBODY, PROGRAM, Arbiter
+from motorcade.car.arbiter import NEUTRAL, NOBODY, PROGRAM, WATCHING, Arbiter
 from motorcade.words.formats import DRIVE
 
 SPEED = 150
@@ -26,13 +26,15 @@ class Witness:
     After each event it says what is wrong, if the wheels could move and shouldn't.
     """
 
-    def __init__(self, failsafe_ms: int, hand_over_ms: int, sessions: dict[int, int]) -> None:
+    def __init__(self, failsafe_ms: int, hand_over_ms: int, sessions: dict[int, int], arming: bool = False) -> None:
         self.failsafe_ms, self.hand_over_ms, self.sessions = failsafe_ms, hand_over_ms, sessions
         self.driver = NOBODY
         self.sent = NEUTRAL
         self.age_ms = 0
         self.wanted: frozenset[int] = frozenset()
-        self.is_stopped = self.needs_neutral = self.runs_program = False
+        self.is_stopped = self.needs_neutral = self.runs_program = self.is_low = False
+        self.arming = arming
+        self.armed_by = NOBODY
 
     def see(self, car: Arbiter, event: str, session: int, waited_ms: int, answer: int | bool | None) -> str:
         """Take an event that ``car`` has taken and answered; what it may not have done, or nothing."""
@@ -46,17 +48,23 @@ class Witness:
         # Whatever stopped moving wheels but the driver's own will.
         failed = was_moving and (self.age_ms > self.failsafe_ms or (event == "gone" and left))
         if event == "stop":
-            self.is_stopped = True
+            # Who measures the battery says it again once the stop is lifted.
+            self.is_stopped, self.is_low = True, False
+        if event == "low" and not self.is_stopped:
+            self.is_low = True
+        if event == "charged" and self.is_low:
+            self.is_low, self.needs_neutral = False, True
         if event == "clear" and self.is_stopped:
             self.is_stopped, self.needs_neutral = False, True
         if event == "stall" or failed:
             self.needs_neutral = True
         if event == "resume" and answer:
-            fault = fault or ("a stopped car runs its program" if self.is_stopped else "")
+            fault = fault or ("a stopped car runs its program" if self.is_stopped or self.is_low else "")
             fault = fault or ("the driver is pushed aside by the program" if self._is_above(session) else "")
             self.runs_program, self.needs_neutral, self.wanted = True, False, frozenset()
-        if event == "still" and session in (self.driver, car.driver) and not self.is_stopped:
+        if event == "still" and session in (self.driver, car.driver) and not self.is_stopped and not self.is_low:
             self.needs_neutral = False
+        self._take_arming(event, session, answer)
         self._take_driver(car, event, session)
         return fault or self._moves_rightly(car)
 
@@ -74,6 +82,12 @@ class Witness:
             return f"session {after} has the wheel and did nothing"
         return ""
 
+    def _take_arming(self, event: str, session: int, answer: int | bool | None) -> None:
+        if event == "still" and answer != WATCHING:
+            self.armed_by = session
+        if (event in ("release", "gone") and session == self.armed_by) or (event == "resume" and answer):
+            self.armed_by = NOBODY
+
     def _is_above(self, session: int) -> bool:
         """Whether somebody else drives whom ``session`` can't outrank."""
         return self.driver not in (session, NOBODY) and self.sessions[self.driver] >= self.sessions[session]
@@ -89,7 +103,7 @@ class Witness:
             self.wanted -= {session}
             if event == "move":
                 self.runs_program = False
-        if event in ("stall", "stop"):
+        if event in ("stall", "stop") or self.is_low:
             self.runs_program = False
             self.sent = NEUTRAL
 
@@ -100,6 +114,10 @@ class Witness:
             return ""
         if self.is_stopped:
             return "the wheels move though the car is stopped"
+        if self.is_low:
+            return "the wheels move though the battery is low"
+        if self.arming and self.armed_by != self.driver:
+            return "the wheels move for a driver who has not armed the car"
         if self.needs_neutral:
             return "the wheels move before a command with speed 0"
         if car.word != self.sent:
@@ -110,7 +128,9 @@ class Witness:
 
     def memory(self) -> tuple[Any, ...]:
         """All that its next words depend on."""
-        flags = self.is_stopped, self.needs_neutral, self.runs_program
+        flags = self.is_stopped, self.needs_neutral, self.runs_program, self.is_low
+        if self.arming:
+            flags += (self.armed_by,)
         return self.driver, self.sent, self.age_ms, self.wanted, flags
 
 
@@ -128,4 +148,5 @@ def take(car: Arbiter, event: str, session: int, priority: int, now: int) -> int
         return {"release": car.release, "gone": car.gone}[event](session, now)
     if event == "wait":
         return car.tick(now)
-    return {"stop": car.stop, "clear": car.clear, "stall": car.stall}[event]()
+    events = {"stop": car.stop, "clear": car.clear, "stall": car.stall, "low": car.discharge, "charged": car.charge}
+    return events[event]()

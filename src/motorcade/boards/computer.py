@@ -19,7 +19,7 @@ from motorcade.car.brain import NO_LED, NO_VOICE, VOICE_STOP
 from motorcade.car.loop import Car
 from motorcade.config.files import replace_file
 from motorcade.config.profile import Profile, levels_of
-from motorcade.errors import MotorcadeError
+from motorcade.errors import MotorcadeError, Phrase
 from motorcade.words.image import ImageError, parse_image_bytes
 from motorcade.words.ticks import TICKS_MASK
 
@@ -182,6 +182,32 @@ class HardwareWatchdog:
         """Disarm it."""
         os.write(self._device, _DISARM)
         os.close(self._device)
+
+
+class BatteryFile:
+    """A battery whose voltage Linux shows in a file.
+
+    Args:
+        path: an ``in0_input`` of hwmon (mV) or a ``voltage_now`` of power_supply (µV).
+
+    Raises:
+        MotorcadeError: there is no such file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._per_mv = 1000 if path.name == "voltage_now" else 1
+        try:
+            self.read_mv()
+        except OSError as problem:
+            raise MotorcadeError("battery-unreadable", path=path, reason=problem) from None
+
+    def read_mv(self) -> int:
+        """Return the voltage in mV. Raises OSError."""
+        text = self._path.read_text(encoding="ascii", errors="replace").strip()
+        if not (text.isascii() and text.isdigit() and len(text) < 10):
+            raise OSError(str(Phrase("no-voltage", text=text[:20])))
+        return int(text) // self._per_mv
 
 
 def run(board: ComputerBoard, wait: Callable[[float], None], stops: Callable[[], bool]) -> None:

@@ -11,7 +11,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from motorcade.boards.computer import BatteryFile
 from motorcade.cameras.simulated import Scene, to_jpeg
+from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.drive_board import DriveBoard
 from motorcade.engine.state import Moment
 from motorcade.engine.world import World, warm_up
@@ -30,17 +32,27 @@ class SimulatedBoard(DriveBoard):
 
     Attributes:
         setpoint: the servo's angle, the direction and the duty; None while the car's own program drives.
+        battery: where the voltage of a battery is read; None for none.
+        ahead_mm: what the ultrasonic sensor measured before the last ticks.
     """
 
     def __init__(self, has_program: bool) -> None:
         self.has_program = has_program
         self.setpoint: Setpoint | None = None
+        self.battery: BatteryFile | None = None
+        self.ahead_mm = NOTHING_IN_SIGHT_MM
 
     def apply(self, angle_deg: int, direction: int, speed: int) -> None:
         self.setpoint = (angle_deg, direction, speed)
 
     def neutral(self) -> None:
         self.setpoint = NEUTRAL
+
+    def battery_mv(self) -> int | None:
+        return self.battery.read_mv() if self.battery else None
+
+    def obstacle_mm(self) -> int:
+        return self.ahead_mm
 
     def begin_program(self) -> None:
         self.setpoint = None
@@ -72,6 +84,7 @@ class DrivenCars:
                 world.give_back(car)
             else:
                 world.drive(car, *setpoint)
+                board.ahead_mm = world.obstacle_mm(car)
 
 
 class LiveWorld:

@@ -15,6 +15,8 @@ MOVING = 2
 FAILSAFE = 3
 STOPPED = 4
 PROGRAM = 5
+DISARMED = 6
+DISCHARGED = 7
 STATES = (
     ("ready", "the wheels stand still; the next command drives"),
     ("standing", "the driver's command has speed 0"),
@@ -22,6 +24,8 @@ STATES = (
     ("failsafe", "the wheels stand still until a command with speed 0"),
     ("stopped", "emergency stop: no command counts"),
     ("program", "the codeword image drives"),
+    ("disarmed", "a new driver's first command has to have speed 0"),
+    ("discharged", "the battery is low: nothing moves until it is charged"),
 )
 
 # Events. STILL and MOVE are commands of the session that may drive.
@@ -34,6 +38,9 @@ GONE = 5
 STOP = 6
 CLEAR = 7
 RESUME = 8
+UNARMED = 9
+LOW = 10
+CHARGED = 11
 EVENTS = (
     ("still", "a command with speed 0"),
     ("move", "a command with a speed"),
@@ -44,6 +51,9 @@ EVENTS = (
     ("stop", "emergency stop"),
     ("clear", "the emergency stop is lifted"),
     ("resume", "a request that the program drives again"),
+    ("unarmed", "a speed, of a driver who has not armed the car"),
+    ("low", "the battery is low, and the wheels stand still"),
+    ("charged", "the battery is charged again"),
 )
 
 # State, event, next state. An event that is not listed for a state changes nothing.
@@ -53,6 +63,8 @@ TABLE = (
     (READY, STALL, FAILSAFE),
     (READY, STOP, STOPPED),
     (READY, RESUME, PROGRAM),
+    (READY, UNARMED, DISARMED),
+    (READY, LOW, DISCHARGED),
     (STANDING, MOVE, MOVING),
     (STANDING, SILENT, READY),
     (STANDING, STALL, FAILSAFE),
@@ -60,6 +72,8 @@ TABLE = (
     (STANDING, GONE, READY),
     (STANDING, STOP, STOPPED),
     (STANDING, RESUME, PROGRAM),
+    (STANDING, UNARMED, DISARMED),
+    (STANDING, LOW, DISCHARGED),
     (MOVING, STILL, STANDING),
     (MOVING, SILENT, FAILSAFE),
     (MOVING, STALL, FAILSAFE),
@@ -67,21 +81,39 @@ TABLE = (
     (MOVING, GONE, FAILSAFE),
     (MOVING, STOP, STOPPED),
     (MOVING, RESUME, PROGRAM),
+    (MOVING, UNARMED, DISARMED),
+    (MOVING, LOW, DISCHARGED),
     (FAILSAFE, STILL, STANDING),
     (FAILSAFE, STOP, STOPPED),
     (FAILSAFE, RESUME, PROGRAM),
+    (FAILSAFE, LOW, DISCHARGED),
     (STOPPED, CLEAR, FAILSAFE),
     (PROGRAM, MOVE, MOVING),
     (PROGRAM, STALL, FAILSAFE),
     (PROGRAM, STOP, STOPPED),
+    (PROGRAM, UNARMED, DISARMED),
+    (PROGRAM, LOW, DISCHARGED),
+    (DISARMED, STILL, STANDING),
+    (DISARMED, SILENT, READY),
+    (DISARMED, STALL, FAILSAFE),
+    (DISARMED, RELEASE, READY),
+    (DISARMED, GONE, READY),
+    (DISARMED, STOP, STOPPED),
+    (DISARMED, RESUME, PROGRAM),
+    (DISARMED, LOW, DISCHARGED),
+    (DISCHARGED, STOP, STOPPED),
+    (DISCHARGED, CHARGED, FAILSAFE),
 )
 
 # The outcome of a command.
 APPLIED = 0
 WATCHING = 1  # another session drives
-NEEDS_NEUTRAL = 2  # failsafe: a command with speed 0 has to come first
+NEEDS_NEUTRAL = 2  # failsafe, or disarmed: a command with speed 0 has to come first
 HALTED = 3  # emergency stop
 YIELDED = 4  # the program drives, and the command has speed 0
+UNPOWERED = 5  # the battery is low
+# The outcome of a command that doesn't reach the wheels, by the state that it finds or leads to.
+_HELD = ((STOPPED, HALTED), (PROGRAM, YIELDED), (DISCHARGED, UNPOWERED))
 
 # Priorities: a higher one takes the wheel at once.
 CLIENT = 1
@@ -109,9 +141,10 @@ class Arbiter:
     Args:
         failsafe_ms: how long a command is valid.
         hand_over_ms: a driver who sends nothing for longer loses the wheel.
+        arming: whether each driver has to send a command with speed 0 before the first one that moves the car.
 
     Attributes:
-        state: READY to PROGRAM.
+        state: READY to DISCHARGED.
         word: the DRIVE word that is valid now; NEUTRAL where no command is.
         driver: number of the session that drives, or NOBODY; sessions are numbered from 1.
         driver_priority: its priority.
@@ -119,7 +152,7 @@ class Arbiter:
         commanded_ms: when the driver last sent a command.
     """
 
-    def __init__(self, failsafe_ms: int, hand_over_ms: int) -> None:
+    def __init__(self, failsafe_ms: int, hand_over_ms: int, arming: bool = False) -> None:
         self.state = READY
         self.word = NEUTRAL
         self.driver = NOBODY
@@ -128,6 +161,9 @@ class Arbiter:
         self.commanded_ms = 0
         self._failsafe_ms = failsafe_ms
         self._hand_over_ms = hand_over_ms
+        self._arming = arming
+        # The session that armed the car, where arming is asked.
+        self._armed_by = NOBODY
         self._wanted_priority = 0
 
     def tick(self, now: int) -> int:
@@ -145,23 +181,30 @@ class Arbiter:
         return max(1, self._hand_over_ms + 1 - silent_ms)
 
     def command(self, session: int, priority: int, word: int, now: int) -> int:
-        """Take a valid DRIVE word that came at ``now``; return its outcome, APPLIED to YIELDED."""
+        """Take a valid DRIVE word that came at ``now``; return its outcome, APPLIED to UNPOWERED."""
         self.tick(now)
         if not self._may_drive(session, priority):
             return WATCHING
         moves = word >> _SPEED_AT & 255
-        following = NEXT[self.state][MOVE if moves else STILL]
-        if following in (STOPPED, PROGRAM):
-            if session == self.driver:
-                self.commanded_ms = now
-            return HALTED if following == STOPPED else YIELDED
+        event = MOVE if moves else STILL
+        if self._arming:
+            if moves and session != self._armed_by:
+                event = UNARMED
+            self._armed_by = NOBODY if event == UNARMED else session
+        following = NEXT[self.state][event]
+        for state, outcome in _HELD:
+            if following == state:
+                if session == self.driver:
+                    self.commanded_ms = now
+                return outcome
         if self.wanted_by == session:
             self.wanted_by = NOBODY
         self.driver = session
         self.driver_priority = priority
         self.commanded_ms = now
         self.state = following
-        if following == FAILSAFE:
+        if following in (FAILSAFE, DISARMED):
+            self.word = NEUTRAL
             return NEEDS_NEUTRAL
         self.word = word
         if moves == 0:
@@ -204,12 +247,25 @@ class Arbiter:
         """Stop after a delay or a fault in the car itself: commands may be old, and outputs may not have arrived."""
         self._take_event(STALL)
 
+    def discharge(self) -> None:
+        """Let nothing move, because the battery is low."""
+        self._take_event(LOW)
+
+    def charge(self) -> None:
+        """Let commands count again, because the battery is charged; one with speed 0 then arms the car."""
+        self._take_event(CHARGED)
+
     def resume(self, session: int, priority: int, now: int) -> bool:
-        """Give the wheels to the program; return False where another session drives or the car is stopped."""
+        """Give the wheels to the program.
+
+        Returns:
+            False where another session drives, the emergency stop holds or the battery is low.
+        """
         self.tick(now)
-        if not self._may_drive(session, priority) or self.state == STOPPED:
+        if not self._may_drive(session, priority) or self.state in (STOPPED, DISCHARGED):
             return False
         self._take_event(RESUME)
+        self._armed_by = NOBODY
         self.driver = NOBODY
         self.wanted_by = NOBODY
         return True
@@ -226,6 +282,8 @@ class Arbiter:
         self.tick(now)
         if self.wanted_by == session:
             self.wanted_by = NOBODY
+        if self._armed_by == session:
+            self._armed_by = NOBODY
         if self.driver == session:
             self._take_event(event)
             self.driver = NOBODY

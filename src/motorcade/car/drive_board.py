@@ -40,6 +40,14 @@ class DriveBoard:
         """Return the battery's voltage in mV; None where nothing measures it."""
         return None
 
+    def obstacle_mm(self) -> int | None:
+        """Return the distance to the nearest obstacle ahead, without waiting; None where the car has no such sensor.
+
+        A sensor that finds nothing gives a distance that no obstacle has, such as
+        `motorcade.car.board.NOTHING_IN_SIGHT_MM`.
+        """
+        return None
+
     def begin_program(self) -> None:
         """Give the wheels to the codeword image, at its present state. Called only where ``has_program`` is true."""
 

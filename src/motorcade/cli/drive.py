@@ -2,6 +2,7 @@
 
 from collections import deque
 from contextlib import ExitStack
+from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -28,6 +29,7 @@ from motorcade.cli.pages import CameraName, KeysFile
 from motorcade.errors import MotorcadeError, Phrase
 
 if TYPE_CHECKING:
+    from motorcade.boards.computer import BatteryFile
     from motorcade.cameras.broadcast import Source
     from motorcade.car.drive_board import DriveBoard
     from motorcade.cli.car_options import CarParts
@@ -55,9 +57,11 @@ def _serve(
     keys: KeysFile = None,
     insecure_lan: Annotated[bool, typer.Option("--insecure-lan")] = False,
     byte_order: ByteOrder = ByteOrder.BIG,
+    arming: Annotated[bool, typer.Option("--arming")] = False,
     pins: OptionalFile = None,
     gpio_chip: GpioChip = None,
     watchdog: Path | None = None,
+    battery: OptionalFile = None,
     role: Role = Role.LEADER,
     number: CarNumber = 0,
     upload_serial: str = "",
@@ -88,7 +92,10 @@ def _serve(
     if pins and (mat or program):
         raise MotorcadeError("options-of-simulated-cars")
     _check_options(options, pins is not None, stick)
+    from motorcade.boards.computer import BatteryFile
+
     chosen, source = profile_named(profile), open_stick(stick) if stick else None
+    measured = BatteryFile(battery) if battery else None
     tls = server_context(keys) if keys else None
     second = telemetry_port if telemetry_port is not None else port and port + 1
     notes: deque[Phrase | str] = deque()
@@ -100,11 +107,13 @@ def _serve(
             pages.load_page()
         parts = _open_parts(resources, options, chosen, notes) if pins else None
         if pins and parts:
-            car = _open_real(parts, pins, chosen, gpio_chip, watchdog)
+            car = _open_real(parts, pins, chosen, gpio_chip, watchdog, measured)
             pictures = pages.open_camera(camera) if page else None
         else:
             image, chosen = image_of(program, profile) if program else (bytes(4), chosen)
-            car, pictures = _open_simulated(resources, chosen, mat, image)
+            car, pictures = _open_simulated(resources, chosen, mat, image, measured)
+        if arming:
+            chosen = replace(chosen, drive=replace(chosen.drive, arming=True))
         serve_page = partial(pages.serving_page, page, host, pages.https(keys), pictures) if page else None
         serving = ServeOptions(commands, telemetry, tls, byte_order, as_json, serve_page, source, parts, notes)
         asyncio.run(serve(car, chosen, serving))
@@ -137,17 +146,22 @@ def _open_parts(
 
 
 def _open_real(
-    parts: "CarParts", pins: Path, profile: "Profile", gpio_chip: int | None, watchdog: Path | None
+    parts: "CarParts",
+    pins: Path,
+    profile: "Profile",
+    gpio_chip: int | None,
+    watchdog: Path | None,
+    battery: "BatteryFile | None",
 ) -> "DriveBoard":
     with needs_extra("pins", "pi"):
         from motorcade.boards.linux.opening import open_drive
     from motorcade.config.pins import load_pins
 
-    return open_drive(parts.equipment, load_pins(pins), profile, gpio_chip, watchdog)
+    return open_drive(parts.equipment, load_pins(pins), profile, gpio_chip, watchdog, battery)
 
 
 def _open_simulated(
-    resources: ExitStack, profile: "Profile", mat: Path | None, image: bytes
+    resources: ExitStack, profile: "Profile", mat: Path | None, image: bytes, battery: "BatteryFile | None"
 ) -> "tuple[DriveBoard, Source | None]":
     """Start a simulated world. Returns its first car and that car's pictures; closing ``resources`` ends the world."""
     with needs_extra("simulated-car"):
@@ -159,4 +173,6 @@ def _open_simulated(
     place = read_mat(mat) if mat else playground()
     check_mat(place, profile)
     live = resources.enter_context(LiveWorld(World(place, [image], profile, threads=1)))
-    return live.board(0), SimulatedCamera(live, 0)
+    board = live.board(0)
+    board.battery = battery
+    return board, SimulatedCamera(live, 0)

@@ -204,6 +204,8 @@ def _telemetry_lines(telemetry: Telemetry) -> list[str]:
         f"{_text('driver')}: {telemetry.driver or _text('nobody')}",
         f"{_text('wheels')}: {wheels}",
     ]
+    if telemetry.obstacle_mm is not None:
+        lines.append(_text("obstacle", distance=telemetry.obstacle_mm // 10))
     if telemetry.age_ms is not None:
         lines.append(_text("age", age=telemetry.age_ms))
     if telemetry.wanted_by:

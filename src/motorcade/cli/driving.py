@@ -77,6 +77,8 @@ def _send(
         if not client.you.get("applied"):
             if telemetry.state == "stopped":
                 raise MotorcadeError("is-stopped", car=car)
+            if telemetry.state == "discharged":
+                raise MotorcadeError("is-discharged", car=car, battery_mv=telemetry.battery_mv)
             raise MotorcadeError("another-drives", car=car, driver=telemetry.driver or "?")
     if wants_json(as_json):
         print_json(telemetry._asdict())

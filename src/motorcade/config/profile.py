@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from motorcade.car.board import make_levels
-from motorcade.config.check import Schema, list_of, load, table, whole
+from motorcade.config.check import Schema, flag, list_of, load, table, whole
 from motorcade.config.files import parse, read_text
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.words.infrared import air_us
@@ -82,6 +82,11 @@ class DriveLimits:
     hand_over_ms: int
     commands_per_s: int
     stale_ms: int = 150
+    arming: bool = False
+    acceleration_max_mm_per_s2: int = 0
+    obstacle_stop_mm: int = 0
+    battery_low_mv: int = 0
+    battery_charged_mv: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,7 +131,7 @@ TABLES: dict[str, type[Any]] = {
 def profile_schema() -> Schema:
     """The JSON Schema of a profile. A field that its class gives a default may be left out."""
     lists = {name: _levels(count, starts_at_zero) for name, (count, starts_at_zero) in _LISTS.items()}
-    tables = {name: table(**{each.name: _positive(each) for each in fields(kind)}) for name, kind in TABLES.items()}
+    tables = {name: table(**{each.name: _schema_of(each) for each in fields(kind)}) for name, kind in TABLES.items()}
     return table(**lists, idle_state_ms=whole(1, _MOST), **tables)
 
 
@@ -135,9 +140,12 @@ def _levels(count: int, starts_at_zero: bool) -> Schema:
     return {**schema, "prefixItems": [{"enum": [0]}]} if starts_at_zero else schema
 
 
-def _positive(field: Any) -> Schema:
+def _schema_of(field: Any) -> Schema:
+    if isinstance(field.default, bool):
+        return flag(default=field.default)
     most = _SMALLER.get(field.name, _MOST)
-    return whole(1, most) if field.default is MISSING else whole(1, most, default=field.default)
+    # Where a key is 0 unless it is there, 0 switches off what it limits.
+    return whole(1, most) if field.default is MISSING else whole(min(field.default, 1), most, default=field.default)
 
 
 @lru_cache(maxsize=32)
@@ -196,6 +204,9 @@ def _check_times(profile: Profile, file: Phrase) -> None:
     if not drive.watchdog_ms < drive.failsafe_ms < drive.hand_over_ms:
         times = {key: getattr(drive, key) for key in ("watchdog_ms", "failsafe_ms", "hand_over_ms")}
         raise MotorcadeError("drive-times-not-rising", file=file, **times)
+    if drive.battery_low_mv and not drive.battery_low_mv < drive.battery_charged_mv:
+        levels = {key: getattr(drive, key) for key in ("battery_low_mv", "battery_charged_mv")}
+        raise MotorcadeError("battery-levels-not-rising", file=file, **levels)
 
 
 def levels_of(profile: Profile) -> tuple[int, ...]:

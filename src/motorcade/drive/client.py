@@ -271,7 +271,7 @@ class DriveClient:
             self._received_s, self._has_telemetry = _now_s(), True
             self.telemetry = Telemetry(*(frame.get(name) for name in Telemetry._fields))  # type: ignore[arg-type]
             self._note_self(frame.get("you") or {}, connection)
-            if self.telemetry.state == "failsafe":
+            if self.telemetry.state in ("failsafe", "disarmed"):
                 self._stream.receive_failsafe(to_ticks(_now_s()))
             self._changed.set()
 

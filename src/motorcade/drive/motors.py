@@ -1,44 +1,108 @@
-"""What a car's hardware was commanded and accepted, so that a write that failed is made again."""
+"""What a car's hardware was commanded and accepted within its limits, so that a write that failed is made again."""
 
 from collections.abc import Callable
 
-from motorcade.car.arbiter import MOVING, PROGRAM, STANDING
+from motorcade.car.arbiter import DISCHARGED, MOVING, PROGRAM, STANDING, Arbiter
 from motorcade.car.drive_board import DriveBoard
+from motorcade.car.drive_limits import DutyLimiter, duty_per_s
+from motorcade.config.profile import Profile
+from motorcade.words.ticks import elapsed_ms, later_ms
 
 Setpoint = tuple[int, int, int]
 NEUTRAL_SETPOINT = (90, 1, 0)
+_BATTERY_MS = 1000
+# How often the limits act while a command drives.
+_LIMITS_MS = 20
 
 
 class Wheels:
-    """Make a board follow the arbiter's state.
+    """Make a board follow the arbiter.
 
     Args:
         board: its hardware, which is set to neutral. Raises OSError where that fails.
+        profile: the limits of a driver's commands.
+        now: in ms (ticks).
 
     Attributes:
+        limiter: what becomes of a command's duty.
+        battery_mv: the voltage at the last `read_battery`; None where it is unknown.
+        applied: the setpoint of the last command that was applied; NEUTRAL_SETPOINT where no command drives.
         faults: how often the board has raised OSError since then.
         last_fault: the reason of the last one.
         is_neutral: whether ``neutral`` is the last command that the board accepted.
         before_moving: called before any command but neutral; where it raises OSError the board gets no command.
     """
 
-    def __init__(self, board: DriveBoard) -> None:
+    def __init__(self, board: DriveBoard, profile: Profile, now: int) -> None:
+        drive = profile.drive
         self.board = board
+        self.limiter = limiter_of(profile)
+        self.battery_mv: int | None = None
+        self.applied = NEUTRAL_SETPOINT
         self.faults = 0
         self.last_fault = ""
         self.before_moving: Callable[[], None] = lambda: None
+        self._battery_read_ms = later_ms(now, -_BATTERY_MS)
+        self._sees_obstacles = drive.obstacle_stop_mm > 0
+        self._watches_battery = drive.battery_low_mv > 0
+        self._is_limited = bool(drive.acceleration_max_mm_per_s2 or self._sees_obstacles or self._watches_battery)
         self._is_programmed = False
         board.neutral()
         self.is_neutral = True
 
-    def follow(self, state: int, setpoint: Setpoint) -> bool:
-        """Do what ``state`` says, with ``setpoint`` where a command drives. False where the board fails."""
+    def follow(self, arbiter: Arbiter, setpoint: Setpoint, now: int, is_fresh: bool) -> int:
+        """Do what the arbiter's state says. Where the board fails the arbiter is told, and the wheels stand still.
+
+        Args:
+            arbiter: a low battery is reported to it.
+            setpoint: where a command drives.
+            now: in ms (ticks).
+            is_fresh: whether the setpoint came just now. Otherwise it is applied only where a limit changes it.
+
+        Returns:
+            After how many ms the limits are due again.
+        """
+        if self._watches_battery:
+            self.read_battery(now)
+            self._report_battery(arbiter)
+        is_due = is_fresh or self._is_limited or arbiter.state not in (STANDING, MOVING)
+        if is_due and not self._obey(arbiter.state, setpoint, now, is_fresh):
+            arbiter.stall()
+            self._obey(arbiter.state, setpoint, now, is_fresh)
+        return _LIMITS_MS if self._is_limited and arbiter.state == MOVING else _BATTERY_MS
+
+    def read_battery(self, now: int) -> None:
+        """Read the battery's voltage, once a second, for the limits too."""
+        if elapsed_ms(now, self._battery_read_ms) < _BATTERY_MS:
+            return
+        self._battery_read_ms = now
+        try:
+            self.battery_mv = self.board.battery_mv()
+        except OSError as problem:
+            self.count_fault(problem)
+            self.battery_mv = None
+        if self.battery_mv is not None:
+            self.limiter.see_battery(self.battery_mv)
+
+    def _report_battery(self, arbiter: Arbiter) -> None:
+        """Stop the car where the battery is low, at the end of the gentle stop where a command moves it."""
+        if not self.limiter.is_low:
+            if arbiter.state == DISCHARGED:
+                arbiter.charge()
+        elif arbiter.state != MOVING or not self.limiter.duty:
+            arbiter.discharge()
+
+    def _obey(self, state: int, setpoint: Setpoint, now: int, is_fresh: bool) -> bool:
+        """Do what ``state`` says. Returns False where the board fails."""
         try:
             if state in (STANDING, MOVING):
-                if self._is_programmed:
-                    self._end_program()
-                self._leave_neutral()
-                self.board.apply(*setpoint)
+                limited = self._limited(setpoint, now) if self._is_limited else setpoint
+                if is_fresh or limited != self.applied:
+                    if self._is_programmed:
+                        self._end_program()
+                    self._leave_neutral()
+                    self.board.apply(*limited)
+                    self.applied = limited
             elif state == PROGRAM and self._is_programmed:
                 self.board.check_program()
             elif state == PROGRAM:
@@ -49,14 +113,6 @@ class Wheels:
             self.count_fault(problem)
             return False
         return True
-
-    def battery_mv(self) -> int | None:
-        """The battery's voltage; None where it is unknown."""
-        try:
-            return self.board.battery_mv()
-        except OSError as problem:
-            self.count_fault(problem)
-            return None
 
     def keep_alive(self) -> None:
         """Feed the hardware watchdog, if the board has one."""
@@ -70,7 +126,17 @@ class Wheels:
         self.faults += 1
         self.last_fault = str(problem) or type(problem).__name__
 
+    def _limited(self, setpoint: Setpoint, now: int) -> Setpoint:
+        angle_deg, direction, speed = setpoint
+        wanted = speed if direction else -speed
+        if self._sees_obstacles:
+            self.limiter.see_obstacle(self.board.obstacle_mm() if wanted > 0 else None)
+        duty = self.limiter.next_duty(wanted, now)
+        return angle_deg, int(duty > 0) if duty else direction, abs(duty)
+
     def _stand_still(self) -> None:
+        self.limiter.stop()
+        self.applied = NEUTRAL_SETPOINT
         try:
             if self._is_programmed:
                 self._end_program()
@@ -93,3 +159,17 @@ class Wheels:
         if self.is_neutral:
             self.is_neutral = False
             self.before_moving()
+
+
+def limiter_of(profile: Profile) -> DutyLimiter:
+    """The limits of a driver's commands. Without a limit of acceleration a low battery ends in a stop within 1 s."""
+    drive, most_duty = profile.drive, profile.motor.pwm_max
+    gain_per_s = duty_per_s(drive.acceleration_max_mm_per_s2, profile.speeds_mm_s[-1], most_duty)
+    return DutyLimiter(
+        gain_per_s,
+        gain_per_s or most_duty,
+        most_duty,
+        drive.obstacle_stop_mm,
+        drive.battery_low_mv,
+        drive.battery_charged_mv,
+    )

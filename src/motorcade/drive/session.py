@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import NamedTuple, TypeVar
 
-from motorcade.car.arbiter import APPLIED, CLIENT, FAILSAFE, MOVING, NOBODY, STANDING, STATES, WATCHING, Arbiter
+from motorcade.car.arbiter import APPLIED, CLIENT, FAILSAFE, MOVING, NOBODY, STATES, WATCHING, Arbiter
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import DriveLimits, Profile
 from motorcade.drive.motors import NEUTRAL_SETPOINT, Setpoint, Wheels
@@ -20,12 +20,11 @@ from motorcade.errors import MotorcadeError
 from motorcade.timing import RateLimit
 from motorcade.words.field import WordError
 from motorcade.words.formats import DRIVE
-from motorcade.words.ticks import elapsed_ms, later_ms
+from motorcade.words.ticks import elapsed_ms
 
 MOST_SESSIONS = 9
 _RATE_WINDOW_MS = 100
 _LOCK_PATIENCE_S = 0.05
-_BATTERY_MS = 1000
 # A stick repeats itself: a car gets the same words again and again.
 _REMEMBERED_WORDS = 1024
 
@@ -63,7 +62,7 @@ class CarControl:
         self._board = board
         self._clock = clock
         self._limits = profile.drive
-        self._arbiter = Arbiter(profile.drive.failsafe_ms, profile.drive.hand_over_ms)
+        self._arbiter = Arbiter(profile.drive.failsafe_ms, profile.drive.hand_over_ms, profile.drive.arming)
         self._state = self._arbiter.state
         self._setpoint: Setpoint = NEUTRAL_SETPOINT
         self._lock = threading.Lock()
@@ -71,9 +70,7 @@ class CarControl:
         self._last_number = self._refused = self._turned_away = self._failsafes = self._stalls = 0
         self._beat_ms: int | None = None
         self._is_stuck = False
-        self._battery_mv: int | None = None
-        self._battery_read_ms = later_ms(clock(), -_BATTERY_MS)
-        self._wheels = Wheels(board)
+        self._wheels = Wheels(board, profile, clock())
 
     @property
     def moves(self) -> bool:
@@ -225,16 +222,16 @@ class CarControl:
         """What the car does now."""
         with self._lock:
             now, arbiter = self._clock(), self._arbiter
-            self._read_battery(now)
+            self._wheels.read_battery(now)
             driver = self._sessions.get(arbiter.driver)
             wanted_by = self._sessions.get(arbiter.wanted_by)
             return Telemetry(
                 STATES[arbiter.state][0],
-                *(self._setpoint if arbiter.state in (STANDING, MOVING) else NEUTRAL_SETPOINT),
+                *self._wheels.applied,
                 driver.name if driver else None,
                 wanted_by.name if wanted_by else None,
                 elapsed_ms(now, arbiter.commanded_ms) if driver else None,
-                self._battery_mv,
+                self._wheels.battery_mv,
                 len(self._sessions) - (driver is not None),
                 self._refused,
                 self._failsafes,
@@ -242,14 +239,14 @@ class CarControl:
                 self._wheels.faults,
                 self._wheels.last_fault,
                 self._turned_away,
+                self._wheels.limiter.obstacle_mm,
             )
 
     def tick(self) -> int:
         """Do what is due. Returns after how many ms something can be due next."""
         with self._lock:
             rest_ms = self._arbiter.tick(self._clock())
-            self._follow()
-            return rest_ms
+            return min(rest_ms, self._follow())
 
     def beat(self) -> int:
         """Do what `tick` does, and record that the loop that takes the commands is alive; at least every 50 ms."""
@@ -277,8 +274,7 @@ class CarControl:
                 self._stalls += not self._is_stuck
                 self._is_stuck = True
                 self._arbiter.stall()
-            self._follow()
-            return min(rest_ms, max(1, self._limits.watchdog_ms - late_ms))
+            return min(rest_ms, self._follow(), max(1, self._limits.watchdog_ms - late_ms))
         finally:
             self._lock.release()
 
@@ -303,20 +299,16 @@ class CarControl:
             self._follow()
             self._board.close()
 
-    def _follow(self, is_fresh: bool = False) -> None:
-        """Make the wheels follow the arbiter; ``is_fresh``: there is a new setpoint."""
+    def _follow(self, is_fresh: bool = False) -> int:
+        """Make the wheels follow the arbiter; ``is_fresh``: there is a new setpoint.
+
+        Returns after how many ms the limits are due again.
+        """
         arbiter = self._arbiter
         self._failsafes += arbiter.state == FAILSAFE and self._state == MOVING
-        is_due = is_fresh or arbiter.state not in (STANDING, MOVING)
-        if is_due and not self._wheels.follow(arbiter.state, self._setpoint):
-            arbiter.stall()
-            self._wheels.follow(arbiter.state, NEUTRAL_SETPOINT)
+        rest_ms = self._wheels.follow(arbiter, self._setpoint, self._clock(), is_fresh)
         self._state = arbiter.state
-
-    def _read_battery(self, now: int) -> None:
-        if elapsed_ms(now, self._battery_read_ms) >= _BATTERY_MS:
-            self._battery_read_ms = now
-            self._battery_mv = self._wheels.battery_mv()
+        return rest_ms
 
 
 class ControlSession:

@@ -14,10 +14,10 @@ WORD_BYTES = 4
 MOST_REQUEST_BYTES = 1024
 MOST_FRAME_BYTES = 1 << 16
 REQUESTS = ("join", "request", "release", "stop", "clear", "resume")
-# What became of a command: the arbiter's five outcomes, and two of `motorcade.drive.session`.
-OUTCOMES = ("applied", "watching", "needs-neutral", "stopped", "program", "over-rate", "stale")
-OVER_RATE = 5
-STALE = 6
+# What became of a command: the arbiter's six outcomes, and two of `motorcade.drive.session`.
+OUTCOMES = ("applied", "watching", "needs-neutral", "stopped", "program", "discharged", "over-rate", "stale")
+OVER_RATE = 6
+STALE = 7
 
 _CODE_AT = DRIVE.field("code").low
 _LENGTH = struct.Struct(">I")
@@ -96,7 +96,7 @@ class Telemetry(NamedTuple):
     """What a car does and who drives it.
 
     Attributes:
-        state: name of a state of `motorcade.car.arbiter`, "ready" to "program".
+        state: name of a state of `motorcade.car.arbiter`, "ready" to "discharged".
         angle_deg, direction, speed: the setpoint that is applied; 90, 1 and 0 are neutral.
         driver: name of the driver, or None.
         wanted_by: name of the one who waits for the wheel, or None.
@@ -108,6 +108,7 @@ class Telemetry(NamedTuple):
         stalls: how often the car's own software was stuck.
         faults: how often its hardware failed; ``last_fault`` is the last reason.
         turned_away: number of connections that got or kept no place, or failed to prove who they are.
+        obstacle_mm: the distance of the obstacle ahead that stops the car while its driver drives forward, or None.
     """
 
     state: str
@@ -125,6 +126,7 @@ class Telemetry(NamedTuple):
     faults: int
     last_fault: str
     turned_away: int
+    obstacle_mm: int | None = None
 
 
 class Counts:

@@ -25,7 +25,7 @@ from motorcade.engine.geometry import (
     sine,
 )
 from motorcade.engine.marking import in_kernel
-from motorcade.engine.state import Cars, Cells, People, Place, Rules
+from motorcade.engine.state import Arrays, Cars, Cells, People, Place, Rules
 
 # The way of a car is how far it moves in a tick, in x and y, in units of 2^-WAY_BITS µm.
 WAY_BITS = 12
@@ -217,6 +217,15 @@ def obstacle_mm(distance: float, rules: Rules) -> int:
         return NOTHING_IN_SIGHT_MM
     whole = int(distance) // 1000
     return whole if whole <= rules.ultrasonic_range_mm else NOTHING_IN_SIGHT_MM
+
+
+def obstacle_ahead_mm(i: int, world: int, look_mm: int, arrays: Arrays) -> int:
+    """What the ultrasonic sensor of car ``i`` measures between two ticks, up to ``look_mm``; never compiled."""
+    look = look_mm * 1000.0
+    _, _, seen, _, _ = others_near(i, world, look, arrays.cars, arrays.cells, arrays.rules)
+    _, _, distance, _, _ = place_near(i, look, 0.0, 0.0, arrays.cars, arrays.place, arrays.rules)
+    nearest = min(seen, distance)
+    return obstacle_mm(nearest, arrays.rules) if nearest <= look else NOTHING_IN_SIGHT_MM
 
 
 @in_kernel

@@ -187,13 +187,13 @@ def voices_of(mat: Mat) -> Voices:
     )
 
 
-def place_of(mat: Mat, rules: Rules, target: "Target") -> Place:
+def place_of(mat: Mat, rules: Rules, target: "Target", look_mm: int = 0) -> Place:
     """Walls and obstacles, and for each cell of the mat a list of those that can matter to a car in it.
 
-    ``rules`` comes from `rules_of`.
+    ``rules`` comes from `rules_of`; somebody who drives may look ``look_mm`` ahead.
     """
     walls, discs = outlines_of(mat)
-    reach = _reach(rules)
+    reach = _reach(rules, look_mm)
     frame = _place_frame(walls, discs, reach, max(_FEW_PLACE_CELLS, len(mat.starts) // 3))
     place = Place(
         segments=target.keep("Place.segments", _buffer("float64", chain.from_iterable(walls), 4)),
@@ -230,9 +230,9 @@ def _sides(corners: Sequence[tuple[float, float]]) -> list[_Wall]:
     return [(*here, *there) for here, there in zip(corners, (*corners[1:], corners[0]), strict=True)]
 
 
-def _reach(rules: Rules) -> float:
+def _reach(rules: Rules, look_mm: int) -> float:
     """The most µm from which a wall or an obstacle can matter to a car."""
-    farthest_look = max(rules.levels.items[AVOID_RADII_MM : AVOID_RADII_MM + 4]) * 1000.0
+    farthest_look = max(*rules.levels.items[AVOID_RADII_MM : AVOID_RADII_MM + 4], look_mm) * 1000.0
     return float(max(farthest_look + rules.radius + LOOK_BEYOND_UM, rules.range * rules.line_of_sight))
 
 

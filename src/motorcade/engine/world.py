@@ -8,9 +8,11 @@ import numpy as np
 import psutil
 from numpy.typing import NDArray
 
+from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.brain import NO_VOICE, RUNNING, WORD
+from motorcade.car.drive_limits import released_mm
 from motorcade.config.profile import Profile, built_in_profile
-from motorcade.engine import bicycle, events, layout
+from motorcade.engine import bicycle, bodies, events, layout
 from motorcade.engine.choice import KernelChoice, Kind, processors
 from motorcade.engine.events import EVENT
 from motorcade.engine.geometry import FULL_TURN, to_heading
@@ -154,7 +156,8 @@ class World:
     def _furnish(self, mat: Mat, profile: Profile) -> None:
         rules = layout.rules_of(mat, profile, self.images)
         people = layout.people_of(mat, self._parts)
-        self._place = layout.place_of(mat, rules, self._kernels.memory)
+        self._look_mm = released_mm(profile.drive.obstacle_stop_mm)
+        self._place = layout.place_of(mat, rules, self._kernels.memory, self._look_mm)
         self._rules = keep_all(self._kernels.memory, rules)
         self._people, self._voices = (
             keep_all(self._kernels.memory, people),
@@ -207,6 +210,12 @@ class World:
         if self.state.wheels[index] == DRIVEN:
             self._driven = self._kernels.memory.keep("driven", bicycle.without_driver(self._driven, world, car))
             give_back(index, self._tick, self.state, self._rules)
+
+    def obstacle_mm(self, car: int) -> int:
+        """What a car's ultrasonic sensor measures for its driver, as far as the profile's limits ask; in world 0."""
+        if not self._look_mm or self._tick == 0:
+            return NOTHING_IN_SIGHT_MM
+        return bodies.obstacle_ahead_mm(self._index(car, 0), 0, self._look_mm, self._arrays())
 
     def step(self) -> None:
         """Simulate one tick."""

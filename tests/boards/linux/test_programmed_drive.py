@@ -10,6 +10,7 @@ import pytest
 from motorcade import Program, compile_program, forward, led, left, right, together
 from motorcade.boards.computer import Equipment, HardwareWatchdog
 from motorcade.boards.linux.programmed_drive import ProgrammedDrive
+from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.config.pins import parse_pins
 from motorcade.config.profile import levels_of
 from motorcade.drive.session import CarControl, DriveError
@@ -361,3 +362,15 @@ def test_a_closed_car_is_in_neutral_and_has_released_its_hardware(made, pins, tm
 def test_a_pin_file_without_wheels_is_refused(made):
     with pytest.raises(MotorcadeError, match="no wheels"):
         made(LEDS)
+
+
+# The driver's limits
+
+
+def test_a_driver_gets_the_distance_of_a_sensor_that_the_pin_file_names(made):
+    assert made(ENABLED + SENSORS).board.obstacle_mm() == NOTHING_IN_SIGHT_MM
+
+
+def test_a_car_without_a_sensor_or_a_battery_file_has_neither(made):
+    car = made(ENABLED)
+    assert (car.board.obstacle_mm(), car.board.battery_mv()) == (None, None)

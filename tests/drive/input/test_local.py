@@ -174,7 +174,7 @@ def test_resume_gives_the_program_the_wheels_or_reports_why_not(bench: Bench) ->
     assert bench.last == ALL_AHEAD
     bench.control.stop()
     bench.look(REST._replace(orders=(RESUME,)))
-    assert "somebody else drives or the emergency stop holds" in bench.said[-1]
+    assert "somebody else drives, the emergency stop holds" in bench.said[-1]
 
 
 def test_orders_for_terminals_change_nothing(bench: Bench) -> None:

@@ -100,6 +100,11 @@ export interface DriveLimits {
   hand_over_ms: number;
   commands_per_s: number;
   stale_ms: number;
+  arming: boolean;
+  acceleration_max_mm_per_s2: number;
+  obstacle_stop_mm: number;
+  battery_low_mv: number;
+  battery_charged_mv: number;
 }
 
 /** The durations that a step can have, in seconds: from ``least`` to ``most``, in steps of ``step``. */

@@ -82,7 +82,7 @@ export interface Telemetry {
 
 /** A car's `motorcade.drive.wire.Telemetry`, and what concerns one page; by default, of a car that sent none. */
 export interface CarTelemetry {
-  state: "ready" | "standing" | "moving" | "failsafe" | "stopped" | "program" | "away";
+  state: "ready" | "standing" | "moving" | "failsafe" | "stopped" | "program" | "disarmed" | "discharged" | "away";
   angle_deg: number;
   direction: number;
   speed: number;
@@ -97,6 +97,7 @@ export interface CarTelemetry {
   faults: number;
   last_fault: string;
   turned_away: number;
+  obstacle_mm: number | null;
   paused: boolean;
   silent_ms: number;
   why: Sentence | null;

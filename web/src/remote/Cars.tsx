@@ -18,7 +18,10 @@ export function useCarName(): (car: string) => string {
 }
 
 /** What a car does, as the key of a short text. */
-function shortText({ state, driver, you }: CarTelemetry): Key {
+function shortText({ state, driver, you, obstacle_mm }: CarTelemetry): Key {
+  if (obstacle_mm != null) return "obstacleAhead";
+  if (state === "discharged") return "batteryLow";
+  if (state === "disarmed") return "standing";
   if (state === "failsafe") return "stoppedItself";
   return driver !== null && !you.drives && state !== "stopped" ? "otherDrives" : state;
 }
@@ -95,7 +98,7 @@ export function Notices({ car }: { car: string | null }) {
   return (
     <div className={css.notices}>
       <p className={css.state} role="status" data-state={telemetry?.state}>
-        {telemetry ? t(telemetry.state) : " "}
+        {telemetry ? t(telemetry.obstacle_mm != null ? "obstacleAhead" : telemetry.state) : " "}
         {telemetry?.state === "moving" && (
           <meter aria-label={t("speed")} min={0} max={100} value={speed}>
             {speed}
@@ -114,6 +117,11 @@ export function Notices({ car }: { car: string | null }) {
             <button type="button" className={buttons.button} onClick={() => link.start()}>
               {t("start")}
             </button>
+          </p>
+        )}
+        {telemetry?.obstacle_mm != null && (
+          <p className={css.notice} data-wrong>
+            {t("obstacle", { distance: Math.round(telemetry.obstacle_mm / 10) })}
           </p>
         )}
         {others && <p className={css.notice}>{telemetry.you.waits ? t("waits") : t("othersDrive")}</p>}

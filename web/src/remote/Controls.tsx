@@ -125,7 +125,7 @@ export function Controls({ car }: { car: string | null }) {
               {t("release")}
             </button>
           )}
-          {telemetry && !stopped && telemetry.state !== "program" && telemetry.state !== "away" && (
+          {telemetry && !stopped && telemetry.state !== "program" && telemetry.state !== "away" && telemetry.state !== "discharged" && (
             <button type="button" className={buttons.button} onClick={() => link.request("resume", car)}>
               <Icon name="blocks" />
               {t("resume")}

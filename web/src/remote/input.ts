@@ -23,6 +23,7 @@ export class DeadmanSwitch {
   private held = new Map<InputName, Axes>();
   private heldSinceMs = 0;
   private restsToSend = 0;
+  private distrusted = false;
 
   constructor(
     private readonly send: (axes: Axes) => void,
@@ -45,6 +46,7 @@ export class DeadmanSwitch {
 
   release(input: InputName): void {
     if (!this.held.delete(input) || this.isHeld) return;
+    this.distrusted = false;
     this.restsToSend = REST_MESSAGES;
     this.tick();
   }
@@ -53,8 +55,14 @@ export class DeadmanSwitch {
     for (const input of [...this.held.keys()]) this.release(input);
   }
 
+  /** Send nothing more of what is held now: it was meant for a connection that is lost. */
+  distrust(): void {
+    this.distrusted = this.isHeld;
+  }
+
   /** Send what is due. To be called every PERIOD_MS. */
   tick(): void {
+    if (this.distrusted) return;
     if (this.isHeld) {
       const axes = [...this.held.values()].at(-1)!;
       const armed = this.now() - this.heldSinceMs >= ARMING_MS;

@@ -201,6 +201,9 @@ function releaseAll(): void {
 export function startDriving(): void {
   deadman.limit = FIRST_LIMIT;
   link.open(new URLSearchParams(location.search).get("car"));
+  useRemote.subscribe(({ open }) => {
+    if (!open) deadman.distrust();
+  });
   window.addEventListener("keydown", keyDown);
   window.addEventListener("keyup", keyUp);
   window.addEventListener("blur", releaseAll);

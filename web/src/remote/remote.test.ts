@@ -170,6 +170,19 @@ describe("a dead-man switch", () => {
     expect(pass(1)).toEqual([AT_REST]);
   });
 
+  it("sends nothing of what is held through a lost connection, and arms again after a release", () => {
+    const { deadman, pass, sent } = held();
+    deadman.hold("stick", AHEAD);
+    pass(4);
+    deadman.distrust();
+    deadman.hold("stick", AHEAD);
+    expect(pass(5)).toEqual([]);
+    deadman.release("stick");
+    deadman.hold("stick", AHEAD);
+    expect(sent.slice(-2)).toEqual([AT_REST, AT_REST]);
+    expect(pass(3)).toEqual([AT_REST, AHEAD, AHEAD]);
+  });
+
   it("goes no faster than the limit", () => {
     const { deadman, pass } = held();
     deadman.limit = 0.5;

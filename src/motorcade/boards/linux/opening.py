@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from motorcade.boards.computer import Equipment, HardwareWatchdog
+from motorcade.boards.computer import BatteryFile, Equipment, HardwareWatchdog
 from motorcade.boards.linux.gpio_chip import open_gpio, pull_low
 from motorcade.boards.linux.infrared import LircSender, open_sender
 from motorcade.boards.linux.programmed_drive import ProgrammedDrive
@@ -34,17 +34,19 @@ def open_drive(
     profile: Profile,
     gpio_chip: int | None = None,
     watchdog: Path | None = None,
+    battery: BatteryFile | None = None,
 ) -> ProgrammedDrive:
     """Open the board of a car that somebody drives, and that words drive when the driver gives them the wheels.
 
-    ``watchdog`` is the device of a hardware watchdog, None to use none. Raises what `open_car` raises.
+    ``watchdog`` is the device of a hardware watchdog, None to use none; ``battery`` measures its voltage. Raises what
+    `open_car` raises.
     """
     _check_pins(equipment, pins)
     factory = open_gpio(pins.chip, gpio_chip)
     sender = _open_sender(pins, profile, factory)
     armed = HardwareWatchdog(watchdog) if watchdog else None
     rescue = (_RESCUE, _pull_low_arguments(pins, gpio_chip))
-    return ProgrammedDrive(equipment, pins, profile, factory, sender, armed, rescue)
+    return ProgrammedDrive(equipment, pins, profile, factory, sender, armed, rescue, battery)
 
 
 def stop_wheels(pins: PinMap, gpio_chip: int | None = None) -> list[int]:

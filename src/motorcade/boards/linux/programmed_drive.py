@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from typing import Any
 
-from motorcade.boards.computer import TICK_S, Equipment, HardwareWatchdog
+from motorcade.boards.computer import TICK_S, BatteryFile, Equipment, HardwareWatchdog
 from motorcade.boards.linux.chassis import Chassis, open_chassis
 from motorcade.boards.linux.gpio_chip import HardwareError
 from motorcade.boards.linux.infrared import LircSender
@@ -180,6 +180,7 @@ class ProgrammedDrive(SharedWheels):
             program too, as kind ``fault``.
         watchdog: gets a sign of life as long as all is well, and is disarmed at the end; None for none.
         rescue: see `motorcade.car.drive_board.DriveBoard.rescue`.
+        battery: where its voltage is read; None where nothing measures it.
 
     Raises:
         MotorcadeError: the pin file names no wheels.
@@ -194,8 +195,11 @@ class ProgrammedDrive(SharedWheels):
         sender: LircSender | None = None,
         watchdog: HardwareWatchdog | None = None,
         rescue: tuple[str, tuple[str, ...]] | None = None,
+        battery: BatteryFile | None = None,
     ) -> None:
         self._watchdog = watchdog
+        self._battery = battery
+        self._has_ultrasonic = pins.has("ultrasonic")
         self._rescue = rescue
         self._resources = ExitStack()
         if watchdog is not None:
@@ -214,6 +218,12 @@ class ProgrammedDrive(SharedWheels):
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="car program", daemon=True)
         self._thread.start()
+
+    def battery_mv(self) -> int | None:
+        return self._battery.read_mv() if self._battery else None
+
+    def obstacle_mm(self) -> int | None:
+        return self._board.obstacle_mm() if self._has_ultrasonic else None
 
     def keep_alive(self) -> None:
         if self._watchdog is not None:

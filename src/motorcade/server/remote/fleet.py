@@ -11,6 +11,7 @@ from typing import Any, Literal, NamedTuple, Protocol
 
 from motorcade.cameras.broadcast import Camera
 from motorcade.cameras.web import WebCamera
+from motorcade.car.arbiter import NEUTRAL
 from motorcade.drive.client import DriveClient
 from motorcade.drive.connection import CarError, CarRefusesError
 from motorcade.drive.input.deadman import stick_word
@@ -53,7 +54,7 @@ class LocalControl(PageControl):
     """A page's connection, under the name ``page``, to a car of this process; ``left`` is called when it leaves.
 
     A page that only looks needs no session, so any number of pages may be connected. One that steers has a session,
-    until others need its place and it is silent.
+    until others need its place and it is silent. It arms the car first, unless the car has stopped by itself.
     """
 
     def __init__(
@@ -71,7 +72,10 @@ class LocalControl(PageControl):
         self._counts = Counts()
 
     def steer(self, throttle: float, steering: float) -> None:
-        self._joined().command(stick_word(throttle, steering))
+        is_new, session = self._session is None, self._joined()
+        if is_new and throttle and self._car.telemetry().state != "failsafe":
+            session.command(NEUTRAL)
+        session.command(stick_word(throttle, steering))
 
     async def act(self, action: Action) -> None:
         if action == "stop":
@@ -82,8 +86,7 @@ class LocalControl(PageControl):
     def telemetry(self) -> CarTelemetry:
         telemetry = self._car.telemetry()
         drives = self._session is not None and self._session.drives
-        you: dict[str, Any] = {"drives": drives, "waits": telemetry.wanted_by == self._page}
-        you |= self._counts.as_dict()
+        you: dict[str, Any] = {"drives": drives, "waits": telemetry.wanted_by == self._page} | self._counts.as_dict()
         return CarTelemetry(**telemetry._asdict(), paused=self._is_paused(), silent_ms=0, you=you)
 
     def leave(self) -> None:
@@ -354,8 +357,7 @@ class RemoteCars(Fleet):
     async def stop(self, car: str, page: str) -> None:
         """Emergency stop, by a page that is not connected to the car; where nine are, by one of their clients."""
         self._car(car)
-        reached = [client for client in self._clients[car] if client.connected]
-        if reached:
+        if reached := [client for client in self._clients[car] if client.connected]:
             await reached[0].stop()
         else:
             await super().stop(car, page)

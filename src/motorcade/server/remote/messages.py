@@ -129,6 +129,7 @@ class CarTelemetry(Struct, kw_only=True):
     faults: int = 0
     last_fault: str = ""
     turned_away: int = 0
+    obstacle_mm: int | None = None
     paused: bool = False
     silent_ms: int
     why: Sentence | None = None

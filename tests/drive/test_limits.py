@@ -1,0 +1,281 @@
+"""What a profile limits while somebody drives: a car whose clock, board and battery are the test's."""
+
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import pytest
+
+from motorcade.boards.simulated_drive import DrivenCars
+from motorcade.car.arbiter import APPLIED, LOCAL, NEEDS_NEUTRAL, UNPOWERED
+from motorcade.car.board import NOTHING_IN_SIGHT_MM
+from motorcade.car.drive_board import DriveBoard
+from motorcade.car.drive_limits import READINGS
+from motorcade.config.profile import Profile, built_in_profile
+from motorcade.drive.session import CarControl, ControlSession, DriveError, Who
+from motorcade.engine.world import World
+from motorcade.mats import playground
+from motorcade.server.remote.fleet import LocalControl
+from motorcade.words.formats import DRIVE
+from support.loop_car import loop_car
+from support.mock_clock import mock_clock
+from support.waiting import until
+from support.working_drivers import client, driving
+
+CLASSROOM = built_in_profile("classroom")
+AHEAD = DRIVE.encode(angle=90, direction=1, speed=255)
+BACK = DRIVE.encode(angle=90, direction=0, speed=255)
+STILL = DRIVE.encode(angle=90, direction=1, speed=0)
+SECOND_MS = 1000
+
+
+def limited(**keys: Any) -> Profile:
+    return replace(CLASSROOM, drive=replace(CLASSROOM.drive, **keys))
+
+
+class Bench(DriveBoard):
+    """Hardware with an ultrasonic sensor and a battery that the test sets."""
+
+    has_program = True
+
+    def __init__(self) -> None:
+        self.applied: list[tuple[int, int, int]] = []
+        self.ahead_mm: int | None = NOTHING_IN_SIGHT_MM
+        self.voltage_mv: int | None = 7400
+        self.programs = 0
+
+    def apply(self, angle_deg: int, direction: int, speed: int) -> None:
+        self.applied.append((angle_deg, direction, speed))
+
+    def neutral(self) -> None:
+        self.applied.append((90, 1, 0))
+
+    def obstacle_mm(self) -> int | None:
+        if self.ahead_mm is not None and self.ahead_mm < 0:
+            raise OSError("the sensor is broken")
+        return self.ahead_mm
+
+    def battery_mv(self) -> int | None:
+        return self.voltage_mv
+
+    def begin_program(self) -> None:
+        self.programs += 1
+
+
+class Car:
+    """A car with limits, and its driver."""
+
+    def __init__(self, **keys: Any) -> None:
+        self.board, self.now_ms = Bench(), 0
+        self.control = CarControl(self.board, lambda: self.now_ms, limited(**keys))
+        self.session = self.control.join("ada")
+
+    def drive(self, word: int, for_ms: int, session: ControlSession | None = None) -> list[int]:
+        """Send ``word`` every 50 ms; the speed after each time that the car did what was due."""
+        speeds, end_ms = [], self.now_ms + for_ms
+        sent_ms = self.now_ms - 50
+        while self.now_ms < end_ms:
+            if self.now_ms - sent_ms >= 50:
+                (session or self.session).command(word)
+                sent_ms = self.now_ms
+            rest_ms = self.control.tick()
+            speeds.append(self.board.applied[-1][2])
+            self.now_ms += min(rest_ms, 50)
+        return speeds
+
+    @property
+    def shown(self) -> tuple[str, int, int | None]:
+        """State, speed and obstacle of the telemetry."""
+        telemetry = self.control.telemetry()
+        return telemetry.state, telemetry.speed, telemetry.obstacle_mm
+
+
+# Acceleration
+
+
+def test_a_car_speeds_up_no_faster_than_its_profile_says_and_stops_at_once() -> None:
+    car = Car(acceleration_max_mm_per_s2=300)
+    speeds = car.drive(AHEAD, 1200)
+    # 300 mm/s is full speed, so that takes a second; the limit acts every 20 ms.
+    assert speeds == sorted(speeds)
+    assert (speeds[0], speeds[-1]) == (0, 255)
+    assert max(later - earlier for earlier, later in pairwise(speeds)) <= 6
+    assert len(speeds) - speeds.count(255) == pytest.approx(50, abs=2)
+    car.session.command(STILL)
+    assert car.board.applied[-1] == (90, 1, 0)
+    car.drive(AHEAD, 1200)
+    car.session.stop()
+    assert car.board.applied[-1] == (90, 1, 0)
+
+
+def test_the_failsafe_waits_for_no_limit() -> None:
+    car = Car(acceleration_max_mm_per_s2=300)
+    car.drive(AHEAD, 1200)
+    car.now_ms += 301
+    car.control.tick()
+    assert (car.board.applied[-1], car.shown[0]) == ((90, 1, 0), "failsafe")
+
+
+def test_telemetry_has_the_speed_that_is_applied() -> None:
+    car = Car(acceleration_max_mm_per_s2=300)
+    car.drive(AHEAD, 500)
+    assert car.shown[1] == car.board.applied[-1][2] < 150
+
+
+# Obstacles
+
+
+def test_an_obstacle_stops_the_driver_until_they_drive_backward_or_it_is_gone() -> None:
+    car = Car(obstacle_stop_mm=150)
+    assert car.drive(AHEAD, 100)[-1] == 255
+    car.board.ahead_mm = 140
+    # The driver's command is the old one: the car looks by itself.
+    car.now_ms += car.control.tick()
+    car.control.tick()
+    assert (car.board.applied[-1], car.shown) == ((90, 1, 0), ("moving", 0, 140))
+    assert car.session.command(BACK) == APPLIED
+    assert (car.board.applied[-1], car.shown) == ((90, 0, 255), ("moving", 255, None))
+    assert car.drive(AHEAD, 100)[-1] == 0
+    car.board.ahead_mm = NOTHING_IN_SIGHT_MM
+    assert car.drive(AHEAD, 100)[-1] == 255
+
+
+def test_without_a_sensor_or_without_the_key_nothing_stops_a_driver() -> None:
+    without_key, without_sensor = Car(), Car(obstacle_stop_mm=150)
+    without_key.board.ahead_mm, without_sensor.board.ahead_mm = 1, None
+    assert without_key.drive(AHEAD, 100)[-1] == without_sensor.drive(AHEAD, 100)[-1] == 255
+
+
+def test_a_sensor_that_fails_stops_the_car() -> None:
+    car = Car(obstacle_stop_mm=150)
+    car.drive(AHEAD, 100)
+    car.board.ahead_mm = -1
+    car.control.tick()
+    telemetry = car.control.telemetry()
+    assert (telemetry.state, telemetry.last_fault) == ("failsafe", "the sensor is broken")
+    assert car.board.applied[-1] == (90, 1, 0)
+
+
+def test_a_simulated_car_stops_before_the_wall_that_its_driver_heads_for() -> None:
+    world = World(playground(), [bytes(4)], limited(obstacle_stop_mm=450), kernels="webassembly")
+    driven, at_ms = DrivenCars(), [0]
+    board = driven.board(0, has_program=False)
+    control = CarControl(board, lambda: at_ms[0], world.profile)
+    session = control.join("ada")
+    board.apply(90, 1, 0)
+    for _ in range(400):
+        session.command(AHEAD)
+        driven.steer(world)
+        world.run(50)
+        at_ms[0] += 50
+    assert control.telemetry().obstacle_mm == board.ahead_mm
+    # No nearer than the way of one look, and it didn't stop far away.
+    assert 400 < board.ahead_mm < 450
+    before = world.snapshot().x_m[0]
+    session.command(BACK)
+    driven.steer(world)
+    world.run(500)
+    assert world.snapshot().x_m[0] != before
+
+
+# Battery
+
+
+def drained(car: Car, voltage_mv: int = 6000) -> None:
+    car.board.voltage_mv = voltage_mv
+
+
+def test_a_low_battery_ends_in_a_gentle_stop_and_commands_count_again_once_it_is_charged() -> None:
+    car = Car(battery_low_mv=6400, battery_charged_mv=7000, acceleration_max_mm_per_s2=600)
+    car.drive(AHEAD, 2 * SECOND_MS)
+    drained(car)
+    speeds = car.drive(AHEAD, (READINGS + 1) * SECOND_MS)
+    falling = [speed for speed in speeds if 0 < speed < 255]
+    # Half a second of 20 ms each, as fast as it may speed up.
+    assert falling == sorted(falling, reverse=True)
+    assert len(falling) == pytest.approx(25, abs=2)
+    assert (car.shown[0], car.board.applied[-1]) == ("discharged", (90, 1, 0))
+    assert car.session.command(AHEAD) == car.session.command(STILL) == UNPOWERED
+    with pytest.raises(DriveError, match="battery"):
+        car.session.resume_program()
+    drained(car, 6900)
+    car.drive(AHEAD, 5 * SECOND_MS)
+    assert car.shown[0] == "discharged"
+    drained(car, 7000)
+    car.drive(AHEAD, (READINGS + 1) * SECOND_MS)
+    # A stick that is still held moves nothing.
+    assert (car.shown[0], car.board.applied[-1]) == ("failsafe", (90, 1, 0))
+    assert car.session.command(STILL) == APPLIED
+    assert car.drive(AHEAD, SECOND_MS)[-1] == 255
+
+
+def test_an_emergency_stop_ends_a_gentle_stop_and_outlasts_the_battery() -> None:
+    car = Car(battery_low_mv=6400, battery_charged_mv=7000)
+    car.drive(AHEAD, SECOND_MS)
+    drained(car)
+    while car.board.applied[-1][2] == 255:
+        car.drive(AHEAD, 50)
+    car.session.stop()
+    assert (car.board.applied[-1], car.shown[0]) == ((90, 1, 0), "stopped")
+    car.session.clear()
+    assert car.shown[0] == "discharged"
+
+
+def test_a_low_battery_stops_the_program_too() -> None:
+    car = Car(battery_low_mv=6400, battery_charged_mv=7000)
+    car.session.resume_program()
+    drained(car)
+    for _ in range(READINGS + 1):
+        car.now_ms += SECOND_MS
+        car.control.tick()
+    assert (car.shown[0], car.board.applied[-1], car.board.programs) == ("discharged", (90, 1, 0), 1)
+
+
+@pytest.mark.parametrize("voltage_mv", [None, 7399, 6400])
+def test_a_battery_that_is_not_low_or_not_measured_changes_nothing(voltage_mv: int | None) -> None:
+    car = Car(battery_low_mv=6400, battery_charged_mv=7000)
+    car.board.voltage_mv = voltage_mv
+    assert car.drive(AHEAD, 5 * SECOND_MS)[-1] == 255
+
+
+# Arming
+
+
+def test_a_car_that_asks_for_arming_refuses_the_first_move_of_each_driver() -> None:
+    car = Car(arming=True)
+    assert car.session.command(AHEAD) == NEEDS_NEUTRAL
+    assert (car.shown[0], car.session.counts.as_dict()["needs-neutral"]) == ("disarmed", 1)
+    assert car.session.command(STILL) == car.session.command(AHEAD) == APPLIED
+    stick = car.control.join("stick", Who(kind=LOCAL))
+    assert stick.command(AHEAD) == NEEDS_NEUTRAL
+    assert car.board.applied[-1] == (90, 1, 0)
+    assert stick.command(STILL) == stick.command(AHEAD) == APPLIED
+
+
+def test_a_page_at_the_car_arms_it_before_its_first_move() -> None:
+    board = Bench()
+    control = CarControl(board, lambda: 0, limited(arming=True))
+    page = LocalControl(control, "here:1")
+    page.steer(0.5, 0)
+    assert board.applied == [(90, 1, 0), (90, 1, 0), (90, 1, 128)]
+
+
+def test_a_page_does_not_arm_a_car_that_has_stopped_by_itself() -> None:
+    car = Car()
+    car.drive(AHEAD, 100)
+    car.session.leave()
+    page = LocalControl(car.control, "here:1")
+    page.steer(0.5, 0)
+    assert (car.shown[0], car.board.applied[-1]) == ("failsafe", (90, 1, 0))
+    page.steer(0, 0)
+    page.steer(0.5, 0)
+    assert car.board.applied[-1] == (90, 1, 128)
+
+
+@mock_clock
+async def test_a_client_arms_the_car_by_itself() -> None:
+    async with loop_car(profile=limited(arming=True)) as car, client(car) as driver:
+        async with driving(driver):
+            await until(car.board.has_moved)
+            await until(lambda: driver.you.get("applied"))
+        assert driver.you["needs-neutral"] == 0
