@@ -1,4 +1,4 @@
-"""Install MicroPython's WebAssembly build from npm."""
+"""Install from npm what the portable tests run on: MicroPython's WebAssembly build and an emulator of the RP2040."""
 
 from pathlib import Path
 
@@ -12,4 +12,4 @@ from support import npm_packages
 def micropython_installed(install_lock: FileLock) -> None:
     """Install MicroPython; a test fails, and isn't skipped, where that is impossible."""
     with install_lock:
-        npm_packages.install(Path(__file__).parent, "MicroPython's WebAssembly build")
+        npm_packages.install(Path(__file__).parent, "MicroPython's WebAssembly build and rp2040js")

