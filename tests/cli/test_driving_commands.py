@@ -194,3 +194,28 @@ def test_connect_to_no_car_ends_in_a_sentence(tmp_path):
         user.wait_for("No car answers")
         user.wait(lambda: user.process.poll() is not None)
         assert user.process.returncode == 3
+
+
+def test_keys_are_listed_and_revoked(tmp_path):
+    folder = tmp_path / "class"
+    data("drive", "keys", folder, "--car", "ada", "--driver", "lin")
+    revoked = data("drive", "keys", folder, "--revoke", "lin")
+    assert revoked == {"revoked": ["lin"], "file": str(folder / "revoked.crl")}
+    data("drive", "keys", folder, "--driver", "lin")
+    listed = data("drive", "keys", folder, "--list")
+    assert [(each["role"], each["name"], each["revoked"]) for each in listed] == [
+        ("car", "ada", False),
+        ("driver", "lin", True),
+        ("driver", "lin", False),
+    ]
+    shown = run("drive", "keys", folder, "--list", stdout=Terminal()).out
+    assert "lin: revoked" in shown
+    assert "valid until" in shown
+    assert "--revoke DRIVER" in refusal(2, "drive", "keys", folder)
+    assert "exclude each other" in refusal(2, "drive", "keys", folder, "--list", "--revoke", "lin")
+    assert "eve" in refusal(2, "drive", "keys", folder, "--revoke", "eve")
+    assert "authority.pem" in refusal(2, "drive", "keys", tmp_path, "--list")
+    car, list_ = folder / "car-ada.pem", folder / "revoked.crl"
+    assert "--keys" in refusal(2, "drive", "serve", "--port", "0", "--revoked", list_)
+    list_.write_text("nonsense")
+    assert "no list of revoked keys" in refusal(2, "drive", "serve", "--port", "0", "--keys", car)

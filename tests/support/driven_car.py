@@ -62,11 +62,13 @@ class DrivenCar:
     It has a thread for itself, so that a test may block, freeze or flood its own.
     """
 
-    def __init__(self, tls: Any = None, byte_order: str = "big", profile: Profile | None = None) -> None:
+    def __init__(
+        self, tls: Any = None, byte_order: str = "big", profile: Profile | None = None, revoked: Any = None
+    ) -> None:
         self.profile = profile or CLASSROOM
         self.board = NotedBoard()
         self.control = CarControl(self.board, monotonic_ms, self.profile)
-        self.server = DriveServer(self.control, byte_order)
+        self.server = DriveServer(self.control, byte_order, revoked)
         self.port = self.telemetry_port = 0
         self._tls = tls
         self._loop = asyncio.new_event_loop()

@@ -33,7 +33,9 @@ if TYPE_CHECKING:
     from motorcade.cameras.broadcast import Source
     from motorcade.car.drive_board import DriveBoard
     from motorcade.cli.car_options import CarParts
+    from motorcade.cli.serving import Note
     from motorcade.config.profile import Profile
+    from motorcade.drive.tls.revoked import RevokedKeys
 
 app = typer.Typer()
 app.add_typer(driving.app)
@@ -55,6 +57,7 @@ def _serve(
     port: TcpPortNumber = 5005,
     telemetry_port: OptionalTcpPort = None,
     keys: KeysFile = None,
+    revoked: Annotated[Path | None, typer.Option(exists=True, dir_okay=False)] = None,
     insecure_lan: Annotated[bool, typer.Option("--insecure-lan")] = False,
     byte_order: ByteOrder = ByteOrder.BIG,
     arming: Annotated[bool, typer.Option("--arming")] = False,
@@ -98,7 +101,8 @@ def _serve(
     measured = BatteryFile(battery) if battery else None
     tls = server_context(keys) if keys else None
     second = telemetry_port if telemetry_port is not None else port and port + 1
-    notes: deque[Phrase | str] = deque()
+    notes: deque[Note] = deque()
+    refused = _open_revoked(keys, revoked, notes)
     with ExitStack() as resources:
         commands, telemetry = (resources.enter_context(bind(host, each)) for each in (port, second))
         pages.check_reach(commands, keys, insecure_lan, "address-without-keys", "serve-insecure")
@@ -115,10 +119,22 @@ def _serve(
         if arming:
             chosen = replace(chosen, drive=replace(chosen.drive, arming=True))
         serve_page = partial(pages.serving_page, page, host, pages.https(keys), pictures) if page else None
-        serving = ServeOptions(commands, telemetry, tls, byte_order, as_json, serve_page, source, parts, notes)
+        serving = ServeOptions(commands, telemetry, tls, refused, byte_order, as_json, serve_page, source, parts, notes)
         asyncio.run(serve(car, chosen, serving))
     if not as_json:
         print_lines([translated("serve-ended")])
+
+
+def _open_revoked(keys: Path | None, file: Path | None, notes: "deque[Note]") -> "RevokedKeys | None":
+    """The drivers' keys that the car doesn't take, in ``file`` or beside its own. Raises MotorcadeError."""
+    from motorcade.drive.tls.revoked import RevokedKeys
+
+    if keys is None:
+        if file:
+            raise MotorcadeError("revoked-without-keys")
+        return None
+    with needs_extra("making-keys", "drive"):
+        return RevokedKeys(file or keys.with_name("revoked.crl"), keys, notes.append)
 
 
 def _check_options(options: CarOptions, is_real: bool, stick: StickName | None) -> None:
@@ -130,9 +146,7 @@ def _check_options(options: CarOptions, is_real: bool, stick: StickName | None) 
         raise MotorcadeError("options-exclude-each-other", first="--voice keyboard", second="--stick keyboard")
 
 
-def _open_parts(
-    resources: ExitStack, options: CarOptions, profile: "Profile", notes: deque[Phrase | str]
-) -> "CarParts":
+def _open_parts(resources: ExitStack, options: CarOptions, profile: "Profile", notes: "deque[Note]") -> "CarParts":
     """Open a real car's equipment; uploads and faults of its program are noted. Raises MotorcadeError."""
     from motorcade.cli.car_options import open_parts
 

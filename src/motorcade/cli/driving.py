@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from motorcade.cli.language import Language, translated
-from motorcade.cli.options import Json, needs_extra, print_json, wants_json
+from motorcade.cli.options import Json, needs_extra, print_json, print_lines, print_result, wants_json
 from motorcade.errors import MotorcadeError, Phrase
 
 if TYPE_CHECKING:
@@ -92,10 +92,23 @@ def _keys(
     folder: Annotated[Path, typer.Argument(file_okay=False)],
     car: list[str] | None = None,
     driver: list[str] | None = None,
+    revoke: Annotated[list[str] | None, typer.Option(metavar="DRIVER")] = None,
+    list_all: Annotated[bool, typer.Option("--list")] = False,
     as_json: Json = False,
 ) -> None:
     with needs_extra("making-keys", "drive"):
         from motorcade.drive.tls.certificates import CarKeys, make_keys
+        from motorcade.drive.tls.revocation import revoke_drivers
+    if sum(map(bool, (car or driver, revoke, list_all))) > 1:
+        raise MotorcadeError("options-exclude-each-other", first="--revoke", second="--list / --car / --driver")
+    if list_all:
+        _list_keys(folder, as_json)
+        return
+    if revoke:
+        file = revoke_drivers(folder, revoke, datetime.now(UTC))
+        sentence = translated("keys-revoked", names=", ".join(revoke), file=file)
+        print_result({"revoked": revoke, "file": str(file)}, sentence, wants_json(as_json))
+        return
     if not car and not driver:
         raise MotorcadeError("nobody-named")
     named = (each.partition("@") for each in car or ())
@@ -107,6 +120,22 @@ def _keys(
     for file in made:
         print(file)
     print(translated("keys-made", car=folder / "car-….pem", driver=folder / "driver-….pem"))
+
+
+def _list_keys(folder: Path, as_json: bool) -> None:
+    from motorcade.drive.tls.revocation import list_keys
+
+    rows = [
+        {"role": each.role, "name": each.name, "until": f"{each.valid_until:%Y-%m-%d}", "revoked": each.is_revoked}
+        for each in list_keys(folder)
+    ]
+    if wants_json(as_json):
+        print_json(rows)
+        return
+    for row in rows:
+        key = "keys-listed-revoked" if row["revoked"] else "keys-listed"
+        role = Phrase(f"role-{row['role']}")
+        print_lines([translated(key, role=role, name=row["name"], until=row["until"])])
 
 
 def address_of(text: str) -> tuple[str, int]:

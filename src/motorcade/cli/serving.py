@@ -18,6 +18,7 @@ from motorcade.drive.input.local import reading_input
 from motorcade.drive.safety.watchdog import watched
 from motorcade.drive.server import DriveServer, serving
 from motorcade.drive.session import CarControl
+from motorcade.drive.tls.revoked import RevokedKeys
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import command_line_text
 from motorcade.timing import monotonic_ms
@@ -33,12 +34,16 @@ _PERIOD_S, _LAST_LINE_S = 0.1, 1.0
 _ENDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
 
 
+Note = Phrase | MotorcadeError | str
+
+
 class ServeOptions(NamedTuple):
     """How a car is served.
 
     Attributes:
         commands, telemetry: where it listens.
         tls: for both; None for none.
+        revoked: drivers' keys that are refused.
         page: serves its page, if it has one, and gives the page's address.
         stick: what steers at the car itself, if anything does.
         parts: a real car's equipment; None for a simulated car.
@@ -48,18 +53,19 @@ class ServeOptions(NamedTuple):
     commands: socket.socket
     telemetry: socket.socket
     tls: ssl.SSLContext | None
+    revoked: RevokedKeys | None
     byte_order: str
     as_json: bool
     page: "Callable[[CarControl], AbstractAsyncContextManager[str]] | None"
     stick: "AbstractContextManager[StickSource] | None"
     parts: "CarParts | None"
-    notes: deque[Phrase | str]
+    notes: deque[Note]
 
 
 async def serve(board: "DriveBoard", profile: "Profile", options: ServeOptions) -> None:
     """Serve until a signal ends it."""
     control = CarControl(board, monotonic_ms, profile)
-    server = DriveServer(control, options.byte_order)
+    server = DriveServer(control, options.byte_order, options.revoked)
     ended, loop = asyncio.Event(), asyncio.get_running_loop()
     # Other threads don't know what --language is.
     language = current_language()
@@ -99,7 +105,7 @@ def _print_addresses(addresses: dict[str, Any], url: str | None, options: ServeO
 
 
 @contextmanager
-def _logging(telemetry: "Callable[[], Telemetry]", notes: deque[Phrase | str], language: str) -> Iterator[None]:
+def _logging(telemetry: "Callable[[], Telemetry]", notes: deque[Note], language: str) -> Iterator[None]:
     """Print driver and state whenever they change, in a thread: a terminal that hangs doesn't stop the car."""
     over, last = threading.Event(), _visible(telemetry())
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import NamedTuple, Protocol, cast
 
-from motorcade.drive.tls.keys import peer_name
+from motorcade.drive.tls.keys import peer_name, peer_number
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.sockets import listen
 
@@ -75,12 +75,14 @@ class ClientProtocol(asyncio.BaseProtocol, ABC):
         line: the transport; None before the connection is made and after it is lost.
         client: the name in the client's certificate, or the address that it comes from.
         port: the port that it comes from.
+        keys_number: the serial number of its certificate; None where it has shown none.
     """
 
     def __init__(self, opened: Callable[[], None], closed: Callable[[], None]) -> None:
         self.line: asyncio.Transport | None = None
         self.client = ""
         self.port = 0
+        self.keys_number: int | None = None
         self._opened = opened
         self._closed = closed
 
@@ -93,7 +95,9 @@ class ClientProtocol(asyncio.BaseProtocol, ABC):
         """Note who the client is."""
         self.line = transport  # type: ignore[assignment]
         address = transport.get_extra_info("peername") or ("?", 0)
-        self.client = peer_name(transport.get_extra_info("ssl_object")) or str(address[0])
+        line = transport.get_extra_info("ssl_object")
+        self.client = peer_name(line) or str(address[0])
+        self.keys_number = peer_number(line)
         self.port = int(address[1])
         self._opened()
 

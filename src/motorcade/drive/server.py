@@ -9,6 +9,9 @@ from contextlib import asynccontextmanager
 from motorcade.drive.channels import PERIOD_S, CommandChannel, TelemetryChannel
 from motorcade.drive.listener import Listener
 from motorcade.drive.session import CarControl
+from motorcade.drive.tls.revoked import RevokedKeys
+
+_REVOKED_EVERY_S = 1.0
 
 
 class DriveServer:
@@ -17,14 +20,16 @@ class DriveServer:
     Args:
         control: the car.
         byte_order: of a command, "big" or "little".
+        revoked: keys that are refused: a client that shows them is hung up, also one that is connected already.
 
     Attributes:
         commands: the open connections for commands, the oldest first.
         channels: those for telemetry.
     """
 
-    def __init__(self, control: CarControl, byte_order: str = "big") -> None:
+    def __init__(self, control: CarControl, byte_order: str = "big", revoked: RevokedKeys | None = None) -> None:
         self.control = control
+        self.revoked = revoked
         self.commands: list[CommandChannel] = []
         self.channels: list[TelemetryChannel] = []
         self._byte_order = byte_order
@@ -35,6 +40,7 @@ class DriveServer:
 
         def opened() -> None:
             self.commands.append(channel)
+            self._check_keys(channel)
 
         def lost() -> None:
             self.commands.remove(channel)
@@ -48,6 +54,7 @@ class DriveServer:
 
         def opened() -> None:
             self.channels.append(channel)
+            self._check_keys(channel)
             self._has_channels.set()
 
         def lost() -> None:
@@ -69,6 +76,21 @@ class DriveServer:
             for channel in list(self.channels):
                 channel.end_period(telemetry)
             await asyncio.sleep(max(0.0, begin_s + PERIOD_S - loop.time()))
+
+    async def check_revoked(self) -> None:
+        """Look for newly revoked keys once a second, until cancelled."""
+        while self.revoked:
+            await asyncio.sleep(_REVOKED_EVERY_S)
+            # The file may be on a slow card.
+            if await asyncio.to_thread(self.revoked.reload):
+                channels: list[CommandChannel | TelemetryChannel] = [*self.commands, *self.channels]
+                for channel in channels:
+                    self._check_keys(channel)
+
+    def _check_keys(self, channel: CommandChannel | TelemetryChannel) -> None:
+        if self.revoked and channel.keys_number in self.revoked:
+            self.control.turn_away()
+            channel.drop()
 
     def _find(self, channel: TelemetryChannel, by_port: bool) -> CommandChannel | None:
         """The connection for commands of the same client; see `TelemetryChannel`."""
@@ -98,7 +120,7 @@ async def serving(
         Listener(telemetry, server.telemetry_channel, turn_away, tls),
     )
     tasks = [asyncio.ensure_future(each.serve()) for each in listeners]
-    tasks.append(asyncio.ensure_future(server.send_telemetry()))
+    tasks += [asyncio.ensure_future(job()) for job in (server.send_telemetry, server.check_revoked)]
     try:
         yield listeners
     finally:

@@ -1,7 +1,7 @@
 """Make the keys files of cars and drivers (`motorcade.drive.tls.keys`), as a small certificate authority.
 
 One folder is one authority, for a class or a household. Whoever has a driver's keys file of it can drive every car of
-it; when a file is lost, make a new folder.
+it, until the keys are revoked (`motorcade.drive.tls.revocation`).
 """
 
 import ipaddress
@@ -21,8 +21,10 @@ from motorcade.drive.tls.keys import CAR, DRIVER, title
 from motorcade.errors import MotorcadeError, Phrase
 
 AUTHORITY, AUTHORITY_PUBLIC = "authority.pem", "authority.crt"
+# The certificates of all keys that the authority has made.
+ISSUED = "issued.pem"
 # A Raspberry Pi's clock stops while it is off, so its time may be in the past.
-_BACKDATED = timedelta(days=365)
+BACKDATED = timedelta(days=365)
 _AUTHORITY_DAYS = timedelta(days=3650)
 # With the backdating it stays below 825 days, above which browsers refuse a certificate.
 _KEYS_DAYS = timedelta(days=400)
@@ -72,15 +74,19 @@ def make_keys(folder: Path, cars: Sequence[CarKeys], drivers: Sequence[str], now
             raise MotorcadeError("keys-exist", file=file, name=name)
     purposes = [_car_purpose(car) for car in cars] + [_driver_purpose()] * len(drivers)
     made: list[Path] = []
+    issued: list[x509.Certificate] = []
     try:
         if not (folder / AUTHORITY).exists():
             made += (folder / AUTHORITY, folder / AUTHORITY_PUBLIC)
             _found_authority(folder, now)
-        authority = _read_authority(folder / AUTHORITY)
+        authority = read_authority(folder / AUTHORITY)
         for (role, name), purpose in zip(names, purposes, strict=True):
             made.append(folder / f"{role}-{name}.pem")
             own = _certified(name, now, _KEYS_DAYS, purpose, authority)
             _write_secret(made[-1], title(role, name), own, authority)
+            issued.append(own.certificate)
+        with (folder / ISSUED).open("ab") as opened:
+            opened.write(b"".join(each.public_bytes(serialization.Encoding.PEM) for each in issued))
     except OSError:
         # Half a file would be in the way of the next try.
         for file in made:
@@ -116,7 +122,8 @@ def _found_authority(folder: Path, now: datetime) -> None:
     (folder / AUTHORITY_PUBLIC).write_bytes(public)
 
 
-def _read_authority(file: Path) -> _Authority:
+def read_authority(file: Path) -> _Authority:
+    """Return the key and the certificate in an authority's file. Raises MotorcadeError, or OSError."""
     try:
         data = file.read_bytes()
         key = serialization.load_pem_private_key(data, password=None)
@@ -148,7 +155,7 @@ def _certified(
         x509.AuthorityKeyIdentifier.from_issuer_public_key(issuer_key.public_key()),
         *purpose,
     )
-    serial, begin, end = x509.random_serial_number(), now - _BACKDATED, now + lasts
+    serial, begin, end = x509.random_serial_number(), now - BACKDATED, now + lasts
     builder = x509.CertificateBuilder(issuer, subject, key.public_key(), serial, begin, end)
     for extension in (*critical, *others):
         builder = builder.add_extension(extension, critical=extension in critical)

@@ -58,6 +58,13 @@ def peer_name(line: ssl.SSLObject | ssl.SSLSocket | None) -> str | None:
     return next((str(name) for name in names), None)
 
 
+def peer_number(line: ssl.SSLObject | ssl.SSLSocket | None) -> int | None:
+    """The serial number of the certificate of the other end of a TLS connection; None where it has shown none."""
+    certificate = line.getpeercert() if line else None
+    number = certificate.get("serialNumber") if certificate else None
+    return int(str(number), 16) if number else None
+
+
 def title(role: str, name: str) -> str:
     """The first line of a keys file."""
     return _TITLE.format(role=role, name=name)
