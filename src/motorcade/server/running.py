@@ -12,9 +12,12 @@ from typing import Any
 import h11
 import uvicorn
 from starlette.types import ASGIApp
+from uvicorn._types import ASGISendEvent
 from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.utils import ClientDisconnected
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 from uvicorn.server import ServerState
+from websockets.frames import Frame
 from websockets.protocol import State
 
 from motorcade.drive.listener import Listener, Places
@@ -25,12 +28,18 @@ from motorcade.timing import RateLimit, to_ticks
 _PATIENCE_S = 2
 # A connection may wait so long for a whole request, its body included.
 REQUEST_S = 30.0
+# A WebSocket is asked so often whether it is still there, and has so long to answer.
+PING_S = 20.0
 # Thirty pages with seven connections each need half of these; one computer may have fifteen pages open.
 _PLACES = Places(512, 128)
 # So many files are kept for the rest of the program: cars, cameras, serial ports, projects.
 _KEPT_FILES = 256
 # Of the server's warnings so many are printed in a minute: a stranger can cause any number of them.
 _WARNINGS_A_MINUTE = 10
+# Pings and pongs that a page may send in a minute, and parts of messages that it divided. Browsers answer three pings a
+# minute; a message of the largest size has 16 parts or more.
+CONTROLS_A_MINUTE = 300
+FRAGMENTS_A_MINUTE = 6000
 _LOGGERS = ("asyncio", "uvicorn.error")
 # The most bytes that wait to be sent to a page, in the kernel and here: a slow page then misses pictures of a camera
 # instead of showing old ones.
@@ -60,6 +69,8 @@ class Server(uvicorn.Server):
             ws_max_size=settings.most_body,
             # Compressing thirty pictures a second for each page costs more than it saves.
             ws_per_message_deflate=False,
+            ws_ping_interval=PING_S,
+            ws_ping_timeout=PING_S,
             timeout_graceful_shutdown=_PATIENCE_S,
         )
         super().__init__(config)
@@ -169,11 +180,44 @@ class _PageConnection(H11Protocol):
 
 
 class _PageWebSocket(WebSocketsSansIOProtocol):
+    """A page's WebSocket: it is dropped where too many frames come that are no messages, or where nobody reads."""
+
     closed: Callable[[], None] = lambda: None
+
+    def __init__(self, config: uvicorn.Config, server_state: ServerState, app_state: dict[str, Any]) -> None:
+        super().__init__(config, server_state, app_state)
+        self._controls = RateLimit(CONTROLS_A_MINUTE, 60_000)
+        self._fragments = RateLimit(FRAGMENTS_A_MINUTE, 60_000)
 
     def connection_lost(self, exc: Exception | None) -> None:
         super().connection_lost(exc)
         self.closed()
+
+    def handle_ping(self) -> None:
+        if self._allows(self._controls):
+            super().handle_ping()
+
+    def handle_pong(self, event: Frame) -> None:
+        if self._allows(self._controls):
+            super().handle_pong(event)
+
+    def handle_cont(self, event: Frame) -> None:
+        if self._allows(self._fragments):
+            super().handle_cont(event)
+
+    def keepalive_timeout(self) -> None:
+        super().keepalive_timeout()
+        # uvicorn would keep the connection until all that waits is sent, and nobody reads it.
+        self.transport.abort()
+
+    async def send(self, message: ASGISendEvent) -> None:
+        await self.writable.wait()
+        if self.close_sent and self.initial_response is None:
+            # The connection closes, since a frame was damaged or no ping was answered; uvicorn would log an error.
+            raise ClientDisconnected
+        await super().send(message)
+        # uvicorn doesn't note that a refused page has got its answer, and would log an error for each.
+        self.handshake_complete |= message["type"] == "websocket.http.response.body" and self.close_sent
 
     def shutdown(self) -> None:
         # uvicorn would close a connection that is closing already a second time; that error would end the server.
@@ -182,6 +226,13 @@ class _PageWebSocket(WebSocketsSansIOProtocol):
             self.transport.close()
         else:
             super().shutdown()
+
+    def _allows(self, rate: RateLimit) -> bool:
+        """Whether one more frame is allowed; where it isn't, drop the connection."""
+        allowed = not self.transport.is_closing() and rate.allows(to_ticks(self.loop.time()))
+        if not allowed:
+            self.transport.abort()
+        return allowed
 
 
 class _FewWarnings(logging.Filter):
@@ -193,7 +244,9 @@ class _FewWarnings(logging.Filter):
         self._clock = clock
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Whether the record is printed."""
+        """Whether the record is printed. What a page sent is no fault of the program: such a record is one line."""
+        if record.exc_info and record.exc_info[0] is UnicodeDecodeError:
+            record.exc_info = None
         return self._rate.allows(to_ticks(self._clock()))
 
 

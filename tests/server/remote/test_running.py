@@ -14,6 +14,7 @@ from datetime import UTC, datetime
 import psutil
 import pytest
 from websockets.client import ClientProtocol
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.frames import Frame, Opcode
 from websockets.protocol import State
 from websockets.sync.client import connect
@@ -28,12 +29,17 @@ from motorcade.drive.tls.keys import https_context
 from motorcade.server.remote.app import make_remote
 from motorcade.server.remote.fleet import SingleCar
 from motorcade.server.request_filter import ServerSettings
-from motorcade.server.running import serving
+from motorcade.server.running import CONTROLS_A_MINUTE, FRAGMENTS_A_MINUTE, serving
+from support.waiting import wait_until
 
 PICTURE_BYTES = 40_000
 STALLED = 60
 PATIENCE_S = 60
 MUTE = 1000
+PINGS = 2000
+# A frame with bits that nobody has defined, and a text that is no UTF-8.
+RESERVED = b"\xf1\x80\0\0\0\0"
+NO_TEXT = Frame(Opcode.TEXT, b"\xff").serialize(mask=True)
 
 
 class Numbered:
@@ -192,6 +198,81 @@ def test_a_flood_of_nonsense_is_logged_in_few_lines(capsys):
                 while line.recv(1 << 16):
                     pass
     assert 0 < capsys.readouterr().err.count("Invalid") <= 10
+
+
+def refused_socket(address):
+    """A WebSocket that a page of another site asks for."""
+    with pytest.raises(InvalidStatus) as refused:
+        connect(f"ws://{address[0]}:{address[1]}/drive/ws", origin="http://elsewhere.example", proxy=None)
+    assert refused.value.response.status_code == 403
+
+
+def damage(address, frame):
+    """Send a damaged frame, and read until the server hangs up."""
+    with connect(f"ws://{address[0]}:{address[1]}/drive/ws", proxy=None) as line, suppress(ConnectionClosed):
+        # A page that is sent something at the same moment.
+        line.recv(PATIENCE_S)
+        line.socket.sendall(frame)
+        while True:
+            line.recv(PATIENCE_S)
+
+
+def test_foreign_websockets_are_not_logged_and_damaged_ones_in_few_lines(capsys):
+    with running(Numbered()) as address:
+        for _ in range(20):
+            refused_socket(address)
+            damage(address, RESERVED)
+        assert capsys.readouterr().err == ""
+        for _ in range(20):
+            damage(address, NO_TEXT)
+    assert 0 < len(capsys.readouterr().err.splitlines()) <= 10
+
+
+def flood(line, frame, frames):
+    for _ in range(frames):
+        line.socket.sendall(frame)
+        line.recv(PATIENCE_S)
+
+
+@pytest.mark.parametrize(
+    ("opcode", "most"),
+    [(Opcode.PING, CONTROLS_A_MINUTE), (Opcode.PONG, CONTROLS_A_MINUTE), (Opcode.CONT, FRAGMENTS_A_MINUTE)],
+    ids=["pings", "pongs", "fragments"],
+)
+def test_a_page_that_floods_with_frames_that_are_no_messages_is_dropped_and_others_are_not(opcode, most):
+    frame = Frame(opcode, b"", fin=opcode is not Opcode.CONT).serialize(mask=True)
+    begun = Frame(Opcode.TEXT, b"{", fin=False).serialize(mask=True) if opcode is Opcode.CONT else b""
+    with running(Numbered()) as (host, port), connect(f"ws://{host}:{port}/drive/ws", proxy=None) as other:
+        with connect(f"ws://{host}:{port}/drive/ws", proxy=None) as line:
+            line.socket.sendall(begun + (most - 1) * frame)
+            # It is served on: telemetry comes ten times a second.
+            for _ in range(3):
+                line.recv(PATIENCE_S)
+            with pytest.raises((ConnectionClosed, ConnectionError)):
+                flood(line, frame, 10)
+        other.send(json.dumps({"do": "join", "car": "1"}))
+        while "1" not in json.loads(other.recv(PATIENCE_S)).get("cars", ()):
+            pass
+
+
+def test_a_page_that_reads_nothing_and_answers_no_ping_loses_its_place(monkeypatch):
+    monkeypatch.setattr("motorcade.server.running.PING_S", 0.2)
+    monkeypatch.setattr("motorcade.server.running.CONTROLS_A_MINUTE", PINGS)
+    with running(Numbered()) as address, socket.socket() as line:
+        line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 11)
+        line.connect(address)
+        page = ClientProtocol(parse_uri(f"ws://{address[0]}:{address[1]}/drive/ws"))
+        page.send_request(page.connect())
+        line.sendall(b"".join(page.data_to_send()))
+        while page.state is not State.OPEN:
+            page.receive_data(line.recv(1000))
+        # The answers are more than the kernels hold.
+        with suppress(ConnectionError):
+            line.sendall(Frame(Opcode.PING, bytes(125)).serialize(mask=True) * PINGS)
+        wait_until(
+            lambda: address not in [each.laddr for each in psutil.Process().net_connections() if each.raddr],
+            deadline_s=PATIENCE_S,
+        )
 
 
 def close_when_no_more_connections_are_accepted(line, address):
