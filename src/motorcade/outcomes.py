@@ -46,7 +46,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (USAGE, 400, ("not-a-recording", "recording-unreadable", "not-mcap", "mcap-cut-off", "mcap-without-run")),
     (USAGE, 400, ("missing-library", "file-not-usable", "picture-needs-options", "picture-needs-colour")),
     (USAGE, 400, ("picture-has-too-many-lines", "sweep-not-valid", "sweep-program-unreadable", "sweep-mat-not-valid")),
-    (USAGE, 400, ("seconds-not-in-ticks", "sweep-point-fails", "not-a-sweep-table", "sweep-part-damaged")),
+    (USAGE, 400, ("seconds-not-in-ticks", "sweep-point-fails", "not-a-sweep-table", "sweep-file-damaged")),
     (USAGE, 400, ("table-of-another-sweep", "sweep-is-running", "sweep-worker-ended", "worker-has-other-code")),
     (USAGE, 400, ("no-dask-scheduler", "dask-workers-killed", "dask-scheduler-gone", "dask-without-workers")),
     (USAGE, 400, ("not-parquet", "parquet-damaged", "parquet-without-run", "parquet-of-part")),

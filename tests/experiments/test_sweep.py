@@ -3,10 +3,13 @@
 import dataclasses
 import io
 import math
+from random import Random
 from types import SimpleNamespace
 
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from hypothesis import settings
 
 from motorcade import Program, forward, led
 from motorcade.config.profile import built_in_profile
@@ -14,7 +17,7 @@ from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
 from motorcade.experiments import plan as planning
 from motorcade.experiments.plan import Plan
-from motorcade.experiments.run import Store
+from motorcade.experiments.run import Store, run_sweep
 from motorcade.experiments.spec import parse_sweep
 from motorcade.experiments.task import run_task
 from motorcade.mats import Pose, Starts, open_table
@@ -306,3 +309,74 @@ def test_a_damaged_part_is_named(tmp_path):
         store.keep(0, b"PAR1 cut off")
         with pytest.raises(MotorcadeError, match="is damaged: delete it"):
             store.merge()
+
+
+# Damaged files of a sweep
+
+
+@pytest.fixture
+def stopped(tmp_path):
+    """A sweep that was stopped before its first task."""
+    plan = plan_of("seeds = 4")
+    with Store(tmp_path / "out.parquet", plan).opened():
+        pass
+    return plan, tmp_path / "out.parquet"
+
+
+def here(plan, tasks):
+    for index in tasks:
+        yield index, run_task(plan.task(index))
+
+
+@pytest.mark.parametrize(
+    "data",
+    [b"", b"{", b"[]", b"7", b"\xff", b"[" * 100_000, b"9" * 5000, b'{"seconds": []}'],
+    ids=["nothing", "cut off", "a list", "a number", "no text", "brackets", "digits", "other values"],
+)
+def test_a_damaged_plan_beside_the_table_is_named_and_the_sweep_goes_on_without_it(stopped, data):
+    plan, table = stopped
+    manifest = table.with_name("out.parquet.parts") / "sweep.json"
+    manifest.write_bytes(data)
+    with pytest.raises(MotorcadeError) as refused:
+        run_sweep(plan, table, here)
+    assert refused.value.code == "sweep-file-damaged"
+    assert str(manifest) in str(refused.value)
+    manifest.unlink()
+    assert run_sweep(plan, table, here) == plan.tasks
+
+
+def test_no_damage_of_a_part_ends_in_anything_but_a_sentence(stopped):
+    plan, table = stopped
+    store = Store(table, plan)
+    whole = run_task(plan.task(0))
+    draw = Random(7)
+    codes = set()
+    for _ in range(settings().max_examples // 4):
+        damaged = bytearray(whole)
+        for _ in range(draw.randint(1, 3)):
+            damaged[draw.randrange(len(damaged))] ^= draw.randrange(1, 256)
+        store.keep(0, bytes(damaged))
+        try:
+            store.merge()
+        except MotorcadeError as problem:
+            codes.add(problem.code)
+    # Elsewhere the file holds what nobody reads.
+    assert codes == {"sweep-file-damaged"}
+
+
+def test_rows_of_something_else_in_place_of_a_part_are_refused(stopped):
+    plan, table = stopped
+    sink = io.BytesIO()
+    pq.write_table(pa.table({"run": ["a"]}), sink)
+    Store(table, plan).keep(0, sink.getvalue())
+    with pytest.raises(MotorcadeError, match="is damaged"):
+        run_sweep(plan, table, here)
+
+
+@pytest.mark.parametrize("contents", [b"5", b"[" * 100_000, b"\xff", b"9" * 5000, b'{"a": {}}'])
+def test_a_table_with_a_damaged_plan_is_no_sweeps_table(tmp_path, contents):
+    table = tmp_path / "out.parquet"
+    schema = pa.schema([("run", pa.int64())]).with_metadata({b"motorcade.sweep": contents})
+    pq.write_table(pa.table({"run": [1]}, schema=schema), table)
+    with pytest.raises(MotorcadeError, match="is no sweep's table"):
+        run_sweep(plan_of(), table, here)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
-import pyarrow.parquet as pq
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.figure import Figure
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 
 from motorcade.errors import MotorcadeError
 from motorcade.experiments.parameters import NEVER, Sample
+from motorcade.experiments.run import read_rows
 from motorcade.experiments.spec import Sweep
 from motorcade.experiments.task import MEASURES
 from motorcade.runs.drawing import picture_text
@@ -47,10 +47,11 @@ def draw_sweep(sweep: Sweep, table: Path, picture: Path, x: str, y: str, colour:
         colour: a measure, whose mean is drawn over ``x`` and ``y``.
 
     Raises:
-        OSError: the picture can't be written.
+        MotorcadeError: the table is damaged.
+        OSError: the table can't be read, or the picture can't be written.
     """
     columns = list(dict.fromkeys([x, y, *([colour] if colour else ["program", "mat"])]))
-    data = pq.read_table(table, columns=columns)
+    data = read_rows(table, columns)
     figure = Figure(figsize=(8, 5.5), layout="constrained")
     axes = figure.add_subplot()
     if colour:

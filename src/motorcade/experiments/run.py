@@ -21,6 +21,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -121,7 +122,10 @@ class Store:
         with _locked(self.folder / _LOCK, self.path):
             manifest = self.folder / _MANIFEST
             if manifest.exists():
-                self._check(json.loads(manifest.read_bytes()), self.folder.name, Phrase("other-table-or-delete"))
+                contents = _contents(manifest.read_bytes())
+                if contents is None:
+                    raise MotorcadeError("sweep-file-damaged", file=manifest)
+                self._check(contents, self.folder.name, Phrase("other-table-or-delete"))
             else:
                 replace_file(manifest, json.dumps(self._plan.contents, indent=1).encode())
             yield
@@ -140,11 +144,13 @@ class Store:
         schema = table_schema(self._plan.sweep.points.parameters)
         schema = schema.with_metadata({_CONTENTS: json.dumps(self._plan.contents).encode()})
         unfinished = self.folder / "table"
-        with pq.ParquetWriter(unfinished, schema, compression="zstd") as writer:
+        with pq.ParquetWriter(unfinished, schema, compression="zstd", write_page_checksum=True) as writer:
             rows = pa.Table.from_batches([], schema)
             for index in range(self._plan.tasks):
-                part = self._rows(index).replace_schema_metadata(schema.metadata)
-                rows = pa.concat_tables([rows, part])
+                part = read_rows(self._part(index))
+                if part.schema != schema or len(part) != self._plan.task_runs(index):
+                    raise MotorcadeError("sweep-file-damaged", file=self._part(index))
+                rows = pa.concat_tables([rows, part.replace_schema_metadata(schema.metadata)])
                 # The groups have one size, whatever the sizes of the parts.
                 while len(rows) >= GROUP_ROWS:
                     writer.write_table(rows.slice(0, GROUP_ROWS).combine_chunks())
@@ -157,12 +163,6 @@ class Store:
         """Remove the folder."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def _rows(self, index: int) -> pa.Table:
-        try:
-            return pq.read_table(self._part(index))
-        except pa.ArrowInvalid:
-            raise MotorcadeError("sweep-part-damaged", file=self._part(index)) from None
-
     def _part(self, index: int) -> Path:
         return self.folder / f"{self._plan.task_name(index)}.parquet"
 
@@ -172,14 +172,38 @@ class Store:
             raise MotorcadeError("table-of-another-sweep", file=name, changed=changed[0], advice=advice)
 
 
+def read_rows(path: Path, columns: list[str] | None = None) -> pa.Table:
+    """Read a sweep's table or part, or some of its columns. Raises MotorcadeError where it is damaged, and OSError."""
+    try:
+        return pq.read_table(path, columns=columns, page_checksum_verification=True)
+    except (pa.ArrowException, UnicodeError):
+        pass
+    except OSError as problem:
+        # What pyarrow itself raises has no number of an error of the system.
+        if problem.errno is not None:
+            raise
+    raise MotorcadeError("sweep-file-damaged", file=path)
+
+
 def contents_of(path: Path) -> dict[str, str] | None:
     """Read what a sweep's table was made from; None where the file is not such a table. Raises OSError."""
     try:
         metadata = pq.read_schema(path).metadata or {}
-        contents: dict[str, str] | None = json.loads(metadata.get(_CONTENTS, b"null"))
-    except (pa.ArrowInvalid, ValueError):
+    except (pa.ArrowException, UnicodeError):
         return None
-    return contents
+    except OSError as problem:
+        if problem.errno is not None:
+            raise
+        return None
+    return _contents(metadata.get(_CONTENTS, b"null"))
+
+
+def _contents(data: bytes) -> dict[str, str] | None:
+    """Return `Plan.contents` from its JSON; None where ``data`` is nothing like it."""
+    try:
+        return msgspec.json.decode(data, type=dict[str, str])
+    except (msgspec.DecodeError, RecursionError, UnicodeError):
+        return None
 
 
 @contextmanager

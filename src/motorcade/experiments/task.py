@@ -71,7 +71,7 @@ def run_task(task: Task) -> bytes:
         tables.append(pa.Table.from_pydict({name: list(columns[name]) for name in schema.names}, schema))
         first_run += len(batch.seeds)
     sink = pa.BufferOutputStream()
-    pq.write_table(pa.concat_tables(tables).combine_chunks(), sink)
+    pq.write_table(pa.concat_tables(tables).combine_chunks(), sink, write_page_checksum=True)
     return bytes(sink.getvalue())
 
 
