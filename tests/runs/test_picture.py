@@ -1,5 +1,7 @@
 """Plots and films of recordings."""
 
+import subprocess
+from pathlib import Path
 from unittest import mock
 
 import imageio_ffmpeg
@@ -128,6 +130,15 @@ def test_a_long_series_is_thinned_evenly_and_keeps_both_ends():
 
 
 # films
+
+
+def test_the_notice_names_the_licence_of_the_ffmpeg_that_is_installed():
+    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-hide_banner", "-L"]
+    licence = " ".join(subprocess.run(command, capture_output=True, check=True, text=True).stdout.split())
+    notice = " ".join((Path(__file__).parents[2] / "NOTICE").read_text(encoding="utf-8").split())
+    assert "GNU General Public License" in licence
+    assert "either version 3 of the License, or (at your option) any later version" in licence
+    assert "GNU General Public License, version 3 or later" in notice
 
 
 def frames_of(path):
