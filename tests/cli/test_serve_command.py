@@ -61,8 +61,11 @@ def driven(told: dict, packed: bytes, state: str = "standing") -> Iterator[dict]
 
 
 @pytest.mark.parametrize(("options", "order"), [((), ">I"), (("--byte-order", "little"), "<I")])
-def test_a_simulated_car_takes_commands_and_ends_by_a_signal(options: tuple[str, ...], order: str) -> None:
-    with served(*options) as (process, told):
+def test_a_simulated_car_takes_commands_and_ends_by_a_signal(
+    options: tuple[str, ...], order: str, tmp_path: Path
+) -> None:
+    log = tmp_path / "log.jsonl"
+    with served("--log", str(log), *options) as (process, told):
         assert (told["host"], told["tls"]) == ("127.0.0.1", False)
         with driven(told, struct.pack(order, STILL)) as frame:
             assert (frame["angle_deg"], frame["direction"], frame["speed"]) == (40, 1, 0)
@@ -71,6 +74,9 @@ def test_a_simulated_car_takes_commands_and_ends_by_a_signal(options: tuple[str,
             process.send_signal(signal.SIGTERM)
             process.communicate(timeout=DEADLINE_S)
             assert process.returncode == 0
+            log_lines = [json.loads(line) for line in log.read_text().splitlines()]
+            assert [each["did"] for each in log_lines] == ["drives", "ends"]
+            assert log_lines[0]["who"].startswith("127.0.0.1:")
         assert "standing; 127.0.0.1:" in said
 
 

@@ -25,7 +25,7 @@ from motorcade.cli.options import (
     print_lines,
     profile_named,
 )
-from motorcade.cli.pages import CameraName, KeysFile
+from motorcade.cli.pages import CameraName, KeysFile, LogFile
 from motorcade.errors import MotorcadeError, Phrase
 
 if TYPE_CHECKING:
@@ -58,6 +58,7 @@ def _serve(
     telemetry_port: OptionalTcpPort = None,
     keys: KeysFile = None,
     revoked: Annotated[Path | None, typer.Option(exists=True, dir_okay=False)] = None,
+    log: LogFile = None,
     insecure_lan: Annotated[bool, typer.Option("--insecure-lan")] = False,
     byte_order: ByteOrder = ByteOrder.BIG,
     arming: Annotated[bool, typer.Option("--arming")] = False,
@@ -84,6 +85,7 @@ def _serve(
     import asyncio
 
     from motorcade.cli.serving import ServeOptions, serve
+    from motorcade.drive.activity_log import logging_to
     from motorcade.drive.listener import bind
     from motorcade.drive.tls.keys import server_context
 
@@ -106,6 +108,7 @@ def _serve(
     with ExitStack() as resources:
         commands, telemetry = (resources.enter_context(bind(host, each)) for each in (port, second))
         pages.check_reach(commands, keys, insecure_lan, "address-without-keys", "serve-insecure")
+        written = resources.enter_context(logging_to(log, notes.append))
         page = resources.enter_context(bind(host, web)) if web is not None else None
         if page:
             pages.load_page()
@@ -119,7 +122,9 @@ def _serve(
         if arming:
             chosen = replace(chosen, drive=replace(chosen.drive, arming=True))
         serve_page = partial(pages.serving_page, page, host, pages.https(keys), pictures) if page else None
-        serving = ServeOptions(commands, telemetry, tls, refused, byte_order, as_json, serve_page, source, parts, notes)
+        serving = ServeOptions(
+            commands, telemetry, tls, refused, written, byte_order, as_json, serve_page, source, parts, notes
+        )
         asyncio.run(serve(car, chosen, serving))
     if not as_json:
         print_lines([translated("serve-ended")])

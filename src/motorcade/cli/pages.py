@@ -17,7 +17,7 @@ import typer
 
 from motorcade.cli.driving import address_of
 from motorcade.cli.language import translated
-from motorcade.cli.options import Json, TcpPortNumber, needs_extra, print_result
+from motorcade.cli.options import Json, TcpPortNumber, needs_extra, print_note, print_result
 from motorcade.errors import MotorcadeError
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ _TOKEN_CHARACTERS = 32
 remote_app = typer.Typer()
 studio_app = typer.Typer()
 KeysFile = Annotated[Path | None, typer.Option(dir_okay=False)]
+LogFile = Annotated[Path | None, typer.Option("--log", dir_okay=False)]
 PageKeys = Annotated[Path | None, typer.Option("--https", dir_okay=False)]
 InsecureLan = Annotated[bool, typer.Option("--insecure-lan")]
 Cameras = Annotated[list[str] | None, typer.Option("--camera", metavar="NAME=URL")]
@@ -150,6 +151,7 @@ def _remote(
     port: TcpPortNumber = 7701,
     page_keys: PageKeys = None,
     insecure_lan: InsecureLan = False,
+    log: LogFile = None,
     as_json: Json = False,
 ) -> None:
     with needs_extra("remote", "drive"):
@@ -157,14 +159,15 @@ def _remote(
         from motorcade.server.remote.fleet import RemoteCars
         from motorcade.server.request_filter import ServerSettings
         from motorcade.server.running import serve_alone
+    from motorcade.drive.activity_log import logging_to
     from motorcade.drive.listener import bind
 
     _check_options(page_keys, insecure_lan)
     named = named_cars(cars, camera or (), keys)
-    with bind(host, port, "remote") as listener:
+    with bind(host, port, "remote") as listener, logging_to(log, _print_problem) as written:
         tls = _page_tls(listener, page_keys, insecure_lan)
         url, where = page_address(listener, host, "/drive", tls)
-        settings = ServerSettings(**where)
+        settings = ServerSettings(**where, record=written.record if written else None)
         names = [car.name for car in named["cars"]]
 
         def ready() -> None:
@@ -172,6 +175,10 @@ def _remote(
             print_result({"url": url, "cars": names}, sentence, as_json)
 
         serve_alone(make_remote(settings, RemoteCars(**named)), settings, listener, ready, tls)
+
+
+def _print_problem(problem: MotorcadeError) -> None:
+    print_note(problem.sentence())
 
 
 def _check_options(page_keys: Path | None, insecure_lan: bool) -> None:
@@ -234,6 +241,7 @@ def _studio(
     camera: Cameras = None,
     page_keys: PageKeys = None,
     insecure_lan: InsecureLan = False,
+    log: LogFile = None,
     no_browser: Annotated[bool, typer.Option("--no-browser")] = False,
     as_json: Json = False,
 ) -> None:
@@ -241,14 +249,16 @@ def _studio(
         import motorcade.engine.webassembly  # noqa: F401  # before the page asks for a world
         from motorcade.server.running import serve_alone
         from motorcade.server.studio.app import Settings, make_app
+    from motorcade.drive.activity_log import logging_to
+
     _check_options(page_keys, insecure_lan)
     named = named_cars(car or (), camera or (), keys)
     folder = library or Path(typer.get_app_dir("motorcade")) / "projects"
     token = own_token(folder)
-    with _listen(host, port, token) as listener:
+    with _listen(host, port, token) as listener, logging_to(log, _print_problem) as written:
         tls = _page_tls(listener, page_keys, insecure_lan)
         url, where = page_address(listener, host, tls=tls, token=token)
-        settings = Settings(library=folder, **where, **named)
+        settings = Settings(library=folder, record=written.record if written else None, **where, **named)
 
         def ready() -> None:
             sentence = translated("studio-is-ready", url=url, folder=folder)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from motorcade.cli.language import current_language, translated
 from motorcade.cli.options import print_result
+from motorcade.drive.activity_log import ActivityLog
 from motorcade.drive.input.local import reading_input
 from motorcade.drive.safety.watchdog import watched
 from motorcade.drive.server import DriveServer, serving
@@ -44,6 +45,7 @@ class ServeOptions(NamedTuple):
         commands, telemetry: where it listens.
         tls: for both; None for none.
         revoked: drivers' keys that are refused.
+        log: who drove, stopped and cleared; None for no log.
         page: serves its page, if it has one, and gives the page's address.
         stick: what steers at the car itself, if anything does.
         parts: a real car's equipment; None for a simulated car.
@@ -54,6 +56,7 @@ class ServeOptions(NamedTuple):
     telemetry: socket.socket
     tls: ssl.SSLContext | None
     revoked: RevokedKeys | None
+    log: ActivityLog | None
     byte_order: str
     as_json: bool
     page: "Callable[[CarControl], AbstractAsyncContextManager[str]] | None"
@@ -65,6 +68,8 @@ class ServeOptions(NamedTuple):
 async def serve(board: "DriveBoard", profile: "Profile", options: ServeOptions) -> None:
     """Serve until a signal ends it."""
     control = CarControl(board, monotonic_ms, profile)
+    if options.log:
+        control.record = options.log.of_car()
     server = DriveServer(control, options.byte_order, options.revoked)
     ended, loop = asyncio.Event(), asyncio.get_running_loop()
     # Other threads don't know what --language is.

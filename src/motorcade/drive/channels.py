@@ -281,7 +281,7 @@ class TelemetryChannel(ClientProtocol, asyncio.Protocol):
             return None
         if what == "stop":
             # It needs no place, so that nobody can keep the others from stopping the car.
-            self._control.stop()
+            self._control.stop((self.commands or self).name)
             return {}
         session = self._open_session()
         if what == "request":

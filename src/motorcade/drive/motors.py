@@ -1,12 +1,17 @@
 """What a car's hardware was commanded and accepted within its limits, so that a write that failed is made again."""
 
 from collections.abc import Callable
+from functools import lru_cache
 
 from motorcade.car.arbiter import DISCHARGED, MOVING, PROGRAM, STANDING, Arbiter
 from motorcade.car.drive_board import DriveBoard
 from motorcade.car.drive_limits import DutyLimiter, duty_per_s
 from motorcade.config.profile import Profile
+from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import elapsed_ms, later_ms
+
+# A stick repeats itself: a car gets the same words again and again.
+_REMEMBERED_WORDS = 1024
 
 Setpoint = tuple[int, int, int]
 NEUTRAL_SETPOINT = (90, 1, 0)
@@ -173,3 +178,10 @@ def limiter_of(profile: Profile) -> DutyLimiter:
         drive.battery_low_mv,
         drive.battery_charged_mv,
     )
+
+
+@lru_cache(_REMEMBERED_WORDS)
+def setpoint_of(word: int) -> Setpoint:
+    """The setpoint in a DRIVE word without its stamp. Raises WordError where it is none."""
+    setpoint: Setpoint = DRIVE.decode(word, strict=True)[1:4]
+    return setpoint

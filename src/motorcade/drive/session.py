@@ -7,26 +7,23 @@ Every method may be called from any thread. `CarControl.beat` has to be called i
 import threading
 from collections import Counter
 from collections.abc import Callable, Sequence
-from functools import lru_cache
 from typing import NamedTuple, TypeVar
 
 from motorcade.car.arbiter import APPLIED, CLIENT, FAILSAFE, MOVING, NOBODY, STATES, WATCHING, Arbiter
 from motorcade.car.drive_board import DriveBoard
 from motorcade.config.profile import DriveLimits, Profile
-from motorcade.drive.motors import NEUTRAL_SETPOINT, Setpoint, Wheels
+from motorcade.drive.activity_log import Record
+from motorcade.drive.motors import NEUTRAL_SETPOINT, Setpoint, Wheels, setpoint_of
 from motorcade.drive.stamps import STAMP_MASK, Freshness
 from motorcade.drive.wire import OVER_RATE, STALE, Counts, Telemetry
 from motorcade.errors import MotorcadeError
 from motorcade.timing import RateLimit
 from motorcade.words.field import WordError
-from motorcade.words.formats import DRIVE
 from motorcade.words.ticks import elapsed_ms
 
 MOST_SESSIONS = 9
 _RATE_WINDOW_MS = 100
 _LOCK_PATIENCE_S = 0.05
-# A stick repeats itself: a car gets the same words again and again.
-_REMEMBERED_WORDS = 1024
 
 _Result = TypeVar("_Result")
 
@@ -55,7 +52,8 @@ STRANGER = Who()
 class CarControl:
     """A car that is driven; its ``board`` is set to neutral, which raises OSError where the hardware isn't there.
 
-    ``clock`` gives the time in ms that wraps (`motorcade.words.ticks`).
+    ``clock`` gives the time in ms that wraps (`motorcade.words.ticks`). Who drives, stops and clears is told to
+    ``record``, see `motorcade.drive.activity_log.Record`.
     """
 
     def __init__(self, board: DriveBoard, clock: Callable[[], int], profile: Profile) -> None:
@@ -71,6 +69,8 @@ class CarControl:
         self._beat_ms: int | None = None
         self._is_stuck = False
         self._wheels = Wheels(board, profile, clock())
+        self._recorded_driver: ControlSession | None = None
+        self.record: Record = lambda did, who: None
 
     @property
     def moves(self) -> bool:
@@ -152,7 +152,7 @@ class CarControl:
     def check(self, word: int, counts: Counts) -> Setpoint:
         """The setpoint in a DRIVE word. Raises WordError, and counts it, where the word is none."""
         try:
-            return _setpoint_of(word & ~STAMP_MASK)
+            return setpoint_of(word & ~STAMP_MASK)
         except WordError as problem:
             with self._lock:
                 self._refused += 1
@@ -200,13 +200,15 @@ class CarControl:
             self._arbiter.gone(session.number, self._clock())
             self._follow()
 
-    def stop(self) -> None:
-        """Emergency stop: nothing moves until `clear`."""
+    def stop(self, who: str = "") -> None:
+        """Emergency stop, asked for by ``who``: nothing moves until `clear`."""
         self.change(None, lambda arbiter, now: arbiter.stop())
+        self.record("stops", who)
 
-    def clear(self) -> None:
+    def clear(self, who: str = "") -> None:
         """Lift the emergency stop; a command with speed 0 then arms the car."""
         self.change(None, lambda arbiter, now: arbiter.clear())
+        self.record("clears", who)
 
     @property
     def driver(self) -> int:
@@ -308,6 +310,12 @@ class CarControl:
         self._failsafes += arbiter.state == FAILSAFE and self._state == MOVING
         rest_ms = self._wheels.follow(arbiter, self._setpoint, self._clock(), is_fresh)
         self._state = arbiter.state
+        driver = self._sessions.get(arbiter.driver)
+        if driver is not self._recorded_driver:
+            for did, session in (("ends", self._recorded_driver), ("drives", driver)):
+                if session:
+                    self.record(did, session.name)
+            self._recorded_driver = driver
         return rest_ms
 
 
@@ -365,11 +373,11 @@ class ControlSession:
 
     def stop(self) -> None:
         """Emergency stop: nothing moves until `clear`."""
-        self._control.stop()
+        self._control.stop(self.name)
 
     def clear(self) -> None:
         """Lift the emergency stop; a command with speed 0 then arms the car."""
-        self._control.clear()
+        self._control.clear(self.name)
 
     def resume_program(self) -> None:
         """Give the wheels to the car's image again.
@@ -380,13 +388,8 @@ class ControlSession:
             raise DriveError("no-program")
         if not self._control.change(self, lambda arbiter, now: arbiter.resume(self.number, self.who.kind, now)):
             raise DriveError("not-yours")
+        self._control.record("resumes", self.name)
 
     def leave(self) -> None:
         """End the session: the wheels stand still if it moved them. A second call does nothing."""
         self._control.end(self)
-
-
-@lru_cache(_REMEMBERED_WORDS)
-def _setpoint_of(word: int) -> Setpoint:
-    setpoint: Setpoint = DRIVE.decode(word, strict=True)[1:4]
-    return setpoint

@@ -54,6 +54,7 @@ class ServerSettings:
         host, port: where it listens.
         names: the host names, beside addresses, by which others reach it.
         token: the secret that a client must present; None where everybody may ask who reaches the address.
+        record: writes into the log what a page's user did, who it is, and with which car; None for no log.
         clock: seconds that never decrease.
         most_body: the most bytes of a request's body or of a message.
         requests_a_second, messages_a_second: the rates of one address and of one WebSocket; twice as many at once
@@ -64,6 +65,7 @@ class ServerSettings:
     port: int = 7700
     names: frozenset[str] = frozenset()
     token: str | None = None
+    record: Callable[[str, str, str], None] | None = None
     clock: Callable[[], float] = time.monotonic
     most_body: int = 1 << 20
     requests_a_second: int = 500

@@ -79,7 +79,7 @@ class LocalControl(PageControl):
 
     async def act(self, action: Action) -> None:
         if action == "stop":
-            self._car.stop()
+            self._car.stop(self._page)
         else:
             getattr(self._joined(), action)()
 

@@ -18,6 +18,7 @@ from motorcade.timing import to_ticks
 _TELEMETRY_EVERY_S = 0.1
 # A position of the stick that comes so much later than others is old.
 _STALE_MS = 150
+_RECORDED: dict[Action, str] = {"clear": "clears", "resume_program": "resumes"}
 _ACTIONS: dict[type[RemoteMessage], Action] = {
     messages.Request: "request",
     messages.Release: "release",
@@ -42,6 +43,7 @@ class PageSession:
         self._stick: messages.Drive | None = None
         self._moved = asyncio.Event()
         self._refused: set[str] = set()
+        self._driven: set[str] = set()
 
     async def serve(self) -> None:
         """Serve until the page leaves; then stop the cars that it drove."""
@@ -55,6 +57,8 @@ class PageSession:
             controls, self._controls = self._controls, {}
             for control in controls.values():
                 control.leave()
+            for car in list(self._driven):
+                self._record_driving(car, False)
             for request in self._requests:
                 request.cancel()
 
@@ -69,8 +73,9 @@ class PageSession:
             case messages.Leave():
                 if message.car in self._controls:
                     self._controls.pop(message.car).leave()
+                self._record_driving(message.car, False)
             case messages.Request() | messages.Release() | messages.Clear() | messages.Resume():
-                self._request(self._control(message.car).act(_ACTIONS[type(message)]))
+                self._request(self._act(message.car, _ACTIONS[type(message)]))
             case messages.Start():
                 await self._fleet.start()
                 await self._greet()
@@ -96,6 +101,7 @@ class PageSession:
     def _stop(self, names: list[str]) -> None:
         """Stop these cars, also those to which the page is not connected."""
         for name in names:
+            self._record("stops", name)
             if name in self._controls:
                 self._request(self._controls[name].act("stop"))
             else:
@@ -105,6 +111,20 @@ class PageSession:
         if name not in self._controls:
             raise MotorcadeError("not-at-car", car=name)
         return self._controls[name]
+
+    async def _act(self, car: str, action: Action) -> None:
+        await self._control(car).act(action)
+        if action in _RECORDED:
+            self._record(_RECORDED[action], car)
+
+    def _record(self, did: str, car: str) -> None:
+        if self._settings.record:
+            self._settings.record(did, self._name, car)
+
+    def _record_driving(self, car: str, drives: bool) -> None:
+        if drives != (car in self._driven):
+            self._record("drives" if drives else "ends", car)
+            (self._driven.add if drives else self._driven.discard)(car)
 
     def _request(self, action: Coroutine[Any, Any, None]) -> None:
         """Wait for a car in a task of its own; send the page an error where the car refuses."""
@@ -144,5 +164,8 @@ class PageSession:
     async def _send_telemetry(self) -> None:
         """Send the telemetry of the page's cars, ten times a second."""
         while True:
-            self._page.put(messages.Telemetry({name: control.telemetry() for name, control in self._controls.items()}))
+            shown = {name: control.telemetry() for name, control in self._controls.items()}
+            for name, telemetry in shown.items():
+                self._record_driving(name, bool(telemetry.you["drives"]))
+            self._page.put(messages.Telemetry(shown))
             await asyncio.sleep(_TELEMETRY_EVERY_S)

@@ -1,0 +1,121 @@
+"""Who drove, stopped and cleared: what the log says, its size, and disks that are full or hang."""
+
+import json
+import os
+import socket
+import struct
+import sys
+import threading
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from motorcade.drive.activity_log import MOST_BYTES, OLD_FILES, ActivityLog
+from motorcade.drive.blocking_client import BlockingDriveClient
+from motorcade.drive.tls.certificates import CarKeys, make_keys
+from motorcade.drive.tls.keys import client_context, server_context
+from motorcade.errors import MotorcadeError
+from motorcade.words.formats import DRIVE
+from support.driven_car import PATIENT, DrivenCar
+from support.waiting import DEADLINE_S, wait_until
+
+AT = datetime(2026, 11, 22, 23, 30, tzinfo=UTC)
+ARM = struct.pack(">I", DRIVE.encode(angle=90, direction=1, speed=0))
+
+
+def entries(file):
+    return [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+
+
+def test_it_says_who_drove_stopped_and_cleared_by_the_names_in_certificates(tmp_path):
+    make_keys(tmp_path, [CarKeys("ada")], ["lin", "小美"], datetime.now(UTC))
+    log = ActivityLog(tmp_path / "log.jsonl", lambda problem: None)
+    with DrivenCar(server_context(tmp_path / "car-ada.pem"), profile=PATIENT) as car:
+        car.control.record = log.of_car("ada")
+        plain = socket.create_connection(("127.0.0.1", car.port), DEADLINE_S)
+        with client_context(tmp_path / "driver-lin.pem").wrap_socket(plain, server_hostname="ada") as lin:
+            lin.sendall(ARM)
+            wait_until(lambda: car.control.telemetry().driver)
+            keys = tmp_path / "driver-小美.pem"
+            with BlockingDriveClient(
+                "127.0.0.1", car.port, telemetry_port=car.telemetry_port, keys=keys, car="ada"
+            ) as mei:
+                mei.stop()
+                mei.stop()
+                mei.clear()
+        wait_until(lambda: not car.control.telemetry().driver)
+    log.close()
+    told = entries(tmp_path / "log.jsonl")
+    assert [(each["car"], each["did"], each["who"].partition(":")[0]) for each in told] == [
+        ("ada", "drives", "lin"),
+        ("ada", "stops", "小美"),
+        ("ada", "stops", "小美"),
+        ("ada", "clears", "小美"),
+        ("ada", "ends", "lin"),
+    ]
+    assert all(datetime.fromisoformat(each["at"]).tzinfo for each in told)
+
+
+def test_it_goes_on_behind_what_is_there_and_takes_bounded_space(tmp_path):
+    file = tmp_path / "log.jsonl"
+    for who in ("lin", "mei"):
+        log = ActivityLog(file, lambda problem: None, lambda: AT)
+        log.record("stops", who)
+        log.close()
+    assert [each["who"] for each in entries(file)] == ["lin", "mei"]
+    file.write_bytes(b"x" * (MOST_BYTES - 10))
+    for number in range(OLD_FILES + 1):
+        (tmp_path / f"log.jsonl.{number + 1}").write_text(str(number))
+    log = ActivityLog(file, lambda problem: None, lambda: AT)
+    log.record("stops", "l" * 10_000 + "\n")
+    log.close()
+    (entry,) = entries(file)
+    assert len(entry["who"]) == 120
+    assert (tmp_path / "log.jsonl.1").stat().st_size == MOST_BYTES - 10
+    # The oldest has made room; a file that this log never wrote stays.
+    assert [(tmp_path / f"log.jsonl.{number}").read_text() for number in (2, 3, 4, 5)] == ["0", "1", "2", "4"]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
+def test_a_full_disk_is_reported_once_and_stops_nothing():
+    problems = []
+    log = ActivityLog("/dev/full", problems.append, lambda: AT)
+    for _ in range(100):
+        log.record("stops", "lin")
+    log.close()
+    (problem,) = problems
+    assert problem.code == "log-not-written"
+    assert "No space left" in str(problem)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no named pipes among its files")
+def test_a_disk_that_hangs_does_not_delay_a_stop_and_what_it_missed_is_counted(tmp_path):
+    hanging = tmp_path / "log.jsonl"
+    os.mkfifo(hanging)
+    # Nobody reads it, so the writer hangs when the pipe is full.
+    reader = os.open(hanging, os.O_RDONLY | os.O_NONBLOCK)
+    log = ActivityLog(hanging, lambda problem: None, lambda: AT)
+    with DrivenCar(profile=PATIENT) as car, socket.create_connection(("127.0.0.1", car.port), DEADLINE_S) as lin:
+        car.control.record = log.of_car()
+        lin.sendall(ARM)
+        wait_until(lambda: car.control.telemetry().driver)
+        for _ in range(3000):
+            car.control.stop("mei")
+        assert car.control.telemetry().state == "stopped"
+        assert not car.board.moves
+    os.set_blocking(reader, True)
+    lines = os.fdopen(reader, encoding="utf-8")
+    closing = threading.Thread(target=log.close)
+    closing.start()
+    counted = [json.loads(line) for line in lines]
+    closing.join(DEADLINE_S)
+    lines.close()
+    lost = sum(each.get("records", 0) for each in counted)
+    assert lost > 0
+    assert lost + sum("who" in each for each in counted) == 3002
+
+
+def test_a_log_that_can_not_be_opened_is_a_sentence(tmp_path):
+    with pytest.raises(MotorcadeError, match="can't be written: "):
+        ActivityLog(tmp_path / "none" / "log.jsonl", print)
