@@ -10,7 +10,7 @@ RUNNING = "motorcade-running"
 
 
 def test_the_leader_drives_its_blocks_in_turn(open_page) -> None:
-    studio = open_page(project=EXAMPLE)
+    studio = open_page(project=EXAMPLE, webgl=True)
     mat = studio.page.get_by_role("application", name="Stage with cars")
     before = mat.screenshot()
     studio.play()
@@ -23,7 +23,7 @@ def test_the_leader_drives_its_blocks_in_turn(open_page) -> None:
 
 
 def test_a_thousand_followers_fit_on_the_mat(open_page) -> None:
-    studio = open_page(project=FOLLOWED)
+    studio = open_page(project=FOLLOWED, webgl=True)
     studio.look_up("swarm")
     followers = studio.page.get_by_role("textbox", name="Followers")
     followers.fill("1000")

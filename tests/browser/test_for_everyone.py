@@ -47,13 +47,13 @@ def test_diagnostics_have_no_barriers(open_page) -> None:
     assert_no_barriers(studio)
 
 
-def test_a_first_visit_ends_with_driving_cars(open_page) -> None:
-    studio = open_page(tour=True)
-    for step in ("Put two there for me", "Next", "Let them drive"):
+def test_three_clicks_of_a_first_visit_lead_to_a_swarm_in_step(open_page) -> None:
+    studio = open_page(tour=True, plain=True)
+    for step in ("Put two there for me", "Give them the same two", "Let them drive"):
         studio.page.get_by_role("button", name=step, exact=True).click()
-    studio.expect_words(["02000000", "65800000", "6c800000"])
-    expect(studio.page.get_by_role("button", name="Pause")).to_be_visible()
-    studio.expect_moving()
+    expect(studio.page.get_by_text("12 followers drive forward")).to_be_visible()
+    # The last digit of the header says that the followers' words have tags.
+    studio.expect_words(["02040101", "65800000", "6c800000", "e5800000", "e5000000", "e4800000", "ec800000"])
     studio.page.reload()
     studio.wait_until_ready()
     expect(studio.page.get_by_role("button", name="Skip the tour")).to_have_count(0)

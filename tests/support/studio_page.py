@@ -48,6 +48,7 @@ class StudioPage:
         size: tuple[int, int] = DESKTOP,
         tour: bool = False,
         plain: bool = False,
+        webgl: bool = False,
         build: Path | None = None,
         **options: Any,
     ) -> "StudioPage":
@@ -63,6 +64,7 @@ class StudioPage:
             tour: show the tour of a first visit.
             plain: leave the page's areas as a first visit finds them; else both editors and the words show at once
                 where there is room.
+            webgl: draw the stage as if there were a graphics processor.
             build: a folder with another build of the page, shown in place of the studio's own.
             options: more of Playwright's options for a browser profile.
         """
@@ -80,6 +82,8 @@ class StudioPage:
         )
         cookie = f"motorcade_{base.rstrip('/').rpartition(':')[2]}"
         context.add_cookies([{"name": cookie, "value": token, "url": base}])
+        if webgl:
+            context.add_init_script("WebGLRenderingContext.prototype.getParameter = () => 'A graphics processor'")
         if build:
             context.route(f"{base}**", lambda route: _answer_from(build, route))
         studio = cls(context, base, language or "en")

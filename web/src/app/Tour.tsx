@@ -1,7 +1,7 @@
 import { useEffect, useState } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { FIRST_STEPS, loadProject } from "../projects/project";
+import { FIRST_STEPS, FIRST_SWARM, loadProject } from "../projects/project";
 import { IconButton } from "../ui/controls";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
@@ -9,16 +9,26 @@ import dialogs from "./dialogs.module.css";
 import buttons from "../ui/buttons.module.css";
 import { classes } from "../ui/classes";
 
-const STEPS = ["blocks", "words", "drive"] as const;
+const STEPS = ["blocks", "followers", "drive"] as const;
+/** What the page lights up at each step. */
+const PLACES = { blocks: "blocks", followers: "blocks", drive: "stage" } as const;
 
-/** Add two blocks to an empty program, so that the tour has something to show. */
-function provideSteps(): void {
-  const studio = useStudio.getState();
-  if ((studio.compiled?.states ?? 0) > 0) return;
-  loadProject({ ...FIRST_STEPS, name: studio.name, profile: studio.profile, mat: studio.mat, range_mm: studio.rangeMm });
+/** Give a program to whoever has none, so that the tour has something to show. */
+function provide(program: typeof FIRST_STEPS, isMissing: boolean): void {
+  const { name, profile, mat, rangeMm } = useStudio.getState();
+  if (isMissing) loadProject({ ...program, name, profile, mat, range_mm: rangeMm });
 }
 
-/** The tour of a first visit: build with blocks, look at the words, let the cars drive. */
+const first = () => provide(FIRST_STEPS, (useStudio.getState().compiled?.states ?? 0) === 0);
+
+/** Only where the leader's two blocks are the tour's own: other programs stay as they are. */
+function swarm(): void {
+  const { leader, followers } = useStudio.getState();
+  provide(FIRST_SWARM, followers === null && JSON.stringify(leader).includes("first-forward"));
+  if (useStudio.getState().followers !== null) useStudio.setState({ editor: "followers" });
+}
+
+/** The tour of a first visit: build with blocks, tell the followers, let the swarm drive. */
 export function Tour() {
   const { t } = useTranslation();
   const toured = useSettings((settings) => settings.toured);
@@ -27,7 +37,7 @@ export function Tour() {
 
   useEffect(() => {
     if (toured) return;
-    document.documentElement.dataset.tour = step;
+    document.documentElement.dataset.tour = PLACES[step];
     return () => {
       delete document.documentElement.dataset.tour;
     };
@@ -39,7 +49,8 @@ export function Tour() {
     setAt(0);
   };
   const next = () => {
-    if (step === "blocks") provideSteps();
+    if (step === "blocks") first();
+    if (step === "followers") swarm();
     if (step !== "drive") {
       setAt(at + 1);
       return;

@@ -140,12 +140,13 @@ export function withInner(editor: EditorName, id: string): Set<string> {
   return new Set(block.getDescendants(false).filter((each) => !after.has(each)).map((each) => each.id));
 }
 
-const plain = (text: string) => text.toLocaleLowerCase().replace(/\s+/g, " ").trim();
+const oneLine = (text: string) => text.replace(/\s+/g, " ").trim();
+const plain = (text: string) => oneLine(text.toLocaleLowerCase());
 
 /** The block's own text, without that of the blocks inside it. */
 function textOf(block: Blockly.BlockSvg): string {
   const fields = block.inputList.flatMap((input) => (input.isVisible() ? input.fieldRow : []));
-  return plain(fields.map((field) => field.getText()).join(" "));
+  return oneLine(fields.map((field) => field.getText()).join(" "));
 }
 
 /** The blocks whose text, comment or type contains all words of the query, from top to bottom. */
@@ -153,7 +154,7 @@ export function findBlocks(workspace: Blockly.WorkspaceSvg, query: string): Bloc
   const words = plain(query).split(" ").filter(Boolean);
   if (words.length === 0) return [];
   return workspace.getAllBlocks(true).filter((block) => {
-    const text = `${textOf(block)} ${plain(block.getCommentText() ?? "")} ${block.type.replace("motorcade_", "")}`;
+    const text = `${plain(textOf(block))} ${plain(block.getCommentText() ?? "")} ${block.type.replace("motorcade_", "")}`;
     return words.every((word) => text.includes(word));
   });
 }

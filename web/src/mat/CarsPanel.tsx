@@ -1,20 +1,23 @@
-import { memo, useRef } from "react";
+import { memo, useEffect, useRef } from "react";
 import { Input, Label, NumberField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { endEdit, record } from "../state/history";
-import { useSettings } from "../state/settings";
+import { FLOOR_NAMES, useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { startHere } from "./actions";
-import { carsOf, followersAt, MOST_FOLLOWERS, MOST_ONE_BY_ONE, positionOf, withFollowers } from "./cars";
+import { carsOf, followersAt, MOST_FOLLOWERS, MOST_ONE_BY_ONE, positionOf, ROOM_TO_SPARE, withFollowers } from "./cars";
 import { lossOf, type Mat, withLoss } from "./document";
 import type { Session } from "./session";
 import { editMat, useMat } from "./store";
-import { NumberSlider, ToolButton, ToolSwitch } from "./fields";
+import { Choice, NumberSlider, ToolButton, ToolSwitch } from "./fields";
 import fields from "./fields.module.css";
 import { classes } from "../ui/classes";
 
 const MOST_LOSS = 0.95;
 const MOST_RANGE_MM = 5000;
+/** What the world answers where a crowd doesn't fit. */
+const CROWDED = new Set(["crowd-has-no-room", "starts-too-close"]);
+const MOST_SPARE = 60;
 const MOST_SEED = 2 ** 32 - 1;
 
 function setRange(rangeMm: number): void {
@@ -29,6 +32,7 @@ export const CarsPanel = memo(function CarsPanel({ session }: { session: Session
   const mat = useStudio((studio) => studio.mat);
   const rangeMm = useStudio((studio) => studio.rangeMm);
   const { tracks, air, hello } = useMat();
+  const floor = useSettings((settings) => settings.floor);
   const caption = useSettings((settings) => settings.caption);
   const loss = lossOf(mat);
   return (
@@ -54,7 +58,17 @@ export const CarsPanel = memo(function CarsPanel({ session }: { session: Session
         onEnd={endEdit}
       />
       <Seed session={session} />
-      <div >
+      <div className={fields.row}>
+        <span>{t("mat.floor")}</span>
+        <Choice
+          label={t("mat.floor")}
+          value={floor}
+          all={FLOOR_NAMES}
+          name={(each) => t(`mat.floors.${each}`)}
+          onChange={(each) => useSettings.setState({ floor: each })}
+        />
+      </div>
+      <div className={fields.row}>
         <ToolSwitch label={t("mat.tracks")} isSelected={tracks} onChange={(on) => useMat.setState({ tracks: on })} />
         <ToolSwitch label={t("mat.air")} isSelected={air} onChange={(on) => useMat.setState({ air: on })} />
         <ToolSwitch label={t("mat.account.title")} isSelected={caption} onChange={(on) => useSettings.setState({ caption: on })} />
@@ -75,10 +89,25 @@ function Followers() {
   const { t } = useTranslation();
   const mat = useStudio(({ mat }) => mat);
   const mostCars = useStudio(({ capabilities }) => capabilities?.most_cars ?? MOST_FOLLOWERS);
-  const base = useRef<{ from: Mat; made: Mat } | null>(null);
+  const base = useRef<{ from: Mat; made: Mat; wanted: number; spare: number } | null>(null);
   const { leaders, followers } = carsOf(mat);
   const most = Math.min(MOST_FOLLOWERS, Math.max(0, mostCars - leaders));
   const scale = { positions: positionOf(most), positionOf, valueAt: (position: number) => Math.min(most, followersAt(position)) };
+  const make = (from: Mat, wanted: number, spare: number) => {
+    const made = withFollowers(from, wanted, spare);
+    base.current = { from, made, wanted, spare };
+    editMat(made, "followers");
+  };
+  // Walls and obstacles took more room than was reckoned with: the crowd gets more.
+  useEffect(
+    () =>
+      useMat.subscribe(({ problem }, before) => {
+        const last = base.current;
+        if (!last || problem === before.problem || !problem || !CROWDED.has(problem.code)) return;
+        if (last.made === useStudio.getState().mat && last.spare < MOST_SPARE) make(last.from, last.wanted, last.spare * 1.6);
+      }),
+    [],
+  );
   return (
     <NumberSlider
       label={t("mat.followers")}
@@ -87,9 +116,7 @@ function Followers() {
       scale={scale}
       onChange={(wanted) => {
         const from = base.current?.made === mat ? base.current.from : mat;
-        const made = withFollowers(from, wanted);
-        base.current = { from, made };
-        editMat(made, "followers");
+        make(from, wanted, ROOM_TO_SPARE);
       }}
     />
   );

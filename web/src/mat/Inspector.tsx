@@ -79,6 +79,7 @@ function CarInspector({ session, car, words }: InspectorProps & { car: number })
   const { t } = useTranslation();
   const details = useMat((now) => now.details);
   const followed = useMat((now) => now.followed);
+  const eyes = useMat((now) => now.eyes);
   const leads = useMat(({ hello }) => hello?.leads?.includes(car) ?? false);
   const canDrive = useStudio(({ capabilities }) => capabilities?.driving ?? false);
   return (
@@ -90,6 +91,7 @@ function CarInspector({ session, car, words }: InspectorProps & { car: number })
         <ToolSwitch label={t("mat.follow")} isSelected={followed} onChange={(on) => useMat.setState({ followed: on })} />
         <ToolButton icon="turnLeft" label={t("mat.turnLeft")} onPress={() => turnCar(session, car, TURN_DEG)} />
         <ToolButton icon="turnRight" label={t("mat.turnRight")} onPress={() => turnCar(session, car, -TURN_DEG)} />
+        {canDrive && <ToolSwitch label={t("mat.eyes")} isSelected={eyes} onChange={(on) => useMat.setState({ eyes: on })} />}
         {canDrive && (
           <Link className={classes(buttons.button, buttons.small)} href={`/drive?session=${session.name}&car=${car}`} target="_blank">
             {t("mat.drive")}

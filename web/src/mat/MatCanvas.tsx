@@ -2,6 +2,7 @@ import { type KeyboardEvent, useEffect, useRef, useState } from "react";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { endEdit } from "../state/history";
+import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { dragTo, duplicateChosen, moveBy, removeChosen, turnCar } from "./actions";
 import { type Camera, panned, scaleBar, zoomed } from "./camera";
@@ -56,6 +57,7 @@ function connect(scene: Scene, session: Session): () => void {
   const shown = ["chosen", "tracks", "air", "followed", "hello"] as const;
   const ends = [
     useMat.subscribe((now, before) => shown.some((key) => now[key] !== before[key]) && show()),
+    useSettings.subscribe((now, before) => now.floor !== before.floor && scene.setFloor()),
     useStudio.subscribe((now, before) => (now.mat !== before.mat || now.rangeMm !== before.rangeMm) && show()),
   ];
   const detach = attachPointers(scene.host, scene, {
@@ -111,7 +113,8 @@ function press(event: KeyboardEvent, scene: Scene, session: Session): boolean {
     "+": () => scene.look(zoomed(scene.camera, scene.size, ZOOM)),
     "=": () => scene.look(zoomed(scene.camera, scene.size, ZOOM)),
     "-": () => scene.look(zoomed(scene.camera, scene.size, 1 / ZOOM)),
-    "0": () => scene.fit(),
+    "0": () => scene.frame(),
+    a: () => scene.showAll(),
     n: () => chooseNext(session, 1),
     p: () => chooseNext(session, -1),
     Delete: () => removeChosen(session),
@@ -130,6 +133,7 @@ export function MatCanvas({ session, words }: MatCanvasProps) {
   const host = useRef<HTMLDivElement>(null);
   const [scene, setScene] = useState<Scene | null>(null);
   const [camera, setCamera] = useState<Camera | null>(null);
+  const [held, setHeld] = useState(false);
   const [failure, setFailure] = useState<Error | null>(null);
 
   useEffect(() => {
@@ -140,6 +144,7 @@ export function MatCanvas({ session, words }: MatCanvasProps) {
       // A new object only where it differs, so React draws the scale bar anew only then.
       onCamera: (now) => setCamera((before) => (before?.scale === now.scale ? before : now)),
       onDrawn: (frame) => session.shown(frame),
+      onHeld: setHeld,
     }).then((created) => {
       if (ended) { created.destroy(); return; }
       made = created;
@@ -188,7 +193,7 @@ export function MatCanvas({ session, words }: MatCanvasProps) {
       <div className={css.zoom}>
         <ToolButton icon="plus" label={t("mat.zoomIn")} onPress={() => zoom(ZOOM)} />
         <ToolButton icon="minus" label={t("mat.zoomOut")} onPress={() => zoom(1 / ZOOM)} />
-        <ToolButton icon="fit" label={t("mat.fit")} onPress={() => scene?.fit()} />
+        {held && <ToolButton icon="follow" label={t("mat.frame")} onPress={() => scene?.frame()} />}
       </div>
     </div>
   );

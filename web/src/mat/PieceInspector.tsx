@@ -2,6 +2,7 @@ import { ListBox, ListBoxItem } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { endEdit } from "../state/history";
 import { useStudio } from "../state/studio";
+import { carsOf } from "./cars";
 import { canGrow, canLose, FURNITURE, handlesOf, listOf, type Mat, type Person, pieceOf, type PieceId, reshaped, retimed, type Voice, without, withoutPoint, withPointAfter, withRepeats } from "./document";
 import { Quantity, ToolButton, ToolSwitch } from "./fields";
 import { choose, editMat, useMat } from "./store";
@@ -16,9 +17,10 @@ export function PieceInspector() {
   const { t } = useTranslation();
   const mat = useStudio(({ mat }) => mat);
   const chosen = useMat((now) => now.chosen);
+  const cars = carsOf(mat);
   const piece = chosen && "piece" in chosen ? chosen.piece : null;
   const all = FURNITURE.flatMap((kind) => listOf(mat, kind).map((_, place): PieceId => ({ kind, place })));
-  if (all.length === 0) return <p className={controls.quiet}>{t("mat.noFurniture")}</p>;
+  if (all.length === 0) return <p className={controls.quiet}>{t("mat.onlyCars", { count: cars.leaders + cars.followers })}</p>;
   const key = ({ kind, place }: PieceId) => `${kind} ${place}`;
   return (
     <>

@@ -2,12 +2,15 @@ import { useEffect } from "react";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { inLanguage } from "../i18n";
-import { useStudio } from "../state/studio";
+import { useSettings } from "../state/settings";
+import { isHeard, useStudio } from "../state/studio";
 import { ToolButton } from "./fields";
 import { MatCanvas } from "./MatCanvas";
 import { Narration } from "./Narration";
 import type { Session } from "./session";
 import { choose, useMat } from "./store";
+import { Sound } from "./sound";
+import { Legend, Thoughts } from "./Thoughts";
 import { Transport } from "./Transport";
 import css from "./mat.module.css";
 
@@ -18,16 +21,48 @@ export function Stage({ session }: { session: Session }) {
   const words = useStudio(({ compiled }) => compiled?.words ?? NO_WORDS);
   const generation = useStudio((studio) => studio.generation);
   useEffect(() => choose(null), [generation]);
+  useSound(session);
   return (
     <div className={css.stage}>
       <MatCanvas session={session} words={words} />
+      <Thoughts session={session} />
       <div className={css.top}>
         <Notice session={session} />
         <Narration session={session} />
+        <Legend session={session} words={words} />
+        <Eyes session={session} />
       </div>
       <Transport session={session} words={words} />
     </div>
   );
+}
+
+/** Let the stage sound as long as sound is on. */
+function useSound(session: Session): void {
+  useEffect(() => {
+    const sound = new Sound();
+    const end = session.listen((picture) => {
+      const { hello, state } = useMat.getState();
+      sound.take(picture, new Set(hello?.leads), isHeard(), state?.playing ?? false);
+    });
+    const mute = () => {
+      if (!isHeard() || !useMat.getState().state?.playing) sound.silence();
+    };
+    const ends = [end, useSettings.subscribe(mute), useStudio.subscribe(mute), useMat.subscribe(mute)];
+    return () => {
+      for (const each of ends) each();
+      sound.close();
+    };
+  }, [session]);
+}
+
+/** What the chosen car's camera sees, as on the page that drives it. */
+function Eyes({ session }: { session: Session }) {
+  const { t } = useTranslation();
+  const car = useMat(({ chosen, eyes }) => (eyes && chosen && "car" in chosen ? chosen.car : null));
+  const canDrive = useStudio(({ capabilities }) => capabilities?.driving ?? false);
+  if (car === null || !canDrive) return null;
+  return <img className={css.eyes} src={`/camera?session=${session.name}&car=${car}`} alt={t("mat.seen", { number: car })} />;
 }
 
 function Notice({ session }: { session: Session }) {

@@ -2,7 +2,8 @@ import { memo } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
-import { showAlone, useStudio } from "../state/studio";
+import { useSettings } from "../state/settings";
+import { isHeard, showAlone, toggleSound, useStudio } from "../state/studio";
 import { clock } from "../timeline/events";
 import { classes } from "../ui/classes";
 import { Icon } from "../ui/icons";
@@ -51,6 +52,7 @@ export const Transport = memo(function Transport({ session, words }: TransportPr
           <VoiceButton session={session} word="go" label={t("mat.sayGo")} text={t("mat.go")} isDisabled={empty} />
         </>
       )}
+      <SoundButton />
       <ToolButton
         icon={alone ? "shrink" : "fit"}
         label={alone ? t("mat.shrink") : t("mat.fullScreen")}
@@ -59,6 +61,15 @@ export const Transport = memo(function Transport({ session, words }: TransportPr
     </div>
   );
 });
+
+function SoundButton() {
+  const { t } = useTranslation();
+  // Both decide whether the stage is heard.
+  useSettings((settings) => settings.sound);
+  useStudio(({ alone, loudProjector }) => `${alone} ${loudProjector}`);
+  const heard = isHeard();
+  return <ToolButton icon={heard ? "go" : "silence"} label={heard ? t("mat.mute") : t("mat.sound")} onPress={toggleSound} />;
+}
 
 interface VoiceButtonProps {
   session: Session;

@@ -23,9 +23,14 @@ export interface Box {
 
 const LEAST_SCALE = 0.2;
 const MOST_SCALE = 3000;
-const MARGIN_PX = 20;
-/** The buttons at the right edge. */
-const BUTTONS_PX = 48;
+/** What lies over the edges of the stage: caption, buttons, and the bar that plays. */
+const OVER_PX = { left: 16, right: 60, top: 48, bottom: 76 };
+/** The air around the cars, in metres. */
+const AIR_M = 0.3;
+/** How long a car is drawn: at most, and at least where there are so few cars. */
+const LONGEST_PX = 90;
+const SHORTEST_PX = 24;
+const FEW_CARS = 200;
 
 export function toWorld(camera: Camera, size: Size, px: number, py: number): Point {
   return [camera.x + (px - size.width / 2) / camera.scale, camera.y - (py - size.height / 2) / camera.scale];
@@ -47,12 +52,79 @@ export function panned(camera: Camera, dxPx: number, dyPx: number): Camera {
   return { ...camera, x: camera.x - dxPx / camera.scale, y: camera.y + dyPx / camera.scale };
 }
 
-export function fitted(box: Box, size: Size): Camera {
-  const width = Math.max(0.5, box.right - box.left);
-  const height = Math.max(0.5, box.top - box.bottom);
-  const free = (pixels: number) => Math.max(40, pixels - 2 * MARGIN_PX);
-  const scale = Math.min(free(size.width - BUTTONS_PX) / width, free(size.height) / height, MOST_SCALE);
-  return { x: (box.left + box.right) / 2 + BUTTONS_PX / 2 / scale, y: (box.bottom + box.top) / 2, scale };
+/** The box as large as it can be seen whole beside what lies over the stage. */
+export function fitted(box: Box, size: Size, mostScale = MOST_SCALE): Camera {
+  const { left, right, top, bottom } = OVER_PX;
+  const width = Math.max(40, size.width - left - right);
+  const height = Math.max(40, size.height - top - bottom);
+  const scale = Math.min(width / Math.max(0.05, box.right - box.left), height / Math.max(0.05, box.top - box.bottom), mostScale);
+  return {
+    x: (box.left + box.right + (right - left) / scale) / 2,
+    y: (box.bottom + box.top + (top - bottom) / scale) / 2,
+    scale,
+  };
+}
+
+/** The box around points; null around none. */
+export function boxAround(x: ArrayLike<number>, y: ArrayLike<number>): Box | null {
+  if (x.length === 0) return null;
+  const box = { left: Infinity, bottom: Infinity, right: -Infinity, top: -Infinity };
+  for (let k = 0; k < x.length; k++) {
+    box.left = Math.min(box.left, x[k]!);
+    box.right = Math.max(box.right, x[k]!);
+    box.bottom = Math.min(box.bottom, y[k]!);
+    box.top = Math.max(box.top, y[k]!);
+  }
+  return box;
+}
+
+export interface Cast {
+  x: ArrayLike<number>;
+  y: ArrayLike<number>;
+  /** How long a car is, in metres. */
+  carM: number;
+  /** The car to keep in view where not all fit. */
+  first: number;
+}
+
+const grown = (box: Box, by: number): Box => ({ left: box.left - by, bottom: box.bottom - by, right: box.right + by, top: box.top + by });
+
+/** Frame the cars with air around them: large, but none so small that it can't be told what it does. */
+export function framed({ x, y, carM, first }: Cast, size: Size): Camera | null {
+  const box = boxAround(x, y);
+  if (!box) return null;
+  const camera = fitted(grown(box, AIR_M), size, LONGEST_PX / carM);
+  const least = SHORTEST_PX / carM;
+  if (x.length > FEW_CARS || camera.scale >= least) return camera;
+  const [cx, cy] = [x[first] ?? x[0]!, y[first] ?? y[0]!];
+  return fitted({ left: cx, right: cx, bottom: cy, top: cy }, size, least);
+}
+
+/** Whether the cars are framed well enough for the camera to rest: all in view, and neither lost in it nor tiny. */
+export function isWellFramed(camera: Camera, cast: Cast, size: Size): boolean {
+  const box = boxAround(cast.x, cast.y);
+  const wished = framed(cast, size);
+  if (!box || !wished) return true;
+  const ratio = wished.scale / camera.scale;
+  if (ratio < 0.7 || ratio > 1.5) return false;
+  const [left, top] = toScreen(camera, size, [box.left - cast.carM, box.top + cast.carM]);
+  const [right, bottom] = toScreen(camera, size, [box.right + cast.carM, box.bottom - cast.carM]);
+  const isWhole = left >= 0 && top >= 0 && right <= size.width && bottom <= size.height - OVER_PX.bottom / 2;
+  return isWhole || (wished.scale <= SHORTEST_PX / cast.carM + 1 && Math.hypot(wished.x - camera.x, wished.y - camera.y) * camera.scale < 60);
+}
+
+/** On the way from one camera to another; the scale changes evenly to the eye. */
+export function between(from: Camera, to: Camera, share: number): Camera {
+  return {
+    x: from.x + (to.x - from.x) * share,
+    y: from.y + (to.y - from.y) * share,
+    scale: from.scale * (to.scale / from.scale) ** share,
+  };
+}
+
+/** Whether nobody can tell the two apart. */
+export function isSame(a: Camera, b: Camera): boolean {
+  return Math.hypot(a.x - b.x, a.y - b.y) * a.scale < 0.5 && Math.abs(a.scale / b.scale - 1) < 0.002;
 }
 
 /** The box around the mat; on an unbounded plane, around all cars and furniture. */
@@ -60,15 +132,8 @@ export function boxOf(mat: Mat, x: ArrayLike<number>, y: ArrayLike<number>): Box
   if (mat.size_m) return { left: 0, bottom: 0, right: mat.size_m[0], top: mat.size_m[1] };
   const points: Point[] = FURNITURE.flatMap((kind) => listOf(mat, kind).flatMap((piece) => handlesOf(kind, piece)));
   for (let k = 0; k < x.length; k++) points.push([x[k]!, y[k]!]);
-  const box = { left: Infinity, bottom: Infinity, right: -Infinity, top: -Infinity };
-  for (const [px, py] of points) {
-    box.left = Math.min(box.left, px);
-    box.right = Math.max(box.right, px);
-    box.bottom = Math.min(box.bottom, py);
-    box.top = Math.max(box.top, py);
-  }
-  if (points.length === 0) return { left: -2, bottom: -1.5, right: 2, top: 1.5 };
-  return { left: box.left - 0.5, bottom: box.bottom - 0.5, right: box.right + 0.5, top: box.top + 0.5 };
+  const box = boxAround(points.map(([px]) => px), points.map(([, py]) => py));
+  return box ? grown(box, 0.5) : { left: -2, bottom: -1.5, right: 2, top: 1.5 };
 }
 
 /** A round length whose bar is about `wishedPx` long. */

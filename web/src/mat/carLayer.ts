@@ -1,20 +1,47 @@
-/** All cars: bodies in the colours of their words, LEDs, marks of lost frames, and a ring around the chosen one. */
+/** All cars: bodies in the colours of their words, wheels, LEDs, marks of lost frames, and a ring around the chosen one. */
 
 import { Container, Graphics, Sprite } from "pixi.js";
 import { NO_LED, type Picture } from "../api/world";
 import { carColour, LEDS, type WordColours, type MatTheme } from "./colours";
-import type { Textures } from "./textures";
+import { LAMPS, numberTexture, TREADS, type Textures } from "./textures";
 
 /** The least size on the screen, so that cars stay visible on a large mat. */
 const LEAST_PX = 9;
 const LOSS_SHOWN_MS = 500;
+const BLINK_MS = 180;
+/** More cars than these are drawn as simple sprites. */
+const MOST_RICH = 200;
+/** A car is numbered where its number can be read. */
+const NUMBERED_PX = 34;
+/** Of the tread of a wheel, in half cars; wheels are that far from the middle of the car. */
+const TREAD = 0.195;
+const TRACK = 0.68;
+
+/** What one car is drawn with besides its body. Lengths are half cars. */
+interface Rig {
+  under: Container;
+  over: Container;
+  glow: Sprite;
+  wheels: readonly [Sprite, Sprite];
+  face: Sprite;
+  number: Sprite | null;
+  blinksUntil: number;
+  /** How far each wheel has turned, in treads. */
+  turned: [left: number, right: number];
+  last: { x: number; y: number; heading: number } | null;
+}
 
 export class CarLayer {
   readonly view = new Container();
+  /** Shadows and light, below all cars. */
+  private readonly floor = new Container();
+  private readonly wheels = new Container();
   private readonly bodies = new Container<Sprite>();
+  private readonly faces = new Container();
   private readonly lights = new Container<Sprite>();
   private readonly marks = new Container<Sprite>();
   private readonly chosenRing = new Graphics();
+  private rigs: Rig[] = [];
   private lostAt = new Float64Array();
   private diameter = 150;
   private leads: ReadonlySet<number> = new Set();
@@ -24,7 +51,7 @@ export class CarLayer {
     private readonly textures: Textures,
     private theme: MatTheme,
   ) {
-    this.view.addChild(this.chosenRing, this.bodies, this.lights, this.marks);
+    this.view.addChild(this.floor, this.chosenRing, this.wheels, this.bodies, this.faces, this.lights, this.marks);
   }
 
   setTheme(theme: MatTheme): void {
@@ -36,15 +63,35 @@ export class CarLayer {
     this.diameter = 2000 * radiusM;
     this.leads = leads;
     this.lostAt = new Float64Array(cars).fill(-Infinity);
-    for (const layer of [this.bodies, this.lights, this.marks]) {
-      for (const old of layer.removeChildren()) old.destroy();
+    for (const layer of [this.floor, this.wheels, this.bodies, this.faces, this.lights, this.marks]) {
+      for (const old of layer.removeChildren()) old.destroy({ children: true });
     }
+    this.rigs = [];
     for (let k = 0; k < cars; k++) {
       this.bodies.addChild(centred(leads.has(k) ? this.textures.leader : this.textures.follower));
       this.lights.addChild(centred(this.textures.led)).visible = false;
       this.marks.addChild(centred(this.textures.collision)).visible = false;
+      if (cars <= MOST_RICH) this.rigs.push(this.rig(leads.has(k)));
     }
     this.markLosses();
+  }
+
+  private rig(leads: boolean): Rig {
+    const under = this.floor.addChild(new Container());
+    const over = this.faces.addChild(new Container());
+    const shadow = under.addChild(sized(this.textures.shadow, 2.5));
+    shadow.position.set(-0.06, -0.1);
+    const glow = under.addChild(sized(this.textures.glow, 3.4));
+    glow.visible = false;
+    const rims = this.wheels.addChild(new Container());
+    const [left, right] = [TRACK, -TRACK].map((y) => {
+      const wheel = rims.addChild(sized(this.textures.wheels[0]!, 0.78));
+      wheel.position.set(-0.06, y);
+      return wheel;
+    });
+    const face = over.addChild(sized(this.textures.face, 2));
+    if (leads) over.addChild(sized(this.textures.beacon, 0.46)).position.set(-0.36, 0);
+    return { under, over, glow, wheels: [left!, right!], face, number: null, blinksUntil: -Infinity, turned: [0, 0], last: null };
   }
 
   private markLosses(): void {
@@ -59,34 +106,95 @@ export class CarLayer {
     this.lostAt[car] = atMs;
   }
 
+  /** A frame was heard by this car: it blinks. */
+  hear(car: number, atMs: number): void {
+    const rig = this.rigs[car];
+    if (rig) rig.blinksUntil = atMs + BLINK_MS;
+  }
+
   take(picture: Picture, colours: WordColours): void {
     for (let k = 0; k < picture.cars; k++) {
       this.bodies.children[k]!.tint = carColour(colours, picture.index[k]!, picture.flags[k]!);
-      const light = this.lights.children[k]!;
       const led = picture.led[k]!;
-      light.visible = led !== NO_LED;
-      if (light.visible) light.tint = LEDS[led] ?? 0xffffff;
+      const lit = led !== NO_LED;
+      const colour = LEDS[led] ?? 0xffffff;
+      const light = this.lights.children[k]!;
+      light.visible = lit;
+      light.tint = colour;
+      const rig = this.rigs[k];
+      if (!rig) continue;
+      rig.glow.visible = lit;
+      rig.glow.tint = colour;
+      const [x, y] = LAMPS[led] ?? [0, 0];
+      rig.glow.position.set(x, y);
     }
   }
 
-  /** Draw a moment; true while a mark is still shown. */
-  draw(drawn: Drawn, scale: number, atMs: number): boolean {
+  /** Draw a moment; true while a mark or a blink is still shown. */
+  draw(drawn: Drawn, picture: Picture | null, scale: number, atMs: number): boolean {
     const side = Math.max(this.diameter, LEAST_PX / scale);
-    let marked = false;
+    let lasts = false;
     for (let k = 0; k < drawn.x.length; k++) {
       const x = drawn.x[k]! * 1000;
       const y = drawn.y[k]! * 1000;
       const heading = drawn.heading[k]!;
-      const body = this.bodies.children[k]!;
       const size = this.leads.has(k) ? side * 1.15 : side;
+      const body = this.bodies.children[k]!;
       place(body, x, y, size);
       body.rotation = heading;
-      const light = this.lights.children[k]!;
-      if (light.visible) place(light, x - 0.36 * side * Math.cos(heading), y - 0.36 * side * Math.sin(heading), 0.62 * side);
-      marked = this.drawMark(k, x, y, scale, side, atMs) || marked;
+      const rig = this.rigs[k];
+      if (rig) lasts = this.drawRig(rig, k, { x, y, heading }, size / 2, scale, atMs) || lasts;
+      this.drawLight(k, picture?.led[k] ?? NO_LED, x, y, heading, size);
+      lasts = this.drawMark(k, x, y, scale, side, atMs) || lasts;
     }
     this.drawChosen(drawn, side, scale);
-    return marked;
+    return lasts;
+  }
+
+  private drawRig(rig: Rig, k: number, at: { x: number; y: number; heading: number }, half: number, scale: number, atMs: number): boolean {
+    const rims = rig.wheels[0].parent!;
+    for (const part of [rig.under, rig.over, rims]) {
+      part.position.set(at.x, at.y);
+      part.rotation = at.heading;
+      part.scale.set(half);
+    }
+    this.turnWheels(rig, at, half);
+    const blinks = atMs < rig.blinksUntil;
+    rig.face.texture = blinks ? this.textures.blink : this.textures.face;
+    const numbered = half * 2 * scale >= NUMBERED_PX && !this.leads.has(k);
+    if (numbered && !rig.number) {
+      rig.number = rig.over.addChild(sized(numberTexture(k), 0.62));
+      rig.number.position.set(-0.34, 0);
+      // The world's y points up, that of a picture down.
+      rig.number.scale.y *= -1;
+    }
+    if (rig.number) rig.number.visible = numbered;
+    return blinks;
+  }
+
+  /** Turn each wheel as far as it has rolled since the last drawing. */
+  private turnWheels(rig: Rig, at: { x: number; y: number; heading: number }, half: number): void {
+    const { last, turned } = rig;
+    rig.last = at;
+    if (!last) return;
+    const ahead = ((at.x - last.x) * Math.cos(at.heading) + (at.y - last.y) * Math.sin(at.heading)) / half;
+    if (Math.abs(ahead) > 2) return;
+    const around = shortestTurn(at.heading - last.heading) * TRACK;
+    turned[0] += (ahead - around) / TREAD;
+    turned[1] += (ahead + around) / TREAD;
+    rig.wheels.forEach((wheel, side) => {
+      const phase = Math.floor((turned[side]! - Math.floor(turned[side]!)) * TREADS);
+      wheel.texture = this.textures.wheels[phase]!;
+    });
+  }
+
+  private drawLight(k: number, led: number, x: number, y: number, heading: number, size: number): void {
+    const light = this.lights.children[k]!;
+    if (!light.visible) return;
+    const lamp = this.rigs.length ? LAMPS[led] : undefined;
+    const [ahead, aside] = lamp ?? [-0.72, 0];
+    const [cos, sin] = [Math.cos(heading), Math.sin(heading)];
+    place(light, x + (size / 2) * (ahead * cos - aside * sin), y + (size / 2) * (ahead * sin + aside * cos), (lamp ? 0.44 : 0.62) * size);
   }
 
   private drawMark(k: number, x: number, y: number, scale: number, side: number, atMs: number): boolean {
@@ -94,7 +202,7 @@ export class CarLayer {
     const mark = this.marks.children[k]!;
     mark.visible = age < 1;
     if (!mark.visible) return false;
-    place(mark, x, y + side * 0.55, Math.max(side * 0.6, 12 / scale));
+    place(mark, x, y + side * 0.62, Math.max(side * 0.26, 10 / scale));
     mark.alpha = Math.min(1, 2 - 2 * age);
     return true;
   }
@@ -107,6 +215,13 @@ export class CarLayer {
       .circle(drawn.x[k]! * 1000, drawn.y[k]! * 1000, side * 0.72)
       .stroke({ width: 3 / scale, color: this.theme.accent });
   }
+}
+
+/** A sprite as wide as so many halves of a car, in a rig. */
+function sized(texture: Sprite["texture"], width: number): Sprite {
+  const sprite = centred(texture);
+  sprite.scale.set(width / texture.width);
+  return sprite;
 }
 
 function centred(texture: Sprite["texture"]): Sprite {

@@ -15,7 +15,7 @@ const DEFAULT_SPACING_M = 0.25;
 /** Cars 150 mm across that can just turn beside each other. */
 const CLOSEST_M = 0.2;
 /** Obstacles and the clearance around cars leave less room than the area suggests. */
-const ROOM_TO_SPARE = 1.35;
+export const ROOM_TO_SPARE = 1.35;
 
 export function carsOf(mat: Mat): { leaders: number; followers: number } {
   const single = mat.car ?? [];
@@ -56,8 +56,8 @@ export function removedCar(mat: Mat, number: number): Mat {
   return { ...mat, car: (mat.car ?? []).toSpliced(number, 1) };
 }
 
-/** Change the number of followers: first in crowds, then among cars placed one by one. */
-export function withFollowers(mat: Mat, wished: number): Mat {
+/** Change the number of followers: first in crowds, then among cars placed one by one. `spare`: area for each cell. */
+export function withFollowers(mat: Mat, wished: number, spare = ROOM_TO_SPARE): Mat {
   const single = mat.car ?? [];
   const placed = single.filter(({ role }) => role !== "leader").length;
   const crowds = [...(mat.crowd ?? [])];
@@ -70,7 +70,7 @@ export function withFollowers(mat: Mat, wished: number): Mat {
     if (stay > 0 || (last.leaders ?? 0) > 0) break;
   }
   const changed = withCrowds({ ...mat, car: left < 0 ? withoutLast(single, -left) : single }, crowds);
-  return left > 0 ? withMore(changed, left) : changed;
+  return left > 0 ? withMore(changed, left, spare) : changed;
 }
 
 function withCrowds(mat: Mat, crowd: readonly Crowd[]): Mat {
@@ -83,22 +83,22 @@ function withoutLast(cars: readonly Car[], count: number): Car[] {
 }
 
 /** Add followers to the last crowd: within its area if they fit, else all over the mat, which grows if needed. */
-function withMore(mat: Mat, more: number): Mat {
+function withMore(mat: Mat, more: number, spare: number): Mat {
   const crowds = mat.crowd ?? [];
   const last: Crowd = crowds.at(-1) ?? { cars: 0 };
   const cars = last.cars + more;
   const spacing = last.spacing_m ?? DEFAULT_SPACING_M;
   const others = crowds.slice(0, -1);
-  if (last.size_m && room(last.size_m, spacing) >= cars * ROOM_TO_SPARE) return withCrowds(mat, [...others, { ...last, cars }]);
+  if (last.size_m && room(last.size_m, spacing) >= cars * spare) return withCrowds(mat, [...others, { ...last, cars }]);
   const anywhere = without(last, "corner_m", "size_m");
   if (!mat.size_m) {
-    const side = rounded(Math.sqrt(cars * ROOM_TO_SPARE) * spacing + spacing);
+    const side = rounded(Math.sqrt(cars * spare) * spacing + spacing);
     const [x, y] = mat.car?.[0]?.at_m ?? [0, 0];
     const corner_m: Point = [rounded(x - side / 2), rounded(y - side / 2)];
     return withCrowds(mat, [...others, { ...anywhere, cars, spacing_m: spacing, corner_m, size_m: [side, side] }]);
   }
   const [width, height] = mat.size_m;
-  const even = Math.sqrt((width * height) / (cars * ROOM_TO_SPARE));
+  const even = Math.sqrt((width * height) / (cars * spare));
   const spacing_m = Math.floor(Math.max(CLOSEST_M, Math.min(spacing, even)) * 100) / 100;
   const factor = Math.max(1, spacing_m / even);
   return withCrowds(factor > 1 ? grown(mat, factor) : mat, [...others, { ...anywhere, cars, spacing_m }]);

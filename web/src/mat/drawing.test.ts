@@ -1,8 +1,10 @@
 import { describe, expect, it } from "vitest";
-import { boxOf, fitted, panned, scaleBar, toScreen, toWorld, zoomed } from "./camera";
+import { between, boxOf, fitted, framed, isWellFramed, panned, scaleBar, toScreen, toWorld, zoomed } from "./camera";
 import type { Mat } from "./document";
 import { Motion } from "./carLayer";
 import { gripAt, type Sight } from "./pointer";
+import { freePoint, hasRoomForCar, hasRoomForPiece } from "./room";
+import { heardIn } from "./sound";
 import { pictureOf } from "./testPictures";
 
 const SIZE = { width: 800, height: 600 };
@@ -28,7 +30,75 @@ it("a fitted box is seen whole", () => {
   const camera = fitted({ left: 0, bottom: 0, right: 4, top: 3 }, SIZE);
   const [left, top] = toScreen(camera, SIZE, [0, 3]);
   expect(Math.min(left, top)).toBeGreaterThanOrEqual(0);
-  expect(Math.min(left, top)).toBeLessThan(40);
+  expect(Math.min(left, top)).toBeLessThan(60);
+});
+
+describe("the camera", () => {
+  const cast = (x: number[], y: number[]) => ({ x, y, carM: 0.15, first: 0 });
+  const carPx = (x: number[], y: number[]) => framed(cast(x, y), SIZE)!.scale * 0.15;
+
+  it("frames cars with air around them, at most 90 pixels long", () => {
+    expect(carPx([2], [1])).toBeCloseTo(90);
+    const camera = framed(cast([1, 3], [1, 2]), SIZE)!;
+    for (const [x, y] of [[1, 1], [3, 2]] as const) {
+      const [px, py] = toScreen(camera, SIZE, [x, y]);
+      expect(px).toBeGreaterThan(40);
+      expect(px).toBeLessThan(SIZE.width - 60);
+      expect(py).toBeGreaterThan(40);
+      expect(py).toBeLessThan(SIZE.height - 76);
+    }
+  });
+
+  it("keeps few cars 24 pixels long and the leader in view; many as small as it takes", () => {
+    expect(carPx([0, 100], [0, 0])).toBeCloseTo(24);
+    const [px, py] = toScreen(framed(cast([0, 100], [0, 0]), SIZE)!, SIZE, [0, 0]);
+    expect(px > 0 && px < SIZE.width && py > 0 && py < SIZE.height).toBe(true);
+    const row = Array.from({ length: 300 }, (_, k) => k);
+    expect(carPx(row, row)).toBeLessThan(24);
+  });
+
+  it("rests while it shows the cars well, and goes where they leave the view or gather", () => {
+    const camera = framed(cast([0, 2], [0, 1]), SIZE)!;
+    expect(isWellFramed(camera, cast([0.1, 2.1], [0, 1]), SIZE)).toBe(true);
+    expect(isWellFramed(camera, cast([0, 3], [0, 1]), SIZE)).toBe(false);
+    expect(isWellFramed(camera, cast([1, 1.2], [0.5, 0.5]), SIZE)).toBe(false);
+  });
+
+  it("goes from one view to another evenly", () => {
+    expect(between({ x: 0, y: 0, scale: 100 }, { x: 2, y: 4, scale: 400 }, 0.5)).toEqual({ x: 1, y: 2, scale: 200 });
+  });
+});
+
+describe("room", () => {
+  const mat: Mat = { format: "motorcade-mat/1", name: "Table", size_m: [4, 3], wall: [{ from_m: [0, 2], to_m: [4, 2] }] };
+  const standing = { cars: [[2, 1.5]] as [number, number][], radiusM: 0.075 };
+
+  it("is beside the car that stands where a wall was wished", () => {
+    const at = freePoint([2, 1.5], (point) => hasRoomForPiece(mat, standing, "wall", point));
+    expect(Math.abs(at[1] - 1.5)).toBeGreaterThanOrEqual(0.125);
+    expect(Math.hypot(at[0] - 2, at[1] - 1.5)).toBeLessThan(0.7);
+  });
+
+  it.each([
+    ["on another car", [2, 1.5], false],
+    ["in a wall", [1, 2], false],
+    ["outside", [4, 1], false],
+    ["on free floor", [1, 1], true],
+  ] as const)("for a car %s: %s %s", (_, at, expected) => {
+    expect(hasRoomForCar(mat, standing, at)).toBe(expected);
+  });
+
+  it("is where it was wished if nothing is free", () => {
+    expect(freePoint([1, 1], () => false)).toEqual([1, 1]);
+  });
+});
+
+it("motors, a leader's frame and a new light are heard, and no others", () => {
+  const before = pictureOf([{ led: 4 }, { led: 2 }]);
+  const events = Uint32Array.of(0, 0, 3, 0, 0);
+  expect(heardIn(pictureOf([{ wheels: 3, led: 1 }, { led: 2 }], { events }), before, new Set([0]))).toEqual({ motors: 0.5, ticks: true, chime: 1 });
+  expect(heardIn(pictureOf([{}, { led: 2 }], { events }), before, new Set([1]))).toEqual({ motors: 0, ticks: false, chime: null });
+  expect(heardIn(pictureOf([{ led: 1 }, {}], { fresh: true }), before, new Set()).chime).toBeNull();
 });
 
 it("a plane without end shows all that stands there", () => {

@@ -3,11 +3,13 @@
 import { Container, Graphics, Sprite } from "pixi.js";
 import { type Disc, handlesOf, listOf, type Mat, type Person, personAt, pieceOf, type PieceId, type Polygon } from "./document";
 import type { Textures } from "./textures";
+import type { FloorName } from "../state/settings";
 import type { MatTheme } from "./colours";
-import { EVENT_COLUMNS, EventColumn, Flag, KINDS, type Picture, LOSS_REASONS } from "../api/world";
-import type { Drawn } from "./carLayer";
+import { paintFloor } from "./floors";
+import type { Picture } from "../api/world";
 
 const WALL_MM = 24;
+const GRID_MM = 4;
 const PERSON_MM = 420;
 const MOST_GRID_LINES = 200;
 export const HANDLE_PX = 9;
@@ -21,6 +23,7 @@ export class FurnitureLayer {
   private readonly pieces = new Graphics();
   private readonly handles = new Graphics();
   private readonly people = new Container<Sprite>();
+  floorName: FloorName = "plain";
   private mat: Mat | null = null;
   private drawnFor = "";
   private chosen: PieceId | null = null;
@@ -48,8 +51,8 @@ export class FurnitureLayer {
   draw(scale: number, tMs: number): void {
     if (!this.mat) return;
     const drawnFor = scale.toPrecision(4);
+    if (this.stale) this.drawGround(this.mat);
     if (this.stale || drawnFor !== this.drawnFor) {
-      this.drawGround(this.mat, scale);
       this.drawPieces(this.mat, scale);
       this.drawHandles(this.mat, scale);
       this.drawnFor = drawnFor;
@@ -58,25 +61,35 @@ export class FurnitureLayer {
     this.drawPeople(this.mat, tMs, scale);
   }
 
-  private drawGround(mat: Mat, scale: number): void {
+  private drawGround(mat: Mat): void {
     const g = this.ground.clear();
     if (!mat.size_m) return;
     const [width, height] = [mat.size_m[0] * 1000, mat.size_m[1] * 1000];
     g.rect(0, 0, width, height).fill(this.theme.floor);
-    const step = [500, 1000, 5000, 10_000, 100_000].find((each) => (width + height) / each < MOST_GRID_LINES) ?? 1e6;
-    for (let x = step; x < width; x += step) g.moveTo(x, 0).lineTo(x, height);
-    for (let y = step; y < height; y += step) g.moveTo(0, y).lineTo(width, y);
-    g.stroke({ width: 1 / scale, color: this.theme.grid });
+    if (!paintFloor(g, this.floorName, width, height)) this.drawGrid(g, width, height);
+  }
+
+  private drawEdge(mat: Mat, scale: number): void {
+    if (!mat.size_m) return;
+    const [width, height] = [mat.size_m[0] * 1000, mat.size_m[1] * 1000];
     const walled = mat.edge === "wall";
-    g.rect(0, 0, width, height).stroke({
+    this.pieces.rect(0, 0, width, height).stroke({
       width: walled ? Math.max(WALL_MM, 4 / scale) : 1.5 / scale,
       color: walled ? this.theme.wall : this.theme.edge,
       alignment: 0,
     });
   }
 
+  private drawGrid(g: Graphics, width: number, height: number): void {
+    const step = [500, 1000, 5000, 10_000, 100_000].find((each) => (width + height) / each < MOST_GRID_LINES) ?? 1e6;
+    for (let x = step; x < width; x += step) g.moveTo(x, 0).lineTo(x, height);
+    for (let y = step; y < height; y += step) g.moveTo(0, y).lineTo(width, y);
+    g.stroke({ width: GRID_MM, color: this.theme.grid });
+  }
+
   private drawPieces(mat: Mat, scale: number): void {
     const g = this.pieces.clear();
+    this.drawEdge(mat, scale);
     const rim = { width: 2 / scale, color: this.theme.wall };
     for (const { corners_m } of listOf(mat, "polygon")) outline(g, { corners_m }).fill(this.theme.obstacle).stroke(rim);
     for (const { centre_m, radius_m } of listOf(mat, "disc")) {
@@ -135,113 +148,6 @@ export class FurnitureLayer {
 
 function outline(g: Graphics, { corners_m }: Polygon): Graphics {
   return g.poly(corners_m.flatMap(([x, y]) => [x * 1000, y * 1000]));
-}
-
-const FRAME = KINDS.indexOf("frame");
-const LOST = KINDS.indexOf("lost");
-const COLLISION = LOSS_REASONS.indexOf("collision");
-const RING_MS = 600;
-/** More rings would hide the cars, and be slow without a graphics processor. */
-const MOST_RINGS = 60;
-const MOST_RANGES = 12;
-
-interface Ring {
-  sprite: Sprite;
-  car: number;
-  begunAt: number;
-}
-
-export type OnLost = (car: number, collided: boolean) => void;
-
-export class AirLayer {
-  readonly view = new Container();
-  private readonly ranges = new Graphics();
-  private readonly rings: Ring[] = [];
-  private readonly idle: Sprite[] = [];
-  private rangeMm = 1000;
-  private leads: readonly number[] = [];
-  private senders: number[] = [];
-  chosen: number | null = null;
-  shown = true;
-
-  constructor(
-    private readonly textures: Textures,
-    private theme: MatTheme,
-    private readonly still: () => boolean,
-  ) {
-    this.view.addChild(this.ranges);
-  }
-
-  setTheme(theme: MatTheme): void {
-    this.theme = theme;
-  }
-
-  setCars(leads: readonly number[]): void {
-    this.leads = leads;
-    while (this.rings.length) this.end(this.rings.pop()!);
-  }
-
-  setRange(metres: number): void {
-    this.rangeMm = metres * 1000;
-  }
-
-  take(picture: Picture, atMs: number, onLost: OnLost): void {
-    const { events } = picture;
-    for (let at = 0; at < events.length; at += EVENT_COLUMNS) {
-      const kind = events[at + EventColumn.kind]!;
-      const car = events[at + EventColumn.car]!;
-      if ((kind & 255) === FRAME && this.shown && !this.still()) this.begin(car, atMs);
-      else if ((kind & 255) === LOST) onLost(car, ((kind >> 8) & 255) === COLLISION);
-    }
-    this.senders = [];
-    if (!this.still()) return;
-    picture.flags.forEach((flags, car) => flags & Flag.sends && this.senders.push(car));
-  }
-
-  private begin(car: number, atMs: number): void {
-    if (this.rings.length >= MOST_RINGS) this.end(this.rings.shift()!);
-    const sprite = this.idle.pop() ?? new Sprite(this.textures.ring);
-    sprite.anchor.set(0.5);
-    this.view.addChild(sprite);
-    this.rings.push({ sprite, car, begunAt: atMs });
-  }
-
-  private end(ring: Ring): void {
-    this.view.removeChild(ring.sprite);
-    this.idle.push(ring.sprite);
-  }
-
-  /** Draw a moment; true while a ring is still growing. */
-  draw(drawn: Drawn, scale: number, atMs: number): boolean {
-    while (this.rings[0] && atMs - this.rings[0].begunAt > RING_MS) this.end(this.rings.shift()!);
-    for (const { sprite, car, begunAt } of this.rings) {
-      const age = (atMs - begunAt) / RING_MS;
-      sprite.tint = this.theme.ring;
-      sprite.alpha = 0.8 * (1 - age);
-      sprite.position.set(drawn.x[car]! * 1000, drawn.y[car]! * 1000);
-      sprite.scale.set((2 * this.rangeMm * (0.08 + 0.92 * age)) / sprite.texture.width);
-    }
-    this.drawRanges(drawn, scale);
-    return this.rings.length > 0;
-  }
-
-  private drawRanges(drawn: Drawn, scale: number): void {
-    this.ranges.clear();
-    if (!this.shown) return;
-    const around = this.leads.length <= MOST_RANGES ? new Set(this.leads) : new Set<number>();
-    if (this.chosen !== null) around.add(this.chosen);
-    for (const car of around) {
-      if (car >= drawn.x.length) continue;
-      this.ranges.circle(drawn.x[car]! * 1000, drawn.y[car]! * 1000, this.rangeMm);
-    }
-    if (around.size) this.ranges.fill({ color: this.theme.range, alpha: 0.06 });
-    if (around.size) this.ranges.stroke({ width: 1.5 / scale, color: this.theme.range, alpha: 0.55 });
-    for (const car of this.senders) {
-      const radius = Math.min(this.rangeMm, 160);
-      this.ranges.circle(drawn.x[car]! * 1000, drawn.y[car]! * 1000, radius);
-    }
-    if (this.senders.length) this.ranges.stroke({ width: 2 / scale, color: this.theme.ring });
-  }
 }
 
 const STEP_M = 0.04;

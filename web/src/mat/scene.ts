@@ -3,12 +3,36 @@
 import "pixi.js/unsafe-eval";
 import { autoDetectRenderer, Container, type Renderer } from "pixi.js";
 import type { Hello, Picture } from "../api/world";
-import { AirLayer, TrackLayer, FurnitureLayer } from "./layers";
-import { boxOf, type Camera, fitted, type Size } from "./camera";
+import { type FloorName, useSettings } from "../state/settings";
+import { AirLayer } from "./airLayer";
+import { FurnitureLayer, TrackLayer } from "./layers";
+import { between, boxOf, type Camera, type Cast, fitted, framed, isSame, isWellFramed, type Size } from "./camera";
 import { CarLayer, Motion } from "./carLayer";
 import { type WordColours, type MatTheme, readTheme, watchTheme } from "./colours";
 import type { Mat, PieceId } from "./document";
+import { withFloor } from "./floors";
 import { makeTextures } from "./textures";
+
+/** In this time the camera goes most of its way. */
+const FOLLOW_MS = 350;
+/** A longer pause between two drawings doesn't make the camera jump. */
+const MOST_PASSED_MS = 50;
+const BY_SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
+
+/** Whether WebGL is more than a program on the processor. Browsers rarely say so themselves. */
+function hasGraphicsProcessor(): boolean {
+  const gl = document.createElement("canvas").getContext("webgl");
+  if (!gl) return false;
+  const names = gl.getExtension("WEBGL_debug_renderer_info");
+  const name = String(gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  gl.getExtension("WEBGL_lose_context")?.loseContext();
+  return !BY_SOFTWARE.test(name);
+}
+
+function floorNow(): FloorName {
+  const { theme, floor } = useSettings.getState();
+  return theme === "contrast" || matchMedia("(forced-colors: active)").matches ? "plain" : floor;
+}
 
 /** Where a drawing takes longer, no positions between two pictures are drawn. */
 const SLOW_MS = 14;
@@ -16,6 +40,8 @@ const SLOW_MS = 14;
 export interface SceneListeners {
   onCamera: (camera: Camera) => void;
   onDrawn: (frame: number) => void;
+  /** The user took the camera, or gave it back. */
+  onHeld: (held: boolean) => void;
 }
 
 export class Scene {
@@ -33,27 +59,35 @@ export class Scene {
   private readonly air: AirLayer;
   private readonly cars: CarLayer;
   private readonly ends: (() => void)[] = [];
+  private readonly drawnListeners = new Set<() => void>();
   private colours: WordColours = { strong: [], pale: [], byWord: new Map() };
   private mat: Mat | null = null;
   private requested = 0;
   private undrawn = false;
-  private untouched = true;
+  /** Whether the camera frames the cars by itself; else the user holds it. */
+  private frames = true;
+  /** Where the camera is going. */
+  private wanted: Camera | null = null;
+  private wasFramed = false;
+  private cameraMs = 0;
+  private carM = 0.15;
+  private first = 0;
+  private readonly calm = matchMedia("(prefers-reduced-motion: reduce)");
 
   private constructor(
     private readonly renderer: Renderer,
     readonly host: HTMLElement,
     private readonly listeners: SceneListeners,
   ) {
-    const theme = readTheme(host);
+    const theme = this.readTheme();
     const textures = makeTextures();
-    const calm = matchMedia("(prefers-reduced-motion: reduce)");
     this.furniture = new FurnitureLayer(textures, theme);
     this.tracks = new TrackLayer(theme);
-    this.air = new AirLayer(textures, theme, () => calm.matches);
+    this.air = new AirLayer(theme, () => this.calm.matches);
     this.cars = new CarLayer(textures, theme);
     this.world.addChild(this.furniture.floor, this.tracks.view, this.air.view, this.cars.view, this.furniture.above);
     this.stage.addChild(this.world);
-    this.ends.push(watchTheme(() => this.setTheme(readTheme(host))));
+    this.ends.push(watchTheme(() => this.setTheme(this.readTheme())));
     this.setTheme(theme);
     const observer = new ResizeObserver(() => this.resize());
     observer.observe(host);
@@ -63,7 +97,8 @@ export class Scene {
 
   static async create(host: HTMLElement, listeners: SceneListeners): Promise<Scene> {
     const renderer = await autoDetectRenderer({
-      preference: ["webgl", "canvas"],
+      // Without a graphics processor a canvas is drawn ten times as fast as WebGL.
+      preference: hasGraphicsProcessor() ? ["webgl", "canvas"] : ["canvas"],
       antialias: true,
       autoDensity: true,
       resolution: Math.min(2, devicePixelRatio),
@@ -89,6 +124,9 @@ export class Scene {
   setHello(hello: Hello): void {
     const { cars, leads = [], radius_m = 0.075, range_m = 1 } = hello;
     if (this.motion.picture?.cars !== cars) this.motion.forget();
+    this.carM = 2 * radius_m;
+    this.first = leads[0] ?? 0;
+    this.wanted = null;
     this.cars.setCars(cars, new Set(leads), radius_m);
     this.air.setCars(leads);
     this.air.setRange(range_m);
@@ -97,10 +135,8 @@ export class Scene {
   }
 
   setMat(mat: Mat, chosen: PieceId | null): void {
-    const resized = this.mat?.size_m?.join() !== mat.size_m?.join();
     this.mat = mat;
     this.furniture.setMat(mat, chosen);
-    if (resized && this.untouched) this.fit();
     this.draw();
   }
 
@@ -128,7 +164,19 @@ export class Scene {
     this.draw();
   }
 
+  /** With the chosen floor's colours; high contrast has none. */
+  private readTheme(): MatTheme {
+    const theme = readTheme(this.host);
+    return withFloor(theme, floorNow());
+  }
+
+  setFloor(): void {
+    this.setTheme(this.readTheme());
+  }
+
   private setTheme(theme: MatTheme): void {
+    this.furniture.floorName = floorNow();
+
     this.renderer.background.color = theme.ground;
     for (const layer of [this.furniture, this.tracks, this.air, this.cars]) layer.setTheme(theme);
     this.draw();
@@ -136,25 +184,34 @@ export class Scene {
 
   take(picture: Picture): void {
     const now = performance.now();
-    const first = this.motion.picture === null;
     this.motion.take(picture, now);
     this.tracks.take(picture);
     this.cars.take(picture, this.colours);
-    this.air.take(picture, now, (car, collided) => this.cars.lose(car, collided, now));
+    this.air.take(picture, now, {
+      onLost: (car, collided) => this.cars.lose(car, collided, now),
+      onHeard: (car) => this.calm.matches || this.cars.hear(car, now),
+    });
     this.undrawn = true;
-    if (first && !this.mat?.size_m) this.fit();
     this.draw();
   }
 
-  fit(): void {
-    const { picture } = this.motion;
-    this.untouched = true;
-    if (this.mat) this.camera = fitted(boxOf(this.mat, picture?.x ?? [], picture?.y ?? []), this.size);
+  /** Give the camera back: it frames the cars by itself. */
+  frame(): void {
+    this.frames = true;
+    this.wanted = null;
+    this.listeners.onHeld(false);
     this.draw();
   }
 
+  /** Show the whole mat. */
+  showAll(): void {
+    if (this.mat) this.look(fitted(boxOf(this.mat, this.motion.drawn.x, this.motion.drawn.y), this.size));
+  }
+
+  /** The user takes the camera. */
   look(camera: Camera): void {
-    this.untouched = false;
+    if (this.frames) this.listeners.onHeld(true);
+    this.frames = false;
     this.camera = camera;
     this.draw();
   }
@@ -164,8 +221,19 @@ export class Scene {
     if (clientWidth === 0 || clientHeight === 0) return;
     this.size = { width: clientWidth, height: clientHeight };
     this.renderer.resize(clientWidth, clientHeight);
-    if (this.untouched) this.fit();
+    this.wanted = null;
     this.draw();
+  }
+
+  /** Call back after each drawing; returns a function that ends this. */
+  listen(listener: () => void): () => void {
+    this.drawnListeners.add(listener);
+    return () => this.drawnListeners.delete(listener);
+  }
+
+  /** How long a car is on the screen, in pixels. */
+  get carPx(): number {
+    return this.carM * this.camera.scale;
   }
 
   /** Ask for a drawing with the screen's next picture. */
@@ -178,27 +246,45 @@ export class Scene {
     const now = performance.now();
     const slow = this.drawMs > SLOW_MS;
     const moves = this.motion.advance(slow ? Infinity : now);
-    this.follow();
+    const follows = this.follow(now);
     this.place();
     const scale = this.camera.scale / 1000;
     const { drawn, picture } = this.motion;
     this.furniture.draw(scale, picture?.tMs ?? 0);
     const grows = this.air.draw(drawn, scale, now);
-    const fades = this.cars.draw(drawn, scale, now);
+    const fades = this.cars.draw(drawn, picture, scale, now);
     this.renderer.render(this.stage);
     this.drawMs += (performance.now() - now - this.drawMs) / 8;
     this.listeners.onCamera(this.camera);
+    for (const listener of this.drawnListeners) listener();
     if (this.undrawn && picture) this.listeners.onDrawn(picture.frame);
     this.undrawn = false;
-    if (moves || grows || fades) this.draw();
+    if (moves || grows || fades || follows) this.draw();
   }
 
-  private follow(): void {
+  /** Move the camera on; true while it isn't there yet. */
+  private follow(now: number): boolean {
     const { drawn } = this.motion;
-    const k = this.followed;
-    if (k === null || k >= drawn.x.length) return;
-    this.untouched = false;
-    this.camera = { ...this.camera, x: drawn.x[k]!, y: drawn.y[k]! };
+    const passed = now - this.cameraMs;
+    this.cameraMs = now;
+    const car = this.followed;
+    if (car !== null && car < drawn.x.length) this.wanted = { ...this.camera, x: drawn.x[car]!, y: drawn.y[car]! };
+    else if (!this.frames) return false;
+    else this.wanted = this.wish();
+    const { wanted } = this;
+    if (!wanted || isSame(this.camera, wanted)) return false;
+    const softly = this.wasFramed && !this.calm.matches;
+    this.wasFramed = true;
+    this.camera = softly ? between(this.camera, wanted, 1 - Math.exp(-Math.min(passed, MOST_PASSED_MS) / FOLLOW_MS)) : wanted;
+    return true;
+  }
+
+  /** Where the camera should go: it rests as long as it shows the cars well. */
+  private wish(): Camera | null {
+    const { x, y } = this.motion.drawn;
+    if (this.motion.picture === null) return null;
+    const cast: Cast = { x, y, carM: this.carM, first: this.first };
+    return this.wanted && isWellFramed(this.wanted, cast, this.size) ? this.wanted : framed(cast, this.size);
   }
 
   private place(): void {

@@ -22,6 +22,8 @@ export interface MatState {
   pose: Pose | null;
   chosen: Chosen;
   followed: boolean;
+  /** The stage shows what the chosen car's camera sees. */
+  eyes: boolean;
   tracks: boolean;
   air: boolean;
   speed: number;
@@ -41,6 +43,7 @@ export const useMat = create<MatState>(() => ({
   pose: null,
   chosen: null,
   followed: false,
+  eyes: false,
   tracks: true,
   air: true,
   speed: 1,

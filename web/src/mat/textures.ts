@@ -7,10 +7,18 @@ const DARK = "#1b2330";
 const GLASS = "#27364a";
 
 export interface Textures {
+  /** Bodies to be tinted, with and without wheels: the latter for many cars. */
   follower: Texture;
   leader: Texture;
+  /** What lies over a body and isn't tinted: eyes open and closed. */
+  face: Texture;
+  blink: Texture;
+  /** A wheel at each part of a turn of its tread. */
+  wheels: readonly Texture[];
+  shadow: Texture;
+  glow: Texture;
+  beacon: Texture;
   led: Texture;
-  ring: Texture;
   collision: Texture;
   missed: Texture;
   person: Texture;
@@ -38,21 +46,129 @@ function rounded(g: CanvasRenderingContext2D, fill: string, box: readonly [numbe
   g.fill();
 }
 
-function wheels(g: CanvasRenderingContext2D) {
-  rounded(g, DARK, [-0.3, -0.88, 0.6, 0.24], 0.08);
-  rounded(g, DARK, [-0.3, 0.64, 0.6, 0.24], 0.08);
+export const TREADS = 4;
+const TREAD = 0.5;
+
+/** A wheel from above, 1.2 by 0.44 of a half car, its tread moved by a share of its spacing. */
+function wheel(share: number) {
+  return (g: CanvasRenderingContext2D) => {
+    rounded(g, DARK, [-1, -0.4, 2, 0.8], 0.26);
+    g.save();
+    g.beginPath();
+    g.roundRect(-1, -0.4, 2, 0.8, 0.26);
+    g.clip();
+    g.fillStyle = "#76839a";
+    for (let x = -1.5 + share * TREAD; x < 1.5; x += TREAD) g.fillRect(x, -0.4, TREAD * 0.34, 0.8);
+    g.restore();
+  };
 }
 
-function headlights(g: CanvasRenderingContext2D, x: number, y: number) {
-  g.fillStyle = "#fff7d1";
-  g.strokeStyle = DARK;
-  g.lineWidth = 0.05;
-  for (const side of [-y, y]) {
+function eyes(g: CanvasRenderingContext2D, open: boolean) {
+  rounded(g, GLASS, [0.1, -0.5, 0.5, 1], 0.22);
+  for (const y of [-0.25, 0.25]) {
     g.beginPath();
-    g.arc(x, side, 0.1, 0, 2 * Math.PI);
+    if (open) {
+      g.fillStyle = "#fff";
+      g.ellipse(0.38, y, 0.17, 0.19, 0, 0, 2 * Math.PI);
+      g.fill();
+      g.beginPath();
+      g.fillStyle = "#7a1030";
+      g.arc(0.44, y, 0.09, 0, 2 * Math.PI);
+      g.fill();
+      g.beginPath();
+      g.fillStyle = "#ffb9c9";
+      g.arc(0.47, y - 0.03, 0.035, 0, 2 * Math.PI);
+      g.fill();
+    } else {
+      g.strokeStyle = "#fff";
+      g.lineWidth = 0.08;
+      g.arc(0.34, y, 0.16, -1.1, 1.1);
+      g.stroke();
+    }
+  }
+}
+
+/** The four lamps as they are when off. */
+function lamps(g: CanvasRenderingContext2D) {
+  for (const [x, y] of LAMPS) {
+    g.beginPath();
+    g.arc(x, y, 0.1, 0, 2 * Math.PI);
+    g.fillStyle = "#dfe5ee";
     g.fill();
+    g.strokeStyle = DARK;
+    g.lineWidth = 0.05;
     g.stroke();
   }
+}
+
+/** Where the LEDs are, in half cars ahead and to the left. */
+export const LAMPS = [
+  [0.66, 0.42],
+  [0.66, -0.42],
+  [-0.68, -0.42],
+  [-0.68, 0.42],
+] as const;
+
+function face(open: boolean) {
+  return (g: CanvasRenderingContext2D) => {
+    eyes(g, open);
+    lamps(g);
+  };
+}
+
+function shadow(g: CanvasRenderingContext2D) {
+  const dark = g.createRadialGradient(0, 0, 0.5, 0, 0, 1);
+  dark.addColorStop(0, "rgba(10,16,30,0.42)");
+  dark.addColorStop(1, "rgba(10,16,30,0)");
+  g.fillStyle = dark;
+  g.fillRect(-1, -1, 2, 2);
+}
+
+function glow(g: CanvasRenderingContext2D) {
+  const light = g.createRadialGradient(0, 0, 0, 0, 0, 1);
+  light.addColorStop(0, "rgba(255,255,255,0.95)");
+  light.addColorStop(0.35, "rgba(255,255,255,0.5)");
+  light.addColorStop(1, "rgba(255,255,255,0)");
+  g.fillStyle = light;
+  g.fillRect(-1, -1, 2, 2);
+}
+
+function beacon(g: CanvasRenderingContext2D) {
+  g.beginPath();
+  g.arc(0, 0, 0.9, 0, 2 * Math.PI);
+  g.fillStyle = "#fff";
+  g.fill();
+  g.strokeStyle = DARK;
+  g.lineWidth = 0.14;
+  g.stroke();
+  g.fillStyle = "#d62728";
+  g.beginPath();
+  g.arc(0, 0, 0.55, 0, 2 * Math.PI);
+  g.fill();
+  g.fillStyle = "rgba(255,255,255,0.7)";
+  g.beginPath();
+  g.arc(-0.18, -0.18, 0.16, 0, 2 * Math.PI);
+  g.fill();
+}
+
+/** White, a little darker to the sides: the tint keeps a rounded look. */
+function bodyFill(g: CanvasRenderingContext2D) {
+  const round = g.createLinearGradient(0, -0.66, 0, 0.66);
+  round.addColorStop(0, "#cfd3da");
+  round.addColorStop(0.28, "#ffffff");
+  round.addColorStop(0.72, "#ffffff");
+  round.addColorStop(1, "#cfd3da");
+  return round;
+}
+
+function body(g: CanvasRenderingContext2D, corners: readonly number[]) {
+  g.beginPath();
+  g.roundRect(-0.92, -0.64, 1.84, 1.28, [...corners]);
+  g.fillStyle = bodyFill(g);
+  g.fill();
+  g.strokeStyle = DARK;
+  g.lineWidth = 0.09;
+  g.stroke();
 }
 
 function outlined(g: CanvasRenderingContext2D, width: number) {
@@ -64,39 +180,27 @@ function outlined(g: CanvasRenderingContext2D, width: number) {
 }
 
 function follower(g: CanvasRenderingContext2D) {
-  wheels(g);
-  g.beginPath();
-  g.roundRect(-0.84, -0.6, 1.68, 1.2, [0.22, 0.5, 0.5, 0.22]);
-  outlined(g, 0.08);
-  rounded(g, GLASS, [0.18, -0.44, 0.34, 0.88], 0.14);
-  headlights(g, 0.7, 0.34);
+  body(g, [0.34, 0.62, 0.62, 0.34]);
 }
 
-/** A leader differs from followers by its shape too: a pointed nose and a star on its roof. */
+/** A leader differs from followers by its shape too: a pointed nose, and the star around its beacon. */
 function leader(g: CanvasRenderingContext2D) {
-  wheels(g);
   g.beginPath();
-  g.moveTo(0.98, 0);
-  for (const [x, y] of [
-    [0.5, 0.66],
-    [-0.8, 0.66],
-    [-0.92, 0.4],
-    [-0.92, -0.4],
-    [-0.8, -0.66],
-    [0.5, -0.66],
-  ] as const) {
-    g.lineTo(x, y);
-  }
+  g.moveTo(1, 0);
+  g.bezierCurveTo(0.92, 0.5, 0.7, 0.68, 0.4, 0.68);
+  g.lineTo(-0.66, 0.68);
+  g.quadraticCurveTo(-0.94, 0.66, -0.94, 0.36);
+  g.lineTo(-0.94, -0.36);
+  g.quadraticCurveTo(-0.94, -0.66, -0.66, -0.68);
+  g.lineTo(0.4, -0.68);
+  g.bezierCurveTo(0.7, -0.68, 0.92, -0.5, 1, 0);
   g.closePath();
-  outlined(g, 0.1);
-  g.fillStyle = GLASS;
-  g.beginPath();
-  g.moveTo(0.72, 0);
-  g.lineTo(0.38, 0.42);
-  g.lineTo(0.38, -0.42);
-  g.closePath();
+  g.fillStyle = bodyFill(g);
   g.fill();
-  star(g, -0.24, 0, 0.46);
+  g.strokeStyle = DARK;
+  g.lineWidth = 0.1;
+  g.stroke();
+  star(g, -0.36, 0, 0.5);
 }
 
 function star(g: CanvasRenderingContext2D, x: number, y: number, radius: number) {
@@ -119,14 +223,6 @@ function led(g: CanvasRenderingContext2D) {
   g.beginPath();
   g.arc(0, 0, 0.45, 0, 2 * Math.PI);
   outlined(g, 0.12);
-}
-
-function ring(g: CanvasRenderingContext2D) {
-  g.strokeStyle = "#fff";
-  g.lineWidth = 0.035;
-  g.beginPath();
-  g.arc(0, 0, 0.975, 0, 2 * Math.PI);
-  g.stroke();
 }
 
 function strokeTwice(g: CanvasRenderingContext2D, path: () => void) {
@@ -174,12 +270,31 @@ function person(g: CanvasRenderingContext2D) {
   g.fill();
 }
 
+/** A car's number, to be read on its roof; made when it is needed first. */
+export function numberTexture(number: number): Texture {
+  return draw((g) => {
+    g.font = `700 ${number > 99 ? 0.9 : 1.15}px system-ui, sans-serif`;
+    g.textAlign = "center";
+    g.textBaseline = "middle";
+    g.lineWidth = 0.26;
+    g.strokeStyle = "#ffffff";
+    g.strokeText(String(number), 0, 0.06);
+    g.fillStyle = DARK;
+    g.fillText(String(number), 0, 0.06);
+  }, 48);
+}
+
 export function makeTextures(): Textures {
   return {
     follower: draw(follower),
     leader: draw(leader),
+    face: draw(face(true)),
+    blink: draw(face(false)),
+    wheels: Array.from({ length: TREADS }, (_, k) => draw(wheel(k / TREADS), 64)),
+    shadow: draw(shadow, 64),
+    glow: draw(glow, 64),
+    beacon: draw(beacon, 48),
     led: draw(led, 64),
-    ring: draw(ring, 256),
     collision: draw(collision, 64),
     missed: draw(missed, 64),
     person: draw(person),

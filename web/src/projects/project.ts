@@ -16,23 +16,21 @@ const drive = (id: string, direction: string, seconds: number, next?: object) =>
   ...(next && { next: { block: next } }),
 });
 
+const firstTwo = (whose: string) => drive(`${whose}-forward`, "forward", 3, drive(`${whose}-left`, "left", 1));
+const under = (hat: string, next: object, fields?: object): WorkspaceState => ({
+  blocks: { languageVersion: 0, blocks: [{ type: hat, id: hat, x: 24, y: 24, ...(fields && { fields }), next: { block: next } }] },
+});
+
 /** Forward for three seconds, left for one: what a first look at the blocks shows. */
 export const FIRST_STEPS: Pick<OpenedProject, "leader" | "followers"> = {
-  leader: {
-    blocks: {
-      languageVersion: 0,
-      blocks: [
-        {
-          type: "motorcade_leader",
-          id: "motorcade_leader",
-          x: 24,
-          y: 24,
-          next: { block: drive("first-forward", "forward", 3, drive("first-left", "left", 1)) },
-        },
-      ],
-    },
-  },
+  leader: under("motorcade_leader", firstTwo("first")),
   followers: null,
+};
+
+/** The followers do the same, and pass the words on: the compiler gives such words tags. */
+export const FIRST_SWARM: Pick<OpenedProject, "leader" | "followers"> = {
+  leader: FIRST_STEPS.leader,
+  followers: under("motorcade_followers", firstTwo("follow"), { ACCEPT_IR: true, FORWARD: true, TAGGED: "auto", DWELL: "auto" }),
 };
 
 const SAVED_PARTS = ["name", "leader", "followers", "python", "mat", "rangeMm"] as const;

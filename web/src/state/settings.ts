@@ -9,6 +9,10 @@ export const THEMES: readonly ThemeName[] = ["light", "dark", "contrast"];
 export type Level = "start" | "words" | "python";
 export const LEVELS: readonly Level[] = ["start", "words", "python"];
 
+/** What the stage's floor looks like. */
+export const FLOOR_NAMES = ["table", "classroom", "city", "night", "moon", "plain"] as const;
+export type FloorName = (typeof FLOOR_NAMES)[number];
+
 export type DrawerTab = "swarm" | "things" | "timeline" | "words" | "python" | "why";
 
 interface Settings {
@@ -22,6 +26,9 @@ interface Settings {
   port: string | null;
   /** Whether the stage says in a sentence what the cars do. */
   caption: boolean;
+  floor: FloorName;
+  /** Whether motors, messages and lights are heard. */
+  sound: boolean;
   /** Whether a program has reached a car from this browser. */
   uploaded: boolean;
   /** The editors' share of the page's width, the leader's share of the editors', and the drawer's share of the height. */
@@ -35,6 +42,8 @@ export const useSettings = create<Settings>(() => ({
   toured: false,
   port: null,
   caption: true,
+  floor: "table",
+  sound: true,
   uploaded: false,
   level: "words",
   drawer: { tab: "swarm", open: false },

@@ -3,6 +3,7 @@
 import { create } from "zustand";
 import type { Capabilities, Compiled, EditorName, Profile, WorkspaceState } from "../api/types";
 import type { Mat } from "../mat/document";
+import { useSettings } from "./settings";
 
 export interface Selection {
   editor: EditorName;
@@ -42,6 +43,8 @@ export interface Studio {
   editor: EditorName;
   /** The stage fills the page: for one, or with large labels for a class. */
   alone: "full" | "projector" | null;
+  /** Sound in the projector view, which is silent unless somebody asks for it. */
+  loudProjector: boolean;
 }
 
 export const EMPTY_MAT: Mat = {
@@ -50,7 +53,7 @@ export const EMPTY_MAT: Mat = {
   size_m: [4, 3],
   edge: "wall",
   car: [{ at_m: [2.3, 1.5], role: "leader" }],
-  crowd: [{ cars: 6, corner_m: [1.2, 0.9], size_m: [0.8, 1.2], spacing_m: 0.4 }],
+  crowd: [{ cars: 12, corner_m: [0.8, 1.05], size_m: [1.2, 0.9], spacing_m: 0.3 }],
 };
 
 export const useStudio = create<Studio>(() => ({
@@ -73,14 +76,27 @@ export const useStudio = create<Studio>(() => ({
   serverGone: false,
   editor: "leader",
   alone: null,
+  loudProjector: false,
 }));
 
 /** Let the stage fill the page, and the screen where the browser allows it; null: show all of the page again. */
 export function showAlone(alone: Studio["alone"]): void {
-  useStudio.setState({ alone });
+  useStudio.setState({ alone, loudProjector: false });
   const { documentElement, fullscreenElement } = document;
   // A phone may not know this.
   const page = documentElement as Partial<HTMLElement>;
   if (alone && !fullscreenElement) void page.requestFullscreen?.call(documentElement).catch(() => undefined);
   else if (!alone && fullscreenElement) void document.exitFullscreen();
+}
+
+/** Whether the stage sounds now. */
+export function isHeard(): boolean {
+  const { alone, loudProjector } = useStudio.getState();
+  return useSettings.getState().sound && (alone !== "projector" || loudProjector);
+}
+
+export function toggleSound(): void {
+  const sound = !isHeard();
+  useSettings.setState({ sound });
+  useStudio.setState({ loudProjector: sound });
 }

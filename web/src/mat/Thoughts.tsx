@@ -1,0 +1,120 @@
+import { useEffect, useRef, useState } from "react";
+import { useTranslation } from "react-i18next";
+import type { CompiledWord } from "../api/types";
+import { NO_INDEX, type Picture } from "../api/world";
+import { findText } from "../blocks/workspaces";
+import { useStudio } from "../state/studio";
+import { toScreen } from "./camera";
+import { colourWords, hexColour } from "./colours";
+import type { Session } from "./session";
+import { useMat } from "./store";
+import { type Thought, thoughtsAt } from "./thoughts";
+import css from "./mat.module.css";
+
+const EVERY_MS = 400;
+/** To compare each car with all others takes too long for more. */
+const MOST_CARS = 200;
+const BEFORE_MS = 1000;
+
+/** Short sentences above the cars that have a reason to think. The caption tells screen readers what happens. */
+export function Thoughts({ session }: { session: Session }) {
+  const { t } = useTranslation();
+  const scene = useMat((now) => now.scene);
+  const [thoughts, setThoughts] = useState<{ car: number; thought: Thought }[]>([]);
+  const host = useRef<HTMLDivElement>(null);
+
+  useEffect(() => {
+    let past: { tMs: number; x: Float32Array; y: Float32Array }[] = [];
+    const end = session.listen(({ tMs, x, y, fresh, past: scrubbed }) => {
+      if (fresh || scrubbed) past = [];
+      const last = past.at(-1);
+      if (!scrubbed && (!last || tMs - last.tMs >= EVERY_MS / 2)) past = [...past.filter((each) => tMs - each.tMs <= BEFORE_MS), { tMs, x, y }];
+    });
+    const timer = setInterval(() => {
+      const { picture } = session;
+      const { hello } = useMat.getState();
+      if (!picture || !hello || picture.cars > MOST_CARS) {
+        setThoughts((old) => (old.length ? [] : old));
+        return;
+      }
+      const rangeMm = useStudio.getState().rangeMm;
+      const now = thoughtsAt({
+        picture,
+        leads: new Set(hello.leads),
+        rangeM: rangeMm === null ? (hello.range_m ?? 1) : rangeMm / 1000,
+        radiusM: hello.radius_m ?? 0.075,
+        eventsOf: (car) => session.events.of(car),
+        before: past[0] ?? null,
+      });
+      setThoughts((old) => (JSON.stringify(old) === JSON.stringify(now) ? old : now));
+    }, EVERY_MS);
+    return () => {
+      end();
+      clearInterval(timer);
+    };
+  }, [session]);
+
+  useEffect(() => {
+    if (!scene) return;
+    const place = () => {
+      const { drawn } = scene.motion;
+      thoughts.forEach(({ car }, at) => {
+        const bubble = host.current?.children[at] as HTMLElement | undefined;
+        if (!bubble || car >= drawn.x.length) return;
+        const [x, y] = toScreen(scene.camera, scene.size, [drawn.x[car]!, drawn.y[car]!]);
+        const inView = x > 0 && y > 0 && x < scene.size.width && y < scene.size.height;
+        bubble.style.visibility = inView ? "visible" : "hidden";
+        bubble.style.translate = `calc(${x.toFixed(1)}px - 50%) calc(${(y - scene.carPx * 0.65).toFixed(1)}px - 100%)`;
+      });
+    };
+    place();
+    return scene.listen(place);
+  }, [scene, thoughts]);
+
+  return (
+    <div className={css.thoughts} ref={host} aria-hidden="true">
+      {thoughts.map(({ car, thought }) => (
+        <p key={car}>{t(`mat.thoughts.${thought}`)}</p>
+      ))}
+    </div>
+  );
+}
+
+const LEGEND_MS = 300;
+const MOST_COLOURS = 6;
+
+function heldWords(picture: Picture | null): string {
+  const held = new Set<number>();
+  for (const index of picture?.index ?? []) if (index !== NO_INDEX) held.add(index);
+  return [...held].sort((a, b) => a - b).slice(0, MOST_COLOURS).join();
+}
+
+/** What the colours of the cars mean: the blocks whose words they hold now. */
+export function Legend({ session, words }: { session: Session; words: readonly CompiledWord[] }) {
+  const { t } = useTranslation();
+  const [held, setHeld] = useState("");
+  useEffect(() => {
+    const timer = setInterval(() => setHeld(heldWords(session.picture)), LEGEND_MS);
+    return () => clearInterval(timer);
+  }, [session]);
+  const { strong } = colourWords(words);
+  const entries = held.split(",").flatMap((index) => {
+    const word = words[Number(index)];
+    if (!index || !word || word.part === "header" || word.block === null) return [];
+    const text = findText(word.part, word.block);
+    return text ? [{ index, text, part: word.part, colour: hexColour(strong[Number(index)]!) }] : [];
+  });
+  if (!entries.length) return null;
+  return (
+    <ul className={css.legend} aria-label={t("mat.legend")}>
+      {entries.map(({ index, text, part, colour }) => (
+        <li key={index}>
+          <i style={{ background: colour }} />
+          <span>
+            {t(`editors.${part}`)}: {text}
+          </span>
+        </li>
+      ))}
+    </ul>
+  );
+}

@@ -1,0 +1,61 @@
+import { expect, it } from "vitest";
+import { NO_INDEX } from "../api/world";
+import type { CarEvent } from "../timeline/events";
+import { pictureOf } from "./testPictures";
+import { type Circumstances, MOST_THOUGHTS, thoughtsAt } from "./thoughts";
+
+const RUNS = 1;
+const FORWARD = 2;
+const LATER = { tMs: 9000 };
+
+function event(kind: CarEvent["kind"], more: Partial<CarEvent> = {}): CarEvent {
+  return { tMs: 8500, car: 0, kind, why: "", word: 0, other: 0, ...more };
+}
+
+type Cars = Parameters<typeof pictureOf>[0];
+
+function thoughts(cars: Cars, events: Record<number, CarEvent[]>, more: Partial<Circumstances> = {}, tMs = LATER) {
+  const now = { picture: pictureOf(cars, tMs), leads: new Set([0]), rangeM: 1, radiusM: 0.075, eventsOf: (car: number) => events[car] ?? [], before: null };
+  return thoughtsAt({ ...now, ...more }).map(({ car, thought }) => [car, thought]);
+}
+
+const LEADER = { index: 1, flags: RUNS };
+const SENDS = { 0: [event("frame")] };
+
+it.each([
+  ["nobody sends", [{ x: 0.5, index: NO_INDEX }], {}, "nothing"],
+  ["the only sender is too far", [{ x: 1.5, index: NO_INDEX }], SENDS, "tooFar"],
+  ["a sender is near and nothing came yet", [{ x: 0.5, index: NO_INDEX }], SENDS, "waiting"],
+  ["it accepts no infrared", [{ x: 0.5, index: NO_INDEX }], { ...SENDS, 1: [event("lost", { why: "deaf" })] }, "deaf"],
+  ["frames collide at it", [{ x: 0.5, index: NO_INDEX }], { ...SENDS, 1: [1, 2, 3].map(() => event("lost", { why: "collision" })) }, "collisions"],
+] as [string, Cars, Record<number, CarEvent[]>, string][])("a car says why it stands: %s", (_, others, events, expected) => {
+  expect(thoughts([LEADER, ...others], events)).toEqual([[1, expected]]);
+});
+
+it("a car that runs a word, or has just heard one, thinks nothing", () => {
+  expect(thoughts([LEADER, { x: 5, index: 2, flags: RUNS }, { x: 0.4, index: NO_INDEX }], { ...SENDS, 2: [event("heard")] })).toEqual([]);
+});
+
+it("who passes words on is heard too", () => {
+  const cars = [LEADER, { x: 0.9, index: 2, flags: RUNS }, { x: 1.8, index: NO_INDEX }];
+  expect(thoughts(cars, SENDS)).toEqual([[2, "tooFar"]]);
+  expect(thoughts(cars, { ...SENDS, 1: [event("frame")] })).toEqual([[2, "waiting"]]);
+});
+
+it("what comes later than the shown moment isn't known yet", () => {
+  const late = { 0: [event("frame", { tMs: 20_000 })] };
+  expect(thoughts([LEADER, { x: 1.5, index: NO_INDEX }], late)).toEqual([[1, "nothing"]]);
+});
+
+it("wheels that turn and lead nowhere are blocked, by a car or by a thing", () => {
+  const cars = [{ ...LEADER, wheels: FORWARD }, { x: 0.15, index: 2, flags: RUNS }, { x: 3, index: 2, flags: RUNS, wheels: FORWARD }];
+  const before = { tMs: 8000, x: [0, 0.15, 3], y: [0, 0, 0] };
+  expect(thoughts(cars, {}, { before })).toEqual([[0, "blockedByCar"], [2, "blocked"]]);
+  expect(thoughts(cars, {}, { before: { ...before, x: [-0.2, 0.15, 2.8] } })).toEqual([]);
+});
+
+it("few cars think at once, and none at the very beginning", () => {
+  const crowd = [LEADER, ...Array.from({ length: 9 }, () => ({ x: 2, index: NO_INDEX }))];
+  expect(thoughts(crowd, SENDS)).toHaveLength(MOST_THOUGHTS);
+  expect(thoughts(crowd, SENDS, {}, { tMs: 200 })).toEqual([]);
+});

@@ -1,0 +1,92 @@
+/** What a car thinks: one short sentence a car, from the facts of a moment and the events before it. */
+
+import { Flag, NO_INDEX, type Picture } from "../api/world";
+import type { CarEvent } from "../timeline/events";
+
+export type Thought = "blockedByCar" | "blocked" | "tooFar" | "deaf" | "collisions" | "nothing" | "waiting" | "noProgram";
+
+export interface Circumstances {
+  picture: Picture;
+  leads: ReadonlySet<number>;
+  rangeM: number;
+  radiusM: number;
+  /** A car's events, newest first. */
+  eventsOf: (car: number) => Iterable<CarEvent>;
+  /** Where the cars were a moment ago; null right after a jump in time. */
+  before: { tMs: number; x: ArrayLike<number>; y: ArrayLike<number> } | null;
+}
+
+/** So many at once can be read. */
+export const MOST_THOUGHTS = 5;
+/** Nobody thinks before this time: the first messages are on their way. */
+const BEGIN_MS = 1500;
+/** What is older than this has been forgotten. */
+const RECENT_MS = 4000;
+/** A car whose wheels turn moves farther than this in a second. */
+const STUCK_M = 0.01;
+const STUCK_MS = 700;
+const MOST_EVENTS = 60;
+/** First what can be seen, then what can be changed. */
+const ORDER: readonly Thought[] = ["blockedByCar", "blocked", "tooFar", "deaf", "collisions", "noProgram", "nothing", "waiting"];
+
+/** What a car has heard and lost lately. */
+function lately(events: Iterable<CarEvent>, tMs: number): { heard: boolean; sent: boolean; deaf: number; collided: number } {
+  const sum = { heard: false, sent: false, deaf: 0, collided: 0 };
+  let read = 0;
+  for (const event of events) {
+    if (event.tMs > tMs) continue;
+    if (event.tMs < tMs - RECENT_MS || ++read > MOST_EVENTS) break;
+    if (event.kind === "heard") sum.heard = true;
+    if (event.kind === "frame") sum.sent = true;
+    if (event.kind === "lost" && event.why === "deaf") sum.deaf += 1;
+    if (event.kind === "lost" && event.why === "collision") sum.collided += 1;
+  }
+  return sum;
+}
+
+function isStuck({ picture, before }: Circumstances, k: number): boolean {
+  if (!before || picture.tMs - before.tMs < STUCK_MS) return false;
+  const [speed, way] = [picture.wheels[k]! & 3, picture.wheels[k]! >> 2];
+  // To turn on the spot leads nowhere by intention.
+  if (!speed || way !== 0) return false;
+  return Math.hypot(picture.x[k]! - before.x[k]!, picture.y[k]! - before.y[k]!) < STUCK_M;
+}
+
+function hasCarAhead({ picture, radiusM }: Circumstances, k: number): boolean {
+  const [x, y, heading] = [picture.x[k]!, picture.y[k]!, picture.heading[k]!];
+  for (let other = 0; other < picture.cars; other++) {
+    if (other === k) continue;
+    const [dx, dy] = [picture.x[other]! - x, picture.y[other]! - y];
+    const ahead = dx * Math.cos(heading) + dy * Math.sin(heading);
+    if (ahead > 0 && Math.hypot(dx, dy) < 2.6 * radiusM) return true;
+  }
+  return false;
+}
+
+function thoughtOf(now: Circumstances, k: number, senders: readonly number[]): Thought | null {
+  const { picture, leads, rangeM } = now;
+  if (isStuck(now, k)) return hasCarAhead(now, k) ? "blockedByCar" : "blocked";
+  const isIdle = picture.index[k] === NO_INDEX || !(picture.flags[k]! & Flag.runs);
+  if (!isIdle) return null;
+  if (leads.has(k)) return picture.index[k] === NO_INDEX ? "noProgram" : null;
+  const { heard, deaf, collided } = lately(now.eventsOf(k), picture.tMs);
+  if (heard) return null;
+  if (!senders.length) return "nothing";
+  const inReach = senders.some((each) => each !== k && Math.hypot(picture.x[each]! - picture.x[k]!, picture.y[each]! - picture.y[k]!) <= rangeM);
+  if (!inReach) return "tooFar";
+  if (deaf) return "deaf";
+  return collided > 2 ? "collisions" : "waiting";
+}
+
+/** The thoughts of at most five cars, the most telling ones first. */
+export function thoughtsAt(now: Circumstances): { car: number; thought: Thought }[] {
+  const { picture } = now;
+  if (picture.tMs < BEGIN_MS) return [];
+  const cars = Array.from({ length: picture.cars }, (_, k) => k);
+  const senders = cars.filter((k) => lately(now.eventsOf(k), picture.tMs).sent);
+  const all = cars.flatMap((car) => {
+    const thought = thoughtOf(now, car, senders);
+    return thought ? [{ car, thought }] : [];
+  });
+  return all.sort((a, b) => ORDER.indexOf(a.thought) - ORDER.indexOf(b.thought) || a.car - b.car).slice(0, MOST_THOUGHTS);
+}
