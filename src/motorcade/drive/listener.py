@@ -45,13 +45,18 @@ def bind(host: str, port: int, program: str = "car") -> socket.socket:
 
 
 class Places(NamedTuple):
-    """How many connections a listener keeps: in all, and of one address."""
+    """How many connections a listener keeps: in all, and of one address; and how many may wait to be accepted.
+
+    A newcomer who finds so many waiting tries again after a second. 0: as many as are kept.
+    """
 
     most: int = 64
     most_of_one_address: int = 16
+    waiting: int = 0
 
 
-DRIVE_PLACES = Places()
+# A car accepts thousands in a second: nobody's emergency stop has to try again.
+DRIVE_PLACES = Places(waiting=socket.SOMAXCONN)
 
 
 class Connected(Protocol):
@@ -163,7 +168,7 @@ class Listener:
         self._slots: list[_Slot] = []
         listener.setblocking(False)
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _KERNEL_BYTES)
-        listener.listen(places.most)
+        listener.listen(places.waiting or places.most)
 
     @property
     def address(self) -> tuple[str, int]:
