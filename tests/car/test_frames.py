@@ -16,6 +16,8 @@ from motorcade.words.infrared import tag_of, tagged_frame, to_frame
 LEVELS = levels_of(built_in_profile("classroom"))
 FORGET_MS = LEVELS[brain.FORGET_MS]
 DWELL_MS = 8000
+# As a car on a computer ticks (`motorcade.boards.computer.TICK_S`).
+TICK_MS = 4
 WORDS = tuple(CONTROL.encode(accept_ir=1, forward=1, led_which=led, led_duration=3) for led in range(4))
 QUIET_WORD = CONTROL.encode(accept_ir=1, led_which=1, led_duration=3)
 
@@ -86,7 +88,8 @@ class Hall:
             car.switch_on(0)
 
     def run(self, duration_ms):
-        for _ in range(duration_ms):
+        end_ms = self.now + duration_ms
+        while self.now < end_ms:
             self._deliver()
             for car in self.cars:
                 car.busy = int(bool(self.on_air) and car.number not in self.away)
@@ -96,7 +99,7 @@ class Hall:
                 if car.sent is not None and car.number not in self.away:
                     self.frames.append((self.now, car.number, car.sent))
                     self.on_air.append((self.now + frames.frame_ms(car.sent, LEVELS), car, car.sent))
-            self.now += 1
+            self.now += TICK_MS
 
     def _deliver(self):
         ended = [each for each in self.on_air if each[0] <= self.now]

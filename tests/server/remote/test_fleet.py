@@ -4,11 +4,13 @@ import asyncio
 import socket
 from contextlib import ExitStack, aclosing, contextmanager
 from datetime import UTC, datetime
+from functools import partial
 
 import pytest
 from anyio.from_thread import start_blocking_portal
 from starlette.testclient import TestClient
 
+from motorcade.cameras.broadcast import Camera
 from motorcade.drive import client as drive_client
 from motorcade.drive.client import DriveClient
 from motorcade.drive.session import DriveError
@@ -283,7 +285,8 @@ def test_all_pages_share_one_connection_to_a_camera(nowhere):
         assert len(server.asked) == 1
 
 
-def test_a_failing_camera_is_an_error_in_both_languages(nowhere):
+def test_a_failing_camera_is_an_error_in_both_languages(nowhere, monkeypatch):
+    monkeypatch.setattr("motorcade.server.remote.fleet.Camera", partial(Camera, patience_s=0.2))
     url = f"http://127.0.0.1:{nowhere}/camera?token=secret"
     with served(RemoteCar("ada", "127.0.0.1", nowhere, camera=url), RemoteCar("bo", "127.0.0.1", nowhere)) as pages:
         answer = pages.client.get("/camera/snapshot.jpg?car=ada")

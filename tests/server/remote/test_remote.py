@@ -231,9 +231,10 @@ def test_a_full_car_refuses_another_driver_in_every_language_but_not_its_stop(vi
 def test_twenty_pages_that_only_look_leave_all_places_free(visit):
     rig = visit()
     with ExitStack() as open_pages:
-        for _ in range(20):
-            page = open_pages.enter_context(rig.page())
+        looking = [open_pages.enter_context(rig.page()) for _ in range(20)]
+        for page in looking:
             page.send("join", car="1")
+        for page in looking:
             page.car(lambda car: car["state"])
         assert rig.drive.telemetry().watchers == 0
         page.drive(0.5, number=1)
