@@ -3,7 +3,6 @@
 import http.client
 import http.cookiejar
 import json
-import signal
 import socket
 import ssl
 import stat
@@ -12,11 +11,10 @@ import sys
 import urllib.error
 import urllib.request
 from collections import deque
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
 from unittest import mock
 
 import pytest
@@ -26,43 +24,9 @@ from websockets.sync.client import connect
 from motorcade.cli import pages
 from motorcade.drive.tls.certificates import CarKeys, make_keys
 from support.command_line import refusal
+from support.running_studio import started, stop
 
 SESSION = "0" * 32
-
-
-@contextmanager
-def started(folder, *more):
-    """A studio in a process of its own; it is stopped by Ctrl-C."""
-    command = [sys.executable, "-m", "motorcade", "studio", "--port", "0", "--no-browser", "--json"]
-    # On Windows only a process group of its own can be sent a Ctrl-C.
-    apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP} if sys.platform == "win32" else {}
-    process = subprocess.Popen(
-        [*command, "--library", str(folder), *more],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        **apart,
-    )
-    try:
-        told = json.loads(process.stdout.readline())
-        port = int(told["url"].partition("//")[2].partition("/")[0].rpartition(":")[2])
-        base, _, token = told["url"].partition("?token=")
-        yield SimpleNamespace(
-            process=process,
-            url=told["url"],
-            base=base,
-            cookie={"Cookie": f"motorcade_{port}={token}"},
-            library=told["library"],
-            port=port,
-        )
-    finally:
-        stop(process)
-
-
-def stop(process):
-    if process.poll() is None:
-        process.send_signal(signal.CTRL_BREAK_EVENT if sys.platform == "win32" else signal.SIGINT)
-    return process.communicate(timeout=60)
 
 
 @pytest.fixture(scope="module")

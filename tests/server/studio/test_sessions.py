@@ -3,6 +3,8 @@
 import asyncio
 import json
 import threading
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 
 import pytest
 from starlette.websockets import WebSocketDisconnect
@@ -10,7 +12,7 @@ from starlette.websockets import WebSocketDisconnect
 from motorcade.errors import MotorcadeError
 from motorcade.server.page_socket import PageSocket
 from motorcade.server.request_filter import ServerSettings
-from motorcade.server.studio import sessions
+from motorcade.server.studio import app, driving, sessions
 from motorcade.server.studio.sessions import SessionLimits
 from motorcade.service.history import FIRST, PAST
 from motorcade.service.playback import Playback
@@ -316,4 +318,56 @@ def test_a_slow_world_does_not_delay_a_fast_one(client, monkeypatch) -> None:
         finally:
             ended.set()
         its.until("state", lambda state: state["t_ms"])
+    assert not any(held_up)
+
+
+def test_no_picture_of_a_page_waits_while_many_others_build_large_worlds(client, monkeypatch) -> None:
+    begun, ended, held_up = threading.Event(), threading.Event(), []
+    build = driving.build_world
+
+    def take_long(message, *rest):
+        if message.seed == 99:
+            begun.set()
+            held_up.append(not ended.wait(DEADLINE_S))
+        return build(message, *rest)
+
+    monkeypatch.setattr(driving, "build_world", take_long)
+    # Each picture of the page is made in a thread.
+    monkeypatch.setattr(sessions, "_QUICK_S", 0)
+    others = [f"{number:032x}" for number in range(4)]
+    with page(client) as mine, ExitStack() as stack:
+        mine.set()
+        for key in others:
+            stack.enter_context(page(client, key))._socket.send_text(json.dumps(SET | {"seed": 99}))
+        assert begun.wait(DEADLINE_S)
+        try:
+            mine.send("play")
+            for _ in range(5):
+                mine.send("shown", frame=mine.until("picture").number)
+            mine.send("move", car=2, x_m=1, y_m=1)
+            mine.until("picture", lambda picture: picture.moment.x_m[2] == 1)
+            assert not held_up
+        finally:
+            ended.set()
+
+
+def test_requests_that_take_long_keep_no_other_waiting(client, monkeypatch) -> None:
+    begun, ended, held_up, respond = threading.Event(), threading.Event(), [], app.respond
+
+    def take_long(name, *rest):
+        if name == "missions/check":
+            begun.set()
+            held_up.append(not ended.wait(DEADLINE_S))
+        return respond(name, *rest)
+
+    monkeypatch.setattr(app, "respond", take_long)
+    with ThreadPoolExecutor(8) as pool:
+        asked = [pool.submit(client.post, "/api/missions/check", json={}) for _ in range(8)]
+        assert begun.wait(DEADLINE_S)
+        try:
+            assert client.post("/api/profiles").status_code == 200
+            assert not held_up
+        finally:
+            ended.set()
+    assert {each.result().status_code for each in asked} == {400}
     assert not any(held_up)

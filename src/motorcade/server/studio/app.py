@@ -14,9 +14,8 @@ from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from anyio import BrokenWorkerProcess, to_process
+from anyio import BrokenWorkerProcess, CapacityLimiter, to_process, to_thread
 from starlette.applications import Starlette
-from starlette.concurrency import run_in_threadpool
 from starlette.requests import HTTPConnection, Request
 from starlette.responses import Response, StreamingResponse
 from starlette.routing import BaseRoute, Route, WebSocketRoute
@@ -41,6 +40,10 @@ COLUMNS = ("t_ms", "car", "event", "why", "word", "other", "tag")
 _FILMS = {"run.gif": "image/gif", "run.mp4": "video/mp4"}
 # Films that wait while one is drawn.
 _MOST_WAITING = 3
+# Each thread that computes delays the pictures of all worlds, so few requests are answered at once; those that may take
+# seconds keep no other waiting.
+_REQUESTS_AT_ONCE = 2
+_LONG = ("missions/check",)
 _T = TypeVar("_T")
 _SECONDS, _MOST_SECONDS = 10.0, 60.0
 
@@ -98,9 +101,13 @@ def _request_route(settings: Settings) -> Route:
         uploads.listed_ports,
     )
 
+    limiters = {name: CapacityLimiter(1) for name in _LONG}
+    others = CapacityLimiter(_REQUESTS_AT_ONCE)
+
     async def endpoint(request: Request) -> Response:
         name, data = request.path_params["name"], await request.body()
-        answer = await run_in_threadpool(respond, name, data, context)
+        limiter = limiters.get(name, others)
+        answer = await to_thread.run_sync(respond, name, data, context, limiter=limiter)
         return Response(answer, media_type="application/json")
 
     return Route("/api/{name:path}", endpoint, methods=["POST"])

@@ -143,9 +143,9 @@ class PageWorld(WorldSession):
         async with self.lock:
             return job() if self.is_quick else await self.in_thread(job)
 
-    async def in_thread(self, job: Callable[[], _T]) -> _T:
-        """Do a job in a thread; the caller has acquired the lock."""
-        return await to_thread.run_sync(job, limiter=self._workers)
+    async def in_thread(self, job: Callable[[], _T], limiter: CapacityLimiter | None = None) -> _T:
+        """Do a job in a thread, one of the workers or of ``limiter``; the caller has acquired the lock."""
+        return await to_thread.run_sync(job, limiter=limiter or self._workers)
 
     async def work(self, job: Callable[[StudioWorld], _T]) -> _T:
         """Do a job with the world, as `alone`. Raises MotorcadeError where there is no world."""

@@ -20,11 +20,14 @@ from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio.driving import PageWorld
 from motorcade.service.world_messages import (
     CarDetails,
+    Furnish,
     Reset,
     Resume,
+    Seek,
     SetWorld,
     Shown,
     State,
+    Step,
     WorldAnswer,
     WorldMessage,
 )
@@ -34,6 +37,8 @@ GRACE_S = 60.0
 IDLE_S = 600.0
 # Passing a job to another thread takes longer than this.
 _QUICK_S = 0.002
+# Messages that may take longer than making a picture.
+_LONG = (Furnish, Reset, Seek, Step)
 _KEY = re.compile(r"[0-9a-f]{32}")
 
 
@@ -63,6 +68,8 @@ class PageWorlds:
         self._sessions: dict[str, PageWorld] = {}
         # The kernels release Python's lock, so a large world occupies only one of these threads.
         self._workers = CapacityLimiter(max(os.cpu_count() or 1, 2))
+        # What may take long has a thread of its own, so that no picture of another page waits for it.
+        self._builder = CapacityLimiter(1)
 
     def session(self, key: str) -> PageWorld:
         """Return the session of that key. Raises MotorcadeError where it has no world."""
@@ -149,7 +156,7 @@ class PageWorlds:
                 session.receive(message)
         elif isinstance(message, SetWorld):
             async with session.lock:
-                world = await session.in_thread(lambda: session.make_world(message))
+                world = await session.in_thread(lambda: session.make_world(message), self._builder)
                 session.control.give_back_all()
                 _put_all(session, page, session.begin(world))
         else:
@@ -157,10 +164,11 @@ class PageWorlds:
                 session.control.give_back_all()
             elif isinstance(message, Resume):
                 session.control.give_back(message.car)
-            session.is_quick = False
-            answers = await session.alone(lambda: session.receive(message))
-            # A picture that was made and timed meanwhile didn't show this change.
-            session.is_quick = False
+            async with session.lock:
+                limiter = self._builder if isinstance(message, _LONG) else None
+                answers = await session.in_thread(lambda: session.receive(message), limiter)
+                # The last picture didn't show this change.
+                session.is_quick = False
             _put_all(session, page, answers)
 
     async def _show(self, session: PageWorld, page: PageSocket) -> None:
@@ -173,17 +181,18 @@ class PageWorlds:
                 session.changed.clear()
                 continue
             await asyncio.sleep(wait_s)
-            began_s = clock()
             answers = await session.alone(partial(_advance, session, clock))
-            session.is_quick = clock() - began_s < _QUICK_S
             for answer in answers:
                 page.put(answer)
 
 
 def _advance(session: PageWorld, clock: Callable[[], float]) -> list[WorldAnswer | bytes]:
+    """Advance a world, with the session's lock; note how long that took, without the time for which it waited."""
     now_s = clock()
     answers = session.advance(now_s)
-    session.adapt_to(clock() - now_s)
+    took_s = clock() - now_s
+    session.adapt_to(took_s)
+    session.is_quick = took_s < _QUICK_S
     return answers
 
 
