@@ -88,6 +88,12 @@ class Bench:
         """Send infrared to the car from ``at_us`` on: a mark, a space, a mark and so on."""
         self.chip.at(at_us, self.air.pulses, at_us, durations_us)
 
+    def hear_many(self, durations_us, every_us, count):
+        """Send infrared to the car now and then each ``every_us``, ``count`` times."""
+        self.air.pulses(self.chip.now_us, durations_us)
+        if count > 1:
+            self.chip.at(self.chip.now_us + every_us, self.hear_many, durations_us, every_us, count - 1)
+
     def hear_frame(self, frame):
         """Send ``frame`` to the car now, as another car does."""
         self.hear(self.chip.now_us, frame_durations_us(frame))
@@ -116,6 +122,8 @@ def play(bench, script):
             bench.upload(at_us, bytes(value))
         elif what == "hear":
             bench.hear(at_us, value)
+        elif what == "hear many":
+            bench.chip.at(at_us, bench.hear_many, *value)
         elif what == "say":
             bench.say(at_us, bytes(value))
         elif what == "person":

@@ -1,8 +1,7 @@
 // Run a file of this folder under MicroPython, with Motorcade's portable files:
 // node run_micropython.mjs MODULE ARGUMENT... prints what MODULE's lines(ARGUMENT...) yields; arguments are JSON.
-// MODULE may import `meter`, whose executed() counts instructions (meter.mjs).
+// A MODULE that imports `meter` finds executed() there, which counts instructions (meter.mjs).
 import { readdirSync, readFileSync } from "node:fs";
-import { executed } from "./meter.mjs";
 import { loadMicroPython } from "@micropython/micropython-webassembly-pyscript/micropython.mjs";
 
 const HERE = new URL("./", import.meta.url);
@@ -41,8 +40,11 @@ function installMotorcade(fs) {
 }
 
 const [wanted, ...given] = process.argv.slice(2);
+// Counting takes time.
+const isMetered = readFileSync(new URL(`${wanted}.py`, HERE), "utf-8").includes("\nfrom meter import ");
+const meter = isMetered ? await import("./meter.mjs") : null;
 const python = await loadMicroPython({ heapsize: HEAP_BYTES, stdout: console.log });
-python.registerJsModule("meter", { executed });
+if (meter) python.registerJsModule("meter", { executed: meter.executed });
 const modules = installMotorcade(python.FS);
 for (const folder of ["", "simulated/"]) {
   for (const file of pythonFiles(new URL(`./${folder}`, HERE))) copy(python.FS, new URL(folder + file, HERE), folder + file);

