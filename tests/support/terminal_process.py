@@ -10,7 +10,7 @@ import time
 from support.command_line import INSTALLED
 from support.waiting import DEADLINE_S
 
-HELD_S = 4.0
+HELD_S = 1.0
 # Longer than a key counts as held, and a command as new.
 RELEASED_S = 0.7
 KITTY_QUERY, WHERE_QUERY = b"\x1b[?u", b"\x1b[6n"
