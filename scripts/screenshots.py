@@ -53,19 +53,21 @@ PROJECT = {
 def take(browser: Browser, url: str, path: Path) -> None:
     """Take one picture. The run is stepped through, so that it is the same each time."""
     language, theme, name = PICTURES[path.name]
-    stored = {"motorcade.language": language, "motorcade.settings": json.dumps({"theme": theme, "toured": True})}
+    settings = {"theme": theme, "toured": True, "drawer": {"tab": "timeline", "open": True}}
+    stored = {"motorcade.language": language, "motorcade.settings": json.dumps(settings)}
     origin = {"origin": url.rstrip("/"), "localStorage": [{"name": k, "value": stored[k]} for k in stored]}
     state = {"cookies": [], "origins": [origin]}
     page = browser.new_context(viewport=SIZE, storage_state=state, reduced_motion="reduce").new_page()
     page.clock.install()
     page.goto(project_link(url, PROJECT, name))
     page.locator("#mat-play:enabled").wait_for()
-    texts = catalogue(language)["page"]["mat"]
+    texts, drawer = (catalogue(language)["page"][part] for part in ("mat", "drawer"))
     step = page.get_by_role("button", name=texts["step"])
     clock = page.get_by_role("status", name=texts["time"])
     for tenths in range(1, MOMENT + 1):
         step.click()
         expect(clock).to_have_text(f"0:{tenths / 10:04.1f}")
+    page.get_by_role("button", name=drawer["close"]).click()
     page.mouse.move(0, 0)
     page.clock.fast_forward(DESCRIBED_AFTER_MS)
     page.screenshot(path=path)

@@ -53,6 +53,7 @@ async function openFirstProject(): Promise<void> {
   const { key, stored } = await findWork();
   place = key;
   loadProject(stored ?? BLANK, stored?.parkedFollowers ?? null);
+  useStudio.setState({ stored: stored?.stored ?? false });
   if (!stored?.unsaved) return;
   useStudio.setState({ unsaved: true });
   const time = new Date(stored.at).toLocaleTimeString(i18next.language, { hour: "2-digit", minute: "2-digit" });

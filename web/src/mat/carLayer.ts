@@ -46,6 +46,8 @@ export class CarLayer {
   private diameter = 150;
   private leads: ReadonlySet<number> = new Set();
   chosen: number | null = null;
+  /** Nothing moves but the cars themselves. */
+  still = false;
 
   constructor(
     private readonly textures: Textures,
@@ -158,7 +160,7 @@ export class CarLayer {
       part.rotation = at.heading;
       part.scale.set(half);
     }
-    this.turnWheels(rig, at, half);
+    if (!this.still) this.turnWheels(rig, at, half);
     const blinks = atMs < rig.blinksUntil;
     rig.face.texture = blinks ? this.textures.blink : this.textures.face;
     const numbered = half * 2 * scale >= NUMBERED_PX && !this.leads.has(k);

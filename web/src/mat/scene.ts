@@ -252,6 +252,7 @@ export class Scene {
     const { drawn, picture } = this.motion;
     this.furniture.draw(scale, picture?.tMs ?? 0);
     const grows = this.air.draw(drawn, scale, now);
+    this.cars.still = this.calm.matches;
     const fades = this.cars.draw(drawn, picture, scale, now);
     this.renderer.render(this.stage);
     this.drawMs += (performance.now() - now - this.drawMs) / 8;

@@ -62,6 +62,8 @@ async function takePlace(ageOf: (text: string) => number): Promise<Place> {
 export interface StoredWork extends OpenedProject {
   parkedFollowers: WorkspaceState | null;
   unsaved: boolean;
+  /** Whether a file or the library held it; older work does not say. */
+  stored?: boolean;
   /** When it was stored, in milliseconds. */
   at: number;
 }
@@ -69,8 +71,8 @@ export interface StoredWork extends OpenedProject {
 const COLLECT_MS = 400;
 
 export function workOf(studio: Studio, at: number): StoredWork {
-  const { name, leader, followers, parkedFollowers, profile, python, mat, rangeMm, unsaved } = studio;
-  return { name, leader, followers, parkedFollowers, profile, python, mat, range_mm: rangeMm, unsaved, at };
+  const { name, leader, followers, parkedFollowers, profile, python, mat, rangeMm, unsaved, stored } = studio;
+  return { name, leader, followers, parkedFollowers, profile, python, mat, range_mm: rangeMm, unsaved, stored, at };
 }
 
 const isObject = (value: unknown): value is Record<string, unknown> =>
