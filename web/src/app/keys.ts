@@ -35,5 +35,5 @@ export function listenForKeys(): void {
   window.addEventListener("keydown", press);
   // Escape ends the full screen by the browser itself.
   document.addEventListener("fullscreenchange", () => document.fullscreenElement ?? useStudio.setState({ alone: null }));
-  window.addEventListener("keydown", ({ key }) => key === "Escape" && !document.fullscreenElement && showAlone(null));
+  window.addEventListener("keydown", ({ key }) => key === "Escape" && useStudio.getState().alone && showAlone(null));
 }

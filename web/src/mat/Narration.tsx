@@ -7,6 +7,7 @@ import { useSettings } from "../state/settings";
 import { clock } from "../timeline/events";
 import type { Session } from "./session";
 import { useMat } from "./store";
+import controls from "../ui/controls.module.css";
 import css from "./mat.module.css";
 
 /** `driven` is a car that somebody drives, in any direction. */
@@ -84,11 +85,12 @@ const POLL_MS = 200;
 const MINIMUM_MS = 3000;
 const WINDOW_S = 5;
 
-/** What the cars do, in a sentence that screen readers announce when it changes. */
+/** What the cars do: the sentence on the stage is true now; screen readers announce it when it has changed, in peace. */
 export const Narration = memo(function Narration({ session }: { session: Session }) {
   const { i18n } = useTranslation();
   const on = useSettings((settings) => settings.caption);
   const [sentence, setSentence] = useState("");
+  const [announced, setAnnounced] = useState("");
 
   useEffect(() => {
     if (!on) return;
@@ -102,7 +104,9 @@ export const Narration = memo(function Narration({ session }: { session: Session
       if (!session.picture) return;
       const summary = summarize(session.picture, new Set(useMat.getState().hello?.leads));
       const what = JSON.stringify([summary, lost > 0]);
-      if (pace.due(what, performance.now())) setSentence(describe(summary, lost, WINDOW_S));
+      const text = describe(summary, lost, WINDOW_S);
+      setSentence(text);
+      if (pace.due(what, performance.now())) setAnnounced(text);
     }, POLL_MS);
     return () => {
       end();
@@ -111,9 +115,12 @@ export const Narration = memo(function Narration({ session }: { session: Session
   }, [on, session, i18n.language]);
 
   return (
-    <p className={css.caption} aria-live="polite">
-      {on ? sentence : ""}
-    </p>
+    <>
+      {on && sentence && <p className={css.caption} data-text={sentence} aria-hidden="true" />}
+      <p className={controls.visuallyHidden} aria-live="polite">
+        {on ? announced : ""}
+      </p>
+    </>
   );
 });
 

@@ -1,6 +1,6 @@
 import { useEffect, useRef, useState } from "react";
 import { useTranslation } from "react-i18next";
-import type { CompiledWord } from "../api/types";
+import type { CompiledWord, EditorName } from "../api/types";
 import { NO_INDEX, type Picture } from "../api/world";
 import { findText } from "../blocks/workspaces";
 import { useStudio } from "../state/studio";
@@ -98,20 +98,25 @@ export function Legend({ session, words }: { session: Session; words: readonly C
     return () => clearInterval(timer);
   }, [session]);
   const { strong } = colourWords(words);
-  const entries = held.split(",").flatMap((index) => {
-    const word = words[Number(index)];
-    if (!index || !word || word.part === "header" || word.block === null) return [];
-    const text = findText(word.part, word.block);
-    return text ? [{ index, text, part: word.part, colour: hexColour(strong[Number(index)]!) }] : [];
-  });
-  if (!entries.length) return null;
+  // A block may make several words.
+  const entries = new Map<string, { part: EditorName; block: string; colours: string[] }>();
+  for (const index of held ? held.split(",").map(Number) : []) {
+    const word = words[index];
+    if (!word || word.part === "header" || word.block === null) continue;
+    const key = `${word.part} ${word.block}`;
+    const entry = entries.get(key) ?? { part: word.part, block: word.block, colours: [] };
+    entries.set(key, { ...entry, colours: [...entry.colours, hexColour(strong[index]!)] });
+  }
+  if (!entries.size) return null;
   return (
     <ul className={css.legend} aria-label={t("mat.legend")}>
-      {entries.map(({ index, text, part, colour }) => (
-        <li key={index}>
-          <i style={{ background: colour }} />
+      {[...entries].map(([key, { part, block, colours }]) => (
+        <li key={key}>
+          {colours.map((colour) => (
+            <i key={colour} style={{ background: colour }} />
+          ))}
           <span>
-            {t(`editors.${part}`)}: {text}
+            {t(`editors.${part}`)}: {findText(part, block)}
           </span>
         </li>
       ))}
