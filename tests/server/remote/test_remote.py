@@ -395,5 +395,5 @@ def test_what_the_user_of_a_page_does_is_recorded(visit):
         page.car(lambda car: car["state"] == "stopped")
         page.send("clear", car="1")
         page.car(lambda car: car["state"] != "stopped")
-    assert [(did, car) for did, _, car in told] == [("drives", "1"), ("stops", "1"), ("ends", "1"), ("clears", "1")]
+    assert [(did, car) for did, _, car in told] == [("drives", "1"), ("stops", "1"), ("clears", "1"), ("ends", "1")]
     assert {who for _, who, _ in told} == {"testclient:50000"}
