@@ -76,7 +76,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (USAGE, 400, ("keys-without-authority", "authority-certificate-unreadable", "camera-of-car")),
     (USAGE, 400, ("address-without-keys", "page-without-https", "uploads-in-reach", "pins-and-board")),
     (USAGE, 400, ("options-of-simulated-cars", "no-keys-to-revoke", "revoked-keys-unreadable", "revoked-without-keys")),
-    (USAGE, 400, ("log-not-writable", "log-not-written")),
+    (USAGE, 400, ("log-not-writable", "log-not-written", "bad-user-name")),
     (USAGE, 400, ("options-of-real-cars", "nobody-named", "not-a-car", "car-name-without-keys")),
     (USAGE, 400, ("not-part-of-a-command", "keyboard-needs-terminal", "cars-of-one-name", "camera-without-car")),
     (USAGE, 400, ("not-a-car-name", "not-a-telemetry-port", "not-name-and-host", "not-name-and-url")),

@@ -92,9 +92,17 @@ def open_at(browser: Browser) -> Iterator[Callable[..., Remote]]:
     opened: list[tuple[BrowserContext, Remote]] = []
 
     def open_page(
-        url: str, language: str = "en", theme: str = "light", size: tuple[int, int] = DESKTOP, **options: object
+        url: str,
+        language: str = "en",
+        theme: str = "light",
+        size: tuple[int, int] = DESKTOP,
+        asks: bool = False,
+        **options: object,
     ) -> Remote:
-        kept = {"motorcade.settings": json.dumps({"theme": theme}), "motorcade.language": language}
+        kept = {
+            "motorcade.settings": json.dumps({"theme": theme} | ({} if asks else {"userName": ""})),
+            "motorcade.language": language,
+        }
         origin = {"origin": url.rpartition("/")[0], "localStorage": [{"name": k, "value": kept[k]} for k in kept]}
         viewport = {"width": size[0], "height": size[1]}
         context = browser.new_context(viewport=viewport, storage_state={"cookies": [], "origins": [origin]}, **options)
@@ -150,6 +158,27 @@ def test_the_emergency_stop_holds_until_it_is_lifted(drive) -> None:
     # Who only watched gets the wheel by asking for it.
     watcher.button("request").click()
     expect(watcher.button("release")).to_be_visible()
+
+
+def test_the_page_asks_for_a_name_once_and_others_see_who_drives(drive) -> None:
+    driver, watcher = drive(size=PHONE, asks=True), drive()
+    asked = driver.page.get_by_label(driver.say("yourName"))
+    asked.fill("<b>小林")
+    driver.button("keepName").click()
+    expect(driver.page.get_by_text("Choose another one in the settings")).to_be_visible()
+    expect(asked).not_to_be_visible()
+    driver.page.locator("summary").click()
+    asked.fill("小林")
+    driver.button("keepName").click()
+    driver.page.locator("summary").click()
+    # The keys steer unless a field has the focus.
+    driver.page.get_by_role("heading").click()
+    driver.hold("w")
+    expect(watcher.page.get_by_text("小林 drives")).to_be_visible()
+    driver.page.keyboard.up("w")
+    driver.page.reload()
+    expect(driver.page.get_by_role("status")).not_to_be_empty()
+    expect(driver.page.get_by_label(driver.say("yourName"))).not_to_be_visible()
 
 
 def test_a_finger_on_a_phone_drives(drive) -> None:

@@ -23,7 +23,7 @@ from motorcade.errors import MotorcadeError
 if TYPE_CHECKING:
     from motorcade.cameras.broadcast import Source
     from motorcade.drive.session import CarControl
-    from motorcade.server.remote.fleet import RemoteCar
+    from motorcade.server.remote.remote_cars import RemoteCar
 
 _METAVAR = "NAME=HOST[:PORT]"
 _TOKEN_FILE = ".token"
@@ -156,7 +156,7 @@ def _remote(
 ) -> None:
     with needs_extra("remote", "drive"):
         from motorcade.server.remote.app import make_remote
-        from motorcade.server.remote.fleet import RemoteCars
+        from motorcade.server.remote.remote_cars import RemoteCars
         from motorcade.server.request_filter import ServerSettings
         from motorcade.server.running import serve_alone
     from motorcade.drive.activity_log import logging_to
@@ -187,7 +187,7 @@ def _check_options(page_keys: Path | None, insecure_lan: bool) -> None:
 
 
 def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) -> dict[str, Any]:
-    """The cars that the command line names, as `motorcade.server.remote.fleet.RemoteCars` takes them.
+    """The cars that the command line names, as `motorcade.server.remote.remote_cars.RemoteCars` takes them.
 
     Raises MotorcadeError.
     """
@@ -212,7 +212,7 @@ def named_cars(texts: Sequence[str], cameras: Sequence[str], keys: Path | None) 
 
 
 def _car(text: str, urls: dict[str, str]) -> "RemoteCar":
-    from motorcade.server.remote.fleet import RemoteCar, is_name
+    from motorcade.server.remote.remote_cars import RemoteCar, is_name
 
     name, where = _pair(text, "not-name-and-host", form=_METAVAR)
     if not is_name(name):

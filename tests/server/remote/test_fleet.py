@@ -18,7 +18,7 @@ from motorcade.drive.tls.certificates import CarKeys, make_keys
 from motorcade.drive.tls.keys import client_context, server_context
 from motorcade.errors import MotorcadeError
 from motorcade.server.remote.app import make_remote
-from motorcade.server.remote.fleet import IDLE_S, RemoteCar, RemoteCars, is_name
+from motorcade.server.remote.remote_cars import IDLE_S, RemoteCar, RemoteCars, is_name
 from motorcade.server.request_filter import ServerSettings
 from motorcade.service.messages import sentences
 from motorcade.timing import monotonic_ms
@@ -93,8 +93,8 @@ def served(*cars, keys=None):
     with TestClient(make_remote(ServerSettings(), RemoteCars(cars, keys)), base_url=f"http://{HERE}") as client:
 
         @contextmanager
-        def page(*sits):
-            with client.websocket_connect(f"ws://{HERE}/drive/ws") as socket:
+        def page(*sits, user=""):
+            with client.websocket_connect(f"ws://{HERE}/drive/ws?name={user}") as socket:
                 page = RemotePage(socket)
                 for car in sits:
                     page.send("join", car=car)
@@ -225,6 +225,15 @@ def test_a_car_driven_by_another_page_delays_no_other_car(pages, bo):
         page.car("bo", lambda car: car["you"]["waits"] or car["you"]["drives"])
         other.send("release", car="bo")
         page.push("ada", "bo")
+
+
+def test_others_are_shown_which_user_of_this_server_drives_and_waits(pages, bo):
+    with pages("bo", user="Lin") as lin, pages("bo", user="Mei") as mei:
+        lin.push("bo")
+        mei.send("request", car="bo")
+        received = mei.car("bo", lambda car: car["driver"] and car["wanted_by"])
+        names = [received[key].partition(" · ")[0] for key in ("driver", "wanted_by")]
+        assert names == ["Lin", "Mei"]
 
 
 def test_the_emergency_stop_reaches_all_cars_and_unreachable_ones_later(cuttable, ada, bo, nowhere):

@@ -382,18 +382,3 @@ def test_over_https_the_cookie_is_secure(visit):
 def test_the_first_page_is_the_remote(visit):
     answer = visit().client.get("/")
     assert (answer.status_code, answer.headers["location"]) == (307, "/drive")
-
-
-def test_what_the_user_of_a_page_does_is_recorded(visit):
-    told = []
-    rig = visit(record=lambda *each: told.append(each))
-    with rig.page() as page:
-        page.send("join", car="1")
-        page.drive(0.0, number=1)
-        page.car(lambda car: car["you"]["drives"])
-        page.send("stop", cars=["1"])
-        page.car(lambda car: car["state"] == "stopped")
-        page.send("clear", car="1")
-        page.car(lambda car: car["state"] != "stopped")
-    assert [(did, car) for did, _, car in told] == [("drives", "1"), ("stops", "1"), ("clears", "1"), ("ends", "1")]
-    assert {who for _, who, _ in told} == {"testclient:50000"}

@@ -1,7 +1,7 @@
 import type { CarTelemetry } from "../generated/remote";
 import buttons from "../ui/buttons.module.css";
 import { Icon } from "../ui/icons";
-import { link, useRemote } from "./link";
+import { link, useRemote, userOf } from "./link";
 import css from "./remote.module.css";
 import { type Key, useLanguage, useTexts } from "./texts";
 
@@ -93,6 +93,8 @@ export function Notices({ car }: { car: string | null }) {
   const language = useLanguage(({ language }) => language);
   const { open, problem } = useRemote();
   const telemetry = useRemote(({ telemetry }) => (car === null ? undefined : telemetry[car]));
+  const driver = userOf(telemetry?.driver ?? null);
+  const othersDrive = driver === null ? t("othersDrive") : t("driverDrives", { name: driver });
   const others = telemetry?.driver != null && !telemetry.you.drives;
   const speed = telemetry ? Math.round((telemetry.speed / FULL_DUTY) * 100) : 0;
   return (
@@ -124,7 +126,7 @@ export function Notices({ car }: { car: string | null }) {
             {t("obstacle", { distance: Math.round(telemetry.obstacle_mm / 10) })}
           </p>
         )}
-        {others && <p className={css.notice}>{telemetry.you.waits ? t("waits") : t("othersDrive")}</p>}
+        {others && <p className={css.notice}>{telemetry.you.waits ? t("waits") : othersDrive}</p>}
         {telemetry?.you.drives && telemetry.wanted_by !== null && <p className={css.notice}>{t("wanted")}</p>}
         {telemetry?.last_fault && <p className={css.notice} data-wrong>{t("fault", { fault: telemetry.last_fault })}</p>}
         {problem && (

@@ -1,10 +1,11 @@
 import { useEffect, useId, useState } from "react";
 import type { CarTelemetry } from "../generated/remote";
 import { THEMES, useSettings, type ThemeName } from "../state/settings";
+import buttons from "../ui/buttons.module.css";
 import { Icon } from "../ui/icons";
 import { CarList, Notices, useCarName } from "./Cars";
 import { Controls, Stick, Stop } from "./Controls";
-import { address, useRemote } from "./link";
+import { address, link, useRemote } from "./link";
 import css from "./remote.module.css";
 import { changeLanguage, LANGUAGES, nameOf, useLanguage, useTexts } from "./texts";
 
@@ -51,10 +52,50 @@ function LinkState() {
   );
 }
 
+/** As many as the server takes. */
+const MOST_OF_A_NAME = 24;
+
+/** A field for the user's name, which others see and the log has. */
+function NameField() {
+  const t = useTexts();
+  const [text, setText] = useState(useSettings.getState().userName ?? "");
+  const keep = (userName: string) => {
+    useSettings.setState({ userName });
+    link.reconnect();
+  };
+  return (
+    <form
+      className={css.nameField}
+      onSubmit={(event) => {
+        event.preventDefault();
+        keep(text.trim());
+      }}
+    >
+      <label>
+        {t("yourName")}
+        <input value={text} maxLength={MOST_OF_A_NAME} autoComplete="nickname" onChange={(event) => setText(event.target.value)} />
+      </label>
+      <button type="submit" className={buttons.button} disabled={!text.trim()}>
+        {t("keepName")}
+      </button>
+      <button type="button" className={buttons.button} onClick={() => keep("")}>
+        {t("noName")}
+      </button>
+    </form>
+  );
+}
+
+/** Ask for the user's name, once. */
+function AskName() {
+  const asks = useSettings(({ userName }) => userName === null);
+  return asks && <NameField />;
+}
+
 function Settings() {
   const t = useTexts();
   const language = useLanguage(({ language }) => language);
   const theme = useSettings(({ theme }) => theme);
+  const userName = useSettings(({ userName }) => userName);
   const ids = [useId(), useId()];
   return (
     <details className={css.settings}>
@@ -82,6 +123,7 @@ function Settings() {
             </option>
           ))}
         </select>
+        {userName !== null && <NameField />}
       </div>
     </details>
   );
@@ -155,6 +197,7 @@ export function Remote() {
           {shown === null ? <p className={css.empty}>{t("noCars")}</p> : <View car={shown} name={nameOf(shown)} />}
         </div>
         <div className={css.driving}>
+          <AskName />
           <Notices car={shown} />
           <Stick />
           <Stop />

@@ -3,6 +3,7 @@
 import { create } from "zustand";
 import type { Sentence } from "../generated/messages";
 import type { CarTelemetry, ListedCar, RemoteAnswer, RemoteMessage } from "../generated/remote";
+import { useSettings } from "../state/settings";
 import { type Axes, asksToStop, DeadmanSwitch, gamepadAxes, isDrivingKey, keyAxes, PERIOD_MS } from "./input";
 
 interface Remote {
@@ -69,6 +70,12 @@ export class Link {
       setTimeout(() => this.connectAgain(), this.waitMs);
       this.waitMs = Math.min(this.waitMs * 2, LONGEST_WAIT_MS);
     });
+  }
+
+  /** Connect again, under another name. */
+  reconnect(): void {
+    this.waitMs = FIRST_WAIT_MS;
+    this.socket?.close();
   }
 
   join(car: string): void {
@@ -140,12 +147,26 @@ export function address(path: string, car?: string): string {
   return query.size > 0 ? `${path}?${query}` : path;
 }
 
+/** The address of the connection, with the user's name, if there is one. */
+export function socketAddress(): string {
+  const url = new URL(address("/drive/ws"), location.origin.replace(/^http/, "ws"));
+  const { userName } = useSettings.getState();
+  if (userName) url.searchParams.set("name", userName);
+  return url.href;
+}
+
+/** The user's name in the name of a page, as `motorcade.server.remote.fleet.named_page` makes it; null for none. */
+export function userOf(page: string | null): string | null {
+  const end = page?.lastIndexOf(" · ") ?? -1;
+  return page && end > 0 ? page.slice(0, end) : null;
+}
+
 /** The share of the highest speed that a page begins with. */
 export const FIRST_LIMIT = 0.6;
 
 const now = () => performance.now();
 
-export const link = new Link(() => new WebSocket(`${location.origin.replace(/^http/, "ws")}${address("/drive/ws")}`), now);
+export const link = new Link(() => new WebSocket(socketAddress()), now);
 export const deadman = new DeadmanSwitch((axes) => link.drive(axes), now);
 
 const keys = new Set<string>();

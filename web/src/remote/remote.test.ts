@@ -1,5 +1,6 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
-import { Link, useRemote } from "./link";
+import { useSettings } from "../state/settings";
+import { Link, socketAddress, useRemote, userOf } from "./link";
 import { asksToStop, AT_REST, type Axes, DeadmanSwitch, fingerAxes, gamepadAxes, isDrivingKey, keyAxes, PERIOD_MS } from "./input";
 
 const LISTED = ["0", "1", "2"].map((car) => ({ car, leads: car === "0", sees: true, name: null }));
@@ -244,5 +245,25 @@ describe("a gamepad", () => {
   it("without the usual buttons and axes gives nothing", () => {
     expect(gamepadAxes({ axes: [], buttons: [] })).toBeNull();
     expect(asksToStop({ axes: [], buttons: [] })).toBe(false);
+  });
+});
+
+describe("the user's name", () => {
+  it("is sent where there is one, whatever it contains, and read from a driver's", () => {
+    for (const userName of [null, "", "Lin", "小林 & co?name=eve#"]) {
+      useSettings.setState({ userName });
+      expect(new URL(socketAddress()).searchParams.get("name")).toBe(userName === "" ? null : userName);
+    }
+    expect(userOf("Lin · 192.168.1.7:53124")).toBe("Lin");
+    expect([userOf("192.168.1.7:53124"), userOf("lin:53124"), userOf(null)]).toEqual([null, null, null]);
+  });
+
+  it("connects again under a new name and joins the same cars", () => {
+    const { link, server } = opened("1");
+    link.reconnect();
+    vi.advanceTimersByTime(300);
+    expect(server.readyState).toBe(WebSocket.CLOSED);
+    servers[1]!.answer({ is: "hello", cars: LISTED });
+    expect(servers[1]!.received).toEqual([{ do: "join", car: "1" }]);
   });
 });

@@ -29,6 +29,8 @@ interface Settings {
   floor: FloorName;
   /** Whether motors, messages and lights are heard. */
   sound: boolean;
+  /** What the user is called where cars are driven; empty for no name, null before the page has asked. */
+  userName: string | null;
   /** Whether a program has reached a car from this browser. */
   uploaded: boolean;
   /** The editors' share of the page's width, the leader's share of the editors', and the drawer's share of the height. */
@@ -44,6 +46,7 @@ export const useSettings = create<Settings>(() => ({
   caption: true,
   floor: "table",
   sound: true,
+  userName: null,
   uploaded: false,
   level: "words",
   drawer: { tab: "swarm", open: false },

@@ -1,6 +1,7 @@
 """One page of the remote: its messages, and its connections to cars."""
 
 import asyncio
+import unicodedata
 from collections.abc import Coroutine
 from typing import Any
 
@@ -10,7 +11,7 @@ from motorcade.drive.stamps import Freshness
 from motorcade.errors import MotorcadeError
 from motorcade.server.page_socket import PageSocket
 from motorcade.server.remote import messages
-from motorcade.server.remote.fleet import MOST_CARS, Action, Fleet, PageControl
+from motorcade.server.remote.fleet import MOST_CARS, Action, Fleet, PageControl, named_page
 from motorcade.server.remote.messages import RemoteMessage
 from motorcade.server.request_filter import ServerSettings
 from motorcade.timing import to_ticks
@@ -18,6 +19,7 @@ from motorcade.timing import to_ticks
 _TELEMETRY_EVERY_S = 0.1
 # A position of the stick that comes so much later than others is old.
 _STALE_MS = 150
+MOST_OF_A_NAME = 24
 _RECORDED: dict[Action, str] = {"clear": "clears", "resume_program": "resumes"}
 _ACTIONS: dict[type[RemoteMessage], Action] = {
     messages.Request: "request",
@@ -25,6 +27,19 @@ _ACTIONS: dict[type[RemoteMessage], Action] = {
     messages.Clear: "clear",
     messages.Resume: "resume_program",
 }
+
+
+def checked_user(text: str) -> str:
+    """The name that a page's user has chosen, in one Unicode form; empty for none.
+
+    Raises MotorcadeError for anything but at most 24 letters, marks, digits, spaces and ``.-_'``, or where it begins
+    with none of letters and digits.
+    """
+    name = unicodedata.normalize("NFC", text[: 4 * MOST_OF_A_NAME]).strip()
+    allowed = all(unicodedata.category(each)[0] in "LMN" or each in " .-_'" for each in name)
+    if name and not (allowed and name[0].isalnum() and len(name) <= MOST_OF_A_NAME and len(text) <= 4 * MOST_OF_A_NAME):
+        raise MotorcadeError("bad-user-name", most=MOST_OF_A_NAME)
+    return name
 
 
 class PageSession:
@@ -36,7 +51,8 @@ class PageSession:
         self._settings = settings
         self._freshness = Freshness(_STALE_MS)
         host, port = socket.client or ("?", 0)
-        self._name = f"{host}:{port}"
+        self._address = self._name = f"{host}:{port}"
+        self._user = socket.query_params.get("name", "")
         self._controls: dict[str, PageControl] = {}
         # Requests to cars may take a while; each is a task, so that it delays neither another nor the page.
         self._requests: set[asyncio.Task[None]] = set()
@@ -48,10 +64,18 @@ class PageSession:
     async def serve(self) -> None:
         """Serve until the page leaves; then stop the cars that it drove."""
         try:
+            refusal: MotorcadeError | None = None
+            try:
+                self._name = named_page(checked_user(self._user), self._address)
+            except MotorcadeError as problem:
+                refusal = problem
             try:
                 await self._greet()
             except MotorcadeError as problem:
                 self._page.refuse(problem)
+            # A page forgets older problems when it is greeted.
+            if refusal:
+                self._page.refuse(refusal)
             await self._page.serve(RemoteMessage, self._handle, (self._steer, self._send_telemetry))
         finally:
             controls, self._controls = self._controls, {}

@@ -26,7 +26,8 @@ from motorcade.errors import MotorcadeError
 from motorcade.runs.recording import InMemoryRecording, with_tag
 from motorcade.server.http import PAGE, exception_handlers, page_routes
 from motorcade.server.remote.app import routes as remote_routes
-from motorcade.server.remote.fleet import CombinedFleet, Fleet, RemoteCar, RemoteCars
+from motorcade.server.remote.fleet import CombinedFleet, Fleet
+from motorcade.server.remote.remote_cars import RemoteCar, RemoteCars
 from motorcade.server.request_filter import RequestFilter, ServerSettings
 from motorcade.server.studio import uploads
 from motorcade.server.studio.driving import PageWorld, SessionFleet
@@ -56,7 +57,7 @@ class Settings(ServerSettings):
         library: the folder that projects are stored in.
         page: the folder of the built page.
         sessions: the most worlds at once, and the most cars in one of them.
-        cars, keys, trust: real cars, as `motorcade.server.remote.fleet.RemoteCars` takes them.
+        cars, keys, trust: real cars, as `motorcade.server.remote.remote_cars.RemoteCars` takes them.
     """
 
     library: Path

@@ -1,0 +1,263 @@
+"""The real cars that a server offers to pages, and a page's connection to one of them.
+
+A page can't make the server connect to any address: it chooses from the cars in the server's settings.
+"""
+
+import asyncio
+import re
+import ssl
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+from motorcade.cameras.broadcast import Camera
+from motorcade.cameras.web import WebCamera
+from motorcade.drive.client import DriveClient
+from motorcade.drive.connection import CarError, CarRefusesError
+from motorcade.drive.session import MOST_SESSIONS, DriveError
+from motorcade.errors import MotorcadeError
+from motorcade.server.remote.fleet import Action, Fleet, PageControl, has_user
+from motorcade.server.remote.messages import CarTelemetry, ListedCar
+from motorcade.service.messages import sentences
+
+_AGAIN_S = 0.1
+# A page that has not used a real car for so long gives its place to another page.
+IDLE_S = 5.0
+_NAME = re.compile(r"\w[\w-]{0,39}")
+
+
+class RemoteCar(NamedTuple):
+    """Where a car is.
+
+    Attributes:
+        name: the name that its owner gave it; where drivers have keys, also the name in its own keys.
+        host, port, telemetry_port: as `motorcade.drive.client.DriveClient` has them; None: the port behind.
+        camera: the address of its pictures, http:// or https://, if it has a camera.
+    """
+
+    name: str
+    host: str
+    port: int
+    telemetry_port: int | None = None
+    camera: str | None = None
+
+
+def is_name(text: str) -> bool:
+    """Whether a real car may have this name: up to 40 letters, digits and hyphens; numbers are simulated cars."""
+    return bool(_NAME.fullmatch(text)) and not text.isdecimal()
+
+
+class RemoteControl(PageControl):
+    """A page's connection to a real car, by a client of its own, so that the car distinguishes drivers and watchers.
+
+    Args:
+        page: its name.
+        begin: makes and begins a client for this page alone. Raises DriveError where there are too many.
+        end: ends it.
+        left: called when the page leaves.
+        pages: the names of this server's pages with a user, by their names at the car.
+    """
+
+    def __init__(
+        self,
+        page: str,
+        begin: Callable[[], DriveClient],
+        end: Callable[[DriveClient], None],
+        left: Callable[[], None],
+        pages: Callable[[], dict[str, str]],
+    ) -> None:
+        self.page = page
+        self._pages = pages
+        self._begin = begin
+        self._end = end
+        self._left = left
+        self._client: DriveClient | None = begin()
+        self._used_s = _now_s()
+        self._stop_pending = False
+
+    @property
+    def idle_s(self) -> float:
+        """Time since the page last used the car; 0 while it drives, waits for the wheel, or has no client."""
+        you = self._client.you if self._client else {"drives": True}
+        waits = self._client is not None and self._waits(self._client)
+        return 0.0 if you.get("drives") or waits or self._stop_pending else _now_s() - self._used_s
+
+    @property
+    def name_at_car(self) -> str:
+        """What the car calls this page's client; empty where it hasn't said."""
+        return str(self._client.you.get("name") or "") if self._client else ""
+
+    def give_up_client(self) -> None:
+        """End the client; the page gets a new one when it uses the car again."""
+        if self._client:
+            self._end(self._client)
+        self._client = None
+
+    def steer(self, throttle: float, steering: float) -> None:
+        """Set the stick's position; do nothing while an emergency stop is pending. Raises DriveError."""
+        if not self._stop_pending:
+            self._used().steer(throttle, steering)
+
+    async def act(self, action: Action) -> None:
+        """Request an action of the car. Raises MotorcadeError where it refuses.
+
+        A car out of reach is stopped as soon as it can be reached again, unless the stop is lifted before.
+        """
+        if action == "stop":
+            await self._stop()
+            return
+        if action == "clear":
+            self._stop_pending = False
+        await getattr(self._used(), action)()
+
+    def _used(self) -> DriveClient:
+        self._used_s = _now_s()
+        if self._client is None:
+            self._client = self._begin()
+        return self._client
+
+    async def _stop(self) -> None:
+        if self._stop_pending:
+            return
+        self._stop_pending = True
+        while self._stop_pending:
+            try:
+                await self._used().stop()
+                self._stop_pending = False
+            except CarRefusesError:
+                self._stop_pending = False
+                raise
+            except CarError:
+                await asyncio.sleep(_AGAIN_S)
+
+    def telemetry(self) -> CarTelemetry:
+        """The last telemetry, and what concerns this page."""
+        client = self._client
+        if client is None:
+            return CarTelemetry(silent_ms=0, why=sentences(MotorcadeError("place-given-up")))
+        telemetry = client.telemetry
+        if telemetry is None:
+            return CarTelemetry(silent_ms=client.silent_ms, why=_why(client))
+        you = {"drives": False} | client.you | {"waits": self._waits(client)}
+        shown = CarTelemetry(**telemetry._asdict(), silent_ms=client.silent_ms, you=you)
+        names = self._pages()
+        # A car knows whose keys a client has; only this server knows whose page it is.
+        shown.driver = shown.driver and names.get(shown.driver, shown.driver)
+        shown.wanted_by = shown.wanted_by and names.get(shown.wanted_by, shown.wanted_by)
+        if client.waits_for_release and shown.state in ("ready", "standing"):
+            # The car no longer knows that the stick was held when the connection broke; its client does.
+            shown.state = "failsafe"
+        return shown
+
+    def leave(self) -> None:
+        self._stop_pending = False
+        if self._client:
+            self._client.steer(0, 0)
+        self.give_up_client()
+        self._left()
+
+    @staticmethod
+    def _waits(client: DriveClient) -> bool:
+        wanted_by = client.telemetry and client.telemetry.wanted_by
+        return wanted_by is not None and wanted_by == client.you.get("name")
+
+
+def _now_s() -> float:
+    return asyncio.get_running_loop().time()
+
+
+def _why(client: DriveClient) -> dict[str, str] | None:
+    problem = client.problem
+    if problem is None:
+        return None
+    if problem.code == "away":
+        # Its own sentence has a count of seconds, which a screen reader would read aloud every second.
+        return sentences(MotorcadeError("car-out-of-reach", detail=problem.details["detail"]))
+    return sentences(problem)
+
+
+class RemoteCars(Fleet):
+    """The fleet of real cars.
+
+    Args:
+        cars: no two of one name.
+        keys: the TLS context of a driver's keys (`motorcade.drive.tls.keys.client_context`), where the cars need keys.
+        trust: the certificates that HTTPS cameras may have; None for those that this computer trusts.
+    """
+
+    def __init__(
+        self, cars: Iterable[RemoteCar], keys: ssl.SSLContext | None = None, trust: ssl.SSLContext | None = None
+    ) -> None:
+        self._cars = {car.name: car for car in cars}
+        self._keys = keys
+        self._trust = trust
+        self._controls: dict[str, list[RemoteControl]] = {car: [] for car in self._cars}
+        self._clients: dict[str, list[DriveClient]] = {car: [] for car in self._cars}
+        # A task that nothing refers to may be collected before it ends.
+        self._ending: set[asyncio.Task[None]] = set()
+        self._cameras: dict[str, Camera] = {}
+
+    async def listed(self) -> list[ListedCar]:
+        return [ListedCar(car.name, None, car.camera is not None, car.name) for car in self._cars.values()]
+
+    async def connect(self, car: str, page: str) -> PageControl:
+        """Connect a page to a car, whether or not the car can be reached. Raises MotorcadeError.
+
+        Where nine pages are connected, the one that has not used the car for longest gives up its client, if that is
+        longer than IDLE_S.
+        """
+        found = self._car(car)
+        controls = self._controls[car]
+        control = RemoteControl(
+            page,
+            lambda: self._begin(found),
+            lambda client: self._end(car, client),
+            lambda: controls.remove(control),
+            lambda: {each.name_at_car: each.page for each in controls if has_user(each.page)},
+        )
+        controls.append(control)
+        return control
+
+    async def stop(self, car: str, page: str) -> None:
+        """Emergency stop, by a page that is not connected to the car; where nine are, by one of their clients."""
+        self._car(car)
+        if reached := [client for client in self._clients[car] if client.connected]:
+            await reached[0].stop()
+        else:
+            await super().stop(car, page)
+
+    def _begin(self, found: RemoteCar) -> DriveClient:
+        clients = self._clients[found.name]
+        if len(clients) >= MOST_SESSIONS:
+            idlest = max(self._controls[found.name], key=lambda control: control.idle_s)
+            if idlest.idle_s <= IDLE_S:
+                raise DriveError("full", sessions=MOST_SESSIONS)
+            idlest.give_up_client()
+        client = DriveClient(
+            found.host,
+            found.port,
+            telemetry_port=found.telemetry_port,
+            keys=self._keys,
+            car=found.name if self._keys else None,
+            rearm=False,
+        )
+        client.begin()
+        clients.append(client)
+        return client
+
+    async def camera(self, car: str) -> Camera | None:
+        """The car's camera, one for all pages. Raises MotorcadeError."""
+        url = self._car(car).camera
+        if url is not None and car not in self._cameras:
+            self._cameras[car] = Camera(WebCamera(url, self._trust))
+        return self._cameras.get(car)
+
+    def _end(self, car: str, client: DriveClient) -> None:
+        self._clients[car].remove(client)
+        ending = asyncio.create_task(client.end())
+        self._ending.add(ending)
+        ending.add_done_callback(self._ending.discard)
+
+    def _car(self, car: str) -> RemoteCar:
+        if car not in self._cars:
+            raise MotorcadeError("car-not-listed", car=car)
+        return self._cars[car]
