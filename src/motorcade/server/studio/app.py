@@ -3,11 +3,14 @@
 import asyncio
 import csv
 import io
+import os
 import ssl
 import tempfile
+import threading
+import time
 from collections.abc import Callable, Coroutine, Iterable, Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
@@ -45,6 +48,7 @@ _MOST_WAITING = 3
 # seconds keep no other waiting.
 _REQUESTS_AT_ONCE = 2
 _LONG = ("missions/check",)
+_PARENT_CHECK_S = 0.5
 _T = TypeVar("_T")
 _SECONDS, _MOST_SECONDS = 10.0, 60.0
 
@@ -231,13 +235,26 @@ async def _film(run: InMemoryRecording, file: str) -> bytes:
 
 
 def draw(run: InMemoryRecording, file: str) -> bytes:
-    """Draw a film; return its bytes. Raises MotorcadeError."""
+    """Draw a film, in a process that ends with the studio; return its bytes. Raises MotorcadeError."""
+    _follow_parent()
     # Matplotlib takes longer to load than the rest of the server.
     from motorcade.runs.video import draw_film
 
     with tempfile.TemporaryDirectory(prefix="motorcade-", ignore_cleanup_errors=True) as folder:
         draw_film(run, Path(folder) / file)
         return (Path(folder) / file).read_bytes()
+
+
+@cache
+def _follow_parent() -> None:
+    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
+
+
+def _end_with(parent_pid: int) -> None:
+    """End this process when its parent has ended; on Windows it ends by itself, after its film."""
+    while os.getppid() == parent_pid:
+        time.sleep(_PARENT_CHECK_S)
+    os._exit(1)
 
 
 def _seconds(text: str) -> float:
