@@ -1,7 +1,7 @@
 /** Requests to the server. When it doesn't answer, the store's `serverGone` becomes true until it answers again. */
 
 import { useStudio } from "../state/studio";
-import type { Blocks, ErrorAnswer, Project, Requests, Sentence } from "../generated/messages";
+import type { Blocks, ErrorAnswer, MissionAttempt, MissionChoice, Project, Requests, Sentence } from "../generated/messages";
 
 /** The server refused a request; its sentence says why. */
 export class RefusedError extends Error {
@@ -51,6 +51,11 @@ export const versions = (name: string) => ask("projects/history", { name });
 export const deleteProject = (name: string) => ask("projects/delete", { name });
 export const examples = () => ask("examples");
 export const example = (id: string) => ask("example", { id });
+export const missions = () => ask("missions");
+export const mission = (choice: MissionChoice) => ask("mission", choice);
+export const openMission = (text: string) => ask("missions/open", { text });
+export const missionText = (choice: MissionChoice) => ask("missions/save-text", choice);
+export const checkMission = (attempt: MissionAttempt) => ask("missions/check", attempt);
 export const ports = () => ask("ports");
 
 /** The address of a WebSocket of the page's own server. */

@@ -11,6 +11,7 @@ export type {
   Language,
   LibraryEntry as SavedProject,
   MatDocument,
+  MissionChoice,
   Port,
   Sentence,
   Version,

@@ -10,7 +10,7 @@ export interface Pose {
 
 export type Command = WorldMessage;
 export type Answer = WorldAnswer;
-export type { CarDetails, Hello, State as WorldState, Refused as WorldProblem } from "../generated/messages";
+export type { CarDetails, Goals, Hello, State as WorldState, Refused as WorldProblem } from "../generated/messages";
 
 /** What all cars show at a moment; the arrays lie in the received bytes. */
 export interface Picture {

@@ -7,6 +7,7 @@ import { setBlocklyLanguage, hatOf } from "../blocks/definitions";
 import { showBlock, workspaceOf } from "../blocks/workspaces";
 import { currentLanguage } from "../i18n";
 import { Session } from "../mat/session";
+import { MissionStrip } from "../missions/MissionStrip";
 import { attempt } from "../projects/actions";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
@@ -81,6 +82,7 @@ function Work() {
   return (
     <main className={css.work} data-alone={alone ?? undefined} data-compiled={compiled || undefined} style={{ "--share": shares.blocks } as CSSProperties}>
       <div className={css.blocks}>
+        <MissionStrip session={session} />
         <Editors key={language} />
         <Problems />
       </div>

@@ -180,6 +180,10 @@ export function Header() {
       <Saved />
       <div className={css.headerTools}>
         <History />
+        <Button className={classes(buttons.button, buttons.quietButton)} onPress={() => openDialog("missions")}>
+          <Icon name="star" />
+          <span className={css.buttonText}>{t("missions.title")}</span>
+        </Button>
         <Button className={classes(buttons.button, buttons.quietButton)} onPress={() => openDialog("examples")}>
           <Icon name="examples" />
           <span className={css.buttonText}>{t("menu.examplesShort")}</span>

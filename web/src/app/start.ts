@@ -11,6 +11,7 @@ import { startLanguages } from "../i18n";
 import { openSharedLink } from "../projects/actions";
 import { findWork, storeEveryChange } from "../projects/autosave";
 import { BLANK, markSaved, markUnsaved, loadProject, watchUnsaved } from "../projects/project";
+import { watchMissions } from "../missions/store";
 import { notify, openDialog } from "../state/dialogs";
 import { startSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
@@ -44,6 +45,7 @@ export function start(): void {
   startThemes();
   compileEveryChange();
   listenForKeys();
+  watchMissions();
   watchPresence(() => notify(i18next.t("server.back"), "success"));
 }
 

@@ -173,15 +173,17 @@ export function canStandIn(editor: EditorName, type: string): boolean {
   return DRAWERS_OF[editor].some((drawer) => DRAWERS[drawer].includes(type));
 }
 
-export function toolboxOf(editor: EditorName) {
+/** The drawers of an editor; with `steps` only the blocks of these kinds, and of infrared, are in them. */
+export function toolboxOf(editor: EditorName, steps: readonly string[] | null = null) {
+  const isOffered = (type: string) => steps === null || type === "motorcade_infrared" || steps.includes(type.replace("motorcade_", ""));
   return {
     kind: "categoryToolbox",
-    contents: DRAWERS_OF[editor].map((drawer) => ({
+    contents: DRAWERS_OF[editor].filter((drawer) => DRAWERS[drawer].some(isOffered)).map((drawer) => ({
       kind: "category",
       name: i18next.t(`drawers.${drawer}`),
       categorystyle: `${drawer}_category`,
       cssconfig: { icon: `drawer-icon drawer-${drawer}` },
-      contents: DRAWERS[drawer].map((type) => ({ kind: "block", type })),
+      contents: DRAWERS[drawer].filter(isOffered).map((type) => ({ kind: "block", type })),
     })),
   };
 }

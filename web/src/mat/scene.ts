@@ -12,6 +12,8 @@ import { type WordColours, type MatTheme, readTheme, watchTheme } from "./colour
 import type { Mat, PieceId } from "./document";
 import { withFloor } from "./floors";
 import { makeTextures } from "./textures";
+import { ZoneLayer } from "./zoneLayer";
+import type { MissionZone } from "../generated/messages";
 
 /** In this time the camera goes most of its way. */
 const FOLLOW_MS = 350;
@@ -55,6 +57,7 @@ export class Scene {
   private readonly stage = new Container();
   private readonly world = new Container();
   private readonly furniture: FurnitureLayer;
+  private readonly zones: ZoneLayer;
   private readonly tracks: TrackLayer;
   private readonly air: AirLayer;
   private readonly cars: CarLayer;
@@ -82,10 +85,11 @@ export class Scene {
     const theme = this.readTheme();
     const textures = makeTextures();
     this.furniture = new FurnitureLayer(textures, theme);
+    this.zones = new ZoneLayer(theme);
     this.tracks = new TrackLayer(theme);
     this.air = new AirLayer(theme, () => this.calm.matches);
     this.cars = new CarLayer(textures, theme);
-    this.world.addChild(this.furniture.floor, this.tracks.view, this.air.view, this.cars.view, this.furniture.above);
+    this.world.addChild(this.furniture.floor, this.zones.view, this.tracks.view, this.air.view, this.cars.view, this.furniture.above);
     this.stage.addChild(this.world);
     this.ends.push(watchTheme(() => this.setTheme(this.readTheme())));
     this.setTheme(theme);
@@ -140,6 +144,11 @@ export class Scene {
     this.draw();
   }
 
+  setZones(zones: readonly MissionZone[]): void {
+    this.zones.setZones(zones);
+    this.draw();
+  }
+
   setColours(colours: WordColours): void {
     this.colours = colours;
     const { picture } = this.motion;
@@ -178,7 +187,7 @@ export class Scene {
     this.furniture.floorName = floorNow();
 
     this.renderer.background.color = theme.ground;
-    for (const layer of [this.furniture, this.tracks, this.air, this.cars]) layer.setTheme(theme);
+    for (const layer of [this.furniture, this.zones, this.tracks, this.air, this.cars]) layer.setTheme(theme);
     this.draw();
   }
 
@@ -251,6 +260,7 @@ export class Scene {
     const scale = this.camera.scale / 1000;
     const { drawn, picture } = this.motion;
     this.furniture.draw(scale, picture?.tMs ?? 0);
+    this.zones.draw(scale);
     const grows = this.air.draw(drawn, scale, now);
     this.cars.still = this.calm.matches;
     const fades = this.cars.draw(drawn, picture, scale, now);

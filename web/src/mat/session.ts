@@ -84,7 +84,8 @@ export class Session {
   /** Connect, and send each change of the program and the mat. */
   open(): void {
     this.unsubscribe = useStudio.subscribe((now, before) => {
-      const differs = now.compiled?.image !== before.compiled?.image || now.profile !== before.profile;
+      const differs =
+        now.compiled?.image !== before.compiled?.image || now.profile !== before.profile || now.mission !== before.mission;
       if (differs || now.mat !== before.mat || now.rangeMm !== before.rangeMm) this.sync();
     });
     this.connection = new WorldConnection(this.name, {
@@ -150,8 +151,8 @@ export class Session {
   }
 
   private hashOfBeginning(mat: Mat): string {
-    const { compiled, profile } = useStudio.getState();
-    return hashOf(JSON.stringify([compiled?.image ?? null, profile, beginning(mat)]));
+    const { compiled, profile, mission } = useStudio.getState();
+    return hashOf(JSON.stringify([compiled?.image ?? null, profile, beginning(mat), mission]));
   }
 
   private syncNow(): void {
@@ -173,10 +174,10 @@ export class Session {
 
   /** Set a new world, which plays if the one before did. */
   private begin(playing: boolean): void {
-    const { mat, rangeMm, compiled, profile } = useStudio.getState();
+    const { mat, rangeMm, compiled, profile, mission } = useStudio.getState();
     const { seed } = useMat.getState();
-    useMat.setState({ problem: null });
-    this.send({ do: "set", image: compiled?.image ?? null, mat, profile, seed, range_mm: rangeMm });
+    useMat.setState({ problem: null, goals: null });
+    this.send({ do: "set", image: compiled?.image ?? null, mat, profile, seed, range_mm: rangeMm, mission });
     this.sent = { beginning: this.hashOfBeginning(mat), mat, rangeMm };
     sessionStorage.setItem(BEGINNING_KEY, this.sent.beginning!);
     this.movedStarts = false;
@@ -204,6 +205,7 @@ export class Session {
     if (answer.is === "hello") this.receiveHello(answer);
     if (answer.is === "state") this.receiveState(answer);
     if (answer.is === "car" && answer.car === chosenCar()) useMat.setState({ details: answer });
+    if (answer.is === "goals") useMat.setState({ goals: answer });
     if (answer.is === "error") useMat.setState({ problem: answer });
   }
 

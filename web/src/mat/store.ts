@@ -1,7 +1,7 @@
 /** What the parts of the mat share: the state of the world, the view, and how the document is edited. */
 
 import { create } from "zustand";
-import type { CarDetails, Hello, Link, Pose, WorldProblem, WorldState } from "../api/world";
+import type { CarDetails, Goals, Hello, Link, Pose, WorldProblem, WorldState } from "../api/world";
 import { record } from "../state/history";
 import { useStudio } from "../state/studio";
 import type { Mat, PieceId } from "./document";
@@ -14,6 +14,8 @@ export interface MatState {
   hello: Hello | null;
   state: WorldState | null;
   problem: WorldProblem | null;
+  /** How it stands with the goals of the mission, at the shown time. */
+  goals: Goals | null;
   details: CarDetails | null;
   /** The time of the picture that is shown, updated a few times a second. */
   tMs: number;
@@ -37,6 +39,7 @@ export const useMat = create<MatState>(() => ({
   hello: null,
   state: null,
   problem: null,
+  goals: null,
   details: null,
   tMs: 0,
   past: false,

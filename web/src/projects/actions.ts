@@ -95,7 +95,7 @@ export async function exportPicture(kind: "svg" | "png"): Promise<void> {
   }
 }
 
-function download(name: string, content: BlobPart, type: string): void {
+export function download(name: string, content: BlobPart, type: string): void {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(new Blob([content], { type }));
   link.download = name;
@@ -105,13 +105,13 @@ function download(name: string, content: BlobPart, type: string): void {
 }
 
 /** A file's name that every system takes. */
-function fileName(name: string, ending: string): string {
+export function fileName(name: string, ending: string): string {
   // eslint-disable-next-line no-control-regex
   const plain = name.replace(/[\\/:*?"<>|\u0000-\u001f]/g, " ").trim().slice(0, 80);
   return `${plain || "motorcade"}${ending}`;
 }
 
-function chooseFile(accept: string): Promise<File | null> {
+export function chooseFile(accept: string): Promise<File | null> {
   return new Promise((resolve) => {
     const input = document.createElement("input");
     input.type = "file";

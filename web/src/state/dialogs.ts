@@ -2,7 +2,7 @@
 
 import { create } from "zustand";
 
-export type DialogName = "upload" | "library" | "examples" | "share" | "help";
+export type DialogName = "upload" | "library" | "examples" | "share" | "missions" | "help";
 export type Tone = "info" | "success" | "warning" | "error";
 
 export interface Notice {

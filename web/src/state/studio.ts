@@ -1,7 +1,7 @@
 /** The open project, what it was compiled to, and which part of the page is shown. */
 
 import { create } from "zustand";
-import type { Capabilities, Compiled, EditorName, Profile, WorkspaceState } from "../api/types";
+import type { Capabilities, Compiled, EditorName, MissionChoice, Profile, WorkspaceState } from "../api/types";
 import type { Mat } from "../mat/document";
 import { useSettings } from "./settings";
 
@@ -24,6 +24,8 @@ export interface Studio {
   python: string | null;
   /** How far infrared reaches, in millimetres; null: as far as the profile says. */
   rangeMm: number | null;
+  /** The mission that the project is played for. */
+  mission: MissionChoice | null;
   /** Whether the project differs from what a file or the library holds. */
   unsaved: boolean;
   /** Whether a file or the library holds a version of it. */
@@ -65,6 +67,7 @@ export const useStudio = create<Studio>(() => ({
   mat: EMPTY_MAT,
   python: null,
   rangeMm: null,
+  mission: null,
   unsaved: false,
   stored: false,
   generation: 0,

@@ -19,6 +19,7 @@ const PATHS = {
   error: "M12 3a9 9 0 1 0 0 18 9 9 0 0 0 0-18ZM12 7v6M12 16.5v.1",
   done: "m5 13 4 4L19 7",
   blocks: "M4 6h5l1 2h4l1-2h5v12H4z",
+  star: "m12 4 2.4 5.2 5.6.7-4.1 3.9 1.1 5.6L12 16.6l-5 2.8 1.1-5.6L4 9.9l5.6-.7z",
   words: "M4 6h4v4H4zM10 6h4v4h-4zM16 6h4v4h-4zM4 14h4v4H4zM10 14h4v4h-4zM16 14h4v4h-4z",
   mat: "M4 4h16v16H4zM12 8l3.5 7h-7z",
   trash: "M5 7h14M10 7V4h4v3M7 7l1 13h8l1-13",

@@ -1,0 +1,31 @@
+"""Write the kinds of goals for the page's editor of missions: the text of web/src/generated/goals.ts."""
+
+import json
+from typing import Any
+
+from motorcade.config.check import Schema
+from motorcade.missions.schema import GOALS, GROUPS, TIMES
+
+_HEAD = """/** The kinds of a mission's goals, and the keys of each. Written by scripts/generate.py; don't edit. */
+"""
+# Keys with an input of their own; all others are numbers.
+_OWN = ("who", "zone", "at", "led")
+
+
+def goal_kinds() -> str:
+    """The kinds of goals as TypeScript."""
+    kinds = {
+        kind: [_field(name, schema, name in known.optional) for name, schema in known.fields.items()]
+        for kind, known in GOALS.items()
+    }
+    parts = {"GOAL_KINDS": kinds, "GROUPS": GROUPS, "TIMES": TIMES}
+    return "\n".join([_HEAD, *(f"export const {name} = {json.dumps(value, indent=2)} as const;\n" for name, value in parts.items())])
+
+
+def _field(name: str, schema: Schema, is_optional: bool) -> dict[str, Any]:
+    field: dict[str, Any] = {"name": name, "input": name if name in _OWN else "number", "optional": is_optional}
+    if "default" in schema:
+        field["first"] = schema["default"]
+    if field["input"] == "number":
+        field |= {"least": schema["minimum"], "most": schema["maximum"], "whole": schema["type"] == "integer"}
+    return field

@@ -1,0 +1,367 @@
+/** The kinds of a mission's goals, and the keys of each. Written by scripts/generate.py; don't edit. */
+
+export const GOAL_KINDS = {
+  "in-zone": [
+    {
+      "name": "who",
+      "input": "who",
+      "optional": false,
+      "first": "all"
+    },
+    {
+      "name": "share",
+      "input": "number",
+      "optional": false,
+      "first": 1,
+      "least": 0.01,
+      "most": 1,
+      "whole": false
+    },
+    {
+      "name": "zone",
+      "input": "zone",
+      "optional": false
+    },
+    {
+      "name": "at",
+      "input": "at",
+      "optional": false,
+      "first": "end"
+    },
+    {
+      "name": "from_s",
+      "input": "number",
+      "optional": true,
+      "least": 0,
+      "most": 600,
+      "whole": false
+    },
+    {
+      "name": "until_s",
+      "input": "number",
+      "optional": true,
+      "least": 0,
+      "most": 600,
+      "whole": false
+    }
+  ],
+  "out-of-zone": [
+    {
+      "name": "who",
+      "input": "who",
+      "optional": false,
+      "first": "all"
+    },
+    {
+      "name": "share",
+      "input": "number",
+      "optional": false,
+      "first": 1,
+      "least": 0.01,
+      "most": 1,
+      "whole": false
+    },
+    {
+      "name": "zone",
+      "input": "zone",
+      "optional": false
+    },
+    {
+      "name": "at",
+      "input": "at",
+      "optional": false,
+      "first": "always"
+    },
+    {
+      "name": "from_s",
+      "input": "number",
+      "optional": true,
+      "least": 0,
+      "most": 600,
+      "whole": false
+    },
+    {
+      "name": "until_s",
+      "input": "number",
+      "optional": true,
+      "least": 0,
+      "most": 600,
+      "whole": false
+    }
+  ],
+  "travelled": [
+    {
+      "name": "who",
+      "input": "who",
+      "optional": false,
+      "first": "all"
+    },
+    {
+      "name": "share",
+      "input": "number",
+      "optional": false,
+      "first": 1,
+      "least": 0.01,
+      "most": 1,
+      "whole": false
+    },
+    {
+      "name": "least_m",
+      "input": "number",
+      "optional": true,
+      "least": 0.001,
+      "most": 2000,
+      "whole": false
+    },
+    {
+      "name": "most_m",
+      "input": "number",
+      "optional": true,
+      "least": 0.001,
+      "most": 2000,
+      "whole": false
+    }
+  ],
+  "heading": [
+    {
+      "name": "who",
+      "input": "who",
+      "optional": false,
+      "first": "all"
+    },
+    {
+      "name": "share",
+      "input": "number",
+      "optional": false,
+      "first": 1,
+      "least": 0.01,
+      "most": 1,
+      "whole": false
+    },
+    {
+      "name": "degrees",
+      "input": "number",
+      "optional": false,
+      "least": -360,
+      "most": 360,
+      "whole": false
+    },
+    {
+      "name": "tolerance_deg",
+      "input": "number",
+      "optional": false,
+      "first": 15,
+      "least": 1,
+      "most": 180,
+      "whole": false
+    },
+    {
+      "name": "at",
+      "input": "at",
+      "optional": false,
+      "first": "end"
+    },
+    {
+      "name": "from_s",
+      "input": "number",
+      "optional": true,
+      "least": 0,
+      "most": 600,
+      "whole": false
+    },
+    {
+      "name": "until_s",
+      "input": "number",
+      "optional": true,
+      "least": 0,
+      "most": 600,
+      "whole": false
+    }
+  ],
+  "lit": [
+    {
+      "name": "who",
+      "input": "who",
+      "optional": false,
+      "first": "all"
+    },
+    {
+      "name": "share",
+      "input": "number",
+      "optional": false,
+      "first": 1,
+      "least": 0.01,
+      "most": 1,
+      "whole": false
+    },
+    {
+      "name": "led",
+      "input": "led",
+      "optional": false
+    },
+    {
+      "name": "at",
+      "input": "at",
+      "optional": false,
+      "first": "some-moment"
+    },
+    {
+      "name": "from_s",
+      "input": "number",
+      "optional": true,
+      "least": 0,
+      "most": 600,
+      "whole": false
+    },
+    {
+      "name": "until_s",
+      "input": "number",
+      "optional": true,
+      "least": 0,
+      "most": 600,
+      "whole": false
+    }
+  ],
+  "together": [
+    {
+      "name": "who",
+      "input": "who",
+      "optional": false,
+      "first": "all"
+    },
+    {
+      "name": "metres",
+      "input": "number",
+      "optional": false,
+      "least": 0.001,
+      "most": 2000,
+      "whole": false
+    },
+    {
+      "name": "at",
+      "input": "at",
+      "optional": false,
+      "first": "end"
+    }
+  ],
+  "in-step": [
+    {
+      "name": "who",
+      "input": "who",
+      "optional": false,
+      "first": "all"
+    },
+    {
+      "name": "share",
+      "input": "number",
+      "optional": false,
+      "first": 1,
+      "least": 0.01,
+      "most": 1,
+      "whole": false
+    },
+    {
+      "name": "within_ms",
+      "input": "number",
+      "optional": false,
+      "least": 1,
+      "most": 10000,
+      "whole": true
+    }
+  ],
+  "no-touch": [],
+  "heard": [
+    {
+      "name": "who",
+      "input": "who",
+      "optional": false,
+      "first": "all"
+    },
+    {
+      "name": "share",
+      "input": "number",
+      "optional": false,
+      "first": 1,
+      "least": 0.01,
+      "most": 1,
+      "whole": false
+    }
+  ],
+  "stopped-by-voice": [
+    {
+      "name": "who",
+      "input": "who",
+      "optional": false,
+      "first": "all"
+    },
+    {
+      "name": "share",
+      "input": "number",
+      "optional": false,
+      "first": 1,
+      "least": 0.01,
+      "most": 1,
+      "whole": false
+    }
+  ],
+  "words-at-most": [
+    {
+      "name": "count",
+      "input": "number",
+      "optional": false,
+      "least": 0,
+      "most": 255,
+      "whole": true
+    }
+  ],
+  "states-at-most": [
+    {
+      "name": "count",
+      "input": "number",
+      "optional": false,
+      "least": 0,
+      "most": 255,
+      "whole": true
+    }
+  ],
+  "seconds-at-most": [
+    {
+      "name": "seconds",
+      "input": "number",
+      "optional": false,
+      "least": 0.1,
+      "most": 600,
+      "whole": false
+    }
+  ],
+  "all-by": [
+    {
+      "name": "goal",
+      "input": "number",
+      "optional": false,
+      "least": 1,
+      "most": 30,
+      "whole": true
+    },
+    {
+      "name": "seconds",
+      "input": "number",
+      "optional": false,
+      "least": 0.1,
+      "most": 600,
+      "whole": false
+    }
+  ]
+} as const;
+
+export const GROUPS = [
+  "leader",
+  "followers",
+  "all"
+] as const;
+
+export const TIMES = [
+  "end",
+  "some-moment",
+  "always"
+] as const;

@@ -1,0 +1,51 @@
+/** The zones of a mission on the floor, below the cars. */
+
+import { Container, Graphics, Text } from "pixi.js";
+import type { MissionZone } from "../generated/messages";
+import { inLanguage } from "../i18n";
+import type { MatTheme } from "./colours";
+
+const NAME_PX = 14;
+
+export class ZoneLayer {
+  readonly view = new Container();
+  private readonly areas = new Graphics();
+  private readonly names = new Container<Text>();
+  private zones: readonly MissionZone[] = [];
+  private drawnFor = "";
+
+  constructor(private theme: MatTheme) {
+    this.view.addChild(this.areas, this.names);
+  }
+
+  setTheme(theme: MatTheme): void {
+    this.theme = theme;
+    this.drawnFor = "";
+  }
+
+  setZones(zones: readonly MissionZone[]): void {
+    this.zones = zones;
+    this.drawnFor = "";
+  }
+
+  /** Lines and letters are as large on the screen at any `scale`, in pixels a millimetre. */
+  draw(scale: number): void {
+    const drawnFor = scale.toPrecision(3);
+    if (drawnFor === this.drawnFor) return;
+    this.drawnFor = drawnFor;
+    const g = this.areas.clear();
+    for (const name of this.names.removeChildren()) name.destroy();
+    for (const { title, corners_m, centre_m, radius_m } of this.zones) {
+      if (centre_m) g.circle(centre_m[0]! * 1000, centre_m[1]! * 1000, radius_m! * 1000);
+      else g.poly(corners_m.flatMap(([x, y]) => [x! * 1000, y! * 1000]));
+      g.fill({ color: this.theme.accent, alpha: 0.18 }).stroke({ width: 2 / scale, color: this.theme.accent, alpha: 0.9 });
+      const name = this.names.addChild(new Text({ text: inLanguage(title), style: { fontSize: NAME_PX, fill: this.theme.accent } }));
+      // The world's y axis goes up.
+      name.scale.set(1 / scale, -1 / scale);
+      name.anchor.set(0.5);
+      const corners = centre_m ? [centre_m] : corners_m;
+      const middle = (axis: 0 | 1) => (Math.min(...corners.map((each) => each[axis]!)) + Math.max(...corners.map((each) => each[axis]!))) * 500;
+      name.position.set(middle(0), middle(1));
+    }
+  }
+}

@@ -1,0 +1,68 @@
+import type { CSSProperties } from "react";
+import { ToggleButton } from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import * as api from "../api/http";
+import type { CompiledWord, Field } from "../api/types";
+import { FORMATS } from "../generated/steps";
+import { attempt } from "../projects/actions";
+import { loadProject } from "../projects/project";
+import { useStudio } from "../state/studio";
+import { colourOf, groupOf } from "../words/bits";
+import css from "./missions.module.css";
+
+const NO_WORDS: readonly CompiledWord[] = [];
+/** The fields that a pupil may flip: neither reserved bits nor the parity, which images write as 0. */
+const FIELDS = FORMATS.control.filter(({ name }) => !["reserved", "parity"].includes(groupOf(name)));
+
+/** Flip a bit of a word; the blocks then say what the new word means. */
+async function flip(words: readonly CompiledWord[], place: number, bit: number): Promise<void> {
+  await attempt(async () => {
+    const flipped = words.map(({ hex }, k) => (parseInt(hex, 16) ^ (k === place ? 2 ** bit : 0)) >>> 0);
+    const bytes = flipped.flatMap((word) => [24, 16, 8, 0].map((shift) => (word >>> shift) & 255));
+    const { leader, followers } = await api.decompile(btoa(String.fromCharCode(...bytes)));
+    const { name, profile, mat, mission, rangeMm } = useStudio.getState();
+    loadProject({ name, leader, followers, profile, mat, range_mm: rangeMm });
+    useStudio.setState({ mission });
+  });
+}
+
+/** The words of the program with a switch for each of their bits. */
+export function BitEditor() {
+  const { t } = useTranslation();
+  const words = useStudio(({ compiled }) => compiled?.words ?? NO_WORDS);
+  return (
+    <div className={css.bits} role="group" aria-label={t("missions.bits")}>
+      {words.map((word, place) =>
+        word.part === "header" ? null : (
+          <div key={place} className={css.bitRow}>
+            <span className={css.bitName}>{t("missions.word", { number: place, part: t(`parts.${word.part}`) })}</span>
+            {FIELDS.map((field) => (
+              <Bits key={field.name} words={words} place={place} field={field} />
+            ))}
+          </div>
+        ),
+      )}
+    </div>
+  );
+}
+
+function Bits({ words, place, field }: { words: readonly CompiledWord[]; place: number; field: Field }) {
+  const { t } = useTranslation();
+  const word = parseInt(words[place]!.hex, 16);
+  const title = t(`fields.${field.name}`);
+  return (
+    <span className={css.field} title={title} style={{ "--bits": colourOf(field.name) } as CSSProperties}>
+      {Array.from({ length: field.high - field.low + 1 }, (_, k) => field.high - k).map((bit) => (
+        <ToggleButton
+          key={bit}
+          className={css.bit}
+          aria-label={t("missions.bit", { bit, title })}
+          isSelected={Math.floor(word / 2 ** bit) % 2 === 1}
+          onChange={() => void flip(words, place, bit)}
+        >
+          {Math.floor(word / 2 ** bit) % 2}
+        </ToggleButton>
+      ))}
+    </span>
+  );
+}

@@ -1,0 +1,145 @@
+import { useEffect } from "react";
+import { Button } from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import { toolboxOf } from "../blocks/definitions";
+import { liveWorkspaces } from "../blocks/workspaces";
+import type { CheckedGoal, GoalNow, Mission, MissionGoal } from "../generated/messages";
+import { inLanguage } from "../i18n";
+import type { Session } from "../mat/session";
+import { useMat } from "../mat/store";
+import { openDialog } from "../state/dialogs";
+import { useStudio } from "../state/studio";
+import { IconButton } from "../ui/controls";
+import { classes } from "../ui/classes";
+import { BitEditor } from "./BitEditor";
+import { editPlayed, useDraft } from "./draft";
+import { MissionEditor } from "./MissionEditor";
+import { Stars } from "./Stars";
+import { leaveMission, TRIES_BEFORE_HINTS, useMission } from "./store";
+import buttons from "../ui/buttons.module.css";
+import css from "./missions.module.css";
+
+/** What stands above the blocks: the mission that is played, or the one that is written; nothing otherwise. */
+export function MissionStrip({ session }: { session: Session }) {
+  const mission = useMission((now) => now.mission);
+  const draft = useDraft((now) => now.draft);
+  const scene = useMat((now) => now.scene);
+  useEffect(() => scene?.setZones(mission?.zones ?? draft?.zones ?? []), [scene, mission, draft]);
+  useToolbox(mission?.steps ?? null);
+  if (draft) return <MissionEditor draft={draft} />;
+  return mission && <Task mission={mission} session={session} />;
+}
+
+/** Offer only the blocks of the mission. */
+function useToolbox(steps: readonly string[] | null): void {
+  const { i18n } = useTranslation();
+  const generation = useStudio((studio) => studio.generation);
+  useEffect(() => {
+    for (const [editor, workspace] of liveWorkspaces()) workspace.updateToolbox(toolboxOf(editor, steps));
+  }, [steps, generation, i18n.language]);
+}
+
+function Task({ mission, session }: { mission: Mission; session: Session }) {
+  const { t } = useTranslation();
+  const goals = useMat((now) => now.goals);
+  const result = useMission((now) => now.result);
+  const tries = useMission((now) => now.tries);
+  const hints = useMission((now) => now.hints);
+  const stars = [...new Set(mission.goals.map(({ star }) => star))].sort();
+  const moreHints = tries >= TRIES_BEFORE_HINTS && hints < mission.hints.length;
+  return (
+    <section className={css.strip} aria-label={t("missions.mission", { name: inLanguage(mission.name) })}>
+      <header className={css.head}>
+        <h2>{inLanguage(mission.name)}</h2>
+        <Stars stars={stars} earned={result?.earned ?? mission.earned} />
+        <Button className={classes(buttons.button, buttons.small)} onPress={() => openDialog("missions")}>
+          {t("missions.map")}
+        </Button>
+        {mission.id === "own" && (
+          <Button className={classes(buttons.button, buttons.small)} onPress={editPlayed}>
+            {t("missions.edit")}
+          </Button>
+        )}
+        <IconButton icon="close" label={t("missions.leave")} onPress={leaveMission} />
+      </header>
+      <p>{inLanguage(mission.story)}</p>
+      <ul className={css.goals} aria-label={t("missions.goals")}>
+        {mission.goals.map((goal, k) => (
+          <GoalLine key={k} goal={goal} now={goals?.goals[k]} checked={result?.goals[k]} seed={mission.seed} session={session} />
+        ))}
+      </ul>
+      {mission.edits === "bits" && <BitEditor />}
+      <div role="status" className={css.outcome}>
+        {result && <Outcome mission={mission} stars={stars} />}
+        {mission.hints.slice(0, hints).map((hint, k) => (
+          <p key={k} className={css.hint}>
+            {t("missions.hint", { number: k + 1 })} {inLanguage(hint as Mission["name"])}
+          </p>
+        ))}
+      </div>
+      {moreHints && (
+        <Button className={classes(buttons.button, buttons.small)} onPress={() => useMission.setState({ hints: hints + 1 })}>
+          {t("missions.showHint")}
+        </Button>
+      )}
+    </section>
+  );
+}
+
+interface GoalLineProps {
+  goal: MissionGoal;
+  now: GoalNow | undefined;
+  checked: CheckedGoal | undefined;
+  /** The seed that the page plays. */
+  seed: number;
+  session: Session;
+}
+
+const MARKS = { open: "○", holds: "◐", met: "✓", lost: "✗" } as const;
+
+/** A goal with its tick, and, where it is lost, why; a button leads to that moment. */
+function GoalLine({ goal, now, checked, seed, session }: GoalLineProps) {
+  const { t } = useTranslation();
+  const progress = checked ? (checked.met ? "met" : "lost") : (now?.progress ?? "open");
+  const lost = progress === "lost" ? (checked ?? now) : undefined;
+  const seen = !checked || checked.met || checked.seed === seed;
+  return (
+    <li data-progress={progress}>
+      <span className={css.mark} role="img" aria-label={t(`missions.progress.${progress}`)}>
+        {MARKS[progress]}
+      </span>
+      <span>
+        {inLanguage(goal.text)} <span className={css.star}>{"★".repeat(goal.star)}</span>
+        {lost && (
+          <span className={css.why}>
+            {inLanguage(lost.why)}
+            {seen && lost.t_ms !== null && lost.t_ms > 0 && (
+              <Button className={classes(buttons.button, buttons.small)} onPress={() => session.seek(lost.t_ms)}>
+                {t("missions.showMoment", { seconds: lost.t_ms / 1000 })}
+              </Button>
+            )}
+            {!seen && <span> {t("missions.otherLuck")}</span>}
+          </span>
+        )}
+      </span>
+    </li>
+  );
+}
+
+/** The stars of the last run, and what was learned or what is missing. */
+function Outcome({ mission, stars }: { mission: Mission; stars: readonly number[] }) {
+  const { t } = useTranslation();
+  const result = useMission((now) => now.result)!;
+  if (result.steps) return <p>{inLanguage(result.steps)}</p>;
+  if (!result.stars.length) return <p>{t("missions.again")}</p>;
+  return (
+    <>
+      <p className={css.won}>
+        <Stars stars={stars} earned={result.stars} /> {inLanguage(mission.learned)}
+      </p>
+      <Button className={classes(buttons.button, buttons.small, buttons.primary)} onPress={() => openDialog("missions")}>
+        {t("missions.next")}
+      </Button>
+    </>
+  );
+}

@@ -1,0 +1,68 @@
+import type { MissionZone } from "../generated/messages";
+import type { Mat, Point } from "../mat/document";
+import css from "./missions.module.css";
+
+const CAR_M = 0.15;
+
+interface PictureProps {
+  mat: Mat;
+  zones: readonly MissionZone[];
+}
+
+/** A mission's mat from above, drawn from its data: a picture that always fits, also of a mission that a teacher wrote. */
+export function Picture({ mat, zones }: PictureProps) {
+  const [left, bottom, right, top] = boxOf(mat, zones);
+  const size = Math.max(right - left, (top - bottom) * 1.6);
+  const car = Math.max(CAR_M, size / 16);
+  const points = (corners: readonly (readonly number[])[]) => corners.map(([x, y]) => `${x},${-y!}`).join(" ");
+  return (
+    <svg className={css.picture} viewBox={`${left} ${-top} ${right - left} ${top - bottom}`} aria-hidden="true">
+      {mat.size_m && <rect className={css.floor} x={0} y={-mat.size_m[1]} width={mat.size_m[0]} height={mat.size_m[1]} />}
+      {zones.map(({ name, corners_m, centre_m, radius_m }) =>
+        centre_m ? (
+          <circle key={name} className={css.zone} cx={centre_m[0]} cy={-centre_m[1]!} r={radius_m!} />
+        ) : (
+          <polygon key={name} className={css.zone} points={points(corners_m)} />
+        ),
+      )}
+      {mat.polygon?.map(({ corners_m }, k) => <polygon key={k} className={css.thing} points={points(corners_m)} />)}
+      {mat.disc?.map(({ centre_m: [x, y], radius_m }, k) => <circle key={k} className={css.thing} cx={x} cy={-y} r={radius_m} />)}
+      {mat.wall?.map(({ from_m, to_m }, k) => (
+        <line key={k} className={css.wall} x1={from_m[0]} y1={-from_m[1]} x2={to_m[0]} y2={-to_m[1]} />
+      ))}
+      {mat.person?.map(({ path }, k) => <circle key={k} className={css.somebody} cx={path[0]![1]} cy={-path[0]![2]} r={car / 2} />)}
+      {mat.crowd?.flatMap((crowd, k) =>
+        spread(crowd.corner_m ?? [0, 0], crowd.size_m ?? mat.size_m ?? [1, 1], crowd.cars).map(([x, y], at) => (
+          <circle key={`${k} ${at}`} className={css.follower} cx={x} cy={-y} r={car / 3} />
+        )),
+      )}
+      {mat.car?.map(({ at_m: [x, y], heading_deg = 0, role }, k) => (
+        <path
+          key={k}
+          className={role === "leader" ? css.leader : css.follower}
+          d={`M${car / 2} 0L${-car / 2} ${-car / 2.6}V${car / 2.6}z`}
+          transform={`translate(${x} ${-y}) rotate(${-heading_deg})`}
+        />
+      ))}
+    </svg>
+  );
+}
+
+/** Left, bottom, right and top of what is there, with some air. */
+function boxOf(mat: Mat, zones: readonly MissionZone[]): [number, number, number, number] {
+  if (mat.size_m) return [0, 0, mat.size_m[0], mat.size_m[1]];
+  const corners = zones.flatMap(({ corners_m, centre_m }) => (centre_m ? [centre_m] : corners_m));
+  const points = [...corners, ...(mat.car ?? []).map(({ at_m }) => at_m)];
+  const [x, y] = [points.map((point) => point[0]), points.map((point) => point[1])];
+  return [Math.min(...x) - 0.5, Math.min(...y) - 0.5, Math.max(...x) + 0.5, Math.max(...y) + 0.5];
+}
+
+/** As many points as there are cars, evenly over an area; the picture doesn't know where exactly they stand. */
+function spread([left, bottom]: Point, [width, height]: Point, cars: number): Point[] {
+  const columns = Math.max(1, Math.round(Math.sqrt((cars * width) / height)));
+  const rows = Math.ceil(cars / columns);
+  return Array.from({ length: cars }, (_, k) => [
+    left + ((k % columns) + 0.5) * (width / columns),
+    bottom + (Math.floor(k / columns) + 0.5) * (height / rows),
+  ]);
+}

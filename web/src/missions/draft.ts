@@ -1,0 +1,164 @@
+/** A mission that is written on this page: its zones, goals and texts; the mat and the cars are the project's. */
+
+import { create } from "zustand";
+import * as api from "../api/http";
+import { GOAL_KINDS } from "../generated/goals";
+import type { MissionZone } from "../generated/messages";
+import { type Mat, type Point, rounded, without } from "../mat/document";
+import { useMat } from "../mat/store";
+import { attempt, chooseFile, download, fileName } from "../projects/actions";
+import { openProject } from "../projects/project";
+import { record } from "../state/history";
+import { useStudio } from "../state/studio";
+import { playMission, useMission } from "./store";
+
+export type GoalKind = keyof typeof GOAL_KINDS;
+export type DraftGoal = { kind: GoalKind; star: number } & Record<string, unknown>;
+
+export interface Draft {
+  name: string;
+  story: string;
+  seconds: number;
+  zones: readonly MissionZone[];
+  goals: readonly DraftGoal[];
+  /** All other keys of the file. */
+  others: Record<string, unknown>;
+}
+
+export const useDraft = create<{ draft: Draft | null }>(() => ({ draft: null }));
+
+const FORMAT = "motorcade-mission/1";
+const BLANK: Draft = { name: "", story: "", seconds: 20, zones: [], goals: [newGoal("in-zone")], others: {} };
+
+/** Begin a mission on the project's mat. */
+export function openDraft(): void {
+  useStudio.setState({ mission: null });
+  const { mat } = useStudio.getState();
+  const [x, y] = middleOf(mat);
+  useDraft.setState({ draft: { ...BLANK, zones: [boxAt("home", x + 0.5, y)], goals: [newGoal("in-zone", "home")] } });
+}
+
+/** Go on writing the mission of one's own that is played. */
+export function editPlayed(): void {
+  const { mission } = useMission.getState();
+  if (!mission) return;
+  const { name, story, seconds, zones, document } = mission;
+  const others = without(document, "name", "story", "seconds", "zone", "goal", "mat", "format");
+  const goals = document.goal as DraftGoal[];
+  useStudio.setState({ mission: null });
+  useDraft.setState({ draft: { name: name.en, story: story.en, seconds, zones, goals, others } });
+}
+
+export function closeDraft(): void {
+  useDraft.setState({ draft: null });
+}
+
+let edits = 0;
+
+/** Change the draft. Edits with the same name one after another are undone together. */
+export function editDraft(changes: Partial<Draft>, name: string | null = null): void {
+  const { draft: before } = useDraft.getState();
+  if (!before) return;
+  const draft = { ...before, ...changes };
+  const show = (shown: Draft) => () => {
+    if (useDraft.getState().draft) useDraft.setState({ draft: shown });
+  };
+  useDraft.setState({ draft });
+  record({ key: `mission ${name ?? ++edits}`, undo: show(before), redo: show(draft) });
+}
+
+/** A goal of a kind with the values that it has unless given; a number that is needed begins as small as it may be. */
+export function newGoal(kind: GoalKind, zone = ""): DraftGoal {
+  const goal: DraftGoal = { kind, star: 1 };
+  for (const field of GOAL_KINDS[kind]) {
+    if (field.optional && field.name !== "least_m") continue;
+    if ("first" in field) goal[field.name] = field.first;
+    else if (field.input === "zone") goal.zone = zone;
+    else if (field.input === "led") goal.led = 0;
+    else if ("least" in field) goal[field.name] = Math.max(field.least, Math.min(1, field.most));
+  }
+  return goal;
+}
+
+export function boxAt(name: string, x: number, y: number, side = 0.4): MissionZone {
+  const [left, right, bottom, top] = [x - side / 2, x + side / 2, y - side / 2, y + side / 2].map(rounded) as [number, number, number, number];
+  const corners_m = [[left, bottom], [right, bottom], [right, top], [left, top]];
+  return { name, title: { en: name, zh: name }, corners_m, centre_m: null, radius_m: null };
+}
+
+export function discAt(name: string, x: number, y: number): MissionZone {
+  return { name, title: { en: name, zh: name }, corners_m: [], centre_m: [rounded(x), rounded(y)], radius_m: 0.2 };
+}
+
+/** Left, bottom, width and height of a zone. */
+export function boxOf({ corners_m, centre_m, radius_m }: MissionZone): [number, number, number, number] {
+  if (centre_m) return [centre_m[0]! - radius_m!, centre_m[1]! - radius_m!, 2 * radius_m!, 2 * radius_m!];
+  const [x, y] = [corners_m.map((each) => each[0]!), corners_m.map((each) => each[1]!)];
+  return [Math.min(...x), Math.min(...y), Math.max(...x) - Math.min(...x), Math.max(...y) - Math.min(...y)];
+}
+
+const SMALLEST_M = 0.05;
+
+/** Move or stretch a zone; all its corners keep their places within it. */
+export function reshapedZone(zone: MissionZone, changes: { left?: number; bottom?: number; width?: number; height?: number }): MissionZone {
+  const [oldLeft, oldBottom, oldWidth, oldHeight] = boxOf(zone);
+  const { left = oldLeft, bottom = oldBottom } = changes;
+  const [width, height] = [Math.max(SMALLEST_M, changes.width ?? oldWidth), Math.max(SMALLEST_M, changes.height ?? oldHeight)];
+  if (zone.centre_m) {
+    const radius = rounded((changes.width ?? changes.height ?? oldWidth) / 2);
+    return { ...zone, centre_m: [rounded(left + oldWidth / 2), rounded(bottom + oldHeight / 2)], radius_m: Math.max(SMALLEST_M, radius) };
+  }
+  const corner = ([x, y]: number[]): number[] => [
+    rounded(left + ((x! - oldLeft) / oldWidth) * width),
+    rounded(bottom + ((y! - oldBottom) / oldHeight) * height),
+  ];
+  return { ...zone, corners_m: zone.corners_m.map(corner) };
+}
+
+/** The mission's file as a document. */
+export function documentOf({ name, story, seconds, zones, goals, others }: Draft, mat: Mat): Record<string, unknown> {
+  return {
+    ...others,
+    format: FORMAT,
+    name: name.trim() || "…",
+    ...(story.trim() && { story: story.trim() }),
+    seconds,
+    mat: without(mat as Record<string, unknown>, "format", "name"),
+    zone: zones.map(({ name: zone, corners_m, centre_m, radius_m }) =>
+      centre_m ? { name: zone, centre_m, radius_m } : { name: zone, corners_m },
+    ),
+    goal: goals,
+  };
+}
+
+/** Play the draft with the blocks that stand here. */
+export async function tryDraft(draft: Draft): Promise<void> {
+  const { leader, followers } = openProject();
+  if (await playMission({ document: documentOf(draft, useStudio.getState().mat) }, { leader, followers })) closeDraft();
+}
+
+export function saveDraft(draft: Draft): Promise<void> {
+  return attempt(async () => {
+    const { text } = await api.missionText({ document: documentOf(draft, useStudio.getState().mat) });
+    download(fileName(draft.name || "mission", ".mission.json"), text, "application/json");
+  });
+}
+
+/** Play the mission in a file; false where none is chosen, or it isn't valid. */
+export async function openMissionFile(): Promise<boolean> {
+  let opened = false;
+  await attempt(async () => {
+    const file = await chooseFile(".json,.toml,application/json");
+    if (!file) return;
+    const { document } = await api.openMission(await file.text());
+    opened = await playMission({ document });
+  });
+  return opened;
+}
+
+/** Where the stage looks, or the middle of the mat. */
+export function middleOf(mat: Mat): Point {
+  const { scene } = useMat.getState();
+  if (scene) return [rounded(scene.camera.x), rounded(scene.camera.y)];
+  return mat.size_m ? [mat.size_m[0] / 2, mat.size_m[1] / 2] : [0, 0];
+}

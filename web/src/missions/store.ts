@@ -1,0 +1,103 @@
+/** The mission that is played: opened in place of a project, its goals while the cars drive, and its stars. */
+
+import i18next from "i18next";
+import { create } from "zustand";
+import * as api from "../api/http";
+import { inLanguage } from "../i18n";
+import type { Goals, Mission, MissionChoice, MissionResult, Project } from "../generated/messages";
+import type { Mat } from "../mat/document";
+import { useMat } from "../mat/store";
+import { attempt } from "../projects/actions";
+import { loadProject, openProject, replaceBy } from "../projects/project";
+import { notify } from "../state/dialogs";
+import { type Level, useSettings } from "../state/settings";
+import { useStudio } from "../state/studio";
+
+type Blocks = Pick<Project, "leader" | "followers">;
+
+interface Playing {
+  mission: Mission | null;
+  /** How often a run has ended without all stars. */
+  tries: number;
+  /** How many hints are shown. */
+  hints: number;
+  result: MissionResult | null;
+}
+
+const NOTHING: Playing = { mission: null, tries: 0, hints: 0, result: null };
+/** From this many tries on hints can be read. */
+export const TRIES_BEFORE_HINTS = 2;
+
+export const useMission = create<Playing>(() => NOTHING);
+
+/** The level that the user had chosen before the mission chose one. */
+let levelBefore: Level | null = null;
+
+/** The mission as the server knows it: an id, or the document of the user's own. */
+export function choiceOf(mission: Mission): MissionChoice {
+  return mission.id === "own" ? { document: mission.document } : { id: mission.id };
+}
+
+/**
+ * Open a mission in place of the project, once the user agrees to lose unsaved changes; false if they do not.
+ * With `blocks` these stay, and nothing is lost.
+ */
+export async function playMission(choice: MissionChoice, blocks: Blocks | null = null): Promise<boolean> {
+  let opened = false;
+  await attempt(async () => {
+    const mission = await api.mission(choice);
+    const { leader, followers } = blocks ?? mission;
+    const project = { name: inLanguage(mission.name), leader, followers, profile: mission.profile, mat: mission.mat as Mat, range_mm: null };
+    if (blocks) loadProject(project);
+    else if (!(await replaceBy(project))) return;
+    opened = true;
+    levelBefore ??= useSettings.getState().level;
+    useSettings.setState({ level: mission.level as Level });
+    useMission.setState({ ...NOTHING, mission });
+    useStudio.setState({ mission: choiceOf(mission) });
+  });
+  return opened;
+}
+
+/** Go on with the blocks as a project of one's own. */
+export function leaveMission(): void {
+  useStudio.setState({ mission: null });
+}
+
+/** A run has ended: have the program checked on all seeds, and count the try. */
+async function checkRun(mission: Mission): Promise<void> {
+  const { leader, followers } = openProject();
+  await attempt(async () => {
+    const result = await api.checkMission({ mission: choiceOf(mission), leader, followers });
+    if (useMission.getState().mission !== mission) return;
+    const all = new Set(mission.goals.map(({ star }) => star));
+    const tries = useMission.getState().tries + (result.stars.length < all.size ? 1 : 0);
+    useMission.setState({ result, tries, mission });
+  });
+}
+
+/** Follow the project and the world from now on. To be called once. */
+export function watchMissions(): void {
+  useStudio.subscribe((now, before) => {
+    const { mission } = useMission.getState();
+    if (!mission) return;
+    if (!now.mission) {
+      useMission.setState(NOTHING);
+      if (levelBefore) useSettings.setState({ level: levelBefore });
+      levelBefore = null;
+    } else if (now.mat !== before.mat && now.mat !== mission.mat) {
+      // Stars are earned on the mission's own mat.
+      useStudio.setState({ mat: mission.mat });
+      notify(i18next.t("missions.matStays"));
+    } else if (now.compiled?.image !== before.compiled?.image) useMission.setState({ result: null });
+  });
+  useMat.subscribe(({ goals }, { goals: before }) => {
+    const { mission } = useMission.getState();
+    if (mission && goals?.is_over && !before?.is_over && isPresent(goals)) void checkRun(mission);
+  });
+}
+
+/** Whether these are the goals of a run that has just ended, and not those of a past that is shown again. */
+function isPresent(goals: Goals): boolean {
+  return goals.goals.length > 0 && !useMat.getState().past;
+}
