@@ -1,7 +1,7 @@
 /** The types of messages between the page and its service, under the names that the page uses. */
 
 import type { FORMATS } from "../generated/steps";
-import type { Compiled as Answer, Project as WholeProject, ProfileFigures, Word } from "../generated/messages";
+import type { MissionChoice, Compiled as Answer, Project as WholeProject, ProfileFigures, Word } from "../generated/messages";
 
 export type {
   Capabilities,
@@ -36,6 +36,7 @@ export type Project = WholeProject;
 
 export interface OpenedProject extends Omit<Project, "python" | "level"> {
   name?: string;
+  mission?: MissionChoice | null;
   python?: string | null;
   level?: Project["level"];
 }

@@ -37,7 +37,10 @@ export class ZoneLayer {
     for (const name of this.names.removeChildren()) name.destroy();
     for (const { title, corners_m, centre_m, radius_m } of this.zones) {
       if (centre_m) g.circle(centre_m[0]! * 1000, centre_m[1]! * 1000, radius_m! * 1000);
-      else g.poly(corners_m.flatMap(([x, y]) => [x! * 1000, y! * 1000]));
+      else {
+        corners_m.forEach(([x, y], place) => (place ? g.lineTo(x! * 1000, y! * 1000) : g.moveTo(x! * 1000, y! * 1000)));
+        g.closePath();
+      }
       g.fill({ color: this.theme.accent, alpha: 0.18 }).stroke({ width: 2 / scale, color: this.theme.accent, alpha: 0.9 });
       const name = this.names.addChild(new Text({ text: inLanguage(title), style: { fontSize: NAME_PX, fill: this.theme.accent } }));
       // The world's y axis goes up.

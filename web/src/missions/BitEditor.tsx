@@ -21,8 +21,7 @@ async function flip(words: readonly CompiledWord[], place: number, bit: number):
     const bytes = flipped.flatMap((word) => [24, 16, 8, 0].map((shift) => (word >>> shift) & 255));
     const { leader, followers } = await api.decompile(btoa(String.fromCharCode(...bytes)));
     const { name, profile, mat, mission, rangeMm } = useStudio.getState();
-    loadProject({ name, leader, followers, profile, mat, range_mm: rangeMm });
-    useStudio.setState({ mission });
+    loadProject({ name, leader, followers, profile, mat, mission, range_mm: rangeMm });
   });
 }
 
@@ -52,17 +51,20 @@ function Bits({ words, place, field }: { words: readonly CompiledWord[]; place: 
   const title = t(`fields.${field.name}`);
   return (
     <span className={css.field} title={title} style={{ "--bits": colourOf(field.name) } as CSSProperties}>
-      {Array.from({ length: field.high - field.low + 1 }, (_, k) => field.high - k).map((bit) => (
-        <ToggleButton
-          key={bit}
-          className={css.bit}
-          aria-label={t("missions.bit", { bit, title })}
-          isSelected={Math.floor(word / 2 ** bit) % 2 === 1}
-          onChange={() => void flip(words, place, bit)}
-        >
-          {Math.floor(word / 2 ** bit) % 2}
-        </ToggleButton>
-      ))}
+      {Array.from({ length: field.high - field.low + 1 }, (_, k) => field.high - k).map((bit) => {
+        const value = Math.floor(word / 2 ** bit) % 2;
+        return (
+          <ToggleButton
+            key={bit}
+            className={css.bit}
+            aria-label={t("missions.bit", { bit, title, value })}
+            isSelected={value === 1}
+            onChange={() => void flip(words, place, bit)}
+          >
+            {value}
+          </ToggleButton>
+        );
+      })}
     </span>
   );
 }

@@ -63,7 +63,7 @@ export function loadProject(project: OpenedProject, parkedFollowers: WorkspaceSt
     python: project.python ?? null,
     mat: project.mat ?? EMPTY_MAT,
     rangeMm: project.range_mm ?? null,
-    mission: null,
+    mission: project.mission ?? null,
     compiled: null,
     selection: null,
     editor: "leader",

@@ -1,0 +1,79 @@
+"""Missions in the page: the map, goals, hints, stars, and a mission of one's own."""
+
+from playwright.sync_api import expect
+
+from motorcade.missions.document import missions
+from support.barriers import serious_barriers
+from support.studio_page import PHONE
+
+
+def open_map(studio):
+    studio.page.get_by_role("button", name=studio.say("missions.title"), exact=True).press("Enter")
+    expect(studio.page.locator("[data-mission]")).to_have_count(len(missions()))
+
+
+def run_fast(studio):
+    """Let the cars drive sixteen times as fast."""
+    studio.page.get_by_role("button", name=studio.say("mat.speed")).press("Enter")
+    studio.page.keyboard.press("End")
+    studio.page.keyboard.press("Enter")
+
+
+def run_to_the_end(studio, progress):
+    """Play from the beginning; at the end the goals stand so."""
+    studio.page.get_by_role("button", name=studio.say("mat.reset")).press("Enter")
+    studio.page.locator("#mat-play").press("Enter")
+    expect(studio.page.get_by_role("status").filter(has_text=progress)).to_be_visible()
+
+
+def test_a_mission_is_played_by_keyboard_until_it_has_all_stars(open_own_page):
+    """Two tries bring a hint; flipping the right bits brings the stars, which the map keeps after a reload."""
+    studio = open_own_page(language="zh")
+    page = studio.page
+    open_map(studio)
+    assert serious_barriers(page) == []
+    page.locator("[data-mission=flip-the-lamp]").press("Enter")
+    goals = page.locator("li[data-progress]")
+    expect(goals).to_have_count(3)
+    run_fast(studio)
+    hint = page.get_by_role("button", name=studio.say("missions.showHint"))
+    for _ in range(2):
+        expect(hint).to_have_count(0)
+        run_to_the_end(studio, studio.say("missions.again"))
+    expect(goals.first).to_contain_text("小车 1 从没亮过 LED 2")
+    hint.press("Enter")
+    assert serious_barriers(page) == []
+    # Bits 22 and 21 choose the lamp; the second word is the followers'.
+    page.get_by_role("group", name=studio.say("missions.bits")).get_by_role("button", name="第 22 位").nth(1).press(" ")
+    run_to_the_end(studio, "两个位能数 0 到 3")
+    expect(page.locator("li[data-progress=met]")).to_have_count(3)
+    page.reload()
+    studio.wait_until_ready()
+    open_map(studio)
+    expect(page.locator("[data-mission=flip-the-lamp] [data-earned]")).to_have_count(3)
+
+
+def test_a_mission_of_ones_own_is_written_and_played(open_own_page):
+    studio = open_own_page()
+    page = studio.page
+    open_map(studio)
+    page.get_by_role("button", name="Write a mission").click()
+    editor = page.get_by_role("region", name="A mission of your own")
+    editor.get_by_label("Name", exact=True).fill("Stay")
+    editor.get_by_label("Name of the zone").fill("here")
+    editor.get_by_label("Seconds").fill("2")
+    editor.get_by_role("button", name="What is asked").click()
+    page.get_by_role("option", name="touch nothing").click()
+    assert serious_barriers(page) == []
+    editor.get_by_role("button", name="Try it").click()
+    expect(page.get_by_role("region", name="Mission: Stay")).to_be_visible()
+    run_fast(studio)
+    run_to_the_end(studio, "1 of 1 stars")
+    page.get_by_role("button", name="Change this mission").click()
+    expect(editor.get_by_label("Name of the zone")).to_have_value("here")
+
+
+def test_the_map_fits_a_phone(open_page):
+    studio = open_page(size=PHONE)
+    open_map(studio)
+    assert studio.page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
