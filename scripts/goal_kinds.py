@@ -19,7 +19,9 @@ def goal_kinds() -> str:
         for kind, known in GOALS.items()
     }
     parts = {"GOAL_KINDS": kinds, "GROUPS": GROUPS, "TIMES": TIMES}
-    return "\n".join([_HEAD, *(f"export const {name} = {json.dumps(value, indent=2)} as const;\n" for name, value in parts.items())])
+    return "\n".join(
+        [_HEAD, *(f"export const {name} = {json.dumps(value, indent=2)} as const;\n" for name, value in parts.items())]
+    )
 
 
 def _field(name: str, schema: Schema, is_optional: bool) -> dict[str, Any]:
