@@ -125,7 +125,8 @@ function press(event: KeyboardEvent, scene: Scene, session: Session): boolean {
   };
   const action = keys[event.key];
   action?.();
-  return action !== undefined;
+  // Escape also ends the view of the stage alone.
+  return action !== undefined && event.key !== "Escape";
 }
 
 export function MatCanvas({ session, words }: MatCanvasProps) {
