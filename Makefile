@@ -65,6 +65,7 @@ bench: setup
 	$(BIN)/python benchmarks/studio_page.py
 	$(BIN)/python benchmarks/drive.py
 	$(BIN)/python benchmarks/avr.py
+	$(BIN)/python benchmarks/chips.py
 
 screenshots: setup ## the README's pictures of the studio
 	$(BIN)/python scripts/screenshots.py

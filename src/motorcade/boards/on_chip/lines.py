@@ -14,7 +14,7 @@ from motorcade.words.upload import SILENCE_MS
 
 # Bytes a call. An ESP32's line holds 260 bytes and loses the others. An RP2040 takes about 0.1 ms for a byte, and its
 # sender waits.
-_MAX_BYTES = {"esp32": 160, "rp2": 40}
+_MAX_BYTES = {"esp32": 160, "rp2": 32}
 # Of a UART fewer, since its buffer holds the rest.
 _MAX_UART_BYTES = 48
 # Room for the 2,044 bytes of the largest image: none is lost however long a tick takes.
