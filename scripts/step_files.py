@@ -43,6 +43,7 @@ def _step_kinds() -> list[dict[str, Any]]:
         {
             "kind": kind.kind,
             "category": kind.category,
+            "in_start": kind.in_start,
             "accompanies": kind.accompanies,
             "holds": kind in (TogetherStep, RepeatStep),
             "fields": [_input(each) for each in own_fields(kind)],

@@ -35,7 +35,7 @@ def test_the_documents_example_is_built_with_the_mouse(open_page, example_words)
     studio.type_into(studio.field(first, "1"), "3")
     studio.drag_out("leader", "drive", "drive", below=first)
     studio.pick(studio.field(studio.block("leader", "forward"), "forward"), "left")
-    studio.pick(studio.field(studio.block("leader", "left"), "speed"), "speed 1")
+    studio.pick(studio.field(studio.block("leader", "left"), "60°"), "30°")
     studio.expect_words(example_words)
 
 
@@ -46,7 +46,7 @@ def test_the_documents_example_is_built_by_keyboard_alone(open_page, example_wor
     insert_first_block(studio)
     type_seconds(studio, "3")
     insert_first_block(studio)
-    for arrow, field in (("ArrowDown", "dropdown: forward"), ("ArrowUp", "dropdown: speed 2")):
+    for arrow, field in (("ArrowDown", "dropdown: forward"), ("ArrowUp", "dropdown: 2 ·")):
         press_until_at(studio, "ArrowRight", "button", field)
         for key in ("Enter", arrow, "Enter"):
             studio.page.keyboard.press(key)
@@ -111,7 +111,7 @@ def test_more_states_than_a_car_holds_are_refused(show, language) -> None:
     studio = show(language=language, project=TOO_LONG)
     expect(studio.diagnostics).to_contain_text([TOO_MANY[language]])
     # The sentence is a link to the block that needs most states, which shows it too.
-    studio.diagnostics.get_by_role("button").click()
+    studio.diagnostics.get_by_role("button").first.click()
     costly = studio.block("leader", "128")
     expect(costly).to_contain_class("blocklySelected")
     expect(costly.locator(":scope > .blocklyIconGroup")).to_be_visible()

@@ -49,6 +49,7 @@ class StudioPage:
         tour: bool = False,
         plain: bool = False,
         webgl: bool = False,
+        level: str = "words",
         build: Path | None = None,
         **options: Any,
     ) -> "StudioPage":
@@ -65,10 +66,11 @@ class StudioPage:
             plain: leave the page's areas as a first visit finds them; else both editors and the words show at once
                 where there is room.
             webgl: draw the stage as if there were a graphics processor.
+            level: of the page, as if it had been chosen before.
             build: a folder with another build of the page, shown in place of the studio's own.
             options: more of Playwright's options for a browser profile.
         """
-        settings: dict[str, Any] = {"theme": theme, "toured": not tour, "level": "words"}
+        settings: dict[str, Any] = {"theme": theme, "toured": not tour, "level": level}
         if not plain and size[0] > PHONE[0]:
             settings |= {"shares": {"blocks": 0.6}, "drawer": {"tab": "words", "open": True}}
         kept = {"motorcade.settings": json.dumps(settings)}

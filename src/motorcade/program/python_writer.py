@@ -1,6 +1,7 @@
 """Write a program as Python text, and bring an older text up to date: its comments and everything else stay."""
 
 import ast
+import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -320,4 +321,5 @@ def _import_of(names: dict[str, str]) -> str:
     line = f"from motorcade import {', '.join(each)}"
     if len(line) <= _LONGEST_LINE:
         return line
-    return "\n".join(["from motorcade import (", *(f"{_INDENT}{one}," for one in each), ")"])
+    rows = textwrap.wrap(", ".join(each) + ",", _LONGEST_LINE - len(_INDENT))
+    return "\n".join(["from motorcade import (", *(_INDENT + row for row in rows), ")"])

@@ -52,6 +52,7 @@ class Step:
             together.
         hue: the colour of these bits in the page's table of words, in degrees.
         sets: fields of the control word that are the same in every step of the kind.
+        in_start: whether the page's first level, with few kinds of blocks, has its block.
         accompanies: the step has a bit of the word but no duration of its own. In a together it lasts as long as the
             steps beside it. Alone it has ``seconds``, for which the car stands still.
     """
@@ -62,6 +63,7 @@ class Step:
     group: ClassVar[str] = ""
     hue: ClassVar[int] = 0
     sets: ClassVar[dict[str, int]] = {}
+    in_start: ClassVar[bool] = False
     accompanies: ClassVar[bool] = False
     id: str | None = None
     accept_ir: bool | None = None
@@ -95,6 +97,7 @@ class DriveStep(Step):
     """Drive or turn for some seconds; speed level 0 stands still, 3 is fastest (c3)."""
 
     kind: ClassVar[str] = "drive"
+    in_start: ClassVar[bool] = True
     names: ClassVar[dict[str, dict[str, str]]] = {
         "forward": {"direction": "forward"},
         "left": {"direction": "left"},
@@ -115,6 +118,7 @@ class WaitStep(Step):
     """Stand still for some seconds (c3 at speed 0)."""
 
     kind: ClassVar[str] = "wait"
+    in_start: ClassVar[bool] = True
     names: ClassVar[dict[str, dict[str, str]]] = {"wait": {}}
     category: ClassVar[str] = "drive"
     group: ClassVar[str] = "motor"
@@ -128,6 +132,7 @@ class LedStep(Step):
     """Light one of the LEDs 0 to 3 for some seconds (c4)."""
 
     kind: ClassVar[str] = "led"
+    in_start: ClassVar[bool] = True
     names: ClassVar[dict[str, dict[str, str]]] = {"led": {}}
     category: ClassVar[str] = "light"
     group: ClassVar[str] = "led"
@@ -163,6 +168,7 @@ class VoiceStep(AccompanyingStep):
     """Listen for 'stop' and 'go' (c6)."""
 
     kind: ClassVar[str] = "voice"
+    in_start: ClassVar[bool] = True
     names: ClassVar[dict[str, dict[str, str]]] = {"voice": {}}
     category: ClassVar[str] = "sense"
     group: ClassVar[str] = "voice"
@@ -187,6 +193,7 @@ class TogetherStep(Step):
     """Steps of different groups that start at once; it lasts as long as its longest."""
 
     kind: ClassVar[str] = "together"
+    in_start: ClassVar[bool] = True
     names: ClassVar[dict[str, dict[str, str]]] = {"together": {}}
     category: ClassVar[str] = "order"
     steps: tuple[Step, ...]
@@ -207,6 +214,7 @@ class RepeatStep(Step):
     """Steps done over and over."""
 
     kind: ClassVar[str] = "repeat"
+    in_start: ClassVar[bool] = True
     names: ClassVar[dict[str, dict[str, str]]] = {"repeat": {}}
     category: ClassVar[str] = "order"
     times: int = field(metadata={"schema": whole(1, 1_000_000_000), "first": 2})

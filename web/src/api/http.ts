@@ -1,7 +1,7 @@
 /** Requests to the server. When it doesn't answer, the store's `serverGone` becomes true until it answers again. */
 
 import { useStudio } from "../state/studio";
-import type { Blocks, ErrorAnswer, MissionAttempt, MissionChoice, Project, Requests, Sentence } from "../generated/messages";
+import type { Blocks, BlocksAndText, ErrorAnswer, MissionAttempt, MissionChoice, Project, Requests, Sentence } from "../generated/messages";
 
 /** The server refused a request; its sentence says why. */
 export class RefusedError extends Error {
@@ -41,6 +41,8 @@ async function refused(response: Response): Promise<RefusedError> {
 export const capabilities = () => ask("capabilities");
 export const profiles = () => ask("profiles");
 export const compile = (blocks: Blocks) => ask("compile", blocks);
+export const blocksToPython = (message: BlocksAndText) => ask("blocks-to-python", message);
+export const pythonToBlocks = (message: BlocksAndText) => ask("python-to-blocks", message);
 export const open = (text: string) => ask("open", { text });
 export const projectText = (project: Project) => ask("save-text", project);
 export const decompile = (image: string) => ask("decompile", { image });

@@ -70,6 +70,7 @@ function StageArea({ session }: { session: Session }) {
 function Work() {
   const { t } = useTranslation();
   const language = useEditorsLanguage();
+  const level = useSettings((settings) => settings.level);
   const [session] = useState(() => new Session());
   const alone = useStudio((studio) => studio.alone);
   const compiled = useStudio((studio) => studio.compiled !== null);
@@ -83,7 +84,7 @@ function Work() {
     <main className={css.work} data-alone={alone ?? undefined} data-compiled={compiled || undefined} style={{ "--share": shares.blocks } as CSSProperties}>
       <div className={css.blocks}>
         <MissionStrip session={session} />
-        <Editors key={language} />
+        <Editors key={`${language} ${level}`} />
         <Problems />
       </div>
       <Divider

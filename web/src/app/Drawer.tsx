@@ -11,6 +11,7 @@ import { Divider } from "../ui/areas";
 import { classes } from "../ui/classes";
 import { IconButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
+import { PythonPanel } from "../python/PythonPanel";
 import { WordsPanel } from "../words/WordsPanel";
 import areas from "../ui/areas.module.css";
 import buttons from "../ui/buttons.module.css";
@@ -38,6 +39,7 @@ const PANELS: readonly Panel[] = [
   { id: "things", from: "start", show: (props) => <Inspector {...props} /> },
   { id: "timeline", from: "words", show: (props) => <Timeline {...props} /> },
   { id: "words", from: "words", show: () => <WordsPanel /> },
+  { id: "python", from: "python", show: () => <PythonPanel /> },
 ];
 
 const NO_WORDS: readonly CompiledWord[] = [];

@@ -22,6 +22,7 @@ import { THEMES, type ThemeName, useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { IconButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
+import { LevelMenu } from "./LevelMenu";
 import css from "./app.module.css";
 import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
@@ -189,6 +190,7 @@ export function Header() {
           <span className={css.buttonText}>{t("menu.examplesShort")}</span>
         </Button>
         <FileMenu />
+        <LevelMenu />
         <SettingsMenu />
         <IconButton icon="help" label={t("help.title")} onPress={() => openDialog("help")} />
       </div>

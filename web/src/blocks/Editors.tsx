@@ -12,6 +12,7 @@ import { Divider } from "../ui/areas";
 import { IconButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
 import { collectEdits, noteEdit } from "../words/compiling";
+import { Mistake } from "./Mistake";
 import { forgetMarks, markDiagnostics, markRunning } from "./marks";
 import { createWorkspace, disposeWorkspace, emptyState, fill, findBlocks, read, revealBlock, showBlock, workspaceOf } from "./workspaces";
 import css from "./blocks.module.css";
@@ -70,7 +71,11 @@ function Editor({ editor }: { editor: EditorName }) {
     markDiagnostics(useStudio.getState().compiled?.diagnostics ?? []);
   }, [editor, generation]);
 
-  return <div className={css.host} ref={host} id={`${editor}-blocks`} />;
+  return (
+    <div className={css.host} ref={host} id={`${editor}-blocks`}>
+      <Mistake editor={editor} host={host} />
+    </div>
+  );
 }
 
 /** Find blocks by their text and step through them. */

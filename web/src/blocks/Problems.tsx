@@ -3,6 +3,7 @@ import { useTranslation } from "react-i18next";
 import { inLanguage } from "../i18n";
 import { useStudio } from "../state/studio";
 import { Icon } from "../ui/icons";
+import { MendButtons } from "./MendButtons";
 import { showBlock } from "./workspaces";
 import css from "./blocks.module.css";
 
@@ -13,7 +14,9 @@ export function Problems() {
   if (!diagnostics?.length) return null;
   return (
     <ul className={css.diagnostics} aria-label={t("words.diagnostics")}>
-      {diagnostics.map(({ code, severity, sentence, path, block, editor }, index) => (
+      {diagnostics.map((diagnostic, index) => {
+        const { code, severity, sentence, path, block, editor } = diagnostic;
+        return (
         <li key={`${code} ${path} ${index}`} data-severity={severity}>
           <Icon name={severity} />
           {block && editor ? (
@@ -25,8 +28,10 @@ export function Problems() {
               {editor && <b>{t(`editors.${editor}`)}</b>} {inLanguage(sentence)}
             </span>
           )}
+          <MendButtons diagnostic={diagnostic} />
         </li>
-      ))}
+        );
+      })}
     </ul>
   );
 }

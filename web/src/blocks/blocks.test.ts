@@ -3,6 +3,7 @@ import { beforeAll, describe, expect, it } from "vitest";
 import type { Profile } from "../api/types";
 import { startLanguages } from "../i18n";
 import { FIRST_STEPS } from "../projects/project";
+import { useSettings } from "../state/settings";
 import { refusal, typesIn } from "./clipboard";
 import { BLOCK_TYPES, defineBlocks, canStandIn, toolboxOf } from "./definitions";
 
@@ -16,6 +17,7 @@ const profile = {
 } as Profile;
 
 beforeAll(() => {
+  useSettings.setState({ level: "words" });
   startLanguages();
   defineBlocks(profile);
 });
@@ -68,6 +70,19 @@ describe("the blocks", () => {
     const offered = toolboxOf("followers").contents.flatMap(({ contents }) => contents.map(({ type }) => type));
     expect([...offered].sort()).toEqual(BLOCK_TYPES.filter((type) => !/leader|followers/.test(type)).sort());
     expect(canStandIn("leader", "motorcade_infrared")).toBe(false);
+  });
+
+  it("are few on the first level, tell speeds in words, and are saved alike", () => {
+    const before = BLOCK_TYPES.map(saved);
+    useSettings.setState({ level: "start" });
+    const offered = toolboxOf("followers").contents.flatMap(({ contents }) => contents.map(({ type }) => type));
+    const drive = new Blockly.Workspace().newBlock("motorcade_drive");
+    const [speed, figure] = [drive.getField("SPEED")!.getText(), drive.getField("SPEED")!.getTooltip()];
+    const now = BLOCK_TYPES.map(saved);
+    useSettings.setState({ level: "words" });
+    expect(offered).toHaveLength(6);
+    expect([speed, figure]).toEqual(["medium", "200 mm/s"]);
+    expect(now).toEqual(before);
   });
 });
 

@@ -5,7 +5,9 @@ import i18next from "i18next";
 import type { Profile, EditorName, Language } from "../api/types";
 import type { Texts } from "virtual:texts/studio";
 import { STEP_KINDS, CATEGORIES } from "../generated/steps";
+import { useSettings } from "../state/settings";
 import { levelText } from "./figures";
+import { IconField, iconOf } from "./icons";
 import { SecondsField, SpeedField, speedsOf } from "./fields";
 
 type Option = [string, string];
@@ -13,6 +15,7 @@ type Field = Record<string, unknown>;
 type StepKind = (typeof STEP_KINDS)[number];
 type StepField = StepKind["fields"][number];
 
+const HIDDEN = "HIDDEN";
 /** Enough for any program: a car holds 255 states. */
 const MOST_TIMES = 1000;
 
@@ -26,6 +29,9 @@ interface Definition {
   holds?: boolean;
   hat?: boolean;
 }
+
+/** Whether the page shows few kinds of blocks, and words in place of figures. */
+const isStart = () => useSettings.getState().level === "start";
 
 const dropdown = (name: string, options: Option[] | (() => Option[])): Field => ({ type: "field_dropdown", name, options });
 const seconds = (profile: Profile): Field => ({
@@ -65,7 +71,10 @@ function inputOf(field: StepField, profile: Profile): Field {
       return { type: "field_number", name: field.name, value: field.first, min: field.minimum, max: MOST_TIMES, precision: 1 };
     case "level":
       if (field.menu === "speed") return { type: SpeedField.KIND, name: field.name, options: speedsOf(profile), first: String(field.first) };
-      return dropdown(field.name, () => field.levels.map((level): Option => [levelText(profile, field.menu, level), String(level)]));
+      return {
+        ...dropdown(field.name, () => field.levels.map((level): Option => [levelText(profile, field.menu, level, isStart()), String(level)])),
+        tooltip: field.levels.map((level) => levelText(profile, field.menu, level)).join(" · "),
+      };
   }
 }
 
@@ -102,8 +111,14 @@ export const BLOCK_TYPES = Object.keys(DEFINITIONS);
 /** The definition as Blockly's JSON; exported for the tests that hold it against what the server reads. */
 export function jsonOf(type: string, profile: Profile): Record<string, unknown> {
   const { message, style, fields, tail, holds, hat } = DEFINITIONS[type]!;
+  const text = isStart() ? i18next.t(`startBlocks.${message}`) : i18next.t(`blocks.${message}`);
+  // The first level shows no settings of infrared: the block keeps them, unseen.
+  const hidden = isStart() && message === "followers";
+  const own = fields?.(profile) ?? [];
   const rows = [
-    { message: i18next.t(`blocks.${message}`), fields: fields?.(profile) ?? [] },
+    // The icon comes first, so every other field's number is one higher.
+    { message: `%1 ${text.replace(/%(\d)/g, (_, number) => `%${Number(number) + 1}`)}`, fields: [iconOf(message), ...(hidden ? [] : own)] },
+    ...(hidden ? [{ message: "%1 %2 %3 %4 %5", fields: [...own, { type: "input_dummy", name: HIDDEN }] }] : []),
     ...(tail ? [{ message: i18next.t("blocks.tail"), fields: tail(profile) }] : []),
     ...(holds ? [{ message: "%1", fields: [{ type: "input_statement", name: "STEPS" }] }] : []),
   ];
@@ -136,12 +151,17 @@ function hideSecondsInTogether(this: Blockly.Block): void {
 export function defineBlocks(profile: Profile): void {
   SecondsField.announce();
   SpeedField.announce();
+  IconField.announce();
   for (const [type, { tail, hat }] of Object.entries(DEFINITIONS)) {
     Blockly.Blocks[type] = {
       init(this: Blockly.Block) {
         this.jsonInit(jsonOf(type, profile));
         if (hat) this.setDeletable(false);
-        if (type === "motorcade_drive") SpeedField.followDirection(this);
+        this.getInput(HIDDEN)?.setVisible(false);
+        if (type === "motorcade_drive") {
+          SpeedField.followDirection(this);
+          SpeedField.showFigures(this, profile);
+        }
         if (tail) this.setOnChange(hideSecondsInTogether);
       },
     };
@@ -150,6 +170,7 @@ export function defineBlocks(profile: Profile): void {
 
 const drawer = (category: (typeof CATEGORIES)[number]) =>
   STEP_KINDS.filter((each) => each.category === category).map(({ kind }) => `motorcade_${kind}`);
+const START_BLOCKS: ReadonlySet<string> = new Set(STEP_KINDS.filter(({ in_start }) => in_start).map(({ kind }) => `motorcade_${kind}`));
 
 const DRAWERS = {
   ...(Object.fromEntries(CATEGORIES.map((category) => [category, drawer(category)])) as Record<(typeof CATEGORIES)[number], string[]>),
@@ -176,14 +197,16 @@ export function canStandIn(editor: EditorName, type: string): boolean {
 /** The drawers of an editor; with `steps` only the blocks of these kinds, and of infrared, are in them. */
 export function toolboxOf(editor: EditorName, steps: readonly string[] | null = null) {
   const isOffered = (type: string) => steps === null || type === "motorcade_infrared" || steps.includes(type.replace("motorcade_", ""));
+  // What a mission offers is there on every level.
+  const isShown = (type: string) => isOffered(type) && (steps !== null || !isStart() || START_BLOCKS.has(type));
   return {
     kind: "categoryToolbox",
-    contents: DRAWERS_OF[editor].filter((drawer) => DRAWERS[drawer].some(isOffered)).map((drawer) => ({
+    contents: DRAWERS_OF[editor].filter((drawer) => DRAWERS[drawer].some(isShown)).map((drawer) => ({
       kind: "category",
       name: i18next.t(`drawers.${drawer}`),
       categorystyle: `${drawer}_category`,
       cssconfig: { icon: `drawer-icon drawer-${drawer}` },
-      contents: DRAWERS[drawer].filter(isOffered).map((type) => ({ kind: "block", type })),
+      contents: DRAWERS[drawer].filter(isShown).map((type) => ({ kind: "block", type })),
     })),
   };
 }

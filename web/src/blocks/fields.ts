@@ -3,7 +3,8 @@
 import * as Blockly from "blockly/core";
 import i18next from "i18next";
 import type { Profile } from "../api/types";
-import { speedMeaning, turnMeaning } from "./figures";
+import { useSettings } from "../state/settings";
+import { levelText, speedMeaning, turnMeaning } from "./figures";
 
 interface SecondsConfig extends Blockly.FieldConfig {
   value?: number;
@@ -62,7 +63,11 @@ export function speedsOf(profile: Profile): Options {
   return function (this: Blockly.FieldDropdown) {
     const direction: unknown = this.getSourceBlock()?.getFieldValue("DIRECTION");
     const meaning = direction === "left" || direction === "right" ? turnMeaning : speedMeaning;
-    return LEVELS.map((level) => [i18next.t("blocks.speed", { level, meaning: meaning(profile, level) }), String(level)]);
+    const inWords = useSettings.getState().level === "start";
+    return LEVELS.map((level) => {
+      const text = i18next.t("blocks.speed", { level, meaning: meaning(profile, level) });
+      return [inWords ? levelText(profile, "speed", level, true) : text, String(level)];
+    });
   };
 }
 
@@ -87,6 +92,15 @@ export class SpeedField extends Blockly.FieldDropdown {
     block.getField("DIRECTION")?.setValidator((direction: string) => {
       block.getField("SPEED")?.forceRerender();
       return direction;
+    });
+  }
+
+  /** What the chosen level is in figures. */
+  static showFigures(block: Blockly.Block, profile: Profile): void {
+    block.getField("SPEED")?.setTooltip(() => {
+      const direction: unknown = block.getFieldValue("DIRECTION");
+      const meaning = direction === "left" || direction === "right" ? turnMeaning : speedMeaning;
+      return meaning(profile, Number(block.getFieldValue("SPEED")));
     });
   }
 

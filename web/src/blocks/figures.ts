@@ -44,8 +44,14 @@ export function levelMeaning(profile: Profile, menu: Menu, level: number, turnin
   }
 }
 
-/** A level as a menu shows it. */
-export function levelText(profile: Profile, menu: Menu, level: number): string {
+/** A level in a word: 'fast'. */
+function levelWord(menu: Menu, level: number): string {
+  return i18next.t(`levels.${menu}.${level as 0 | 1 | 2 | 3}`);
+}
+
+/** A level as a menu shows it: in a word, or with its figure. */
+export function levelText(profile: Profile, menu: Menu, level: number, inWords = false): string {
+  if (inWords) return levelWord(menu, level);
   const meaning = levelMeaning(profile, menu, level);
   return menu === "light" ? meaning : i18next.t(`blocks.${menu}`, { level, meaning });
 }

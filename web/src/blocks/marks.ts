@@ -18,10 +18,17 @@ export function markDiagnostics(diagnostics: readonly Diagnostic[]): void {
       texts.set(block, [...(texts.has(block) ? [texts.get(block)!] : []), inLanguage(sentence)].join("\n"));
     }
     const before = marked.get(editor) ?? new Map<string, string>();
-    for (const id of before.keys()) if (!texts.has(id)) workspace.getBlockById(id)?.setWarningText(null, WARNING);
-    for (const [id, text] of texts) if (before.get(id) !== text) workspace.getBlockById(id)?.setWarningText(text, WARNING);
+    const wrong = new Set(diagnostics.filter(({ severity }) => severity === "error").map(({ block }) => block));
+    for (const id of before.keys()) if (!texts.has(id)) mark(workspace.getBlockById(id), null, false);
+    for (const [id, text] of texts) if (before.get(id) !== text) mark(workspace.getBlockById(id), text, wrong.has(id));
     marked.set(editor, texts);
   }
+}
+
+function mark(block: BlockSvg | null, text: string | null, wrong: boolean): void {
+  block?.setWarningText(text, WARNING);
+  if (wrong) block?.addClass("motorcade-wrong");
+  else block?.removeClass("motorcade-wrong");
 }
 
 /** Forget the marks of an editor that was filled with new blocks. */

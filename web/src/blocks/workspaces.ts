@@ -37,7 +37,7 @@ export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.
     modalInputs: false,
     maxInstances: { [hatOf(editor)]: 1 },
     move: { scrollbars: true, drag: true, wheel: true },
-    zoom: { controls: true, pinch: true, wheel: false, startScale: 0.7, minScale: 0.3, maxScale: 2 },
+    zoom: { controls: true, pinch: true, wheel: false, startScale: 1, minScale: 0.3, maxScale: 2 },
   });
   workspace.getSvgGroup().setAttribute("aria-label", i18next.t(`editors.${editor}Blocks`));
   host.addEventListener("focusin", () => beginUnderHat(editor, workspace));
@@ -228,6 +228,6 @@ export function themeOf(name: ThemeName): Blockly.Theme {
     blockStyles: Object.fromEntries(blockStyles) as Record<string, Blockly.Theme.BlockStyle>,
     categoryStyles: Object.fromEntries(colours.map(([style, [colour]]) => [`${style}_category`, { colour }])),
     componentStyles: GROUNDS[name],
-    fontStyle: { family: '"Noto Sans SC", "Noto Sans CJK SC", system-ui, sans-serif', size: 11 },
+    fontStyle: { family: '"Noto Sans SC", "Noto Sans CJK SC", system-ui, sans-serif', weight: "500", size: 12 },
   });
 }

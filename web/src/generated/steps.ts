@@ -4,6 +4,7 @@ export const STEP_KINDS = [
   {
     "kind": "drive",
     "category": "drive",
+    "in_start": true,
     "accompanies": false,
     "holds": false,
     "fields": [
@@ -40,6 +41,7 @@ export const STEP_KINDS = [
   {
     "kind": "wait",
     "category": "drive",
+    "in_start": true,
     "accompanies": false,
     "holds": false,
     "fields": [
@@ -54,6 +56,7 @@ export const STEP_KINDS = [
   {
     "kind": "led",
     "category": "light",
+    "in_start": true,
     "accompanies": false,
     "holds": false,
     "fields": [
@@ -80,6 +83,7 @@ export const STEP_KINDS = [
   {
     "kind": "avoid",
     "category": "sense",
+    "in_start": false,
     "accompanies": false,
     "holds": false,
     "fields": [
@@ -106,6 +110,7 @@ export const STEP_KINDS = [
   {
     "kind": "voice",
     "category": "sense",
+    "in_start": true,
     "accompanies": true,
     "holds": false,
     "fields": [
@@ -120,6 +125,7 @@ export const STEP_KINDS = [
   {
     "kind": "pir",
     "category": "sense",
+    "in_start": false,
     "accompanies": true,
     "holds": false,
     "fields": [
@@ -134,6 +140,7 @@ export const STEP_KINDS = [
   {
     "kind": "repeat",
     "category": "order",
+    "in_start": true,
     "accompanies": false,
     "holds": true,
     "fields": [
@@ -148,6 +155,7 @@ export const STEP_KINDS = [
   {
     "kind": "together",
     "category": "order",
+    "in_start": true,
     "accompanies": false,
     "holds": true,
     "fields": []

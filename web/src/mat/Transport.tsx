@@ -4,6 +4,7 @@ import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { useSettings } from "../state/settings";
 import { isHeard, showAlone, toggleSound, useStudio } from "../state/studio";
+import { tellWrongBlock } from "../blocks/mends";
 import { clock } from "../timeline/events";
 import { classes } from "../ui/classes";
 import { Icon } from "../ui/icons";
@@ -36,7 +37,7 @@ export const Transport = memo(function Transport({ session, words }: TransportPr
         id="mat-play"
         className={classes(fields.button, fields.main, fields.wide)}
         isDisabled={empty}
-        onPress={() => (playing ? session.send({ do: "pause" }) : session.play())}
+        onPress={() => (playing ? session.send({ do: "pause" }) : tellWrongBlock() || session.play())}
       >
         <Icon name={playing ? "pause" : "play"} />
         <span>{playing ? t("mat.pause") : t("mat.play")}</span>

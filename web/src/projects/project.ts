@@ -4,6 +4,7 @@ import i18next from "i18next";
 import type { OpenedProject, Project, WorkspaceState } from "../api/types";
 import { confirm } from "../state/dialogs";
 import { forgetEdits } from "../state/history";
+import { useSettings } from "../state/settings";
 import { EMPTY_MAT, type Studio, useStudio } from "../state/studio";
 import { collectEdits } from "../words/compiling";
 
@@ -48,12 +49,13 @@ const equalProjects = (a: SavedParts, b: SavedParts) =>
 export function openProject(): Project {
   collectEdits();
   const { leader, followers, profile, mat, rangeMm, python } = useStudio.getState();
-  return { leader, followers, profile, mat, range_mm: rangeMm, python, level: null };
+  return { leader, followers, profile, mat, range_mm: rangeMm, python, level: useSettings.getState().level };
 }
 
 /** Fill page and editors with a project. */
 export function loadProject(project: OpenedProject, parkedFollowers: WorkspaceState | null = null): void {
   forgetEdits();
+  if (project.level) useSettings.setState({ level: project.level });
   useStudio.setState(({ generation }) => ({
     name: project.name ?? "",
     leader: project.leader,

@@ -48,7 +48,7 @@ export const useSettings = create<Settings>(() => ({
   sound: true,
   userName: null,
   uploaded: false,
-  level: "words",
+  level: "start",
   drawer: { tab: "swarm", open: false },
   shares: { blocks: 0.43, editors: 0.5, drawer: 0.38 },
 }));

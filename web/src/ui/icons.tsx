@@ -2,6 +2,7 @@ import buttons from "./buttons.module.css";
 /** The page's icons, drawn in the colour of the text around them. */
 
 const PATHS = {
+  levels: "M4 20v-5h4v5M10 20V10h4v10M16 20V5h4v15",
   undo: "M9 7 4 12l5 5M4 12h10a6 6 0 0 1 6 6v1",
   redo: "m15 7 5 5-5 5M20 12H10a6 6 0 0 0-6 6v1",
   search: "M10.5 4a6.5 6.5 0 1 0 0 13 6.5 6.5 0 0 0 0-13ZM15.5 15.5 20 20",

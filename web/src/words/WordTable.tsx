@@ -1,11 +1,14 @@
-import { memo, type CSSProperties, type KeyboardEvent, type RefObject, useEffect, useRef, useState } from "react";
+import { memo, type CSSProperties, type KeyboardEvent, type RefObject, useEffect, useMemo, useRef, useState } from "react";
 import { flushSync } from "react-dom";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord, EditorName, Field, Profile } from "../api/types";
 import { showBlock, withInner } from "../blocks/workspaces";
 import { FORMATS } from "../generated/steps";
+import { usePython } from "../python/text";
+import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { bitsOf, blockOf, colourOf, hasBlockIn, isLit, isNarrow, spansOf, fieldMeaning } from "./bits";
+import { storyOf } from "./story";
 import controls from "../ui/controls.module.css";
 import css from "./words.module.css";
 
@@ -61,6 +64,8 @@ interface WordRowProps {
   fields: readonly Field[];
   profile: Profile;
   lit: ReadonlySet<string>;
+  /** The line of the Python text that made it, where that shows. */
+  line: number | undefined;
   /** The user's place where it is in this row. */
   place: Place | null;
   onPlace: (place: Place) => void;
@@ -74,7 +79,7 @@ function leadToBlock(word: CompiledWord, field: string): void {
 
 /** Drawn again only where its word or its highlighted fields change: its many labels take the most time of the page. */
 const WordRow = memo(function WordRow(props: WordRowProps) {
-  const { index, word, fields, profile, lit, place, onPlace } = props;
+  const { index, word, fields, profile, lit, line, place, onPlace } = props;
   const { t } = useTranslation();
   const row = useRef<HTMLDivElement>(null);
   const active = place && Math.min(place.field, fields.length - 1);
@@ -84,10 +89,13 @@ const WordRow = memo(function WordRow(props: WordRowProps) {
   }, [place]);
 
   return (
-    <div role="row" aria-rowindex={index + 1} className={css.word} data-part={word.part} ref={row}>
+    <div role="row" aria-rowindex={index + 1} className={css.word} data-part={word.part} data-hex={word.hex.toUpperCase()} ref={row}>
       <span role="rowheader" className={css.name}>
         <span className={css.index}>{index}</span>
-        <span className={css.hex}>{word.hex.toUpperCase()}</span>
+        <span className={css.story}>{storyOf(word, profile)}</span>
+        {line !== undefined && <span className={css.line}>{t("python.line", { line })}</span>}
+        {/* The style sheet shows it behind the bits. */}
+        <span className={controls.visuallyHidden}>{word.hex.toUpperCase()}</span>
         <span className={controls.visuallyHidden}>{t(`parts.${word.part}`)}</span>
       </span>
       {fields.map((field, at) => (
@@ -142,6 +150,15 @@ function placeOfBlocks(words: readonly CompiledWord[], editor: EditorName | null
   return row < 0 ? old : { row, field: firstLit(words[row]) };
 }
 
+const NO_LINES: ReadonlyMap<string, number> = new Map();
+
+/** The line of each block in the Python text, on the level that shows the text. */
+function useLines(): ReadonlyMap<string, number> {
+  const shown = useSettings(({ level }) => level === "python");
+  const places = usePython((python) => python.places);
+  return useMemo(() => (shown ? new Map(places.map(({ block, line }) => [block, line])) : NO_LINES), [shown, places]);
+}
+
 /** The image's words. Arrow keys walk through its fields; Enter or a click leads to a field's block. */
 export function WordTable({ words, profile }: WordTableProps) {
   const { t } = useTranslation();
@@ -155,6 +172,7 @@ export function WordTable({ words, profile }: WordTableProps) {
     setPlacedFor(selected);
     setPlace(placeOfBlocks(words, editor, blocks, place));
   }
+  const lines = useLines();
   const row = clamp(place.row, words.length - 1);
   const word = words[row]!;
   const field = fieldsOf(word)[clamp(place.field, fieldsOf(word).length - 1)]!;
@@ -206,6 +224,7 @@ export function WordTable({ words, profile }: WordTableProps) {
                 word={each}
                 fields={fieldsOf(each)}
                 profile={profile}
+                line={lines.get(each.block ?? "")}
                 lit={each.part === editor && hasBlockIn(each, blocks) ? blocks : NOTHING}
                 place={first + index === row ? place : null}
                 onPlace={setPlace}

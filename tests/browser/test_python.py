@@ -1,0 +1,92 @@
+"""The Python text and the blocks follow each other; a wrong block is mended; each level shows its blocks whole."""
+
+import pytest
+from playwright.sync_api import expect
+
+from motorcade import (
+    Followers,
+    Program,
+    avoid,
+    forward,
+    led,
+    left,
+    pir,
+    repeat,
+    together,
+    voice,
+    wait,
+    wander,
+)
+
+PROGRAM = Program([forward(3), left(1)]).as_dict()
+# No block is wider, so that it is whole beside the drawers of a small tablet and of a phone.
+WIDEST_PX = 260
+LEAST_TYPE_PX = 16
+SIZES = """() => [...document.querySelectorAll('.blocklyDraggable')]
+    .map(block => [block.textContent, block.querySelector(':scope > .blocklyPath').getBBox().width,
+        [...block.querySelectorAll('text')].map(text => parseFloat(getComputedStyle(text).fontSize))])"""
+
+
+def test_the_text_and_the_blocks_follow_each_other(open_page) -> None:
+    studio = open_page(project=PROGRAM, level="python")
+    studio.look_up("python")
+    text = studio.page.get_by_role("textbox", name=studio.say("python.text"))
+    expect(text).to_contain_text("forward(3),")
+    # An edit of the text changes the blocks, and their words.
+    text.get_by_text("left(1)").click()
+    studio.page.keyboard.press("End")
+    for typed in ("  # round", "Enter", "wait(2),"):
+        studio.page.keyboard.press(typed) if typed == "Enter" else studio.page.keyboard.type(typed)
+    expect(studio.block("leader", "wait")).to_be_visible()
+    # An edit of the blocks changes the text, which keeps its comment.
+    studio.type_into(studio.field(studio.block("leader", "forward"), "3"), "5")
+    expect(text).to_contain_text("forward(5),")
+    expect(text).to_contain_text("left(1),  # round")
+    studio.undo()
+    expect(text).to_contain_text("forward(3),")
+    # A mistake is told at its line, and the blocks stay.
+    text.get_by_text("wait(2)").click()
+    studio.page.keyboard.press("Home")
+    studio.page.keyboard.type("x")
+    expect(studio.page.get_by_role("status").filter(has_text="Did you mean 'wait'?")).to_be_visible()
+    expect(studio.block("leader", "wait")).to_be_visible()
+    studio.page.get_by_role("button", name=studio.say("python.writeAnew")).click()
+    expect(text).to_contain_text("wait(2),")
+    assert studio.faults == []
+
+
+def test_a_wrong_block_says_what_would_mend_it_and_keeps_the_cars_from_driving(open_page) -> None:
+    studio = open_page(project=Program([wait(1), forward(1.5)]).as_dict())
+    studio.expect_words(["01000000", "60800000"])
+    studio.play()
+    expect(studio.notices).to_contain_text("1.5 s can't be made")
+    studio.page.get_by_role("note").get_by_role("button", name="make it 2 s").click()
+    expect(studio.diagnostics).to_have_count(0)
+    studio.expect_words(["02000000", "60800000", "65000000"])
+
+
+@pytest.mark.parametrize("language", ["en", "zh"])
+def test_blocks_are_roomy_and_narrow_on_every_level(open_page, language) -> None:
+    together_all = together(forward(3), led(3, 3), avoid(3, 3), voice(), pir())
+    steps = [
+        forward(3, speed=3),
+        wait(765),
+        avoid(0, 30),
+        voice(1),
+        pir(1),
+        repeat(999, led(0, 1), wander(3)),
+        together_all,
+    ]
+    followers = Followers([forward(1, accept_ir=False, forward=True)])
+    studio = open_page(project=Program(steps, followers).as_dict(), language=language)
+    for level in ("words", "start"):
+        if level == "start":
+            named = studio.say("level.button", level=studio.say("level.words"))
+            studio.choose(named, item=studio.say("level.start"), exact=False)
+            expect(studio.page.get_by_role("tab", name=studio.say("drawer.words"))).to_have_count(0)
+        studio.page.get_by_role("radio", name=studio.say("editors.followers"), exact=True).click()
+        blocks = studio.page.evaluate(SIZES)
+        assert len(blocks) == 18
+        for kind, width, sizes in blocks:
+            assert width <= WIDEST_PX, kind
+            assert min(sizes) >= LEAST_TYPE_PX, kind

@@ -1,0 +1,81 @@
+/** Bring the blocks of an editor to another state and keep each block that stays: its place, comment and selection. */
+
+import * as Blockly from "blockly/core";
+import type { EditorName, WorkspaceState } from "../api/types";
+import { useStudio } from "../state/studio";
+import { collectEdits, noteEdit } from "../words/compiling";
+import { hatOf } from "./definitions";
+import { read, workspaceOf } from "./workspaces";
+
+type State = Blockly.serialization.blocks.State;
+
+function rowOf(first: State | undefined): State[] {
+  const row: State[] = [];
+  for (let state = first; state; state = state.next?.block) row.push(state);
+  return row;
+}
+
+function blocksFrom(first: Blockly.Block | null): Blockly.Block[] {
+  const blocks: Blockly.Block[] = [];
+  for (let block = first; block; block = block.getNextBlock()) blocks.push(block);
+  return blocks;
+}
+
+/** Give a block the fields of a state of its type, and the blocks inside it. */
+function alter(block: Blockly.Block, state: State): void {
+  for (const [name, value] of Object.entries(state.fields ?? {})) {
+    if (String(block.getFieldValue(name)) !== String(value)) block.setFieldValue(value, name);
+  }
+  const inside = block.getInput("STEPS")?.connection;
+  if (inside) replaceRow(inside, state.inputs?.STEPS?.block);
+}
+
+/** The block of the row that a state is of; infrared blocks, which are no steps, have no ids in a program. */
+function take(left: Set<Blockly.Block>, state: State): Blockly.Block | undefined {
+  const found = [...left].find((block) => block.type === state.type && (state.id === undefined || block.id === state.id));
+  if (found) left.delete(found);
+  return found;
+}
+
+/** Replace the row of blocks below a connection. Blocks that are switched off say nothing and stay. */
+function replaceRow(connection: Blockly.Connection, first: State | undefined): void {
+  const left = new Set(blocksFrom(connection.targetBlock()).filter((block) => block.isEnabled()));
+  const wanted = rowOf(first).map((state) => ({ state, block: take(left, state) }));
+  for (const block of left) block.dispose(true);
+  let at = connection;
+  for (const { state, block: present } of wanted) {
+    for (let off = at.targetBlock(); off && !off.isEnabled(); off = at.targetBlock()) at = off.nextConnection!;
+    const alone = { ...state, next: undefined };
+    const block = present ?? Blockly.serialization.blocks.append(alone, at.getSourceBlock().workspace);
+    if (at.targetBlock() !== block) {
+      if (present) block.unplug(true);
+      at.connect(block.previousConnection!);
+    }
+    if (present) alter(block, state);
+    at = block.nextConnection!;
+  }
+}
+
+/** Bring an editor to a state that a program was written to: its hat and the row below. Other blocks stay. */
+function alterEditor(editor: EditorName, state: WorkspaceState): void {
+  const workspace = workspaceOf(editor);
+  const [wanted] = (state as { blocks?: { blocks?: State[] } }).blocks?.blocks ?? [];
+  const [hat] = workspace?.getBlocksByType(hatOf(editor)) ?? [];
+  if (!hat || !wanted) return;
+  alter(hat, wanted);
+  replaceRow(hat.nextConnection!, wanted.next?.block);
+  noteEdit(editor);
+}
+
+/** Bring both editors to these blocks, as one change for undo. */
+export function alterBlocks(leader: WorkspaceState, followers: WorkspaceState | null): void {
+  const before = useStudio.getState().followers;
+  const group = Blockly.Events.getGroup();
+  Blockly.Events.setGroup(true);
+  alterEditor("leader", leader);
+  if (followers && before) alterEditor("followers", followers);
+  Blockly.Events.setGroup(group);
+  collectEdits();
+  if (followers && !before) useStudio.setState({ followers, parkedFollowers: null });
+  if (!followers && before) useStudio.setState({ parkedFollowers: workspaceOf("followers") ? read("followers") : before, followers: null });
+}

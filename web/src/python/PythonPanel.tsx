@@ -1,0 +1,55 @@
+import { lazy, Suspense, useEffect } from "react";
+import { Button } from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import { inLanguage } from "../i18n";
+import { ErrorBoundary } from "../ui/areas";
+import { classes } from "../ui/classes";
+import { followBlocks, isMistaken, updateText, usePython } from "./text";
+import buttons from "../ui/buttons.module.css";
+import controls from "../ui/controls.module.css";
+import css from "./python.module.css";
+
+const CodeEditor = lazy(() => import("./CodeEditor"));
+
+/** What is wrong with the text, in words: screen readers announce it. */
+function Mistakes() {
+  const { t } = useTranslation();
+  const diagnostics = usePython((python) => python.diagnostics);
+  const mistaken = isMistaken({ diagnostics });
+  return (
+    <div className={css.mistakes} role="status">
+      {diagnostics.slice(0, 3).map(({ sentence, severity, place }, index) => (
+        <p key={index} data-severity={severity}>
+          {place && <b>{t("python.line", { line: place.line })}</b>} {inLanguage(sentence)}
+        </p>
+      ))}
+      {mistaken && (
+        <p className={css.kept}>
+          {t("python.blocksCount")}{" "}
+          <Button className={buttons.link} onPress={() => void updateText(true)}>
+            {t("python.writeAnew")}
+          </Button>
+        </p>
+      )}
+    </div>
+  );
+}
+
+/** The program as Python text, beside the blocks; each follows the other. */
+export function PythonPanel() {
+  const { t } = useTranslation();
+  useEffect(followBlocks, []);
+  return (
+    <div className={css.panel}>
+      <p id="python-about" className={classes(controls.quiet, css.about)}>
+        {t("python.about")}
+      </p>
+      <ErrorBoundary fallback={<p className={css.mistakes}>{t("app.failed")}</p>}>
+        <Suspense fallback={<p className={controls.quiet}>{t("app.loading")}</p>}>
+          <CodeEditor />
+        </Suspense>
+      </ErrorBoundary>
+      <Mistakes />
+    </div>
+  );
+}

@@ -1,0 +1,90 @@
+/** The Python text beside the blocks: an edit of one is shown in the other. */
+
+import { create } from "zustand";
+import * as api from "../api/http";
+import type { Diagnostic } from "../api/types";
+import { alterBlocks } from "../blocks/rows";
+import type { BlockPlace } from "../generated/messages";
+import { useStudio } from "../state/studio";
+import { collectEdits } from "../words/compiling";
+
+interface PythonText {
+  text: string;
+  /** Where each block stands in the text. */
+  places: readonly BlockPlace[];
+  diagnostics: readonly Diagnostic[];
+}
+
+export const usePython = create<PythonText>(() => ({ text: "", places: [], diagnostics: [] }));
+
+/** Whether the text can't be read: the blocks keep what they were. */
+export const isMistaken = ({ diagnostics }: Pick<PythonText, "diagnostics">) => diagnostics.some(({ severity }) => severity === "error");
+
+/** For how long what is typed in quick succession is collected. */
+const COLLECT_MS = 60;
+let typing: ReturnType<typeof setTimeout> | undefined;
+/** Counts the edits of the text: answers to older ones are dropped. */
+let edits = 0;
+let asking = false;
+let askAgain = false;
+
+function blocksNow() {
+  collectEdits();
+  const { leader, followers, profile } = useStudio.getState();
+  return { leader, followers, profile };
+}
+
+/** A failed request is told by the compiler's, which runs at the same time. */
+const quietly = <T>(answer: Promise<T>): Promise<T | null> => answer.catch(() => null);
+
+/** The user changed the text. */
+export function editText(text: string): void {
+  edits += 1;
+  usePython.setState({ text });
+  useStudio.setState({ python: text });
+  clearTimeout(typing);
+  typing = setTimeout(() => void readText(edits), COLLECT_MS);
+}
+
+async function readText(edit: number): Promise<void> {
+  const { text } = usePython.getState();
+  const answer = await quietly(api.pythonToBlocks({ ...blocksNow(), text }));
+  if (edit !== edits) return;
+  typing = undefined;
+  if (!answer) return;
+  if (answer.leader) alterBlocks(answer.leader, answer.followers);
+  else usePython.setState({ diagnostics: answer.diagnostics });
+  await updateText();
+}
+
+/** Bring the text up to date with the blocks; `anew` writes it without what it was before. */
+export async function updateText(anew = false): Promise<void> {
+  askAgain = true;
+  if (asking) return;
+  asking = true;
+  while (askAgain) {
+    askAgain = false;
+    const edit = edits;
+    const answer = await quietly(api.blocksToPython({ ...blocksNow(), text: anew ? "" : usePython.getState().text }));
+    if (!answer || edit !== edits || typing !== undefined) continue;
+    usePython.setState({ text: answer.text, places: answer.places, diagnostics: answer.diagnostics });
+    const { python } = useStudio.getState();
+    if (python !== null && python !== answer.text) useStudio.setState({ python: answer.text });
+  }
+  asking = false;
+}
+
+/** Follow the blocks and the projects that are opened until the returned function is called. */
+export function followBlocks(): () => void {
+  usePython.setState({ text: useStudio.getState().python ?? "" });
+  void updateText();
+  return useStudio.subscribe((now, before) => {
+    if (now.generation !== before.generation) {
+      edits += 1;
+      clearTimeout(typing);
+      typing = undefined;
+      usePython.setState({ text: now.python ?? "", places: [], diagnostics: [] });
+    } else if (now.leader === before.leader && now.followers === before.followers && now.profile === before.profile) return;
+    if (typing === undefined) void updateText();
+  });
+}
