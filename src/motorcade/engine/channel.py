@@ -15,6 +15,7 @@ flips and no even number.
 """
 
 import math
+from typing import Literal
 
 from motorcade.car import frames
 from motorcade.engine import events
@@ -23,6 +24,8 @@ from motorcade.engine.geometry import cosine, cross, is_shaded, mix, sine
 from motorcade.engine.marking import in_kernel
 from motorcade.engine.state import NOBODY, Arrays, Cars, Floats, Now, Place, Voices
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
+
+Reach = Literal["reaches", "too-far", "outside-beam", "hidden"]
 
 
 @in_kernel
@@ -83,6 +86,22 @@ def spread_frame(j: int, low_row: int, high_row: int, arrays: Arrays, now: Now) 
             if rules.line_of_sight and _is_hidden(i, j, distance, now.world, arrays):
                 continue
             _arrive(i, j, int(distance), arrays, now)
+
+
+def reach(sender: int, receiver: int, world: int, arrays: Arrays) -> Reach:
+    """Whether a frame of one car would reach another now; "too-far" where nothing but the distance prevents it.
+
+    Cars are numbered by their place in ``arrays``. Not for kernels: it answers a question about one car.
+    """
+    cars, rules = arrays.cars, arrays.rules
+    dx, dy = float(cars.x[receiver]) - float(cars.x[sender]), float(cars.y[receiver]) - float(cars.y[sender])
+    distance = math.hypot(dx, dy)
+    ahead = cosine(cars.heading[sender], rules.cosines), sine(cars.heading[sender], rules.cosines)
+    if dx * ahead[0] + dy * ahead[1] < rules.beam_cos * distance:
+        return "outside-beam"
+    if rules.line_of_sight and _is_hidden(receiver, sender, distance, world, arrays):
+        return "hidden"
+    return "too-far" if dx * dx + dy * dy > rules.range * rules.range else "reaches"
 
 
 @in_kernel

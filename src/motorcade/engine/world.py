@@ -12,7 +12,7 @@ from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.brain import NO_VOICE, RUNNING, WORD
 from motorcade.car.drive_limits import released_mm
 from motorcade.config.profile import Profile, built_in_profile
-from motorcade.engine import bicycle, bodies, events, layout
+from motorcade.engine import bicycle, bodies, channel, events, layout
 from motorcade.engine.choice import KernelChoice, Kind, processors
 from motorcade.engine.events import EVENT
 from motorcade.engine.geometry import FULL_TURN, to_heading
@@ -296,6 +296,12 @@ class World:
     def _check_car(self, car: int) -> None:
         if not 0 <= car < self.cars:
             raise MotorcadeError("no-such-car-in-world", car=car, last=self.cars - 1)
+
+    def reach(self, sender: int, receiver: int, world: int = 0) -> channel.Reach:
+        """Whether a frame of one car would reach another now. Raises MotorcadeError where there is no such car."""
+        self._check_car(sender)
+        self._check_car(receiver)
+        return channel.reach(self._index(sender, world), self._index(receiver, world), world, self._arrays())
 
     def _index(self, car: int, world: int) -> int:
         begin = world * self.cars

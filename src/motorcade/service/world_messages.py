@@ -149,8 +149,27 @@ class ReceivedFrame(Struct):
     t_ms: int
 
 
+class Why(Struct):
+    """Why a car does what it does, and what would change it; see `motorcade.service.why`.
+
+    Attributes:
+        code: the key of the sentence.
+        car: the other car that it speaks of.
+        cure, value: as in `motorcade.service.why.Cause`.
+    """
+
+    code: str
+    sentence: Sentence
+    car: int | None
+    cure: str
+    value: int
+
+
 class CarDetails(_WorldAnswer, tag="car"):
-    """The details of the watched car: the word that it executes or holds, and its counts since the beginning."""
+    """The details of the watched car: the word that it executes or holds, and its counts since the beginning.
+
+    ``why`` says why it does what it does.
+    """
 
     car: int
     leads: bool
@@ -163,6 +182,7 @@ class CarDetails(_WorldAnswer, tag="car"):
     heard: int
     lost: dict[str, int]
     last_frame: ReceivedFrame | None
+    why: Why
 
 
 class GoalNow(Struct):

@@ -536,6 +536,7 @@ export interface CarDetails {
   heard: number;
   lost: Record<string, number>;
   last_frame: ReceivedFrame | null;
+  why: Why;
 }
 
 /** A frame: its control word, its tag and check (0: bare), the car that sent it, and when it was received. */
@@ -547,20 +548,13 @@ export interface ReceivedFrame {
   t_ms: number;
 }
 
-/** The goals of the mission at the shown time, in its order; ``is_over``: the run has ended. */
-export interface Goals {
-  is: "goals";
-  is_over: boolean;
-  goals: GoalNow[];
-}
-
-/** How it stands with a goal of the mission: ``done`` of ``needed`` cars or words, and why, with numbers. */
-export interface GoalNow {
-  progress: "holds" | "lost" | "met" | "open";
-  t_ms: number | null;
-  done: number;
-  needed: number;
-  why: Sentence;
+/** Why a car does what it does, and what would change it; see `motorcade.service.why`. */
+export interface Why {
+  code: string;
+  sentence: Sentence;
+  car: number | null;
+  cure: string;
+  value: number;
 }
 
 /** The error of a message that was refused. */

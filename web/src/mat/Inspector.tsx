@@ -7,6 +7,7 @@ import { useStudio } from "../state/studio";
 import { bitsOf, colourOf, fieldMeaning, groupOf } from "../words/bits";
 import { duplicateChosen, removeChosen, turnCar } from "./actions";
 import { colourWords, hexColour } from "./colours";
+import { inLanguage } from "../i18n";
 import { lastFrameText } from "./Narration";
 import { Palette } from "./Palette";
 import { PieceInspector, Voices } from "./PieceInspector";
@@ -137,6 +138,8 @@ function Place() {
 function Details({ details, words }: { details: CarDetails; words: readonly CompiledWord[] }) {
   const { t } = useTranslation();
   const { word, values, last_frame: last, lost } = details;
+  // The answer is about the present.
+  const past = useMat((now) => now.past);
   const losses = LOSS_REASONS.filter((why): why is Exclude<LossReason, ""> => why !== "").filter((why) => lost[why]);
   const colour = word === null ? undefined : colourWords(words).byWord.get(parseInt(word, 16));
   return (
@@ -154,6 +157,11 @@ function Details({ details, words }: { details: CarDetails; words: readonly Comp
           <Counter key={why} title={t(`mat.lost.${why}`)} count={lost[why] ?? 0} />
         ))}
       </dl>
+      {!past && (
+        <p>
+          <b>{t("mat.why")}</b> {inLanguage(details.why.sentence)}
+        </p>
+      )}
       {last && (
         <p>{lastFrameText(last)}</p>
       )}

@@ -102,9 +102,12 @@ export const Narration = memo(function Narration({ session }: { session: Session
     });
     const timer = setInterval(() => {
       if (!session.picture) return;
-      const summary = summarize(session.picture, new Set(useMat.getState().hello?.leads));
-      const what = JSON.stringify([summary, lost > 0]);
-      const text = describe(summary, lost, WINDOW_S);
+      const { hello, past } = useMat.getState();
+      const summary = summarize(session.picture, new Set(hello?.leads));
+      // The losses are those of the present.
+      const shown = past ? 0 : lost;
+      const what = JSON.stringify([summary, shown > 0]);
+      const text = describe(summary, shown, WINDOW_S);
       setSentence(text);
       if (pace.due(what, performance.now())) setAnnounced(text);
     }, POLL_MS);

@@ -19,12 +19,13 @@ from motorcade.mats import Mat, Pose, check_mat
 from motorcade.mats.document import mat_of
 from motorcade.runs.recording import Description
 from motorcade.service.history import EVENT_BYTES, EVERY_MS, HEARD, LOST, NO_INDEX, RUNS, SENDS
-from motorcade.service.messages import MatDocument
+from motorcade.service.messages import MatDocument, sentences
 from motorcade.service.missions import chosen_mission
 from motorcade.service.playback import SimulatedWorld
 from motorcade.service.programs import profile_named
 from motorcade.service.referee import Referee
-from motorcade.service.world_messages import CarDetails, Hello, ReceivedFrame, SetWorld
+from motorcade.service.why import Facts, Sender, why
+from motorcade.service.world_messages import CarDetails, Hello, ReceivedFrame, SetWorld, Why
 from motorcade.words.formats import CONTROL, FRAME
 from motorcade.words.image import bytes_to_words, parse_image_bytes, words_to_bytes
 from motorcade.words.infrared import word_of
@@ -75,6 +76,10 @@ def event_rows(events: NDArray[np.void]) -> NDArray[np.void]:
     for name in ("t_ms", "car", "kind", "why", "word", "other"):
         rows[name] = events[name]
     return rows
+
+
+# The answer to 'why' looks at so many cars around one.
+_NEAREST = 8
 
 
 class StudioWorld(SimulatedWorld):
@@ -143,7 +148,36 @@ class StudioWorld(SimulatedWorld):
         return pack_moment(now.x_m, now.y_m, now.heading, self._words.indices(), now.wheels, now.led, flags)
 
     def details(self, car: int) -> CarDetails:
-        return CarDetails(car=car, **self._words.details(car), **self._counters.of(car))
+        counted = self._counters.of(car)
+        phrase, cure, value = why(self._facts(car, counted))
+        reason = Why(phrase.key, sentences(phrase), phrase.details.get("car"), cure, value)
+        return CarDetails(car=car, **self._words.details(car), **counted, why=reason)
+
+    def _facts(self, car: int, counted: dict[str, Any]) -> Facts:
+        """What `why` needs to know of a car."""
+        now = self._world.snapshot()
+        distance_mm = np.hypot(now.x_m - now.x_m[car], now.y_m - now.y_m[car]) * 1000
+        sent, heard = self._counters.frames > 0, self._counters.heard > 0
+
+        def nearest(cars: NDArray[np.bool_]) -> tuple[Sender, ...]:
+            found = np.flatnonzero(cars & (np.arange(self.cars) != car))
+            found = found[np.argsort(distance_mm[found])][:_NEAREST]
+            return tuple(
+                Sender(int(each), math.ceil(distance_mm[each]), self._world.reach(int(each), car)) for each in found
+            )
+
+        return Facts(
+            leads=car in self.leads(),
+            driven=car in self.driven(),
+            followers_words=self._words.followers,
+            leaders=len(self.leads()),
+            t_ms=self.now_ms,
+            range_mm=self.profile.infrared.range_mm,
+            senders=nearest(sent),
+            listeners=nearest(heard & ~sent),
+            lost=counted["lost"],
+            last_frame=counted["last_frame"],
+        )
 
     def counts(self) -> dict[str, int]:
         return {name: int(values[0]) for name, values in self._world.counts().items()}
@@ -249,6 +283,7 @@ class _WordIndex:
         self._world = world
         self.words: NDArray[np.uint32] = np.array(bytes_to_words(world.images[0]), np.uint32)
         self._states = int(self.words[0]) >> 24
+        self.followers = len(self.words) - 1 - self._states
         self._sent, self._place = np.unique(self.words[1 + self._states :], return_inverse=True)
         self._by_slot: dict[int, NDArray[np.uint16]] = {}
         self._leaders = world.mat.starts.leaders
@@ -306,8 +341,8 @@ class _Counters:
 
     def __init__(self, cars: int) -> None:
         self._cars = cars
-        self._frames = np.zeros(cars, np.int64)
-        self._heard = np.zeros(cars, np.int64)
+        self.frames = np.zeros(cars, np.int64)
+        self.heard = np.zeros(cars, np.int64)
         self._lost = np.zeros((len(LOSS_REASONS), cars), np.int64)
         self._last = np.zeros((3, cars), np.int64)
         # The flags LOST and HEARD since the last picture, and since the last stored moment.
@@ -319,8 +354,8 @@ class _Counters:
         heard, lost = events[kinds == _HEARD], events[kinds == _LOST]
         self._marks[:, lost["car"]] |= np.uint8(LOST)
         self._marks[:, heard["car"]] |= np.uint8(HEARD)
-        self._frames += np.bincount(cars[kinds == _FRAME], minlength=self._cars)
-        self._heard += np.bincount(heard["car"], minlength=self._cars)
+        self.frames += np.bincount(cars[kinds == _FRAME], minlength=self._cars)
+        self.heard += np.bincount(heard["car"], minlength=self._cars)
         for row, name in enumerate(("word", "other", "t_ms")):
             self._last[row, heard["car"]] = heard[name]
         np.add.at(self._lost, (lost["why"], lost["car"]), 1)
@@ -335,10 +370,10 @@ class _Counters:
         """The counts of a car by name, and the last frame that it received."""
         frame, sender, t_ms = self._last[:, car].tolist()
         on_air = FRAME.decode(frame)
-        heard = int(self._heard[car])
+        heard = int(self.heard[car])
         last = ReceivedFrame(f"{word_of(frame):08x}", on_air.tag, on_air.check, sender, t_ms)
         return {
-            "frames": int(self._frames[car]),
+            "frames": int(self.frames[car]),
             "heard": heard,
             "lost": {why: int(self._lost[k, car]) for k, why in enumerate(LOSS_REASONS) if why},
             "last_frame": last if heard else None,
