@@ -557,6 +557,22 @@ export interface Why {
   value: number;
 }
 
+/** The goals of the mission at the shown time, in its order; ``is_over``: the run has ended. */
+export interface Goals {
+  is: "goals";
+  is_over: boolean;
+  goals: GoalNow[];
+}
+
+/** How it stands with a goal of the mission: ``done`` of ``needed`` cars or words, and why, with numbers. */
+export interface GoalNow {
+  progress: "holds" | "lost" | "met" | "open";
+  t_ms: number | null;
+  done: number;
+  needed: number;
+  why: Sentence;
+}
+
 /** The error of a message that was refused. */
 export interface Refused {
   is: "error";
