@@ -104,8 +104,8 @@ export const Narration = memo(function Narration({ session }: { session: Session
       if (!session.picture) return;
       const { hello, past } = useMat.getState();
       const summary = summarize(session.picture, new Set(hello?.leads));
-      // The losses are those of the present.
-      const shown = past ? 0 : lost;
+      // The losses are those of the present; who begins has not met them yet.
+      const shown = past || useSettings.getState().level === "start" ? 0 : lost;
       const what = JSON.stringify([summary, shown > 0]);
       const text = describe(summary, shown, WINDOW_S);
       setSentence(text);
