@@ -148,6 +148,7 @@ def test_the_service_starts_a_car_with_keys_and_stops_its_wheels(tmp_path: Path)
         "/etc/motorcade/pins.toml": str(LINUX / "pins.toml"),
         "${CREDENTIALS_DIRECTORY}/car.pem": str(tmp_path / "car-ada.pem"),
         "/var/lib/motorcade/car.image": str(tmp_path / "car.image"),
+        "/var/lib/motorcade/activity.jsonl": str(tmp_path / "activity.jsonl"),
         "7700": "0",
     }
     for key, begins in (("ExecStart", ["drive", "serve", "--port", "0"]), ("ExecStopPost", ["car", "neutral"])):
