@@ -81,7 +81,9 @@ class Visit:
         self.shown = 0
         self.page.on("websocket", lambda line: line.on("framesent", self._count))
         # Without the tour, which would lie over the stage.
-        self.page.add_init_script("localStorage['motorcade.settings'] ??= JSON.stringify({ toured: true })")
+        self.page.add_init_script(
+            "localStorage['motorcade.settings'] ??= JSON.stringify({ toured: true, level: 'words' })"
+        )
         self.page.goto(url)
         self.interactive_ms = self.page.wait_for_function(INTERACTIVE, polling="raf").json_value()
 

@@ -53,7 +53,7 @@ PROJECT = {
 def take(browser: Browser, url: str, path: Path) -> None:
     """Take one picture. The run is stepped through, so that it is the same each time."""
     language, theme, name = PICTURES[path.name]
-    settings = {"theme": theme, "toured": True, "drawer": {"tab": "timeline", "open": True}}
+    settings = {"theme": theme, "toured": True, "level": "words", "drawer": {"tab": "timeline", "open": True}}
     stored = {"motorcade.language": language, "motorcade.settings": json.dumps(settings)}
     origin = {"origin": url.rstrip("/"), "localStorage": [{"name": k, "value": stored[k]} for k in stored]}
     state = {"cookies": [], "origins": [origin]}
