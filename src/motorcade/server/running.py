@@ -5,6 +5,7 @@ import ipaddress
 import logging
 import socket
 import ssl
+import sys
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager, suppress
 from typing import Any
@@ -40,6 +41,9 @@ _WARNINGS_A_MINUTE = 10
 # minute; a message of the largest size has 16 parts or more.
 CONTROLS_A_MINUTE = 300
 FRAGMENTS_A_MINUTE = 6000
+# A thread that computes lets others run after so long. A picture needs five turns or so, and three threads may compute:
+# with Python's own 5 ms a page would wait 75 ms for each.
+_TURN_S = 0.0005
 _LOGGERS = ("asyncio", "uvicorn.error")
 # The most bytes that wait to be sent to a page, in the kernel and here: a slow page then misses pictures of a camera
 # instead of showing old ones.
@@ -116,6 +120,7 @@ def serve_alone(
     tls: ssl.SSLContext | None = None,
 ) -> None:
     """Serve at a listening socket until Ctrl-C; ``ready`` is called when it accepts requests."""
+    sys.setswitchinterval(_TURN_S)
     with suppress(KeyboardInterrupt):
         Server(app, settings, ready, tls).run(sockets=[listener])
 
