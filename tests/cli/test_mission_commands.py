@@ -93,6 +93,12 @@ def test_check_ends_with_1_where_no_star_is_earned(mission, tmp_path):
     assert (ran.code, json.loads(ran.out)["goals"][0]["why"]) == (1, "the program uses led; allowed are drive, wait")
 
 
+def test_check_takes_python_text_and_never_executes_it(mission, tmp_path):
+    text = tmp_path / "leave.py"
+    text.write_text("from motorcade import *\nprogram = Program([forward(3)])\nif __name__ == '__main__':\n    1 / 0\n")
+    assert json.loads(run("check", mission, text).out)["stars"] == 2
+
+
 def test_check_takes_an_image_as_well(mission, tmp_path):
     image = tmp_path / "image.bin"
     run("compile", project(tmp_path, FORWARD), "-o", image)
@@ -108,11 +114,15 @@ def test_check_takes_an_image_as_well(mission, tmp_path):
         (("leave.toml", "missing.json"), "missing.json is no program that can be checked: No such file"),
         (("leave.toml", "leave.toml"), "leave.toml is no program that can be checked"),
         (("leave.toml", "bad.json"), "leader[0].wait.secnods: 'secnods' can't stand here"),
+        (("leave.toml", "open.py"), "open.py is no program that can be checked: line 1, column "),
+        (("leave.toml", "long.py"), "long.py is no program that can be checked: line 1, column "),
     ],
 )
 def test_a_bad_file_ends_with_2_and_one_sentence(mission, tmp_path, monkeypatch, arguments, sentence):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bad.json").write_text('{"format": "motorcade-program/1", "leader": [{"wait": {"secnods": 1}}]}')
+    (tmp_path / "open.py").write_text("program = Program([forward(2)")
+    (tmp_path / "long.py").write_text("program = Program([forward(9999)])")
     ran = run("check", *arguments)
     assert (ran.code, ran.out) == (2, "")
     assert sentence in ran.err

@@ -6,7 +6,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from motorcade.cli.language import Language, current_language, translated
-from motorcade.cli.options import Json, is_project, needs_extra, print_json, print_table, read_file, wants_json
+from motorcade.cli.options import (
+    Json,
+    is_project,
+    needs_extra,
+    print_json,
+    print_table,
+    python_in,
+    read_file,
+    wants_json,
+)
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.outcomes import FINE, PROGRAM_ERROR
 
@@ -70,6 +79,7 @@ def _check(
 def _result(mission: "Mission", program: str) -> "Result":
     """Check the program in a file, or one of the mission's own. Raises MotorcadeError or OSError."""
     from motorcade.missions.check import check_image, check_program
+    from motorcade.program.diagnostics import ProgramError
     from motorcade.program.model import read_program
 
     path = Path(program)
@@ -79,7 +89,13 @@ def _result(mission: "Mission", program: str) -> "Result":
             raise MotorcadeError("mission-has-no-program", key=program)
         return check_program(mission, own)
     data = read_file(path)
-    return check_program(mission, read_program(data)) if is_project(path, data) else check_image(mission, data)
+    if not is_project(path, data):
+        return check_image(mission, data)
+    text = python_in(data, path)
+    try:
+        return check_program(mission, text.program if text else read_program(data))
+    except ProgramError as problem:
+        raise (ProgramError(text.located(problem.diagnostics)) if text else problem) from None
 
 
 def _missions_table(found: "tuple[Mission, ...]") -> "Table":

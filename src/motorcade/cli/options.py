@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from motorcade.config.profile import Profile
     from motorcade.program.compiler import Compiled
+    from motorcade.program.python_reader import PythonProgram
 
 _MOST_BYTES = 1 << 24
 # The ending of files with Python text.
@@ -87,21 +88,26 @@ def profile_named(name: str) -> "Profile":
     return load_profile(name, Path())
 
 
-def compile_project(data: bytes, source: Path) -> "tuple[Compiled, Profile]":
-    """Compile the project or the Python text (*.py) in ``data``, of the file ``source``; return it with its profile.
+def python_in(data: bytes, source: Path) -> "PythonProgram | None":
+    """Read the Python text (*.py) in ``data``, never execute it; return None for another file. Raises ProgramError."""
+    if source.suffix != PYTHON:
+        return None
+    from motorcade.program.python_reader import read_python
 
-    Python text is read, never executed. Raises ProgramError.
+    return read_python(data)
+
+
+def compile_project(data: bytes, source: Path) -> "tuple[Compiled, Profile]":
+    """Compile the project or the Python text in ``data``, of the file ``source``; return it with its profile.
+
+    Raises ProgramError.
     """
     from motorcade.config.profile import load_profile
     from motorcade.program.compiler import compile_program
     from motorcade.program.diagnostics import ProgramError, error
     from motorcade.program.model import read_program
 
-    text = None
-    if source.suffix == PYTHON:
-        from motorcade.program.python_reader import read_python
-
-        text = read_python(data)
+    text = python_in(data, source)
     program = text.program if text else read_program(data)
     try:
         profile = load_profile(program.profile, source.parent)

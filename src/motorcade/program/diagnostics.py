@@ -108,7 +108,8 @@ class _Problems(tuple[Diagnostic, ...]):
     __slots__ = ()
 
     def sentence(self, language: str = "en") -> str:
-        return "; ".join(f"{each.place(language)}: {each.sentence(language)}" for each in self)
+        places = [(each.place(language), each.sentence(language)) for each in self]
+        return "; ".join(f"{place}: {sentence}" if place else sentence for place, sentence in places)
 
     __str__ = sentence
 
