@@ -211,6 +211,8 @@ class StudioPage:
 
     def look_up(self, panel: str) -> None:
         """Open the drawer at one of its panels."""
+        # The tab of an open panel closes it, so the page has to be there before it is asked whether it is open.
+        self.page.locator("#drawer").wait_for()
         tab = self.page.get_by_role("tab", name=self.say(f"drawer.{panel}"), exact=True)
         if not self.page.locator("#drawer[data-open]").count() or tab.get_attribute("aria-selected") != "true":
             tab.click()
