@@ -40,7 +40,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
             "word-value",
         ),
     ),
-    (USAGE, 400, ("option-not-allowed", "followers-with-mat")),
+    (USAGE, 400, ("option-not-allowed", "followers-with-mat", "profile-is-the-projects")),
     (USAGE, 400, ("run-file-ending", "run-file-is-folder", "run-file-without-folder", "run-file-forbidden")),
     (USAGE, 400, ("run-file-unwritable", "film-not-drawn", "gif-too-long", "nothing-recorded")),
     (USAGE, 400, ("not-a-recording", "recording-unreadable", "not-mcap", "mcap-cut-off", "mcap-without-run")),

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -70,6 +71,18 @@ def test_simulate_draws_a_picture_and_on_a_terminal_a_table(tmp_path):
 @pytest.mark.parametrize("name", ["tracks.nonsense", "missing/tracks.png"])
 def test_a_file_that_cannot_be_written_is_a_usage_error(tmp_path, option, name):
     assert "can't be written" in refusal(2, "simulate", PARADE, "--seconds", "0", option, tmp_path / name)
+
+
+def test_a_project_names_its_profile_so_the_option_may_name_no_other(tmp_path):
+    text = files("motorcade").joinpath("profiles", "classroom.toml").read_text(encoding="utf-8")
+    (tmp_path / "fast.toml").write_text(text.replace("[0, 100, 200, 300]", "[0, 150, 300, 450]"), encoding="utf-8")
+    options = ("--seconds", "0", "--profile")
+    told = refusal(2, "simulate", PARADE, *options, tmp_path / "fast.toml")
+    assert "names its own profile, classroom; leave --profile" in told
+    assert data("simulate", PARADE, *options, "classroom")["cars"]
+    own = tmp_path / "own.motorcade.json"
+    own.write_text(PARADE.read_text(encoding="utf-8").replace('"classroom"', '"fast.toml"'), encoding="utf-8")
+    assert data("simulate", own, *options, tmp_path / "fast.toml")["cars"]
 
 
 def test_simulate_drives_on_a_mat_and_records_the_run(tmp_path):

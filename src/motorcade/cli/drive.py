@@ -15,12 +15,14 @@ from motorcade.cli.car_options import KEYBOARD, BoardName, CarOptions, Role
 from motorcade.cli.driving import StickName, open_stick
 from motorcade.cli.language import Language, translated
 from motorcade.cli.options import (
+    DEFAULT_PROFILE,
     CarNumber,
     GpioChip,
+    ImageProfile,
     Json,
     OptionalFile,
     TcpPortNumber,
-    image_of,
+    image_for,
     needs_extra,
     print_lines,
     profile_named,
@@ -78,7 +80,7 @@ def _serve(
     mat: OptionalFile = None,
     program: OptionalFile = None,
     stick: StickName | None = None,
-    profile: str = "classroom",
+    profile: ImageProfile = None,
     language: Language = "",
     as_json: Json = False,
 ) -> None:
@@ -99,7 +101,7 @@ def _serve(
     _check_options(options, pins is not None, stick)
     from motorcade.boards.computer import BatteryFile
 
-    chosen, source = profile_named(profile), open_stick(stick) if stick else None
+    chosen, source = profile_named(profile or DEFAULT_PROFILE), open_stick(stick) if stick else None
     measured = BatteryFile(battery) if battery else None
     tls = server_context(keys) if keys else None
     second = telemetry_port if telemetry_port is not None else port and port + 1
@@ -117,7 +119,7 @@ def _serve(
             car = _open_real(parts, pins, chosen, gpio_chip, watchdog, measured)
             pictures = pages.open_camera(camera) if page else None
         else:
-            image, chosen = image_of(program, profile) if program else (bytes(4), chosen)
+            image, chosen = image_for(program, profile) if program else (bytes(4), chosen)
             car, pictures = _open_simulated(resources, chosen, mat, image, measured)
         if arming:
             chosen = replace(chosen, drive=replace(chosen.drive, arming=True))

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from motorcade.program.python_reader import PythonProgram
 
 _MOST_BYTES = 1 << 24
+DEFAULT_PROFILE = "classroom"
 # The ending of files with Python text.
 PYTHON = ".py"
 
@@ -34,6 +35,8 @@ Output = Annotated[Path, typer.Option("-o", "--output")]
 OptionalOutput = Annotated[Path | None, typer.Option("-o", "--output")]
 GpioChip = Annotated[int | None, typer.Option(min=0)]
 TcpPortNumber = Annotated[int, typer.Option(min=0, max=65535)]
+# The profile of an image. A project names its own, so the option has no default.
+ImageProfile = Annotated[str | None, typer.Option("--profile")]
 CarNumber = Annotated[int, typer.Option(min=0, max=(1 << 32) - 1)]
 
 
@@ -118,6 +121,17 @@ def compile_project(data: bytes, source: Path) -> "tuple[Compiled, Profile]":
     if text:
         compiled = replace(compiled, diagnostics=(*text.diagnostics, *text.located(compiled.diagnostics)))
     return compiled, profile
+
+
+def image_for(source: Path, profile_name: str | None) -> "tuple[bytes, Profile]":
+    """Return the image in a file, or compile the project in it, and the profile, as `image_of`.
+
+    ``profile_name`` is the option --profile. Raises MotorcadeError where a project names another profile.
+    """
+    image, profile = image_of(source, profile_name or DEFAULT_PROFILE)
+    if profile_name and replace(profile_named(profile_name), name=profile.name) != profile:
+        raise MotorcadeError("profile-is-the-projects", file=source, profile=profile.name, other=profile_name)
+    return image, profile
 
 
 def image_of(source: Path, profile_name: str, place: str = "") -> "tuple[bytes, Profile]":

@@ -15,10 +15,11 @@ import typer
 from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
     CarNumber,
+    ImageProfile,
     Json,
     Output,
     Source,
-    image_of,
+    image_for,
     needs_extra,
     print_json,
     print_lines,
@@ -58,12 +59,12 @@ def _simulate(
     record: list[Path] | None = None,
     video: Path | None = None,
     picture: Path | None = None,
-    profile: str = "classroom",
+    profile: ImageProfile = None,
     kernels: Kernels | None = None,
     language: Language = "",
     as_json: Json = False,
 ) -> None:
-    image, chosen = image_of(source, profile)
+    image, chosen = image_for(source, profile)
     if math.isnan(seconds):
         raise MotorcadeError("option-not-allowed", option="--seconds", value="nan", allowed="0 to 86400")
     if mat and followers is not None:

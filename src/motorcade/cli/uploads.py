@@ -8,10 +8,11 @@ import typer
 
 from motorcade.cli.language import Language, current_language, translated
 from motorcade.cli.options import (
+    ImageProfile,
     Json,
     Output,
     Source,
-    image_of,
+    image_for,
     print_json,
     print_result,
     profile_named,
@@ -47,14 +48,14 @@ def _upload(
     port: Port = "",
     no_verify: Annotated[bool, typer.Option("--no-verify")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run")] = False,
-    profile: str = "classroom",
+    profile: ImageProfile = None,
     language: Language = "",
     as_json: Json = False,
 ) -> None:
     from motorcade.cli.console import progress_bar
     from motorcade.upload.serial_port import upload
 
-    image, chosen = image_of(source, profile)
+    image, chosen = image_for(source, profile)
     baud, port = chosen.serial.baud, port or _only_port()
     if dry_run:
         plan = {"words": len(image) // 4, "crc32": f"{crc32(image):08x}", "baud": baud}
