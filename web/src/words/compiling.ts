@@ -21,6 +21,8 @@ let wanted = false;
 let editedAt: number | null = null;
 let answersEditOf: number | null = null;
 let firstEditAt = 0;
+/** The project whose blocks the editors were filled with. */
+let filled = 0;
 const edited = new Set<EditorName>();
 
 /** Note that a block of the editor changed; edits in quick succession, as while typing, are sent together. */
@@ -54,17 +56,31 @@ export function collectEdits(): void {
   useStudio.setState(changed);
 }
 
+/**
+ * Wait until the editors hold the open project, which they are filled with in the turn that opens it. They give ids to
+ * the blocks that have none, and only a diagnostic of a block with an id leads to its block.
+ */
+async function editorsFilled(): Promise<void> {
+  while (filled !== useStudio.getState().generation) {
+    filled = useStudio.getState().generation;
+    await new Promise((resolve) => setTimeout(resolve));
+  }
+}
+
 async function compileNewest(): Promise<void> {
   wanted = true;
   if (underWay) return;
   underWay = true;
   while (wanted) {
+    await editorsFilled();
     wanted = false;
     const { leader, followers, profile } = useStudio.getState();
     const edit = editedAt;
     editedAt = null;
     try {
       const answer = await api.compile({ leader, followers, profile });
+      // Another project was opened meanwhile.
+      if (filled !== useStudio.getState().generation) continue;
       const compiled = { ...answer, words: sharedWords(useStudio.getState().compiled?.words ?? [], answer.words) };
       answersEditOf = edit;
       useStudio.setState({ compiled });

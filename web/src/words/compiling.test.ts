@@ -1,0 +1,60 @@
+import { beforeEach, describe, expect, it, vi } from "vitest";
+import type { Blocks, Compiled } from "../generated/messages";
+import { useStudio } from "../state/studio";
+import { compileEveryChange } from "./compiling";
+
+const ANSWER: Compiled = {
+  diagnostics: [],
+  image: null,
+  dwell_ms: 0,
+  tagged: false,
+  states: 0,
+  follower_words: 0,
+  most: 255,
+  costliest: { leader: null, followers: null },
+  words: [],
+  timeline: { leader: [], followers: [] },
+  left_out: [],
+};
+
+const asked: { blocks: Blocks; answer: (words: Partial<Compiled>) => void }[] = [];
+vi.mock("../api/http", () => ({
+  compile: (blocks: Blocks) => new Promise((resolve) => asked.push({ blocks, answer: (own) => resolve({ ...ANSWER, ...own }) })),
+  RefusedError: class extends Error {},
+}));
+
+compileEveryChange();
+
+/** Open a project as a file holds it; the editors then give ids to its blocks. */
+function openProject(name: string): void {
+  useStudio.setState(({ generation }) => ({ generation: generation + 1, compiled: null, leader: { blocks: `${name} without ids` } }));
+  queueMicrotask(() => useStudio.setState({ leader: { blocks: `${name} with ids` } }));
+}
+
+const askedFor = () => asked.map(({ blocks }) => blocks.leader.blocks);
+
+describe("the compiler's answers", () => {
+  beforeEach(() => {
+    asked.length = 0;
+  });
+
+  it("are those of blocks with ids, which diagnostics lead to", async () => {
+    openProject("first");
+    await vi.waitFor(() => expect(askedFor()).toEqual(["first with ids"]));
+    asked[0]!.answer({ states: 1 });
+    await vi.waitFor(() => expect(useStudio.getState().compiled?.states).toBe(1));
+    expect(asked).toHaveLength(1);
+  });
+
+  it("are not shown once another project is open", async () => {
+    openProject("second");
+    await vi.waitFor(() => expect(askedFor()).toEqual(["second with ids"]));
+    openProject("third");
+    await Promise.resolve();
+    asked[0]!.answer({ states: 2 });
+    await vi.waitFor(() => expect(askedFor()).toEqual(["second with ids", "third with ids"]));
+    expect(useStudio.getState().compiled).toBeNull();
+    asked[1]!.answer({ states: 3 });
+    await vi.waitFor(() => expect(useStudio.getState().compiled?.states).toBe(3));
+  });
+});
