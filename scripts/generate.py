@@ -12,7 +12,7 @@ from arduino_files import arduino_files
 from commands_page import commands_page
 from engine_module import engine_module, obstacle
 from goal_kinds import goal_kinds
-from message_types import message_types, remote_types
+from message_types import class_types, message_types, remote_types
 from step_files import step_types, with_step_names, with_steps_table
 from wiring_pages import wiring_files
 
@@ -55,6 +55,7 @@ GENERATED = {
     "docs/api.zh.md": lambda: with_step_names(_text("docs/api.zh.md")),
     "docs/programs.md": lambda: with_steps_table(_text("docs/programs.md"), "en"),
     "docs/programs.zh.md": lambda: with_steps_table(_text("docs/programs.zh.md"), "zh"),
+    "web/src/generated/classroom.ts": class_types,
     "web/src/generated/goals.ts": goal_kinds,
     "web/src/generated/messages.ts": message_types,
     "web/src/generated/remote.ts": remote_types,

@@ -1,12 +1,15 @@
-"""Write messages as TypeScript: the texts of web/src/generated/messages.ts and web/src/generated/remote.ts."""
+"""Write messages as TypeScript: the texts of messages.ts, remote.ts and classroom.ts in web/src/generated/."""
 
 import inspect
+from collections.abc import Collection, Mapping
 from typing import Any, get_args
 
 from msgspec import NODEFAULT
 from msgspec import inspect as types
 
 from motorcade.car.arbiter import STATES
+from motorcade.classroom import desk_messages
+from motorcade.classroom import messages as class_messages
 from motorcade.server.remote import messages as remote_messages
 from motorcade.service import messages, world_messages
 from motorcade.service.requests import REQUESTS
@@ -36,10 +39,15 @@ _REMOTE_HEAD = """/** Messages between the remote's page and the server. Written
 
 import type { Sentence } from "./messages";
 """
+_CLASS_HEAD = """/** Messages of a class's pages and the server. Written by scripts/generate.py; don't edit. */
+
+import type { {names} } from "./messages";
+"""
 # The TypeScript types of fields whose Python type says less: dictionaries without a class, and texts of a few values.
 _NAMED = {
     "sentence": "Sentence",
-    "title": "Sentence",
+    ("MissionZone", "title"): "Sentence",
+    ("Example", "title"): "Sentence",
     "about": "Sentence",
     "mat": "MatDocument",
     ("Blocks", "leader"): "WorkspaceState",
@@ -63,6 +71,9 @@ _NAMED = {
             "CheckedGoal": ("why",),
             "GoalNow": ("why",),
             "MissionResult": ("steps",),
+            "MatView": ("title",),
+            "MissionStars": ("name",),
+            "ClassAddresses": ("why_no_name",),
         }.items()
         for field in fields
     },
@@ -86,10 +97,16 @@ _UNIONS = ("WorldMessage", "WorldAnswer", "Outcome", "UploadAnswer")
 
 
 class _Writer:
-    """Translate types, and collect the interfaces that they need in ``interfaces``, by name."""
+    """Translate types, and collect the interfaces that they need in ``interfaces``, by name.
 
-    def __init__(self) -> None:
+    Args:
+        elsewhere: the interfaces that another file has; those of them that are needed come into ``imported``.
+    """
+
+    def __init__(self, elsewhere: Collection[str] = ()) -> None:
         self.interfaces: dict[str, str] = {}
+        self.imported: set[str] = set()
+        self._elsewhere = elsewhere
 
     def type_of(self, kind: types.Type) -> str:
         """Return the TypeScript type of ``kind``."""
@@ -116,6 +133,9 @@ class _Writer:
 
     def _interface(self, kind: types.StructType | types.DataclassType) -> str:
         name = kind.cls.__name__
+        if name in self._elsewhere:
+            self.imported.add(name)
+            return name
         if name not in self.interfaces:
             self.interfaces[name] = ""
             if not kind.fields and not getattr(kind, "tag_field", None):
@@ -160,19 +180,27 @@ def _summary(cls: type) -> str:
 
 def message_types() -> str:
     """Return the text of messages.ts."""
+    writer, table = _service_types()
+    unions = [writer.union(name, getattr(world_messages, name)) for name in _UNIONS]
+    return "\n".join([_HEAD, *writer.interfaces.values(), *unions, table])
+
+
+def _service_types() -> tuple[_Writer, str]:
+    """Return the interfaces of the service, and the table of its requests."""
     writer = _Writer()
-    rows = []
-    for name, request in REQUESTS.items():
-        message, answer = (writer.type_of(types.type_info(each)) for each in (request.message, request.answer))
-        rows.append(f'  "{name}": {{ message: {message}; answer: {answer} }};')
+    what = "Every request: `POST /api/<name>` with its message gives its answer."
+    table = _table(writer, "Requests", what, {name: request[:2] for name, request in REQUESTS.items()})
     writer.type_of(types.type_info(messages.ErrorAnswer))
     writer.type_of(types.type_info(world_messages.UploadOrder))
-    unions = [writer.union(name, getattr(world_messages, name)) for name in _UNIONS]
-    table = [
-        "/** Every request: `POST /api/<name>` with its message gives its answer. */",
-        "export interface Requests {",
-    ]
-    return "\n".join([_HEAD, *writer.interfaces.values(), *unions, "\n".join([*table, *rows, "}\n"])])
+    return writer, table
+
+
+def _table(writer: _Writer, title: str, what: str, requests: Mapping[str, tuple[Any, Any]]) -> str:
+    rows = [f"/** {what} */", f"export interface {title} {{"]
+    for name, pair in requests.items():
+        message, answer = (writer.type_of(types.type_info(each)) for each in pair)
+        rows.append(f'  "{name}": {{ message: {message}; answer: {answer} }};')
+    return "\n".join([*rows, "}\n"])
 
 
 def remote_types() -> str:
@@ -180,3 +208,30 @@ def remote_types() -> str:
     writer = _Writer()
     unions = [writer.union(name, getattr(remote_messages, name)) for name in ("RemoteMessage", "RemoteAnswer")]
     return "\n".join([_REMOTE_HEAD, *writer.interfaces.values(), *unions])
+
+
+def class_types() -> str:
+    """Return the text of classroom.ts."""
+    service, _ = _service_types()
+    for name in _UNIONS:
+        service.union(name, getattr(world_messages, name))
+    writer = _Writer({*service.interfaces, "Sentence", "MatDocument"})
+    tables = [
+        _table(writer, title, f"The requests of {who}: `POST /api/{path}/<name>`.", {k: v[:2] for k, v in rows.items()})
+        for title, who, path, rows in (
+            ("PupilRequests", "pupils", "class", class_messages.PUPIL_REQUESTS),
+            ("DeskRequests", "the teacher", "desk", desk_messages.DESK_REQUESTS),
+        )
+    ]
+    unions = [
+        writer.union(name, getattr(part, name))
+        for part, name in (
+            (class_messages, "ClassAnswer"),
+            (desk_messages, "DeskAnswer"),
+            (desk_messages, "WallAnswer"),
+        )
+    ]
+    writer.type_of(types.type_info(desk_messages.DrawnWall))
+    body = [*writer.interfaces.values(), *unions, *tables]
+    imported = sorted(name for name in (*writer.imported, "Sentence", "MatDocument"))
+    return "\n".join([_CLASS_HEAD.replace("{names}", ", ".join(imported)), *body])

@@ -1,12 +1,12 @@
 """One page of the remote: its messages, and its connections to cars."""
 
 import asyncio
-import unicodedata
 from collections.abc import Coroutine
 from typing import Any
 
 from starlette.websockets import WebSocket
 
+from motorcade.classroom.names import checked_name
 from motorcade.drive.stamps import Freshness
 from motorcade.errors import MotorcadeError
 from motorcade.server.page_socket import PageSocket
@@ -19,7 +19,6 @@ from motorcade.timing import to_ticks
 _TELEMETRY_EVERY_S = 0.1
 # A position of the stick that comes so much later than others is old.
 _STALE_MS = 150
-MOST_OF_A_NAME = 24
 _RECORDED: dict[Action, str] = {"clear": "clears", "resume_program": "resumes"}
 _ACTIONS: dict[type[RemoteMessage], Action] = {
     messages.Request: "request",
@@ -27,19 +26,6 @@ _ACTIONS: dict[type[RemoteMessage], Action] = {
     messages.Clear: "clear",
     messages.Resume: "resume_program",
 }
-
-
-def checked_user(text: str) -> str:
-    """The name that a page's user has chosen, in one Unicode form; empty for none.
-
-    Raises MotorcadeError for anything but at most 24 letters, marks, digits, spaces and ``.-_'``, or where it begins
-    with none of letters and digits.
-    """
-    name = unicodedata.normalize("NFC", text[: 4 * MOST_OF_A_NAME]).strip()
-    allowed = all(unicodedata.category(each)[0] in "LMN" or each in " .-_'" for each in name)
-    if name and not (allowed and name[0].isalnum() and len(name) <= MOST_OF_A_NAME and len(text) <= 4 * MOST_OF_A_NAME):
-        raise MotorcadeError("bad-user-name", most=MOST_OF_A_NAME)
-    return name
 
 
 class PageSession:
@@ -66,7 +52,7 @@ class PageSession:
         try:
             refusal: MotorcadeError | None = None
             try:
-                self._name = named_page(checked_user(self._user), self._address)
+                self._name = named_page(checked_name(self._user), self._address)
             except MotorcadeError as problem:
                 refusal = problem
             try:

@@ -1,0 +1,58 @@
+"""Bound how often secrets are guessed: the code of a class, personal numbers, the teacher's password."""
+
+import ipaddress
+import math
+from collections import OrderedDict, deque
+
+from motorcade.errors import MotorcadeError
+
+_MOST_WHO = 4096
+
+
+def guesser(address: str) -> str:
+    """Whom tries from an address count for; one computer may have all the addresses of an IPv6 network."""
+    try:
+        found = ipaddress.ip_address(address.partition("%")[0])
+    except ValueError:
+        return address
+    if found.version == 4:
+        return str(found)
+    return str(found.ipv4_mapped or ipaddress.ip_network((int(found) >> 64 << 64, 64)))
+
+
+class WrongAttempts:
+    """Count wrong attempts: of one guesser, and in all.
+
+    Who has made too many has to wait, whether or not the next one would be right. Where there were too many in all, who
+    has made none still has one attempt: so somebody who guesses from many addresses doesn't lock others out, and gets
+    one guess for each address.
+
+    Args:
+        most_of_one: how many one guesser may make in a window.
+        most: how many all may make in a window, before one wrong attempt is too many.
+        window_s: the length of the window.
+    """
+
+    def __init__(self, most_of_one: int, most: int, window_s: float) -> None:
+        self._most_of_one = most_of_one
+        self._window_s = window_s
+        self._all_s: deque[float] = deque(maxlen=most)
+        self._by_guesser: OrderedDict[str, deque[float]] = OrderedDict()
+
+    def check(self, who: str, now_s: float) -> None:
+        """Raise MotorcadeError, with the seconds to wait, where ``who`` has made too many."""
+        times_s = self._by_guesser.get(who, deque())
+        while times_s and now_s - times_s[0] >= self._window_s:
+            times_s.popleft()
+        too_many = len(self._all_s) == self._all_s.maxlen and now_s - self._all_s[0] < self._window_s
+        if len(times_s) >= (1 if too_many else self._most_of_one):
+            wait_s = math.ceil(self._window_s - (now_s - times_s[0]))
+            raise MotorcadeError("too-many-attempts", seconds=max(wait_s, 1))
+
+    def add(self, who: str, now_s: float) -> None:
+        """Count a wrong attempt."""
+        self._by_guesser.setdefault(who, deque(maxlen=self._most_of_one)).append(now_s)
+        self._by_guesser.move_to_end(who)
+        if len(self._by_guesser) > _MOST_WHO:
+            self._by_guesser.popitem(last=False)
+        self._all_s.append(now_s)

@@ -1,0 +1,63 @@
+"""What a pupil types: a nickname, the code of the class and the personal number; each is brought into one form."""
+
+import unicodedata
+from collections.abc import Callable, Iterable
+
+from motorcade.errors import MotorcadeError
+
+MOST_OF_A_NAME = 24
+# No 0 and O, 1, I and L, 2 and Z, 5 and S, 8 and B, U and V: in handwriting each looks like another.
+CODE_CHARACTERS = "34679ACDEFGHJKMNPQRTVWXY"
+CODE_LENGTH = 6
+_NUMBER_LENGTH = 4
+# Returns a number from 0 up to below its argument, each with the same chance.
+RandomBelow = Callable[[int], int]
+
+
+def checked_name(text: str) -> str:
+    """The name that somebody has chosen, in one Unicode form (NFC), with single spaces; empty for none.
+
+    Raises MotorcadeError for anything but at most 24 letters, marks, digits, spaces and ``.-_'``, or where it begins
+    with none of letters and digits.
+    """
+    name = " ".join(unicodedata.normalize("NFC", text[: 4 * MOST_OF_A_NAME]).split(" ")).strip()
+    allowed = all(unicodedata.category(each)[0] in "LMN" or each in " .-_'" for each in name)
+    if name and not (allowed and name[0].isalnum() and len(name) <= MOST_OF_A_NAME and len(text) <= 4 * MOST_OF_A_NAME):
+        raise MotorcadeError("bad-user-name", most=MOST_OF_A_NAME)
+    return name
+
+
+def likeness(name: str) -> str:
+    """The same text for names that people take for the same: case, width and spaces make no difference."""
+    folded = unicodedata.normalize("NFKC", name).casefold()
+    return "".join(each for each in unicodedata.normalize("NFKC", folded) if unicodedata.category(each)[0] in "LMN")
+
+
+def check_free(name: str, others: Iterable[str]) -> None:
+    """Raise MotorcadeError where the name is empty, or one of the others has it or one like it."""
+    if not name:
+        raise MotorcadeError("nickname-missing")
+    if likeness(name) in map(likeness, others):
+        raise MotorcadeError("nickname-taken", name=name)
+
+
+def new_code(random_below: RandomBelow) -> str:
+    """A new code of a class."""
+    return "".join(CODE_CHARACTERS[random_below(len(CODE_CHARACTERS))] for _ in range(CODE_LENGTH))
+
+
+def typed_code(text: str) -> str:
+    """The code that somebody typed, as `new_code` writes it."""
+    return "".join(each for each in unicodedata.normalize("NFKC", text).upper() if each.isalnum())[: 2 * CODE_LENGTH]
+
+
+def new_number(random_below: RandomBelow, taken: Iterable[str] = ()) -> str:
+    """A new personal number, if possible one that nobody else has."""
+    free = sorted({f"{each:0{_NUMBER_LENGTH}}" for each in range(10**_NUMBER_LENGTH)} - set(taken))
+    return free[random_below(len(free))]
+
+
+def typed_number(text: str) -> str:
+    """The personal number that somebody typed, with plain digits."""
+    digits = [each for each in unicodedata.normalize("NFKC", text) if each.isdecimal()]
+    return "".join(str(unicodedata.decimal(each)) for each in digits)[: 2 * _NUMBER_LENGTH]

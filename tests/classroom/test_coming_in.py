@@ -1,0 +1,171 @@
+"""Who comes into a class: codes, names and numbers, right and wrong ones."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from motorcade.classroom.attempts import WrongAttempts, guesser
+from motorcade.classroom.classroom import MOST_PUPILS
+from motorcade.classroom.desk_messages import ClassSettings
+from motorcade.classroom.names import CODE_CHARACTERS, MOST_OF_A_NAME, checked_name, likeness, typed_code
+from motorcade.errors import MotorcadeError
+from support.classrooms import BUS, a_class, refused, row, with_pupils
+
+
+def test_a_code_has_six_characters_of_which_none_is_taken_for_another():
+    codes = [a_class(seed=seed).record.code for seed in range(200)]
+    assert {len(code) for code in codes} == {6}
+    assert set("".join(codes)) == set(CODE_CHARACTERS)
+    assert not set(CODE_CHARACTERS) & set("01258BILOSUZ")
+
+
+def test_a_code_is_right_in_small_letters_and_with_spaces():
+    room = a_class()
+    code = room.record.code
+    room.check_code(f" {code[:3].lower()} - {code[3:].lower()}", "a", 0.0)
+    refused("wrong-class-code", room.check_code, code[:-1], "a", 0.0)
+    refused("wrong-class-code", room.check_code, code + "A", "a", 0.0)
+
+
+def test_who_guesses_codes_has_to_wait_and_nobody_else_does():
+    room = a_class()
+    for _ in range(10):
+        refused("wrong-class-code", room.check_code, "AAAAAA", "guesser", 5.0)
+    problem = refused("too-many-attempts", room.check_code, room.record.code, "guesser", 6.0)
+    assert problem.details == {"seconds": 59}
+    room.check_code(room.record.code, "pupil", 6.0)
+    room.check_code(room.record.code, "guesser", 65.0)
+
+
+def test_guesses_from_many_addresses_are_one_each_and_who_joins_rightly_gets_in():
+    room = a_class()
+    guesses = 0
+    for address in range(1000):
+        for _ in range(10):
+            try:
+                room.check_code("AAAAAA", str(address), 5.0)
+            except MotorcadeError as problem:
+                guesses += problem.code == "wrong-class-code"
+    assert guesses == 300 + 970
+    room.check_code(room.record.code, "pupil", 6.0)
+
+
+@pytest.mark.parametrize(
+    ("address", "counts_for"),
+    [
+        ("192.168.1.7", "192.168.1.7"),
+        ("::ffff:192.168.1.7", "192.168.1.7"),
+        ("fe80::1:2:3:4%eth0", "fe80::/64"),
+        ("2001:db8:1:2:3::4", "2001:db8:1:2::/64"),
+        ("testclient", "testclient"),
+    ],
+)
+def test_all_addresses_of_a_computer_count_for_one_guesser(address, counts_for):
+    assert guesser(address) == counts_for
+
+
+def test_a_flood_of_addresses_takes_no_memory():
+    attempts = WrongAttempts(10, 300, 60.0)
+    for address in range(10_000):
+        attempts.add(str(address), 0.0)
+    attempts.check("0", 0.0)
+    refused("too-many-attempts", attempts.check, "9999", 0.0)
+
+
+def test_a_newcomer_gets_a_number_and_comes_back_with_it():
+    room = with_pupils("Mia")
+    mia = room.pupil_at("device 0")
+    assert (mia.id, mia.name, len(mia.number)) == ("01", "Mia", 4)
+    assert room.pupil_at("another") is None
+    assert room.come_back(" mia ", f"{mia.number[:2]} {mia.number[2:]}", "tablet", "a", 0.0) is mia
+    assert room.pupil_at("tablet") is room.pupil_at("device 0") is mia
+    room.leave("tablet")
+    assert room.pupil_at("tablet") is None
+    assert room.pupil_at("device 0") is mia
+
+
+def test_wrong_numbers_are_shown_to_the_teacher_and_bounded():
+    room = with_pupils("Mia", "Ben")
+    wrong = f"{(int(room.pupil('01').number) + 1) % 10_000:04}"
+    for _ in range(5):
+        refused("wrong-number", room.come_back, "Mia", wrong, "d", "guesser", 0.0)
+    refused("too-many-attempts", room.come_back, "Mia", room.pupil("01").number, "d", "guesser", 1.0)
+    assert row(room, "01").wrong_numbers == 5
+    refused("wrong-number", room.come_back, "Nobody", "0000", "d", "another", 1.0)
+    room.come_back("Mia", room.pupil("01").number, "d", "mia's other tablet", 1.0)
+    before = room.pupil("01").number
+    assert room.reset_number("01").number != before
+    assert row(room, "01").wrong_numbers == 0
+
+
+def test_a_pupil_has_at_most_eight_devices_and_the_oldest_is_signed_out():
+    room = with_pupils("Mia")
+    for number in range(8):
+        room.come_back("Mia", room.pupil("01").number, f"new {number}", "a", 0.0)
+    assert room.pupil_at("device 0") is None
+    assert all(room.pupil_at(f"new {number}") for number in range(8))
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("Mia", "mia"),
+        ("Mia", "M i a"),
+        ("José", "Jose\u0301"),
+        ("Ａda", "ada"),
+        ("小明", "小 明"),
+        ("Straße", "STRASSE"),
+    ],
+)
+def test_names_that_look_alike_are_taken(first, second):
+    room = with_pupils(first)
+    refused("nickname-taken", room.join, second, BUS, "d", 0.0)
+    room.rename("01", second)
+
+
+@pytest.mark.parametrize("name", ["", "   ", "\n", "\u200b"])
+def test_a_name_is_needed(name):
+    with pytest.raises(MotorcadeError):
+        a_class().join(name, BUS, "d", 0.0)
+
+
+@pytest.mark.parametrize(
+    "name", ["<b>Mia</b>", "a&b", '"', "a/b", "..", "a" * 25, "Mia\u202e", "a\x00b", "{x}", "a`b", "-a"]
+)
+def test_a_name_with_markup_or_control_characters_is_refused(name):
+    refused("bad-user-name", a_class().join, name, BUS, "d", 0.0)
+
+
+@given(st.text(max_size=200))
+def test_any_name_is_refused_or_plain(text):
+    try:
+        name = checked_name(text)
+    except MotorcadeError:
+        return
+    assert len(name) <= MOST_OF_A_NAME
+    assert not set(name) & set('<>&"`{}[]/\\\n\r\t')
+    assert checked_name(name) == name
+    assert likeness(likeness(name)) == likeness(name)
+
+
+@given(st.text(max_size=300))
+def test_any_text_may_be_typed_as_a_code(text):
+    assert len(typed_code(text)) <= 12
+
+
+def test_an_avatar_is_one_of_the_list():
+    refused("no-such-avatar", a_class().join, "Mia", "../bus", "d", 0.0)
+
+
+def test_a_class_is_full_or_closed():
+    room = a_class()
+    for number in range(MOST_PUPILS):
+        room.join(f"pupil {number}", BUS, f"d{number}", 0.0)
+    refused("class-full", room.join, "one more", BUS, "d", 0.0)
+    room.remove("01")
+    room.set(ClassSettings(is_open=False))
+    refused("class-closed", room.join, "one more", BUS, "d", 0.0)
+    room.set(ClassSettings(is_open=True, title=" 4b ", stuck_minutes=3, turn_s=30))
+    assert room.join("one more", BUS, "d", 0.0).id == f"{MOST_PUPILS + 1}"
+    assert (room.record.title, room.record.stuck_minutes, room.record.turn_s) == ("4b", 3, 30)
+    assert len({pupil.number for pupil in room.record.pupils}) == MOST_PUPILS
