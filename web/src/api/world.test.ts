@@ -1,3 +1,4 @@
+import type { Stream, StreamListeners } from "./service";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import {
   decodePicture,
@@ -59,27 +60,28 @@ describe("a picture's bytes", () => {
   });
 });
 
-class MockSocket {
-  static made: MockSocket[] = [];
-  readyState: number = WebSocket.CONNECTING;
-  binaryType = "";
-  sent: string[] = [];
-  onopen = vi.fn();
-  onmessage: (message: { data: unknown }) => void = vi.fn();
-  onclose = vi.fn();
-  constructor(readonly url: string) {
-    MockSocket.made.push(this);
+class MockStream implements Stream {
+  static made: MockStream[] = [];
+  isOpen = false;
+  sent: unknown[] = [];
+  constructor(readonly listeners: StreamListeners) {
+    MockStream.made.push(this);
   }
   open() {
-    this.readyState = WebSocket.OPEN;
-    this.onopen();
+    this.isOpen = true;
+    this.listeners.onOpen();
   }
-  send(text: string) {
-    this.sent.push(text);
+  send(data: unknown): boolean {
+    if (this.isOpen) this.sent.push(data);
+    return this.isOpen;
   }
   close() {
-    this.readyState = WebSocket.CLOSED;
-    this.onclose();
+    this.isOpen = false;
+  }
+  /** The other end ends it. */
+  end() {
+    this.isOpen = false;
+    this.listeners.onClose();
   }
 }
 
@@ -90,48 +92,47 @@ describe("a connection", () => {
     new WorldConnection(
       "ab".repeat(16),
       { onPicture: (picture) => pictures.push(picture), onAnswer: vi.fn(), onLink: (link) => links.push(link) },
-      (url) => new MockSocket(url) as unknown as WebSocket,
+      (stream) => new MockStream(stream),
     );
   beforeEach(() => {
     vi.useFakeTimers();
-    MockSocket.made = [];
+    MockStream.made = [];
     links.length = pictures.length = 0;
   });
   afterEach(() => vi.useRealTimers());
 
   it("comes back with the same session, waiting longer each time", () => {
     connect();
-    MockSocket.made[0]!.open();
-    MockSocket.made[0]!.close();
+    MockStream.made[0]!.open();
+    MockStream.made[0]!.end();
     vi.advanceTimersByTime(1.25 * 500);
-    expect(MockSocket.made).toHaveLength(2);
-    expect(MockSocket.made[1]!.url).toBe(MockSocket.made[0]!.url);
-    MockSocket.made[1]!.close();
+    expect(MockStream.made).toHaveLength(2);
+    MockStream.made[1]!.end();
     vi.advanceTimersByTime(0.74 * 1000);
-    expect(MockSocket.made).toHaveLength(2);
+    expect(MockStream.made).toHaveLength(2);
     vi.advanceTimersByTime(0.52 * 1000);
-    expect(MockSocket.made).toHaveLength(3);
+    expect(MockStream.made).toHaveLength(3);
     expect(links).toEqual(["connecting", "open", "lost", "connecting", "lost", "connecting"]);
   });
 
   it("leaves its world to the window that took it over until it is asked back", () => {
     const connection = connect();
-    MockSocket.made[0]!.open();
-    MockSocket.made[0]!.onmessage({ data: '{"is": "error", "code": "taken-over", "message": {"en": "", "zh": ""}}' });
-    MockSocket.made[0]!.close();
+    MockStream.made[0]!.open();
+    MockStream.made[0]!.listeners.onMessage('{"is": "error", "code": "taken-over", "message": {"en": "", "zh": ""}}');
+    MockStream.made[0]!.end();
     vi.advanceTimersByTime(60_000);
-    expect(MockSocket.made).toHaveLength(1);
+    expect(MockStream.made).toHaveLength(1);
     connection.comeBack();
-    expect(MockSocket.made).toHaveLength(2);
+    expect(MockStream.made).toHaveLength(2);
   });
 
   it("says nothing while it is lost, and hands on pictures", () => {
     const connection = connect();
     expect(connection.send({ do: "pause" })).toBe(false);
-    MockSocket.made[0]!.open();
+    MockStream.made[0]!.open();
     expect(connection.send({ do: "pause" })).toBe(true);
-    expect(MockSocket.made[0]!.sent).toEqual(['{"do":"pause"}']);
-    MockSocket.made[0]!.onmessage({ data: bytesOf(GOLDEN) });
+    expect(MockStream.made[0]!.sent).toEqual(['{"do":"pause"}']);
+    MockStream.made[0]!.listeners.onMessage(bytesOf(GOLDEN));
     expect(pictures.map(({ frame }) => frame)).toEqual([7]);
   });
 
@@ -139,7 +140,7 @@ describe("a connection", () => {
     const connection = connect();
     connection.close();
     vi.advanceTimersByTime(60_000);
-    expect(MockSocket.made).toHaveLength(1);
+    expect(MockStream.made).toHaveLength(1);
   });
 });
 

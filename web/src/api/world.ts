@@ -1,6 +1,7 @@
-/** A world of cars on the server: the messages to it, its answers, and its pictures. */
+/** A world of cars in play: the messages to it, its answers, and its pictures. */
 
 import type { WorldAnswer, WorldMessage } from "../generated/messages";
+import { service, type Stream, type StreamListeners } from "./service";
 
 export interface Pose {
   x_m: number;
@@ -110,7 +111,7 @@ export function waitBeforeTry(k: number, chance: number): number {
 
 /** A connection that comes back by itself until it is closed. */
 export class WorldConnection {
-  private socket: WebSocket | null = null;
+  private stream: Stream | null = null;
   private tries = 0;
   private timer: ReturnType<typeof setTimeout> | undefined;
   private closed = false;
@@ -119,43 +120,40 @@ export class WorldConnection {
   constructor(
     readonly session: string,
     private readonly listeners: Listeners,
-    private readonly makeSocket: (url: string) => WebSocket = (url) => new WebSocket(url),
+    private readonly openStream: (listeners: StreamListeners) => Stream = (stream) => service().openStream("world", session, stream),
   ) {
     this.connect();
   }
 
   /** Send a message; false while the connection is lost. The page sends what differs after the next hello. */
   send(command: Command): boolean {
-    if (this.socket?.readyState !== WebSocket.OPEN) return false;
-    this.socket.send(JSON.stringify(command));
-    return true;
+    return this.stream?.send(JSON.stringify(command)) ?? false;
   }
 
   /** Take the world back from another window. */
   comeBack(): void {
     this.tries = 0;
     this.elsewhere = false;
+    this.stream?.close();
     this.connect();
   }
 
   close(): void {
     this.closed = true;
     clearTimeout(this.timer);
-    this.socket?.close();
+    this.stream?.close();
   }
 
   private connect(): void {
     this.listeners.onLink("connecting");
-    const secure = location.protocol === "https:" ? "wss" : "ws";
-    const socket = this.makeSocket(`${secure}://${location.host}/api/world?session=${this.session}`);
-    socket.binaryType = "arraybuffer";
-    socket.onopen = () => {
-      this.tries = 0;
-      this.listeners.onLink("open");
-    };
-    socket.onmessage = (message: MessageEvent<string | ArrayBuffer>) => this.receive(message.data);
-    socket.onclose = () => this.lost(socket);
-    this.socket = socket;
+    this.stream = this.openStream({
+      onOpen: () => {
+        this.tries = 0;
+        this.listeners.onLink("open");
+      },
+      onMessage: (data) => this.receive(data),
+      onClose: () => this.lost(),
+    });
   }
 
   private receive(data: string | ArrayBuffer): void {
@@ -169,8 +167,8 @@ export class WorldConnection {
     if (picture) this.listeners.onPicture(picture);
   }
 
-  private lost(socket: WebSocket): void {
-    if (this.closed || socket !== this.socket) return;
+  private lost(): void {
+    if (this.closed) return;
     if (this.elsewhere) {
       this.listeners.onLink("elsewhere");
       return;

@@ -116,7 +116,7 @@ function useEditorsLanguage(): string {
 export function App() {
   const { t, i18n } = useTranslation();
   const [ready, setReady] = useState(false);
-  const gone = useStudio((studio) => studio.serverGone);
+  const gone = useStudio(({ service }) => service === "gone");
   useEffect(() => {
     if (!ready && !gone) void attempt(prepare).then(() => setReady(useStudio.getState().generation > 0));
   }, [ready, gone]);

@@ -98,13 +98,14 @@ export function Notices() {
 
 export function ServerBanner() {
   const { t } = useTranslation();
-  const gone = useStudio((studio) => studio.serverGone);
+  const state = useStudio(({ service }) => service);
+  const text = state === "gone" || state === "restarting" ? t(`server.${state}`) : null;
   return (
     <div className={css.serverBanner} role="alert">
-      {gone && (
+      {text && (
         <p>
           <Icon name="warning" />
-          {t("server.gone")}
+          {text}
         </p>
       )}
     </div>

@@ -2,7 +2,7 @@
 
 import i18next from "i18next";
 import * as Blockly from "blockly/core";
-import { loadFigures, watchPresence } from "../api/http";
+import { loadFigures } from "../api/requests";
 import { registerClipboard } from "../blocks/clipboard";
 import { defineBlocks, setBlocklyLanguage } from "../blocks/definitions";
 import { startPrinting } from "../blocks/picture";
@@ -46,7 +46,11 @@ export function start(): void {
   compileEveryChange();
   listenForKeys();
   watchMissions();
-  watchPresence(() => notify(i18next.t("server.back"), "success"));
+  useStudio.subscribe((now, before) => {
+    if (now.service !== "ready") return;
+    if (before.service === "gone") notify(i18next.t("server.back"), "success");
+    if (before.service === "restarting") notify(i18next.t("server.restarted"), "success");
+  });
 }
 
 let place = "";

@@ -1,7 +1,7 @@
 import type { CSSProperties } from "react";
 import { ToggleButton } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import * as api from "../api/http";
+import * as api from "../api/requests";
 import type { CompiledWord, Field } from "../api/types";
 import { FORMATS } from "../generated/steps";
 import { attempt } from "../projects/actions";

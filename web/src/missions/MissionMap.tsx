@@ -1,7 +1,7 @@
 import { useEffect, useState } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import * as api from "../api/http";
+import * as api from "../api/requests";
 import type { MissionEntry } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import type { Mat } from "../mat/document";

@@ -1,7 +1,7 @@
 /** A mission that is written on this page: its zones, goals and texts; the mat and the cars are the project's. */
 
 import { create } from "zustand";
-import * as api from "../api/http";
+import * as api from "../api/requests";
 import { GOAL_KINDS } from "../generated/goals";
 import type { MissionZone } from "../generated/messages";
 import { type Mat, type Point, rounded, without } from "../mat/document";

@@ -2,7 +2,7 @@
 
 import i18next from "i18next";
 import { create } from "zustand";
-import * as api from "../api/http";
+import * as api from "../api/requests";
 import { inLanguage } from "../i18n";
 import type { Goals, Mission, MissionChoice, MissionResult, Project } from "../generated/messages";
 import type { Mat } from "../mat/document";

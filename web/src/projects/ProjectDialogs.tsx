@@ -1,7 +1,7 @@
 import { useCallback, useEffect, useState } from "react";
 import { Button, Input, Label, TextField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import * as api from "../api/http";
+import * as api from "../api/requests";
 import type { Example, SavedProject, Version } from "../api/types";
 import { inLanguage } from "../i18n";
 import { confirm } from "../state/dialogs";

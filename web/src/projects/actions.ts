@@ -1,7 +1,7 @@
 /** What the menus do with the open project: open, save, share and export. */
 
 import i18next from "i18next";
-import * as api from "../api/http";
+import * as api from "../api/requests";
 import { pictureOf, pngOf } from "../blocks/picture";
 import { liveWorkspaces } from "../blocks/workspaces";
 import { inLanguage } from "../i18n";

@@ -1,7 +1,7 @@
 /** The Python text beside the blocks: an edit of one is shown in the other. */
 
 import { create } from "zustand";
-import * as api from "../api/http";
+import * as api from "../api/requests";
 import type { Diagnostic } from "../api/types";
 import { alterBlocks } from "../blocks/rows";
 import type { BlockPlace } from "../generated/messages";

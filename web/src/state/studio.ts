@@ -2,6 +2,7 @@
 
 import { create } from "zustand";
 import type { Capabilities, Compiled, EditorName, MissionChoice, Profile, WorkspaceState } from "../api/types";
+import type { ServiceState } from "../api/service";
 import type { Mat } from "../mat/document";
 import { useSettings } from "./settings";
 
@@ -40,7 +41,8 @@ export interface Studio {
   selection: Selection | null;
   /** The blocks that some car executes now. */
   running: ReadonlyMap<EditorName, readonly string[]>;
-  serverGone: boolean;
+  /** Whether requests are answered. */
+  service: ServiceState;
   /** The editor that shows where there is no room for both. */
   editor: EditorName;
   /** The stage fills the page: for one, or with large labels for a class. */
@@ -76,7 +78,7 @@ export const useStudio = create<Studio>(() => ({
   compiled: null,
   selection: null,
   running: new Map(),
-  serverGone: false,
+  service: "ready",
   editor: "leader",
   alone: null,
   loudProjector: false,

@@ -1,7 +1,7 @@
 import { useCallback, useEffect, useState } from "react";
 import { Button, Label, ProgressBar, RadioButton, RadioField, RadioGroup } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import * as api from "../api/http";
+import * as api from "../api/requests";
 import type { Port } from "../api/types";
 import { Check, Sheet } from "../ui/controls";
 import { useSettings } from "../state/settings";

@@ -1,21 +1,23 @@
 import { afterEach, describe, expect, it, vi } from "vitest";
+import { connectTo, type Stream, type StreamListeners } from "../api/service";
 import { CutOffError, transfer, transferBySerial } from "./transfer";
 
-/** A server's end of a socket, played by the test. */
-class PlayedSocket extends EventTarget {
-  static readonly OPEN = 1;
-  static last: PlayedSocket;
-  readonly readyState = 1;
+/** The service's end of a stream, played by the test. */
+class PlayedStream implements Stream {
+  static last: PlayedStream;
   readonly sent: unknown[] = [];
   closed = false;
 
-  constructor(readonly url: string) {
-    super();
-    PlayedSocket.last = this;
+  constructor(
+    readonly name: string,
+    readonly listeners: StreamListeners,
+  ) {
+    PlayedStream.last = this;
   }
 
-  send(data: unknown): void {
+  send(data: unknown): boolean {
     this.sent.push(data);
+    return true;
   }
 
   close(): void {
@@ -23,32 +25,35 @@ class PlayedSocket extends EventTarget {
   }
 
   say(data: unknown): void {
-    this.dispatchEvent(new MessageEvent("message", { data: data instanceof ArrayBuffer ? data : JSON.stringify(data) }));
+    this.listeners.onMessage(data instanceof ArrayBuffer ? data : JSON.stringify(data));
   }
 }
 
-vi.stubGlobal("WebSocket", PlayedSocket);
+connectTo({
+  ask: vi.fn(),
+  openStream: (name, _, listeners) => new PlayedStream(name, listeners),
+});
 afterEach(() => void vi.clearAllMocks());
 
 describe("an upload", () => {
   it("asks for its port, tells its progress and its outcome", async () => {
     const progress = vi.fn();
     const done = transfer("/dev/car", { image: "AAAA", verify: true }, progress);
-    const socket = PlayedSocket.last;
-    socket.dispatchEvent(new Event("open"));
-    expect(socket.sent.map((text) => JSON.parse(text as string) as unknown)).toEqual([
+    const stream = PlayedStream.last;
+    stream.listeners.onOpen();
+    expect(stream.sent.map((text) => JSON.parse(text as string) as unknown)).toEqual([
       { port: "/dev/car", image: "AAAA", verify: true },
     ]);
-    socket.say({ sent: 2, of: 4 });
-    socket.say({ outcome: "not-verified" });
+    stream.say({ sent: 2, of: 4 });
+    stream.say({ outcome: "not-verified" });
     expect(await done).toEqual({ outcome: "not-verified" });
     expect(progress).toHaveBeenCalledWith({ sent: 2, of: 4 });
-    expect(socket.closed).toBe(true);
+    expect(stream.closed).toBe(true);
   });
 
   it("never calls a broken connection done", async () => {
     const done = transfer("/dev/car", { readback: true }, vi.fn());
-    PlayedSocket.last.dispatchEvent(new Event("close"));
+    PlayedStream.last.listeners.onClose();
     await expect(done).rejects.toThrow(CutOffError);
   });
 });
@@ -57,19 +62,22 @@ describe("an upload through the browser's own port", () => {
   it("carries bytes both ways and closes the port", async () => {
     const written: number[][] = [];
     const close = vi.fn(() => Promise.resolve());
+    let fromCar: ReadableStreamDefaultController<Uint8Array<ArrayBuffer>>;
     const port = {
       open: vi.fn(() => Promise.resolve()),
       close,
-      readable: new ReadableStream<Uint8Array<ArrayBuffer>>({ start: (stream) => stream.enqueue(new Uint8Array([79, 75])) }),
+      readable: new ReadableStream<Uint8Array<ArrayBuffer>>({ start: (stream) => void (fromCar = stream) }),
       writable: new WritableStream<Uint8Array>({ write: (bytes) => void written.push([...bytes]) }),
     };
     const done = transferBySerial(port, 115_200, { readback: true }, vi.fn());
-    await vi.waitFor(() => expect(PlayedSocket.last.url).toContain("/api/serial"));
-    const socket = PlayedSocket.last;
-    await vi.waitFor(() => expect(socket.sent).toEqual([new Uint8Array([79, 75])]));
-    socket.say(new Uint8Array([1, 2]).buffer);
+    await vi.waitFor(() => expect(PlayedStream.last.name).toBe("serial"));
+    const stream = PlayedStream.last;
+    stream.listeners.onOpen();
+    fromCar!.enqueue(new Uint8Array([79, 75]));
+    await vi.waitFor(() => expect(stream.sent).toEqual(['{"readback":true}', new Uint8Array([79, 75])]));
+    stream.say(new Uint8Array([1, 2]).buffer);
     await vi.waitFor(() => expect(written).toEqual([[1, 2]]));
-    socket.say({ outcome: "image", image: "AAAA" });
+    stream.say({ outcome: "image", image: "AAAA" });
     expect(await done).toEqual({ outcome: "image", image: "AAAA" });
     expect(close).toHaveBeenCalledOnce();
     expect(port.open).toHaveBeenCalledWith({ baudRate: 115_200 });

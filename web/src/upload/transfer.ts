@@ -1,6 +1,6 @@
-/** Transfer an image to or from a car: the server runs the protocol, through its own port or one of the browser's. */
+/** Transfer an image to or from a car: the service runs the protocol, through its own port or one of the browser's. */
 
-import { socketUrl } from "../api/http";
+import { service, type Stream } from "../api/service";
 import type { Outcome, Progress, UploadAnswer } from "../generated/messages";
 
 /** A port of the browser's Web Serial. */
@@ -49,39 +49,48 @@ export type Order = { image: string; verify: boolean } | { readback: true };
 
 export type { Outcome, Progress };
 
-/** The connection to the server ended before an outcome came. */
+/** The service was lost before an outcome came. */
 export class CutOffError extends Error {}
 
-/** Follow a socket's messages to the outcome; `carry` receives bytes. */
-function follow(socket: WebSocket, onProgress: (progress: Progress) => void, carry?: (bytes: ArrayBuffer) => void) {
-  return new Promise<Outcome>((resolve, reject) => {
-    socket.binaryType = "arraybuffer";
-    socket.addEventListener("message", ({ data }: MessageEvent<string | ArrayBuffer>) => {
-      if (typeof data !== "string") {
-        carry?.(data);
-        return;
-      }
-      const report = JSON.parse(data) as UploadAnswer;
-      if ("outcome" in report) resolve(report);
-      else onProgress(report);
-    });
-    socket.addEventListener("close", () => reject(new CutOffError()));
-    socket.addEventListener("error", () => reject(new CutOffError()));
-  });
-}
-
-/** Transfer through one of the server's own ports. */
-export async function transfer(port: string, order: Order, onProgress: (progress: Progress) => void): Promise<Outcome> {
-  const socket = new WebSocket(socketUrl("/api/upload"));
-  socket.addEventListener("open", () => socket.send(JSON.stringify({ port, ...order })));
+/** Send an order and follow its stream to the outcome; `carry` receives bytes, `opened` the stream. */
+async function follow(
+  name: "upload" | "serial",
+  order: object,
+  onProgress: (progress: Progress) => void,
+  carry?: (bytes: ArrayBuffer) => void,
+  opened?: (stream: Stream) => void,
+): Promise<Outcome> {
+  let stream: Stream | undefined;
   try {
-    return await follow(socket, onProgress);
+    return await new Promise<Outcome>((resolve, reject) => {
+      stream = service().openStream(name, "", {
+        onOpen: () => {
+          stream!.send(JSON.stringify(order));
+          opened?.(stream!);
+        },
+        onMessage: (data) => {
+          if (typeof data !== "string") {
+            carry?.(data);
+            return;
+          }
+          const report = JSON.parse(data) as UploadAnswer;
+          if ("outcome" in report) resolve(report);
+          else onProgress(report);
+        },
+        onClose: () => reject(new CutOffError()),
+      });
+    });
   } finally {
-    socket.close();
+    stream?.close();
   }
 }
 
-/** Transfer through a port of the browser's: the page passes bytes between the port and the server. */
+/** Transfer through one of the service's own ports. */
+export async function transfer(port: string, order: Order, onProgress: (progress: Progress) => void): Promise<Outcome> {
+  return await follow("upload", { port, ...order }, onProgress);
+}
+
+/** Transfer through a port of the browser's: the page passes bytes between the port and the service. */
 export async function transferBySerial(
   port: SerialPort,
   baudRate: number,
@@ -89,13 +98,12 @@ export async function transferBySerial(
   onProgress: (progress: Progress) => void,
 ): Promise<Outcome> {
   await port.open({ baudRate });
-  const socket = new WebSocket(socketUrl("/api/serial"));
-  const carrier = carryBytes(port, (bytes) => socket.readyState === WebSocket.OPEN && socket.send(bytes));
-  socket.addEventListener("open", () => socket.send(JSON.stringify(order)));
+  let stream: Stream | null = null;
+  const carrier = carryBytes(port, (bytes) => stream?.send(bytes));
   try {
-    return await follow(socket, onProgress, carrier.write);
+    return await follow("serial", order, onProgress, carrier.write, (opened) => (stream = opened));
   } finally {
-    socket.close();
+    stream = null;
     await carrier.close();
   }
 }

@@ -1,4 +1,5 @@
 import { beforeEach, describe, expect, it, vi } from "vitest";
+import { connectTo } from "../api/service";
 import type { Blocks, Compiled } from "../generated/messages";
 import { useStudio } from "../state/studio";
 import { compileEveryChange } from "./compiling";
@@ -18,10 +19,10 @@ const ANSWER: Compiled = {
 };
 
 const asked: { blocks: Blocks; answer: (words: Partial<Compiled>) => void }[] = [];
-vi.mock("../api/http", () => ({
-  compile: (blocks: Blocks) => new Promise((resolve) => asked.push({ blocks, answer: (own) => resolve({ ...ANSWER, ...own }) })),
-  RefusedError: class extends Error {},
-}));
+connectTo({
+  ask: (_, message) => new Promise((resolve) => asked.push({ blocks: message as Blocks, answer: (own) => resolve({ ...ANSWER, ...own }) })),
+  openStream: vi.fn(),
+});
 
 compileEveryChange();
 

@@ -1,6 +1,6 @@
 /** Send each change to the compiler. Only the newest counts: while an answer is awaited, older ones are skipped. */
 
-import * as api from "../api/http";
+import * as api from "../api/requests";
 import type { EditorName, WorkspaceState } from "../api/types";
 import { markDiagnostics } from "../blocks/marks";
 import { read, workspaceOf } from "../blocks/workspaces";
@@ -95,7 +95,7 @@ async function compileNewest(): Promise<void> {
 export function compileEveryChange(): void {
   useStudio.subscribe((now, before) => {
     const changed = now.leader !== before.leader || now.followers !== before.followers || now.profile !== before.profile;
-    if (changed || (before.serverGone && !now.serverGone)) void compileNewest();
+    if (changed || (before.service === "gone" && now.service !== "gone")) void compileNewest();
   });
 }
 

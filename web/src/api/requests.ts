@@ -1,0 +1,42 @@
+/** The requests of the page, each as a function. */
+
+import { useStudio } from "../state/studio";
+import type { Blocks, BlocksAndText, MissionAttempt, MissionChoice, Project, Requests } from "../generated/messages";
+import { service } from "./service";
+
+export { RefusedError, UnreachableError } from "./service";
+
+const ask = <Name extends keyof Requests>(
+  name: Name,
+  message: Requests[Name]["message"] | null = null,
+): Promise<Requests[Name]["answer"]> => service().ask(name, message);
+
+export const capabilities = () => ask("capabilities");
+export const profiles = () => ask("profiles");
+export const compile = (blocks: Blocks) => ask("compile", blocks);
+export const blocksToPython = (message: BlocksAndText) => ask("blocks-to-python", message);
+export const pythonToBlocks = (message: BlocksAndText) => ask("python-to-blocks", message);
+export const open = (text: string) => ask("open", { text });
+export const projectText = (project: Project) => ask("save-text", project);
+export const decompile = (image: string) => ask("decompile", { image });
+export const projects = () => ask("projects/list");
+export const saveProject = (name: string, project: Project) => ask("projects/write", { name, project });
+export const savedProject = (name: string, version?: number) => ask("projects/read", { name, version: version ?? null });
+export const versions = (name: string) => ask("projects/history", { name });
+export const deleteProject = (name: string) => ask("projects/delete", { name });
+export const examples = () => ask("examples");
+export const example = (id: string) => ask("example", { id });
+export const missions = () => ask("missions");
+export const mission = (choice: MissionChoice) => ask("mission", choice);
+export const openMission = (text: string) => ask("missions/open", { text });
+export const missionText = (choice: MissionChoice) => ask("missions/save-text", choice);
+export const checkMission = (attempt: MissionAttempt) => ask("missions/check", attempt);
+export const ports = () => ask("ports");
+
+/** What the page needs before anything can be drawn. */
+export async function loadFigures(): Promise<void> {
+  const name = useStudio.getState().profile;
+  const [can, known] = await Promise.all([capabilities(), profiles()]);
+  const profileFigures = known.find((profile) => profile.name === name) ?? null;
+  useStudio.setState({ capabilities: can, profileFigures });
+}
