@@ -4,7 +4,7 @@ BIN := $(if $(filter Windows_NT,$(OS)),.venv/Scripts,.venv/bin)
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 STAMP := .venv/.installed
 
-.PHONY: setup run demo page test soak lint types format generate stale docs bench screenshots lock clean
+.PHONY: setup run demo page site test soak lint types format generate stale docs bench screenshots lock clean
 
 run: setup ## the studio, in the browser
 	$(BIN)/motorcade studio
@@ -23,6 +23,9 @@ $(STAMP): requirements.lock pyproject.toml
 
 page: setup ## build the studio's page
 	$(BIN)/python hatch_build.py build
+
+site: page ## the studio as static files, into build/studio
+	$(BIN)/motorcade site -o build/studio
 
 test: setup
 	$(BIN)/python hatch_build.py test

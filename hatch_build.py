@@ -4,7 +4,10 @@ By itself, `python hatch_build.py [build|lint|types|test]` runs one of web/packa
 """
 
 import os
+import re
+import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,10 +17,23 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 WEB = Path("web")
 PAGE = Path("src/motorcade/server/page")
+LOCK = Path("requirements.lock")
 LOCALES = Path("src/motorcade/locales")
 FIRMWARES = (Path("firmware/micropython"), Path("firmware/arduino"))
+# msgspec for the Python in web/package-lock.json's Pyodide; Vite copies its wheel into the page.
+WHEELS = WEB / "node_modules" / ".wheels"
+PYODIDE = (
+    "--platform",
+    "pyemscripten_2026_0_wasm32",
+    "--implementation",
+    "cp",
+    "--python-version",
+    "314",
+    "--abi",
+    "cp314",
+)
 # What the page is made of; tests and lint rules don't change it.
-PAGES = ("index.html", "drive.html")
+PAGES = ("index.html", "drive.html", "site.html")
 SOURCES = (*PAGES, "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts", "public", "src")
 
 
@@ -51,6 +67,7 @@ def _sources(root: Path) -> Iterator[Path]:
         yield root / WEB / name
         yield from (root / WEB / name).rglob("*")
     yield from (root / LOCALES).glob("*.json")
+    yield root / LOCK
 
 
 def npm_run(root: Path, script: str, *arguments: str) -> None:
@@ -70,7 +87,27 @@ def npm_run(root: Path, script: str, *arguments: str) -> None:
     if not installed.is_file() or installed.stat().st_mtime < lock.stat().st_mtime:
         # One retry: npm's own three take minutes where there is no network.
         _npm(web, "ci", "--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1")
+    _get_wheel(root)
     _npm(web, "run", script, *(["--", *arguments] if arguments else []))
+
+
+def _get_wheel(root: Path) -> None:
+    """Download msgspec's wheel for Pyodide, with a hash that the lock file names, unless it is there."""
+    locked = re.search(r"^msgspec==(\S+)[^\n]*\n(?: +--hash=.*\n)+", (root / LOCK).read_text(encoding="utf-8"), re.M)
+    if locked is None:
+        raise RuntimeError(f"{LOCK} names no version of msgspec")
+    if list((root / WHEELS).glob(f"msgspec-{locked[1]}-*.whl")):
+        return
+    for old in (root / WHEELS).glob("*.whl"):
+        old.unlink()
+    with tempfile.TemporaryDirectory() as folder:
+        wanted = Path(folder) / "msgspec.txt"
+        wanted.write_text(locked[0], encoding="utf-8")
+        pip = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet", "download", *PYODIDE)
+        options = ("--only-binary=:all:", "--no-deps", "--require-hashes", "--dest", str(root / WHEELS))
+        done = subprocess.run([*pip, *options, "--requirement", str(wanted)], check=False)
+    if done.returncode:
+        raise RuntimeError("pip couldn't get msgspec's wheel for browsers; building the page needs a network once")
 
 
 def _npm(web: Path, *arguments: str) -> None:

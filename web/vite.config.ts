@@ -1,12 +1,15 @@
 import react from "@vitejs/plugin-react";
+import { createHash } from "node:crypto";
 import { readdirSync, readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { dirname, join, resolve } from "node:path";
 import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 
-/** The studio and the remote. */
-const PAGES = ["index.html", "drive.html"];
+/** The studio, the remote, and the studio as static files with its service worker. */
+const PAGES = ["index.html", "drive.html", "site.html", "src/site/sw.ts"];
+/** Where `python hatch_build.py` puts msgspec's wheel for Pyodide. */
+const WHEELS = join(import.meta.dirname, "node_modules", ".wheels");
 
 /**
  * The modules `virtual:texts/studio` and `virtual:texts/remote`: the texts of one page in every language, from the files
@@ -50,9 +53,67 @@ function blocklyMedia(): Plugin {
   };
 }
 
+/**
+ * Python for browsers: Pyodide's files and msgspec's wheel, in a folder whose name changes with their content. The module
+ * `virtual:pyodide` exports the folder's address, relative to the page's.
+ */
+function pyodide(): Plugin {
+  const runtime = dirname(createRequire(import.meta.url).resolve("pyodide/package.json"));
+  const names = ["pyodide.mjs", "pyodide.asm.mjs", "pyodide.asm.wasm", "python_stdlib.zip"];
+  const files = new Map(names.map((name) => [name, readFileSync(join(runtime, name))]));
+  const hash = createHash("sha256");
+  let folder = "";
+  return {
+    name: "pyodide",
+    apply: "build",
+    buildStart() {
+      const wheel = readdirSync(WHEELS).find((name) => name.startsWith("msgspec-"));
+      if (wheel === undefined) this.error(`${WHEELS} has no wheel of msgspec: run 'python hatch_build.py build'`);
+      files.set(wheel, readFileSync(join(WHEELS, wheel)));
+      files.set("pyodide-lock.json", Buffer.from(JSON.stringify(lock(runtime, wheel, files.get(wheel)!))));
+      for (const content of files.values()) hash.update(content);
+      folder = `assets/pyodide-${hash.digest("hex").slice(0, 12)}/`;
+    },
+    resolveId: (id) => (id === "virtual:pyodide" ? `\0${id}` : null),
+    load: (id) => (id === "\0virtual:pyodide" ? `export default ${JSON.stringify(folder)}` : null),
+    generateBundle() {
+      for (const [name, source] of files) this.emitFile({ type: "asset", fileName: folder + name, source });
+    },
+  };
+}
+
+/** Pyodide's list of packages, with msgspec alone in place of hundreds that are on another host. */
+function lock(runtime: string, wheel: string, content: Buffer): object {
+  const { info } = JSON.parse(readFileSync(join(runtime, "pyodide-lock.json"), "utf-8")) as { info: object };
+  const msgspec = {
+    name: "msgspec",
+    version: wheel.split("-")[1],
+    file_name: wheel,
+    install_dir: "site",
+    sha256: createHash("sha256").update(content).digest("hex"),
+    package_type: "package",
+    imports: ["msgspec"],
+    depends: [],
+    unvendored_tests: false,
+  };
+  return { info, packages: { msgspec } };
+}
+
 export default defineConfig({
-  plugins: [react(), texts(), blocklyMedia()],
-  build: { outDir: "../src/motorcade/server/page", emptyOutDir: true, chunkSizeWarningLimit: 900, rolldownOptions: { input: PAGES } },
+  // Relative addresses: the site may be below any path.
+  base: "./",
+  plugins: [react(), texts(), blocklyMedia(), pyodide()],
+  build: {
+    outDir: "../src/motorcade/server/page",
+    emptyOutDir: true,
+    chunkSizeWarningLimit: 900,
+    // By it `motorcade site` finds the files that the site needs.
+    manifest: true,
+    rolldownOptions: {
+      input: PAGES,
+      output: { entryFileNames: (chunk) => (chunk.name === "sw" ? "sw.js" : "assets/[name]-[hash].js") },
+    },
+  },
   server: { proxy: { "^/(api/|drive/|camera)": { target: "http://127.0.0.1:7700", ws: true, changeOrigin: true } } },
   test: { environment: "jsdom", isolate: false, setupFiles: "src/test-setup.ts", include: ["src/**/*.test.{ts,tsx}"] },
 });

@@ -34,6 +34,8 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
             "not-host-and-port",
             "not-name-and-value",
             "output-is-input",
+            "site-folder-in-use",
+            "site-page-missing",
             "unknown-language",
             "unknown-target",
             "brain-has-own-words",

@@ -12,3 +12,9 @@ declare module "virtual:texts/remote" {
   const languages: Record<string, { name: string; texts: Texts }>;
   export default languages;
 }
+
+declare module "virtual:pyodide" {
+  /** The folder of Pyodide's files, relative to the page's address. */
+  const folder: string;
+  export default folder;
+}

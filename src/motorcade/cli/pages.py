@@ -1,4 +1,4 @@
-"""Commands that serve pages, studio and drive remote; and the page of a car that `drive serve` serves."""
+"""Commands that serve pages, studio and drive remote, or write one, site; and the page of a car, for `drive serve`."""
 
 import os
 import secrets
@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from motorcade.cli.driving import address_of
-from motorcade.cli.language import translated
-from motorcade.cli.options import Json, TcpPortNumber, needs_extra, print_note, print_result
+from motorcade.cli.language import Language, translated
+from motorcade.cli.options import Json, Output, TcpPortNumber, needs_extra, print_note, print_result
 from motorcade.errors import MotorcadeError
 
 if TYPE_CHECKING:
@@ -229,6 +229,18 @@ def _pair(text: str, code: str, **details: str) -> tuple[str, str]:
     if not equals or not name or not value:
         raise MotorcadeError(code, text=text, **details)
     return name, value
+
+
+@studio_app.command("site")
+def _site(output: Output, language: Language = "", as_json: Json = False) -> None:
+    with needs_extra("site", "studio"):
+        from motorcade.site import site_files, write_site
+
+    files = site_files()
+    write_site(output, files)
+    size = sum(map(len, files.values()))
+    sentence = translated("site-is-written", folder=output, files=len(files), megabytes=f"{size / 1e6:.1f}")
+    print_result({"folder": str(output), "files": len(files), "bytes": size}, sentence, as_json)
 
 
 @studio_app.command("studio")

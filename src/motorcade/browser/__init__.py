@@ -1,0 +1,1 @@
+"""The shell of the studio that runs in a browser: `motorcade.service` under Pyodide, in a worker."""

@@ -1,0 +1,191 @@
+"""The studio as a folder of static files, which any web server can hold: Python runs in the browser."""
+
+import hashlib
+import json
+from base64 import b64encode
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from motorcade import server
+from motorcade.config.files import replace_file
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.locales import FIRST, languages
+from motorcade.service import documents, programs
+from motorcade.site.python_zip import PACKAGE, python_zip
+
+# The build of the page writes them here.
+PAGE = Path(server.__file__).with_name("page")
+# The list of a site's files, by which `motorcade site` knows a folder that it may write again.
+LIST = "site.json"
+_FORMAT = "motorcade-site/1"
+_ENTRY = "site.html"
+_INDEX = "index.html"
+_WORKER = "sw.js"
+_WORKER_SOURCE = "src/site/sw.ts"
+_ICON_SIZES = (192, 512)
+# Vite's list of what each page imports, and what the build puts in the place of the list of files in sw.js.
+_VITE = ".vite/manifest.json"
+_FILES_MARK = b"self.__WB_MANIFEST"
+# Answers that the page has before Python runs.
+_FIRST_ANSWERS = {"profiles": programs.profile_figures, "examples": documents.examples}
+# Blockly and PixiJS style and draw by data: and blob: addresses. Workers, and scripts, come from files alone.
+POLICY = (
+    "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self'; "
+    "style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; media-src 'self' data: blob:; "
+    "font-src 'self' data:; manifest-src 'self'; base-uri 'none'; form-action 'none'"
+)
+
+
+def site_files(page: Path = PAGE) -> dict[str, bytes]:
+    """Return the files of the site: each path and its bytes; the same installation gives the same bytes.
+
+    Args:
+        page: the folder of the built page.
+
+    Raises:
+        MotorcadeError: the page isn't built.
+    """
+    if not (page / _ENTRY).is_file():
+        raise MotorcadeError("site-page-missing", folder=page)
+    files = {name: (page / name).read_bytes() for name in _page_files(page)}
+    files["python.zip"] = python_zip()
+    files["engine.wasm"] = (PACKAGE / "engine" / "engine.wasm").read_bytes()
+    files["manifest.webmanifest"] = _manifest()
+    for name, answer in _FIRST_ANSWERS.items():
+        files[f"start/{name}.json"] = msgspec.json.encode(answer())
+    worker = files.pop(_WORKER)
+    # Files that have no hash in their names are asked for by this one: no cache gives an old one to a new page.
+    build = hashlib.sha256(_list_of(files)).hexdigest()[:16]
+    files[_INDEX] = _index((page / _ENTRY).read_text(encoding="utf-8"), build)
+    entries = [
+        {
+            "url": name,
+            "revision": hashlib.sha256(data).hexdigest()[:16],
+            "integrity": "sha256-" + b64encode(hashlib.sha256(data).digest()).decode(),
+        }
+        for name, data in sorted(files.items())
+    ]
+    assert _FILES_MARK in worker, f"{_WORKER} has no place for the list of files"
+    files[_WORKER] = worker.replace(_FILES_MARK, json.dumps(entries).encode())
+    return dict(sorted(files.items()))
+
+
+def write_site(folder: Path, files: dict[str, bytes]) -> None:
+    """Write a site into ``folder``: a new or empty one, or one that holds a site, which is replaced.
+
+    index.html is removed first and written last, so that what an interrupted call leaves is no site; the next call
+    takes it up.
+
+    Raises:
+        MotorcadeError: the folder can't be written, or holds other files.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise MotorcadeError("folder-not-writable", folder=folder, reason=problem.strerror) from None
+    present = {
+        path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_symlink() or not path.is_dir()
+    }
+    if others := sorted(present - _listed(folder)):
+        raise MotorcadeError("site-folder-in-use", folder=folder, file=others[0])
+    place = folder
+    try:
+        for place in (folder / _INDEX, *(folder / name for name in present - {*files, LIST})):
+            place.unlink(missing_ok=True)
+            for parent in place.relative_to(folder).parents[:-1]:
+                with suppress(OSError):
+                    (folder / parent).rmdir()
+        # By the list, which is the first, the next call knows the files of an interrupted one.
+        place = folder / LIST
+        replace_file(place, _list_of(files))
+        for name in sorted(files, key=lambda each: (each == _INDEX, each)):
+            place = folder / name
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_bytes(files[name])
+    except OSError as problem:
+        raise MotorcadeError("file-not-writable", file=place, reason=problem.strerror) from None
+
+
+def _listed(folder: Path) -> set[str]:
+    """Return the names in a folder's list of files; none where it has no such list."""
+    try:
+        listed = json.loads((folder / LIST).read_bytes())
+    except (OSError, ValueError):
+        return set()
+    if not isinstance(listed, dict) or listed.get("format") != _FORMAT or not isinstance(listed.get("files"), dict):
+        return set()
+    return {LIST, *listed["files"]}
+
+
+def _list_of(files: dict[str, bytes]) -> bytes:
+    """Return the list of files with their hashes, as JSON."""
+    hashes = {name: hashlib.sha256(data).hexdigest() for name, data in sorted(files.items())}
+    return json.dumps({"format": _FORMAT, "files": hashes}, indent=1).encode() + b"\n"
+
+
+def _page_files(page: Path) -> set[str]:
+    """Return the names of the built files that the site needs: all but those which only the server's pages import."""
+    built: dict[str, Any] = json.loads((page / _VITE).read_bytes())
+    pages = {name: _imported(built, name) for name, each in built.items() if each.get("isEntry")}
+    others = set().union(*(files for name, files in pages.items() if name not in (_ENTRY, _WORKER_SOURCE)))
+    own = pages[_ENTRY] | pages[_WORKER_SOURCE]
+    names = {path.relative_to(page).as_posix() for path in page.rglob("*") if path.is_file()}
+    return {name for name in names - (others - own) if not name.endswith(".html") and name != _VITE}
+
+
+def _imported(built: dict[str, Any], first: str) -> set[str]:
+    """Return the files that Vite's part ``first`` and all that it imports consist of."""
+    reached, waiting = set(), [first]
+    while waiting:
+        if (name := waiting.pop()) not in reached:
+            reached.add(name)
+            waiting += [*built[name].get("imports", ()), *built[name].get("dynamicImports", ())]
+    return {
+        file
+        for name in reached
+        for file in (built[name]["file"], *built[name].get("css", ()), *built[name].get("assets", ()))
+    }
+
+
+def _index(page: str, build: str) -> bytes:
+    """Return index.html: the built page with the policy for its content and the build's hash."""
+    tags = (
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}" />\n    '
+        f'<meta name="motorcade-build" content="{build}" />\n    '
+        '<link rel="manifest" href="manifest.webmanifest" />\n    '
+    )
+    return page.replace('<meta charset="utf-8" />\n    ', f'<meta charset="utf-8" />\n    {tags}', 1).encode()
+
+
+def _manifest() -> bytes:
+    """Return the web app manifest, in English with the other languages beside it."""
+    document: dict[str, Any] = {
+        "start_url": "./",
+        "scope": "./",
+        "display": "standalone",
+        "lang": FIRST,
+        "dir": "ltr",
+        "background_color": "#ffffff",
+        "theme_color": "#2457c5",
+        "categories": ["education"],
+        "icons": [
+            {"src": "icon.svg", "sizes": "any", "type": "image/svg+xml", "purpose": "any"},
+            *(
+                {"src": f"icons/icon-{size}.png", "sizes": f"{size}x{size}", "type": "image/png", "purpose": "any"}
+                for size in _ICON_SIZES
+            ),
+            {"src": "icons/maskable-512.png", "sizes": "512x512", "type": "image/png", "purpose": "maskable"},
+        ],
+    }
+    texts = {
+        "name": Phrase("site-name"),
+        "short_name": Phrase("site-short-name"),
+        "description": Phrase("site-description"),
+    }
+    for part, phrase in texts.items():
+        document[part] = phrase.sentence(FIRST)
+        document[f"{part}_localized"] = {each: phrase.sentence(each) for each in languages() if each != FIRST}
+    return json.dumps(document, ensure_ascii=False, indent=1).encode() + b"\n"

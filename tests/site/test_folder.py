@@ -1,0 +1,164 @@
+"""`motorcade site`: what it writes, and into which folders."""
+
+import gzip
+import hashlib
+import json
+import re
+from base64 import b64encode
+
+import pytest
+from filelock import FileLock
+from scripts.studio_process import build_page
+
+from motorcade.errors import MotorcadeError
+from motorcade.site import LIST, site_files, write_site
+from support.command_line import run
+
+# A site of few files, for tests of the folder.
+FEW = {"assets/a.js": b"a", "index.html": b"page", "start/x.json": b"{}"}
+MOST_BYTES = 12_000_000
+
+
+@pytest.fixture(scope="module")
+def files(install_lock: FileLock) -> dict[str, bytes]:
+    with install_lock:
+        build_page()
+    return site_files()
+
+
+def names_in(folder) -> set[str]:
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+
+
+def listed(worker: bytes) -> dict[str, dict[str, str]]:
+    """The service worker's list of files, by name."""
+    return {entry["url"]: entry for entry in json.loads(re.search(rb'\[\{"url".*?\}\]', worker)[0])}
+
+
+def test_the_service_worker_lists_every_other_file_with_its_hash(files):
+    entries = listed(files["sw.js"])
+    assert set(entries) == set(files) - {"sw.js"}
+    for name, entry in entries.items():
+        assert entry["integrity"] == "sha256-" + b64encode(hashlib.sha256(files[name]).digest()).decode()
+
+
+def test_the_service_worker_is_one_plain_script(files):
+    """Firefox runs no service worker that is a module."""
+    assert re.search(rb"\b(import|export)\b *[\"'{(*]", files["sw.js"]) is None
+
+
+def test_the_page_asks_for_files_of_the_site_alone_and_by_relative_addresses(files):
+    page = files["index.html"].decode()
+    addresses = re.findall(r'(?:src|href)="([^"]*)"', page)
+    assert addresses
+    assert [each for each in addresses if each.removeprefix("./") not in files] == []
+    for style in (data.decode() for name, data in files.items() if name.endswith(".css")):
+        assert re.findall(r"url\((?!\"?(?:data:|\./|[a-z]))[^)]*\)", style) == []
+
+
+def test_nothing_of_the_servers_own_pages_is_in_it(files):
+    assert [name for name in files if name.endswith(".html")] == ["index.html"]
+    assert [name for name in files if "drive" in name] == []
+
+
+def test_a_first_visit_is_small(files):
+    """By gzip, which every web server has; a picture or an archive isn't compressed once more."""
+    sent = {
+        name: data if name.endswith((".png", ".zip", ".whl")) else gzip.compress(data, 6)
+        for name, data in files.items()
+    }
+    assert sum(map(len, sent.values())) < MOST_BYTES
+
+
+def test_the_same_installation_gives_the_same_bytes(files):
+    assert site_files() == files
+
+
+def test_the_build_has_another_hash_when_python_has_changed(files, monkeypatch):
+    """The page asks by it for the files that have no hash in their names."""
+    monkeypatch.setattr("motorcade.site.python_zip", lambda: b"other")
+    changed = site_files()
+    found = [
+        re.findall(rb'name="motorcade-build" content="([0-9a-f]{16})"', each["index.html"]) for each in (files, changed)
+    ]
+    assert len(found[0]) == len(found[1]) == 1
+    assert found[0] != found[1]
+    assert {name for name in files if files[name] != changed[name]} == {"index.html", "python.zip", "sw.js"}
+
+
+def test_the_command_writes_the_site(files, tmp_path):
+    done = run("site", "-o", tmp_path / "new" / "site", "--json")
+    assert done.code == 0, done.err
+    assert json.loads(done.out)["files"] == len(files)
+    folder = tmp_path / "new" / "site"
+    assert names_in(folder) == {LIST, *files}
+    assert all((folder / name).read_bytes() == data for name, data in files.items())
+
+
+def test_an_older_site_is_replaced_with_all_its_files(tmp_path):
+    write_site(tmp_path, {**FEW, "assets/old/gone.js": b"old"})
+    write_site(tmp_path, {**FEW, "index.html": b"newer"})
+    assert names_in(tmp_path) == {LIST, *FEW}
+    assert not (tmp_path / "assets" / "old").exists()
+    assert (tmp_path / "index.html").read_bytes() == b"newer"
+
+
+def test_files_of_others_are_kept_and_named(tmp_path):
+    (tmp_path / "homework.txt").write_text("mine")
+    with pytest.raises(MotorcadeError, match=r"homework\.txt"):
+        write_site(tmp_path, FEW)
+    assert names_in(tmp_path) == {"homework.txt"}
+
+
+def test_a_list_that_names_files_outside_the_folder_removes_none(tmp_path):
+    site, outside = tmp_path / "site", tmp_path / "precious.txt"
+    outside.write_text("mine")
+    write_site(site, FEW)
+    document = json.loads((site / LIST).read_text())
+    document["files"]["../precious.txt"] = ""
+    (site / LIST).write_text(json.dumps(document))
+    write_site(site, FEW)
+    assert outside.read_text() == "mine"
+
+
+@pytest.mark.parametrize("document", ["", "[]", "{}", '{"format": "motorcade-site/1", "files": 3}', '{"files": {}}'])
+def test_a_damaged_list_counts_as_none(tmp_path, document):
+    (tmp_path / LIST).write_text(document)
+    with pytest.raises(MotorcadeError, match=re.escape(LIST)):
+        write_site(tmp_path, FEW)
+
+
+@pytest.mark.parametrize("stopped_at", FEW)
+def test_what_an_interrupted_call_leaves_is_no_site_and_is_taken_up(tmp_path, stopped_at):
+    class Interrupting(dict):
+        def __getitem__(self, name):
+            if name == stopped_at:
+                raise KeyboardInterrupt
+            return super().__getitem__(name)
+
+    write_site(tmp_path, {**FEW, "index.html": b"older"})
+    with pytest.raises(KeyboardInterrupt):
+        write_site(tmp_path, Interrupting(FEW))
+    assert not (tmp_path / "index.html").exists()
+    write_site(tmp_path, FEW)
+    assert names_in(tmp_path) == {LIST, *FEW}
+
+
+@pytest.mark.parametrize("place", ["file", "file/site"])
+def test_a_file_in_the_way_is_named(tmp_path, files, place):
+    (tmp_path / "file").write_text("mine")
+    done = run("site", "-o", tmp_path / place)
+    assert (done.code, done.out) == (2, "")
+    assert str(tmp_path / place) in done.err
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_a_folder_in_the_way_of_a_file_is_named(tmp_path):
+    (tmp_path / "index.html").mkdir()
+    with pytest.raises(MotorcadeError, match=r"index\.html"):
+        write_site(tmp_path, FEW)
+
+
+def test_a_page_that_is_not_built_is_said(tmp_path):
+    with pytest.raises(MotorcadeError, match="make page"):
+        site_files(tmp_path)

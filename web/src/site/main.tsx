@@ -1,0 +1,6 @@
+/** The studio as static files. */
+
+import "../main";
+import { startOffline } from "./offline";
+
+void startOffline({ isBusy: () => false, onUpdate: () => undefined, onRefused: () => undefined });

@@ -1,0 +1,46 @@
+/**
+ * The service worker of the site: it stores all files of one build, and answers from them, with or without a network.
+ *
+ * A new build waits beside the one in use. It takes over when no page has work that a reload would lose.
+ */
+
+/// <reference lib="webworker" />
+
+import { addPlugins, precacheAndRoute, type PrecacheEntry } from "workbox-precaching";
+
+// Types alone: this file must become one script, without imports.
+import type { ToPage, ToServiceWorker } from "./messages";
+
+declare const self: ServiceWorkerGlobalScope & { __WB_MANIFEST: PrecacheEntry[] };
+
+const ANSWER_MS = 2000;
+
+// The browser's cache has what the page has just loaded: it asks the server only whether that is still the same. The
+// hash of each file's content is checked.
+addPlugins([{ requestWillFetch: ({ request }) => Promise.resolve(new Request(request, { cache: "no-cache" })) }]);
+// `motorcade site` writes the list of files here. Their addresses may carry the build's hash.
+precacheAndRoute(self.__WB_MANIFEST, { ignoreURLParametersMatching: [/^v$/], cleanURLs: false });
+
+self.addEventListener("message", (event) => {
+  const message = event.data as ToServiceWorker | null;
+  if (message) event.waitUntil(takeOver(event.source as WindowClient | null));
+});
+
+/** Take over from the build in use, unless a page other than the one that asks has work. */
+async function takeOver(asking: WindowClient | null): Promise<void> {
+  const clients = await self.clients.matchAll({ type: "window", includeUncontrolled: true });
+  const others = clients.filter(({ id, url }) => id !== asking?.id && url.startsWith(self.registration.scope));
+  const idle = await Promise.all(others.map(isIdle));
+  if (idle.every(Boolean)) await self.skipWaiting();
+  else asking?.postMessage("others-have-work" satisfies ToPage);
+}
+
+/** Whether a page says that it has no work; a page that doesn't answer may have some. */
+function isIdle(page: Client): Promise<boolean> {
+  return new Promise((resolve) => {
+    const { port1, port2 } = new MessageChannel();
+    port1.onmessage = ({ data }) => resolve(data === true);
+    page.postMessage("is-idle" satisfies ToPage, [port2]);
+    setTimeout(() => resolve(false), ANSWER_MS);
+  });
+}
