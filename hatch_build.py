@@ -33,7 +33,7 @@ PYODIDE = (
     "cp314",
 )
 # What the page is made of; tests and lint rules don't change it.
-PAGES = ("index.html", "drive.html", "site.html")
+PAGES = ("index.html", "drive.html", "class.html", "site.html")
 SOURCES = (*PAGES, "package.json", "package-lock.json", "tsconfig.json", "vite.config.ts", "public", "src")
 
 

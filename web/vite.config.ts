@@ -6,13 +6,13 @@ import { dirname, join, resolve } from "node:path";
 import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 
-/** The studio, the remote, and the studio as static files with its service worker. */
-const PAGES = ["index.html", "drive.html", "site.html", "src/site/sw.ts"];
+/** The studio, the remote, the pages of a class, and the studio as static files with its service worker. */
+const PAGES = ["index.html", "drive.html", "class.html", "site.html", "src/site/sw.ts"];
 /** Where `python hatch_build.py` puts msgspec's wheel for Pyodide. */
 const WHEELS = join(import.meta.dirname, "node_modules", ".wheels");
 
 /**
- * The modules `virtual:texts/studio` and `virtual:texts/remote`: the texts of one page in every language, from the files
+ * The modules `virtual:texts/studio`, `…/remote` and `…/class`: the texts of one page in every language, from the files
  * that Python reads too. The environment variable MOTORCADE_LOCALES names another folder of such files.
  */
 function texts(): Plugin {
@@ -31,8 +31,9 @@ function texts(): Plugin {
         this.addWatchFile(path);
         const { language: name, page } = JSON.parse(readFileSync(path, "utf-8")) as { language: string; page: Record<string, unknown> };
         // `page.errors` is for the server, which sends whole sentences.
-        const studio = Object.fromEntries(Object.entries(page).filter(([part]) => part !== "remote" && part !== "errors"));
-        return [language, { name, texts: id === `${prefix}remote` ? page.remote : studio }];
+        const studio = Object.fromEntries(Object.entries(page).filter(([part]) => !["remote", "class", "errors"].includes(part)));
+        const part = id.slice(prefix.length);
+        return [language, { name, texts: part === "studio" ? studio : page[part] }];
       };
       return `export default ${JSON.stringify(Object.fromEntries(languages.map(read)))}`;
     },

@@ -2,7 +2,7 @@
 
 declare module "virtual:texts/studio" {
   type Page = (typeof import("../../src/motorcade/locales/en.json"))["page"];
-  export type Texts = Omit<Page, "remote" | "errors">;
+  export type Texts = Omit<Page, "remote" | "class" | "errors">;
   const languages: Record<string, { name: string; texts: Texts }>;
   export default languages;
 }
@@ -17,4 +17,10 @@ declare module "virtual:pyodide" {
   /** The folder of Pyodide's files, relative to the page's address. */
   const folder: string;
   export default folder;
+}
+
+declare module "virtual:texts/class" {
+  export type Texts = (typeof import("../../src/motorcade/locales/en.json"))["page"]["class"];
+  const languages: Record<string, { name: string; texts: Texts }>;
+  export default languages;
 }

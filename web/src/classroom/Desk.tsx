@@ -1,0 +1,122 @@
+/** The teacher's desk: who is here and who needs help, and what the whole class is given or told. */
+
+import { type SyntheticEvent, type ReactNode, useEffect, useState } from "react";
+import type { ClassView, DeskAbout } from "../generated/classroom";
+import { askDesk } from "./ask";
+import { CarsPart } from "./DeskCars";
+import { ClassPart } from "./DeskClass";
+import { MatPart } from "./DeskMat";
+import { PupilsPart } from "./DeskPupils";
+import { HandOutPart, ProgressPart } from "./DeskWork";
+import { Action, Field, Frame, Problem, titleOr, useAttempt } from "./Frame";
+import css from "./class.module.css";
+import { useTexts } from "./texts";
+import { useClass } from "./WallPage";
+
+/** The key that the command prints behind '#'; it is taken out of the address. */
+function keyInAddress(): string {
+  const key = decodeURIComponent(location.hash.slice(1));
+  if (key) history.replaceState(null, "", location.pathname);
+  return key;
+}
+
+const firstKey = keyInAddress();
+const SHORTEST_PASSWORD = 8;
+
+function Password({ about, onSignedIn }: { about: DeskAbout; onSignedIn: () => void }) {
+  const t = useTexts();
+  const { problem, attempt } = useAttempt();
+  const [password, setPassword] = useState("");
+  const isFirst = !about.has_password;
+  const submit = async (event: SyntheticEvent) => {
+    event.preventDefault();
+    const sent = () => (isFirst ? askDesk("first-password", { key: firstKey, password }) : askDesk("sign-in", { password }));
+    if (await attempt(sent)) onSignedIn();
+  };
+  return (
+    <form className={css.form} onSubmit={(event) => void submit(event)}>
+      <p>{t(isFirst ? (firstKey ? "firstPassword" : "firstPasswordElsewhere") : "passwordNeeded")}</p>
+      {(!isFirst || firstKey) && (
+        <>
+          <Field
+            label="password"
+            hint={isFirst ? "passwordHint" : undefined}
+            type="password"
+            value={password}
+            onChange={setPassword}
+            most={200}
+            autoComplete={isFirst ? "new-password" : "current-password"}
+          />
+          <Problem text={problem} />
+          <Action submit primary disabled={isFirst ? password.length < SHORTEST_PASSWORD : !password}>
+            {t(isFirst ? "setPassword" : "signIn")}
+          </Action>
+        </>
+      )}
+    </form>
+  );
+}
+
+const PARTS = ["pupils", "progress", "handOut", "cars", "mat", "class"] as const;
+type Part = (typeof PARTS)[number];
+const SHOWN: Record<Part, (props: { view: ClassView }) => ReactNode> = {
+  pupils: PupilsPart,
+  progress: ProgressPart,
+  handOut: HandOutPart,
+  cars: CarsPart,
+  mat: MatPart,
+  class: ClassPart,
+};
+
+function AtTheDesk({ onSignedOut }: { onSignedOut: () => void }) {
+  const t = useTexts();
+  const { view, open } = useClass();
+  const { problem, attempt } = useAttempt();
+  const [part, setPart] = useState<Part>("pupils");
+  const Shown = SHOWN[part];
+  const hands = view?.pupils.filter((pupil) => pupil.hand_s !== null).length ?? 0;
+  const tools = (
+    <>
+      {view && <b className={css.code}>{view.code}</b>}
+      <Action pressed={view?.frozen ?? false} disabled={!view} onPress={() => void attempt(() => askDesk("freeze", { frozen: !view!.frozen }))}>
+        {t(view?.frozen ? "thaw" : "freeze")}
+      </Action>
+      <a className={css.linkButton} href="/wall" target="wall">
+        {t("wallTitle")}
+      </a>
+      <Action onPress={() => void attempt(() => askDesk("sign-out")).then((done) => done && onSignedOut())}>{t("signOut")}</Action>
+    </>
+  );
+  return (
+    <Frame title={titleOr(view?.title, t("deskTitle"))} tools={tools}>
+      {!open && view && <p className={css.notice}>{t("linkLost")}</p>}
+      <Problem text={problem} />
+      <nav className={css.parts} aria-label={t("deskTitle")}>
+        {PARTS.map((each) => (
+          <button key={each} type="button" aria-current={each === part ? "page" : undefined} onClick={() => setPart(each)}>
+            {t(each)}
+            {each === "pupils" && hands > 0 && <span className={css.badge}>✋ {hands}</span>}
+          </button>
+        ))}
+      </nav>
+      {view && <Shown view={view} />}
+    </Frame>
+  );
+}
+
+export function Desk() {
+  const t = useTexts();
+  const [about, setAbout] = useState<DeskAbout | null>(null);
+  const { problem, attempt } = useAttempt();
+  useEffect(() => {
+    void attempt(async () => setAbout(await askDesk("about")));
+    // eslint-disable-next-line react-hooks/exhaustive-deps
+  }, []);
+  if (about?.signed_in) return <AtTheDesk onSignedOut={() => setAbout({ has_password: true, signed_in: false })} />;
+  return (
+    <Frame title={t("deskTitle")} narrow>
+      <Problem text={problem} />
+      {about && <Password about={about} onSignedIn={() => setAbout({ has_password: true, signed_in: true })} />}
+    </Frame>
+  );
+}

@@ -1,0 +1,143 @@
+/** How pupils find the class, its settings, all work as one file, and its end. */
+
+import { useEffect, useState } from "react";
+import type { ClassAddresses, ClassView } from "../generated/classroom";
+import { askDesk } from "./ask";
+import { Action, Field, Problem, useAttempt } from "./Frame";
+import css from "./class.module.css";
+import { useSentences, useTexts } from "./texts";
+
+function Addresses({ view }: { view: ClassView }) {
+  const t = useTexts();
+  const inLanguage = useSentences();
+  const { problem, attempt } = useAttempt();
+  const [found, setFound] = useState<ClassAddresses | null>(null);
+  useEffect(() => {
+    void attempt(async () => setFound(await askDesk("addresses")));
+    // Another code gives another QR code.
+    // eslint-disable-next-line react-hooks/exhaustive-deps
+  }, [view.code]);
+  const renew = () => confirm(t("newCodeAsk")) && void attempt(async () => setFound(await askDesk("new-code")));
+  return (
+    <section className={css.addresses} aria-label={t("howToJoin")}>
+      <h2>{t("howToJoin")}</h2>
+      <Problem text={problem} />
+      {found && (
+        <>
+          <img className={css.qrCode} src={`data:image/svg+xml,${encodeURIComponent(found.qr_code)}`} alt={t("qrCode")} />
+          <div>
+            <p className={css.number}>{found.code}</p>
+            <ul>
+              {found.local_name && <li className={css.address}>{found.local_name}</li>}
+              {found.addresses.map((address) => (
+                <li key={address} className={css.address}>
+                  {address}
+                </li>
+              ))}
+            </ul>
+            {found.why_no_name && <p className={css.quiet}>{inLanguage(found.why_no_name)}</p>}
+            <Action onPress={renew}>{t("newCode")}</Action>
+          </div>
+        </>
+      )}
+    </section>
+  );
+}
+
+function Settings({ view }: { view: ClassView }) {
+  const t = useTexts();
+  const { problem, attempt } = useAttempt();
+  const [title, setTitle] = useState(view.title);
+  const set = (settings: Parameters<typeof askDesk<"settings">>[1]) => void attempt(() => askDesk("settings", settings));
+  return (
+    <section aria-label={t("classSettings")}>
+      <h2>{t("classSettings")}</h2>
+      <form
+        className={css.form}
+        onSubmit={(event) => {
+          event.preventDefault();
+          set({ title });
+        }}
+      >
+        <Field label="classTitle" value={title} onChange={setTitle} />
+        <Action submit disabled={title === view.title}>
+          {t("keep")}
+        </Action>
+      </form>
+      <label className={css.line}>
+        <input type="checkbox" checked={view.is_open} onChange={(event) => set({ is_open: event.target.checked })} />
+        {t("isOpen")}
+      </label>
+      <label className={css.line}>
+        {t("stuckAfter")}
+        <input
+          type="number"
+          min={1}
+          max={60}
+          value={view.stuck_minutes}
+          onChange={(event) => event.target.validity.valid && event.target.value && set({ stuck_minutes: event.target.valueAsNumber })}
+        />
+      </label>
+      <label className={css.line}>
+        {t("turnLasts")}
+        <input
+          type="number"
+          min={10}
+          max={600}
+          step={10}
+          defaultValue={view.turn_s}
+          onBlur={(event) => event.target.validity.valid && event.target.value && set({ turn_s: event.target.valueAsNumber })}
+        />
+      </label>
+      <Problem text={problem} />
+    </section>
+  );
+}
+
+function TheEnd() {
+  const t = useTexts();
+  const { problem, attempt } = useAttempt();
+  const [password, setPassword] = useState("");
+  const [ended, setEnded] = useState(false);
+  if (ended) return <p role="status">{t("classEnded")}</p>;
+  return (
+    <section aria-label={t("endTitle")}>
+      <h2>{t("endTitle")}</h2>
+      <p>{t("endAbout")}</p>
+      <form
+        className={css.form}
+        onSubmit={(event) => {
+          event.preventDefault();
+          if (confirm(t("endAsk"))) void attempt(() => askDesk("end", { password })).then(setEnded);
+        }}
+      >
+        <Field label="password" type="password" value={password} onChange={setPassword} most={200} autoComplete="current-password" />
+        <Problem text={problem} />
+        <Action submit danger disabled={!password}>
+          {t("endTitle")}
+        </Action>
+      </form>
+    </section>
+  );
+}
+
+export function ClassPart({ view }: { view: ClassView }) {
+  const t = useTexts();
+  return (
+    <>
+      <Addresses view={view} />
+      <section aria-label={t("collectTitle")}>
+        <h2>{t("collectTitle")}</h2>
+        <p>{t("collectAbout")}</p>
+        <a className={css.linkButton} href="/api/desk/work.zip" download>
+          {t("collect")}
+        </a>
+      </section>
+      <Settings view={view} />
+      <TheEnd />
+      <p>
+        <a href="/privacy">{t("privacyTitle")}</a>
+      </p>
+    </>
+  );
+}

@@ -1,0 +1,125 @@
+/** The list of pupils: who is here, who needs help, and what each one does. */
+
+import { useState } from "react";
+import type { ClassView, PupilRow } from "../generated/classroom";
+import type { LibraryEntry } from "../generated/messages";
+import { askDesk } from "./ask";
+import { Avatar } from "./Avatar";
+import { Action, Problem, useAttempt } from "./Frame";
+import css from "./class.module.css";
+import { useLanguage, useTexts } from "./texts";
+
+/** Raised hands first, by who waits longest; then those who are stuck; then the others in their order. */
+export function byNeed(pupils: readonly PupilRow[]): PupilRow[] {
+  const rank = ({ online, hand_s, stuck_s }: PupilRow) => (hand_s !== null ? 0 : !online ? 3 : stuck_s !== null ? 1 : 2);
+  const waits = ({ hand_s, stuck_s }: PupilRow) => hand_s ?? stuck_s ?? 0;
+  return [...pupils].sort((a, b) => rank(a) - rank(b) || (rank(a) < 2 ? waits(b) - waits(a) : 0));
+}
+
+function useDuration(): (seconds: number) => string {
+  const t = useTexts();
+  return (seconds) => (seconds < 60 ? t("seconds", { count: seconds }) : t("minutes", { count: Math.floor(seconds / 60) }));
+}
+
+function Shelf({ pupil }: { pupil: PupilRow }) {
+  const t = useTexts();
+  const language = useLanguage((state) => state.language);
+  const { problem, attempt } = useAttempt();
+  const [projects, setProjects] = useState<LibraryEntry[] | null>(null);
+  if (projects === null)
+    return (
+      <>
+        <Action onPress={() => void attempt(async () => setProjects((await askDesk("shelf", { pupil: pupil.id })).projects))}>
+          {t("showProjects")}
+        </Action>
+        <Problem text={problem} />
+      </>
+    );
+  if (projects.length === 0) return <p className={css.quiet}>{t("noProjects")}</p>;
+  return (
+    <ul className={css.shelf}>
+      {projects.map(({ name, saved_at }) => (
+        <li key={name}>
+          {name} <span className={css.quiet}>{new Date(saved_at).toLocaleString(language)}</span>
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+function Pupil({ pupil }: { pupil: PupilRow }) {
+  const t = useTexts();
+  const lasting = useDuration();
+  const { problem, attempt } = useAttempt();
+  const [name, setName] = useState(pupil.name);
+  const id = pupil.id;
+  const remove = () => {
+    if (confirm(t("removeAsk", { name: pupil.name }))) void attempt(() => askDesk("remove", { pupil: id }));
+  };
+  return (
+    <li className={css.pupil} data-away={!pupil.online || undefined}>
+      <Avatar name={pupil.avatar} />
+      <b>{pupil.name}</b>
+      <span className={css.states}>
+        {!pupil.online && <span>{t("awayFor", { time: lasting(pupil.away_s) })}</span>}
+        {pupil.hand_s !== null && (
+          <span className={css.hand}>
+            ✋ {t("handFor", { time: lasting(pupil.hand_s) })}
+            <Action onPress={() => void attempt(() => askDesk("lower-hand", { pupil: id }))} label={t("lowerHandOf", { name: pupil.name })}>
+              {t("lowerHand")}
+            </Action>
+          </span>
+        )}
+        {pupil.stuck_s !== null && <span className={css.stuck}>{t("stuckFor", { time: lasting(pupil.stuck_s) })}</span>}
+        {pupil.goals > 0 && <span>{t("goalsMet", { met: pupil.goals_met, goals: pupil.goals })}</span>}
+        <span aria-label={t("starsCount", { count: pupil.stars })}>★ {pupil.stars}</span>
+        {pupil.wrong_numbers > 0 && <span className={css.stuck}>{t("wrongNumbers", { count: pupil.wrong_numbers })}</span>}
+      </span>
+      <a href={`/wall?pupil=${encodeURIComponent(id)}`} target="wall" aria-label={t("showLarge", { name: pupil.name })}>
+        {t("show")}
+      </a>
+      <details className={css.more}>
+        <summary aria-label={t("moreOf", { name: pupil.name })}>{t("more")}</summary>
+        <div className={css.moreBody}>
+          <p>
+            {t("numberOf", { name: pupil.name })} <b className={css.smallNumber}>{pupil.number}</b>
+            <Action onPress={() => void attempt(() => askDesk("reset-number", { pupil: id }))}>{t("resetNumber")}</Action>
+          </p>
+          <form
+            className={css.row}
+            onSubmit={(event) => {
+              event.preventDefault();
+              void attempt(() => askDesk("rename", { pupil: id, name }));
+            }}
+          >
+            <input value={name} maxLength={20} aria-label={t("nickname")} onChange={(event) => setName(event.target.value)} />
+            <Action submit disabled={!name.trim() || name === pupil.name}>
+              {t("rename")}
+            </Action>
+          </form>
+          <Shelf pupil={pupil} />
+          <Problem text={problem} />
+          <Action danger onPress={remove}>
+            {t("remove")}
+          </Action>
+        </div>
+      </details>
+    </li>
+  );
+}
+
+export function PupilsPart({ view }: { view: ClassView }) {
+  const t = useTexts();
+  const here = view.pupils.filter(({ online }) => online).length;
+  if (view.pupils.length === 0) return <p className={css.notice}>{t("nobodyYet", { code: view.code })}</p>;
+  return (
+    <section aria-label={t("pupils")}>
+      <p role="status">{t("hereCount", { here, all: view.pupils.length })}</p>
+      <ul className={css.pupils}>
+        {byNeed(view.pupils).map((pupil) => (
+          <Pupil key={pupil.id} pupil={pupil} />
+        ))}
+      </ul>
+    </section>
+  );
+}

@@ -1,0 +1,134 @@
+/** What the class works on: the stars of all missions, and what is handed out. */
+
+import { useEffect, useState } from "react";
+import type { ClassProgress, ClassView } from "../generated/classroom";
+import type { LibraryEntry } from "../generated/messages";
+import { askDesk } from "./ask";
+import { Avatar } from "./Avatar";
+import { Action, Problem, useAttempt } from "./Frame";
+import css from "./class.module.css";
+import { useSentences, useTexts } from "./texts";
+
+const LOOK_EVERY_MS = 5000;
+
+/** The missions' stars of all pupils, read again from time to time. */
+function useProgress(): ClassProgress | null {
+  const [progress, setProgress] = useState<ClassProgress | null>(null);
+  useEffect(() => {
+    const look = () => void askDesk("progress").then(setProgress, () => undefined);
+    look();
+    const timer = setInterval(look, LOOK_EVERY_MS);
+    return () => clearInterval(timer);
+  }, []);
+  return progress;
+}
+
+export function ProgressPart({ view }: { view: ClassView }) {
+  const t = useTexts();
+  const inLanguage = useSentences();
+  const progress = useProgress();
+  if (!progress) return null;
+  const starsOf = new Map(progress.pupils.map((each) => [each.pupil, each.stars]));
+  return (
+    <div className={css.scroller} tabIndex={0} role="region" aria-label={t("progress")}>
+      <table className={css.progress}>
+        <thead>
+          <tr>
+            <th scope="col">{t("pupils")}</th>
+            {progress.missions.map((mission, place) => (
+              <th key={mission.id} scope="col" title={inLanguage(mission.name)}>
+                <span aria-hidden="true">{place + 1}</span>
+                <span className={css.hidden}>{inLanguage(mission.name)}</span>
+              </th>
+            ))}
+          </tr>
+        </thead>
+        <tbody>
+          {view.pupils.map((pupil) => (
+            <tr key={pupil.id}>
+              <th scope="row">
+                <Avatar name={pupil.avatar} /> {pupil.name}
+              </th>
+              {progress.missions.map((mission) => {
+                const count = starsOf.get(pupil.id)?.[mission.id]?.length ?? 0;
+                return (
+                  <td key={mission.id} data-now={pupil.mission === mission.id || undefined} aria-label={t("starsCount", { count })}>
+                    {"★".repeat(count)}
+                  </td>
+                );
+              })}
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </div>
+  );
+}
+
+/** The projects in the teacher's own shelf. */
+function useOwnProjects(): LibraryEntry[] {
+  const [projects, setProjects] = useState<LibraryEntry[]>([]);
+  useEffect(() => {
+    const request = { method: "POST", headers: { "Content-Type": "application/json" }, body: "{}" };
+    void fetch("/api/projects/list", request).then(
+      async (response) => response.ok && setProjects((await response.json()) as LibraryEntry[]),
+      () => undefined,
+    );
+  }, []);
+  return projects;
+}
+
+export function HandOutPart({ view }: { view: ClassView }) {
+  const t = useTexts();
+  const inLanguage = useSentences();
+  const progress = useProgress();
+  const projects = useOwnProjects();
+  const { problem, attempt } = useAttempt();
+  const [to, setTo] = useState<readonly string[]>([]);
+  const [done, setDone] = useState("");
+  const send = (message: { name: string } | { mission: { id: string } }, what: string) =>
+    attempt(async () => {
+      const { pupils } = await askDesk("hand-out", { ...message, to: to.length > 0 ? [...to] : null });
+      setDone(t("handedOut", { what, count: pupils }));
+    });
+  const choose = (id: string, chosen: boolean) => setTo(chosen ? [...to, id] : to.filter((each) => each !== id));
+  return (
+    <section className={css.columns} aria-label={t("handOut")}>
+      <fieldset>
+        <legend>{t("toWhom")}</legend>
+        <label>
+          <input type="radio" checked={to.length === 0} onChange={() => setTo([])} /> {t("toAll")}
+        </label>
+        {view.pupils.map((pupil) => (
+          <label key={pupil.id}>
+            <input type="checkbox" checked={to.includes(pupil.id)} onChange={(event) => choose(pupil.id, event.target.checked)} />
+            {pupil.name}
+          </label>
+        ))}
+      </fieldset>
+      <div>
+        <h2>{t("starters")}</h2>
+        <p className={css.quiet}>
+          {t("startersHint")} <a href="/" target="studio">{t("openStudio")}</a>
+        </p>
+        <ul className={css.choices}>
+          {projects.map(({ name }) => (
+            <li key={name}>
+              <Action onPress={() => void send({ name }, name)}>{name}</Action>
+            </li>
+          ))}
+        </ul>
+        <h2>{t("missions")}</h2>
+        <ul className={css.choices}>
+          {progress?.missions.map(({ id, name }) => (
+            <li key={id}>
+              <Action onPress={() => void send({ mission: { id } }, inLanguage(name))}>{inLanguage(name)}</Action>
+            </li>
+          ))}
+        </ul>
+        <p role="status">{done}</p>
+        <Problem text={problem} />
+      </div>
+    </section>
+  );
+}

@@ -1,0 +1,169 @@
+/** What all pages of a class share: the frame, the settings, and how a refused request is told. */
+
+import { type ReactNode, useEffect, useId, useState } from "react";
+import { THEMES, type ThemeName, useSettings } from "../state/settings";
+import buttons from "../ui/buttons.module.css";
+import { Icon } from "../ui/icons";
+import { ClassError } from "./ask";
+import css from "./class.module.css";
+import { changeLanguage, type Key, LANGUAGES, nameOf, useLanguage, useSentences, useTexts } from "./texts";
+
+function Settings() {
+  const t = useTexts();
+  const language = useLanguage((state) => state.language);
+  const theme = useSettings((settings) => settings.theme);
+  const ids = [useId(), useId()];
+  return (
+    <details className={css.settings}>
+      <summary aria-label={t("settings")}>
+        <Icon name="settings" />
+      </summary>
+      <div className={css.settingsSheet}>
+        <label htmlFor={ids[0]}>{t("language")}</label>
+        <select id={ids[0]} value={language} onChange={(event) => changeLanguage(event.target.value)}>
+          {LANGUAGES.map((each) => (
+            <option key={each} value={each} lang={each}>
+              {nameOf(each)}
+            </option>
+          ))}
+        </select>
+        <label htmlFor={ids[1]}>{t("theme")}</label>
+        <select
+          id={ids[1]}
+          value={theme}
+          onChange={(event) => useSettings.setState({ theme: event.target.value as ThemeName })}
+        >
+          {THEMES.map((each) => (
+            <option key={each} value={each}>
+              {t(each)}
+            </option>
+          ))}
+        </select>
+      </div>
+    </details>
+  );
+}
+
+/** A title that may be empty or not known yet, or else another. */
+export const titleOr = (title: string | undefined, other: string) => (title === undefined || title === "" ? other : title);
+
+interface FrameProps {
+  title: string;
+  /** What stands in the bar, before the settings. */
+  tools?: ReactNode;
+  /** The content is one narrow column. */
+  narrow?: boolean;
+  children: ReactNode;
+}
+
+/** The bar and the content of a page. */
+export function Frame({ title, tools, narrow = false, children }: FrameProps) {
+  const language = useLanguage((state) => state.language);
+  useEffect(() => {
+    document.title = `${title} · Motorcade`;
+  }, [title, language]);
+  return (
+    <div className={css.page}>
+      <header className={css.bar}>
+        <h1>{title}</h1>
+        <div className={css.tools}>{tools}</div>
+        <Settings />
+      </header>
+      <main className={narrow ? css.narrow : css.wide}>{children}</main>
+    </div>
+  );
+}
+
+/** Do what may be refused; `problem` is the sentence of the last refusal, until something succeeds. */
+export function useAttempt(): { problem: string; attempt: (task: () => Promise<unknown>) => Promise<boolean> } {
+  const t = useTexts();
+  const inLanguage = useSentences();
+  const [error, setError] = useState<ClassError | null>(null);
+  const attempt = async (task: () => Promise<unknown>) => {
+    try {
+      await task();
+      setError(null);
+      return true;
+    } catch (problem) {
+      if (!(problem instanceof ClassError)) throw problem;
+      setError(problem);
+      return false;
+    }
+  };
+  return { problem: error === null ? "" : error.sentence ? inLanguage(error.sentence) : t("noAnswer"), attempt };
+}
+
+/** Say what is wrong; nothing where nothing is. */
+export function Problem({ text }: { text: string }) {
+  return (
+    <p role="alert" className={css.problem}>
+      {text}
+    </p>
+  );
+}
+
+interface TextFieldProps {
+  label: Key;
+  value: string;
+  onChange: (text: string) => void;
+  hint?: Key;
+  type?: "text" | "password";
+  most?: number;
+  numeric?: boolean;
+  autoComplete?: string;
+}
+
+/** A labelled field in large type. */
+export function Field({ label, value, onChange, hint, type = "text", most = 40, numeric = false, autoComplete = "off" }: TextFieldProps) {
+  const t = useTexts();
+  const id = useId();
+  return (
+    <div className={css.field}>
+      <label htmlFor={id}>{t(label)}</label>
+      <input
+        id={id}
+        type={type}
+        value={value}
+        maxLength={most}
+        inputMode={numeric ? "numeric" : undefined}
+        autoComplete={autoComplete}
+        autoCapitalize="off"
+        spellCheck={false}
+        aria-describedby={hint && `${id}-hint`}
+        onChange={(event) => onChange(event.target.value)}
+      />
+      {hint && (
+        <p id={`${id}-hint`} className={css.quiet}>
+          {t(hint)}
+        </p>
+      )}
+    </div>
+  );
+}
+
+interface ActionProps {
+  /** Not for one that submits a form. */
+  onPress?: () => void;
+  children: ReactNode;
+  primary?: boolean;
+  danger?: boolean;
+  disabled?: boolean;
+  submit?: boolean;
+  pressed?: boolean;
+  label?: string;
+}
+
+export function Action({ onPress, children, primary, danger, disabled, submit, pressed, label }: ActionProps) {
+  return (
+    <button
+      type={submit ? "submit" : "button"}
+      className={[buttons.button, primary && buttons.primary, danger && css.danger].filter(Boolean).join(" ")}
+      disabled={disabled}
+      aria-pressed={pressed}
+      aria-label={label}
+      onClick={onPress}
+    >
+      {children}
+    </button>
+  );
+}

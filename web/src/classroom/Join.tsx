@@ -1,0 +1,190 @@
+/** How a pupil comes into the class: the code, a nickname with a car, and the number for coming back. */
+
+import { type SyntheticEvent, type ReactNode, useEffect, useState } from "react";
+import type { ClassAbout, Self } from "../generated/classroom";
+import { askClass } from "./ask";
+import { Avatar } from "./Avatar";
+import { Action, Field, Frame, Problem, titleOr, useAttempt } from "./Frame";
+import css from "./class.module.css";
+import { useTexts } from "./texts";
+
+const STUDIO = "/";
+
+/** The code that a QR code has put behind '#'; it is taken out of the address, so that no shared link holds it. */
+function codeInAddress(): string {
+  const code = decodeURIComponent(location.hash.slice(1));
+  if (code) history.replaceState(null, "", location.pathname);
+  return code;
+}
+
+function Form({ onSubmit, children }: { onSubmit: () => void; children: ReactNode }) {
+  const submit = (event: SyntheticEvent) => {
+    event.preventDefault();
+    onSubmit();
+  };
+  return (
+    <form className={css.form} onSubmit={submit}>
+      {children}
+    </form>
+  );
+}
+
+function WelcomeBack({ me, onLeave }: { me: Self; onLeave: () => void }) {
+  const t = useTexts();
+  return (
+    <section className={css.card}>
+      <div className={css.who}>
+        <Avatar name={me.avatar} />
+        <h2>{t("welcomeBack", { name: me.name })}</h2>
+      </div>
+      <Action primary onPress={() => location.assign(STUDIO)}>
+        {t("goOn")}
+      </Action>
+      <Action onPress={onLeave}>{t("notMe")}</Action>
+    </section>
+  );
+}
+
+function TheCode({ code, onCode, onChecked }: { code: string; onCode: (code: string) => void; onChecked: () => void }) {
+  const t = useTexts();
+  const { problem, attempt } = useAttempt();
+  const check = async () => {
+    if (await attempt(() => askClass("check-code", { code }))) onChecked();
+  };
+  return (
+    <Form onSubmit={() => void check()}>
+      <Field label="code" hint="codeHint" value={code} onChange={onCode} most={20} />
+      <Problem text={problem} />
+      <Action submit primary disabled={!code.trim()}>
+        {t("next")}
+      </Action>
+    </Form>
+  );
+}
+
+interface NewcomerProps {
+  code: string;
+  avatars: readonly string[];
+  onJoined: (me: Self) => void;
+}
+
+function Newcomer({ code, avatars, onJoined }: NewcomerProps) {
+  const t = useTexts();
+  const { problem, attempt } = useAttempt();
+  const [name, setName] = useState("");
+  const [avatar, setAvatar] = useState(() => avatars[Math.floor(Math.random() * avatars.length)] ?? "");
+  const join = () => attempt(async () => onJoined(await askClass("join", { code, name, avatar })));
+  return (
+    <Form onSubmit={() => void join()}>
+      <Field label="nickname" hint="nicknameHint" value={name} onChange={setName} most={20} />
+      <fieldset className={css.avatars}>
+        <legend>{t("yourCar")}</legend>
+        {avatars.map((each, place) => (
+          <label key={each} className={css.avatarChoice}>
+            <input
+              type="radio"
+              name="avatar"
+              aria-label={t("carNumber", { number: place + 1 })}
+              checked={each === avatar}
+              onChange={() => setAvatar(each)}
+            />
+            <Avatar name={each} />
+          </label>
+        ))}
+      </fieldset>
+      <Problem text={problem} />
+      <Action submit primary disabled={!name.trim()}>
+        {t("comeIn")}
+      </Action>
+    </Form>
+  );
+}
+
+function ComeBack({ code, onJoined }: { code: string; onJoined: (me: Self) => void }) {
+  const t = useTexts();
+  const { problem, attempt } = useAttempt();
+  const [name, setName] = useState("");
+  const [number, setNumber] = useState("");
+  const back = () => attempt(async () => onJoined(await askClass("return", { code, name, number })));
+  return (
+    <Form onSubmit={() => void back()}>
+      <Field label="nickname" value={name} onChange={setName} most={20} />
+      <Field label="number" hint="numberHint" value={number} onChange={setNumber} most={4} numeric />
+      <Problem text={problem} />
+      <Action submit primary disabled={!name.trim() || number.trim().length !== 4}>
+        {t("comeIn")}
+      </Action>
+    </Form>
+  );
+}
+
+/** The personal number, once, before the studio. */
+function YourNumber({ me }: { me: Self }) {
+  const t = useTexts();
+  return (
+    <section className={css.card} aria-live="polite">
+      <div className={css.who}>
+        <Avatar name={me.avatar} />
+        <h2>{t("hello", { name: me.name })}</h2>
+      </div>
+      <p>{t("yourNumber")}</p>
+      <p className={css.number}>{me.number}</p>
+      <Action primary onPress={() => location.assign(STUDIO)}>
+        {t("goOn")}
+      </Action>
+    </section>
+  );
+}
+
+export function Join() {
+  const t = useTexts();
+  const { problem, attempt } = useAttempt();
+  const [about, setAbout] = useState<ClassAbout | null>(null);
+  const [code, setCode] = useState(codeInAddress);
+  const [checked, setChecked] = useState(false);
+  const [returns, setReturns] = useState(false);
+  const [me, setMe] = useState<Self | null>(null);
+  useEffect(() => {
+    void attempt(async () => {
+      setAbout(await askClass("about"));
+      if (!code) return;
+      await askClass("check-code", { code });
+      setChecked(true);
+    });
+    // Once, with the code of the address.
+    // eslint-disable-next-line react-hooks/exhaustive-deps
+  }, []);
+  const leave = () =>
+    attempt(async () => {
+      await askClass("leave");
+      setAbout(await askClass("about"));
+    });
+
+  const body = () => {
+    if (me) return <YourNumber me={me} />;
+    if (about?.me) return <WelcomeBack me={about.me} onLeave={() => void leave()} />;
+    if (!about) return null;
+    if (!checked) return <TheCode code={code} onCode={setCode} onChecked={() => setChecked(true)} />;
+    return (
+      <>
+        {returns ? (
+          <ComeBack code={code} onJoined={(self) => (self.number ? setMe(self) : location.assign(STUDIO))} />
+        ) : (
+          <Newcomer code={code} avatars={about.avatars} onJoined={setMe} />
+        )}
+        <Action onPress={() => setReturns(!returns)}>{t(returns ? "iAmNew" : "iWasHere")}</Action>
+      </>
+    );
+  };
+  return (
+    <Frame title={titleOr(about?.title, t("joinTitle"))} narrow>
+      {about && !about.is_open && !about.me && <p className={css.notice}>{t("closed")}</p>}
+      <Problem text={problem} />
+      {body()}
+      {about && !about.https && <p className={css.quiet}>{t("plainHttp")}</p>}
+      <p>
+        <a href="/privacy">{t("privacyTitle")}</a>
+      </p>
+    </Frame>
+  );
+}

@@ -1,0 +1,310 @@
+/** The projector's pages: all stages at once, one pupil's stage, and the shared mat. */
+
+import { type ReactNode, useCallback, useEffect, useRef, useState } from "react";
+import { type Answer, decodePicture } from "../api/world";
+import type { ClassView, DeskAbout, DeskAnswer, PupilRow, Wall, WallAnswer, WallWorld } from "../generated/classroom";
+import type { Goals } from "../generated/messages";
+import { askDesk, Stream } from "./ask";
+import { Avatar } from "./Avatar";
+import { boxOf, type Box, type Cars, decodeWall, drawWorld, inksOf } from "./drawing";
+import { Action, Frame, titleOr } from "./Frame";
+import css from "./class.module.css";
+import { useSentences, useTexts } from "./texts";
+
+/** The class, as it changes. */
+export function useClass(): { view: ClassView | null; open: boolean } {
+  const [view, setView] = useState<ClassView | null>(null);
+  const [open, setOpen] = useState(false);
+  useEffect(() => {
+    const stream = new Stream<DeskAnswer>("/api/desk/stream", {
+      onAnswer: (answer) => answer.is === "class" && setView(answer),
+      onLink: setOpen,
+    });
+    return () => stream.close();
+  }, []);
+  return { view, open };
+}
+
+interface CanvasProps {
+  world: WallWorld;
+  label: string;
+  /** Called with a function that draws the cars; called with null at the end. */
+  onReady: (draw: ((cars: Cars) => void) | null) => void;
+  nameOf?: (car: number) => string | undefined;
+}
+
+/** A world on a canvas, as large as there is room. */
+function WorldCanvas({ world, label, onReady, nameOf }: CanvasProps) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const box = useRef<Box | null>(null);
+  const last = useRef<Cars | undefined>(undefined);
+  const draw = useCallback(
+    (cars?: Cars) => {
+      const element = canvas.current;
+      const context = element?.getContext("2d");
+      if (!element || !context) return;
+      last.current = cars ?? last.current;
+      box.current = boxOf(world, last.current, box.current);
+      drawWorld(context, element, { world, cars: last.current, box: box.current, inks: inksOf(element) }, nameOf);
+    },
+    [world, nameOf],
+  );
+  useEffect(() => {
+    const element = canvas.current!;
+    const resize = () => {
+      element.width = Math.round(element.clientWidth * devicePixelRatio);
+      element.height = Math.round(element.clientHeight * devicePixelRatio);
+      draw();
+    };
+    const observer = new ResizeObserver(resize);
+    observer.observe(element);
+    return () => observer.disconnect();
+  }, [draw]);
+  useEffect(() => {
+    onReady(draw);
+    draw();
+    return () => onReady(null);
+  }, [draw, onReady]);
+  return <canvas ref={canvas} className={css.world} role="img" aria-label={label} />;
+}
+
+/** Show the children to who has signed in at the teacher's desk in this browser, and to others the way there. */
+function TeacherOnly({ title, children }: { title: string; children: ReactNode }) {
+  const t = useTexts();
+  const [about, setAbout] = useState<DeskAbout | null>(null);
+  useEffect(() => void askDesk("about").then(setAbout, () => undefined), []);
+  if (about?.signed_in) return children;
+  return (
+    <Frame title={title} narrow>
+      {about && (
+        <p>
+          {t("projectorNeedsTeacher")} <a href="/desk">{t("deskTitle")}</a>
+        </p>
+      )}
+    </Frame>
+  );
+}
+
+function stateOf(pupil: PupilRow | undefined): "hand" | "stuck" | "away" | "works" {
+  if (!pupil?.online) return "away";
+  if (pupil.hand_s !== null) return "hand";
+  return pupil.stuck_s !== null ? "stuck" : "works";
+}
+
+type Draws = Map<string, (cars: Cars) => void>;
+
+function Tile({ world, pupil, draws }: { world: WallWorld; pupil: PupilRow; draws: Draws }) {
+  const t = useTexts();
+  const state = stateOf(pupil);
+  const { id } = pupil;
+  const ready = useCallback(
+    (draw: ((cars: Cars) => void) | null) => {
+      if (draw) draws.set(id, draw);
+      else draws.delete(id);
+    },
+    [draws, id],
+  );
+  return (
+    <li className={css.tile} data-state={state}>
+      <a href={`/wall?pupil=${encodeURIComponent(id)}`} aria-label={t("showLarge", { name: pupil.name })}>
+        <WorldCanvas world={world} label={t("stageOf", { name: pupil.name })} onReady={ready} />
+        <span className={css.tileName}>
+          <Avatar name={pupil.avatar} />
+          <b>{pupil.name}</b>
+          {pupil.goals > 0 && <span>{t("goalsMet", { met: pupil.goals_met, goals: pupil.goals })}</span>}
+          {state !== "works" && <span className={css.tileState}>{t(state)}</span>}
+        </span>
+      </a>
+    </li>
+  );
+}
+
+/** All stages; `pupils` are those of the class, in the order in which they joined. */
+function AllStages({ pupils }: { pupils: readonly PupilRow[] }) {
+  const t = useTexts();
+  const [wall, setWall] = useState<Wall | null>(null);
+  const [draws] = useState<Draws>(() => new Map());
+  useEffect(() => {
+    let listed: Wall | null = null;
+    const stream = new Stream<WallAnswer>("/api/desk/wall", {
+      onAnswer: (answer) => {
+        if (answer.is !== "wall") return;
+        listed = answer;
+        setWall(answer);
+      },
+      onBytes: (bytes) => {
+        const picture = decodeWall(bytes);
+        if (picture?.number === listed?.number)
+          picture?.worlds.forEach((cars, place) => draws.get(listed!.worlds[place]?.pupil ?? "")?.(cars));
+        // The answer says that there is time for the next picture.
+        requestAnimationFrame(() => stream.send({}));
+      },
+      onLink: () => undefined,
+    });
+    return () => stream.close();
+  }, [draws]);
+  const byId = new Map(pupils.map((pupil) => [pupil.id, pupil]));
+  const shown = (wall?.worlds ?? []).filter((world) => byId.has(world.pupil));
+  if (wall && shown.length === 0) return <p className={css.notice}>{t("wallEmpty")}</p>;
+  return (
+    <ul className={css.tiles}>
+      {shown.map((world) => (
+        <Tile key={world.pupil} world={world} pupil={byId.get(world.pupil)!} draws={draws} />
+      ))}
+    </ul>
+  );
+}
+
+interface LargeProps {
+  path: string;
+  label: string;
+  /** What stands above the leaders, in their order. */
+  names?: readonly string[];
+  /** Whether the page may play, pause and reset it. */
+  playable?: boolean;
+}
+
+/** One world as large as the page, with the goals of its mission. */
+function LargeWorld({ path, label, names, playable = false }: LargeProps) {
+  const t = useTexts();
+  const inLanguage = useSentences();
+  const [world, setWorld] = useState<WallWorld | null>(null);
+  const [goals, setGoals] = useState<Goals | null>(null);
+  const [playing, setPlaying] = useState(false);
+  const [open, setOpen] = useState(true);
+  const drawing = useRef<((cars: Cars) => void) | null>(null);
+  const stream = useRef<Stream<Answer | Wall> | null>(null);
+  useEffect(() => {
+    const opened = new Stream<Answer | Wall>(path, {
+      onAnswer: (answer) => {
+        if (answer.is === "wall") setWorld(answer.worlds[0] ?? null);
+        if (answer.is === "goals") setGoals(answer);
+        if (answer.is === "state") setPlaying(answer.playing);
+      },
+      onBytes: (bytes) => {
+        const picture = decodePicture(bytes);
+        if (!picture) return;
+        drawing.current?.(picture);
+        requestAnimationFrame(() => opened.send({ do: "shown", frame: picture.frame }));
+      },
+      onLink: setOpen,
+    });
+    stream.current = opened;
+    return () => opened.close();
+  }, [path]);
+  const ready = useCallback((draw: ((cars: Cars) => void) | null) => (drawing.current = draw), []);
+  // A list that React makes anew with each message must not draw the world anew.
+  const key = names?.join("\n") ?? "";
+  const nameOf = useCallback((car: number) => key.split("\n")[world?.leads.indexOf(car) ?? -1], [key, world]);
+  return (
+    <section className={css.large}>
+      {!open && <p className={css.notice}>{t("linkLost")}</p>}
+      {world ? (
+        <WorldCanvas world={world} label={label} nameOf={nameOf} onReady={ready} />
+      ) : (
+        <p className={css.notice}>{t("noWorldYet")}</p>
+      )}
+      {goals && (
+        <ul className={css.goals}>
+          {goals.goals.map((goal, place) => (
+            <li key={place} data-progress={goal.progress}>
+              {goal.progress === "met" ? "✓ " : ""}
+              {inLanguage(goal.why)}
+            </li>
+          ))}
+        </ul>
+      )}
+      {playable && (
+        <div className={css.row}>
+          <Action primary onPress={() => stream.current?.send(playing ? { do: "pause" } : { do: "play", speed: 1 })}>
+            {t(playing ? "pause" : "play")}
+          </Action>
+          <Action onPress={() => stream.current?.send({ do: "reset", seed: 0 })}>{t("again")}</Action>
+        </div>
+      )}
+    </section>
+  );
+}
+
+/** All stages, or the one of the pupil that the address names. */
+export function WallPage() {
+  const t = useTexts();
+  return (
+    <TeacherOnly title={t("wallTitle")}>
+      <TheWall />
+    </TeacherOnly>
+  );
+}
+
+function TheWall() {
+  const t = useTexts();
+  const { view } = useClass();
+  const id = new URLSearchParams(location.search).get("pupil");
+  const pupil = view?.pupils.find((each) => each.id === id);
+  if (id === null)
+    return (
+      <Frame title={titleOr(view?.title, t("wallTitle"))} tools={<b className={css.code}>{view?.code}</b>}>
+        {view && <AllStages pupils={view.pupils} />}
+      </Frame>
+    );
+  return (
+    <Frame title={pupil ? t("stageOf", { name: pupil.name }) : t("wallTitle")} tools={<a href="/wall">{t("allStages")}</a>}>
+      {view && !pupil && <p className={css.notice}>{t("pupilGone")}</p>}
+      {pupil && <LargeWorld path={`/api/desk/watch?pupil=${encodeURIComponent(pupil.id)}`} label={t("stageOf", { name: pupil.name })} />}
+    </Frame>
+  );
+}
+
+/** The mat that all pupils share, with their names above their leaders. */
+export function SharedMat() {
+  const t = useTexts();
+  return (
+    <TeacherOnly title={t("matTitle")}>
+      <TheMat />
+    </TeacherOnly>
+  );
+}
+
+function TheMat() {
+  const t = useTexts();
+  const inLanguage = useSentences();
+  const { view } = useClass();
+  const entries = view?.mat.entries.map((id) => view.pupils.find((pupil) => pupil.id === id)?.name ?? "") ?? [];
+  const title = view && view.mat.state !== "closed" ? inLanguage(view.mat.title) : t("matTitle");
+  return (
+    <Frame title={title} tools={<b className={css.code}>{view?.code}</b>}>
+      {view?.mat.state === "closed" && <p className={css.notice}>{t("matClosed")}</p>}
+      {view?.mat.state === "collecting" && (
+        <>
+          <p className={css.notice} aria-live="polite">
+            {t("matCollecting", { count: entries.length, places: view.mat.places })}
+          </p>
+          <ul className={css.names}>
+            {view.mat.entries.map((id) => {
+              const pupil = view.pupils.find((each) => each.id === id);
+              return (
+                pupil && (
+                  <li key={id}>
+                    <Avatar name={pupil.avatar} />
+                    {pupil.name}
+                  </li>
+                )
+              );
+            })}
+          </ul>
+          <Action primary disabled={entries.length === 0} onPress={() => void askDesk("mat/start").catch(() => undefined)}>
+            {t("matStart")}
+          </Action>
+        </>
+      )}
+      {(view?.mat.state === "running" || view?.mat.state === "over") && (
+        <LargeWorld
+          path="/api/desk/mat"
+          label={title}
+          names={entries}
+          playable
+        />
+      )}
+    </Frame>
+  );
+}

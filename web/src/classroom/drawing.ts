@@ -1,0 +1,193 @@
+/** Small worlds: what a picture of the wall holds, and a world drawn on a canvas, seen from above. */
+
+import { type Picture, Flag, NO_LED } from "../api/world";
+import type { WallWorld } from "../generated/classroom";
+
+/** What the cars of one world show; the first columns of a picture. */
+export type Cars = Pick<Picture, "tMs" | "x" | "y" | "heading" | "led" | "flags" | "cars">;
+
+const HEAD_BYTES = 4;
+const WORLD_HEAD_BYTES = 8;
+const BYTES_A_CAR = 17;
+
+/**
+ * The worlds of a binary picture of the wall, by their place in the list `number`; null where the bytes are cut off.
+ * `Wall` in motorcade/classroom/messages.py describes the format.
+ */
+export function decodeWall(bytes: ArrayBuffer): { number: number; worlds: Map<number, Cars> } | null {
+  if (bytes.byteLength < HEAD_BYTES) return null;
+  const view = new DataView(bytes);
+  const worlds = new Map<number, Cars>();
+  let at = HEAD_BYTES;
+  while (at < bytes.byteLength) {
+    if (at + WORLD_HEAD_BYTES > bytes.byteLength) return null;
+    const [place, n] = [view.getUint16(at, true), view.getUint16(at + 2, true)];
+    const tMs = view.getUint32(at + 4, true);
+    const columns = at + WORLD_HEAD_BYTES;
+    at = columns + Math.ceil((BYTES_A_CAR * n) / 4) * 4;
+    if (at > bytes.byteLength) return null;
+    worlds.set(place, {
+      tMs,
+      cars: n,
+      x: new Float32Array(bytes, columns, n),
+      y: new Float32Array(bytes, columns + 4 * n, n),
+      heading: new Float32Array(bytes, columns + 8 * n, n),
+      led: new Uint8Array(bytes, columns + 15 * n, n),
+      flags: new Uint8Array(bytes, columns + 16 * n, n),
+    });
+  }
+  return { number: view.getUint32(0, true), worlds };
+}
+
+export interface Box {
+  left: number;
+  bottom: number;
+  right: number;
+  top: number;
+}
+
+type Point = readonly [number, number];
+
+interface MatParts {
+  size_m?: Point;
+  wall?: readonly { from_m: Point; to_m: Point }[];
+  disc?: readonly { centre_m: Point; radius_m: number }[];
+  polygon?: readonly { corners_m: readonly Point[] }[];
+}
+
+const MARGIN_M = 0.3;
+
+/** What to show: the whole mat where it has a size, else all cars, and what was shown before. */
+export function boxOf(world: WallWorld, cars: Cars | undefined, before: Box | null): Box {
+  const { size_m } = world.mat as MatParts;
+  if (size_m) return { left: 0, bottom: 0, right: size_m[0], top: size_m[1] };
+  let box = before ?? { left: -1, bottom: -1, right: 1, top: 1 };
+  for (let k = 0; k < (cars?.cars ?? 0); k++) {
+    const [x, y] = [cars!.x[k]!, cars!.y[k]!];
+    box = {
+      left: Math.min(box.left, x - MARGIN_M),
+      bottom: Math.min(box.bottom, y - MARGIN_M),
+      right: Math.max(box.right, x + MARGIN_M),
+      top: Math.max(box.top, y + MARGIN_M),
+    };
+  }
+  return box;
+}
+
+export interface Inks {
+  floor: string;
+  thing: string;
+  leader: string;
+  follower: string;
+  window: string;
+  beam: string;
+  text: string;
+}
+
+/** The colours of the page's theme. */
+export function inksOf(element: Element): Inks {
+  const style = getComputedStyle(element);
+  const of = (name: string) => style.getPropertyValue(name).trim();
+  return {
+    floor: of("--raised"),
+    thing: of("--quiet"),
+    leader: of("--leader"),
+    follower: of("--followers"),
+    window: of("--ground"),
+    beam: of("--running"),
+    text: of("--text"),
+  };
+}
+
+const LED_COLOURS = ["#ffd60a", "#00e5ff", "#b8ff3d", "#ff5cd6"];
+/** Smaller cars could not be seen on a tile. */
+const LEAST_CAR_PX = 4;
+
+/** Draw a world into a canvas of `width` by `height` pixels; `nameOf` gives what stands above a car, if anything. */
+export function drawWorld(
+  context: CanvasRenderingContext2D,
+  { width, height }: { width: number; height: number },
+  { world, cars, box, inks }: { world: WallWorld; cars: Cars | undefined; box: Box; inks: Inks },
+  nameOf?: (car: number) => string | undefined,
+): void {
+  const scale = Math.min(width / (box.right - box.left), height / (box.top - box.bottom));
+  const left = (width - (box.right - box.left) * scale) / 2;
+  const bottom = (height + (box.top - box.bottom) * scale) / 2;
+  const X = (x: number) => left + (x - box.left) * scale;
+  const Y = (y: number) => bottom - (y - box.bottom) * scale;
+  const mat = world.mat as MatParts;
+  context.clearRect(0, 0, width, height);
+  context.fillStyle = inks.floor;
+  context.fillRect(X(box.left), Y(box.top), (box.right - box.left) * scale, (box.top - box.bottom) * scale);
+  context.fillStyle = context.strokeStyle = inks.thing;
+  context.lineWidth = Math.max(2, 0.02 * scale);
+  context.beginPath();
+  for (const { from_m, to_m } of mat.wall ?? []) {
+    context.moveTo(X(from_m[0]), Y(from_m[1]));
+    context.lineTo(X(to_m[0]), Y(to_m[1]));
+  }
+  context.stroke();
+  context.beginPath();
+  for (const { centre_m, radius_m } of mat.disc ?? []) {
+    context.moveTo(X(centre_m[0]) + radius_m * scale, Y(centre_m[1]));
+    context.arc(X(centre_m[0]), Y(centre_m[1]), radius_m * scale, 0, Math.PI * 2);
+  }
+  for (const { corners_m } of mat.polygon ?? []) {
+    corners_m.forEach(([x, y], k) => (k === 0 ? context.moveTo(X(x), Y(y)) : context.lineTo(X(x), Y(y))));
+    context.closePath();
+  }
+  context.fill();
+  const leads = new Set(world.leads);
+  const r = Math.max(LEAST_CAR_PX, world.radius_m * scale);
+  for (let k = 0; k < (cars?.cars ?? 0); k++) {
+    drawCar(context, { x: X(cars!.x[k]!), y: Y(cars!.y[k]!), heading: cars!.heading[k]!, r }, inks, {
+      leads: leads.has(k),
+      led: cars!.led[k]!,
+      sends: (cars!.flags[k]! & Flag.sends) !== 0,
+    });
+    const name = nameOf?.(k);
+    if (!name) continue;
+    context.fillStyle = inks.text;
+    context.font = `600 ${Math.max(12, r)}px system-ui, sans-serif`;
+    context.textAlign = "center";
+    context.fillText(name, X(cars!.x[k]!), Y(cars!.y[k]!) - r * 1.5);
+  }
+}
+
+function drawCar(
+  context: CanvasRenderingContext2D,
+  { x, y, heading, r }: { x: number; y: number; heading: number; r: number },
+  inks: Inks,
+  { leads, led, sends }: { leads: boolean; led: number; sends: boolean },
+): void {
+  context.save();
+  context.translate(x, y);
+  if (sends) {
+    context.strokeStyle = inks.beam;
+    context.lineWidth = Math.max(1.5, r / 5);
+    context.beginPath();
+    context.arc(0, 0, r * 1.7, 0, Math.PI * 2);
+    context.stroke();
+  }
+  context.rotate(-heading);
+  context.fillStyle = leads ? inks.leader : inks.follower;
+  context.beginPath();
+  // A leader is an arrowhead, a follower a rounded box, so that they differ without colour.
+  if (leads) {
+    context.moveTo(r * 1.15, 0);
+    context.lineTo(-r, r * 0.95);
+    context.lineTo(-r * 0.5, 0);
+    context.lineTo(-r, -r * 0.95);
+    context.closePath();
+  } else context.roundRect(-r, -r * 0.7, r * 2, r * 1.4, r * 0.45);
+  context.fill();
+  context.fillStyle = inks.window;
+  if (!leads) context.fillRect(r * 0.25, -r * 0.45, r * 0.35, r * 0.9);
+  if (led !== NO_LED) {
+    context.fillStyle = LED_COLOURS[led] ?? inks.beam;
+    context.beginPath();
+    context.arc(-r * 0.15, 0, r * 0.35, 0, Math.PI * 2);
+    context.fill();
+  }
+  context.restore();
+}

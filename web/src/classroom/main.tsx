@@ -1,0 +1,21 @@
+import "../ui/tokens.css";
+import { createRoot } from "react-dom/client";
+import { startSettings } from "../state/settings";
+import { Desk } from "./Desk";
+import { Join } from "./Join";
+import { Privacy } from "./Privacy";
+import { SharedMat, WallPage } from "./WallPage";
+import { startLanguages } from "./texts";
+
+const PAGES: Record<string, () => React.ReactNode> = {
+  "/join": Join,
+  "/desk": Desk,
+  "/wall": WallPage,
+  "/mat": SharedMat,
+  "/privacy": Privacy,
+};
+
+startSettings();
+startLanguages();
+const Page = PAGES[location.pathname] ?? Join;
+createRoot(document.getElementById("root")!).render(<Page />);

@@ -1,0 +1,15 @@
+/** The texts of the class's pages in the page's language. */
+
+import languages, { type Texts } from "virtual:texts/class";
+import { plainTexts } from "../i18n/plain";
+import type { Sentence } from "../generated/messages";
+
+export type Key = keyof Texts;
+
+export const { LANGUAGES, useLanguage, startLanguages, changeLanguage, nameOf, useTexts } = plainTexts<Texts>(languages);
+
+/** A function that gives a sentence of the server in the page's language. */
+export function useSentences(): (sentence: Sentence) => string {
+  const language = useLanguage((state) => state.language);
+  return (sentence) => sentence[language as keyof Sentence] ?? sentence.en;
+}
