@@ -1,4 +1,5 @@
 import { beforeAll, describe, expect, it } from "vitest";
+import classroom from "virtual:texts/class";
 import remote from "virtual:texts/remote";
 import studio from "virtual:texts/studio";
 import { blocklyMessages } from "../blocks/definitions";
@@ -17,7 +18,10 @@ function flat(tree: Tree, path = ""): [key: string, text: string][] {
 /** Languages differ in how many forms of the plural they have. */
 const whole = (key: string) => key.replace(/_(zero|one|two|few|many|other)$/, "");
 const texts = new Map(
-  Object.keys(studio).map((language) => [language, flat({ ...studio[language]!.texts, remote: remote[language]!.texts })]),
+  Object.keys(studio).map((language) => [
+    language,
+    flat({ ...studio[language]!.texts, remote: remote[language]!.texts, class: classroom[language]!.texts }),
+  ]),
 );
 const english = texts.get("en")!;
 const others = [...texts].filter(([language]) => language !== "en");
@@ -30,19 +34,23 @@ const shown = (messages: Record<string, string>) => Object.entries(messages).fil
 
 const files = import.meta.glob<string>(["../**/*.{ts,tsx}", "!../**/*.test.{ts,tsx}"], { query: "?raw", import: "default", eager: true });
 const isRemote = (path: string) => path.startsWith("../remote/");
+const isClassroom = (path: string) => path.startsWith("../classroom/");
 const sourcesWhere = (holds: (path: string) => boolean) => Object.entries(files).flatMap(([path, source]) => (holds(path) ? [source] : []));
-const studioSources = sourcesWhere((path) => !isRemote(path));
+const studioSources = sourcesWhere((path) => !isRemote(path) && !isClassroom(path));
 const literals = new Set(studioSources.flatMap((source) => [...source.matchAll(/["'`]([\w.-]+)["'`]/g)].map((match) => match[1]!)));
 const templates = studioSources
   .flatMap((source) => [...source.matchAll(/`([\w.]*\.(?:\$\{[^`]*?\}[\w.]*)+)`/g)].map((match) => match[1]!))
   .map((template) => new RegExp(`^${template.replaceAll(".", "\\.").replace(/\$\{.*?\}/g, "[\\w-]+")}$`));
+
+// Keys by their own names.
+const themes = ["light", "dark", "contrast"];
 
 beforeAll(startLanguages);
 
 describe("the languages", () => {
   it("are these", () => expect([...texts.keys()]).toEqual(expect.arrayContaining(["en", "zh"])));
 
-  it.each(others)("%s has the same keys as English, for the studio and the remote", (_, entries) => {
+  it.each(others)("%s has the same keys as English, for all pages", (_, entries) => {
     expect(keysOf(entries)).toEqual(keysOf(english));
   });
 
@@ -55,16 +63,22 @@ describe("the languages", () => {
 
   it("have no text that the studio does not use", () => {
     const unused = keysOf(english).filter(
-      (key) => !key.startsWith("remote.") && !literals.has(key) && !templates.some((template) => template.test(key)),
+      (key) => !/^(remote|class)\./.test(key) && !literals.has(key) && !templates.some((template) => template.test(key)),
     );
     expect(unused).toEqual([]);
   });
 
   it("have no text that the remote does not use", () => {
-    // States and themes are keys by their own names.
-    const named = ["ready", "standing", "moving", "failsafe", "stopped", "program", "disarmed", "discharged", "away", "light", "dark", "contrast"];
+    // States are keys by their own names too.
+    const named = ["ready", "standing", "moving", "failsafe", "stopped", "program", "disarmed", "discharged", "away", ...themes];
     const sources = sourcesWhere(isRemote).join("\n");
     const unused = Object.keys(remote.en!.texts).filter((key) => !named.includes(key) && !sources.includes(`"${key}"`));
+    expect(unused).toEqual([]);
+  });
+
+  it("have no text that the pages of a class do not use", () => {
+    const sources = sourcesWhere(isClassroom).join("\n");
+    const unused = Object.keys(classroom.en!.texts).filter((key) => !themes.includes(key) && !sources.includes(`"${key}"`));
     expect(unused).toEqual([]);
   });
 
