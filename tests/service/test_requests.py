@@ -10,8 +10,6 @@ import pytest
 from hypothesis import given
 
 from motorcade import (
-    CONTROL,
-    HEADER,
     Followers,
     Program,
     compile_program,
@@ -22,7 +20,6 @@ from motorcade import (
     repeat,
     wait,
 )
-from motorcade.config.profile import built_in_profile
 from motorcade.errors import MotorcadeError
 from motorcade.locales import languages
 from motorcade.program.blocks import MOST_IN_A_ROW, blocks_of
@@ -110,12 +107,6 @@ def test_the_image_is_that_of_the_command_line(ask):
     assert answer["diagnostics"] == []
 
 
-def test_the_values_of_a_word_are_its_bits(ask):
-    for word in ask("compile", blocks([forward(3)], [led(1, 2)]))["words"]:
-        fields = (HEADER if word["part"] == "header" else CONTROL).fields
-        assert sum(word["values"][field.name] << field.low for field in fields) == int(word["hex"], 16)
-
-
 def test_a_word_has_its_block_and_a_together_the_blocks_of_its_fields(ask):
     at_once = together(forward(2, id="d"), led(1, 1, id="l"), voice(id="v"), pir(id="p"), id="t")
     answer = ask("compile", blocks([wait(4, id="w"), repeat(2, at_once, id="r")]))
@@ -126,15 +117,6 @@ def test_a_word_has_its_block_and_a_together_the_blocks_of_its_fields(ask):
     assert fields == fourth["fields_of"]
     assert Counter(fields.values()) == {"d": 4, "l": 2, "v": 1, "p": 1}
     assert (fields["motor_speed"], fields["led_which"], fields["voice"], fields["pir"]) == ("d", "l", "v", "p")
-
-
-def test_the_timeline_has_the_time_of_each_word(ask):
-    program = [forward(3), led(0, 0), left(1)], [led(1, 2), led(2, 2)]
-    timeline = ask("compile", blocks(*program))["timeline"]
-    spans = {part: [(span["word"], span["begin_ms"], span["end_ms"]) for span in timeline[part]] for part in timeline}
-    idle_ms = built_in_profile("classroom").idle_state_ms
-    assert spans["leader"] == [(1, 0, 3000), (2, 3000, 3000 + idle_ms), (3, 3000 + idle_ms, 4000 + idle_ms)]
-    assert spans["followers"] == [(4, 0, 2000), (5, 2000, 4000)]
 
 
 def test_the_costliest_block_is_the_one_that_makes_the_most_words(ask):

@@ -78,24 +78,15 @@ class Blocks(Struct):
 
 
 class Word(Struct, omit_defaults=True):
-    """A word, its fields by name, and the block that it was compiled from.
+    """A word, and the block that it was compiled from.
 
     ``fields_of`` has, by field, the blocks of those fields that other blocks fill.
     """
 
     hex: str
     part: str
-    values: dict[str, int]
     block: str | None
     fields_of: dict[str, str] = {}
-
-
-class Span(Struct):
-    """The time in which a word runs, from the beginning of its round."""
-
-    word: int
-    begin_ms: int
-    end_ms: int
 
 
 class Costliest(Struct):
@@ -110,13 +101,6 @@ class Costs(Struct):
 
     leader: Costliest | None = None
     followers: Costliest | None = None
-
-
-class Timeline(Struct):
-    """The times of the words in the leader's and the followers' rounds."""
-
-    leader: list[Span] = []
-    followers: list[Span] = []
 
 
 class TextPlace(Struct):
@@ -203,7 +187,7 @@ class PythonBlocks(Struct):
 class Compiled(Struct):
     """What the page shows of a program; ``image`` is None where the program can't be compiled.
 
-    ``left_out`` lists the blocks that have errors: ``words`` and ``timeline`` are those of all others then.
+    ``left_out`` lists the blocks that have errors: ``words`` are those of all others then.
     """
 
     diagnostics: list[Diagnostic]
@@ -215,7 +199,6 @@ class Compiled(Struct):
     most: int = MOST_PIECES
     costliest: Costs = field(default_factory=Costs)
     words: list[Word] = []
-    timeline: Timeline = field(default_factory=Timeline)
     left_out: list[str] = []
 
 

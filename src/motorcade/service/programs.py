@@ -13,7 +13,7 @@ from motorcade.locales import languages
 from motorcade.program import diagnostics as program_diagnostics
 from motorcade.program.blocks import field_value, program_of
 from motorcade.program.compiler import Compiled as CompiledProgram
-from motorcade.program.compiler import compile_program, length_ms
+from motorcade.program.compiler import compile_program
 from motorcade.program.decompiler import DecompileError, decompile
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.model import Program
@@ -21,7 +21,6 @@ from motorcade.program.parts import MOST_PIECES, word_fields
 from motorcade.program.steps import SIMPLE_KINDS, RepeatStep, Step, TogetherStep, own_fields
 from motorcade.service import messages
 from motorcade.service.documents import project_of
-from motorcade.words.formats import CONTROL, HEADER
 from motorcade.words.image import bytes_to_words, words_to_bytes
 
 # The sentence of an error in a file names at most so many diagnostics; the others often follow from the first ones.
@@ -86,10 +85,10 @@ def compile_blocks(blocks: messages.Blocks) -> messages.Compiled:
             if (each.severity == "error" or not left_out) and (each.code, each.id, str(each.details)) not in known:
                 diagnostics.append(each)
         if compiled and program:
-            answer = _answer(compiled, program, profile)
+            answer = _answer(compiled, program)
             first = first or answer
             if compiled.words:
-                first.words, first.timeline = answer.words, answer.timeline
+                first.words = answer.words
                 break
         wrong = {each.id for each in found if each.severity == "error" and each.code not in _TOO_MANY and each.id}
         if not wrong - left_out:
@@ -115,7 +114,7 @@ def _without(left_out: set[str], state: Any) -> Any:
     return {**copy, "enabled": False} if state.get("id") in left_out and "type" in state else copy
 
 
-def _answer(compiled: CompiledProgram, program: Program, profile: Profile) -> messages.Compiled:
+def _answer(compiled: CompiledProgram, program: Program) -> messages.Compiled:
     followers_steps = program.followers.steps if program.followers else ()
     return messages.Compiled(
         diagnostics=[],
@@ -129,7 +128,6 @@ def _answer(compiled: CompiledProgram, program: Program, profile: Profile) -> me
             _costliest(compiled, "too-many-words", "followers.steps[", followers_steps),
         ),
         words=_words(compiled, program),
-        timeline=_timeline(compiled, profile),
     )
 
 
@@ -189,13 +187,13 @@ def _words(compiled: CompiledProgram, program: Program) -> list[messages.Word]:
     if not compiled.words:
         return []
     header, *control = compiled.words
-    words = [messages.Word(f"{header:08x}", "header", HEADER.decode(header)._asdict(), None)]
+    words = [messages.Word(f"{header:08x}", "header", None)]
     fields_of = dict(_fields_of_togethers(program.leader, "leader"))
     if program.followers:
         fields_of |= _fields_of_togethers(program.followers.steps, "followers.steps")
     for number, (word, (path, block)) in enumerate(zip(control, compiled.origins[1:], strict=True)):
         part = "leader" if number < compiled.leader_states else "followers"
-        words.append(messages.Word(f"{word:08x}", part, CONTROL.decode(word)._asdict(), block, fields_of.get(path, {})))
+        words.append(messages.Word(f"{word:08x}", part, block, fields_of.get(path, {})))
     return words
 
 
@@ -223,17 +221,3 @@ def _costliest(
         return None
     ((number, count),) = counts.most_common(1)
     return messages.Costliest(steps[number].id, count)
-
-
-def _timeline(compiled: CompiledProgram, profile: Profile) -> messages.Timeline:
-    leader = [length_ms(word, profile) for word in compiled.words[1 : 1 + compiled.leader_states]]
-    followers = [compiled.dwell_ms] * (len(compiled.words) - 1 - len(leader))
-    return messages.Timeline(_spans(leader, 1), _spans(followers, 1 + len(leader)))
-
-
-def _spans(lengths_ms: Sequence[int], first_word: int) -> list[messages.Span]:
-    spans, begin_ms = [], 0
-    for number, duration_ms in enumerate(lengths_ms):
-        spans.append(messages.Span(first_word + number, begin_ms, begin_ms + duration_ms))
-        begin_ms += duration_ms
-    return spans

@@ -75,13 +75,14 @@ function Work() {
   const alone = useStudio((studio) => studio.alone);
   const compiled = useStudio((studio) => studio.compiled !== null);
   const shares = useSettings((settings) => settings.shares);
+  const drawer = useSettings((settings) => settings.drawer.open);
   useEffect(openEditors, []);
   useEffect(() => {
     session.open();
     return () => session.close();
   }, [session]);
   return (
-    <main className={css.work} data-alone={alone ?? undefined} data-compiled={compiled || undefined} style={{ "--share": shares.blocks } as CSSProperties}>
+    <main className={css.work} data-alone={alone ?? undefined} data-drawer={drawer || undefined} data-compiled={compiled || undefined} style={{ "--share": shares.blocks } as CSSProperties}>
       <div className={css.blocks}>
         <MissionStrip session={session} />
         <Editors key={`${language} ${level}`} />
@@ -117,13 +118,14 @@ export function App() {
   const { t, i18n } = useTranslation();
   const [ready, setReady] = useState(false);
   const gone = useStudio(({ service }) => service === "gone");
+  const alone = useStudio((studio) => studio.alone);
   useEffect(() => {
     if (!ready && !gone) void attempt(prepare).then(() => setReady(useStudio.getState().generation > 0));
   }, [ready, gone]);
   return (
     // Numbers and units follow the page's language, not the browser's.
     <I18nProvider locale={i18n.language}>
-      <div className={css.app}>
+      <div className={css.app} data-alone={alone ?? undefined}>
         <SkipLinks />
         <Header />
         <ServerBanner />

@@ -2,11 +2,9 @@ import { lazy, Suspense, type CSSProperties, type ReactNode, useEffect, useRef, 
 import { flushSync } from "react-dom";
 import { Button, Tab, TabList, TabPanel, Tabs } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import type { CompiledWord } from "../api/types";
 import type { Session } from "../mat/session";
 import { openDialog } from "../state/dialogs";
 import { type DrawerTab, type Level, LEVELS, openDrawer, useSettings } from "../state/settings";
-import { useStudio } from "../state/studio";
 import { Divider } from "../ui/areas";
 import { classes } from "../ui/classes";
 import { IconButton } from "../ui/controls";
@@ -19,7 +17,6 @@ import css from "./drawer.module.css";
 
 export interface PanelProps {
   session: Session;
-  words: readonly CompiledWord[];
 }
 
 interface Panel {
@@ -42,8 +39,6 @@ const PANELS: readonly Panel[] = [
   { id: "python", from: "python", show: () => <PythonPanel /> },
 ];
 
-const NO_WORDS: readonly CompiledWord[] = [];
-
 /** Whether the page is being printed: the words are then shown in any case. */
 function usePrinting(): boolean {
   const [printing, setPrinting] = useState(false);
@@ -62,7 +57,6 @@ function usePrinting(): boolean {
 /** One drawer for what is looked up; it opens at the tab, and as high, as it was left. */
 export function Drawer({ session }: { session: Session }) {
   const { t } = useTranslation();
-  const words = useStudio(({ compiled }) => compiled?.words ?? NO_WORDS);
   const level = useSettings((settings) => settings.level);
   const drawer = useSettings((settings) => settings.drawer);
   const shares = useSettings((settings) => settings.shares);
@@ -116,7 +110,7 @@ export function Drawer({ session }: { session: Session }) {
         {open &&
           panels.map(({ id, show }) => (
             <TabPanel key={id} id={id} className={css.panel}>
-              <Suspense>{show({ session, words })}</Suspense>
+              <Suspense>{show({ session })}</Suspense>
             </TabPanel>
           ))}
       </Tabs>

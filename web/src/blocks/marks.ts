@@ -25,10 +25,20 @@ export function markDiagnostics(diagnostics: readonly Diagnostic[]): void {
   }
 }
 
+/**
+ * Set a class of the block and of its outline. The style sheet selects the outline by its own class: a selector that
+ * begins at the block would make the browser restyle all blocks below it, too.
+ */
+function setClass(block: BlockSvg, name: string, on: boolean): void {
+  if (on) block.addClass(name);
+  else block.removeClass(name);
+  (block.pathObject as { svgPath?: SVGElement }).svgPath?.classList.toggle(name, on);
+}
+
 function mark(block: BlockSvg | null, text: string | null, wrong: boolean): void {
-  block?.setWarningText(text, WARNING);
-  if (wrong) block?.addClass("motorcade-wrong");
-  else block?.removeClass("motorcade-wrong");
+  if (!block) return;
+  block.setWarningText(text, WARNING);
+  setClass(block, "motorcade-wrong", wrong);
 }
 
 /** Forget the marks of an editor that was filled with new blocks. */
@@ -48,8 +58,8 @@ export function markRunning(running: ReadonlyMap<EditorName, readonly string[]>)
         if (block) act(block);
       }
     };
-    each(before, now, (block) => block.removeClass("motorcade-running"));
-    each(now, before, (block) => block.addClass("motorcade-running"));
+    each(before, now, (block) => setClass(block, "motorcade-running", false));
+    each(now, before, (block) => setClass(block, "motorcade-running", true));
     lit.set(editor, now);
   }
 }

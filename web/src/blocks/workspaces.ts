@@ -39,10 +39,32 @@ export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.
     move: { scrollbars: true, drag: true, wheel: true },
     zoom: { controls: true, pinch: true, wheel: false, startScale: 1, minScale: 0.3, maxScale: 2 },
   });
+  quickenStyles();
   workspace.getSvgGroup().setAttribute("aria-label", i18next.t(`editors.${editor}Blocks`));
   host.addEventListener("focusin", () => beginUnderHat(editor, workspace));
   live.set(editor, workspace);
   return workspace;
+}
+
+/**
+ * Parts of Blockly's selectors, and what stands in their place: the outline of the place that had the focus last shows
+ * also while a field's editor has the focus, and the outline of a selected block is selected by its own class. With the
+ * parts, the browser restyles all blocks whenever the focus moves: 30 ms for each edit of a program with 255 blocks.
+ */
+const QUICKER_SELECTORS = [
+  [":not(:has(.blocklyDropDownDiv:focus-within, .blocklyWidgetDiv:focus-within))", ""],
+  [".blocklySelected > .blocklyPath.blocklyPathSelected", ".blocklyPathSelected"],
+  [".blocklySelected > .blocklyPathLight", ".blocklyPathLight.blocklyPathSelected"],
+] as const;
+
+function quickenStyles(): void {
+  for (const sheet of document.styleSheets) {
+    for (const rule of sheet.cssRules) {
+      if (!(rule instanceof CSSStyleRule)) continue;
+      const selector = QUICKER_SELECTORS.reduce((text, [slow, quick]) => text.replaceAll(slow, quick), rule.selectorText);
+      if (selector !== rule.selectorText) rule.selectorText = selector;
+    }
+  }
 }
 
 /**

@@ -132,7 +132,6 @@ export interface Compiled {
   most: number;
   costliest: Costs;
   words: Word[];
-  timeline: Timeline;
   left_out: string[];
 }
 
@@ -175,26 +174,12 @@ export interface Costliest {
   count: number;
 }
 
-/** A word, its fields by name, and the block that it was compiled from. */
+/** A word, and the block that it was compiled from. */
 export interface Word {
   hex: string;
   part: "header" | "leader" | "followers";
-  values: Record<string, number>;
   block: string | null;
   fields_of?: Record<string, string>;
-}
-
-/** The times of the words in the leader's and the followers' rounds. */
-export interface Timeline {
-  leader: Span[];
-  followers: Span[];
-}
-
-/** The time in which a word runs, from the beginning of its round. */
-export interface Span {
-  word: number;
-  begin_ms: number;
-  end_ms: number;
 }
 
 /** An image's bytes, as base64. */

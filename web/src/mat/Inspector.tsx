@@ -3,8 +3,8 @@ import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { type CarDetails, type LossReason, LOSS_REASONS } from "../api/world";
 import { FORMATS } from "../generated/steps";
-import { useStudio } from "../state/studio";
-import { bitsOf, colourOf, fieldMeaning, groupOf } from "../words/bits";
+import { useStudio, useWords } from "../state/studio";
+import { bitsOf, colourOf, fieldMeaning, groupOf, valueOf } from "../words/bits";
 import { duplicateChosen, removeChosen, turnCar } from "./actions";
 import { colourWords, hexColour } from "./colours";
 import { inLanguage } from "../i18n";
@@ -23,10 +23,9 @@ const TURN_DEG = 15;
 
 interface InspectorProps {
   session: Session;
-  words: readonly CompiledWord[];
 }
 
-export function Inspector({ session, words }: InspectorProps) {
+export function Inspector({ session }: InspectorProps) {
   const { t } = useTranslation();
   const chosen = useMat((now) => now.chosen);
   const car = chosen && "car" in chosen ? chosen.car : null;
@@ -43,7 +42,7 @@ export function Inspector({ session, words }: InspectorProps) {
         )}
       </div>
       <DrivenCars session={session} car={car} />
-      {car !== null && <CarInspector session={session} car={car} words={words} />}
+      {car !== null && <CarInspector session={session} car={car} />}
       <PieceInspector />
       <Voices />
     </div>
@@ -76,7 +75,7 @@ function CarPicker({ session, car }: { session: Session; car: number | null }) {
   );
 }
 
-function CarInspector({ session, car, words }: InspectorProps & { car: number }) {
+function CarInspector({ session, car }: InspectorProps & { car: number }) {
   const { t } = useTranslation();
   const details = useMat((now) => now.details);
   const followed = useMat((now) => now.followed);
@@ -100,7 +99,7 @@ function CarInspector({ session, car, words }: InspectorProps & { car: number })
         )}
       </div>
       <Place />
-      {details?.car === car && <Details details={details} words={words} />}
+      {details?.car === car && <Details details={details} />}
     </section>
   );
 }
@@ -135,7 +134,8 @@ function Place() {
   return <p >{t("mat.place", { x: metres(pose.x_m), y: metres(pose.y_m), heading: pose.heading_deg })}</p>;
 }
 
-function Details({ details, words }: { details: CarDetails; words: readonly CompiledWord[] }) {
+function Details({ details }: { details: CarDetails }) {
+  const words = useWords();
   const { t } = useTranslation();
   const { word, values, last_frame: last, lost } = details;
   // The answer is about the present.
@@ -149,7 +149,7 @@ function Details({ details, words }: { details: CarDetails; words: readonly Comp
         {word === null ? t("mat.noWord") : <code>{word.toUpperCase()}</code>}
         {word !== null && <span>{details.runs ? t("mat.runs", { count: details.index }) : t("mat.over")}</span>}
       </p>
-      {word !== null && values && <Fields hex={word} values={values} leads={details.leads} />}
+      {word !== null && values && <Fields hex={word} leads={details.leads} />}
       <dl className={css.counters}>
         <Counter title={t("mat.sent")} count={details.frames} />
         <Counter title={t("mat.heard")} count={details.heard} />
@@ -180,19 +180,18 @@ function Counter({ title, count }: { title: string; count: number }) {
 
 interface FieldsProps {
   hex: string;
-  values: Record<string, number>;
   leads: boolean;
 }
 
-function Fields({ hex, values, leads }: FieldsProps) {
+function Fields({ hex, leads }: FieldsProps) {
   const profileFigures = useStudio((studio) => studio.profileFigures);
   if (!profileFigures) return null;
-  const word: CompiledWord = { hex, values, part: leads ? "leader" : "followers", block: null };
+  const word: CompiledWord = { hex, part: leads ? "leader" : "followers", block: null };
   const shown = FORMATS.control.filter(({ name }) => groupOf(name) !== "reserved" && groupOf(name) !== "parity");
   return (
     <ul className={css.fields}>
       {shown.map((field) => (
-        <li key={field.name} data-set={(values[field.name] ?? 0) !== 0 || undefined}>
+        <li key={field.name} data-set={valueOf(word, field.name) !== 0 || undefined}>
           <code style={{ background: colourOf(field.name) }}>{bitsOf(word, field)}</code>
           <span>{fieldMeaning(word, field, profileFigures)}</span>
         </li>

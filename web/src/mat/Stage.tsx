@@ -1,9 +1,8 @@
 import { useEffect } from "react";
 import { useTranslation } from "react-i18next";
-import type { CompiledWord } from "../api/types";
 import { inLanguage } from "../i18n";
 import { useSettings } from "../state/settings";
-import { isHeard, useStudio } from "../state/studio";
+import { isHeard, useStudio, useWords } from "../state/studio";
 import { ToolButton } from "./fields";
 import { MatCanvas } from "./MatCanvas";
 import { Narration } from "./Narration";
@@ -14,11 +13,9 @@ import { Legend, Thoughts } from "./Thoughts";
 import { Transport } from "./Transport";
 import css from "./mat.module.css";
 
-const NO_WORDS: readonly CompiledWord[] = [];
-
 /** The mat of the open project with the cars that run its program, and what lies over it. */
 export function Stage({ session }: { session: Session }) {
-  const words = useStudio(({ compiled }) => compiled?.words ?? NO_WORDS);
+  const words = useWords();
   const generation = useStudio((studio) => studio.generation);
   useEffect(() => choose(null), [generation]);
   useSound(session);

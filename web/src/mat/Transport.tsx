@@ -7,6 +7,7 @@ import { isHeard, showAlone, toggleSound, useStudio } from "../state/studio";
 import { tellWrongBlock } from "../blocks/mends";
 import { clock } from "../timeline/events";
 import { classes } from "../ui/classes";
+import { valueOf } from "../words/bits";
 import { Icon } from "../ui/icons";
 import { Choice, ToolButton } from "./fields";
 import type { Session } from "./session";
@@ -30,7 +31,7 @@ export const Transport = memo(function Transport({ session, words }: TransportPr
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   const empty = cars === 0;
   const alone = useStudio((studio) => studio.alone);
-  const listens = words.some(({ values }) => values.voice);
+  const listens = words.some((word) => valueOf(word, "voice"));
   return (
     <div className={css.transport} role="group" aria-label={t("mat.transport")}>
       <Button

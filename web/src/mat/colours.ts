@@ -88,8 +88,7 @@ const PREFERENCES = ["(prefers-color-scheme: dark)", "(prefers-contrast: more)",
 /** Call back whenever the colours may have changed; returns a function that ends this. */
 export function watchTheme(changed: () => void): () => void {
   const observer = new MutationObserver(changed);
-  observer.observe(document.documentElement, { attributes: true });
-  observer.observe(document.body, { attributes: true });
+  observer.observe(document.documentElement, { attributeFilter: ["data-theme"] });
   const queries = PREFERENCES.map((query) => matchMedia(query));
   queries.forEach((query) => query.addEventListener("change", changed));
   return () => {

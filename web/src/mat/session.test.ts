@@ -8,10 +8,10 @@ import { editMat } from "./store";
 import { pictureOf } from "./testPictures";
 
 const WORDS: CompiledWord[] = [
-  { hex: "01020100", part: "header", values: {}, block: null },
-  { hex: "62000000", part: "leader", values: {}, block: "drive" },
-  { hex: "a0000000", part: "followers", values: {}, block: "turn" },
-  { hex: "a1000000", part: "followers", values: {}, block: "both", fields_of: { motor_speed: "move", led_which: "shine" } },
+  { hex: "01020100", part: "header", block: null },
+  { hex: "62000000", part: "leader", block: "drive" },
+  { hex: "a0000000", part: "followers", block: "turn" },
+  { hex: "a1000000", part: "followers", block: "both", fields_of: { motor_speed: "move", led_which: "shine" } },
 ];
 
 it("several blocks run at once, in both editors", () => {

@@ -6,11 +6,10 @@ import type { CompiledWord, Field } from "../api/types";
 import { FORMATS } from "../generated/steps";
 import { attempt } from "../projects/actions";
 import { loadProject } from "../projects/project";
-import { useStudio } from "../state/studio";
+import { useStudio, useWords } from "../state/studio";
 import { colourOf, groupOf } from "../words/bits";
 import css from "./missions.module.css";
 
-const NO_WORDS: readonly CompiledWord[] = [];
 /** The fields that a pupil may flip: neither reserved bits nor the parity, which images write as 0. */
 const FIELDS = FORMATS.control.filter(({ name }) => !["reserved", "parity"].includes(groupOf(name)));
 
@@ -28,7 +27,7 @@ async function flip(words: readonly CompiledWord[], place: number, bit: number):
 /** The words of the program with a switch for each of their bits. */
 export function BitEditor() {
   const { t } = useTranslation();
-  const words = useStudio(({ compiled }) => compiled?.words ?? NO_WORDS);
+  const words = useWords();
   return (
     <div className={css.bits} role="group" aria-label={t("missions.bits")}>
       {words.map((word, place) =>

@@ -1,7 +1,8 @@
 /** The open project, what it was compiled to, and which part of the page is shown. */
 
+import { useDeferredValue } from "react";
 import { create } from "zustand";
-import type { Capabilities, Compiled, EditorName, MissionChoice, Profile, WorkspaceState } from "../api/types";
+import type { Capabilities, Compiled, CompiledWord, EditorName, MissionChoice, Profile, WorkspaceState } from "../api/types";
 import type { ServiceState } from "../api/service";
 import type { Mat } from "../mat/document";
 import { useSettings } from "./settings";
@@ -83,6 +84,13 @@ export const useStudio = create<Studio>(() => ({
   alone: null,
   loudProjector: false,
 }));
+
+const NO_WORDS: readonly CompiledWord[] = [];
+
+/** The words of the program, a moment late after an edit, so that the table which shows them comes first. */
+export function useWords(): readonly CompiledWord[] {
+  return useDeferredValue(useStudio(({ compiled }) => compiled?.words ?? NO_WORDS));
+}
 
 /** Let the stage fill the page, and the screen where the browser allows it; null: show all of the page again. */
 export function showAlone(alone: Studio["alone"]): void {

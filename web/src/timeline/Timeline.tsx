@@ -9,15 +9,16 @@ import { AXIS_PX, LANE_PX, lookOf, paint } from "./painting";
 import css from "./timeline.module.css";
 import { Button, Menu, MenuItem, MenuTrigger, Popover, Slider, SliderThumb, SliderTrack } from "react-aria-components";
 import { Icon } from "../ui/icons";
-import { useStudio } from "../state/studio";
+import { useStudio, useWords } from "../state/studio";
 import { Choice, ToolButton } from "../mat/fields";
 import fields from "../mat/fields.module.css";
 import { classes } from "../ui/classes";
 
 const UNKNOWN = "#6e6e6e";
 const REPAINT_MS = 66;
-export function Timeline({ session, words }: { session: Session; words: readonly CompiledWord[] }) {
+export function Timeline({ session }: { session: Session }) {
   const { t } = useTranslation();
+  const words = useWords();
   const [spanMs, setSpanMs] = useState(20_000);
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   return (

@@ -7,7 +7,7 @@ import { FORMATS } from "../generated/steps";
 import { usePython } from "../python/text";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { bitsOf, blockOf, colourOf, hasBlockIn, isLit, isNarrow, spansOf, fieldMeaning } from "./bits";
+import { bitsOf, blockOf, colourOf, hasBlockIn, isLit, isNarrow, spansOf, fieldMeaning, valueOf } from "./bits";
 import { storyOf } from "./story";
 import controls from "../ui/controls.module.css";
 import css from "./words.module.css";
@@ -108,7 +108,7 @@ const WordRow = memo(function WordRow(props: WordRowProps) {
           style={{ "--bits": colourOf(field.name) } as CSSProperties}
           data-field={field.name}
           data-lit={isLit(word, field.name, lit) || undefined}
-          data-set={(word.values[field.name] ?? 0) !== 0 || undefined}
+          data-set={valueOf(word, field.name) !== 0 || undefined}
           aria-label={fieldMeaning(word, field, profile)}
           // The style sheet shows the bits: screen readers read out the meaning only.
           data-bits={bitsOf(word, field)}

@@ -39,6 +39,16 @@ export function isNarrow(fields: readonly Field[], { name, high, low }: Field): 
   return high === low && fields.filter((each) => groupOf(each.name) === groupOf(name)).length === 1;
 }
 
+const placesOf = (fields: readonly Field[]) => new Map(fields.map((field) => [field.name as string, field]));
+const kindOf = ({ part }: CompiledWord) => (part === "header" ? "header" : "control");
+const PLACES = { header: placesOf(FORMATS.header), control: placesOf(FORMATS.control) };
+
+/** The value of a field; 0 where words of this kind have no such field. */
+export function valueOf(word: CompiledWord, field: string): number {
+  const place = PLACES[kindOf(word)].get(field);
+  return place ? (parseInt(word.hex, 16) >>> place.low) & (2 ** (place.high - place.low + 1) - 1) : 0;
+}
+
 /** The field's bits as they stand in the word, most significant first. */
 export function bitsOf(word: CompiledWord, { high, low }: Field): string {
   const bits = parseInt(word.hex, 16).toString(2).padStart(32, "0");
@@ -87,7 +97,7 @@ export function spansOf(fields: readonly Field[]): Span[] {
 }
 
 /** Whether it is a header word whose follower words travel with a tag. */
-const isTagged = (word: CompiledWord) => word.part === "header" && word.values.reserved === 1;
+const isTagged = (word: CompiledWord) => word.part === "header" && valueOf(word, "reserved") === 1;
 
 const sentFor = (word: CompiledWord, dwell: string) => (isTagged(word) ? i18next.t("meaning.dwellTagged", { dwell }) : dwell);
 
@@ -98,7 +108,7 @@ function valueMeaning(word: CompiledWord, field: string, value: number, profile:
       case "choice":
         return i18next.t(`blocks.${declared.options[value] ?? declared.options[0]}`);
       case "level": {
-        const turning = word.values.motor_direction === 1 || word.values.motor_direction === 2;
+        const turning = [1, 2].includes(valueOf(word, "motor_direction"));
         return levelMeaning(profile, declared.menu, value, turning);
       }
       case "duration":
@@ -124,7 +134,7 @@ function valueMeaning(word: CompiledWord, field: string, value: number, profile:
 
 /** A line that describes a field of a word: its bits, its title and the meaning of its value. */
 export function fieldMeaning(word: CompiledWord, field: Field, profile: Profile): string {
-  const value = word.values[field.name] ?? 0;
+  const value = valueOf(word, field.name);
   const bits = field.high === field.low ? String(field.high) : `${field.high}–${field.low}`;
   const meaning = valueMeaning(word, field.name, value, profile);
   return i18next.t(meaning === String(value) ? "words.count" : "words.field", {
@@ -142,13 +152,13 @@ const cell = (value: string | number) => {
 
 /** A line for each word: its index, part, bytes, bits, and every field of both formats. */
 export function wordsCsv(words: readonly CompiledWord[]): string {
-  const fields = [...FORMATS.header.filter(({ name }) => name !== "reserved"), ...FORMATS.control].map(({ name }) => name);
+  const fields: readonly Field[] = [...FORMATS.header.filter(({ name }) => name !== "reserved"), ...FORMATS.control];
   const lines = words.map((word, index) => [
     index,
     word.part,
     `0x${word.hex.toUpperCase()}`,
     parseInt(word.hex, 16).toString(2).padStart(32, "0"),
-    ...fields.map((name) => word.values[name] ?? ""),
+    ...fields.map(({ name }) => (PLACES[kindOf(word)].has(name) ? valueOf(word, name) : "")),
   ]);
-  return [["index", "part", "hex", "bits", ...fields], ...lines].map((line) => line.map(cell).join(",") + "\r\n").join("");
+  return [["index", "part", "hex", "bits", ...fields.map(({ name }) => name)], ...lines].map((line) => line.map(cell).join(",") + "\r\n").join("");
 }

@@ -14,7 +14,6 @@ const ANSWER: Compiled = {
   most: 255,
   costliest: { leader: null, followers: null },
   words: [],
-  timeline: { leader: [], followers: [] },
   left_out: [],
 };
 

@@ -1,7 +1,7 @@
 /** Send each change to the compiler. Only the newest counts: while an answer is awaited, older ones are skipped. */
 
 import * as api from "../api/requests";
-import type { EditorName, WorkspaceState } from "../api/types";
+import type { Compiled, EditorName, WorkspaceState } from "../api/types";
 import { markDiagnostics } from "../blocks/marks";
 import { read, workspaceOf } from "../blocks/workspaces";
 import { inLanguage } from "../i18n";
@@ -9,12 +9,12 @@ import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { sharedWords } from "./bits";
 
-/** For how long the edits that follow one are collected before they are sent together. */
-const COLLECT_MS = 50;
+/** While an answer is awaited, edits are collected at least this often. */
+const COLLECT_MS = 200;
 /** The name under which the browser's performance tools list the times from edits to words. */
 const MEASURE = "motorcade:edit-to-words";
 
-let collecting: ReturnType<typeof setTimeout> | undefined;
+let collecting: ReturnType<typeof setTimeout>;
 let underWay = false;
 let wanted = false;
 /** The time of the oldest edit that was not sent yet, and of the edit that the words in the store answer. */
@@ -25,26 +25,20 @@ let firstEditAt = 0;
 let filled = 0;
 const edited = new Set<EditorName>();
 
-/** Note that a block of the editor changed; edits in quick succession, as while typing, are sent together. */
+/** Note that a block of the editor changed; edits that come while an answer is awaited are sent together after it. */
 export function noteEdit(editor: EditorName): void {
-  if (edited.size === 0) firstEditAt = performance.now();
+  if (edited.size === 0) {
+    firstEditAt = performance.now();
+    // All events of one change come in one turn.
+    if (!underWay) queueMicrotask(collectEdits);
+    else collecting = setTimeout(collectEdits, COLLECT_MS);
+  }
   edited.add(editor);
-  // All events of one change come in one turn.
-  if (collecting === undefined) queueMicrotask(collect);
-}
-
-function collect(): void {
-  collectEdits();
-  collecting = setTimeout(() => {
-    collecting = undefined;
-    if (edited.size) collect();
-  }, COLLECT_MS);
 }
 
 /** Copy what the editors hold into the store now, for callers that need the newest state. */
 export function collectEdits(): void {
   clearTimeout(collecting);
-  collecting = undefined;
   const changed: Partial<Record<EditorName, WorkspaceState>> = {};
   for (const editor of edited) {
     const state = workspaceOf(editor) && read(editor);
@@ -67,6 +61,13 @@ async function editorsFilled(): Promise<void> {
   }
 }
 
+/** The new answer, but the old objects where nothing changed, so that what shows them need not be drawn again. */
+function sharedAnswer(before: Compiled | null, now: Compiled): Compiled {
+  if (before === null) return now;
+  const same = JSON.stringify(before.diagnostics) === JSON.stringify(now.diagnostics);
+  return { ...now, words: sharedWords(before.words, now.words), diagnostics: same ? before.diagnostics : now.diagnostics };
+}
+
 async function compileNewest(): Promise<void> {
   wanted = true;
   if (underWay) return;
@@ -81,13 +82,14 @@ async function compileNewest(): Promise<void> {
       const answer = await api.compile({ leader, followers, profile });
       // Another project was opened meanwhile.
       if (filled !== useStudio.getState().generation) continue;
-      const compiled = { ...answer, words: sharedWords(useStudio.getState().compiled?.words ?? [], answer.words) };
+      const compiled = sharedAnswer(useStudio.getState().compiled, answer);
       answersEditOf = edit;
       useStudio.setState({ compiled });
       markDiagnostics(compiled.diagnostics);
     } catch (error) {
       if (error instanceof api.RefusedError) notify(inLanguage(error.sentence), "error");
     }
+    collectEdits();
   }
   underWay = false;
 }

@@ -14,7 +14,6 @@ const control = [
 const word: CompiledWord = {
   hex: "b0200001",
   part: "leader",
-  values: { accept_ir: 1, motor_enable: 1, motor_direction: 2, led_which: 1 },
   block: "together",
   fields_of: { motor_enable: "drive", motor_direction: "drive", led_which: "led" },
 };
@@ -63,7 +62,7 @@ describe("the word table as CSV", () => {
       "index,part,hex,bits,leader_states,follower_words,dwell,accept_ir,forward,motor_enable,motor_direction,motor_speed,motor_duration",
       "led_which,led_duration,avoid_enable,avoid_radius,avoid_duration,voice,pir,reserved,parity",
     ].join());
-    expect(lines[1]).toBe("0,leader,0xB0200001,10110000001000000000000000000001,,,,1,,1,2,,,1,,,,,,,,");
+    expect(lines[1]).toBe("0,leader,0xB0200001,10110000001000000000000000000001,,,,1,0,1,2,0,0,1,0,0,0,0,0,0,0,1");
     expect(lines[2]).toBe("");
   });
 });
