@@ -52,7 +52,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (USAGE, 400, ("table-of-another-sweep", "sweep-is-running", "sweep-worker-ended", "worker-has-other-code")),
     (USAGE, 400, ("no-dask-scheduler", "dask-workers-killed", "dask-scheduler-gone", "dask-without-workers")),
     (USAGE, 400, ("not-parquet", "parquet-damaged", "parquet-without-run", "parquet-of-part")),
-    (USAGE, 400, ("class-damaged", "class-of-another-kind")),
+    (USAGE, 400, ("class-damaged", "class-of-another-kind", "class-is-running")),
     # Missions.
     (USAGE, 400, ("mission-not-valid", "mission-program-not-valid")),
     (USAGE, 404, ("no-mission",)),
@@ -104,13 +104,29 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (PORT_FORBIDDEN, 400, ("port-forbidden",)),
     (REFUSED, 400, ("refused",)),
     (WENT_AWAY, 400, ("went-away",)),
-    (PROGRAM_ERROR, 401, ("token-needed",)),
+    (PROGRAM_ERROR, 401, ("token-needed", "class-session-needed", "teacher-session-needed")),
     (PROGRAM_ERROR, 403, ("foreign-host", "foreign-origin", "wrong-token")),
     # A class.
-    (PROGRAM_ERROR, 403, ("wrong-class-code", "wrong-number", "wrong-password", "class-closed", "cable-of-another")),
+    (
+        PROGRAM_ERROR,
+        403,
+        ("wrong-class-code", "wrong-number", "wrong-password", "class-closed", "cable-of-another", "not-your-turn"),
+    ),
     (PROGRAM_ERROR, 404, ("no-such-pupil",)),
-    (PROGRAM_ERROR, 409, ("nickname-taken", "class-full", "too-many-handed-out")),
-    (PROGRAM_ERROR, 429, ("too-many-attempts",)),
+    (
+        PROGRAM_ERROR,
+        409,
+        (
+            "nickname-taken",
+            "class-full",
+            "class-frozen",
+            "mat-is-closed",
+            "mat-is-full",
+            "mat-is-empty",
+            "too-many-handed-out",
+        ),
+    ),
+    (PROGRAM_ERROR, 429, ("too-many-attempts", "gives-too-often")),
     (
         PROGRAM_ERROR,
         404,

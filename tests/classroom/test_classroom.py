@@ -73,8 +73,8 @@ def test_a_hand_is_raised_until_somebody_lowers_it():
     refused("no-such-pupil", room.raise_hand, "02", True, 0.0)
 
 
-def open_mission(room, goals=3, now_s=0.0):
-    room.note("01", lambda presence: presence.open_mission("first-drive", goals, now_s))
+def open_mission(room, now_s=0.0):
+    room.note("01", lambda presence: presence.open_mission("first-drive", now_s))
 
 
 def met(room, count, now_s):

@@ -49,13 +49,14 @@ class Classroom:
         presence: of each pupil, by id, what needn't survive the server.
         frozen: pupils' pages show nothing to work with.
         stopped: the teacher's emergency stop holds all real cars.
+        ended: how many times the class was ended.
     """
 
     def __init__(
         self, record: ClassRecord, random_below: RandomBelow, cars: Iterable[str] = (), now_s: float = 0.0
     ) -> None:
         self.record = record
-        self.revision = self.changes = 0
+        self.revision = self.changes = self.ended = 0
         self.frozen = self.stopped = False
         self.cable = Queue()
         self.turns = car_turns(cars)
@@ -206,22 +207,29 @@ class Classroom:
         return pupil
 
     def remove(self, pupil_id: str) -> None:
-        """Remove a pupil, whose devices are signed out. Raises MotorcadeError."""
+        """Remove a pupil, whose devices are signed out; the shelf is to be deleted. Raises MotorcadeError."""
         pupil = self.pupil(pupil_id)
         self.record.pupils.remove(pupil)
+        self.record.removed.append(pupil_id)
         del self.presence[pupil_id]
         self._by_device = {device: owner for device, owner in self._by_device.items() if owner != pupil_id}
         leave_all([self.cable, *self.turns.values()], pupil_id)
         self._save()
 
     def end(self) -> None:
-        """End the class: nobody is in it any more, and all names are gone. The password stays."""
+        """End the class: nobody is in it any more, all names are gone. The password stays; no id comes again."""
         for pupil in list(self.record.pupils):
             self.remove(pupil.id)
-        self.record.missions, self.record.handed, self.record.joined = [], None, 0
+        self.record.missions, self.record.handed = [], None
         self.record.title = ""
         self.frozen = False
+        self.ended += 1
         self.change_code()
+
+    def shelf_deleted(self, pupil_id: str) -> None:
+        """The shelf of a pupil who is out has been deleted."""
+        self.record.removed.remove(pupil_id)
+        self._save()
 
     def chosen(self, to: Sequence[str] | None) -> list[Pupil]:
         """The pupils that are meant: all for None. Raises MotorcadeError where there is no such pupil."""

@@ -232,7 +232,7 @@ class ClassView(ClassAnswerBase, tag="class"):
 
 
 class WallWorld(Struct):
-    """A world on the wall: its mat, its leaders, and the radius of its cars; ``pupil`` is None for the shared mat."""
+    """A world on the wall: its mat, its leaders, and the radius of its cars; ``pupil`` is "" for the shared mat."""
 
     pupil: str
     mat: MatDocument

@@ -32,11 +32,11 @@ class Presence:
     stuck: bool = False
     wrong_numbers: int = 0
 
-    def open_mission(self, mission: str, goals: int, now_s: float) -> bool:
-        """The pupil begins a mission; opening it again is no step."""
+    def open_mission(self, mission: str | None, now_s: float) -> bool:
+        """The pupil begins a mission, or none; opening it again is no step."""
         if mission == self.mission:
             return False
-        self.mission, self.goals, self.met, self.most_met = mission, goals, 0, 0
+        self.mission, self.goals, self.met, self.most_met = mission, 0, 0, 0
         self._step(now_s)
         return True
 

@@ -49,6 +49,7 @@ class ClassRecord(Struct):
         joined: how many have joined since the beginning; the next pupil's id.
         missions: those that were handed out.
         handed: the number of the mission that newcomers get; None for none.
+        removed: the ids of those who are out, and whose shelves are still to be deleted.
     """
 
     code: str
@@ -63,6 +64,7 @@ class ClassRecord(Struct):
     pupils: list[Pupil] = []
     missions: list[MissionChoice] = field(default_factory=list)
     handed: int | None = None
+    removed: list[str] = []
 
 
 def new_record(random_below: RandomBelow) -> ClassRecord:

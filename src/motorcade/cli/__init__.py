@@ -11,7 +11,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from motorcade import __version__
-from motorcade.cli import car, drive, experiments, firmware, missions, pages, runs, uploads, words
+from motorcade.cli import car, classroom, drive, experiments, firmware, missions, pages, runs, uploads, words
 from motorcade.cli.language import current_language, language_in, request_language, translate_help
 from motorcade.errors import MotorcadeError
 from motorcade.outcomes import USAGE
@@ -24,7 +24,16 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
-for _part in (words.app, runs.app, missions.app, uploads.app, firmware.app, experiments.app, pages.studio_app):
+for _part in (
+    words.app,
+    runs.app,
+    missions.app,
+    uploads.app,
+    firmware.app,
+    experiments.app,
+    pages.studio_app,
+    classroom.app,
+):
     app.add_typer(_part)
 app.add_typer(car.app, name="car")
 app.add_typer(drive.app, name="drive")

@@ -25,7 +25,7 @@ import msgspec
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from motorcade.config.files import replace_file
+from motorcade.config.files import locked, replace_file
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.experiments.plan import Plan, Task
 from motorcade.experiments.task import run_task, table_schema
@@ -119,7 +119,7 @@ class Store:
     def opened(self) -> Iterator[None]:
         """Create the folder if necessary, and lock it for this process."""
         self.folder.mkdir(parents=True, exist_ok=True)
-        with _locked(self.folder / _LOCK, self.path):
+        with locked(self.folder / _LOCK, MotorcadeError("sweep-is-running", file=self.path)):
             manifest = self.folder / _MANIFEST
             if manifest.exists():
                 contents = _contents(manifest.read_bytes())
@@ -204,24 +204,6 @@ def _contents(data: bytes) -> dict[str, str] | None:
         return msgspec.json.decode(data, type=dict[str, str])
     except (msgspec.DecodeError, RecursionError, UnicodeError):
         return None
-
-
-@contextmanager
-def _locked(lock: Path, table: Path) -> Iterator[None]:
-    """Lock a file for this process; the system unlocks it however the process ends."""
-    with lock.open("a+b") as file:
-        try:
-            if sys.platform == "win32":
-                import msvcrt
-
-                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-            else:
-                import fcntl
-
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            raise MotorcadeError("sweep-is-running", file=table) from None
-        yield
 
 
 def on_this_computer(jobs: int) -> Workers:

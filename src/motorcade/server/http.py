@@ -55,17 +55,18 @@ async def _answer_http(request: Request, problem: Exception) -> Response:
 def page_routes(folder: Path = PAGE) -> list[BaseRoute]:
     """Return the routes of both pages and their files; to be the last of an app's routes, as they match every path."""
     if not (folder / "index.html").is_file():
-        return [Route(path, _not_built) for path in ("/", _REMOTE)]
+        return [Route(path, lambda request: page_not_built()) for path in ("/", _REMOTE)]
     files = StaticFiles(directory=folder, html=True)
 
     def remote(request: Request) -> Response:
         page = folder / "drive.html"
-        return FileResponse(page) if page.is_file() else _not_built(request)
+        return FileResponse(page) if page.is_file() else page_not_built()
 
     return [Route(_REMOTE, remote), Mount("/", GZipMiddleware(files, minimum_size=1024, compresslevel=6))]
 
 
-def _not_built(request: Request) -> HTMLResponse:
+def page_not_built() -> HTMLResponse:
+    """Return a page that says how to build the pages, in every language."""
     texts = [
         f'<h1 lang="{language}">{Phrase("page-not-built").sentence(language)}</h1>'
         f'<p lang="{language}">{Phrase("how-to-build-page").sentence(language)}</p>'

@@ -71,6 +71,11 @@ class PageSocket:
         self.put(refused(problem))
         self._closing = self._closing or closing
 
+    def close(self) -> None:
+        """End the connection when all answers have been sent."""
+        self._closing = True
+        self._changed.set()
+
     async def send_all(self) -> None:
         """Send the answers as they come, until the connection is to be closed."""
         while not self._closing or self._waiting:

@@ -77,11 +77,20 @@ class ServerSettings:
 
 
 class RequestFilter:
-    """Pass requests on to ``app``, except those that aren't allowed: answer these with an error."""
+    """Pass requests on to ``app``, except those that aren't allowed: answer these with an error.
 
-    def __init__(self, app: ASGIApp, settings: ServerSettings):
+    Args:
+        app: the application.
+        settings: the limits, and the token that is needed.
+        admit: in place of a token decides who may ask for what pages only request; raises MotorcadeError.
+    """
+
+    def __init__(
+        self, app: ASGIApp, settings: ServerSettings, admit: Callable[[HTTPConnection], None] | None = None
+    ) -> None:
         self._app = app
         self._settings = settings
+        self._admit = admit
         self._rates: OrderedDict[str, RateLimit] = OrderedDict()
         # Cookies are shared between ports: two servers on one computer need different names.
         self._cookie = f"motorcade_{settings.port}"
@@ -95,7 +104,7 @@ class RequestFilter:
         try:
             self._check(scope)
             shown = self._shown_token(scope)
-            if not shown and scope["path"] in _PAGES:
+            if not shown and scope["path"] in _PAGES and not self._admit:
                 self._check_token(scope)
         except MotorcadeError as problem:
             # Somebody who opens the page without the token has to read what to do.
@@ -141,8 +150,8 @@ class RequestFilter:
             address = ipaddress.ip_address(name)
         except ValueError:
             return False
-        # Only a name can be made to point here, so with a token every address is allowed.
-        return address.is_loopback or self._settings.token is not None
+        # Only a name can be made to point here, so where something has to be shown every address is allowed.
+        return address.is_loopback or self._settings.token is not None or self._admit is not None
 
     def _check_origin(self, headers: Headers, path: str) -> None:
         origins = headers.getlist("origin")
@@ -157,6 +166,9 @@ class RequestFilter:
     def _check_token(self, scope: Scope) -> None:
         token = self._settings.token
         connection = HTTPConnection(scope)
+        if self._admit:
+            self._admit(connection)
+            return
         shown = connection.cookies.get(self._cookie, "")
         if not shown and scope["path"].startswith(_CAMERA):
             # Programs that show a camera have no cookies.

@@ -49,6 +49,7 @@ class Capabilities(Struct):
         real_cars: the remote drives real cars beside the simulated ones.
         most_cars: the most cars in one world.
         kernels: what can run the cars of a world: "native" where native kernels may take over from WebAssembly.
+        classroom: the page is a pupil's or the teacher's in a class; "" where there is none.
     """
 
     serial_ports: bool
@@ -58,6 +59,7 @@ class Capabilities(Struct):
     real_cars: bool
     most_cars: int
     kernels: Literal["native", "webassembly"]
+    classroom: Literal["", "pupil", "teacher"] = ""
 
 
 class ErrorAnswer(Struct, omit_defaults=True):

@@ -284,6 +284,10 @@ class Playback:
         """All stored rows of events, in batches."""
         return self._history.events()
 
+    def newest(self) -> tuple[int, bytes]:
+        """The time and the bytes of the newest stored moment."""
+        return self._history.moment_at(_LAST_MS)
+
     def moments(self, seconds: float) -> Iterator[tuple[int, bytes]]:
         """The stored moments of the last so many simulated seconds."""
         return self._history.moments(self.world.now_ms - round(seconds * 1000))

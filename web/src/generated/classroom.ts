@@ -300,7 +300,7 @@ export interface Wall {
   worlds: WallWorld[];
 }
 
-/** A world on the wall: its mat, its leaders, and the radius of its cars; ``pupil`` is None for the shared mat. */
+/** A world on the wall: its mat, its leaders, and the radius of its cars; ``pupil`` is "" for the shared mat. */
 export interface WallWorld {
   pupil: string;
   mat: MatDocument;

@@ -31,6 +31,7 @@ export interface Capabilities {
   real_cars: boolean;
   most_cars: number;
   kernels: "native" | "webassembly";
+  classroom: "" | "pupil" | "teacher";
 }
 
 /** A profile, and the durations that its steps can have. */

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cache, partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -34,11 +34,11 @@ from motorcade.server.remote.remote_cars import RemoteCar, RemoteCars
 from motorcade.server.request_filter import RequestFilter, ServerSettings
 from motorcade.server.studio import uploads
 from motorcade.server.studio.driving import PageWorld, SessionFleet
-from motorcade.server.studio.library import FolderStorage
 from motorcade.server.studio.sessions import SESSIONS, PageWorlds, SessionLimits
 from motorcade.server.studio.simulation import EVENT_ROW, StudioWorld
+from motorcade.server.studio.visitors import Visitors
 from motorcade.service.messages import Capabilities
-from motorcade.service.requests import Context, respond
+from motorcade.service.requests import respond
 
 COLUMNS = ("t_ms", "car", "event", "why", "word", "other", "tag")
 _FILMS = {"run.gif": "image/gif", "run.mp4": "video/mp4"}
@@ -74,70 +74,96 @@ class Settings(ServerSettings):
 
 def make_app(settings: Settings) -> ASGIApp:
     """Return the whole server, as an ASGI application."""
-    worlds = PageWorlds(settings, settings.sessions)
+    visitors = Visitors(settings.library, capabilities(settings))
+    worlds = PageWorlds(settings, settings.sessions, visitors)
     app = Starlette(
-        routes=[
-            *uploads.routes(settings, settings.library / "virtual-car.image"),
-            WebSocketRoute("/api/world", worlds.serve),
-            _download_route(worlds),
-            _request_route(settings),
-            *_remote_routes(settings, worlds),
-            *page_routes(settings.page),
-        ],
+        routes=[*routes(settings, visitors, worlds), *page_routes(settings.page)],
         exception_handlers=exception_handlers(),
     )
     return RequestFilter(app, settings)
 
 
-def _request_route(settings: Settings) -> Route:
-    """Return the route of all `motorcade.service.requests.REQUESTS`: ``POST /api/<name>``."""
-    context = Context(
-        Capabilities(
-            serial_ports=True,
-            downloads=True,
-            # With the extra "sim".
-            films=all(map(find_spec, ("matplotlib", "imageio_ffmpeg"))),
-            driving=True,
-            real_cars=bool(settings.cars),
-            most_cars=settings.sessions.most_cars,
-            kernels="native" if find_spec("numba") else "webassembly",
-        ),
-        FolderStorage(settings.library),
-        uploads.listed_ports,
+def routes(
+    settings: Settings, visitors: Visitors, worlds: PageWorlds, real: Callable[[str], Fleet] | None = None
+) -> list[BaseRoute]:
+    """Return the routes of the studio without its pages.
+
+    Args:
+        settings: of the server.
+        visitors: who may do what.
+        worlds: the visitors' worlds.
+        real: the real cars that a visitor may drive; None for those of the settings.
+    """
+    if real is None and settings.cars:
+        cars = RemoteCars(settings.cars, settings.keys, settings.trust)
+
+        def everybodys(visitor: str) -> Fleet:
+            return cars
+
+        real = everybodys
+    return [
+        *uploads.routes(settings, visitors.virtual_car),
+        WebSocketRoute("/api/world", worlds.serve),
+        _download_route(visitors, worlds),
+        _request_route(settings, visitors),
+        *_remote_routes(settings, visitors, worlds, real),
+    ]
+
+
+def capabilities(settings: Settings, classroom: Literal["", "pupil", "teacher"] = "") -> Capabilities:
+    """What the server can do."""
+    return Capabilities(
+        serial_ports=True,
+        downloads=True,
+        # With the extra "sim".
+        films=all(map(find_spec, ("matplotlib", "imageio_ffmpeg"))),
+        driving=True,
+        real_cars=bool(settings.cars),
+        most_cars=settings.sessions.most_cars,
+        kernels="native" if find_spec("numba") else "webassembly",
+        classroom=classroom,
     )
 
+
+def _request_route(settings: Settings, visitors: Visitors) -> Route:
+    """Return the route of all `motorcade.service.requests.REQUESTS`: ``POST /api/<name>``."""
     limiters = {name: CapacityLimiter(1) for name in _LONG}
     others = CapacityLimiter(_REQUESTS_AT_ONCE)
 
     async def endpoint(request: Request) -> Response:
+        visitor = visitors.visitor(request)
+        visitors.check_request(visitor, settings.clock())
         name, data = request.path_params["name"], await request.body()
         limiter = limiters.get(name, others)
-        answer = await to_thread.run_sync(respond, name, data, context, limiter=limiter)
+        answer = await to_thread.run_sync(respond, name, data, visitors.context(visitor), limiter=limiter)
+        visitors.note_answered(visitor, name)
         return Response(answer, media_type="application/json")
 
     return Route("/api/{name:path}", endpoint, methods=["POST"])
 
 
-def _remote_routes(settings: Settings, worlds: PageWorlds) -> list[BaseRoute]:
+def _remote_routes(
+    settings: Settings, visitors: Visitors, worlds: PageWorlds, real: Callable[[str], Fleet] | None
+) -> list[BaseRoute]:
     """Return the remote's routes: for the world of the session in the address, or the only world, and real cars."""
     fleets: WeakKeyDictionary[PageWorld, SessionFleet] = WeakKeyDictionary()
-    real = RemoteCars(settings.cars, settings.keys, settings.trust) if settings.cars else None
 
     def fleet_of(connection: HTTPConnection) -> Fleet:
         key = connection.query_params.get("session", "")
+        visitor = visitors.visitor(connection)
         try:
-            session = worlds.named_or_only(key)
+            session = worlds.named_or_only(key, visitor)
         except MotorcadeError:
             if real is None or key:
                 raise
-            return real
+            return real(visitor)
         simulated = fleets.setdefault(session, SessionFleet(session))
-        return CombinedFleet(simulated, real) if real else simulated
+        return CombinedFleet(simulated, real(visitor)) if real else simulated
 
     return remote_routes(settings, fleet_of)
 
 
-def _download_route(worlds: PageWorlds) -> Route:
+def _download_route(visitors: Visitors, worlds: PageWorlds) -> Route:
     """Return the route of downloads: events of a run as CSV, and films of its last seconds.
 
     One film is drawn at a time, three more wait, and none is drawn for a client that has left.
@@ -162,7 +188,7 @@ def _download_route(worlds: PageWorlds) -> Route:
             return await _film(await session.alone(partial(_recording, session, seconds)), file)
 
     async def download(request: Request) -> Response:
-        session = worlds.session(request.path_params["session"])
+        session = worlds.session(request.path_params["session"], visitors.visitor(request))
         file = request.path_params["file"]
         headers = {"Content-Disposition": f'attachment; filename="{file}"'}
         if file == "timeline.csv":

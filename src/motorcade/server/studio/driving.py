@@ -18,7 +18,9 @@ from motorcade.server.page_socket import PageSocket
 from motorcade.server.remote.fleet import MOST_CARS, Fleet, LocalControl, PageControl
 from motorcade.server.remote.messages import ListedCar
 from motorcade.server.studio.simulation import StudioWorld, build_world
+from motorcade.service.messages import MatDocument
 from motorcade.service.playback import Playback
+from motorcade.service.world_messages import WorldAnswer
 from motorcade.service.world_session import WorldSession
 from motorcade.timing import monotonic_ms
 
@@ -123,6 +125,8 @@ class PageWorld(WorldSession):
         lock: for the task that uses the session, which is not safe for threads.
         changed: set when there may be something to show.
         control: the cars that somebody drives, or drove.
+        mat: the document of its mat, as it is furnished now; None before there is a world.
+        sent: the last answer of each type that its page was sent, pictures as bytes; for others who watch.
         is_quick: whether making the last picture took less time than passing it to a thread.
     """
 
@@ -131,6 +135,8 @@ class PageWorld(WorldSession):
         super().__init__(key, lambda message: build_world(message, self.control.boards, most_cars))
         self._workers = workers
         self.visitor = visitor
+        self.mat: MatDocument | None = None
+        self.sent: dict[type, WorldAnswer | bytes] = {}
         self.page: PageSocket | None = None
         self.used_s = 0.0
         self.forget_timer: asyncio.TimerHandle | None = None

@@ -7,7 +7,7 @@ in all and for each visitor; where no place is free, a session whose page has le
 import asyncio
 import os
 import re
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -18,6 +18,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.server.page_socket import PageSocket, refuse_page
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio.driving import PageWorld
+from motorcade.server.studio.visitors import Visitors
 from motorcade.service.world_messages import (
     CarDetails,
     Furnish,
@@ -62,49 +63,97 @@ SESSIONS = SessionLimits()
 class PageWorlds:
     """The sessions of a server, and the threads that work for them."""
 
-    def __init__(self, settings: ServerSettings, limits: SessionLimits) -> None:
+    def __init__(self, settings: ServerSettings, limits: SessionLimits, visitors: Visitors) -> None:
         self._settings = settings
         self._limits = limits
+        self._visitors = visitors
         self._sessions: dict[str, PageWorld] = {}
         # The kernels release Python's lock, so a large world occupies only one of these threads.
         self._workers = CapacityLimiter(max(os.cpu_count() or 1, 2))
         # What may take long has a thread of its own, so that no picture of another page waits for it.
         self._builder = CapacityLimiter(1)
 
-    def session(self, key: str) -> PageWorld:
-        """Return the session of that key. Raises MotorcadeError where it has no world."""
+    def session(self, key: str, visitor: str) -> PageWorld:
+        """Return the session of that key. Raises MotorcadeError where the visitor has none with a world."""
         session = self._sessions.get(key)
-        if session is None or session.playback is None:
+        if session is None or session.playback is None or not self._visitors.may_use(visitor, session.visitor):
             raise MotorcadeError("no-world")
         return session
 
-    def named_or_only(self, key: str) -> PageWorld:
-        """Return the session of that key, or the only one where ``key`` is empty. Raises MotorcadeError."""
-        if not key and len(self._sessions) == 1:
-            key = next(iter(self._sessions))
-        return self.session(key)
+    def named_or_only(self, key: str, visitor: str) -> PageWorld:
+        """Return the session of that key, or the visitor's only one where ``key`` is empty. Raises MotorcadeError."""
+        own = [each.key for each in self._sessions.values() if self._visitors.may_use(visitor, each.visitor)]
+        return self.session(own[0] if not key and len(own) == 1 else key, visitor)
+
+    def newest_of(self, visitor: str) -> PageWorld | None:
+        """The session with a world that a visitor's connected page used last; None where there is none."""
+        found = [each for each in self._sessions.values() if each.visitor == visitor and each.page and each.playback]
+        return max(found, key=lambda session: session.used_s, default=None)
+
+    async def pause_all(self, whose: Callable[[str], bool]) -> None:
+        """Pause the worlds of the visitors for whom ``whose`` holds."""
+        for session in list(self._sessions.values()):
+            if session.playback and whose(session.visitor):
+                await session.alone(session.playback.pause)
+                session.changed.set()
+                if session.page:
+                    self._put_all(session, session.page, [session.playback.state()])
+
+    def end(self, visitor: str, problem: MotorcadeError) -> None:
+        """End all sessions of a visitor; their pages are sent ``problem``."""
+        for session in [each for each in self._sessions.values() if each.visitor == visitor]:
+            self._forget(session, problem)
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve a page's connection until it ends."""
         await socket.accept()
         page = PageSocket(socket, self._settings, (State, CarDetails))
         try:
-            visitor = socket.client.host if socket.client else ""
+            visitor = self._visitors.visitor(socket)
             session = self._enter(socket.query_params.get("session", ""), visitor, page)
         except MotorcadeError as problem:
             await refuse_page(socket, self._settings, problem)
             return
         try:
-            async with session.lock:
-                _put_all(session, page, session.connect())
-            await page.serve(WorldMessage, partial(self._handle, session, page), [partial(self._show, session, page)])
+            await self._serve(session, page, partial(self._handle, session, page))
         finally:
             self._leave(session, page)
+
+    async def serve_shared(self, socket: WebSocket, session: PageWorld, allowed: tuple[type, ...]) -> None:
+        """Serve an accepted connection to a world that is no page's own, until it ends; the newest page has it.
+
+        Args:
+            allowed: the messages that it may send.
+        """
+        page = PageSocket(socket, self._settings, (State, CarDetails))
+        if session.page:
+            session.page.refuse(MotorcadeError("taken-over"), closing=True)
+        session.page = page
+
+        async def handle(message: WorldMessage) -> None:
+            if not isinstance(message, allowed):
+                raise MotorcadeError("not-in-this-world")
+            await self._handle(session, page, message)
+
+        try:
+            await self._serve(session, page, handle)
+        finally:
+            if session.page is page:
+                session.page = None
+
+    async def _serve(
+        self, session: PageWorld, page: PageSocket, handle: Callable[[WorldMessage], Awaitable[None]]
+    ) -> None:
+        async with session.lock:
+            self._put_all(session, page, session.connect())
+        await page.serve(WorldMessage, handle, [partial(self._show, session, page)])
 
     def _enter(self, key: str, visitor: str, page: PageSocket) -> PageWorld:
         if not _KEY.fullmatch(key):
             raise MotorcadeError("bad-session")
         session = self._sessions.get(key)
+        if session and not self._visitors.may_use(visitor, session.visitor):
+            raise MotorcadeError("bad-session")
         if session is None:
             self._make_room(visitor)
             session = self._sessions[key] = PageWorld(key, visitor, self._limits.most_cars, self._workers)
@@ -140,16 +189,18 @@ class PageWorlds:
             session.used_s = self._settings.clock()
             session.forget_timer = asyncio.get_running_loop().call_later(GRACE_S, self._forget, session)
 
-    def _forget(self, session: PageWorld) -> None:
+    def _forget(self, session: PageWorld, problem: MotorcadeError | None = None) -> None:
         if session.forget_timer:
             session.forget_timer.cancel()
         if session.page:
-            session.page.refuse(MotorcadeError("session-was-idle", minutes=round(IDLE_S / 60)), closing=True)
+            idle = MotorcadeError("session-was-idle", minutes=round(IDLE_S / 60))
+            session.page.refuse(problem or idle, closing=True)
             session.page = None
         del self._sessions[session.key]
 
     async def _handle(self, session: PageWorld, page: PageSocket, message: WorldMessage) -> None:
         session.used_s = self._settings.clock()
+        self._visitors.check_message(session.visitor, message)
         if isinstance(message, Shown):
             # Without the lock, as the page's acknowledgement needn't wait for a picture in the making.
             if session.page is page:
@@ -158,7 +209,10 @@ class PageWorlds:
             async with session.lock:
                 world = await session.in_thread(lambda: session.make_world(message), self._builder)
                 session.control.give_back_all()
-                _put_all(session, page, session.begin(world))
+                session.mat = message.mat
+                answers = session.begin(world)
+                session.sent.clear()
+                self._put_all(session, page, answers)
         else:
             if isinstance(message, Reset):
                 session.control.give_back_all()
@@ -169,7 +223,9 @@ class PageWorlds:
                 answers = await session.in_thread(lambda: session.receive(message), limiter)
                 # The last picture didn't show this change.
                 session.is_quick = False
-            _put_all(session, page, answers)
+                if isinstance(message, Furnish):
+                    session.mat = message.mat
+            self._put_all(session, page, answers)
 
     async def _show(self, session: PageWorld, page: PageSocket) -> None:
         """Advance the world while the page is connected, and send its answers."""
@@ -182,8 +238,17 @@ class PageWorlds:
                 continue
             await asyncio.sleep(wait_s)
             answers = await session.alone(partial(_advance, session, clock))
-            for answer in answers:
-                page.put(answer)
+            self._put(session, page, answers)
+
+    def _put_all(self, session: PageWorld, page: PageSocket, answers: Sequence[WorldAnswer]) -> None:
+        self._put(session, page, answers)
+        session.changed.set()
+
+    def _put(self, session: PageWorld, page: PageSocket, answers: Sequence[WorldAnswer | bytes]) -> None:
+        for answer in answers:
+            session.sent[type(answer)] = answer
+            page.put(answer)
+        self._visitors.note_answers(session.visitor, answers)
 
 
 def _advance(session: PageWorld, clock: Callable[[], float]) -> list[WorldAnswer | bytes]:
@@ -194,9 +259,3 @@ def _advance(session: PageWorld, clock: Callable[[], float]) -> list[WorldAnswer
     session.adapt_to(took_s)
     session.is_quick = took_s < _QUICK_S
     return answers
-
-
-def _put_all(session: PageWorld, page: PageSocket, answers: list[WorldAnswer]) -> None:
-    for answer in answers:
-        page.put(answer)
-    session.changed.set()

@@ -1,7 +1,7 @@
 """The studio's worlds: the engine's state, packed for a page (`motorcade.service.playback.SimulatedWorld`)."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -218,8 +218,13 @@ class StudioWorld(SimulatedWorld):
             yield Moment(t_ms, x_m, y_m, heading, word, runs, wheels, led, sends, {})
 
 
-def build_world(message: SetWorld, driven: DrivenCars, most_cars: int) -> StudioWorld:
-    """Build a page's world. Raises MotorcadeError."""
+def build_world(
+    message: SetWorld, driven: DrivenCars, most_cars: int, images: Sequence[bytes] | None = None
+) -> StudioWorld:
+    """Build a page's world; with ``images`` the k-th leader has the k-th of them. Raises MotorcadeError.
+
+    Goals about words, and the words that pages show, are those of the message's image.
+    """
     mat = mat_from(message.mat, most_cars)
     _check_furniture(mat)
     profile = profile_named(message.profile)
@@ -227,7 +232,7 @@ def build_world(message: SetWorld, driven: DrivenCars, most_cars: int) -> Studio
     parse_image_bytes(image)
 
     def build() -> World:
-        world = World(mat, [image], profile, seeds=message.seed, events=True, threads=1)
+        world = World(mat, images or [image], profile, seeds=message.seed, events=True, threads=1)
         if message.range_mm is not None:
             world.furnish(mat, message.range_mm)
         return world

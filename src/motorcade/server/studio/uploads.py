@@ -6,6 +6,7 @@ import sys
 import threading
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import AbstractContextManager, asynccontextmanager, contextmanager, nullcontext, suppress
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -68,12 +69,16 @@ class VirtualCar:
             self._lock.release()
 
 
-class Uploads:
-    """The uploads of a server; its simulated car stores its image in the file ``store``."""
+# Returns the simulated car of who asks; raises MotorcadeError where they may not upload to the port of that name.
+Admit = Callable[[WebSocket, str], VirtualCar]
 
-    def __init__(self, settings: ServerSettings, store: Path) -> None:
+
+class Uploads:
+    """The uploads of a server."""
+
+    def __init__(self, settings: ServerSettings, admit: Admit) -> None:
         self._settings = settings
-        self._virtual_car = VirtualCar(store)
+        self._admit = admit
         self._workers = CapacityLimiter(_MOST_AT_ONCE)
 
     async def serve(self, socket: WebSocket) -> None:
@@ -82,8 +87,10 @@ class Uploads:
         async def transfer(order: UploadOrder) -> Outcome:
             profile = check_order(order)
             try:
+                car = self._admit(socket, order.port)
                 async with _sender(socket) as report:
-                    return await to_thread.run_sync(self._transfer, order, profile, report, limiter=self._workers)
+                    work = partial(self._transfer, order, profile, report, car)
+                    return await to_thread.run_sync(work, limiter=self._workers)
             except MotorcadeError as problem:
                 return failed(problem, order.port)
 
@@ -132,8 +139,8 @@ class Uploads:
                 await _send(socket, outcome)
             await socket.close()
 
-    def _transfer(self, order: UploadOrder, profile: Profile, report: Report) -> Outcome:
-        with self._port(order.port, profile) as port:
+    def _transfer(self, order: UploadOrder, profile: Profile, report: Report, car: VirtualCar) -> Outcome:
+        with _port(order.port, profile, car) as port:
             if order.image is None:
                 return ImageRead(readback(port, profile.serial.baud))
             size = len(order.image)
@@ -147,13 +154,14 @@ class Uploads:
             )
             return uploaded(order, answer)
 
-    def _port(self, port: str, profile: Profile) -> AbstractContextManager[str]:
-        if port == VIRTUAL:
-            return self._virtual_car.at_a_port(profile)
-        # Some of pyserial's URLs write files, so a page may use listed ports only.
-        if port not in {each.device for each in ports()}:
-            raise MotorcadeError("no-such-port", port=port)
-        return nullcontext(port)
+
+def _port(port: str, profile: Profile, car: VirtualCar) -> AbstractContextManager[str]:
+    if port == VIRTUAL:
+        return car.at_a_port(profile)
+    # Some of pyserial's URLs write files, so a page may use listed ports only.
+    if port not in {each.device for each in ports()}:
+        raise MotorcadeError("no-such-port", port=port)
+    return nullcontext(port)
 
 
 async def _receive(socket: WebSocket, incoming: "asyncio.Queue[bytes | None]") -> None:
@@ -185,7 +193,7 @@ async def _send(socket: WebSocket, answer: UploadAnswer) -> None:
     await socket.send_text(msgspec.json.encode(answer).decode())
 
 
-def routes(settings: ServerSettings, store: Path) -> list[BaseRoute]:
+def routes(settings: ServerSettings, admit: Admit) -> list[BaseRoute]:
     """The WebSockets of uploads."""
-    uploads = Uploads(settings, store)
+    uploads = Uploads(settings, admit)
     return [WebSocketRoute("/api/upload", uploads.serve), WebSocketRoute("/api/serial", uploads.serve_page_port)]

@@ -1,0 +1,99 @@
+"""The command `motorcade class`: a class in one room."""
+
+import secrets
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from motorcade.cli.language import translated
+from motorcade.cli.options import Json, TcpPortNumber, needs_extra, print_lines, print_note, print_result, wants_json
+from motorcade.cli.pages import Cameras, KeysFile, LogFile, named_cars, open_browser
+from motorcade.errors import MotorcadeError
+
+app = typer.Typer()
+_KEY_BYTES = 12
+
+
+@app.command("class")
+def _class(
+    folder: Annotated[Path | None, typer.Option(file_okay=False)] = None,
+    host: str = "0.0.0.0",
+    port: TcpPortNumber = 7710,
+    https: Annotated[bool, typer.Option("--https")] = False,
+    new_password: Annotated[bool, typer.Option("--new-password")] = False,
+    car: Annotated[list[str] | None, typer.Option(metavar="NAME=HOST[:PORT]")] = None,
+    keys: KeysFile = None,
+    camera: Cameras = None,
+    log: LogFile = None,
+    no_browser: Annotated[bool, typer.Option("--no-browser")] = False,
+    as_json: Json = False,
+) -> None:
+    with needs_extra("class", "class"):
+        import motorcade.engine.webassembly  # noqa: F401  # before a page asks for a world
+        from motorcade.server.classroom.app import make_class_app
+        from motorcade.server.classroom.certificates import class_keys
+        from motorcade.server.classroom.folder import ClassFolder
+        from motorcade.server.classroom.network import LOCAL_NAME, Network, join_url, qr_for_terminal, room_hosts
+        from motorcade.server.classroom.running_class import ClassServerSettings
+        from motorcade.server.running import names_of, serve_alone, url_of
+    from motorcade.drive.activity_log import logging_to
+    from motorcade.drive.listener import bind
+    from motorcade.drive.tls.keys import https_context
+    from motorcade.sockets import is_loopback
+
+    named = named_cars(car or (), camera or (), keys)
+    place = folder or Path(typer.get_app_dir("motorcade")) / "class"
+    files = ClassFolder(place)
+    with files.opened(), bind(host, port, "class") as listener, logging_to(log, _print_problem) as written:
+        record = files.load(secrets.randbelow)
+        hosts, own = room_hosts(listener)
+        first_key = secrets.token_urlsafe(_KEY_BYTES) if new_password or record.password is None else None
+        own_keys = class_keys(place / "https", hosts, datetime.now(UTC)) if https else None
+        scheme, bound = "https" if own_keys else "http", listener.getsockname()[1]
+        reaches_others = not is_loopback(listener)
+        settings = ClassServerSettings(
+            library=place,
+            host=host,
+            port=bound,
+            names=frozenset([*names_of(listener, host), LOCAL_NAME]),
+            record=written.record if written else None,
+            requests_a_second=200,
+            first_key=first_key,
+            network=Network(hosts, bound, scheme, announces=reaches_others),
+            authority=own_keys.authority if own_keys else None,
+            **named,
+        )
+        desk = url_of(own, bound, page="/desk", scheme=scheme) + (f"#{first_key}" if first_key else "")
+        app = make_class_app(settings, files)
+
+        def ready() -> None:
+            network = settings.network
+            code = files.load(secrets.randbelow).code
+            found = {
+                "addresses": network.addresses,
+                "local_name": network.local_name,
+                "code": code,
+                "desk": desk,
+                "folder": str(place),
+            }
+            lines = [translated("class-is-ready", addresses="  ".join(network.addresses), code=code, folder=place)]
+            if network.local_name:
+                lines.append(translated("class-has-name", url=network.local_name))
+            elif network.why_no_name:
+                lines.append(str(network.why_no_name.sentence()))
+            lines.append(translated("class-first-password" if first_key else "class-desk", url=desk))
+            if reaches_others and not https:
+                lines.append(translated("class-insecure"))
+            print_result(found, "\n".join(lines), as_json)
+            if not wants_json(as_json):
+                print_lines([qr_for_terminal(join_url(network.addresses[0], code))])
+            if not no_browser:
+                open_browser(desk)
+
+        serve_alone(app, settings, listener, ready, https_context(own_keys.server) if own_keys else None)
+
+
+def _print_problem(problem: MotorcadeError) -> None:
+    print_note(problem.sentence())

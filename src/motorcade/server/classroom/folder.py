@@ -1,0 +1,132 @@
+"""The folder of a class: ``class.json``, and in ``owners`` the shelf of each pupil.
+
+The folder is the whole class: a copy of it is a backup. A file is replaced whole, so a copy made at any time is good.
+"""
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from threading import Lock
+
+from motorcade.classroom.names import RandomBelow
+from motorcade.classroom.record import ClassRecord, from_bytes, new_record, to_bytes
+from motorcade.config.files import locked, replace_file
+from motorcade.errors import MotorcadeError
+from motorcade.server.studio.library import LONGEST_NAME, FolderStorage, Limits
+
+RECORD, DRAFT, _LOCK = "class.json", "draft.json", ".running"
+# A pupil's program has some 10 kB; 100 versions of 100 projects fit.
+LIMITS = Limits(projects=100, versions=100, size_bytes=128 << 20)
+
+
+class ClassFolder(FolderStorage):
+    """The files of a class; an owner is a pupil's id, or the teacher.
+
+    All methods may be called in several threads.
+    """
+
+    def __init__(self, folder: Path, limits: Limits = LIMITS) -> None:
+        super().__init__(folder, limits)
+        self._file = folder / RECORD
+        self._copying = Lock()
+
+    @contextmanager
+    def opened(self) -> Iterator[None]:
+        """Keep the folder for this process while the block runs.
+
+        Raises MotorcadeError where another server uses it, or it can't be written to.
+        """
+        try:
+            self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            with locked(self._folder / _LOCK, MotorcadeError("class-is-running", folder=self._folder)):
+                yield
+        except OSError as problem:
+            raise MotorcadeError("folder-not-writable", folder=self._folder, reason=problem.strerror) from None
+
+    def load(self, random_below: RandomBelow) -> ClassRecord:
+        """The class in the folder, or a new one. Raises MotorcadeError where its file is damaged."""
+        try:
+            return from_bytes(self._file.read_bytes(), self._file)
+        except FileNotFoundError:
+            return new_record(random_below)
+        except OSError as problem:
+            raise MotorcadeError("cant-read", reason=problem.strerror) from None
+
+    def store(self, data: bytes) -> None:
+        """Replace ``class.json``. Raises MotorcadeError where it can't be written; the old one is kept then."""
+        try:
+            replace_file(self._file, data)
+        except OSError as problem:
+            raise MotorcadeError("cant-save", reason=problem.strerror) from None
+
+    def store_record(self, record: ClassRecord) -> None:
+        """Replace ``class.json``, as `store`."""
+        self.store(to_bytes(record))
+
+    def write_draft(self, owner: str, data: bytes) -> None:
+        """Replace an owner's draft. Raises MotorcadeError."""
+        try:
+            folder = self._owner_folder(owner)
+            folder.mkdir(parents=True, exist_ok=True)
+            replace_file(folder / DRAFT, data)
+        except OSError as problem:
+            raise MotorcadeError("cant-save", reason=problem.strerror) from None
+
+    def read_draft(self, owner: str) -> tuple[bytes, str] | None:
+        """An owner's draft, and when it was saved (ISO 8601, UTC); None where there is none. Raises MotorcadeError."""
+        file = self._owner_folder(owner) / DRAFT
+        try:
+            data = file.read_bytes()
+            saved_at = datetime.fromtimestamp(file.stat().st_mtime, UTC).isoformat(timespec="milliseconds")
+        except FileNotFoundError:
+            return None
+        except OSError as problem:
+            raise MotorcadeError("cant-read", reason=problem.strerror) from None
+        return data, saved_at
+
+    def draft_at(self, owner: str) -> str | None:
+        """When an owner's draft was saved (ISO 8601, UTC); None where there is none. Raises MotorcadeError."""
+        found = self.read_draft(owner)
+        return found[1] if found else None
+
+    def copy(self, data: bytes, to: str, name: str, note: str = "") -> str:
+        """Put a copy of a project into an owner's shelf, under a name that no project there has; return that name.
+
+        Args:
+            data: the text of the project.
+            to: the owner.
+            name: what it is called, with ``note`` in brackets behind it.
+            note: whose it is.
+
+        Raises:
+            MotorcadeError: the name isn't allowed, or there is no room.
+        """
+        ending = f" ({note})" if note else ""
+        with self._copying:
+            taken = {entry.name for entry in self.list(to)}
+            free, count = name[: LONGEST_NAME - len(ending)] + ending, 1
+            while free in taken:
+                count += 1
+                more = f"{ending} {count}"
+                free = name[: LONGEST_NAME - len(more)] + more
+            self.write_version(to, free, data)
+        return free
+
+    def remove_owner(self, owner: str) -> None:
+        """Delete an owner's shelf. Raises MotorcadeError where that isn't possible."""
+        folder = self._owner_folder(owner)
+        try:
+            shutil.rmtree(folder)
+        except FileNotFoundError:
+            pass
+        except OSError as problem:
+            raise MotorcadeError("cant-delete", reason=problem.strerror) from None
+        self._used_bytes.pop(owner, None)
+
+    def virtual_car(self, owner: str) -> Path:
+        """The file of an owner's simulated car."""
+        folder = self._owner_folder(owner)
+        folder.mkdir(parents=True, exist_ok=True)
+        return folder / "virtual-car.image"

@@ -1,0 +1,178 @@
+"""How pupils find a class: the addresses of this computer, its name in the network, and a QR code."""
+
+import ipaddress
+import socket
+from collections.abc import AsyncIterator, Iterable, Sequence
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING
+
+import psutil
+import segno
+
+from motorcade.errors import MotorcadeError
+from motorcade.server.running import url_of
+
+if TYPE_CHECKING:
+    from zeroconf.asyncio import AsyncZeroconf
+
+LOCAL_NAME = "motorcade.local"
+_OWN = "127.0.0.1"
+_SERVICE = "_http._tcp.local."
+# Interfaces of these names are bridges and tunnels of programs on this computer: no tablet reaches it by them.
+_VIRTUAL = ("docker", "br-", "veth", "virbr", "vmnet", "vboxnet", "vEthernet", "tun", "tap", "utun", "wg", "zt", "lxc")
+_WIRELESS = ("wl", "wi-fi", "wlan", "ath")
+
+
+class Network:
+    """How pupils find a class.
+
+    Args:
+        hosts: the addresses of this computer, the likeliest first, without port.
+        port: where it listens.
+        scheme: http or https.
+        announces: whether `LOCAL_NAME` is to be announced by multicast DNS; not where only this computer is reached.
+
+    Attributes:
+        local_name: the address with `LOCAL_NAME`; None where it isn't announced.
+        why_no_name: why it isn't.
+    """
+
+    def __init__(self, hosts: Sequence[str], port: int, scheme: str = "http", announces: bool = False) -> None:
+        self.addresses = [url_of(host, port, scheme=scheme) for host in hosts]
+        self.local_name: str | None = None
+        self.why_no_name: MotorcadeError | None = None
+        self._hosts = list(hosts)
+        self._port = port
+        self._scheme = scheme
+        self._announces = announces
+
+    @asynccontextmanager
+    async def announced(self) -> AsyncIterator[None]:
+        """Announce the name while the block runs; without it the class works by its addresses."""
+        announcement = Announcement()
+        try:
+            if self._announces:
+                await announcement.begin(self._hosts, self._port)
+                self.local_name = url_of(LOCAL_NAME, self._port, scheme=self._scheme)
+        except MotorcadeError as problem:
+            self.why_no_name = problem
+        try:
+            yield
+        finally:
+            await announcement.end()
+
+
+def interfaces() -> list[tuple[str, str]]:
+    """The names and the addresses of the network interfaces of this computer that are up."""
+    up = {name for name, status in psutil.net_if_stats().items() if status.isup}
+    families = (socket.AF_INET, socket.AF_INET6)
+    return [
+        (name, each.address)
+        for name, addresses in psutil.net_if_addrs().items()
+        for each in addresses
+        if name in up and each.family in families
+    ]
+
+
+def likely_first(found: Iterable[tuple[str, str]], way_out: str | None = None) -> list[str]:
+    """The addresses by which others in the room may reach this computer, the likeliest first.
+
+    Args:
+        found: names and addresses of network interfaces.
+        way_out: the address from which this computer sends to the Internet, or would; None where there is none.
+
+    Returns:
+        Addresses of IPv4, since nobody types others: first ``way_out``, then private ones, those of wireless
+        interfaces before others, those of virtual interfaces last. Those of the computer alone are left out.
+    """
+    ranked = []
+    for name, text in found:
+        address = ipaddress.ip_address(text.partition("%")[0])
+        if address.version != 4 or address.is_loopback or address.is_unspecified or address.is_multicast:
+            continue
+        virtual = name.startswith(_VIRTUAL)
+        wireless = name.lower().startswith(_WIRELESS)
+        ranked.append((virtual, address.is_link_local, text != way_out, not address.is_private, not wireless, text))
+    return list(dict.fromkeys(rank[-1] for rank in sorted(ranked)))
+
+
+def room_hosts(listener: socket.socket) -> tuple[list[str], str]:
+    """The addresses by which others reach a listening socket, the likeliest first, and that for this computer."""
+    host = listener.getsockname()[0]
+    if not ipaddress.ip_address(host.partition("%")[0]).is_unspecified:
+        return [host], host
+    return likely_first(interfaces(), way_out()) or [_OWN], _OWN
+
+
+def way_out() -> str | None:
+    """The address from which this computer sends to others; nothing is sent to find it out."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            # A documentation address (RFC 5737): connecting a datagram socket only chooses a route.
+            probe.connect(("192.0.2.1", 9))
+        except OSError:
+            return None
+        return str(probe.getsockname()[0])
+
+
+def join_url(address: str, code: str) -> str:
+    """The address that the QR code has: the code stands behind '#', so a browser sends it to nobody."""
+    return f"{address}join#{code}"
+
+
+def qr_svg(text: str) -> str:
+    """A QR code as an SVG element, black on white with its margin."""
+    return str(segno.make(text, error="m").svg_inline(scale=8, light="#fff", border=4))
+
+
+def qr_for_terminal(text: str) -> str:
+    """A QR code of half blocks, for a terminal; light on dark and dark on light both can be scanned."""
+    rows = [[bool(module) for module in row] for row in segno.make(text, error="l").matrix_iter(border=2)]
+    if len(rows) % 2:
+        rows.append([False] * len(rows[0]))
+    # A dark module is a space, as most terminals are dark.
+    signs = {(False, False): "█", (False, True): "▀", (True, False): "▄", (True, True): " "}
+    return "\n".join(
+        "".join(signs[pair] for pair in zip(upper, lower, strict=True))
+        for upper, lower in zip(rows[::2], rows[1::2], strict=True)
+    )
+
+
+class Announcement:
+    """Announces ``motorcade.local`` by multicast DNS (RFC 6762)."""
+
+    def __init__(self) -> None:
+        self._zeroconf: AsyncZeroconf | None = None
+
+    async def begin(self, addresses: Iterable[str], port: int) -> None:
+        """Announce these addresses. Raises MotorcadeError where the name is taken, or that isn't possible."""
+        try:
+            from zeroconf import NonUniqueNameException, ServiceInfo
+            from zeroconf.asyncio import AsyncZeroconf
+        except ModuleNotFoundError:
+            raise MotorcadeError("local-name-needs-zeroconf", name=LOCAL_NAME) from None
+        found = list(addresses)
+        info = ServiceInfo(
+            _SERVICE,
+            f"Motorcade.{_SERVICE}",
+            port,
+            parsed_addresses=found,
+            server=f"{LOCAL_NAME}.",
+            properties={"path": "/join"},
+        )
+        try:
+            self._zeroconf = AsyncZeroconf(interfaces=found)
+            await self._zeroconf.async_register_service(info)
+        except NonUniqueNameException:
+            await self.end()
+            raise MotorcadeError("local-name-taken", name=LOCAL_NAME) from None
+        except OSError as problem:
+            await self.end()
+            reason = problem.strerror or type(problem).__name__
+            raise MotorcadeError("local-name-not-announced", name=LOCAL_NAME, reason=reason) from None
+
+    async def end(self) -> None:
+        """Take the announcement back."""
+        if self._zeroconf:
+            await self._zeroconf.async_close()
+            self._zeroconf = None

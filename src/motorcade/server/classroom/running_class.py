@@ -1,0 +1,165 @@
+"""A class while its server runs: its state, its folder, and who waits for changes."""
+
+import asyncio
+import secrets
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+from anyio import CapacityLimiter, to_thread
+from starlette.requests import HTTPConnection
+from starlette.responses import Response
+
+from motorcade.classroom.attempts import guesser
+from motorcade.classroom.classroom import SIGNED_IN_S, Classroom
+from motorcade.classroom.passwords import digest
+from motorcade.classroom.record import Pupil, to_bytes
+from motorcade.errors import MotorcadeError
+from motorcade.server.classroom.folder import ClassFolder
+from motorcade.server.classroom.network import Network
+from motorcade.server.studio.app import Settings
+
+# The owner of the teacher's own projects; pupils' ids are numbers.
+TEACHER = "teacher"
+_YEAR_S = 365 * 24 * 3600
+_SECRET_BYTES = 24
+_TICK_S = 1.0
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClassServerSettings(Settings):
+    """The settings of a class's server; ``library`` is the folder of the class.
+
+    Attributes:
+        requests_of_one: how many requests a pupil may send in a second, twice as many at once after a pause.
+        first_key: lets who has it set the password; None where there is a password.
+        network: how pupils find the class.
+        authority: the certificate that tablets may install so that they trust the server's; None without HTTPS.
+        unix_s: the time in s since 1970.
+    """
+
+    requests_of_one: int = 15
+    first_key: str | None = None
+    network: Network = field(default_factory=lambda: Network(["127.0.0.1"], 7710))
+    authority: Path | None = None
+    unix_s: Callable[[], float] = time.time
+
+
+class RunningClass:
+    """What all routes of a class share.
+
+    Args:
+        settings: of the server.
+        folder: locked for this process.
+        cars: the names of the real cars.
+    """
+
+    def __init__(self, settings: ClassServerSettings, folder: ClassFolder, cars: tuple[str, ...] = ()) -> None:
+        self.settings = settings
+        self.folder = folder
+        self.first_key = settings.first_key
+        self.room = Classroom(folder.load(secrets.randbelow), secrets.randbelow, cars, settings.clock())
+        self.hashing = CapacityLimiter(1)
+        self._storing = asyncio.Lock()
+        self._stored = self._shown = -1
+        self._waiting: set[asyncio.Event] = set()
+        # Cookies are shared between ports: two classes on one computer need different names.
+        self._pupil_cookie, self._desk_cookie = (f"motorcade_{name}_{settings.port}" for name in ("class", "desk"))
+
+    def now_s(self) -> float:
+        """The time by the server's clock."""
+        return self.settings.clock()
+
+    # Who asks.
+
+    def pupil(self, connection: HTTPConnection) -> Pupil | None:
+        """The pupil whose device it is; None for anybody else."""
+        return self.room.pupil_at(digest(connection.cookies.get(self._pupil_cookie, "")))
+
+    def is_teacher(self, connection: HTTPConnection) -> bool:
+        """Whether the teacher is signed in at this browser."""
+        return self.room.is_teacher(digest(connection.cookies.get(self._desk_cookie, "")), self.settings.unix_s())
+
+    def visitor(self, connection: HTTPConnection) -> str:
+        """The owner of the shelf of who asks: a pupil's id, or the teacher. Raises MotorcadeError for strangers."""
+        pupil = self.pupil(connection)
+        if pupil:
+            return pupil.id
+        if self.is_teacher(connection):
+            return TEACHER
+        raise MotorcadeError("class-session-needed")
+
+    def guesser(self, connection: HTTPConnection) -> str:
+        """Whom wrong attempts count for."""
+        return guesser(connection.client.host if connection.client else "")
+
+    def new_secret(self) -> str:
+        """The secret of a device."""
+        return secrets.token_urlsafe(_SECRET_BYTES)
+
+    def remember(self, response: Response, connection: HTTPConnection, secret: str, *, teacher: bool = False) -> None:
+        """Have a browser keep a pupil's or the teacher's secret."""
+        name, age_s = (self._desk_cookie, int(SIGNED_IN_S)) if teacher else (self._pupil_cookie, _YEAR_S)
+        secure = connection.scope["scheme"] in ("https", "wss")
+        response.set_cookie(name, secret, max_age=age_s, httponly=True, samesite="strict", secure=secure)
+
+    def forget(self, response: Response, connection: HTTPConnection, *, teacher: bool = False) -> None:
+        """Sign a browser out."""
+        name = self._desk_cookie if teacher else self._pupil_cookie
+        device = digest(connection.cookies.get(name, ""))
+        (self.room.sign_out if teacher else self.room.leave)(device)
+        response.delete_cookie(name)
+
+    # Changes.
+
+    async def settle(self) -> None:
+        """Store what has changed, then let pages know. Raises MotorcadeError where it can't be stored.
+
+        An answer is sent after this, so that nothing is lost that was answered.
+        """
+        async with self._storing:
+            revision = self.room.revision
+            if revision != self._stored:
+                await to_thread.run_sync(self.folder.store, to_bytes(self.room.record))
+                self._stored = revision
+        self.show_changes()
+
+    async def delete_shelves(self) -> None:
+        """Delete the shelves of pupils who are out. Raises MotorcadeError; the next start tries again."""
+        for owner in list(self.room.record.removed):
+            await self.with_files(self.folder.remove_owner, owner)
+            self.room.shelf_deleted(owner)
+
+    def show_changes(self) -> None:
+        """Let pages know of what has changed."""
+        if self.room.changes != self._shown:
+            self._shown = self.room.changes
+            for event in self._waiting:
+                event.set()
+
+    @contextmanager
+    def watching(self) -> Iterator[asyncio.Event]:
+        """An event that is set whenever something has changed, and at the beginning."""
+        event = asyncio.Event()
+        event.set()
+        self._waiting.add(event)
+        try:
+            yield event
+        finally:
+            self._waiting.discard(event)
+
+    async def pass_time(self) -> None:
+        """Let time pass, until the task is cancelled."""
+        while True:
+            await asyncio.sleep(_TICK_S)
+            self.room.advance(self.now_s())
+            with suppress(MotorcadeError):
+                await self.settle()
+
+    async def with_files(self, job: Callable[..., _T], *arguments: Any) -> _T:
+        """Do a job with the folder in a thread."""
+        return await to_thread.run_sync(job, *arguments)

@@ -1,0 +1,129 @@
+"""The shared mat: one world in which each pupil's leader runs the pupil's own program, and its followers hear it."""
+
+from functools import partial
+from typing import Any
+
+from anyio import CapacityLimiter
+
+from motorcade.classroom.desk_messages import OpenMat
+from motorcade.classroom.messages import MatView
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.server.studio.driving import PageWorld
+from motorcade.server.studio.simulation import StudioWorld, build_world, mat_from
+from motorcade.service.messages import MatDocument, MissionChoice, Sentence, sentences
+from motorcade.service.missions import chosen_mission
+from motorcade.service.world_messages import SetWorld
+from motorcade.words.image import parse_image_bytes, words_to_bytes
+
+_NO_PROGRAM = words_to_bytes((0,))
+_MOST_CARS = 700
+_KEY = "mat"
+# So far apart, followers of one leader hear no other; followers stand behind theirs.
+_BETWEEN_LEADERS_M, _BETWEEN_FOLLOWERS_M = 2.5, 0.3
+_IN_A_ROW = 6
+
+
+def free_mat(places: int, followers: int) -> MatDocument:
+    """A mat without obstacles for so many leaders, each with its followers behind it."""
+    rows = -(-places // _IN_A_ROW)
+    cars: list[dict[str, Any]] = []
+    for place in range(places):
+        row, column = divmod(place, _IN_A_ROW)
+        x_m, y_m = (column + 0.75) * _BETWEEN_LEADERS_M, (rows - row - 0.5) * _BETWEEN_LEADERS_M
+        cars.append({"at_m": [x_m, y_m], "role": "leader"})
+        cars += [{"at_m": [round(x_m - _BETWEEN_FOLLOWERS_M * (k + 1), 3), y_m]} for k in range(followers)]
+    size_m = [(_IN_A_ROW + 0.5) * _BETWEEN_LEADERS_M, rows * _BETWEEN_LEADERS_M]
+    return {"format": "motorcade-mat/1", "name": "together", "tick_ms": 5, "size_m": size_m, "car": cars}
+
+
+class SharedMat:
+    """The shared mat of a class.
+
+    Attributes:
+        session: its world; a page of the teacher shows it.
+    """
+
+    def __init__(self) -> None:
+        self.session = PageWorld(_KEY, _KEY, _MOST_CARS, CapacityLimiter(1))
+        self._images: dict[str, bytes] = {}
+        self._document: MatDocument = {}
+        self._mission: MissionChoice | None = None
+        self._title: Sentence = {}
+        self._profile = "classroom"
+        self._places = 0
+        self._is_open = self._is_running = False
+
+    def view(self) -> MatView:
+        """What pages show of it."""
+        over = self._is_running and self._is_over()
+        state: Any = "over" if over else "running" if self._is_running else "collecting" if self._is_open else "closed"
+        mission = (self._mission.id or "own") if self._mission else None
+        return MatView(state, mission, self._title, self._places, list(self._images))
+
+    def _is_over(self) -> bool:
+        playback = self.session.playback
+        return playback is not None and playback.world.referee is not None and playback.world.referee.is_over
+
+    def open(self, wanted: OpenMat) -> None:
+        """Collect programs from now on, for a mission or a free mat; earlier ones are gone. Raises MotorcadeError."""
+        document = free_mat(wanted.places, wanted.followers)
+        title, profile = sentences(Phrase("free-mat")), "classroom"
+        if wanted.mission:
+            mission = chosen_mission(wanted.mission)
+            document, title, profile = mission.mat_document, mission.name.texts, mission.document["profile"]
+        leaders = mat_from(document, _MOST_CARS).starts.leaders
+        self.close()
+        self._document, self._title, self._profile = document, title, profile
+        self._mission, self._places, self._is_open = wanted.mission, len(leaders), True
+
+    def enter(self, pupil: str, image: bytes | None) -> None:
+        """Take a pupil's program, in place of an earlier one; None takes it off.
+
+        Raises MotorcadeError where nothing is collected, all places are taken, or the image is damaged.
+        """
+        if not self._is_open or self._is_running:
+            raise MotorcadeError("mat-is-closed")
+        if image is None:
+            self._images.pop(pupil, None)
+            return
+        if pupil not in self._images and len(self._images) >= self._places:
+            raise MotorcadeError("mat-is-full", most=self._places)
+        parse_image_bytes(image)
+        self._images[pupil] = image
+
+    def leave(self, pupil: str) -> None:
+        """A pupil is no longer in the class."""
+        self._images.pop(pupil, None)
+
+    async def start(self, seed: int) -> None:
+        """Start all programs together, from the beginning. Raises MotorcadeError where there is none."""
+        if not self._is_open or not self._images:
+            raise MotorcadeError("mat-is-empty")
+        images = [*self._images.values()]
+        images += [_NO_PROGRAM] * (self._places - len(images))
+        message = SetWorld(self._document, images[0], self._profile, seed, None, self._mission)
+        session = self.session
+        async with session.lock:
+            world = await session.in_thread(partial(build_world, message, session.control.boards, _MOST_CARS, images))
+            session.mat = self._document
+            self._begin(world)
+        self._is_running = True
+
+    def _begin(self, world: StudioWorld) -> None:
+        session = self.session
+        answers = session.begin(world)
+        assert session.playback
+        session.playback.play(1.0)
+        for answer in [*answers, session.playback.state()]:
+            session.sent[type(answer)] = answer
+            if session.page:
+                session.page.put(answer)
+        session.changed.set()
+
+    def close(self) -> None:
+        """Clear the mat: programs and world are gone."""
+        self._images = {}
+        self._places, self._title, self._mission = 0, {}, None
+        self._is_open = self._is_running = False
+        if self.session.playback:
+            self.session.playback.pause()

@@ -1,0 +1,243 @@
+"""The live wall: small pictures of all worlds for the projector; and one pupil's world, to look on.
+
+Nothing is simulated or packed for it: it takes the moments that pupils' worlds store, and what their pages are sent.
+"""
+
+import asyncio
+import struct
+from collections.abc import Awaitable, Callable, Iterable, Iterator
+from typing import NamedTuple
+
+from msgspec import UNSET
+from starlette.websockets import WebSocket
+
+from motorcade.classroom.desk_messages import DrawnWall, Wall, WallWorld
+from motorcade.classroom.messages import Goodbye
+from motorcade.errors import MotorcadeError
+from motorcade.server.classroom.running_class import RunningClass
+from motorcade.server.classroom.shared_mat import SharedMat
+from motorcade.server.page_socket import PageSocket, refuse_page
+from motorcade.server.studio.driving import PageWorld
+from motorcade.server.studio.sessions import PageWorlds
+from motorcade.service.messages import MatDocument
+from motorcade.service.playback import Playback
+from motorcade.service.world_messages import (
+    Goals,
+    Hello,
+    Pause,
+    Play,
+    Reset,
+    Shown,
+    State,
+    Watch,
+    WorldAnswer,
+)
+
+PICTURE_EVERY_S, LIST_EVERY_S, WATCH_EVERY_S = 0.2, 1.0, 0.1
+MOST_CARS_SHOWN = 60
+_MOST_UNDER_WAY = 2
+_NUMBER, _PLACE = struct.Struct("<I"), struct.Struct("<HHI")
+# The bytes of a car in each column of a moment (`motorcade.service.history`), and where a picture has its number, its
+# time, and the moment behind its header.
+_WIDTHS = (4, 4, 4, 2, 1, 1, 1)
+_NUMBER_AT, _TIME_AT, _MOMENT_AT = 4, 8, 20
+
+
+class ShownWorld(NamedTuple):
+    """A world on the wall, and whose; with another playback or mat it is another one."""
+
+    pupil: str
+    session: PageWorld
+    playback: Playback
+    mat: MatDocument
+
+    def is_same(self, other: "ShownWorld") -> bool:
+        """Whether nothing but the moment differs."""
+        return self.pupil == other.pupil and self.playback is other.playback and self.mat is other.mat
+
+    def moment(self) -> tuple[int, bytes]:
+        """Time and bytes of what the pupil sees: a world that is paused may show its past, or a car that was moved."""
+        picture = self.session.sent.get(bytes)
+        if self.playback.playing or not isinstance(picture, bytes):
+            return self.playback.newest()
+        size = _moment_size(self.playback.world.cars)
+        return _NUMBER.unpack_from(picture, _TIME_AT)[0], picture[_MOMENT_AT : _MOMENT_AT + size]
+
+    def described(self) -> WallWorld:
+        """What the wall has to know before pictures."""
+        hello = self.playback.world.hello("", False)
+        leads = [] if hello.leads is UNSET else hello.leads
+        radius_m = 0.0 if hello.radius_m is UNSET else hello.radius_m
+        return WallWorld(self.pupil, self.mat, leads, radius_m, hello.cars)
+
+
+class WallPictures:
+    """What one page of the wall is sent.
+
+    Args:
+        now_shown: the worlds that there are now.
+
+    Attributes:
+        under_way: how many pictures the page has not drawn yet.
+    """
+
+    def __init__(self, now_shown: Callable[[], Iterable[ShownWorld]]) -> None:
+        self.under_way = 0
+        self._now_shown = now_shown
+        self._number = 0
+        self._shown: list[ShownWorld] = []
+        self._listed_s = float("-inf")
+        self._last: dict[int, bytes] = {}
+
+    def answers(self, now_s: float) -> list[Wall | bytes]:
+        """What is to be sent now: the list where it is new, and a picture where the page has drawn those before."""
+        answers: list[Wall | bytes] = []
+        found = list(self._now_shown())
+        same = len(found) == len(self._shown) and all(map(ShownWorld.is_same, found, self._shown))
+        if not self._number or (not same and now_s - self._listed_s >= LIST_EVERY_S):
+            self._number += 1
+            self._shown, self._listed_s, self._last = found, now_s, {}
+            answers.append(Wall(self._number, [each.described() for each in found]))
+        if self.under_way < _MOST_UNDER_WAY and (picture := self._picture(found)):
+            self.under_way += 1
+            answers.append(picture)
+        return answers
+
+    def _picture(self, found: list[ShownWorld]) -> bytes:
+        """The worlds that have changed; empty where none has."""
+        parts = []
+        for place, world in enumerate(self._shown):
+            if not any(map(world.is_same, found)):
+                continue
+            t_ms, moment = world.moment()
+            if self._last.get(place) == moment:
+                continue
+            self._last[place] = moment
+            cars = world.playback.world.cars
+            shown = min(cars, MOST_CARS_SHOWN)
+            parts.append(_PLACE.pack(place, shown, t_ms) + first_cars(moment, cars, shown))
+        return _NUMBER.pack(self._number) + b"".join(parts) if parts else b""
+
+
+def first_cars(moment: bytes, cars: int, shown: int) -> bytes:
+    """The columns of the first cars of a moment."""
+    if shown == cars:
+        return moment
+    columns, at = [], 0
+    for width in _WIDTHS:
+        columns.append(moment[at : at + width * shown])
+        at += width * cars
+    packed = b"".join(columns)
+    return packed + bytes(-len(packed) % 4)
+
+
+def _moment_size(cars: int) -> int:
+    size = sum(_WIDTHS) * cars
+    return size + -size % 4
+
+
+class _Onlooker:
+    """One page that looks on at a pupil's world: what it is sent. Pictures are numbered anew.
+
+    Attributes:
+        drawn: the number of the newest picture that the page has drawn.
+    """
+
+    def __init__(self) -> None:
+        self.drawn = 0
+        self._numbered = self._lists = 0
+        self._world: ShownWorld | None = None
+        self._sent: dict[type, WorldAnswer | bytes] = {}
+
+    def answers(self, world: ShownWorld | None) -> list[Wall | WorldAnswer | bytes]:
+        """What is to be sent now."""
+        answers: list[Wall | WorldAnswer | bytes] = []
+        before = self._world
+        if not self._lists or (world is None) != (before is None) or (world and before and not world.is_same(before)):
+            self._lists += 1
+            self._world, self._sent = world, {}
+            answers.append(Wall(self._lists, [world.described()] if world else []))
+        if world is None:
+            return answers
+        for kind in (Hello, State, Goals, bytes):
+            answer = world.session.sent.get(kind)
+            if answer is None or answer is self._sent.get(kind):
+                continue
+            if isinstance(answer, bytes):
+                if self._numbered - self.drawn >= _MOST_UNDER_WAY:
+                    continue
+                self._numbered += 1
+                answers.append(answer[:_NUMBER_AT] + _NUMBER.pack(self._numbered) + answer[_TIME_AT:])
+            else:
+                answers.append(answer)
+            self._sent[kind] = answer
+        return answers
+
+
+class Walls:
+    """The WebSockets of the wall, and of those who look on at one world."""
+
+    def __init__(self, running: RunningClass, worlds: PageWorlds, mat: SharedMat) -> None:
+        self._running = running
+        self._worlds = worlds
+        self._mat = mat
+
+    async def serve(self, socket: WebSocket) -> None:
+        """Serve a page that shows the wall."""
+        await socket.accept()
+        page = PageSocket(socket, self._running.settings, (Wall,))
+        wall = WallPictures(self._now_shown)
+
+        async def drawn(message: DrawnWall) -> None:
+            wall.under_way = max(wall.under_way - 1, 0)
+
+        def show() -> Awaitable[None]:
+            return self._show(socket, page, lambda: wall.answers(self._running.now_s()), PICTURE_EVERY_S)
+
+        await page.serve(DrawnWall, drawn, [show])
+
+    async def watch(self, socket: WebSocket) -> None:
+        """Serve a page that looks on at one pupil's world; it follows the pupil from world to world."""
+        await socket.accept()
+        page = PageSocket(socket, self._running.settings, (Wall, State, Goals))
+        onlooker = _Onlooker()
+        try:
+            pupil = self._running.room.pupil(socket.query_params.get("pupil", ""))
+        except MotorcadeError as problem:
+            await refuse_page(socket, self._running.settings, problem)
+            return
+
+        async def drawn(message: Shown) -> None:
+            onlooker.drawn = max(onlooker.drawn, message.frame)
+
+        def now() -> list[Wall | WorldAnswer | bytes]:
+            return onlooker.answers(next((each for each in self._now_shown() if each.pupil == pupil.id), None))
+
+        await page.serve(Shown, drawn, [lambda: self._show(socket, page, now, WATCH_EVERY_S)])
+
+    async def serve_mat(self, socket: WebSocket) -> None:
+        """Serve the teacher's page that shows the shared mat."""
+        await socket.accept()
+        await self._worlds.serve_shared(socket, self._mat.session, (Shown, Play, Pause, Reset, Watch))
+
+    async def _show(
+        self, socket: WebSocket, page: PageSocket, answers: Callable[[], Iterable[object]], every_s: float
+    ) -> None:
+        """Send what there is, until the teacher is signed out."""
+        while self._running.is_teacher(socket):
+            for answer in answers():
+                page.put(answer)
+            await asyncio.sleep(every_s)
+        page.put(Goodbye("left"))
+        page.close()
+        await asyncio.Event().wait()
+
+    def _now_shown(self) -> Iterator[ShownWorld]:
+        """The worlds of pupils whose pages are connected, and the shared mat."""
+        owners = [pupil.id for pupil in self._running.room.record.pupils]
+        found = [(owner, self._worlds.newest_of(owner)) for owner in owners]
+        if self._mat.view().state in ("running", "over"):
+            found.append(("", self._mat.session))
+        for owner, session in found:
+            if session and session.playback and session.mat is not None:
+                yield ShownWorld(owner, session, session.playback, session.mat)

@@ -1,0 +1,184 @@
+"""What pupils and strangers try: the teacher's addresses, other shelves, floods. Nobody else notices."""
+
+import json
+
+import pytest
+from starlette.testclient import WebSocketDenialResponse
+from starlette.websockets import WebSocketDisconnect
+
+from motorcade.classroom.desk_messages import DESK_REQUESTS
+from motorcade.classroom.messages import PUPIL_REQUESTS
+from motorcade.server.classroom.app import make_class_app
+from motorcade.server.classroom.folder import ClassFolder
+from motorcade.server.classroom.running_class import ClassServerSettings
+from support.class_page import PASSWORD, class_room
+from support.world_page import KEY, OTHER
+
+GUARDED = [name for name, exchange in DESK_REQUESTS.items() if not exchange.is_open]
+
+
+@pytest.fixture
+def room(tmp_path):
+    with class_room(tmp_path) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory):
+    """A class for attacks that change nothing in it, with one pupil."""
+    with class_room(tmp_path_factory.mktemp("class")) as opened:
+        opened.eve = opened.join("Eve")
+        yield opened
+
+
+def desk_routes(folder):
+    """The paths of all routes of the teacher, as the application has them."""
+    app = make_class_app(ClassServerSettings(library=folder, page=folder), ClassFolder(folder))
+    routes = app._app.routes
+    return sorted(route.path for route in routes if getattr(route, "path", "").startswith("/api/desk/"))
+
+
+def test_the_list_of_the_teachers_routes_is_complete(tmp_path):
+    assert desk_routes(tmp_path) == [
+        *(f"/api/desk/{name}" for name in ("mat", "stream", "wall", "watch", "work.zip")),
+        "/api/desk/{name:path}",
+    ]
+
+
+@pytest.mark.parametrize("name", GUARDED)
+def test_the_desk_answers_no_pupil(shared, name):
+    answer = shared.eve.client.post(f"/api/desk/{name}", content="{}")
+    assert (answer.status_code, answer.json()["error"]["code"]) == (401, "teacher-session-needed")
+
+
+@pytest.mark.parametrize(
+    "path", ["work.zip", "mat", "stream", "wall", "watch", "", "nothing", "about/", "../desk/freeze"]
+)
+@pytest.mark.parametrize("method", ["GET", "POST", "PUT", "DELETE", "OPTIONS"])
+def test_no_other_way_leads_to_the_desk(shared, path, method):
+    assert shared.eve.client.request(method, f"/api/desk/{path}").status_code in (401, 404)
+
+
+@pytest.mark.parametrize("path", ["desk/stream", "desk/wall", "desk/watch?pupil=01", "desk/mat", "desk/nothing"])
+def test_the_streams_of_the_desk_refuse_pupils_and_strangers(shared, path):
+    for browser in (shared.eve, shared.browser()):
+        with pytest.raises(WebSocketDenialResponse) as refused, browser.open(path):
+            pass
+        assert refused.value.status_code == 401
+
+
+@pytest.mark.parametrize("name", [name for name, exchange in PUPIL_REQUESTS.items() if not exchange.is_open])
+def test_strangers_ask_for_nothing_of_pupils(shared, name):
+    assert shared.browser().ask(f"class/{name}", {}) == "class-session-needed"
+
+
+def test_a_made_up_session_is_nobodys(room):
+    mia = room.join("Mia")
+    stranger = room.browser()
+    for value in ("", "01", mia.id, "x" * 5000, "\\", "é"):
+        stranger.client.cookies.set("motorcade_class_7710", value.encode("ascii", "ignore").decode())
+        assert stranger.ask("projects/list") == "class-session-needed"
+        stranger.client.cookies.set("motorcade_desk_7710", value.encode("ascii", "ignore").decode())
+        assert stranger.ask("desk/settings") == "teacher-session-needed"
+
+
+def test_guessed_projects_of_others_are_not_there(room):
+    mia, ben = room.join("Mia"), room.join("Ben")
+    mia.save("Robot")
+    for name in ("Robot", "../01/Robot", "owners/01/Robot", "01/Robot", "..\\01\\Robot"):
+        assert ben.ask("projects/read", name=name) in ("no-project", "bad-project-name")
+        assert ben.ask("projects/delete", name=name) in ("no-project", "bad-project-name")
+        assert ben.ask("projects/history", name=name) in ("no-project", "bad-project-name")
+    assert ben.ask("projects/read", name="Robot", owner="01") == "no-project"
+    assert ben.save("Robot") == {"version": 1}, "a project of one's own"
+    assert mia.ask("projects/history", name="Robot") != ben.ask("projects/history", name="Robot")
+
+
+def test_a_world_of_another_pupil_is_not_taken_over(room):
+    mia, ben = room.join("Mia"), room.join("Ben")
+    with mia.open(f"world?session={KEY}") as hers:
+        hers.set()
+        with ben.open(f"world?session={KEY}") as his:
+            assert his.until("error")["code"] == "bad-session"
+        assert ben.client.get(f"/api/world/{KEY}/timeline.csv").json()["error"]["code"] == "no-world"
+        with ben.open(f"world?session={OTHER}") as his:
+            his.set(seed=5)
+            assert his.until("state")["seed"] == 5
+        hers.send("step")
+        assert hers.until("state", lambda state: state["t_ms"])["t_ms"] == 5
+
+
+def test_a_flood_from_one_tablet_is_refused_and_others_notice_nothing(room):
+    flood, mia = room.join("Eve"), room.join("Mia")
+    answers = [flood.ask("capabilities") for _ in range(100)]
+    assert answers.count("requests-too-fast") == 100 - 30
+    assert mia.ask("capabilities")["classroom"] == "pupil"
+    assert mia.save("Robot") == {"version": 1}
+    assert room.teacher.ask("desk/freeze", frozen=False) == {}
+
+
+def test_a_flood_of_a_strangers_requests_is_refused_by_address(tmp_path):
+    with class_room(tmp_path, requests_a_second=20) as room:
+        mia = room.join("Mia")
+        stranger = room.browser()
+        answers = [stranger.ask("class/about") for _ in range(60)]
+        assert answers.count("requests-too-fast") == 20
+        assert mia.ask("capabilities")["classroom"] == "pupil"
+
+
+def test_a_page_that_sends_too_much_is_dropped_alone(tmp_path):
+    with class_room(tmp_path, messages_a_second=10) as room:
+        eve, mia = room.join("Eve"), room.join("Mia")
+        with mia.open("class/stream") as hers, eve.open("class/stream") as page:
+            hers.until("pupil")
+            for _ in range(100):
+                page.send("flood")
+            with pytest.raises(WebSocketDisconnect):
+                page.until("never")
+            mia.ask("class/hand", raised=True)
+            assert hers.until("pupil", lambda view: view["hand"])
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("join", {"code": "A" * 200, "name": "x", "avatar": "bus"}),
+        ("join", {"code": 5}),
+        ("join", []),
+        ("hand", {"raised": True, "pupil": "02"}),
+        ("give", {"to": "../..", "name": "x"}),
+        ("seen", {"number": "1"}),
+        ("mission", {"number": 10**30}),
+        ("turn", {"car": "x" * 200, "wants": True}),
+        ("mat", {"image": "AAAA"}),
+        ("nothing", {}),
+    ],
+)
+def test_any_message_gives_a_sentence(shared, name, message):
+    answer = shared.eve.client.post(f"/api/class/{name}", content=json.dumps(message))
+    assert 400 <= answer.status_code < 500
+    assert answer.json()["error"]["sentence"]["zh"]
+
+
+def test_pupils_cannot_steal_each_others_place_by_giving(room):
+    mia, ben = room.join("Mia"), room.join("Ben")
+    mia.save("Robot", profile="classroom")
+    ben.save("Robot")
+    assert mia.ask("class/give", to=ben.id, name="Robot") == {"name": "Robot (Mia)"}
+    assert mia.ask("class/give", to=ben.id, name="Robot") == {"name": "Robot (Mia) 2"}
+    assert ben.names() == ["Robot", "Robot (Mia)", "Robot (Mia) 2"]
+    assert mia.ask("class/give", to=ben.id, name="Nothing") == "no-project"
+    assert mia.ask("class/give", to="99", name="Robot") == "no-such-pupil"
+    answers = [mia.ask("class/give", to=ben.id, name="Robot") for _ in range(10)]
+    assert answers[-1] == "gives-too-often"
+    with ben.open("class/stream") as page:
+        news = page.until("pupil")["news"]
+    assert (news[0]["kind"], news[0]["name"], news[0]["sender"]) == ("project", "Robot (Mia)", "Mia")
+
+
+def test_the_password_ends_the_class_and_nothing_less(room):
+    mia = room.join("Mia")
+    assert room.teacher.ask("desk/end", password="wrong") == "wrong-password"
+    assert mia.ask("capabilities")["classroom"] == "pupil"
+    assert room.teacher.ask("desk/end", password=PASSWORD) == {}
+    assert mia.ask("capabilities") == "class-session-needed"

@@ -1,0 +1,234 @@
+"""The teacher's desk: the list, freezing, handing out, collecting, and the end of the class."""
+
+import io
+import json
+import shutil
+import zipfile
+from random import Random
+
+import pytest
+
+from motorcade.classroom.classroom import Classroom
+from motorcade.errors import MotorcadeError
+from motorcade.server.classroom.folder import ClassFolder
+from motorcade.server.studio.library import OWNERS
+from support.class_page import PASSWORD, class_room
+from support.world_page import KEY
+
+
+@pytest.fixture
+def now():
+    return [100.0]
+
+
+@pytest.fixture
+def room(tmp_path, now):
+    with class_room(tmp_path, clock=lambda: now[0]) as opened:
+        yield opened
+
+
+def row(view, pupil):
+    return next(each for each in view["pupils"] if each["id"] == pupil.id)
+
+
+def test_the_desk_sees_who_is_here_and_who_needs_help(room):
+    mia, ben = room.join("Mia"), room.join("Ben")
+    with room.teacher.open("desk/stream") as desk:
+        assert [each["online"] for each in desk.until("class")["pupils"]] == [False, False]
+        with mia.open("class/stream") as page:
+            assert page.until("pupil")["me"]["name"] == "Mia"
+            assert row(desk.until("class", lambda view: row(view, mia)["online"]), ben)["online"] is False
+            mia.ask("class/hand", raised=True)
+            assert page.until("pupil", lambda view: view["hand"])
+            assert row(desk.until("class", lambda view: row(view, mia)["hand_s"] is not None), mia)["hand_s"] == 0
+            room.teacher.ask("desk/lower-hand", pupil=mia.id)
+            assert not page.until("pupil", lambda view: not view["hand"])["hand"]
+        assert not row(desk.until("class", lambda view: not row(view, mia)["online"]), mia)["online"]
+
+
+def test_frozen_pages_play_nothing_and_lose_nothing(room):
+    mia = room.join("Mia")
+    with mia.open("class/stream") as page, mia.open(f"world?session={KEY}") as world:
+        world.set()
+        world.send("play")
+        world.until("state", lambda state: state["playing"])
+        room.teacher.ask("desk/freeze", frozen=True)
+        assert page.until("pupil", lambda view: view["frozen"])
+        assert not world.until("state", lambda state: not state["playing"])["playing"]
+        world.send("play")
+        assert world.until("error")["code"] == "class-frozen"
+        assert mia.save("Robot") == {"version": 1}
+        room.teacher.ask("desk/freeze", frozen=False)
+        assert page.until("pupil", lambda view: not view["frozen"])
+        world.send("play")
+        assert world.until("state", lambda state: state["playing"])
+
+
+def test_a_starter_is_handed_out_as_a_copy_for_each(room):
+    mia, ben = room.join("Mia"), room.join("Ben")
+    room.teacher.save("Starter")
+    ben.save("Starter")
+    assert room.teacher.ask("desk/hand-out", name="Starter") == {"pupils": 2}
+    assert (mia.names(), ben.names()) == (["Starter"], ["Starter", "Starter 2"])
+    project = {"leader": {"own": True}}
+    assert room.teacher.ask("desk/hand-out", name="Extra", project=project, to=[ben.id]) == {"pupils": 1}
+    assert (mia.names(), len(ben.names())) == (["Starter"], 3)
+    assert room.teacher.ask("desk/hand-out", name="Nothing") == "no-project"
+    assert room.teacher.ask("desk/hand-out", name="Starter", to=["99"]) == "no-such-pupil"
+    assert room.teacher.names() == ["Starter"], "the teacher has a shelf of her own"
+
+
+def test_a_mission_is_handed_out_to_who_is_here_and_who_comes(room):
+    mia = room.join("Mia")
+    assert room.teacher.ask("desk/hand-out", mission={"id": "follow-me"}) == {"pupils": 1}
+    assert room.teacher.ask("desk/hand-out", mission={"id": "no-such"}) == "no-mission"
+    for pupil in (mia, room.join("Ben")):
+        with pupil.open("class/stream") as page:
+            number = page.until("pupil")["mission"]
+        assert pupil.ask("class/mission", number=number)["id"] == "follow-me"
+
+
+def test_progress_in_a_mission_is_seen_live(room):
+    mia = room.join("Mia")
+    mission = mia.ask("mission", id="forward-and-stop")
+    with room.teacher.open("desk/stream") as desk, mia.open("class/stream"), mia.open(f"world?session={KEY}") as world:
+        world.set(mat=mission["mat"], mission={"id": "forward-and-stop"}, profile=mission["profile"])
+        found = row(desk.until("class", lambda view: row(view, mia)["goals"]), mia)
+        assert (found["mission"], found["goals"]) == ("forward-and-stop", len(mission["goals"]))
+    progress = room.teacher.ask("desk/progress")
+    assert progress["pupils"] == [{"pupil": "01", "stars": {}}]
+    assert "forward-and-stop" in {each["id"] for each in progress["missions"]}
+
+
+def test_stars_are_counted_for_the_desk(tmp_path):
+    with class_room(tmp_path) as room:
+        mia = room.join("Mia")
+        ClassFolder(tmp_path).add_stars(mia.id, "follow-me", [1, 2])
+    with class_room(tmp_path, first_key=None) as room:
+        room.teacher.ask("desk/sign-in", password=PASSWORD)
+        assert room.teacher.ask("desk/progress")["pupils"] == [{"pupil": "01", "stars": {"follow-me": [1, 2]}}]
+        with room.teacher.open("desk/stream") as desk:
+            assert desk.until("class")["pupils"][0]["stars"] == 2
+
+
+def test_all_work_is_collected_with_an_overview(room):
+    mia, ben = room.join("Mia"), room.join("小明")
+    mia.save("Robot <3")
+    mia.ask("class/draft/write", name="x", project={"leader": {}})
+    ben.save("舞蹈")
+    answer = room.teacher.client.get("/api/desk/work.zip?language=zh")
+    with zipfile.ZipFile(io.BytesIO(answer.content)) as archive:
+        names = archive.namelist()
+        page = archive.read("overview.html").decode()
+        projects = [name for name in names if name.endswith(".motorcade.json")]
+        assert all(json.loads(archive.read(name))["format"] for name in projects)
+    assert len(projects) == 3
+    assert {name.partition("/")[0].partition("-")[0] for name in projects} == {"01 Mia", "02 小明"}
+    assert "Robot &lt;3" in page
+    assert "Robot <3" not in page
+    assert "舞蹈" in page
+    assert 'lang="zh"' in page
+
+
+def test_renaming_and_a_new_number(room):
+    mia, ben = room.join("Mia"), room.join("Ben")
+    assert room.teacher.ask("desk/rename", pupil=ben.id, name="mia") == "nickname-taken"
+    assert room.teacher.ask("desk/rename", pupil=ben.id, name="Benjamin") == {}
+    number = room.teacher.ask("desk/reset-number", pupil=ben.id)["number"]
+    tablet = room.browser()
+    assert tablet.ask("class/return", code=room.code, name="Ben", number=number) == "wrong-number"
+    assert tablet.ask("class/return", code=room.code, name="Benjamin", number=number)["id"] == ben.id
+    assert mia.ask("class/classmates") == [{"id": "02", "name": "Benjamin", "avatar": "bus"}]
+
+
+def test_a_removed_pupil_is_out_at_once_and_the_shelf_is_gone(room, tmp_path):
+    mia, ben = room.join("Mia"), room.join("Ben")
+    mia.save("Robot")
+    ben.save("Robot")
+    with mia.open("class/stream") as page, mia.open(f"world?session={KEY}") as world:
+        page.until("pupil")
+        world.set()
+        assert room.teacher.ask("desk/remove", pupil=mia.id) == {}
+        assert page.until("goodbye") == {"why": "removed"}
+        assert world.until("error")["code"] == "class-session-needed"
+    assert mia.ask("projects/list") == "class-session-needed"
+    assert [each.name.partition("-")[0] for each in (tmp_path / OWNERS).iterdir()] == [ben.id]
+    assert room.teacher.ask("desk/remove", pupil=mia.id) == "no-such-pupil"
+
+
+def test_the_end_of_the_class_deletes_all_names_and_work(room, tmp_path):
+    mia = room.join("Mia")
+    mia.save("Robot")
+    code = room.code
+    with mia.open("class/stream") as page:
+        page.until("pupil")
+        assert room.teacher.ask("desk/end", password=PASSWORD) == {}
+        assert page.until("goodbye") == {"why": "ended"}
+    assert room.code != code
+    left = b"".join(file.read_bytes() for file in tmp_path.rglob("*") if file.is_file())
+    assert b"Mia" not in left
+    assert list((tmp_path / OWNERS).iterdir()) == []
+    assert room.join("Mia").id == "02"
+
+
+def test_the_cable_goes_round(room):
+    mia, ben = room.join("Mia"), room.join("Ben")
+    for pupil in (mia, ben):
+        pupil.ask("class/cable", wants=True)
+    assert [port["kind"] for port in ben.ask("ports")] == ["virtual"]
+    with ben.open("upload") as socket:
+        socket._socket.send_text(json.dumps({"port": "/dev/ttyUSB0", "image": "AAAAAA=="}))
+        answer = json.loads(socket._socket.receive()["text"])
+        assert answer["error"]["code"] == "cable-of-another"
+    room.teacher.ask("desk/cable/next")
+    with ben.open("class/stream") as page:
+        assert page.until("pupil")["cable"] == 0
+    with ben.open("upload") as socket:
+        socket._socket.send_text(json.dumps({"port": "/dev/ttyUSB0", "image": "AAAAAA=="}))
+        assert json.loads(socket._socket.receive()["text"])["error"]["code"] == "no-such-port"
+
+
+def test_a_second_start_continues_the_class(tmp_path):
+    with class_room(tmp_path) as room:
+        mia, code = room.join("Mia"), room.code
+        mia.save("Robot")
+        cookies = dict(mia.client.cookies), dict(room.teacher.client.cookies)
+    with class_room(tmp_path, first_key=None) as room:
+        mia, room.teacher = room.browser(), room.browser()
+        mia.client.cookies.update(cookies[0])
+        room.teacher.client.cookies.update(cookies[1])
+        assert mia.ask("class/about")["me"]["name"] == "Mia"
+        assert mia.names() == ["Robot"]
+        assert room.code == code
+
+
+def test_a_copied_folder_is_a_backup(tmp_path):
+    with class_room(tmp_path / "class") as room:
+        mia, code = room.join("Mia"), room.code
+        mia.save("Robot")
+        shutil.copytree(tmp_path / "class", tmp_path / "backup")
+    with class_room(tmp_path / "backup", first_key=None) as room:
+        tablet = room.browser()
+        assert tablet.ask("class/return", code=code, name="Mia", number=mia.number)["id"] == mia.id
+        assert tablet.names() == ["Robot"]
+
+
+def test_two_servers_on_one_folder_are_refused(tmp_path):
+    with ClassFolder(tmp_path).opened():
+        with pytest.raises(MotorcadeError) as refused, ClassFolder(tmp_path).opened():
+            pass
+        assert str(tmp_path) in refused.value.sentence("zh")
+    with ClassFolder(tmp_path).opened():
+        pass
+
+
+def test_shelves_that_could_not_be_deleted_are_deleted_at_the_next_start(tmp_path):
+    with class_room(tmp_path) as room:
+        room.join("Mia").save("Robot")
+    folder = ClassFolder(tmp_path)
+    state = Classroom(folder.load(Random(1).randrange), Random(1).randrange)
+    state.remove("01")
+    folder.store_record(state.record)
+    with class_room(tmp_path, first_key=None):
+        assert list((tmp_path / OWNERS).iterdir()) == []
+    assert folder.load(Random(1).randrange).removed == []

@@ -1,0 +1,153 @@
+"""Joining a class over HTTP: codes, cookies, coming back, and what strangers reach."""
+
+import pytest
+
+from support.class_page import FIRST_KEY, HERE, PASSWORD, class_room
+
+
+@pytest.fixture
+def now():
+    return [100.0]
+
+
+@pytest.fixture
+def room(tmp_path, now):
+    with class_room(tmp_path, clock=lambda: now[0], unix_s=lambda: now[0]) as opened:
+        yield opened
+
+
+def test_three_steps_let_a_pupil_in(room):
+    tablet = room.browser()
+    assert tablet.client.get("/").headers["location"] == "/join"
+    about = tablet.ask("class/about")
+    assert (about["me"], about["is_open"], about["teacher"], about["https"]) == (None, True, False, False)
+    assert tablet.ask("class/check-code", code=room.code.lower()) == {}
+    me = tablet.ask("class/join", code=room.code, name="Mia", avatar=about["avatars"][0])
+    assert (me["id"], me["name"], len(me["number"])) == ("01", "Mia", 4)
+    assert tablet.ask("class/about")["me"] == me
+    assert tablet.client.get("/").status_code == 503, "the studio's page, which isn't built here"
+    assert tablet.ask("capabilities")["classroom"] == "pupil"
+    assert room.teacher.ask("capabilities")["classroom"] == "teacher"
+
+
+def test_the_cookie_is_for_this_server_alone_and_no_script_reads_it(room):
+    answer = room.browser().client.post(
+        "/api/class/join", content=f'{{"code": "{room.code}", "name": "Mia", "avatar": "bus"}}'
+    )
+    cookie = answer.headers["set-cookie"].lower()
+    assert cookie.startswith("motorcade_class_7710=")
+    assert "httponly" in cookie
+    assert "samesite=strict" in cookie
+    assert cookie.split("=")[1].split(";")[0] not in answer.text.lower()
+
+
+def test_a_pupil_comes_back_at_another_device(room, now):
+    mia = room.join("Mia")
+    assert mia.save("Robot") == {"version": 1}
+    tablet = room.browser()
+    wrong = "0000" if mia.number != "0000" else "0001"
+    assert tablet.ask("class/return", code=room.code, name="Mia", number=wrong) == "wrong-number"
+    assert tablet.ask("class/return", code="AAAAAA", name="Mia", number=mia.number) == "wrong-class-code"
+    assert tablet.ask("class/return", code=room.code, name="mia", number=mia.number)["id"] == mia.id
+    assert tablet.names() == mia.names() == ["Robot"]
+    assert tablet.ask("class/leave") == {}
+    assert tablet.ask("projects/list") == "class-session-needed"
+    assert mia.names() == ["Robot"]
+
+
+def test_a_tablet_that_slept_finds_its_work(room, now):
+    mia = room.join("Mia")
+    mia.ask("class/draft/write", name="Robot", project={"leader": {"blocks": {}}})
+    with mia.open("class/stream") as page:
+        page.until("pupil")
+    now[0] += 600
+    assert mia.ask("class/draft/read")["project"]["leader"] == {"blocks": {}}
+    with mia.open("class/stream") as page:
+        assert page.until("pupil")["me"]["name"] == "Mia"
+
+
+def test_nobody_else_reads_a_draft(room):
+    mia, ben = room.join("Mia"), room.join("Ben")
+    mia.ask("class/draft/write", name="Robot", project={"leader": {"a": 1}})
+    assert ben.ask("class/draft/read") == {"name": "", "project": None, "saved_at": ""}
+    assert room.teacher.ask("desk/shelf", pupil=mia.id)["draft_at"]
+    assert room.teacher.ask("desk/project", pupil=mia.id, name="")["leader"] == {"a": 1}
+    assert room.teacher.ask("desk/project", pupil=ben.id, name="") == "no-project"
+
+
+def test_wrong_codes_of_one_tablet_lock_out_nobody_else(room, now):
+    guesser, mia = room.browser(), room.browser()
+    for _ in range(10):
+        assert guesser.ask("class/check-code", code="AAAAAA") == "wrong-class-code"
+    assert guesser.ask("class/join", code=room.code, name="Eve", avatar="bus") == "too-many-attempts"
+    assert mia.ask("class/join", code=room.code, name="Mia", avatar="bus")["name"] == "Mia"
+    now[0] += 61
+    assert guesser.ask("class/check-code", code=room.code) == {}
+
+
+def test_a_taken_name_markup_and_a_full_name_are_refused(room):
+    room.join("Mia")
+    for name, code in (("MIA", "nickname-taken"), ("<img src=x>", "bad-user-name"), ("", "nickname-missing")):
+        assert room.browser().ask("class/join", code=room.code, name=name, avatar="bus") == code
+    assert room.browser().ask("class/join", code=room.code, name="x" * 500, avatar="bus") == "bad-message"
+
+
+def test_only_the_printed_key_sets_the_password_and_only_once(tmp_path):
+    with class_room(tmp_path) as room:
+        assert room.browser().ask("desk/first-password", key=FIRST_KEY, password="another one") == "wrong-password"
+        assert room.browser().ask("desk/about") == {"has_password": True, "signed_in": False}
+        assert room.teacher.ask("desk/about") == {"has_password": True, "signed_in": True}
+    with class_room(tmp_path, first_key=None) as room:
+        assert room.teacher.ask("desk/first-password", key="", password="another one") == "wrong-password"
+        assert room.teacher.ask("desk/sign-in", password="wrong") == "wrong-password"
+        assert room.teacher.ask("desk/sign-in", password=PASSWORD) == {}
+        assert room.teacher.ask("desk/settings") == {}
+
+
+def test_a_short_password_is_refused_and_the_key_still_works(tmp_path):
+    with class_room(tmp_path, signs_in=False) as room:
+        assert room.teacher.ask("desk/about")["has_password"] is False
+        assert room.teacher.ask("desk/first-password", key=FIRST_KEY, password="short") == "bad-password"
+        assert room.teacher.ask("desk/sign-in", password="") == "wrong-password"
+        room.sign_in()
+
+
+def test_passwords_are_rate_limited(room):
+    guesser = room.browser()
+    for _ in range(5):
+        assert guesser.ask("desk/sign-in", password="wrong") == "wrong-password"
+    assert guesser.ask("desk/sign-in", password=PASSWORD) == "too-many-attempts"
+    assert room.browser().ask("desk/sign-in", password=PASSWORD) == {}
+
+
+def test_the_teacher_is_signed_out_after_a_day_or_by_choice(room, now):
+    other = room.browser()
+    assert other.ask("desk/sign-in", password=PASSWORD) == {}
+    assert other.ask("desk/sign-out") == {}
+    assert other.ask("desk/settings") == "teacher-session-needed"
+    now[0] += 13 * 3600
+    assert room.teacher.ask("desk/settings") == "teacher-session-needed"
+
+
+def test_pages_of_other_sites_ask_for_nothing(room):
+    answer = room.browser().client.post("/api/class/about", headers={"origin": "http://evil.example"})
+    assert answer.json()["error"]["code"] == "foreign-origin"
+    foreign = room.browser().client.post("/api/class/about", headers={"host": "evil.example"})
+    assert foreign.json()["error"]["code"] == "foreign-host"
+
+
+@pytest.mark.parametrize("path", ["/api/projects/list", "/api/class/hand", "/api/class/draft/read", "/api/nothing"])
+def test_strangers_reach_nothing(room, path):
+    answer = room.browser().client.post(path, content="{}")
+    assert (answer.status_code, answer.json()["error"]["code"]) == (401, "class-session-needed")
+
+
+def test_the_address_in_the_qr_code_has_the_code_where_no_server_logs_it(room):
+    found = room.teacher.ask("desk/addresses")
+    assert found["addresses"] == [f"{HERE}/"]
+    assert found["qr_code"].startswith("<svg")
+    assert "script" not in found["qr_code"]
+    assert (found["local_name"], found["why_no_name"]) == (None, None)
+    new = room.teacher.ask("desk/new-code")
+    assert new["code"] != found["code"]
+    assert new["qr_code"] != found["qr_code"]

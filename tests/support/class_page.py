@@ -1,0 +1,87 @@
+"""A class's server without a socket, and the browsers in its room."""
+
+import json
+from contextlib import contextmanager
+
+from starlette.testclient import TestClient
+
+from motorcade.server.classroom.app import make_class_app
+from motorcade.server.classroom.folder import ClassFolder
+from motorcade.server.classroom.network import Network
+from motorcade.server.classroom.running_class import ClassServerSettings
+from support.world_page import Page
+
+HERE = "http://192.168.1.5:7710"
+FIRST_KEY, PASSWORD = "a-first-key", "correct horse"
+PROJECT = {"leader": {}, "followers": None, "profile": "classroom"}
+
+
+class Browser:
+    """A browser in the room, with cookies of its own, at the server of a class."""
+
+    def __init__(self, client, address):
+        self.client = TestClient(
+            client.app, base_url=HERE, client=(address, 50_000), follow_redirects=False, raise_server_exceptions=False
+        )
+        self.client.portal = client.portal
+
+    def ask(self, path, message=None, **values):
+        """The answer to a request; the code of the error where it is refused."""
+        answer = self.client.post(f"/api/{path}", content=json.dumps(values if message is None else message))
+        data = answer.json()
+        return data if answer.status_code == 200 else data["error"]["code"]
+
+    @contextmanager
+    def open(self, path):
+        """A WebSocket."""
+        with self.client.websocket_connect(f"ws{HERE.removeprefix('http')}/api/{path}") as socket:
+            yield Page(socket)
+
+    def save(self, name, **changes):
+        return self.ask("projects/write", name=name, project=PROJECT | changes)
+
+    def names(self):
+        return sorted(each["name"] for each in self.ask("projects/list"))
+
+
+class Room:
+    """A class: its teacher, and pupils who join."""
+
+    def __init__(self, client):
+        self._client = client
+        self._addresses = 10
+        self.teacher = self.browser()
+
+    def browser(self, address=None):
+        self._addresses += 1
+        return Browser(self._client, address or f"192.168.1.{self._addresses}")
+
+    def sign_in(self):
+        assert self.teacher.ask("desk/first-password", key=FIRST_KEY, password=PASSWORD) == {}
+        return self.teacher
+
+    @property
+    def code(self):
+        return self.teacher.ask("desk/addresses")["code"]
+
+    def join(self, name, address=None):
+        pupil = self.browser(address)
+        joined = pupil.ask("class/join", code=self.code, name=name, avatar="bus")
+        assert isinstance(joined, dict), joined
+        pupil.id, pupil.number = joined["id"], joined["number"]
+        return pupil
+
+
+@contextmanager
+def class_room(folder, signs_in=True, **changes):
+    """A class in a folder; the teacher has set the password and is signed in, unless there is no first key."""
+    given = {"clock": lambda: 0.0, "unix_s": lambda: 0.0, "first_key": FIRST_KEY}
+    settings = ClassServerSettings(
+        library=folder, page=folder, port=7710, network=Network(["192.168.1.5"], 7710), **{**given, **changes}
+    )
+    files = ClassFolder(folder)
+    with files.opened(), TestClient(make_class_app(settings, files), base_url=HERE) as client:
+        room = Room(client)
+        if settings.first_key and signs_in:
+            room.sign_in()
+        yield room
