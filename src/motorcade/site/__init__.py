@@ -51,26 +51,27 @@ def site_files(page: Path = PAGE) -> dict[str, bytes]:
     if not (page / _ENTRY).is_file():
         raise MotorcadeError("site-page-missing", folder=page)
     files = {name: (page / name).read_bytes() for name in _page_files(page)}
-    files["python.zip"] = python_zip()
-    files["engine.wasm"] = (PACKAGE / "engine" / "engine.wasm").read_bytes()
-    files["manifest.webmanifest"] = _manifest()
-    for name, answer in _FIRST_ANSWERS.items():
-        files[f"start/{name}.json"] = msgspec.json.encode(answer())
     worker = files.pop(_WORKER)
-    # Files that have no hash in their names are asked for by this one: no cache gives an old one to a new page.
-    build = hashlib.sha256(_list_of(files)).hexdigest()[:16]
-    files[_INDEX] = _index((page / _ENTRY).read_text(encoding="utf-8"), build)
-    entries = [
-        {
-            "url": name,
-            "revision": hashlib.sha256(data).hexdigest()[:16],
-            "integrity": "sha256-" + b64encode(hashlib.sha256(data).digest()).decode(),
-        }
-        for name, data in sorted(files.items())
-    ]
+    python = {"python.zip": python_zip(), "engine.wasm": (PACKAGE / "engine" / "engine.wasm").read_bytes()}
+    for name, answer in _FIRST_ANSWERS.items():
+        python[f"start/{name}.json"] = msgspec.json.encode(answer())
+    # The folder's name changes with its content, so that no page ever has Python of another build.
+    folder = f"python-{hashlib.sha256(_list_of(python)).hexdigest()[:12]}/"
+    files.update({folder + name: data for name, data in python.items()})
+    files["manifest.webmanifest"] = _manifest()
+    files[_INDEX] = _index((page / _ENTRY).read_text(encoding="utf-8"), folder)
+    entries = [_entry(name, data) for name, data in sorted(files.items())]
     assert _FILES_MARK in worker, f"{_WORKER} has no place for the list of files"
     files[_WORKER] = worker.replace(_FILES_MARK, json.dumps(entries).encode())
     return dict(sorted(files.items()))
+
+
+def _entry(name: str, data: bytes) -> dict[str, Any]:
+    """Return a file's line in the service worker's list; no revision where its name changes with it."""
+    digest = hashlib.sha256(data)
+    has_hash = name.startswith(("python-", "assets/")) and not name.startswith("assets/blockly/")
+    revision = None if has_hash else digest.hexdigest()[:16]
+    return {"url": name, "revision": revision, "integrity": "sha256-" + b64encode(digest.digest()).decode()}
 
 
 def write_site(folder: Path, files: dict[str, bytes]) -> None:
@@ -150,11 +151,11 @@ def _imported(built: dict[str, Any], first: str) -> set[str]:
     }
 
 
-def _index(page: str, build: str) -> bytes:
-    """Return index.html: the built page with the policy for its content and the build's hash."""
+def _index(page: str, folder: str) -> bytes:
+    """Return index.html: the built page with the policy for its content and the address of Python's files."""
     tags = (
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}" />\n    '
-        f'<meta name="motorcade-build" content="{build}" />\n    '
+        f'<meta name="motorcade-python" content="{folder}" />\n    '
         '<link rel="manifest" href="manifest.webmanifest" />\n    '
     )
     return page.replace('<meta charset="utf-8" />\n    ', f'<meta charset="utf-8" />\n    {tags}', 1).encode()

@@ -2,11 +2,11 @@
 
 import pyodide from "virtual:pyodide";
 
-// `motorcade site` writes it. With it in the addresses no cache answers with a file of an older build.
-const build = document.querySelector<HTMLMetaElement>('meta[name="motorcade-build"]')?.content ?? "";
+// `motorcade site` writes it: a folder whose name changes with its content.
+const folder = document.querySelector<HTMLMetaElement>('meta[name="motorcade-python"]')?.content ?? "";
 
 /** The folder of Pyodide's files, with a slash at its end. */
 export const PYODIDE = new URL(pyodide, document.baseURI).href;
 
 /** The whole address of a file such as "python.zip", "engine.wasm" or "start/profiles.json". */
-export const fileUrl = (name: string) => new URL(`${name}?v=${build}`, document.baseURI).href;
+export const fileUrl = (name: string) => new URL(folder + name, document.baseURI).href;

@@ -3,4 +3,4 @@
 import "../main";
 import { startOffline } from "./offline";
 
-void startOffline({ isBusy: () => false, onUpdate: () => undefined, onRefused: () => undefined });
+void startOffline();

@@ -5,6 +5,10 @@
  * nothing unsaved, nothing that plays, and nobody at the page; or until the user asks for it.
  */
 
+import i18next from "i18next";
+import { useMat } from "../mat/store";
+import { notify, useDialogs } from "../state/dialogs";
+import { useStudio } from "../state/studio";
 import type { ToPage, ToServiceWorker } from "./messages";
 
 const LOOK_EVERY_MS = 30_000;
@@ -12,42 +16,50 @@ const UPDATE_EVERY_MS = 3_600_000;
 // So long after the last key or click nobody is at the page.
 const AWAY_MS = 60_000;
 
-export interface Options {
-  /** Whether the page has work that a reload would lose or disturb. */
-  isBusy: () => boolean;
-  /** A newer build is there and waits; `takeOver` lets it begin, unless another page has work. */
-  onUpdate: (takeOver: () => void) => void;
-  /** The newer build can't take over: another page of the studio has work. */
-  onRefused: () => void;
+/** Whether a reload would lose or disturb something. */
+function isBusy(): boolean {
+  return useStudio.getState().unsaved || useMat.getState().state?.playing === true || useDialogs.getState().open !== null;
 }
 
 /** Store the site for use without a network, where the browser can; to be called when the page has started. */
-export async function startOffline({ isBusy, onUpdate, onRefused }: Options): Promise<void> {
+export async function startOffline(): Promise<void> {
   // Not there over plain HTTP from another computer, and in some private windows.
   if (!("serviceWorker" in navigator)) return;
   const workers = navigator.serviceWorker;
   let lastInput = Date.now();
+  let asked = false;
   for (const kind of ["pointerdown", "keydown", "wheel"]) addEventListener(kind, () => (lastInput = Date.now()), { passive: true });
   const isIdle = () => !isBusy() && (document.hidden || Date.now() - lastInput > AWAY_MS);
 
   workers.addEventListener("message", (event: MessageEvent<ToPage>) => {
     if (event.data === "is-idle") event.ports[0]?.postMessage(isIdle());
-    else onRefused();
+    else if (asked) notify(i18next.t("site.otherTabs"), "warning");
+    asked &&= event.data === "is-idle";
   });
-  // A page that began without a service worker has loaded this build's files itself.
-  if (workers.controller) workers.addEventListener("controllerchange", () => location.reload(), { once: true });
+  // The first service worker has the build that this page began with; the next one has another.
+  let isFirst = workers.controller === null;
+  workers.addEventListener("controllerchange", () => {
+    if (!isFirst) location.reload();
+    isFirst = false;
+  });
 
   const registration = await workers.register(new URL("sw.js", document.baseURI), { updateViaCache: "none" });
   const takeOver = () => registration.waiting?.postMessage("take-over" satisfies ToServiceWorker);
   let told: ServiceWorker | null = null;
   const look = () => {
     if (registration.waiting === null || workers.controller === null) return;
-    if (told !== registration.waiting) onUpdate(takeOver);
+    if (told !== registration.waiting) {
+      const run = () => {
+        asked = true;
+        takeOver();
+      };
+      notify(i18next.t("site.update"), "info", { label: i18next.t("site.useUpdate"), run });
+    }
     told = registration.waiting;
     if (isIdle()) takeOver();
   };
   registration.addEventListener("updatefound", () => registration.installing?.addEventListener("statechange", look));
-  document.addEventListener("visibilitychange", look);
+  // Not when the page becomes hidden: it may be leaving, and the next one would begin with the old build.
   setInterval(look, LOOK_EVERY_MS);
   setInterval(() => void registration.update().catch(() => undefined), UPDATE_EVERY_MS);
   look();

@@ -15,11 +15,25 @@ declare const self: ServiceWorkerGlobalScope & { __WB_MANIFEST: PrecacheEntry[] 
 
 const ANSWER_MS = 2000;
 
-// The browser's cache has what the page has just loaded: it asks the server only whether that is still the same. The
-// hash of each file's content is checked.
-addPlugins([{ requestWillFetch: ({ request }) => Promise.resolve(new Request(request, { cache: "no-cache" })) }]);
-// `motorcade site` writes the list of files here. Their addresses may carry the build's hash.
-precacheAndRoute(self.__WB_MANIFEST, { ignoreURLParametersMatching: [/^v$/], cleanURLs: false });
+/** The files that could not be stored the last time. */
+const FAILED = "failed";
+
+// The browser's cache has what the page has just loaded: the server is asked only whether that is still the same. A file
+// whose hash is wrong is loaded as a whole the next time.
+addPlugins([
+  {
+    requestWillFetch: async ({ request }) => {
+      const failed = await caches.match(request.url, { cacheName: FAILED });
+      return new Request(request, { cache: failed ? "reload" : "no-cache" });
+    },
+    fetchDidFail: async ({ request }) => (await caches.open(FAILED)).put(request.url, new Response()),
+  },
+]);
+// `motorcade site` writes the list of files here.
+precacheAndRoute(self.__WB_MANIFEST, { cleanURLs: false });
+
+// The page of the first visit, too, is answered without a network from now on.
+self.addEventListener("activate", (event) => event.waitUntil(Promise.all([caches.delete(FAILED), self.clients.claim()])));
 
 self.addEventListener("message", (event) => {
   const message = event.data as ToServiceWorker | null;

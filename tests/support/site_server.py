@@ -1,0 +1,52 @@
+"""A folder of static files, served as any web server would, below a path: in a thread, on a free port."""
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+PATH = "/motorcade/"
+
+
+class SiteServer:
+    """Serves ``folder`` at ``url`` until it is stopped; `requests` has the paths below it, in order."""
+
+    def __init__(self, folder: Path, port: int = 0) -> None:
+        self.requests: list[str] = []
+        requests = self.requests
+
+        class Handler(SimpleHTTPRequestHandler):
+            protocol_version = "HTTP/1.1"
+
+            def translate_path(self, path: str) -> str:
+                if not path.startswith(PATH):
+                    return str(folder / "no such file")
+                requests.append(path.removeprefix(PATH).partition("?")[0])
+                return super().translate_path(path.removeprefix(PATH[:-1]))
+
+            def log_message(self, *_: object) -> None:
+                pass
+
+        self._server = ThreadingHTTPServer(
+            ("127.0.0.1", port), lambda *arguments: Handler(*arguments, directory=str(folder))
+        )
+        self._server.daemon_threads = True
+        self.port = self._server.server_address[1]
+        self.url = f"http://127.0.0.1:{self.port}{PATH}"
+        threading.Thread(target=self._server.serve_forever, args=(0.05,), daemon=True).start()
+
+    def stop(self) -> None:
+        """Cut the connection: nothing listens at the port any more."""
+        self._server.shutdown()
+        self._server.server_close()
+
+
+@contextmanager
+def serving(folder: Path) -> Iterator[SiteServer]:
+    """A server for the length of a ``with`` block."""
+    server = SiteServer(folder)
+    try:
+        yield server
+    finally:
+        server.stop()
