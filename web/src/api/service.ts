@@ -17,9 +17,9 @@ export class UnreachableError extends Error {}
 
 /**
  * Whether requests are answered: `starting`, they wait until the service is ready for the first time; `restarting`, they
- * wait because it ended and begins again by itself; `gone`, they fail until it answers again.
+ * wait because it ended and begins again by itself; `gone`, they fail until it answers again; `failed`, for good.
  */
-export type ServiceState = "starting" | "ready" | "restarting" | "gone";
+export type ServiceState = "starting" | "ready" | "restarting" | "gone" | "failed";
 
 /** `world`: a world in play; `upload`: a transfer through a port of the service; `serial`: one through a port of this page. */
 export type StreamName = "world" | "upload" | "serial";

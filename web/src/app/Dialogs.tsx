@@ -99,7 +99,7 @@ export function Notices() {
 export function ServerBanner() {
   const { t } = useTranslation();
   const state = useStudio(({ service }) => service);
-  const text = state === "gone" || state === "restarting" ? t(`server.${state}`) : null;
+  const text = state === "ready" || state === "starting" ? null : t(`server.${state}`);
   return (
     <div className={css.serverBanner} role="alert">
       {text && (

@@ -67,7 +67,9 @@ function Notice({ session }: { session: Session }) {
   const link = useMat((now) => now.link);
   const problem = useMat((now) => now.problem);
   const isLost = link === "lost" || link === "elsewhere";
-  const text = isLost ? t(`mat.link.${link}`) : problem ? inLanguage(problem.sentence) : null;
+  const isStarting = useStudio(({ service }) => service === "starting");
+  const waiting = isStarting ? t("server.starting") : isLost ? t(`mat.link.${link}`) : null;
+  const text = waiting ?? (problem && inLanguage(problem.sentence));
   return (
     <div role="status">
       {text && (

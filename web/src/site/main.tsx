@@ -1,6 +1,14 @@
-/** The studio as static files. */
+/** The studio as static files: Python answers the page in a worker. */
 
-import "../main";
+import "../ui/tokens.css";
+import { createRoot } from "react-dom/client";
+import { connectTo } from "../api/service";
+import { App } from "../app/App";
+import { start } from "../app/start";
 import { startOffline } from "./offline";
+import { WorkerService } from "./workerService";
 
+connectTo(new WorkerService(() => new Worker(new URL("./worker.ts", import.meta.url), { type: "module" })));
+start();
+createRoot(document.getElementById("root")!).render(<App />);
 void startOffline();

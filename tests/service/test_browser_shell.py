@@ -1,0 +1,162 @@
+"""The shell of the studio in a page's worker, with the engine of this computer and the test's clock."""
+
+import json
+
+import pytest
+
+from motorcade.boards.simulated_drive import DrivenCars
+from motorcade.browser.shell import CAPABILITIES, Parts, Shell
+from motorcade.server.studio.library import FolderStorage
+from motorcade.server.studio.simulation import build_world
+from support.pictures import Picture
+from support.world_page import MAT, SET
+
+KEY = "ab" * 16
+
+
+class Clock:
+    """Seconds, as the test sets them."""
+
+    now_s = 0.0
+
+    def __call__(self) -> float:
+        return self.now_s
+
+
+@pytest.fixture
+def clock():
+    return Clock()
+
+
+@pytest.fixture
+def shell(clock, tmp_path):
+    def make_world(message):
+        return build_world(message, DrivenCars(), CAPABILITIES.most_cars)
+
+    return Shell(Parts(FolderStorage(tmp_path), make_world, clock))
+
+
+def ask(shell, name, message=None):
+    return json.loads(shell.answer(name, json.dumps(message or {})))
+
+
+def said(sent):
+    """Texts as objects, and bytes as pictures."""
+    return [json.loads(each) if isinstance(each, str) else Picture(each) for each in sent]
+
+
+def test_requests_are_answered(shell):
+    assert ask(shell, "capabilities")["answer"]["kernels"] == "webassembly"
+    assert "square" in [each["id"] for each in ask(shell, "examples")["answer"]]
+    project = ask(shell, "example", {"id": "square"})["answer"]
+    blocks = {name: project[name] for name in ("leader", "followers", "profile")}
+    assert ask(shell, "compile", blocks)["answer"]["image"]
+
+
+@pytest.mark.parametrize(
+    ("name", "message", "code"),
+    [
+        ("no-such-request", "{}", "not-found"),
+        ("example", '{"id": "none"}', "no-example"),
+        ("example", "{", "bad-message"),
+        ("example", '{"id": 1}', "bad-message"),
+        ("open", '{"text": "[1]"}', "out-of-range"),
+    ],
+)
+def test_a_wrong_request_is_refused_with_a_sentence_in_each_language(shell, name, message, code):
+    error = json.loads(shell.answer(name, message))["error"]
+    assert error["code"] == code
+    assert set(error["sentence"]) == {"en", "zh"}
+
+
+def test_an_error_of_motorcade_itself_is_told_as_internal(shell, capsys):
+    broken = Shell(Parts(None, lambda message: 1 / 0, lambda: 0.0))  # type: ignore[arg-type,return-value]
+    assert ask(broken, "projects/list")["error"]["code"] == "internal"
+    broken.open(1, "world", KEY)
+    assert [each["code"] for each in said(broken.receive(1, json.dumps(SET)))] == ["internal"]
+    assert "ZeroDivisionError" in capsys.readouterr().err
+
+
+def test_a_world_plays_as_time_passes(shell, clock):
+    assert [each["is"] for each in said(shell.open(1, "world", KEY))] == ["hello"]
+    assert shell.wait_s(1) < 0
+    assert [each["is"] for each in said(shell.receive(1, json.dumps(SET)))][:2] == ["hello", "state"]
+    assert shell.wait_s(1) == 0
+    first = next(each for each in said(shell.advance(1)) if isinstance(each, Picture))
+    assert (first.number, first.cars) == (1, len(MAT["car"]))
+    assert shell.wait_s(1) < 0
+    shell.receive(1, '{"do": "play", "speed": 1}')
+    times = []
+    for _ in range(10):
+        clock.now_s += shell.wait_s(1)
+        times += [each.t_ms for each in said(shell.advance(1)) if isinstance(each, Picture)]
+        shell.receive(1, '{"do": "shown", "frame": 99}')
+    assert times == sorted(times)
+    assert 200 < times[-1] <= 400
+
+
+def test_no_picture_is_made_before_the_page_has_drawn_two(shell, clock):
+    shell.open(1, "world", KEY)
+    shell.receive(1, json.dumps(SET))
+    shell.receive(1, '{"do": "play", "speed": 1}')
+    pictures = []
+    for _ in range(20):
+        clock.now_s += shell.wait_s(1)
+        pictures += [each.number for each in said(shell.advance(1)) if isinstance(each, Picture)]
+    assert pictures == [1, 2]
+    shell.receive(1, '{"do": "shown", "frame": 2}')
+    assert any(isinstance(each, Picture) for each in said(shell.advance(1)))
+
+
+def test_a_world_stays_when_its_stream_is_opened_again(shell):
+    shell.open(1, "world", KEY)
+    shell.receive(1, json.dumps(SET))
+    shell.close(1)
+    assert shell.receive(1, '{"do": "pause"}') == []
+    assert shell.wait_s(1) < 0
+    hello = said(shell.open(2, "world", KEY))[0]
+    assert (hello["resumed"], hello["cars"]) == (True, len(MAT["car"]))
+    assert said(shell.open(3, "world", "cd" * 16))[0]["cars"] == 0
+
+
+@pytest.mark.parametrize(
+    ("message", "code"),
+    [
+        ('{"do": "pause"}', "no-world"),
+        ("{", "bad-message"),
+        (b"bytes", "bad-message"),
+        ('{"do": "fly"}', "bad-message"),
+    ],
+)
+def test_a_wrong_message_is_refused_and_the_stream_stays(shell, message, code):
+    shell.open(1, "world", KEY)
+    assert [each["code"] for each in said(shell.receive(1, message))] == [code]
+    assert said(shell.receive(1, json.dumps(SET)))[0]["is"] == "hello"
+
+
+def test_bytes_of_a_port_are_carried_until_the_outcome(shell, clock):
+    shell.open(1, "serial", "")
+    assert shell.wait_s(1) < 0
+    first = shell.receive(1, '{"readback": true}')
+    sent = b"".join(each for each in first if isinstance(each, bytes))
+    outcome = None
+    for _ in range(100_000):
+        wait_s = shell.wait_s(1)
+        if wait_s < 0:
+            break
+        clock.now_s += max(wait_s, 0.001)
+        for each in shell.advance(1):
+            if isinstance(each, bytes):
+                sent += each
+            else:
+                outcome = json.loads(each)
+    assert sent
+    assert outcome["error"]["code"] == "nothing-to-read"
+    assert shell.receive(1, b"too late") == []
+
+
+@pytest.mark.parametrize("message", ["{", b"bytes", "{}", '{"image": "AAAA"}'])
+def test_a_wrong_order_fails_and_ends(shell, message):
+    shell.open(1, "serial", "")
+    assert [each["outcome"] for each in said(shell.receive(1, message))] == ["failed"]
+    assert shell.wait_s(1) < 0

@@ -1,0 +1,21 @@
+/** The messages between the page and its worker. */
+
+import type { StreamName } from "../api/service";
+
+/** From the page; `message` is JSON. */
+export type ToWorker =
+  | { is: "start"; site: string }
+  | { is: "ping" }
+  | { is: "ask"; id: number; name: string; message: string }
+  | { is: "open"; stream: number; name: StreamName; session: string }
+  | { is: "data"; stream: number; data: string | Uint8Array<ArrayBuffer> }
+  | { is: "close"; stream: number };
+
+/** From the worker; `answer` is JSON. `failed`: Python can't start; `dead`: it has ended. */
+export type FromWorker =
+  | { is: "ready" }
+  | { is: "pong" }
+  | { is: "answer"; id: number; answer: string }
+  | { is: "opened"; stream: number }
+  | { is: "data"; stream: number; data: string | ArrayBuffer }
+  | { is: "failed" | "dead"; reason: string };

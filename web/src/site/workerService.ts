@@ -1,0 +1,59 @@
+/** A service that is Python in workers of this browser. */
+
+import { RefusedError, type Service, type Stream, type StreamListeners, type StreamName, UnreachableError } from "../api/service";
+import type { ErrorAnswer, Requests } from "../generated/messages";
+import { useStudio } from "../state/studio";
+import { RestartingWorker } from "./restartingWorker";
+
+/** Files answer them, as the answers never change: the page can be drawn before Python runs. */
+const STATIC: readonly (keyof Requests)[] = ["capabilities", "profiles", "examples"];
+/** They may take many seconds, so a second worker answers them: no picture and no other request waits. */
+const LONG: readonly (keyof Requests)[] = ["missions/check"];
+const MOST_UNANSWERED = 10;
+const MOST_UNANSWERED_BY_LONG = 60;
+
+export class WorkerService implements Service {
+  private readonly worker: RestartingWorker;
+  private second: RestartingWorker | null = null;
+  private readonly files = new Map<string, Promise<unknown>>();
+
+  constructor(
+    private readonly makeWorker: () => Worker,
+    private readonly site: string = new URL(".", document.baseURI).href,
+  ) {
+    useStudio.setState({ service: "starting" });
+    this.worker = new RestartingWorker(makeWorker, site, MOST_UNANSWERED, (service) => useStudio.setState({ service }));
+  }
+
+  async ask<Name extends keyof Requests>(name: Name, message: Requests[Name]["message"] | null): Promise<Requests[Name]["answer"]> {
+    if (STATIC.includes(name)) return (await this.file(`start/${name}.json`)) as Requests[Name]["answer"];
+    const worker = LONG.includes(name) ? this.secondWorker() : this.worker;
+    const text = await worker.ask(name, JSON.stringify(message ?? {}));
+    const { answer, error } = JSON.parse(text) as { answer?: Requests[Name]["answer"]; error?: ErrorAnswer };
+    if (error) throw new RefusedError(error.code, error.sentence);
+    return answer!;
+  }
+
+  openStream(name: StreamName, session: string, listeners: StreamListeners): Stream {
+    return this.worker.openStream(name, session, listeners);
+  }
+
+  private secondWorker(): RestartingWorker {
+    this.second ??= new RestartingWorker(this.makeWorker, this.site, MOST_UNANSWERED_BY_LONG, () => undefined);
+    return this.second;
+  }
+
+  /** A file of the site, as JSON. */
+  private file(path: string): Promise<unknown> {
+    const known = this.files.get(path);
+    if (known) return known;
+    const fetched = fetch(new URL(path, this.site))
+      .then((response) => (response.ok ? response.json() : Promise.reject(new UnreachableError())))
+      .catch(() => {
+        this.files.delete(path);
+        throw new UnreachableError();
+      });
+    this.files.set(path, fetched);
+    return fetched;
+  }
+}
