@@ -15,7 +15,7 @@ OTHER_FILES = sorted(
     for file in (ROOT / folder).rglob("*.py")
     if "node_modules" not in file.parts
 )
-MOST_FILES = 262
+MOST_FILES = 264
 MOST_LINES = 400
 MOST_PARAMETERS = 8
 
@@ -26,7 +26,8 @@ ARROWS = {
     "__init__": ("car", "cli", "config", "drive", "engine", "mats", "program", "runs", "words"),
     "__main__": ("cli",),
     "boards": ("cameras", "car", "config", "engine", "runs", "sockets", "words"),
-    "browser": (),
+    # It runs in a web page, where there is neither NumPy nor a web framework.
+    "browser": ("missions", "service"),
     "cameras": ("engine", "runs"),
     "car": ("words",),
     "classroom": ("service",),
@@ -51,7 +52,7 @@ ARROWS = {
     ),
     # It also runs where there is neither a web framework nor NumPy.
     "service": ("config", "engine", "missions", "program", "upload", "words"),
-    "site": ("config", "server", "service"),
+    "site": ("browser", "config", "server", "service"),
     "sockets": (),
     "timing": ("words",),
     "upload": ("timing", "words"),

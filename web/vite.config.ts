@@ -56,7 +56,7 @@ function blocklyMedia(): Plugin {
 
 /**
  * Python for browsers: Pyodide's files and msgspec's wheel, in a folder whose name changes with their content. The module
- * `virtual:pyodide` exports the folder's address, relative to the page's.
+ * `virtual:pyodide` exports the folder's address, relative to the page's, and the wheel's name.
  */
 function pyodide(): Plugin {
   const runtime = dirname(createRequire(import.meta.url).resolve("pyodide/package.json"));
@@ -64,19 +64,21 @@ function pyodide(): Plugin {
   const files = new Map(names.map((name) => [name, readFileSync(join(runtime, name))]));
   const hash = createHash("sha256");
   let folder = "";
+  let msgspec = "";
   return {
     name: "pyodide",
     apply: "build",
     buildStart() {
       const wheel = readdirSync(WHEELS).find((name) => name.startsWith("msgspec-"));
       if (wheel === undefined) this.error(`${WHEELS} has no wheel of msgspec: run 'python hatch_build.py build'`);
+      msgspec = wheel;
       files.set(wheel, readFileSync(join(WHEELS, wheel)));
       files.set("pyodide-lock.json", Buffer.from(JSON.stringify(lock(runtime, wheel, files.get(wheel)!))));
       for (const content of files.values()) hash.update(content);
       folder = `assets/pyodide-${hash.digest("hex").slice(0, 12)}/`;
     },
     resolveId: (id) => (id === "virtual:pyodide" ? `\0${id}` : null),
-    load: (id) => (id === "\0virtual:pyodide" ? `export default ${JSON.stringify(folder)}` : null),
+    load: (id) => (id === "\0virtual:pyodide" ? `export const folder = ${JSON.stringify(folder)}, wheel = ${JSON.stringify(msgspec)}` : null),
     generateBundle() {
       for (const [name, source] of files) this.emitFile({ type: "asset", fileName: folder + name, source });
     },
@@ -103,6 +105,7 @@ function lock(runtime: string, wheel: string, content: Buffer): object {
 export default defineConfig({
   // Relative addresses: the site may be below any path.
   base: "./",
+  worker: { format: "es" },
   plugins: [react(), texts(), blocklyMedia(), pyodide()],
   build: {
     outDir: "../src/motorcade/server/page",

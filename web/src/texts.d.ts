@@ -15,8 +15,9 @@ declare module "virtual:texts/remote" {
 
 declare module "virtual:pyodide" {
   /** The folder of Pyodide's files, relative to the page's address. */
-  const folder: string;
-  export default folder;
+  export const folder: string;
+  /** The name of msgspec's wheel in it. */
+  export const wheel: string;
 }
 
 declare module "virtual:texts/class" {

@@ -10,6 +10,7 @@ from typing import Any
 import msgspec
 
 from motorcade import server
+from motorcade.browser.shell import CAPABILITIES
 from motorcade.config.files import replace_file
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import FIRST, languages
@@ -30,7 +31,11 @@ _ICON_SIZES = (192, 512)
 _VITE = ".vite/manifest.json"
 _FILES_MARK = b"self.__WB_MANIFEST"
 # Answers that the page has before Python runs.
-_FIRST_ANSWERS = {"profiles": programs.profile_figures, "examples": documents.examples}
+_FIRST_ANSWERS = {
+    "capabilities": lambda: CAPABILITIES,
+    "profiles": programs.profile_figures,
+    "examples": documents.examples,
+}
 # Blockly and PixiJS style and draw by data: and blob: addresses. Workers, and scripts, come from files alone.
 POLICY = (
     "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self'; "

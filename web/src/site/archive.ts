@@ -6,10 +6,10 @@ const DEFLATED = 8;
 const END_BYTES = 22;
 
 /** Fetch and unpack an archive. Throws where it is missing or damaged. */
-export async function unpack(url: URL): Promise<[path: string, data: Uint8Array][]> {
+export async function unpack(url: string): Promise<[path: string, data: Uint8Array][]> {
   const response = await fetch(url);
-  if (!response.ok) throw new Error(`${url.pathname}: ${response.status}`);
-  return await Promise.all(entries(await response.arrayBuffer(), url.pathname));
+  if (!response.ok) throw new Error(`${url}: ${response.status}`);
+  return await Promise.all(entries(await response.arrayBuffer(), url));
 }
 
 function* entries(archive: ArrayBuffer, name: string): Generator<Promise<[string, Uint8Array]>> {

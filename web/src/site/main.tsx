@@ -5,10 +5,12 @@ import { createRoot } from "react-dom/client";
 import { connectTo } from "../api/service";
 import { App } from "../app/App";
 import { start } from "../app/start";
+import { fileUrl, PLACES } from "./files";
 import { startOffline } from "./offline";
 import { WorkerService } from "./workerService";
 
-connectTo(new WorkerService(() => new Worker(new URL("./worker.ts", import.meta.url), { type: "module" })));
+const makeWorker = () => new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
+connectTo(new WorkerService(makeWorker, PLACES, fileUrl));
 start();
 createRoot(document.getElementById("root")!).render(<App />);
 void startOffline();

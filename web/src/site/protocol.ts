@@ -2,9 +2,17 @@
 
 import type { StreamName } from "../api/service";
 
+/** The addresses of what a worker loads; that of Pyodide's folder ends with a slash. */
+export interface Places {
+  pyodide: string;
+  msgspec: string;
+  python: string;
+  engine: string;
+}
+
 /** From the page; `message` is JSON. */
 export type ToWorker =
-  | { is: "start"; site: string }
+  | { is: "start"; places: Places }
   | { is: "ping" }
   | { is: "ask"; id: number; name: string; message: string }
   | { is: "open"; stream: number; name: StreamName; session: string }

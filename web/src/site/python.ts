@@ -1,6 +1,7 @@
 /** Python in this worker: Pyodide and Motorcade's shell, all from the site's own folder. */
 
 import { unpack } from "./archive";
+import type { Places } from "./protocol";
 
 /** What is used of Pyodide's interface. */
 interface Pyodide {
@@ -35,15 +36,11 @@ export interface Shell {
   close: (stream: number) => void;
 }
 
-/** Motorcade's own modules, and the package that they need. */
-const ARCHIVES = ["python.zip", "pyodide/msgspec.whl"];
-
-/** Start Python; `site` is the address of the site's folder. Throws where a file is missing, or Python can't start. */
-export async function startPython(site: string): Promise<Shell> {
-  const unpacking = Promise.all(ARCHIVES.map((name) => unpack(new URL(name, site))));
+/** Start Python. Throws where a file is missing, or Python can't start. */
+export async function startPython({ pyodide: indexURL, msgspec, python }: Places): Promise<Shell> {
+  const unpacking = Promise.all([unpack(python), unpack(msgspec)]);
   // Whoever awaits it below handles its failure.
   unpacking.catch(() => undefined);
-  const indexURL = new URL("pyodide/", site).href;
   const { loadPyodide } = (await import(/* @vite-ignore */ `${indexURL}pyodide.mjs`)) as PyodideModule;
   const pyodide = await loadPyodide({
     indexURL,

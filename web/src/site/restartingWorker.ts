@@ -1,7 +1,7 @@
 /** A worker in which Python runs; one that ends or hangs is started again, and asked again what it had not answered. */
 
 import { type Stream, type StreamListeners, type StreamName, UnreachableError } from "../api/service";
-import type { FromWorker, ToWorker } from "./protocol";
+import type { FromWorker, Places, ToWorker } from "./protocol";
 
 const PING_MS = 2000;
 /** Python is started so often in a row; a request is sent so often. */
@@ -33,13 +33,13 @@ export class RestartingWorker {
 
   /**
    * @param makeWorker makes a worker that runs `worker.ts`.
-   * @param site the address of the site's folder.
+   * @param places the addresses of what it loads.
    * @param mostUnanswered a worker that leaves so many pings unanswered, one each two seconds, hangs.
    * @param onState called when the worker's state changes.
    */
   constructor(
     private readonly makeWorker: () => Worker,
-    private readonly site: string,
+    private readonly places: Places,
     private readonly mostUnanswered: number,
     private readonly onState: (state: WorkerState) => void,
   ) {
@@ -88,7 +88,7 @@ export class RestartingWorker {
     this.unanswered = 0;
     worker.onmessage = (event: MessageEvent<FromWorker>) => this.receive(event.data);
     worker.onerror = (event) => this.restart(event.message);
-    worker.postMessage({ is: "start", site: this.site } satisfies ToWorker);
+    worker.postMessage({ is: "start", places: this.places } satisfies ToWorker);
     return worker;
   }
 

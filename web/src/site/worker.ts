@@ -1,6 +1,6 @@
 /** The worker of the site: Python answers the page's requests and streams. */
 
-import type { FromWorker, ToWorker } from "./protocol";
+import type { FromWorker, Places, ToWorker } from "./protocol";
 import { type Sent, type Shell, startPython } from "./python";
 
 /** What is used of a worker's global scope; the page's own types don't have it. */
@@ -16,15 +16,15 @@ const waiting: ToWorker[] = [];
 const timers = new Map<number, ReturnType<typeof setTimeout>>();
 
 scope.onmessage = ({ data: message }) => {
-  if (message.is === "start") void start(message.site);
+  if (message.is === "start") void start(message.places);
   else if (message.is === "ping") scope.postMessage({ is: "pong" });
   else if (shell) handle(shell, message);
   else waiting.push(message);
 };
 
-async function start(site: string): Promise<void> {
+async function start(places: Places): Promise<void> {
   try {
-    shell = await startPython(site);
+    shell = await startPython(places);
   } catch (error) {
     scope.postMessage({ is: "failed", reason: String(error) });
     return;

@@ -32,7 +32,8 @@ class MockWorker {
 }
 
 const TEXT = { text: "{}" };
-const makeService = () => new WorkerService(() => new MockWorker() as unknown as Worker, "https://site.example/studio/");
+const PLACES = { pyodide: "pyodide/", msgspec: "m.whl", python: "p.zip", engine: "e.wasm" };
+const makeService = () => new WorkerService(() => new MockWorker() as unknown as Worker, PLACES, (name) => `https://site.example/studio/${name}?v=1`);
 const newest = () => MockWorker.made.at(-1)!;
 const state = () => useStudio.getState().service;
 const nothing = () => ({ onOpen: vi.fn(), onMessage: vi.fn(), onClose: vi.fn() });
@@ -73,7 +74,7 @@ describe("a request", () => {
     const files = vi.spyOn(globalThis, "fetch").mockResolvedValue(new Response("[]"));
     const service = makeService();
     expect(await Promise.all([service.ask("profiles", null), service.ask("profiles", null)])).toEqual([[], []]);
-    expect(files.mock.calls.map(([url]) => String(url as URL))).toEqual(["https://site.example/studio/start/profiles.json"]);
+    expect(files.mock.calls.map(([url]) => url)).toEqual(["https://site.example/studio/start/profiles.json?v=1"]);
     expect(newest().asked()).toEqual([]);
   });
 });

@@ -3,6 +3,7 @@
 import { RefusedError, type Service, type Stream, type StreamListeners, type StreamName, UnreachableError } from "../api/service";
 import type { ErrorAnswer, Requests } from "../generated/messages";
 import { useStudio } from "../state/studio";
+import type { Places } from "./protocol";
 import { RestartingWorker } from "./restartingWorker";
 
 /** Files answer them, as the answers never change: the page can be drawn before Python runs. */
@@ -17,12 +18,18 @@ export class WorkerService implements Service {
   private second: RestartingWorker | null = null;
   private readonly files = new Map<string, Promise<unknown>>();
 
+  /**
+   * @param makeWorker makes a worker that runs `worker.ts`.
+   * @param places the addresses of what it loads.
+   * @param fileUrl the address of a file of the site.
+   */
   constructor(
     private readonly makeWorker: () => Worker,
-    private readonly site: string = new URL(".", document.baseURI).href,
+    private readonly places: Places,
+    private readonly fileUrl: (name: string) => string,
   ) {
     useStudio.setState({ service: "starting" });
-    this.worker = new RestartingWorker(makeWorker, site, MOST_UNANSWERED, (service) => useStudio.setState({ service }));
+    this.worker = new RestartingWorker(makeWorker, places, MOST_UNANSWERED, (service) => useStudio.setState({ service }));
   }
 
   async ask<Name extends keyof Requests>(name: Name, message: Requests[Name]["message"] | null): Promise<Requests[Name]["answer"]> {
@@ -39,7 +46,7 @@ export class WorkerService implements Service {
   }
 
   private secondWorker(): RestartingWorker {
-    this.second ??= new RestartingWorker(this.makeWorker, this.site, MOST_UNANSWERED_BY_LONG, () => undefined);
+    this.second ??= new RestartingWorker(this.makeWorker, this.places, MOST_UNANSWERED_BY_LONG, () => undefined);
     return this.second;
   }
 
@@ -47,7 +54,7 @@ export class WorkerService implements Service {
   private file(path: string): Promise<unknown> {
     const known = this.files.get(path);
     if (known) return known;
-    const fetched = fetch(new URL(path, this.site))
+    const fetched = fetch(this.fileUrl(path))
       .then((response) => (response.ok ? response.json() : Promise.reject(new UnreachableError())))
       .catch(() => {
         this.files.delete(path);
