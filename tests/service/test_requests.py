@@ -311,8 +311,8 @@ def save(ask):
 )
 def test_a_saved_project_comes_back_unchanged(ask, save, name):
     assert [save(name, project(1)), save(name, project(2))] == [1, 2]
-    assert ask("projects/read", {"name": name}) == {"name": name, **project(2)}
-    assert ask("projects/read", {"name": name, "version": 1}) == {"name": name, **project(1)}
+    assert ask("projects/read", {"name": name}) == {"name": name, "version": 2, **project(2)}
+    assert ask("projects/read", {"name": name, "version": 1}) == {"name": name, "version": 1, **project(1)}
     listed = ask("projects/list")
     assert [(each["name"], each["versions"]) for each in listed] == [(name, 2)]
     versions = ask("projects/history", {"name": name})
@@ -329,7 +329,7 @@ def test_a_version_on_the_disk_is_a_project_file(save, folder):
 def test_a_project_without_a_mat_or_a_finished_program_is_saved_too(ask, save):
     unfinished = {**project(1, mat=None), "leader": {"blocks": {"blocks": [{"type": "motorcade_leader", "next": 3}]}}}
     save("a", unfinished)
-    assert ask("projects/read", {"name": "a"}) == {"name": "a", **unfinished}
+    assert ask("projects/read", {"name": "a"}) == {"name": "a", "version": 1, **unfinished}
 
 
 def test_a_deleted_project_is_gone(ask, refused, save):
@@ -346,10 +346,40 @@ def test_a_damaged_version_is_refused_and_the_others_can_be_read(ask, refused, s
     save("b", project(3))
     next(folder.glob("a-*/000002*")).write_bytes(b'{"format": \xff')
     assert refused("projects/read", {"name": "a"}) == (409, "damaged-version")
-    assert ask("projects/read", {"name": "a", "version": 1}) == {"name": "a", **project(1)}
+    assert ask("projects/read", {"name": "a", "version": 1}) == {"name": "a", "version": 1, **project(1)}
     assert sorted(each["name"] for each in ask("projects/list")) == ["a", "b"]
     assert save("a", project(4)) == 3
-    assert ask("projects/read", {"name": "a"}) == {"name": "a", **project(4)}
+    assert ask("projects/read", {"name": "a"}) == {"name": "a", "version": 3, **project(4)}
+
+
+def test_a_project_saved_in_another_window_meanwhile_is_not_replaced(ask, refused):
+    def written(base, number):
+        return {"name": "a", "project": project(number), "base": base}
+
+    assert ask("projects/write", written(0, 1)) == {"version": 1, "stays": True}
+    assert ask("projects/write", written(1, 2))["version"] == 2
+    assert refused("projects/write", written(1, 3)) == (409, "saved-elsewhere")
+    assert refused("projects/write", written(0, 3)) == (409, "project-exists")
+    assert refused("projects/write", written(-1, 3)) == (400, "bad-message")
+    assert ask("projects/read", {"name": "a"}) == {"name": "a", "version": 2, **project(2)}
+
+
+def test_all_projects_are_exported_and_imported(ask, refused, save):
+    save("a", project(1))
+    save("a", project(2))
+    file = ask("projects/export")
+    assert file["left_out"] == []
+    ask("projects/delete", {"name": "a"})
+    imported = ask("projects/import", {"text": file["text"]})
+    assert imported == {"projects": [{"name": "a", "stored_as": "a", "versions": 2}], "stars": 0, "left_out": []}
+    assert ask("projects/read", {"name": "a", "version": 1}) == {"name": "a", "version": 1, **project(1)}
+    assert refused("projects/import", {"text": file["text"][:-9]}) == (400, "no-projects-file")
+
+
+def test_the_place_of_the_projects_is_told(ask, save):
+    assert ask("projects/place") == {"used_bytes": 0, "most_bytes": 1 << 30, "stays": True, "problems": []}
+    save("a", project(1))
+    assert ask("projects/place")["used_bytes"] > 100
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from starlette.websockets import WebSocket
 
 from motorcade.errors import MotorcadeError
 from motorcade.server.http import error_response, refusal_page
+from motorcade.service.exchange import MOST_BYTES
 from motorcade.timing import RateLimit, to_ticks
 
 _MOST_ADDRESSES = 4096
@@ -31,6 +32,8 @@ _CAMERA = "/camera"
 _GUARDED = ("/api/", "/drive/", _CAMERA)
 _HOST = re.compile(r"(\[(?P<address>[0-9a-fA-F:.]+)\]|(?P<name>[A-Za-z0-9._-]+))(:[0-9]{1,5})?")
 _LENGTH = re.compile("[0-9]{1,12}")
+# A file of all projects grows inside of a JSON text.
+_LARGE_BODIES = {"/api/projects/import": 2 * MOST_BYTES}
 _WEEK_S = 7 * 24 * 3600
 _HEADERS = {
     # Blockly styles its blocks in place, and both it and PixiJS draw from data: and blob: addresses.
@@ -114,7 +117,7 @@ class RequestFilter:
         if shown:
             await self._store_token(scope)(scope, receive, send)
             return
-        await self._app(scope, self._bounded(receive), send)
+        await self._app(scope, self._bounded(receive, self._most_body(scope)), send)
 
     def _check(self, scope: Scope) -> None:
         headers = Headers(scope=scope)
@@ -124,8 +127,12 @@ class RequestFilter:
         if scope["path"].startswith(_GUARDED):
             self._check_token(scope)
         length = headers.get("content-length", "0")
-        if not _LENGTH.fullmatch(length) or int(length) > self._settings.most_body:
-            raise self._too_large()
+        most = self._most_body(scope)
+        if not _LENGTH.fullmatch(length) or int(length) > most:
+            raise MotorcadeError("body-too-large", most=most)
+
+    def _most_body(self, scope: Scope) -> int:
+        return max(self._settings.most_body, _LARGE_BODIES.get(scope["path"], 0))
 
     def _check_rate(self, scope: Scope) -> None:
         address = scope["client"][0] if scope.get("client") else ""
@@ -192,21 +199,18 @@ class RequestFilter:
         response.set_cookie(self._cookie, token, max_age=_WEEK_S, httponly=True, samesite="strict", secure=secure)
         return response
 
-    def _bounded(self, receive: Receive) -> Receive:
-        left = self._settings.most_body
+    def _bounded(self, receive: Receive, most: int) -> Receive:
+        left = most
 
         async def bounded() -> Message:
             nonlocal left
             message = await receive()
             left -= len(message.get("body", b"")) if message["type"] == "http.request" else 0
             if left < 0:
-                raise self._too_large()
+                raise MotorcadeError("body-too-large", most=most)
             return message
 
         return bounded
-
-    def _too_large(self) -> MotorcadeError:
-        return MotorcadeError("body-too-large", most=self._settings.most_body)
 
 
 def _host_name(host: str) -> str | None:

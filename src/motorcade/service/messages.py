@@ -238,9 +238,10 @@ class Project(Struct):
 
 
 class StoredProject(Project):
-    """A project, and its name in the library."""
+    """A project, its name in the library, and the version that it is."""
 
     name: str = ""
+    version: int = 0
 
 
 class ProjectName(Struct):
@@ -257,16 +258,39 @@ class ProjectVersion(Struct):
 
 
 class ProjectToSave(Struct):
-    """A project, and its name in the library."""
+    """A project, and its name in the library.
+
+    Attributes:
+        base: the version that it was made from, 0 where it was made from none; it is refused where the library has
+            another newest version. None: it is stored in any case.
+    """
 
     name: str
     project: Project
+    base: Annotated[int, Meta(ge=0, lt=1 << 30)] | None = None
 
 
 class SavedVersion(Struct):
-    """The number of the version that holds what was saved."""
+    """The number of the version that holds what was saved, and whether it stays when the page is closed."""
 
     version: int
+    stays: bool = True
+
+
+class Place(Struct):
+    """Where projects are stored.
+
+    Attributes:
+        used_bytes: how many bytes they use.
+        most_bytes: how many they may use; None where that isn't known.
+        stays: whether they stay when the page is closed.
+        problems: what is wrong with what is stored there.
+    """
+
+    used_bytes: int
+    most_bytes: int | None = None
+    stays: bool = True
+    problems: list[ErrorAnswer] = []
 
 
 class LibraryEntry(Struct):

@@ -2,61 +2,19 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import msgspec
 
 from motorcade.errors import MotorcadeError
 from motorcade.missions.check import Play
 from motorcade.program.diagnostics import ProgramError
-from motorcade.service import messages, missions
+from motorcade.service import exchange, messages, missions
 from motorcade.service.documents import example, examples, open_text, project_text
+from motorcade.service.library import Storage
 from motorcade.service.messages import Nothing, decode
 from motorcade.service.programs import compile_blocks, decompile_image, profile_figures
 from motorcade.service.python_text import blocks_to_python, python_to_blocks
-
-
-class Quota(NamedTuple):
-    """How many bytes an owner's projects use, and how many they may use; None: no limit."""
-
-    used_bytes: int
-    most_bytes: int | None = None
-
-
-class Storage(Protocol):
-    """Projects by owner and name; every version of a project is stored.
-
-    Each method is atomic: another caller sees the state before it or after it, never between. Each raises
-    MotorcadeError where the name of an owner or a project isn't allowed.
-    """
-
-    def read(self, owner: str, name: str, version: int | None = None) -> bytes:
-        """The text of a version, by default of the newest. Raises MotorcadeError where there is none."""
-
-    def write_version(self, owner: str, name: str, data: bytes) -> int:
-        """Store ``data`` as the newest version, unless it equals the newest one; return the version's number.
-
-        Raises MotorcadeError where the name isn't allowed or the data can't be written.
-        """
-
-    def history(self, owner: str, name: str) -> list[messages.Version]:
-        """All versions of a project, the newest first. Raises MotorcadeError where there is no such project."""
-
-    def delete(self, owner: str, name: str) -> None:
-        """Remove a project with all its versions from the list. Raises MotorcadeError where there is none."""
-
-    def quota(self, owner: str) -> Quota:
-        """How many bytes an owner uses, and may use."""
-
-    def stars(self, owner: str) -> dict[str, "list[int]"]:
-        """The stars that an owner has earned: of each mission's id a sorted list."""
-
-    def add_stars(self, owner: str, mission: str, stars: "list[int]") -> "list[int]":
-        """Add stars of a mission to those that an owner has; return all of them. Raises MotorcadeError."""
-
-    # The last method: after it, in this class, `list` means this method.
-    def list(self, owner: str) -> list[messages.LibraryEntry]:
-        """All projects of an owner, the one saved last first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,17 +53,21 @@ def _list_projects(message: Nothing, context: Context) -> list[messages.LibraryE
 
 
 def _read_project(wanted: messages.ProjectVersion, context: Context) -> messages.StoredProject:
-    text = context.storage.read(context.owner, wanted.name, wanted.version)
+    version = wanted.version
+    if version is None:
+        version = context.storage.history(context.owner, wanted.name)[0].version
+    text = context.storage.read(context.owner, wanted.name, version)
     try:
         project = open_text(text)
     except ProgramError:
         raise MotorcadeError("damaged-version", name=wanted.name) from None
-    return messages.StoredProject(**msgspec.structs.asdict(project), name=wanted.name)
+    return messages.StoredProject(**msgspec.structs.asdict(project), name=wanted.name, version=version)
 
 
 def _write_project(sent: messages.ProjectToSave, context: Context) -> messages.SavedVersion:
     data = project_text(sent.project).encode()
-    return messages.SavedVersion(context.storage.write_version(context.owner, sent.name, data))
+    version = context.storage.write_version(context.owner, sent.name, data, sent.base)
+    return messages.SavedVersion(version, context.storage.place(context.owner).stays)
 
 
 def _list_versions(named: messages.ProjectName, context: Context) -> list[messages.Version]:
@@ -160,6 +122,15 @@ REQUESTS: dict[str, Request] = {
     "projects/write": Request(messages.ProjectToSave, messages.SavedVersion, _write_project),
     "projects/history": Request(messages.ProjectName, list[messages.Version], _list_versions),
     "projects/delete": Request(messages.ProjectName, Nothing, _delete_project),
+    "projects/place": Request(Nothing, messages.Place, lambda message, context: context.storage.place(context.owner)),
+    "projects/export": Request(
+        Nothing, exchange.Exported, lambda message, context: exchange.export_all(context.storage, context.owner)
+    ),
+    "projects/import": Request(
+        messages.Text,
+        exchange.Imported,
+        lambda file, context: exchange.import_all(context.storage, context.owner, file.text),
+    ),
 }
 
 

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from motorcade.errors import MotorcadeError
 from motorcade.server.studio import library as library_module
-from motorcade.server.studio.library import DELETED, LONGEST_NAME, FolderStorage, Limits, folder_of, name_of
+from motorcade.server.studio.library import DELETED, FolderStorage, folder_of, name_of
+from motorcade.service.library import LONGEST_NAME, Limits
 
 # What Windows, macOS and Linux between them can't take as a file's name, or take for something else.
 HARD_NAMES = [
@@ -70,18 +71,6 @@ def project_folder(library, name):
     return folder
 
 
-def test_every_version_is_stored_and_can_be_restored(library):
-    assert [save(library, "a", text) for text in ("one", "two", "three")] == [1, 2, 3]
-    assert [save.version for save in library.history("", "a")] == [3, 2, 1]
-    assert [read(library, "a", version) for version in (None, 3, 2, 1)] == [b"three", b"three", b"two", b"one"]
-    assert save(library, "a", read(library, "a", 1).decode()) == 4
-    assert read(library, "a") == b"one"
-
-
-def test_an_unchanged_project_is_not_a_new_version(library):
-    assert [save(library, "a", text) for text in ("one", "one", "two", "one")] == [1, 1, 2, 3]
-
-
 def test_the_project_saved_last_is_listed_first(library):
     for number, name in enumerate(("old", "new", "middle")):
         save(library, name, "x")
@@ -90,13 +79,6 @@ def test_the_project_saved_last_is_listed_first(library):
     assert names(library) == ["new", "middle", "old"]
     assert library.list("")[0].saved_at == "1970-01-01T00:01:49.000+00:00"
     assert library.list("")[0].versions == 1
-
-
-def test_a_new_library_is_empty(library):
-    assert library.list("") == []
-    assert refusal(library.read, "", "a") == "no-project"
-    assert refusal(library.history, "", "a") == "no-project"
-    assert refusal(library.delete, "", "a") == "no-project"
 
 
 @pytest.mark.parametrize("name", HARD_NAMES)
@@ -199,14 +181,18 @@ def test_saves_at_the_same_moment_get_different_numbers(tmp_path, monkeypatch):
     one, other = FolderStorage(tmp_path), FolderStorage(tmp_path)
     reserve = library_module._reserve
 
-    def late(folder, version):
+    def late(*arguments):
         monkeypatch.setattr(library_module, "_reserve", reserve)
         assert save(other, "a", "other") == 1
-        return reserve(folder, version)
+        return reserve(*arguments)
 
     monkeypatch.setattr(library_module, "_reserve", late)
     assert save(one, "a", "one") == 2
     assert (read(one, "a", 1), read(one, "a", 2)) == (b"other", b"one")
+    monkeypatch.setattr(library_module, "_reserve", late)
+    other.delete("", "a")
+    assert refusal(lambda: one.write_version("", "a", b"one", base=0)) == "project-exists"
+    assert read(one, "a") == b"other"
 
 
 def test_a_deleted_project_is_moved_to_a_folder(library):
@@ -233,47 +219,6 @@ def test_a_file_in_place_of_the_library_is_an_error(tmp_path):
     library = FolderStorage(tmp_path / "file")
     assert library.list("") == []
     assert refusal(save, library, "a", "x") == "cant-save"
-
-
-def test_a_missing_version_is_refused(library):
-    save(library, "a", "one")
-    for version in (0, 2, -1, 10**8):
-        assert refusal(library.read, "", "a", version) == "no-version"
-
-
-def test_owners_do_not_see_each_other(library):
-    for owner in ("", "ann", "bob"):
-        library.write_version(owner, "a", f"of {owner}".encode())
-    assert [library.read(owner, "a") for owner in ("", "ann", "bob")] == [b"of ", b"of ann", b"of bob"]
-    library.delete("ann", "a")
-    assert [len(library.list(owner)) for owner in ("", "ann", "bob")] == [1, 0, 1]
-
-
-def test_the_quota_counts_all_versions_of_an_owner(library):
-    for text in (b"one", b"three"):
-        library.write_version("ann", "a", text)
-    library.write_version("bob", "a", b"x")
-    assert library.quota("ann") == (8, 1 << 30)
-
-
-def test_an_owner_has_a_bounded_number_of_projects(tmp_path):
-    library = FolderStorage(tmp_path, Limits(projects=2))
-    for name in ("a", "b"):
-        save(library, name, "1")
-    assert refusal(save, library, "c", "1") == "too-many-projects"
-    save(library, "a", "2")
-    library.delete("", "b")
-    save(library, "c", "1")
-    library.write_version("another pupil", "d", b"1")
-    assert sorted(names(library)) == ["a", "c"]
-
-
-def test_of_a_project_the_newest_versions_are_kept(tmp_path):
-    library = FolderStorage(tmp_path, Limits(versions=3))
-    for number in range(1, 6):
-        save(library, "a", f"text {number}")
-    assert [each.version for each in library.history("", "a")] == [5, 4, 3]
-    assert read(library, "a", 3) == b"text 3"
 
 
 @pytest.mark.parametrize("begins_again", [False, True])

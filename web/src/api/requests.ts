@@ -20,7 +20,12 @@ export const open = (text: string) => ask("open", { text });
 export const projectText = (project: Project) => ask("save-text", project);
 export const decompile = (image: string) => ask("decompile", { image });
 export const projects = () => ask("projects/list");
-export const saveProject = (name: string, project: Project) => ask("projects/write", { name, project });
+/** `base`: the version that the project was made from, 0 for none; null: store it whatever the newest version is. */
+export const saveProject = (name: string, project: Project, base: number | null) =>
+  ask("projects/write", { name, project, base });
+export const exportProjects = () => ask("projects/export");
+export const importProjects = (text: string) => ask("projects/import", { text });
+export const place = () => ask("projects/place");
 export const savedProject = (name: string, version?: number) => ask("projects/read", { name, version: version ?? null });
 export const versions = (name: string) => ask("projects/history", { name });
 export const deleteProject = (name: string) => ask("projects/delete", { name });

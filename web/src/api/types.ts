@@ -36,6 +36,8 @@ export type Project = WholeProject;
 
 export interface OpenedProject extends Omit<Project, "python" | "level"> {
   name?: string;
+  /** The version of the library that it is. */
+  version?: number;
   mission?: MissionChoice | null;
   python?: string | null;
   level?: Project["level"];

@@ -11,6 +11,7 @@ import { startLanguages } from "../i18n";
 import { openSharedLink } from "../projects/actions";
 import { findWork, storeEveryChange } from "../projects/autosave";
 import { BLANK, markSaved, markUnsaved, loadProject, watchUnsaved } from "../projects/project";
+import { watchOtherWindows } from "../projects/windows";
 import { watchMissions } from "../missions/store";
 import { notify, openDialog } from "../state/dialogs";
 import { startSettings } from "../state/settings";
@@ -82,6 +83,7 @@ export function openEditors(): void {
   else markSaved();
   watchUnsaved();
   storeEveryChange(place);
+  watchOtherWindows();
   void openSharedLink();
   window.addEventListener("hashchange", () => void openSharedLink());
 }

@@ -351,7 +351,7 @@ export interface ProjectVersion {
   version?: number | null;
 }
 
-/** A project, and its name in the library. */
+/** A project, its name in the library, and the version that it is. */
 export interface StoredProject {
   leader: WorkspaceState;
   followers: WorkspaceState | null;
@@ -361,17 +361,20 @@ export interface StoredProject {
   python: string | null;
   level: "python" | "start" | "words" | null;
   name: string;
+  version: number;
 }
 
 /** A project, and its name in the library. */
 export interface ProjectToSave {
   name: string;
   project: Project;
+  base?: number | null;
 }
 
-/** The number of the version that holds what was saved. */
+/** The number of the version that holds what was saved, and whether it stays when the page is closed. */
 export interface SavedVersion {
   version: number;
+  stays: boolean;
 }
 
 /** The name of a project in the library. */
@@ -385,12 +388,40 @@ export interface Version {
   saved_at: string;
 }
 
+/** Where projects are stored. */
+export interface Place {
+  used_bytes: number;
+  most_bytes: number | null;
+  stays: boolean;
+  problems: ErrorAnswer[];
+}
+
 /** Why a request was refused, by `motorcade.errors.MotorcadeError.to_dict`; a program also has diagnostics. */
 export interface ErrorAnswer {
   code: string;
   details: Record<string, unknown>;
   sentence: Sentence;
   diagnostics?: Diagnostic[];
+}
+
+/** The text of the file, and the versions that couldn't be read and aren't in it. */
+export interface Exported {
+  text: string;
+  left_out: ProjectVersion[];
+}
+
+/** What an import did. */
+export interface Imported {
+  projects: ImportedProject[];
+  stars: number;
+  left_out: string[];
+}
+
+/** A project of the file: the name under which it is stored, and how many versions were added. */
+export interface ImportedProject {
+  name: string;
+  stored_as: string;
+  versions: number;
 }
 
 /** Send an image to the car at a port, or (``readback``) read the image that it holds. */
@@ -635,4 +666,7 @@ export interface Requests {
   "projects/write": { message: ProjectToSave; answer: SavedVersion };
   "projects/history": { message: ProjectName; answer: Version[] };
   "projects/delete": { message: ProjectName; answer: Nothing };
+  "projects/place": { message: Nothing; answer: Place };
+  "projects/export": { message: Nothing; answer: Exported };
+  "projects/import": { message: Text; answer: Imported };
 }

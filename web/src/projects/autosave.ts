@@ -5,8 +5,10 @@
  * over by the next tab that is opened.
  */
 
+import i18next from "i18next";
 import { uniqueName } from "../api/world";
 import type { OpenedProject, WorkspaceState } from "../api/types";
+import { notify } from "../state/dialogs";
 import { type Studio, useStudio } from "../state/studio";
 import { sameProject } from "./project";
 
@@ -71,8 +73,10 @@ export interface StoredWork extends OpenedProject {
 const COLLECT_MS = 400;
 
 export function workOf(studio: Studio, at: number): StoredWork {
-  const { name, leader, followers, parkedFollowers, profile, python, mat, rangeMm, unsaved, stored } = studio;
-  return { name, leader, followers, parkedFollowers, profile, python, mat, range_mm: rangeMm, unsaved, stored, at };
+  const { name, leader, followers, parkedFollowers, profile, python, mat, rangeMm, unsaved, stored, base } = studio;
+  const version = base?.name === name.trim() ? base.version : undefined;
+  const project = { name, version, leader, followers, parkedFollowers, profile, python, mat, range_mm: rangeMm };
+  return { ...project, unsaved, stored, at };
 }
 
 const isObject = (value: unknown): value is Record<string, unknown> =>
@@ -104,13 +108,17 @@ export async function findWork(): Promise<{ key: string; stored: StoredWork | nu
 /** Store every change at `key` shortly after it, and at once when the page is left. */
 export function storeEveryChange(key: string): void {
   let collecting: ReturnType<typeof setTimeout> | undefined;
+  let told = false;
   const store = () => {
     clearTimeout(collecting);
     collecting = undefined;
     try {
       localStorage.setItem(key, JSON.stringify(workOf(useStudio.getState(), Date.now())));
+      told = false;
     } catch {
       // The browser's storage is full or forbidden: files, library and links still work.
+      if (!told) notify(i18next.t("project.notStored"), "warning");
+      told = true;
     }
   };
   useStudio.subscribe((now, before) => {

@@ -68,6 +68,7 @@ export function loadProject(project: OpenedProject, parkedFollowers: WorkspaceSt
     mission: project.mission ?? null,
     compiled: null,
     selection: null,
+    base: project.name && project.version ? { name: project.name, version: project.version } : null,
     editor: "leader",
     generation: generation + 1,
   }));

@@ -32,6 +32,8 @@ export interface Studio {
   unsaved: boolean;
   /** Whether a file or the library holds a version of it. */
   stored: boolean;
+  /** The version of the library that the project was made from; null for none. */
+  base: { name: string; version: number } | null;
   /** Counts the projects opened: with each, the editors are filled anew. */
   generation: number;
 
@@ -73,6 +75,7 @@ export const useStudio = create<Studio>(() => ({
   mission: null,
   unsaved: false,
   stored: false,
+  base: null,
   generation: 0,
   profileFigures: null,
   capabilities: null,

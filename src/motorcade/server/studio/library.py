@@ -6,51 +6,38 @@ missions are in the file ``missions.json``.
 """
 
 import json
+import os
 import re
 import unicodedata
-from collections.abc import Sequence
-from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
 from stat import S_ISREG
 from threading import Lock
-from typing import NamedTuple
 
 from motorcade.config.files import replace_file
 from motorcade.errors import MotorcadeError
-from motorcade.service.messages import LibraryEntry, Version
-from motorcade.service.requests import Quota, Storage
+from motorcade.service.library import (
+    DEFAULT_LIMITS,
+    Limits,
+    Storage,
+    check_base,
+    check_count,
+    checked_name,
+    iso_time,
+    stars_in,
+    united_stars,
+)
+from motorcade.service.messages import LibraryEntry, Place, Version
 
-# A character takes at most four bytes, three where it is quoted: with the digest a file name stays below 255 bytes.
-LONGEST_NAME = 60
 DELETED = "deleted"
 OWNERS = "owners"
 # The stars of missions that an owner has earned.
 STARS = "missions.json"
-_ALL_STARS = (1, 2, 3)
 _ENDING = ".motorcade.json"
 _DIGITS = 6
 # Characters that some file system refuses or treats specially; the dot because for Windows "con.x" is a device.
 _QUOTED = re.compile(r'[<>:"/\\|?*%.]')
 _QUOTE = re.compile("%([0-9A-F]{2})")
-_UNWANTED = ("Cc", "Cs", "Co", "Zl", "Zp")
-
-
-class Limits(NamedTuple):
-    """How much an owner may store.
-
-    Attributes:
-        projects: how many projects.
-        versions: how many versions of each; the oldest are removed beyond that.
-        size_bytes: of all files, deleted projects among them.
-    """
-
-    projects: int = 500
-    versions: int = 500
-    size_bytes: int = 1 << 30
-
-
-DEFAULT_LIMITS = Limits()
 
 
 class FolderStorage(Storage):
@@ -66,16 +53,21 @@ class FolderStorage(Storage):
         self._used_bytes: dict[str, int] = {}
         self._stars_lock = Lock()
 
-    def write_version(self, owner: str, name: str, data: bytes) -> int:
+    def write_version(
+        self, owner: str, name: str, data: bytes, base: int | None = None, saved_at_s: float | None = None
+    ) -> int:
         folder = self._owner_folder(owner) / folder_of(name)
         try:
             newest = next(iter(_versions(folder)), None)
             if newest and _file(folder, newest.version).read_bytes() == data:
                 return newest.version
+            check_base(name, base, newest.version if newest else 0)
             self._check_room(owner, newest is None, len(data))
             folder.mkdir(parents=True, exist_ok=True)
-            version = _reserve(folder, newest.version + 1 if newest else 1)
+            version = _reserve(folder, name, newest.version if newest else 0, base)
             replace_file(_file(folder, version), data)
+            if saved_at_s is not None:
+                os.utime(_file(folder, version), (saved_at_s, saved_at_s))
             self._used_bytes[owner] += len(data)
             self._remove_oldest(owner, folder)
         except OSError as problem:
@@ -88,8 +80,8 @@ class FolderStorage(Storage):
             files = self._owner_folder(owner).rglob(f"*{_ENDING}")
             self._used_bytes[owner] = sum(file.stat().st_size for file in files)
         most = self._limits
-        if is_new and len(self.list(owner)) >= most.projects:
-            raise MotorcadeError("too-many-projects", most=most.projects)
+        if is_new:
+            check_count(most, len(self.list(owner)))
         if self._used_bytes[owner] + size_bytes > most.size_bytes:
             raise MotorcadeError("library-full", most=most.size_bytes / 1e6, folder=self._owner_folder(owner))
 
@@ -123,11 +115,10 @@ class FolderStorage(Storage):
         except OSError as problem:
             raise _disk_error("cant-delete", problem) from None
 
-    def quota(self, owner: str) -> Quota:
-        """How many bytes an owner's projects use, and may use."""
+    def place(self, owner: str) -> Place:
         projects = [folder for folder in _children(self._owner_folder(owner)) if name_of(folder.name) is not None]
         sizes = [_file(folder, each.version).stat().st_size for folder in projects for each in _versions(folder)]
-        return Quota(sum(sizes), self._limits.size_bytes)
+        return Place(sum(sizes), self._limits.size_bytes)
 
     def stars(self, owner: str) -> dict[str, "list[int]"]:
         """Of a file that is damaged, or that another program wrote, what is valid counts."""
@@ -135,13 +126,12 @@ class FolderStorage(Storage):
             document = json.loads((self._owner_folder(owner) / STARS).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return {}
-        found = document.get("stars") if isinstance(document, dict) else None
-        return {name: _stars_in(stars) for name, stars in found.items()} if isinstance(found, dict) else {}
+        return stars_in(document.get("stars")) if isinstance(document, dict) else {}
 
     def add_stars(self, owner: str, mission: str, stars: "list[int]") -> "list[int]":
         with self._stars_lock:
             before = self.stars(owner)
-            earned = sorted({*before.get(mission, ()), *stars})
+            earned = united_stars(before, mission, stars)
             if earned == before.get(mission, []):
                 return earned
             folder = self._owner_folder(owner)
@@ -174,11 +164,6 @@ class FolderStorage(Storage):
         return sorted(found, key=lambda entry: (entry.saved_at, entry.name), reverse=True)
 
 
-def _stars_in(value: object) -> list[int]:
-    """The stars in what a file has; none where that is no list."""
-    return [star for star in _ALL_STARS if isinstance(value, Sequence) and star in value]
-
-
 def _disk_error(code: str, problem: OSError) -> MotorcadeError:
     return MotorcadeError(code, reason=problem.strerror or type(problem).__name__)
 
@@ -188,10 +173,7 @@ def folder_of(name: str) -> str:
 
     Its digest makes two names differ also where the file system doesn't distinguish a from A.
     """
-    name = unicodedata.normalize("NFC", name).strip()
-    is_allowed = 0 < len(name) <= LONGEST_NAME and name not in (".", "..") and not set(name) & {"/", "\\"}
-    if not is_allowed or any(unicodedata.category(character) in _UNWANTED for character in name):
-        raise MotorcadeError("bad-project-name", most=LONGEST_NAME)
+    name = checked_name(name)
     return f"{_QUOTED.sub(lambda found: f'%{ord(found[0]):02X}', name)}-{sha256(name.encode()).hexdigest()[:8]}"
 
 
@@ -217,8 +199,7 @@ def _versions(folder: Path) -> list[Version]:
         except OSError:
             continue
         if S_ISREG(status.st_mode) and status.st_size:
-            saved_at = datetime.fromtimestamp(status.st_mtime, UTC).isoformat(timespec="milliseconds")
-            found.append(Version(int(number), saved_at))
+            found.append(Version(int(number), iso_time(status.st_mtime)))
     return sorted(found, key=lambda each: each.version, reverse=True)
 
 
@@ -226,12 +207,18 @@ def _file(folder: Path, version: int) -> Path:
     return folder / f"{version:0{_DIGITS}}{_ENDING}"
 
 
-def _reserve(folder: Path, version: int) -> int:
-    """Reserve the first free number from ``version`` on by creating its file; return it."""
+def _reserve(folder: Path, name: str, newest: int, base: int | None) -> int:
+    """Reserve the first free number behind ``newest`` by creating its file; return it.
+
+    Raises MotorcadeError where another version than ``base`` has become the newest meanwhile.
+    """
+    version = newest + 1
     while True:
         try:
             _file(folder, version).touch(exist_ok=False)
         except FileExistsError:
+            versions = _versions(folder)
+            check_base(name, base, versions[0].version if versions else 0)
             version += 1
         else:
             return version

@@ -1,0 +1,190 @@
+"""All projects of an owner as one file, and what such a file holds added to the projects of another owner."""
+
+import json
+from collections.abc import Iterator
+from datetime import datetime
+from typing import Annotated, Any, Literal
+
+import msgspec
+from msgspec import Meta, Struct
+
+from motorcade.errors import MotorcadeError
+from motorcade.program.diagnostics import ProgramError
+from motorcade.program.model import FORMAT, read_document
+from motorcade.service.library import LONGEST_NAME, Storage, checked_name, stars_in
+from motorcade.service.messages import ProjectVersion
+
+# The most bytes of a file.
+MOST_BYTES = 32 << 20
+_YEAR_2100_S = 4_102_444_800.0
+
+
+class _Version(Struct):
+    saved_at: Annotated[datetime, Meta(tz=True)]
+    text: str
+
+    def saved_at_s(self) -> float:
+        return min(max(0.0, self.saved_at.timestamp()), _YEAR_2100_S)
+
+
+class _Project(Struct):
+    name: str
+    # The oldest first.
+    versions: list[_Version]
+
+
+class _File(Struct):
+    format: Literal["motorcade-projects/1"]
+    projects: list[_Project]
+    stars: dict[str, Any] = {}
+
+
+class Exported(Struct):
+    """The text of the file, and the versions that couldn't be read and aren't in it."""
+
+    text: str
+    left_out: list[ProjectVersion] = []
+
+
+class ImportedProject(Struct):
+    """A project of the file: the name under which it is stored, and how many versions were added.
+
+    Attributes:
+        name: its name in the file.
+        stored_as: another one where a different project has that name already.
+        versions: how many versions were added; 0 where all of them were there.
+    """
+
+    name: str
+    stored_as: str
+    versions: int
+
+
+class Imported(Struct):
+    """What an import did.
+
+    Attributes:
+        projects: what became of each project of the file.
+        stars: how many stars were added.
+        left_out: names of projects of which some version is no project file, and wasn't added.
+    """
+
+    projects: list[ImportedProject]
+    stars: int
+    left_out: list[str]
+
+
+def export_all(storage: Storage, owner: str) -> Exported:
+    """Return the file of all projects of ``owner`` with all versions, and the stars of missions."""
+    projects, left_out = [], []
+    for entry in storage.list(owner):
+        versions = []
+        for version in reversed(storage.history(owner, entry.name)):
+            try:
+                text = storage.read(owner, entry.name, version.version).decode()
+            except (MotorcadeError, UnicodeDecodeError):
+                left_out.append(ProjectVersion(entry.name, version.version))
+            else:
+                versions.append({"saved_at": version.saved_at, "text": text})
+        projects.append({"name": entry.name, "versions": versions})
+    file = {"format": "motorcade-projects/1", "projects": projects, "stars": storage.stars(owner)}
+    return Exported(json.dumps(file, ensure_ascii=False, indent=1) + "\n", left_out)
+
+
+def import_all(storage: Storage, owner: str, text: str) -> Imported:
+    """Add the projects of a file to those of ``owner``: nothing that is stored is lost.
+
+    Versions that continue a project of the same name become its next versions. A different project of that name stays
+    as it is, and the file's gets a new name. Importing a file again adds nothing. Raises MotorcadeError where the text
+    isn't such a file, or the storage refuses it.
+    """
+    file = _read(text)
+    left_out: list[str] = []
+    projects = []
+    for project in file.projects:
+        name = checked_name(project.name)
+        versions = [version for version in project.versions if _is_project_file(version.text)]
+        if len(versions) < len(project.versions):
+            left_out.append(name)
+        if versions:
+            projects.append(_add(storage, owner, name, versions))
+    return Imported(projects, _add_stars(storage, owner, stars_in(file.stars)), left_out)
+
+
+def _read(text: str) -> _File:
+    """Return the file's content. Raises MotorcadeError; nothing is stored before the whole file was read."""
+    if len(text) > MOST_BYTES:
+        raise MotorcadeError("body-too-large", most=MOST_BYTES)
+    try:
+        file = msgspec.json.decode(text, type=_File)
+        for project in file.projects:
+            checked_name(project.name)
+    except (msgspec.DecodeError, RecursionError, UnicodeError, MotorcadeError):
+        raise MotorcadeError("no-projects-file") from None
+    return file
+
+
+def _is_project_file(text: str) -> bool:
+    try:
+        document = read_document(text)
+    except ProgramError:
+        return False
+    return isinstance(document, dict) and document.get("format") == FORMAT
+
+
+def _add(storage: Storage, owner: str, name: str, versions: list[_Version]) -> ImportedProject:
+    """Add the versions to the first project of that name, or a similar one, which they continue."""
+    for stored_as in _similar_names(name):
+        new = _continuation(_texts(storage, owner, stored_as), versions)
+        if new is not None:
+            for version in new:
+                storage.write_version(owner, stored_as, version.text.encode(), saved_at_s=version.saved_at_s())
+            return ImportedProject(name, stored_as, len(new))
+    raise AssertionError
+
+
+def _similar_names(name: str) -> Iterator[str]:
+    yield name
+    number = 2
+    while True:
+        ending = f" ({number})"
+        yield name[: LONGEST_NAME - len(ending)].rstrip() + ending
+        number += 1
+
+
+def _texts(storage: Storage, owner: str, name: str) -> list[bytes | None]:
+    """Return the texts of a project's versions, the oldest first, None for a damaged one; [] for no project."""
+    try:
+        history = storage.history(owner, name)
+    except MotorcadeError:
+        return []
+    texts: list[bytes | None] = []
+    for version in reversed(history):
+        try:
+            texts.append(storage.read(owner, name, version.version))
+        except MotorcadeError:
+            texts.append(None)
+    return texts
+
+
+def _continuation(stored: list[bytes | None], versions: list[_Version]) -> list[_Version] | None:
+    """Return those versions that aren't stored yet; None where they don't continue the stored ones.
+
+    They do where all of them up to the newest stored one are stored.
+    """
+    texts = [version.text.encode() for version in versions]
+    if not stored:
+        return versions
+    if set(texts) <= set(stored):
+        return []
+    newest = max((number for number, text in enumerate(texts) if text == stored[-1]), default=-1)
+    return versions[newest + 1 :] if newest >= 0 and set(texts[:newest]) <= set(stored) else None
+
+
+def _add_stars(storage: Storage, owner: str, stars: dict[str, list[int]]) -> int:
+    before = storage.stars(owner)
+    added = 0
+    for mission, earned in stars.items():
+        count = len(before.get(mission, ()))
+        added += len(storage.add_stars(owner, mission, earned)) - count if earned else 0
+    return added
