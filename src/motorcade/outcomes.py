@@ -144,7 +144,15 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (
         PROGRAM_ERROR,
         409,
-        ("at-too-many-cars", "car-out-of-reach", "damaged-version", "not-at-car", "nothing-to-draw", "project-exists", "saved-elsewhere"),
+        (
+            "at-too-many-cars",
+            "car-out-of-reach",
+            "damaged-version",
+            "not-at-car",
+            "nothing-to-draw",
+            "project-exists",
+            "saved-elsewhere",
+        ),
     ),
     (PROGRAM_ERROR, 413, ("body-too-large",)),
     (PROGRAM_ERROR, 429, ("requests-too-fast",)),

@@ -369,17 +369,13 @@ def test_all_projects_are_exported_and_imported(ask, refused, save):
     save("a", project(2))
     file = ask("projects/export")
     assert file["left_out"] == []
+    assert ask("projects/place")["used_bytes"] > 100
     ask("projects/delete", {"name": "a"})
+    assert ask("projects/place") == {"used_bytes": 0, "most_bytes": 1 << 30, "stays": True, "problems": []}
     imported = ask("projects/import", {"text": file["text"]})
     assert imported == {"projects": [{"name": "a", "stored_as": "a", "versions": 2}], "stars": 0, "left_out": []}
     assert ask("projects/read", {"name": "a", "version": 1}) == {"name": "a", "version": 1, **project(1)}
     assert refused("projects/import", {"text": file["text"][:-9]}) == (400, "no-projects-file")
-
-
-def test_the_place_of_the_projects_is_told(ask, save):
-    assert ask("projects/place") == {"used_bytes": 0, "most_bytes": 1 << 30, "stays": True, "problems": []}
-    save("a", project(1))
-    assert ask("projects/place")["used_bytes"] > 100
 
 
 @pytest.mark.parametrize(

@@ -2,12 +2,13 @@ import { useCallback, useEffect, useState } from "react";
 import { Button, Input, Label, TextField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import * as api from "../api/requests";
-import type { Example, SavedProject, Version } from "../api/types";
+import type { Example, SavedProject, Sentence, Version } from "../api/types";
 import { inLanguage } from "../i18n";
 import { confirm } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { IconButton, Sheet } from "../ui/controls";
 import { attempt, saveToLibrary, shareLink } from "./actions";
+import { exportAll, importAll } from "./exchange";
 import { replaceBy } from "./project";
 import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
@@ -82,16 +83,21 @@ function Entry({ project: { name, saved_at, versions }, onClose, onDeleted }: En
   );
 }
 
-/** The projects in the server's folder, each with every version that was saved. */
+/** The projects of the library, each with every version that was saved. */
 export function LibraryDialog({ onClose }: { onClose: () => void }) {
   const { t } = useTranslation();
   const name = useStudio((studio) => studio.name);
   const [projects, setProjects] = useState<SavedProject[] | null>(null);
   const load = useCallback(() => attempt(async () => setProjects(await api.projects())), []);
-  useEffect(() => void load(), [load]);
+  const [problems, setProblems] = useState<Sentence[]>([]);
+  const look = useCallback(async () => {
+    await load();
+    await attempt(async () => setProblems((await api.place()).problems.map(({ sentence }) => sentence)));
+  }, [load]);
+  useEffect(() => void look(), [look]);
   const save = async () => {
     await saveToLibrary();
-    await load();
+    await look();
   };
   return (
     <Sheet title={t("library.title")} onClose={onClose} wide>
@@ -110,12 +116,25 @@ export function LibraryDialog({ onClose }: { onClose: () => void }) {
           {t("library.save")}
         </Button>
       </form>
+      {problems.map((problem) => (
+        <p key={problem.en} role="alert" className={css.libraryProblem}>
+          {inLanguage(problem)}
+        </p>
+      ))}
       {projects?.length === 0 && <p className={controls.quiet}>{t("library.empty")}</p>}
       <ul className={css.library} aria-label={t("library.list")}>
         {projects?.map((project) => (
           <Entry key={project.name} project={project} onClose={onClose} onDeleted={() => void load()} />
         ))}
       </ul>
+      <footer className={controls.sheetFoot}>
+        <Button className={buttons.button} onPress={() => void importAll().then(look)}>
+          {t("library.importAll")}
+        </Button>
+        <Button className={buttons.button} isDisabled={!projects?.length} onPress={() => void exportAll()}>
+          {t("library.exportAll")}
+        </Button>
+      </footer>
     </Sheet>
   );
 }

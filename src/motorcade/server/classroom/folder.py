@@ -14,7 +14,8 @@ from motorcade.classroom.names import RandomBelow
 from motorcade.classroom.record import ClassRecord, from_bytes, new_record, to_bytes
 from motorcade.config.files import locked, replace_file
 from motorcade.errors import MotorcadeError
-from motorcade.server.studio.library import LONGEST_NAME, FolderStorage, Limits
+from motorcade.server.studio.library import FolderStorage
+from motorcade.service.library import LONGEST_NAME, Limits
 
 RECORD, DRAFT, _LOCK = "class.json", "draft.json", ".running"
 # A pupil's program has some 10 kB; 100 versions of 100 projects fit.

@@ -7,8 +7,9 @@ from starlette.requests import HTTPConnection
 
 from motorcade.server.studio.library import FolderStorage
 from motorcade.server.studio.uploads import VirtualCar, listed_ports
+from motorcade.service.library import Storage
 from motorcade.service.messages import Capabilities
-from motorcade.service.requests import Context, Storage
+from motorcade.service.requests import Context
 from motorcade.service.world_messages import WorldAnswer, WorldMessage
 
 
