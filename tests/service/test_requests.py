@@ -46,6 +46,7 @@ CAPABILITIES = {
     "real_cars": False,
     "most_cars": 100,
     "kernels": "webassembly",
+    "classroom": "",
 }
 
 
