@@ -15,10 +15,11 @@ import msgspec
 
 from motorcade.errors import MotorcadeError
 from motorcade.missions.check import Play
+from motorcade.service.library import Storage
 from motorcade.service.messages import Capabilities, Port, decode
 from motorcade.service.playback import SimulatedWorld
 from motorcade.service.programs import error_answer
-from motorcade.service.requests import Context, Storage, respond
+from motorcade.service.requests import Context, respond
 from motorcade.service.upload_session import UploadSession, failed
 from motorcade.service.world_messages import SetWorld, UploadOrder, WorldMessage
 from motorcade.service.world_session import WorldSession, refused
