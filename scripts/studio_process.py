@@ -21,11 +21,15 @@ def build_page() -> None:
         hatch_build.npm_run(ROOT, "build")
 
 
-def project_link(url: str, project: dict[str, Any], name: str = "") -> str:
-    """A link that opens the project in the studio at ``url``, in the format of the page's own links."""
-    packer = zlib.compressobj(wbits=-zlib.MAX_WBITS)
-    text = json.dumps({"name": name, "text": json.dumps(project)})
-    packed = packer.compress(text.encode()) + packer.flush()
+def project_link(url: str, project: dict[str, Any] | str, name: str = "") -> str:
+    """A link that opens the project in the studio at ``url``, in the format of the page's own links.
+
+    Args:
+        project: the project, or the text of its file.
+    """
+    packer = zlib.compressobj(level=9, wbits=-zlib.MAX_WBITS)
+    file = project if isinstance(project, str) else json.dumps(project)
+    packed = packer.compress(json.dumps({"name": name, "text": file}).encode()) + packer.flush()
     return f"{url}#project={base64.urlsafe_b64encode(packed).decode().rstrip('=')}"
 
 

@@ -1,15 +1,20 @@
 """The documentation: every command and code block runs, and the site is complete."""
 
+import base64
 import json
 import os
 import re
 import subprocess
 import sys
 import tomllib
+import zlib
 from contextlib import ExitStack
 
 import pytest
 
+from motorcade.service.documents import example, examples, open_text
+from motorcade.service.messages import Blocks
+from motorcade.service.programs import compile_blocks
 from support import roverhat
 from support.doc_pages import ROOT, Reader, blocks_of, furnish
 
@@ -84,6 +89,35 @@ def test_the_site_has_every_page_in_both_languages(site):
         for folder in (site, site / "zh"):
             assert (folder / f"{page.stem}.html").is_file()
     assert 'lang="zh"' in (site / "zh" / "index.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("language", ["", "zh"])
+def test_each_example_and_each_whole_program_opens_in_the_studio(site, language):
+    """The links hold what the studio's own requests open and compile."""
+    links = {page: links_of(site / language / f"{page}.html") for page in ("programs", "tutorial")}
+    shown = [project_in(link) for link in links["programs"]]
+    named = {name: project for name, project in shown}
+    for each in examples():
+        assert named[each.title[language or "en"]].leader == example(each.id).leader
+    assert [name for name, _ in shown if name not in {each.title[language or "en"] for each in examples()}] == [
+        "patrol"
+    ]
+    assert [name for name, _ in map(project_in, links["tutorial"])] == ["square"]
+    for _, project in shown:
+        compiled = compile_blocks(Blocks(project.leader, project.followers, project.profile))
+        assert [each for each in compiled.diagnostics if each.severity == "error"] == []
+
+
+def links_of(page):
+    """The links of a page to the studio."""
+    return re.findall(r'href="(https://OWNER[^"]*#project=[^"]*)"', page.read_text(encoding="utf-8"))
+
+
+def project_in(link):
+    """The name and the project in a link, read as the page reads it."""
+    packed = link.partition("#project=")[2]
+    shared = json.loads(zlib.decompress(base64.urlsafe_b64decode(packed + "=" * (-len(packed) % 4)), -zlib.MAX_WBITS))
+    return shared["name"], open_text(shared["text"])
 
 
 def test_the_site_loads_nothing_from_another_host(site):
