@@ -96,12 +96,11 @@ def test_each_example_and_each_whole_program_opens_in_the_studio(site, language)
     """The links hold what the studio's own requests open and compile."""
     links = {page: links_of(site / language / f"{page}.html") for page in ("programs", "tutorial")}
     shown = [project_in(link) for link in links["programs"]]
-    named = {name: project for name, project in shown}
-    for each in examples():
-        assert named[each.title[language or "en"]].leader == example(each.id).leader
-    assert [name for name, _ in shown if name not in {each.title[language or "en"] for each in examples()}] == [
-        "patrol"
-    ]
+    titles = {each.title[language or "en"]: each.id for each in examples()}
+    assert {titles[name]: each.leader for name, each in shown if name in titles} == {
+        name: example(name).leader for name in titles.values()
+    }
+    assert [name for name, _ in shown if name not in titles] == ["patrol"]
     assert [name for name, _ in map(project_in, links["tutorial"])] == ["square"]
     for _, project in shown:
         compiled = compile_blocks(Blocks(project.leader, project.followers, project.profile))
