@@ -160,11 +160,11 @@ class ClassAddresses(Struct):
 
 
 class OpenMat(Struct, forbid_unknown_fields=True):
-    """Open the shared mat: of a mission whose goals judge, or None for a free one.
+    """Open the shared mat: of a mission with many leaders, or None for a parade with one for each program.
 
     Attributes:
-        followers: on a free mat, the followers of each leader.
-        places: on a free mat, how many leaders.
+        followers: in a parade, the followers of each leader.
+        places: in a parade, the most leaders.
     """
 
     mission: MissionChoice | None = None

@@ -175,7 +175,7 @@ class MatView(Struct):
 
     Attributes:
         state: closed; collecting programs; running; over.
-        mission: the id of its mission; "own" for a document; None for a free mat.
+        mission: the id of its mission; "own" for a document; None for a parade.
         title: what it is called.
         places: how many programs fit.
         entries: the pupils whose programs are there; the k-th has the k-th leader of the mat.

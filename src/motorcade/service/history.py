@@ -28,6 +28,7 @@ EVENT_BYTES = 20
 EVERY_MS = 100
 MOST_MOMENT_BYTES = 24 << 20
 MOST_EVENT_BYTES = 12 << 20
+PAST_BYTES = (MOST_MOMENT_BYTES, MOST_EVENT_BYTES)
 # The approximate size in Python of an object without content.
 _OBJECT_BYTES = 128
 _TIME = struct.Struct("<I")

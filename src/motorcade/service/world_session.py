@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from motorcade.errors import MotorcadeError
 from motorcade.service import world_messages
+from motorcade.service.history import PAST_BYTES, History
 from motorcade.service.playback import PICTURE_S, Playback, SimulatedWorld
 from motorcade.service.world_messages import WorldAnswer, WorldMessage
 
@@ -27,13 +28,20 @@ class WorldSession:
     Args:
         key: the session's name.
         make_world: builds a page's world; raises MotorcadeError. It may take seconds.
+        past_bytes: how much of the past is stored, in bytes of moments and of events.
 
     Attributes:
         playback: None until the page has set a world.
     """
 
-    def __init__(self, key: str, make_world: Callable[[world_messages.SetWorld], SimulatedWorld]) -> None:
+    def __init__(
+        self,
+        key: str,
+        make_world: Callable[[world_messages.SetWorld], SimulatedWorld],
+        past_bytes: tuple[int, int] = PAST_BYTES,
+    ) -> None:
         self.key = key
+        self._past_bytes = past_bytes
         self.make_world = make_world
         self.playback: Playback | None = None
         self._due_s = self._state_due_s = self._car_due_s = float("-inf")
@@ -48,7 +56,7 @@ class WorldSession:
 
     def begin(self, world: SimulatedWorld) -> list[WorldAnswer]:
         """Play a new world, which `make_world` built, instead of the one before."""
-        self.playback = Playback(world)
+        self.playback = Playback(world, History(*self._past_bytes))
         return self._greet(resumed=False)
 
     def _greet(self, resumed: bool) -> list[WorldAnswer]:

@@ -13,7 +13,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.server.classroom.folder import ClassFolder
 from motorcade.server.studio.library import OWNERS
 from support.class_page import PASSWORD, class_room
-from support.world_page import KEY
+from support.world_page import KEY, OTHER
 
 
 @pytest.fixture
@@ -186,6 +186,19 @@ def test_the_cable_goes_round(room):
     with ben.open("upload") as socket:
         socket._socket.send_text(json.dumps({"port": "/dev/ttyUSB0", "image": "AAAAAA=="}))
         assert json.loads(socket._socket.receive()["text"])["error"]["code"] == "no-such-port"
+
+
+def test_a_pupil_has_two_worlds_of_500_cars_at_most(room):
+    mia, ben = room.join("Mia"), room.join("Ben")
+    with mia.open(f"world?session={KEY}") as first, mia.open(f"world?session={OTHER}") as second:
+        first.set()
+        second.set()
+        with mia.open(f"world?session={'a' * 32}") as third:
+            assert third.until("error")["code"] == "too-many-sessions-of-one"
+        with ben.open(f"world?session={'b' * 32}") as his:
+            assert his.set()["cars"] == 3
+        second.send("set", mat={"format": "motorcade-mat/1", "name": "x", "crowd": [{"cars": 501}]})
+        assert second.until("error")["code"] == "too-many-cars"
 
 
 def test_a_second_start_continues_the_class(tmp_path):

@@ -200,7 +200,7 @@ export interface StoppedAll {
   missed: string[];
 }
 
-/** Open the shared mat: of a mission whose goals judge, or None for a free one. */
+/** Open the shared mat: of a mission with many leaders, or None for a parade with one for each program. */
 export interface OpenMat {
   mission?: MissionChoice | null;
   followers?: number;

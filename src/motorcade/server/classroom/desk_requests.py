@@ -17,7 +17,7 @@ from motorcade.server.classroom.network import join_url, qr_svg
 from motorcade.server.classroom.pupil_requests import stored_draft
 from motorcade.server.classroom.running_class import TEACHER, RunningClass
 from motorcade.server.classroom.shared_mat import SharedMat
-from motorcade.server.classroom.visitors import release_all, stop_all
+from motorcade.server.classroom.visitors import EmergencyStop
 from motorcade.server.remote.fleet import Fleet
 from motorcade.server.studio.sessions import PageWorlds
 from motorcade.service.documents import open_text, project_text
@@ -44,7 +44,7 @@ class DeskRequests:
         self._folder = running.folder
         self._worlds = worlds
         self._mat = mat
-        self._cars = cars
+        self._stop = EmergencyStop(cars) if cars else None
 
     # Everybody.
 
@@ -210,12 +210,13 @@ class DeskRequests:
     async def on_stop_all(self, asks: HTTPConnection, message: Nothing, response: Response) -> messages.StoppedAll:
         """Stop all real cars; no pupil drives until they are released."""
         self._room.stop_cars(True)
-        return messages.StoppedAll(await stop_all(self._cars) if self._cars else [])
+        self._running.show_changes()
+        return messages.StoppedAll(await self._stop.stop() if self._stop else [])
 
     async def on_release_all(self, asks: HTTPConnection, message: Nothing, response: Response) -> Nothing:
         """Let pupils drive again."""
-        if self._cars:
-            await release_all(self._cars)
+        if self._stop:
+            await self._stop.release()
         self._room.stop_cars(False)
         return Nothing()
 

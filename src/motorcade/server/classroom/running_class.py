@@ -14,18 +14,22 @@ from starlette.requests import HTTPConnection
 from starlette.responses import Response
 
 from motorcade.classroom.attempts import guesser
-from motorcade.classroom.classroom import SIGNED_IN_S, Classroom
+from motorcade.classroom.classroom import MOST_PUPILS, SIGNED_IN_S, Classroom
 from motorcade.classroom.passwords import digest
 from motorcade.classroom.record import Pupil, to_bytes
 from motorcade.errors import MotorcadeError
 from motorcade.server.classroom.folder import ClassFolder
 from motorcade.server.classroom.network import Network
 from motorcade.server.studio.app import Settings
+from motorcade.server.studio.sessions import SessionLimits
 
 # The owner of the teacher's own projects; pupils' ids are numbers.
 TEACHER = "teacher"
 _YEAR_S = 365 * 24 * 3600
 _SECRET_BYTES = 24
+# Two worlds for each pupil and the teacher: a page that is loaded again has a new one. A hundred worlds take 600 MB at
+# most, so each stores less of the past than in a studio of one user: some ten minutes of 20 cars.
+SESSIONS = SessionLimits(most=2 * MOST_PUPILS + 2, most_of_one_visitor=2, most_cars=500, past_bytes=(4 << 20, 2 << 20))
 _TICK_S = 1.0
 _T = TypeVar("_T")
 
@@ -42,6 +46,7 @@ class ClassServerSettings(Settings):
         unix_s: the time in s since 1970.
     """
 
+    sessions: SessionLimits = SESSIONS
     requests_of_one: int = 15
     first_key: str | None = None
     network: Network = field(default_factory=lambda: Network(["127.0.0.1"], 7710))

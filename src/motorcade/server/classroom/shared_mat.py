@@ -9,8 +9,8 @@ from motorcade.classroom.desk_messages import OpenMat
 from motorcade.classroom.messages import MatView
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.server.studio.driving import PageWorld
-from motorcade.server.studio.simulation import StudioWorld, build_world, mat_from
-from motorcade.service.messages import MatDocument, MissionChoice, Sentence, sentences
+from motorcade.server.studio.simulation import StudioWorld, build_world
+from motorcade.service.messages import MissionChoice, Sentence, sentences
 from motorcade.service.missions import chosen_mission
 from motorcade.service.world_messages import SetWorld
 from motorcade.words.image import parse_image_bytes, words_to_bytes
@@ -21,19 +21,35 @@ _KEY = "mat"
 # So far apart, followers of one leader hear no other; followers stand behind theirs.
 _BETWEEN_LEADERS_M, _BETWEEN_FOLLOWERS_M = 2.5, 0.3
 _IN_A_ROW = 6
+_PARADE_S = 60
+MOST_PLACES = 60
 
 
-def free_mat(places: int, followers: int) -> MatDocument:
-    """A mat without obstacles for so many leaders, each with its followers behind it."""
-    rows = -(-places // _IN_A_ROW)
+def parade(leaders: int, followers: int) -> dict[str, Any]:
+    """A motorcade-mission/1 document: so many leaders without obstacles, each with its followers behind it.
+
+    All cars have to move, without touching each other, and then far.
+    """
+    rows, columns = -(-leaders // _IN_A_ROW), min(leaders, _IN_A_ROW)
     cars: list[dict[str, Any]] = []
-    for place in range(places):
+    for place in range(leaders):
         row, column = divmod(place, _IN_A_ROW)
         x_m, y_m = (column + 0.75) * _BETWEEN_LEADERS_M, (rows - row - 0.5) * _BETWEEN_LEADERS_M
         cars.append({"at_m": [x_m, y_m], "role": "leader"})
         cars += [{"at_m": [round(x_m - _BETWEEN_FOLLOWERS_M * (k + 1), 3), y_m]} for k in range(followers)]
-    size_m = [(_IN_A_ROW + 0.5) * _BETWEEN_LEADERS_M, rows * _BETWEEN_LEADERS_M]
-    return {"format": "motorcade-mat/1", "name": "together", "tick_ms": 5, "size_m": size_m, "car": cars}
+    size_m = [(columns + 0.5) * _BETWEEN_LEADERS_M, rows * _BETWEEN_LEADERS_M]
+    return {
+        "format": "motorcade-mission/1",
+        "name": sentences(Phrase("parade")),
+        "seconds": _PARADE_S,
+        "seeds": [0],
+        "mat": {"tick_ms": 5, "size_m": size_m, "car": cars},
+        "goal": [
+            {"kind": "travelled", "least_m": 0.3},
+            {"kind": "no-touch", "star": 2},
+            {"kind": "travelled", "least_m": 2.0, "star": 3},
+        ],
+    }
 
 
 class SharedMat:
@@ -46,11 +62,9 @@ class SharedMat:
     def __init__(self) -> None:
         self.session = PageWorld(_KEY, _KEY, _MOST_CARS, CapacityLimiter(1))
         self._images: dict[str, bytes] = {}
-        self._document: MatDocument = {}
         self._mission: MissionChoice | None = None
         self._title: Sentence = {}
-        self._profile = "classroom"
-        self._places = 0
+        self._places = self._followers = 0
         self._is_open = self._is_running = False
 
     def view(self) -> MatView:
@@ -65,16 +79,16 @@ class SharedMat:
         return playback is not None and playback.world.referee is not None and playback.world.referee.is_over
 
     def open(self, wanted: OpenMat) -> None:
-        """Collect programs from now on, for a mission or a free mat; earlier ones are gone. Raises MotorcadeError."""
-        document = free_mat(wanted.places, wanted.followers)
-        title, profile = sentences(Phrase("free-mat")), "classroom"
+        """Collect programs from now on, for a mission or a parade; earlier ones are gone. Raises MotorcadeError."""
+        title, places = sentences(Phrase("parade")), wanted.places
         if wanted.mission:
             mission = chosen_mission(wanted.mission)
-            document, title, profile = mission.mat_document, mission.name.texts, mission.document["profile"]
-        leaders = mat_from(document, _MOST_CARS).starts.leaders
+            title, places = mission.name.texts, len(mission.mat.starts.leaders)
+            if not 0 < places <= MOST_PLACES or len(mission.mat.starts) > _MOST_CARS:
+                raise MotorcadeError("mission-not-for-a-class", most=MOST_PLACES)
         self.close()
-        self._document, self._title, self._profile = document, title, profile
-        self._mission, self._places, self._is_open = wanted.mission, len(leaders), True
+        self._mission, self._followers = wanted.mission, wanted.followers
+        self._title, self._places, self._is_open = title, places, True
 
     def enter(self, pupil: str, image: bytes | None) -> None:
         """Take a pupil's program, in place of an earlier one; None takes it off.
@@ -96,16 +110,22 @@ class SharedMat:
         self._images.pop(pupil, None)
 
     async def start(self, seed: int) -> None:
-        """Start all programs together, from the beginning. Raises MotorcadeError where there is none."""
+        """Start all programs together, from the beginning; a parade has a leader for each.
+
+        Raises MotorcadeError where there is none.
+        """
         if not self._is_open or not self._images:
             raise MotorcadeError("mat-is-empty")
         images = [*self._images.values()]
-        images += [_NO_PROGRAM] * (self._places - len(images))
-        message = SetWorld(self._document, images[0], self._profile, seed, None, self._mission)
+        choice = self._mission or MissionChoice(document=parade(len(images), self._followers))
+        mission = chosen_mission(choice)
+        images += [_NO_PROGRAM] * (len(mission.mat.starts.leaders) - len(images))
+        document = mission.mat_document
+        message = SetWorld(document, images[0], mission.document["profile"], seed, None, choice)
         session = self.session
         async with session.lock:
             world = await session.in_thread(partial(build_world, message, session.control.boards, _MOST_CARS, images))
-            session.mat = self._document
+            session.mat = document
             self._begin(world)
         self._is_running = True
 

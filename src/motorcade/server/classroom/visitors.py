@@ -1,9 +1,9 @@
 """Pupils and the teacher as visitors of the studio, and as drivers of real cars: each has a shelf and turns."""
 
 import asyncio
-from collections.abc import Iterable
+from collections.abc import Callable, Coroutine, Iterable
 from functools import partial
-from typing import Literal
+from typing import Any, Literal
 
 from starlette.requests import HTTPConnection
 
@@ -173,32 +173,48 @@ class _TurnControl(PageControl):
             return
 
 
-async def stop_all(cars: Fleet) -> list[str]:
-    """Stop all cars at once; return those that could not be reached."""
-    return await _at_all(cars, "stop")
+class EmergencyStop:
+    """The teacher's emergency stop of all real cars.
 
+    Args:
+        cars: the real cars.
+        patience_s: an answer waits so long for cars that can't be reached; they are stopped when they can be again.
+    """
 
-async def release_all(cars: Fleet) -> list[str]:
-    """Let all cars drive again after an emergency stop; return those that could not be reached."""
-    return await _at_all(cars, "clear")
+    def __init__(self, cars: Fleet, patience_s: float = 1.0) -> None:
+        self._cars = cars
+        self._patience_s = patience_s
+        self._pending: set[asyncio.Task[None]] = set()
 
+    async def stop(self) -> list[str]:
+        """Stop all cars at once; return those that could not be reached yet."""
+        return await self._at_all(lambda car: self._cars.stop(car, TEACHER))
 
-async def _at_all(cars: Fleet, action: Literal["stop", "clear"]) -> list[str]:
-    names = [listed.car for listed in await cars.listed()]
-    done = await asyncio.gather(*(_at(cars, name, action) for name in names))
-    return [name for name, reached in zip(names, done, strict=True) if not reached]
+    async def release(self) -> list[str]:
+        """Let all cars drive again; return those that could not be reached."""
+        for task in self._pending:
+            task.cancel()
+        return await self._at_all(self._clear)
 
+    async def _clear(self, car: str) -> None:
+        control = await self._cars.connect(car, TEACHER)
+        try:
+            await control.act("clear")
+        finally:
+            control.leave()
 
-async def _at(cars: Fleet, car: str, action: Literal["stop", "clear"]) -> bool:
-    try:
-        if action == "stop":
-            await cars.stop(car, TEACHER)
-        else:
-            control = await cars.connect(car, TEACHER)
-            try:
-                await control.act(action)
-            finally:
-                control.leave()
-    except MotorcadeError:
-        return False
-    return True
+    async def _at_all(self, act: Callable[[str], Coroutine[Any, Any, None]]) -> list[str]:
+        tasks = {listed.car: asyncio.create_task(act(listed.car)) for listed in await self._cars.listed()}
+        if not tasks:
+            return []
+        for task in tasks.values():
+            self._pending.add(task)
+            task.add_done_callback(self._end)
+        await asyncio.wait(tasks.values(), timeout=self._patience_s)
+        return [car for car, task in tasks.items() if not task.done() or task.cancelled() or task.exception()]
+
+    def _end(self, task: "asyncio.Task[None]") -> None:
+        self._pending.discard(task)
+        if not task.cancelled():
+            # A car that refuses was told to the teacher.
+            task.exception()

@@ -18,6 +18,7 @@ from motorcade.server.page_socket import PageSocket
 from motorcade.server.remote.fleet import MOST_CARS, Fleet, LocalControl, PageControl
 from motorcade.server.remote.messages import ListedCar
 from motorcade.server.studio.simulation import StudioWorld, build_world
+from motorcade.service.history import PAST_BYTES
 from motorcade.service.messages import MatDocument
 from motorcade.service.playback import Playback
 from motorcade.service.world_messages import WorldAnswer
@@ -117,6 +118,7 @@ class PageWorld(WorldSession):
         visitor: the address of the page that began it.
         most_cars: the most cars in its world.
         workers: how many threads may work for all sessions.
+        past_bytes: as `motorcade.service.world_session.WorldSession` takes it.
 
     Attributes:
         page: the answers to the connected page; None while no page is connected.
@@ -130,9 +132,16 @@ class PageWorld(WorldSession):
         is_quick: whether making the last picture took less time than passing it to a thread.
     """
 
-    def __init__(self, key: str, visitor: str, most_cars: int, workers: CapacityLimiter) -> None:
+    def __init__(
+        self,
+        key: str,
+        visitor: str,
+        most_cars: int,
+        workers: CapacityLimiter,
+        past_bytes: tuple[int, int] = PAST_BYTES,
+    ) -> None:
         self.control = ManualControl()
-        super().__init__(key, lambda message: build_world(message, self.control.boards, most_cars))
+        super().__init__(key, lambda message: build_world(message, self.control.boards, most_cars), past_bytes)
         self._workers = workers
         self.visitor = visitor
         self.mat: MatDocument | None = None

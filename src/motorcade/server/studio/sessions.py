@@ -19,6 +19,7 @@ from motorcade.server.page_socket import PageSocket, refuse_page
 from motorcade.server.request_filter import ServerSettings
 from motorcade.server.studio.driving import PageWorld
 from motorcade.server.studio.visitors import Visitors
+from motorcade.service.history import PAST_BYTES
 from motorcade.service.world_messages import (
     CarDetails,
     Furnish,
@@ -50,11 +51,13 @@ class SessionLimits(NamedTuple):
         most: in all.
         most_of_one_visitor: for one address.
         most_cars: the most cars in the world of each.
+        past_bytes: how much of the past of each is stored, in bytes of moments and of events.
     """
 
     most: int = 64
     most_of_one_visitor: int = 16
     most_cars: int = 2_000
+    past_bytes: tuple[int, int] = PAST_BYTES
 
 
 SESSIONS = SessionLimits()
@@ -156,7 +159,9 @@ class PageWorlds:
             raise MotorcadeError("bad-session")
         if session is None:
             self._make_room(visitor)
-            session = self._sessions[key] = PageWorld(key, visitor, self._limits.most_cars, self._workers)
+            session = self._sessions[key] = PageWorld(
+                key, visitor, self._limits.most_cars, self._workers, self._limits.past_bytes
+            )
         if session.forget_timer:
             session.forget_timer.cancel()
             session.forget_timer = None

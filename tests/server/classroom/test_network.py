@@ -1,0 +1,173 @@
+"""How pupils find a class: addresses, the name in the network, QR codes, certificates."""
+
+import asyncio
+import socket
+import ssl
+import sys
+from datetime import UTC, datetime, timedelta
+
+import pytest
+
+from motorcade.server.classroom import network
+from motorcade.server.classroom.certificates import class_keys
+from motorcade.server.classroom.network import Network, likely_first, qr_for_terminal, room_hosts
+
+
+def test_the_address_that_tablets_reach_comes_first():
+    found = [
+        ("lo", "127.0.0.1"),
+        ("docker0", "172.17.0.1"),
+        ("eth0", "10.1.2.3"),
+        ("eth0", "fe80::1%eth0"),
+        ("eth1", "169.254.7.7"),
+        ("tun0", "10.8.0.2"),
+        ("wlan0", "192.168.1.5"),
+        ("wlan0", "192.168.1.5"),
+        ("eth2", "8.8.8.8"),
+    ]
+    ends = ["169.254.7.7", "10.8.0.2", "172.17.0.1"]
+    assert likely_first(found) == ["192.168.1.5", "10.1.2.3", "8.8.8.8", *ends]
+    assert likely_first(found, "10.1.2.3") == ["10.1.2.3", "192.168.1.5", "8.8.8.8", *ends]
+    assert likely_first(found, "10.8.0.2")[-2] == "10.8.0.2", "a tunnel is no way for tablets"
+    assert likely_first([("lo", "127.0.0.1")]) == []
+
+
+def test_a_class_at_one_address_shows_that_one():
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        assert room_hosts(listener) == (["127.0.0.1"], "127.0.0.1")
+    with socket.create_server(("0.0.0.0", 0)) as listener:
+        hosts, own = room_hosts(listener)
+    assert own == "127.0.0.1"
+    assert hosts
+
+
+def scanned(picture):
+    """The modules of a QR code that is drawn with half blocks."""
+    pairs = {"█": (0, 0), "▀": (0, 1), "▄": (1, 0), " ": (1, 1)}
+    rows = []
+    for line in picture.split("\n"):
+        halves = [pairs[sign] for sign in line]
+        rows += [[upper for upper, _ in halves], [lower for _, lower in halves]]
+    return rows
+
+
+def test_the_terminal_shows_the_same_code_as_the_page():
+    import segno
+
+    text = "http://192.168.1.5:7710/join#ACDEFG"
+    expected = [[int(bool(module)) for module in row] for row in segno.make(text, error="l").matrix_iter(border=2)]
+    assert scanned(qr_for_terminal(text))[: len(expected)] == expected
+
+
+def test_without_zeroconf_the_class_says_so_and_works(monkeypatch):
+    monkeypatch.setitem(sys.modules, "zeroconf", None)
+    found = Network(["192.168.1.5"], 7710, announces=True)
+
+    async def run():
+        async with found.announced():
+            assert found.local_name is None
+            assert "zeroconf" in found.why_no_name.sentence("zh")
+
+    asyncio.run(run())
+
+
+class Announcing:
+    """Takes announcements in place of the network."""
+
+    taken = False
+    problem = None
+
+    def __init__(self, interfaces):
+        self.interfaces = interfaces
+        self.closed = False
+
+    async def async_register_service(self, info):
+        Announcing.info = info
+        if self.problem:
+            raise self.problem
+
+    async def async_close(self):
+        Announcing.closed_last = True
+
+
+@pytest.fixture
+def announcing(monkeypatch):
+    import zeroconf.asyncio
+
+    monkeypatch.setattr(zeroconf.asyncio, "AsyncZeroconf", Announcing)
+    monkeypatch.setattr(Announcing, "problem", None)
+    return Announcing
+
+
+def announce(found):
+    async def run():
+        async with found.announced():
+            return found.local_name, found.why_no_name
+
+    return asyncio.run(run())
+
+
+def test_the_name_is_announced_with_all_addresses(announcing):
+    found = Network(["192.168.1.5", "10.0.0.2"], 7710, "https", announces=True)
+    assert announce(found) == ("https://motorcade.local:7710/", None)
+    assert announcing.info.server == "motorcade.local."
+    assert announcing.info.parsed_addresses() == ["192.168.1.5", "10.0.0.2"]
+    assert announcing.closed_last
+
+
+@pytest.mark.parametrize("kind", ["taken", "forbidden"])
+def test_a_name_that_cannot_be_announced_is_told_and_not_shown(announcing, monkeypatch, kind):
+    from zeroconf import NonUniqueNameException
+
+    problem = NonUniqueNameException() if kind == "taken" else OSError(1, "not permitted")
+    monkeypatch.setattr(announcing, "problem", problem)
+    name, why = announce(Network(["192.168.1.5"], 7710, announces=True))
+    assert name is None
+    assert why.code == {"taken": "local-name-taken", "forbidden": "local-name-not-announced"}[kind]
+
+
+def test_a_class_of_this_computer_alone_is_not_announced():
+    assert announce(Network(["127.0.0.1"], 7710)) == (None, None)
+    assert network.LOCAL_NAME == "motorcade.local"
+
+
+def hosts_of(keys, authority):
+    """The addresses for which a certificate is good, by a real handshake in memory."""
+    server = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    server.load_cert_chain(keys)
+    client = ssl.create_default_context(cafile=authority)
+    good = []
+    for host in ("motorcade.local", "127.0.0.1", "192.168.1.5", "192.168.1.6", "evil.example"):
+        ways = ssl.MemoryBIO(), ssl.MemoryBIO()
+        ends = (
+            client.wrap_bio(ways[0], ways[1], server_hostname=host),
+            server.wrap_bio(ways[1], ways[0], server_side=True),
+        )
+        try:
+            for _ in range(3):
+                for end in ends:
+                    try:
+                        end.do_handshake()
+                    except ssl.SSLWantReadError:
+                        continue
+            good.append(host)
+        except ssl.SSLCertVerificationError:
+            continue
+    return good
+
+
+def test_a_certificate_is_made_once_and_tablets_trust_it_also_at_new_addresses(tmp_path):
+    # Backdated by a year, a certificate of now is good now.
+    now = datetime.now(UTC)
+    first = class_keys(tmp_path, ["192.168.1.5"], now)
+    assert hosts_of(first.server, first.authority) == ["motorcade.local", "127.0.0.1", "192.168.1.5"]
+    made = first.server.read_bytes()
+    assert class_keys(tmp_path, ["192.168.1.5"], now).server.read_bytes() == made
+    authority = first.authority.read_bytes()
+    moved = class_keys(tmp_path, ["192.168.1.6"], now)
+    assert "192.168.1.6" in hosts_of(moved.server, moved.authority)
+    assert moved.authority.read_bytes() == authority
+    later = class_keys(tmp_path, ["192.168.1.5"], now + timedelta(days=395))
+    assert later.server.read_bytes() != made
+    if sys.platform != "win32":
+        assert first.server.stat().st_mode & 0o077 == 0

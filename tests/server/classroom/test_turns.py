@@ -1,0 +1,137 @@
+"""Real cars in the room: pupils drive in turns, and the teacher stops all."""
+
+import asyncio
+from types import SimpleNamespace
+
+import pytest
+
+from motorcade.errors import MotorcadeError
+from motorcade.server.classroom.running_class import TEACHER
+from motorcade.server.classroom.visitors import EmergencyStop, TurnFleet
+from motorcade.server.remote.fleet import Fleet, PageControl
+from motorcade.server.remote.messages import ListedCar
+from motorcade.server.remote.remote_cars import RemoteCar
+from support.class_page import class_room
+from support.classrooms import with_pupils
+from support.mock_clock import mock_clock, pass_time
+
+
+class Control(PageControl):
+    """A page's connection to a car that notes what it is asked for."""
+
+    def __init__(self, name, asked):
+        self.name, self.asked = name, asked
+
+    def steer(self, throttle, steering):
+        self.asked.append((self.name, throttle))
+
+    async def act(self, action):
+        if self.name == "away":
+            raise MotorcadeError("car-out-of-reach")
+        self.asked.append((self.name, action))
+
+    def telemetry(self):
+        return "telemetry"
+
+    def leave(self):
+        self.asked.append((self.name, "leave"))
+
+
+class Cars(Fleet):
+    def __init__(self, *names):
+        self.names, self.asked = names, []
+
+    async def listed(self):
+        return [ListedCar(name, None, False) for name in self.names]
+
+    async def connect(self, car, page):
+        return Control(car, self.asked)
+
+
+def fleet_of(room, cars, visitor):
+    return TurnFleet(cars, SimpleNamespace(room=room), visitor)
+
+
+def refused(code, act):
+    with pytest.raises(MotorcadeError) as found:
+        act()
+    assert found.value.code == code
+
+
+@mock_clock
+async def test_a_pupil_drives_in_turn_and_gives_the_car_back():
+    room, cars = with_pupils("Mia", "Ben", cars=["red"]), Cars("red")
+    hers, his = [await fleet_of(room, cars, pupil).connect("red", "page") for pupil in ("01", "02")]
+    refused("not-your-turn", lambda: hers.steer(1, 0))
+    room.wish_turn("01", "red", True, 0.0)
+    room.wish_turn("02", "red", True, 0.0)
+    hers.steer(1, 0)
+    refused("not-your-turn", lambda: his.steer(1, 0))
+    with pytest.raises(MotorcadeError):
+        await his.act("request")
+    await his.act("stop")
+    assert cars.asked == [("red", 1), ("red", "stop")], "everybody may stop"
+    cars.asked.clear()
+    room.advance(60.0)
+    assert hers.telemetry() == "telemetry"
+    await asyncio.sleep(0)
+    assert cars.asked == [("red", 0.0), ("red", "release")]
+    his.steer(0.5, 0)
+    refused("not-your-turn", lambda: hers.steer(1, 0))
+
+
+@mock_clock
+async def test_the_teacher_drives_whenever_she_likes():
+    cars = Cars("red")
+    control = await fleet_of(with_pupils("Mia", cars=["red"]), cars, TEACHER).connect("red", "page")
+    control.steer(1, 0)
+    assert cars.asked == [("red", 1)]
+
+
+@mock_clock
+async def test_all_cars_are_stopped_although_one_is_away():
+    cars = Cars("red", "away", "blue")
+    emergency = EmergencyStop(cars)
+    assert await emergency.stop() == ["away"]
+    assert [each for each in cars.asked if each[1] == "stop"] == [("red", "stop"), ("blue", "stop")]
+    assert await emergency.release() == ["away"]
+    assert [each for each in cars.asked if each[1] == "clear"] == [("red", "clear"), ("blue", "clear")]
+    assert await EmergencyStop(Cars()).stop() == []
+
+
+@mock_clock
+async def test_a_car_out_of_reach_is_stopped_as_soon_as_it_is_back():
+    cars, back = Cars("red"), asyncio.Event()
+
+    async def stop(car, page):
+        await back.wait()
+        cars.asked.append((car, "stop"))
+
+    cars.stop = stop
+    emergency = EmergencyStop(cars)
+    assert await emergency.stop() == ["red"]
+    back.set()
+    await pass_time(0.1)
+    assert cars.asked == [("red", "stop")]
+    back.clear()
+    assert await emergency.stop() == ["red"]
+    await emergency.release()
+    back.set()
+    await pass_time(0.1)
+    assert cars.asked.count(("red", "stop")) == 1, "a stop that was lifted comes no more"
+
+
+def test_the_emergency_stop_holds_all_turns(tmp_path):
+    with class_room(tmp_path, cars=(RemoteCar("red", "127.0.0.1", 9),)) as room:
+        mia = room.join("Mia")
+        assert mia.ask("class/turn", car="red", wants=True) == {}
+        assert mia.ask("class/turn", car="green", wants=True) == "car-not-listed"
+        with mia.open("class/stream") as page:
+            view = page.until("pupil")
+            assert (view["turns"][0]["driver"], view["stopped"]) == (mia.id, False)
+            assert room.teacher.ask("desk/stop-all") == {"missed": ["red"]}
+            assert page.until("pupil", lambda view: view["stopped"])
+            room.teacher.ask("desk/release-all")
+            assert not page.until("pupil", lambda view: not view["stopped"])["stopped"]
+            room.teacher.ask("desk/turn/next", car="red", wants=False)
+            assert page.until("pupil", lambda view: view["turns"][0]["driver"] is None)

@@ -1,0 +1,207 @@
+"""The live wall, looking on at a pupil's world, and the shared mat."""
+
+import base64
+import json
+import struct
+from types import SimpleNamespace
+
+import pytest
+
+from motorcade import Followers, Program, compile_program, forward, led, wait
+from motorcade.classroom.desk_messages import Wall
+from motorcade.server.classroom.wall import MOST_CARS_SHOWN, ShownWorld, WallPictures, first_cars
+from motorcade.server.studio.simulation import pack_moment, unpack_moment
+from motorcade.service.world_messages import Hello
+from support.class_page import PASSWORD, class_room
+from support.world_page import KEY, MAT, OTHER
+
+
+@pytest.fixture
+def now():
+    return [100.0]
+
+
+@pytest.fixture
+def room(tmp_path, now):
+    def clock():
+        now[0] += 0.001
+        return now[0]
+
+    with class_room(tmp_path, clock=clock) as opened:
+        yield opened
+
+
+def image(*steps):
+    return base64.b64encode(compile_program(Program(list(steps), Followers([led(1, 1)]))).image).decode()
+
+
+def on_the_wall(data, worlds):
+    """What a picture of the wall holds: by place the time and the columns."""
+    number = struct.unpack_from("<I", data)[0]
+    at, found = 4, {}
+    while at < len(data):
+        place, cars, t_ms = struct.unpack_from("<HHI", data, at)
+        assert cars <= worlds[place]["cars"]
+        found[place] = (t_ms, unpack_moment(data[at + 8 :], cars))
+        at += 8 + (17 * cars + 3) // 4 * 4
+    assert at == len(data)
+    return number, found
+
+
+def wall_message(page):
+    """The next message of the wall: a list, or bytes."""
+    message = page._socket.receive()
+    if message.get("bytes"):
+        page._socket.send_text("{}")
+        return message["bytes"]
+    return json.loads(message["text"])
+
+
+def test_the_wall_shows_all_worlds_and_what_changes_in_them(room, now):
+    mia, ben = room.join("Mia"), room.join("Ben")
+    with (
+        room.teacher.open("desk/wall") as wall,
+        mia.open(f"world?session={KEY}") as hers,
+        ben.open(f"world?session={OTHER}") as his,
+    ):
+        assert wall_message(wall)["worlds"] == []
+        hers.set()
+        hers.until("picture")
+        his.set(mat=MAT | {"car": MAT["car"][:2], "name": "small"})
+        his.until("picture")
+        now[0] += 5
+        while len((listed := wall_message(wall))["worlds"]) < 2:
+            now[0] += 5
+        assert [(each["pupil"], each["cars"], each["mat"]["name"]) for each in listed["worlds"]] == [
+            (mia.id, 3, "a table"),
+            (ben.id, 2, "small"),
+        ]
+        number, found = on_the_wall(wall_message(wall), listed["worlds"])
+        assert number == listed["number"]
+        assert [found[place][1][0].tolist() for place in (0, 1)] == [[0, 0.5, 0.5], [0, 0.5]]
+        his.send("move", car=1, x_m=-1.5, y_m=0)
+        his.until("picture", lambda picture: picture.moment.x_m[1] == -1.5)
+        number, found = on_the_wall(wall_message(wall), listed["worlds"])
+        assert (list(found), found[1][1][0].tolist()) == ([1], [0, -1.5])
+
+
+class StillWorld:
+    """A world of one car, as the wall meets it; it is in play, and its newest moment is set by the test."""
+
+    cars, playing = 1, True
+
+    def __init__(self):
+        self.world = self
+        self.moment = self.at(0)
+
+    def at(self, x_m):
+        self.moment = pack_moment([x_m], *([[0]] * 6))
+        return self.moment
+
+    def newest(self):
+        return 0, self.moment
+
+    def hello(self, session, resumed):
+        return Hello(session, resumed, 1, [0], 5, 0.075, 1.0)
+
+
+def test_a_slow_projector_gets_no_film():
+    still = StillWorld()
+    wall = WallPictures(lambda: [ShownWorld("01", SimpleNamespace(sent={}), still, MAT)])
+    sent = []
+    for step in range(6):
+        still.at(step)
+        sent += wall.answers(step / 5)
+    assert [type(answer) for answer in sent] == [Wall, bytes, bytes]
+    wall.under_way -= 1
+    (newest,) = wall.answers(2.0)
+    assert on_the_wall(newest, [{"cars": 1}])[1][0][1][0].tolist() == [5], "what it missed is not sent later"
+    wall.under_way = 0
+    assert wall.answers(2.2) == [], "nothing has changed"
+
+
+def test_the_list_is_sent_at_most_once_a_second():
+    still = StillWorld()
+    mats = [dict(MAT) for _ in range(10)]
+    now = iter(mats)
+    wall = WallPictures(lambda: [ShownWorld("01", SimpleNamespace(sent={}), still, next(now))])
+    lists = [type(answer) for step in range(10) for answer in wall.answers(step / 5)]
+    assert lists.count(Wall) == 2
+    assert lists.count(bytes) == 2, "no picture refers to a list that the page doesn't have"
+
+
+@pytest.mark.parametrize(("cars", "shown"), [(3, 3), (100, MOST_CARS_SHOWN), (7, 5), (1, 0)])
+def test_of_a_crowd_the_first_cars_are_shown(cars, shown):
+    columns = [list(range(k, cars + k)) for k in range(7)]
+    found = unpack_moment(first_cars(pack_moment(*columns), cars, shown), shown)
+    assert [column.tolist() for column in found] == [column[:shown] for column in columns]
+
+
+def test_the_teacher_looks_on_at_one_pupils_world(room, now):
+    mia = room.join("Mia")
+    with mia.open(f"world?session={KEY}") as hers, room.teacher.open(f"desk/watch?pupil={mia.id}") as watching:
+        assert watching.until("wall")["worlds"] == []
+        hers.set()
+        hers.until("picture")
+        assert watching.until("wall")["worlds"][0]["pupil"] == mia.id
+        assert watching.until("hello")["cars"] == 3
+        assert watching.until("picture").number == 1
+        watching.send("play")
+        assert watching.until("error")["code"] == "bad-message"
+        watching.send("shown", frame=1)
+        hers.send("step", ticks=20)
+        hers.until("picture", lambda picture: picture.t_ms == 100)
+        assert watching.until("picture", lambda picture: picture.t_ms == 100).number == 2
+        room.teacher.ask("desk/remove", pupil=mia.id)
+        assert watching.until("wall")["worlds"] == []
+    with room.teacher.open("desk/watch?pupil=99") as watching:
+        assert watching.until("error")["code"] == "no-such-pupil"
+
+
+def test_programs_meet_on_the_shared_mat_and_goals_judge_them(room, now):
+    pupils = [room.join(name) for name in ("Mia", "Ben", "Lin")]
+    mia, ben, lin = pupils
+    assert mia.ask("class/mat", image=image(forward(1))) == "mat-is-closed"
+    assert room.teacher.ask("desk/mat/start") == "mat-is-empty"
+    assert room.teacher.ask("desk/mat/open", followers=1, places=2) == {}
+    assert room.teacher.ask("desk/mat/start") == "mat-is-empty"
+    assert mia.ask("class/mat", image=image(forward(60, speed=3))) == {}
+    assert lin.ask("class/mat", image=image(wait(1))) == {}
+    assert ben.ask("class/mat", image=image(wait(1))) == "mat-is-full"
+    assert lin.ask("class/mat", image=None) == {}
+    assert ben.ask("class/mat", image=image(wait(60))) == {}
+    with ben.open("class/stream") as page:
+        assert page.until("pupil")["mat"]["entries"] == [mia.id, ben.id]
+    with room.teacher.open("desk/mat") as shown:
+        assert room.teacher.ask("desk/mat/start") == {}
+        hello = shown.until("hello", lambda hello: hello["cars"])
+        assert (hello["cars"], hello["leads"]) == (4, [0, 2])
+        assert [goal["progress"] for goal in shown.until("goals")["goals"]] == ["open", "holds", "open"]
+        now[0] += 1
+        driven = shown.until("picture", lambda picture: picture.t_ms >= 100)
+        while driven.moment.x_m[0] == driven.moment.x_m[2] - 2.5:
+            now[0] += 0.2
+            driven = shown.until("picture")
+        assert driven.moment.x_m[0] > 1.875
+        assert driven.moment.x_m[2] == 1.875 + 2.5, "Ben's car has a program of its own"
+        shown.send("step")
+        assert shown.until("error")["code"] == "not-in-this-world"
+        shown.send("pause")
+        assert not shown.until("state", lambda state: not state["playing"])["playing"]
+    assert mia.ask("class/mat", image=None) == "mat-is-closed"
+    assert room.teacher.ask("desk/mat/close") == {}
+    with room.teacher.open("desk/stream") as desk:
+        assert desk.until("class")["mat"]["state"] == "closed"
+
+
+def test_a_mission_on_the_shared_mat_has_as_many_places_as_leaders(room):
+    mia, ben = room.join("Mia"), room.join("Ben")
+    assert room.teacher.ask("desk/mat/open", mission={"id": "no-such"}) == "no-mission"
+    assert room.teacher.ask("desk/mat/open", mission={"id": "follow-me"}) == {}
+    assert mia.ask("class/mat", image=image(forward(1))) == {}
+    assert ben.ask("class/mat", image=image(forward(1))) == "mat-is-full"
+    assert room.teacher.ask("desk/mat/start") == {}
+    with room.teacher.open("desk/stream") as desk:
+        view = desk.until("class")["mat"]
+    assert (view["state"], view["mission"], view["places"]) == ("running", "follow-me", 1)
+    assert room.teacher.ask("desk/end", password=PASSWORD) == {}
