@@ -97,6 +97,46 @@ def test_a_run_is_downloaded_as_a_table_and_as_an_animation(open_page) -> None:
     assert download.value.path().read_bytes().startswith(b"GIF8")
 
 
+def test_the_stage_is_seen_from_behind_a_car_and_from_above_again(open_page) -> None:
+    studio = open_page(project=FOLLOWED)
+    page = studio.page
+    studio.mat_button("chaseKey").click()
+    behind = page.get_by_role("img", name=studio.say("mat.chasingLeader", number=0))
+    studio.play()
+    studio.expect_moving()
+    before = behind.screenshot()
+    studio.mat_button("nextCar").click()
+    follower = page.get_by_role("img", name=studio.say("mat.chasing", number=1))
+    assert follower.screenshot() != before
+    page.get_by_role("application", name="Stage with cars").focus()
+    page.keyboard.press("p")
+    expect(behind).to_be_visible()
+    page.keyboard.press("c")
+    expect(behind).to_be_hidden()
+
+
+def test_the_floor_is_undone_and_kept_with_the_project(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    mat = studio.page.get_by_role("application", name="Stage with cars")
+    studio.look_up("swarm")
+    floor = studio.page.get_by_role("button", name=studio.say("mat.floor"))
+    expect(floor).to_contain_text(studio.say("mat.floors.table"))
+    table = mat.screenshot()
+    floor.click()
+    studio.page.get_by_role("option", name=studio.say("mat.floors.moon")).click()
+    studio.wait_until_stored("moon")
+    assert mat.screenshot() != table
+    studio.page.close()
+    studio.reopen()
+    studio.look_up("swarm")
+    floor = studio.page.get_by_role("button", name=studio.say("mat.floor"))
+    expect(floor).to_contain_text(studio.say("mat.floors.moon"))
+    floor.click()
+    studio.page.get_by_role("option", name=studio.say("mat.floors.city")).click()
+    studio.undo()
+    expect(floor).to_contain_text(studio.say("mat.floors.moon"))
+
+
 def test_furniture_is_dragged_onto_the_mat_and_stored_in_the_project(open_page) -> None:
     studio = open_page(project=EXAMPLE)
     mat = studio.page.get_by_role("application", name="Stage with cars")

@@ -18,7 +18,7 @@ STEP = "[t_s, x, y], t_s from 0 to 1000000 s, x and y from -2000 to 2000 m"
 PATH = f"a list of 1 to 10000 {STEP}"
 CORNERS = f"a list of 3 to 1000 {POINT}"
 METRES = "allowed: a number from -2000 to 2000 metres"
-TABLE = "format, name, tick_ms, size_m, edge, wall, disc, polygon, person, voice, car, crowd, physics"
+TABLE = "format, name, tick_ms, size_m, edge, floor, wall, disc, polygon, person, voice, car, crowd, physics"
 
 
 @pytest.mark.parametrize(
@@ -31,6 +31,7 @@ TABLE = "format, name, tick_ms, size_m, edge, wall, disc, polygon, person, voice
         ("size_m = [5]", f"size_m is [5]; allowed: {SIZE}"),
         ("size_m = [5, -1]", "size_m[1] is -1; allowed: a number from 0.001 to 2000 metres"),
         ('edge = "moat"', 'edge is "moat"; allowed: "open", "wall"'),
+        ('floor = "sea"', 'floor is "sea"; allowed: "table", "classroom", "city", "night", "moon", "plain"'),
         ('edge = "wall"', "edge is a wall but there is no size_m; give the mat's width and height"),
         ("tick_ms = 1979-05-27", 'tick_ms is "1979-05-27"; allowed: a whole number from 1 to 40 milliseconds'),
         ("wall = 3", "wall is 3; allowed: a list of tables, each under [[wall]]"),

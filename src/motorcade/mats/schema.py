@@ -10,6 +10,8 @@ FARTHEST_M = 2000
 SHORTEST_M = 0.001
 LAST_S = 1_000_000
 MOST_CARS = 2_000_000
+# What a floor looks like changes nothing for the cars: only pages show it.
+FLOORS = ("table", "classroom", "city", "night", "moon", "plain")
 
 
 @cache
@@ -27,6 +29,7 @@ def mat_schema() -> Schema:
             tick_ms=_unit("milliseconds", whole(1, 40, title="the simulator's step", default=1)),
             size_m=_size("the mat's width and height; its lower left corner is the origin"),
             edge=choice("open", "wall", title="what the mat's edge is", default="open"),
+            floor=choice(*FLOORS, title="what the floor and the things on it look like", default=FLOORS[0]),
             wall=_tables("wall", _wall()),
             disc=_tables("disc", _disc()),
             polygon=_tables("polygon", _polygon()),

@@ -53,7 +53,7 @@ function editorShortcuts(): Shortcut[] {
 }
 
 const TOPICS = ["blocks", "words", "mat", "upload"] as const;
-const PAGE_KEYS = { tab: "Tab", blocks: "← ↑ → ↓", words: "← ↑ → ↓", divider: "← →", undo: "Ctrl + Z", redo: "Ctrl + Y", save: "Ctrl + S", full: "F", projector: "B", sound: "M", help: "/" } as const;
+const PAGE_KEYS = { tab: "Tab", blocks: "← ↑ → ↓", words: "← ↑ → ↓", divider: "← →", undo: "Ctrl + Z", redo: "Ctrl + Y", save: "Ctrl + S", full: "F", projector: "B", chase: "C", sound: "M", help: "/" } as const;
 
 export function HelpDialog({ onClose }: { onClose: () => void }) {
   const { t } = useTranslation();

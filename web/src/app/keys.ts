@@ -3,6 +3,7 @@
 import { save } from "../projects/actions";
 import { endEdit, redo, undo } from "../state/history";
 import { useDialogs } from "../state/dialogs";
+import { toggleChase } from "../mat/store";
 import { showAlone, toggleSound, useStudio } from "../state/studio";
 
 /** With Control or Command. */
@@ -11,6 +12,7 @@ const COMMANDS: Record<string, () => void> = { s: () => void save(), z: undo, y:
 /** Alone, and only where the key isn't text and means nothing to the blocks. */
 const SINGLE: Record<string, () => void> = {
   f: () => showAlone(useStudio.getState().alone ? null : "full"),
+  c: toggleChase,
   m: toggleSound,
   b: () => showAlone(useStudio.getState().alone === "projector" ? null : "projector"),
 };

@@ -2,11 +2,11 @@ import { memo, useEffect, useRef } from "react";
 import { Input, Label, NumberField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { endEdit, record } from "../state/history";
-import { FLOOR_NAMES, useSettings } from "../state/settings";
+import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { startHere } from "./actions";
 import { carsOf, followersAt, MOST_FOLLOWERS, MOST_ONE_BY_ONE, positionOf, ROOM_TO_SPARE, withFollowers } from "./cars";
-import { lossOf, type Mat, withLoss } from "./document";
+import { FLOOR_NAMES, floorOf, lossOf, type Mat, withLoss } from "./document";
 import type { Session } from "./session";
 import { editMat, useMat } from "./store";
 import { Choice, NumberSlider, ToolButton, ToolSwitch } from "./fields";
@@ -32,7 +32,6 @@ export const CarsPanel = memo(function CarsPanel({ session }: { session: Session
   const mat = useStudio((studio) => studio.mat);
   const rangeMm = useStudio((studio) => studio.rangeMm);
   const { tracks, air, hello } = useMat();
-  const floor = useSettings((settings) => settings.floor);
   const caption = useSettings((settings) => settings.caption);
   const loss = lossOf(mat);
   return (
@@ -62,10 +61,10 @@ export const CarsPanel = memo(function CarsPanel({ session }: { session: Session
         <span>{t("mat.floor")}</span>
         <Choice
           label={t("mat.floor")}
-          value={floor}
+          value={floorOf(mat)}
           all={FLOOR_NAMES}
           name={(each) => t(`mat.floors.${each}`)}
-          onChange={(each) => useSettings.setState({ floor: each })}
+          onChange={(floor) => editMat({ ...mat, floor })}
         />
       </div>
       <div className={fields.row}>

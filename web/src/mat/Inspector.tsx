@@ -79,7 +79,7 @@ function CarInspector({ session, car }: InspectorProps & { car: number }) {
   const { t } = useTranslation();
   const details = useMat((now) => now.details);
   const followed = useMat((now) => now.followed);
-  const eyes = useMat((now) => now.eyes);
+  const chase = useMat((now) => now.chase);
   const leads = useMat(({ hello }) => hello?.leads?.includes(car) ?? false);
   const canDrive = useStudio(({ capabilities }) => capabilities?.driving ?? false);
   return (
@@ -91,7 +91,7 @@ function CarInspector({ session, car }: InspectorProps & { car: number }) {
         <ToolSwitch label={t("mat.follow")} isSelected={followed} onChange={(on) => useMat.setState({ followed: on })} />
         <ToolButton icon="turnLeft" label={t("mat.turnLeft")} onPress={() => turnCar(session, car, TURN_DEG)} />
         <ToolButton icon="turnRight" label={t("mat.turnRight")} onPress={() => turnCar(session, car, -TURN_DEG)} />
-        {canDrive && <ToolSwitch label={t("mat.eyes")} isSelected={eyes} onChange={(on) => useMat.setState({ eyes: on })} />}
+        <ToolSwitch label={t("mat.chase")} isSelected={chase} onChange={(on) => useMat.setState({ chase: on })} />
         {canDrive && (
           <Link className={classes(buttons.button, buttons.small)} href={`/drive?session=${session.name}&car=${car}`} target="_blank">
             {t("mat.drive")}

@@ -2,16 +2,15 @@ import { type KeyboardEvent, useEffect, useRef, useState } from "react";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
 import { endEdit } from "../state/history";
-import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { dragTo, duplicateChosen, moveBy, removeChosen, turnCar } from "./actions";
 import { type Camera, panned, scaleBar, zoomed } from "./camera";
 import { colourWords } from "./colours";
 import { FURNITURE, listOf, type Mat, type PieceId } from "./document";
 import { attachPointers, gripAt } from "./pointer";
+import { chasedCar, choose, type Chosen, toggleChase, useMat } from "./store";
 import { Scene } from "./scene";
 import type { Session } from "./session";
-import { choose, type Chosen, useMat } from "./store";
 import { ToolButton } from "./fields";
 import css from "./mat.module.css";
 
@@ -57,7 +56,6 @@ function connect(scene: Scene, session: Session): () => void {
   const shown = ["chosen", "tracks", "air", "followed", "hello"] as const;
   const ends = [
     useMat.subscribe((now, before) => shown.some((key) => now[key] !== before[key]) && show()),
-    useSettings.subscribe((now, before) => now.floor !== before.floor && scene.setFloor()),
     useStudio.subscribe((now, before) => (now.mat !== before.mat || now.rangeMm !== before.rangeMm) && show()),
   ];
   const detach = attachPointers(scene.host, scene, {
@@ -93,11 +91,25 @@ function chooseNext(session: Session, step: 1 | -1): void {
   session.watch();
 }
 
+/** While the stage is seen from behind a car, these lead to another car. */
+const CHASE_KEYS: Record<string, 1 | -1> = { n: 1, p: -1, ArrowRight: 1, ArrowLeft: -1 };
+
+function chaseNext(session: Session, car: number, step: 1 | -1): void {
+  const cars = useMat.getState().hello?.cars ?? 1;
+  choose({ car: (car + step + cars) % cars });
+  session.watch();
+}
+
 /** Act on a key; false for a key that means nothing here. */
 function press(event: KeyboardEvent, scene: Scene, session: Session): boolean {
   const { chosen } = useMat.getState();
   const command = event.ctrlKey || event.metaKey;
   const arrow = ARROWS[event.key];
+  const chased = chasedCar(useMat.getState());
+  if (chased !== null && !command && event.key in CHASE_KEYS) {
+    chaseNext(session, chased, CHASE_KEYS[event.key]!);
+    return true;
+  }
   if (arrow && !command) {
     const far = event.shiftKey ? FINE_NUDGE_M : NUDGE_M;
     if (chosen) moveBy(session, chosen, arrow[0] * far, arrow[1] * far);
@@ -131,6 +143,7 @@ function press(event: KeyboardEvent, scene: Scene, session: Session): boolean {
 
 export function MatCanvas({ session, words }: MatCanvasProps) {
   const { t } = useTranslation();
+  const cars = useMat(({ hello }) => hello?.cars ?? 0);
   const host = useRef<HTMLDivElement>(null);
   const [scene, setScene] = useState<Scene | null>(null);
   const [camera, setCamera] = useState<Camera | null>(null);
@@ -166,7 +179,8 @@ export function MatCanvas({ session, words }: MatCanvasProps) {
   // The boundary around the mat shows that it can't be drawn.
   if (failure) throw failure;
 
-  const bar = camera && scaleBar(camera);
+  const chased = useMat(chasedCar);
+  const bar = camera && chased === null && scaleBar(camera);
   const zoom = (factor: number) => scene?.look(zoomed(scene.camera, scene.size, factor));
   return (
     <div
@@ -192,9 +206,20 @@ export function MatCanvas({ session, words }: MatCanvasProps) {
         </div>
       )}
       <div className={css.zoom}>
-        <ToolButton icon="plus" label={t("mat.zoomIn")} onPress={() => zoom(ZOOM)} />
-        <ToolButton icon="minus" label={t("mat.zoomOut")} onPress={() => zoom(1 / ZOOM)} />
-        {held && <ToolButton icon="follow" label={t("mat.frame")} onPress={() => scene?.frame()} />}
+        {chased === null ? (
+          <>
+            <ToolButton icon="plus" label={t("mat.zoomIn")} onPress={() => zoom(ZOOM)} />
+            <ToolButton icon="minus" label={t("mat.zoomOut")} onPress={() => zoom(1 / ZOOM)} />
+            {held && <ToolButton icon="follow" label={t("mat.frame")} onPress={() => scene?.frame()} />}
+            <ToolButton icon="chase" label={t("mat.chaseKey")} isDisabled={!cars} onPress={toggleChase} />
+          </>
+        ) : (
+          <>
+            <ToolButton icon="mat" label={t("mat.fromAbove")} onPress={toggleChase} />
+            <ToolButton icon="left" label={t("mat.previousCar")} onPress={() => chaseNext(session, chased, -1)} />
+            <ToolButton icon="right" label={t("mat.nextCar")} onPress={() => chaseNext(session, chased, 1)} />
+          </>
+        )}
       </div>
     </div>
   );

@@ -3,6 +3,7 @@ import { useTranslation } from "react-i18next";
 import { inLanguage } from "../i18n";
 import { useSettings } from "../state/settings";
 import { isHeard, useStudio, useWords } from "../state/studio";
+import { ChaseView } from "./ChaseView";
 import { ToolButton } from "./fields";
 import { MatCanvas } from "./MatCanvas";
 import { Narration } from "./Narration";
@@ -22,12 +23,12 @@ export function Stage({ session }: { session: Session }) {
   return (
     <div className={css.stage}>
       <MatCanvas session={session} words={words} />
+      <ChaseView />
       <Thoughts session={session} />
       <div className={css.top}>
         <Notice session={session} />
         <Narration session={session} />
         <Legend session={session} words={words} />
-        <Eyes session={session} />
       </div>
       <Transport session={session} words={words} />
     </div>
@@ -51,15 +52,6 @@ function useSound(session: Session): void {
       sound.close();
     };
   }, [session]);
-}
-
-/** What the chosen car's camera sees, as on the page that drives it. */
-function Eyes({ session }: { session: Session }) {
-  const { t } = useTranslation();
-  const car = useMat(({ chosen, eyes }) => (eyes && chosen && "car" in chosen ? chosen.car : null));
-  const canDrive = useStudio(({ capabilities }) => capabilities?.driving ?? false);
-  if (car === null || !canDrive) return null;
-  return <img className={css.eyes} src={`/camera?session=${session.name}&car=${car}`} alt={t("mat.seen", { number: car })} />;
 }
 
 function Notice({ session }: { session: Session }) {

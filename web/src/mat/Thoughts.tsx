@@ -7,10 +7,14 @@ import { useStudio } from "../state/studio";
 import { toScreen } from "./camera";
 import { colourWords, hexColour } from "./colours";
 import type { Session } from "./session";
-import { useMat } from "./store";
+import { chasedCar, useMat } from "./store";
 import { type Thought, thoughtsAt } from "./thoughts";
 import css from "./mat.module.css";
 
+/** Between two bubbles. */
+const AIR_PX = 4;
+const meet = (a: DOMRect, b: DOMRect) =>
+  a.x < b.right + AIR_PX && b.x < a.right + AIR_PX && a.y < b.bottom + AIR_PX && b.y < a.bottom + AIR_PX;
 const EVERY_MS = 400;
 /** To compare each car with all others takes too long for more. */
 const MOST_CARS = 200;
@@ -22,6 +26,7 @@ export function Thoughts({ session }: { session: Session }) {
   const scene = useMat((now) => now.scene);
   const [thoughts, setThoughts] = useState<{ car: number; thought: Thought }[]>([]);
   const host = useRef<HTMLDivElement>(null);
+  const chased = useMat((now) => chasedCar(now) !== null);
 
   useEffect(() => {
     let past: { tMs: number; x: Float32Array; y: Float32Array }[] = [];
@@ -58,19 +63,28 @@ export function Thoughts({ session }: { session: Session }) {
     if (!scene) return;
     const place = () => {
       const { drawn } = scene.motion;
+      const taken: DOMRect[] = [];
       thoughts.forEach(({ car }, at) => {
         const bubble = host.current?.children[at] as HTMLElement | undefined;
         if (!bubble || car >= drawn.x.length) return;
         const [x, y] = toScreen(scene.camera, scene.size, [drawn.x[car]!, drawn.y[car]!]);
         const inView = x > 0 && y > 0 && x < scene.size.width && y < scene.size.height;
-        bubble.style.visibility = inView ? "visible" : "hidden";
-        bubble.style.translate = `calc(${x.toFixed(1)}px - 50%) calc(${(y - scene.carPx * 0.65).toFixed(1)}px - 100%)`;
+        const { offsetWidth: width, offsetHeight: height } = bubble;
+        // A bubble at the stage's edge is moved until all of it can be read.
+        const left = Math.min(Math.max(x - width / 2, 4), Math.max(4, scene.size.width - width - 4));
+        const box = new DOMRect(left, y - scene.carPx * 0.65 - height, width, height);
+        const isFree = inView && taken.every((each) => !meet(each, box));
+        if (isFree) taken.push(box);
+        bubble.style.visibility = isFree ? "visible" : "hidden";
+        bubble.style.translate = `${box.x.toFixed(1)}px ${box.y.toFixed(1)}px`;
+        bubble.style.setProperty("--tip", `${(x - left).toFixed(1)}px`);
       });
     };
     place();
     return scene.listen(place);
-  }, [scene, thoughts]);
+  }, [scene, thoughts, chased]);
 
+  if (chased) return null;
   return (
     <div className={css.thoughts} ref={host} aria-hidden="true">
       {thoughts.map(({ car, thought }) => (

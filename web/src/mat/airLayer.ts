@@ -19,6 +19,15 @@ interface Ring {
   begunAt: number;
 }
 
+/** A ring in the air at a moment; lengths are millimetres. */
+export interface Wave {
+  x: number;
+  y: number;
+  radiusMm: number;
+  widthPx: number;
+  alpha: number;
+}
+
 export interface FrameListeners {
   onLost: (car: number, collided: boolean) => void;
   onHeard: (car: number) => void;
@@ -27,7 +36,7 @@ export interface FrameListeners {
 export class AirLayer {
   readonly view = new Container();
   private readonly ranges = new Graphics();
-  private readonly waves = new Graphics();
+  private readonly rippling = new Graphics();
   private rings: Ring[] = [];
   private rangeMm = 1000;
   private leads: readonly number[] = [];
@@ -39,7 +48,7 @@ export class AirLayer {
     private theme: MatTheme,
     private readonly still: () => boolean,
   ) {
-    this.view.addChild(this.ranges, this.waves);
+    this.view.addChild(this.ranges, this.rippling);
   }
 
   setTheme(theme: MatTheme): void {
@@ -74,17 +83,28 @@ export class AirLayer {
     this.rings.push({ car, begunAt: atMs });
   }
 
+  /** The rings as they are at a moment. */
+  waves(drawn: Drawn, atMs: number): Wave[] {
+    return this.rings.map(({ car, begunAt }) => {
+      const age = Math.min(1, (atMs - begunAt) / RING_MS);
+      // Those who pass words on stay behind the leader's.
+      const [strong, far] = this.leads.includes(car) ? [0.8, 1] : [0.4, 0.4];
+      return {
+        x: drawn.x[car]! * 1000,
+        y: drawn.y[car]! * 1000,
+        radiusMm: this.rangeMm * far * (0.08 + 0.92 * age),
+        widthPx: 1 + 3 * far * (1 - age),
+        alpha: strong * (1 - age),
+      };
+    });
+  }
+
   /** Draw a moment; true while a ring is still growing. */
   draw(drawn: Drawn, scale: number, atMs: number): boolean {
     if (this.rings[0] && atMs - this.rings[0].begunAt > RING_MS) this.rings = this.rings.filter(({ begunAt }) => atMs - begunAt <= RING_MS);
-    this.waves.clear();
-    for (const { car, begunAt } of this.rings) {
-      const age = (atMs - begunAt) / RING_MS;
-      // Those who pass words on stay behind the leader's.
-      const [strong, far] = this.leads.includes(car) ? [0.8, 1] : [0.4, 0.4];
-      this.waves
-        .circle(drawn.x[car]! * 1000, drawn.y[car]! * 1000, this.rangeMm * far * (0.08 + 0.92 * age))
-        .stroke({ width: (1 + 3 * far * (1 - age)) / scale, color: this.theme.ring, alpha: strong * (1 - age) });
+    this.rippling.clear();
+    for (const { x, y, radiusMm, widthPx, alpha } of this.waves(drawn, atMs)) {
+      this.rippling.circle(x, y, radiusMm).stroke({ width: widthPx / scale, color: this.theme.ring, alpha });
     }
     this.drawRanges(drawn, scale);
     return this.rings.length > 0;

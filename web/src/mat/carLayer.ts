@@ -1,6 +1,6 @@
 /** All cars: bodies in the colours of their words, wheels, LEDs, marks of lost frames, and a ring around the chosen one. */
 
-import { Container, Graphics, Sprite } from "pixi.js";
+import { Container, Graphics, Sprite, type Texture } from "pixi.js";
 import { NO_LED, type Picture } from "../api/world";
 import { carColour, LEDS, type WordColours, type MatTheme } from "./colours";
 import { LAMPS, numberTexture, TREADS, type Textures } from "./textures";
@@ -45,6 +45,7 @@ export class CarLayer {
   private lostAt = new Float64Array();
   private diameter = 150;
   private leads: ReadonlySet<number> = new Set();
+  private contrast = false;
   chosen: number | null = null;
   /** Nothing moves but the cars themselves. */
   still = false;
@@ -61,6 +62,13 @@ export class CarLayer {
     this.markLosses();
   }
 
+  /** High contrast: a shape for leaders, another for followers, and nothing else. */
+  setContrast(contrast: boolean): void {
+    if (contrast === this.contrast) return;
+    this.contrast = contrast;
+    this.setCars(this.bodies.children.length, this.leads, this.diameter / 2000);
+  }
+
   setCars(cars: number, leads: ReadonlySet<number>, radiusM: number): void {
     this.diameter = 2000 * radiusM;
     this.leads = leads;
@@ -70,12 +78,18 @@ export class CarLayer {
     }
     this.rigs = [];
     for (let k = 0; k < cars; k++) {
-      this.bodies.addChild(centred(leads.has(k) ? this.textures.leader : this.textures.follower));
+      this.bodies.addChild(centred(this.bodyOf(leads.has(k))));
       this.lights.addChild(centred(this.textures.led)).visible = false;
       this.marks.addChild(centred(this.textures.collision)).visible = false;
-      if (cars <= MOST_RICH) this.rigs.push(this.rig(leads.has(k)));
+      if (cars <= MOST_RICH && !this.contrast) this.rigs.push(this.rig(leads.has(k)));
     }
     this.markLosses();
+  }
+
+  private bodyOf(leads: boolean): Texture {
+    const { arrow, ring, leader, follower } = this.textures;
+    if (this.contrast) return leads ? arrow : ring;
+    return leads ? leader : follower;
   }
 
   private rig(leads: boolean): Rig {

@@ -171,3 +171,11 @@ it("the slider reaches 0, each small number, and 1,000", () => {
   for (const each of [0, 1, 2, 3, 5, 10, 1000]) expect(reached).toContain(each);
   for (const each of [0, 1, 500, 1000]) expect(cars.followersAt(cars.positionOf(each))).toBeGreaterThanOrEqual(each);
 });
+
+it("a mat drives alike on every floor; a new one is a wooden table", () => {
+  expect(edit.floorOf(EMPTY)).toBe("table");
+  expect(edit.floorOf({ ...EMPTY, floor: "moon" })).toBe("moon");
+  expect(edit.drivesLike(EMPTY, { ...EMPTY, floor: "moon" })).toBe(true);
+  expect(edit.drivesLike(EMPTY, { ...EMPTY, floor: "moon", edge: "open" })).toBe(false);
+  expect(cars.beginning({ ...EMPTY, floor: "moon" })).toBe(cars.beginning(EMPTY));
+});

@@ -39,10 +39,15 @@ export interface Crowd {
   spacing_m?: number;
   [more: string]: unknown;
 }
+/** What the floor and the things on it look like: for the eye alone. */
+export const FLOOR_NAMES = ["table", "classroom", "city", "night", "moon", "plain"] as const;
+export type FloorName = (typeof FLOOR_NAMES)[number];
+
 export interface Mat extends MatDocument {
   tick_ms?: number;
   size_m?: Point;
   edge?: "wall" | "open";
+  floor?: FloorName;
   wall?: readonly Wall[];
   disc?: readonly Disc[];
   polygon?: readonly Polygon[];
@@ -71,6 +76,15 @@ export interface PieceId {
 
 export function listOf<K extends FurnitureKind>(mat: Mat, kind: K): readonly Pieces[K][] {
   return (mat[kind] as readonly Pieces[K][] | undefined) ?? [];
+}
+
+export function floorOf(mat: Mat | null): FloorName {
+  return mat?.floor ?? "table";
+}
+
+/** Whether two mats are the same to drive on, whatever they look like. */
+export function drivesLike(a: Mat, b: Mat): boolean {
+  return JSON.stringify({ ...a, floor: undefined }) === JSON.stringify({ ...b, floor: undefined });
 }
 
 export function pieceOf(mat: Mat, id: PieceId): Piece | undefined {

@@ -4,6 +4,7 @@ import type { Mat } from "./document";
 import { Motion } from "./carLayer";
 import { gripAt, type Sight } from "./pointer";
 import { freePoint, hasRoomForCar, hasRoomForPiece } from "./room";
+import { eyeBehind, lensOf, scaleAt, seen } from "./perspective";
 import { heardIn } from "./sound";
 import { pictureOf } from "./testPictures";
 
@@ -201,5 +202,38 @@ describe("the pointer finds", () => {
     const piece = { kind: "wall", place: 0 } as const;
     const sight: Sight = { ...SIGHT, drawn: { ...CARS, x: Float32Array.of(2, 2), y: Float32Array.of(0, 0) }, chosen: { piece } };
     expect(gripAt(sight, [2, 0], 0.05)).toEqual({ piece, handle: 1 });
+  });
+});
+
+describe("the view from behind a car", () => {
+  const eye = eyeBehind(2, 1, Math.PI / 2);
+  const lens = lensOf(SIZE);
+  const spot = (x: number, y: number, z = 0) => seen(eye, lens, [x, y, z], false) as [number, number];
+
+  it("has its car in the middle, what is left of it on the left, what is higher above, what is farther nearer to the horizon", () => {
+    const [x, y] = spot(2, 1);
+    expect(x).toBeCloseTo(SIZE.width / 2);
+    expect(y).toBeGreaterThan(lens.horizon);
+    expect(y).toBeLessThan(SIZE.height - 76);
+    expect(spot(1.8, 1)[0]).toBeLessThan(x);
+    expect(spot(2.2, 1)[0]).toBeGreaterThan(x);
+    expect(spot(2, 1, 0.1)[1]).toBeLessThan(y);
+    expect(spot(2, 5)[1]).toBeLessThan(y);
+    expect(spot(2, 1000)[1]).toBeCloseTo(lens.horizon, 0);
+  });
+
+  it("draws things the smaller, the farther they are; nothing that is behind", () => {
+    expect(scaleAt(eye, lens, 2, 3)).toBeLessThan(scaleAt(eye, lens, 2, 2));
+    expect(scaleAt(eye, lens, 2, 0)).toBe(0);
+    expect(seen(eye, lens, [1.9, 0, 0, 2.1, 0, 0, 2, -1, 0])).toEqual([]);
+  });
+
+  it("cuts a shape off where it reaches behind the camera, and keeps its outline whole", () => {
+    const floor = seen(eye, lens, [0, 0, 0, 4, 0, 0, 4, 3, 0, 0, 3, 0]);
+    expect(floor).toHaveLength(8);
+    expect(floor.every(Number.isFinite)).toBe(true);
+    const line = seen(eye, lens, [2, -5, 0, 2, 3, 0], false);
+    expect(line).toHaveLength(4);
+    expect(line[1]).toBeGreaterThan(SIZE.height);
   });
 });

@@ -1,12 +1,24 @@
 /** What the floor looks like. A floor changes no physics: it is chosen for the eye alone. */
 
-import type { Graphics } from "pixi.js";
-import type { FloorName } from "../state/settings";
+import type { FloorName } from "./document";
 import type { MatTheme } from "./colours";
+
+/** What a floor is drawn with: the stage's own drawing from above, and a record of shapes for the view behind a car. */
+export interface FloorPen {
+  rect(x: number, y: number, width: number, height: number): FloorPen;
+  roundRect(x: number, y: number, width: number, height: number, radius: number): FloorPen;
+  circle(x: number, y: number, radius: number): FloorPen;
+  moveTo(x: number, y: number): FloorPen;
+  lineTo(x: number, y: number): FloorPen;
+  fill(style: { color: number; alpha?: number }): FloorPen;
+  stroke(style: { width: number; color: number; alpha?: number }): FloorPen;
+}
 
 interface Floor {
   colours: Partial<MatTheme>;
-  paint: (g: Graphics, width: number, height: number) => void;
+  /** The colours of the sky above, at the top and at the horizon. */
+  sky: readonly [string, string];
+  paint: (g: FloorPen, width: number, height: number) => void;
 }
 
 /** The same numbers from 0 to 1 for the same place, so that a floor never flickers. */
@@ -19,7 +31,7 @@ function chance(x: number, y: number): number {
 const MOST = 40;
 const stepFor = (length: number, wished: number) => wished * Math.max(1, Math.ceil(length / wished / MOST));
 
-function planks(g: Graphics, width: number, height: number): void {
+function planks(g: FloorPen, width: number, height: number): void {
   const step = stepFor(height, 160);
   for (let row = 0; row * step < height; row++) {
     const y = row * step;
@@ -30,7 +42,7 @@ function planks(g: Graphics, width: number, height: number): void {
   }
 }
 
-function tiles(g: Graphics, width: number, height: number): void {
+function tiles(g: FloorPen, width: number, height: number): void {
   const step = stepFor(Math.max(width, height), 250);
   for (let row = 0; row * step < height; row++) {
     for (let column = row % 2; column * step < width; column += 2) {
@@ -45,7 +57,7 @@ function tiles(g: Graphics, width: number, height: number): void {
 }
 
 function streets(street: number, line: number, lots: number) {
-  return (g: Graphics, width: number, height: number): void => {
+  return (g: FloorPen, width: number, height: number): void => {
     const block = stepFor(Math.max(width, height), 1400);
     const half = block * 0.17;
     for (let x = block / 2; x < width; x += block) g.rect(x - half, 0, Math.min(2 * half, width - x + half), height);
@@ -64,7 +76,7 @@ function streets(street: number, line: number, lots: number) {
   };
 }
 
-function craters(g: Graphics, width: number, height: number): void {
+function craters(g: FloorPen, width: number, height: number): void {
   const step = stepFor(Math.max(width, height), 520);
   for (let x = 0; x < width; x += step) {
     for (let y = 0; y < height; y += step) {
@@ -81,22 +93,27 @@ const FLOORS: Record<FloorName, Floor | null> = {
   plain: null,
   table: {
     colours: { ground: "#b9926a", floor: "#e0bd8b", edge: "#8a6437", wall: "#7a5530", obstacle: "#4f7cac", track: "#fff6e5", range: "#a3231c", ring: "#c2261f" },
+    sky: ["#f7ead6", "#e9d3b0"],
     paint: planks,
   },
   classroom: {
     colours: { ground: "#aebfc6", floor: "#edf2f3", edge: "#7f959e", wall: "#566b75", obstacle: "#d98b3a", track: "#a9bac2", range: "#c2261f", ring: "#c2261f" },
+    sky: ["#f4f7f8", "#d5e1e6"],
     paint: tiles,
   },
   city: {
     colours: { ground: "#8fae84", floor: "#a9c49b", edge: "#5f7d55", wall: "#7b5b4b", obstacle: "#c8654f", track: "#e8efe2", range: "#8d1812", ring: "#c2261f" },
+    sky: ["#7cbcf0", "#d8eefb"],
     paint: streets(0x6b7280, 0xf4e3a1, 0x8db27c),
   },
   night: {
     colours: { ground: "#0b0f1d", floor: "#182036", edge: "#3b4a74", wall: "#8aa0d6", obstacle: "#33426d", track: "#445590", range: "#ff8a80", ring: "#ff8a80", person: "#e0a252" },
+    sky: ["#05070f", "#1c2748"],
     paint: streets(0x232c49, 0x5b6aa0, 0x141b2f),
   },
   moon: {
     colours: { ground: "#1b1c22", floor: "#aaa8a2", edge: "#66646a", wall: "#55545c", obstacle: "#7d7b76", track: "#d9d7d0", range: "#8d1812", ring: "#a3231c" },
+    sky: ["#020308", "#14151c"],
     paint: craters,
   },
 };
@@ -107,7 +124,12 @@ export function withFloor(theme: MatTheme, name: FloorName): MatTheme {
 }
 
 /** Draw the floor's pattern, in millimetres; false for a plain floor. */
-export function paintFloor(g: Graphics, name: FloorName, width: number, height: number): boolean {
+export function paintFloor(g: FloorPen, name: FloorName, width: number, height: number): boolean {
   FLOORS[name]?.paint(g, width, height);
   return FLOORS[name] !== null;
+}
+
+/** The sky over a floor, at the top and at the horizon; a plain floor has none of its own. */
+export function skyOver(name: FloorName, { ground }: MatTheme): readonly [string, string] {
+  return FLOORS[name]?.sky ?? [ground, ground];
 }

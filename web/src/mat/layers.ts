@@ -1,11 +1,11 @@
 /** The mat's floor, furniture and people, and the handles of the chosen piece. */
 
 import { Container, Graphics, Sprite } from "pixi.js";
-import { type Disc, handlesOf, listOf, type Mat, type Person, personAt, pieceOf, type PieceId, type Polygon } from "./document";
+import { type Disc, type FloorName, handlesOf, listOf, type Mat, type Person, personAt, pieceOf, type PieceId, type Polygon } from "./document";
 import type { Textures } from "./textures";
-import type { FloorName } from "../state/settings";
 import type { MatTheme } from "./colours";
 import { paintFloor } from "./floors";
+import { paintThings } from "./things";
 import type { Picture } from "../api/world";
 
 const WALL_MM = 24;
@@ -90,18 +90,11 @@ export class FurnitureLayer {
   private drawPieces(mat: Mat, scale: number): void {
     const g = this.pieces.clear();
     this.drawEdge(mat, scale);
-    const rim = { width: 2 / scale, color: this.theme.wall };
-    for (const { corners_m } of listOf(mat, "polygon")) outline(g, { corners_m }).fill(this.theme.obstacle).stroke(rim);
-    for (const { centre_m, radius_m } of listOf(mat, "disc")) {
-      g.circle(centre_m[0] * 1000, centre_m[1] * 1000, radius_m * 1000).fill(this.theme.obstacle).stroke(rim);
-    }
-    for (const { from_m, to_m } of listOf(mat, "wall")) {
-      g.moveTo(from_m[0] * 1000, from_m[1] * 1000).lineTo(to_m[0] * 1000, to_m[1] * 1000);
-    }
+    const things = { wall: listOf(mat, "wall"), disc: listOf(mat, "disc"), polygon: listOf(mat, "polygon") };
+    paintThings(g, this.floorName, things, this.theme, { rim: 2 / scale, wall: Math.max(WALL_MM, 4 / scale) });
     for (const { centre_m, radius_m } of mat.voice ?? []) {
       if (centre_m && radius_m) g.circle(centre_m[0] * 1000, centre_m[1] * 1000, radius_m * 1000).stroke({ width: 1.5 / scale, color: this.theme.accent, alpha: 0.6 });
     }
-    if (mat.wall?.length) g.stroke({ width: Math.max(WALL_MM, 4 / scale), color: this.theme.wall, cap: "round" });
   }
 
   private drawHandles(mat: Mat, scale: number): void {

@@ -3,13 +3,13 @@
 import "pixi.js/unsafe-eval";
 import { autoDetectRenderer, Container, type Renderer } from "pixi.js";
 import type { Hello, Picture } from "../api/world";
-import { type FloorName, useSettings } from "../state/settings";
-import { AirLayer } from "./airLayer";
+import { useSettings } from "../state/settings";
+import { AirLayer, type Wave } from "./airLayer";
 import { FurnitureLayer, TrackLayer } from "./layers";
 import { between, boxOf, type Camera, type Cast, fitted, framed, isSame, isWellFramed, type Size } from "./camera";
-import { CarLayer, Motion } from "./carLayer";
+import { CarLayer, type Drawn, Motion } from "./carLayer";
 import { type WordColours, type MatTheme, readTheme, watchTheme } from "./colours";
-import type { Mat, PieceId } from "./document";
+import { type FloorName, floorOf, type Mat, type PieceId } from "./document";
 import { withFloor } from "./floors";
 import { makeTextures } from "./textures";
 import { ZoneLayer } from "./zoneLayer";
@@ -31,9 +31,24 @@ function hasGraphicsProcessor(): boolean {
   return !BY_SOFTWARE.test(name);
 }
 
-function floorNow(): FloorName {
-  const { theme, floor } = useSettings.getState();
-  return theme === "contrast" || matchMedia("(forced-colors: active)").matches ? "plain" : floor;
+/** High contrast has no pictures on the floor. */
+function isContrast(): boolean {
+  return useSettings.getState().theme === "contrast" || matchMedia("(forced-colors: active)").matches;
+}
+
+/** What a view from another side draws. */
+export interface Sight {
+  mat: Mat | null;
+  zones: readonly MissionZone[];
+  drawn: Drawn;
+  picture: Picture | null;
+  leads: ReadonlySet<number>;
+  carM: number;
+  colours: WordColours;
+  theme: MatTheme;
+  floor: FloorName;
+  contrast: boolean;
+  waves: readonly Wave[];
 }
 
 /** Where a drawing takes longer, no positions between two pictures are drawn. */
@@ -53,6 +68,8 @@ export class Scene {
   followed: number | null = null;
   /** How long a drawing takes, smoothed. */
   drawMs = 0;
+  /** Another view covers this one. */
+  private covered = false;
 
   private readonly stage = new Container();
   private readonly world = new Container();
@@ -63,6 +80,9 @@ export class Scene {
   private readonly cars: CarLayer;
   private readonly ends: (() => void)[] = [];
   private readonly drawnListeners = new Set<() => void>();
+  private theme: MatTheme;
+  private zonesNow: readonly MissionZone[] = [];
+  private leads: ReadonlySet<number> = new Set();
   private colours: WordColours = { strong: [], pale: [], byWord: new Map() };
   private mat: Mat | null = null;
   private requested = 0;
@@ -82,7 +102,7 @@ export class Scene {
     readonly host: HTMLElement,
     private readonly listeners: SceneListeners,
   ) {
-    const theme = this.readTheme();
+    const theme = (this.theme = this.readTheme());
     const textures = makeTextures();
     this.furniture = new FurnitureLayer(textures, theme);
     this.zones = new ZoneLayer(theme);
@@ -130,8 +150,9 @@ export class Scene {
     if (this.motion.picture?.cars !== cars) this.motion.forget();
     this.carM = 2 * radius_m;
     this.first = leads[0] ?? 0;
+    this.leads = new Set(leads);
     this.wanted = null;
-    this.cars.setCars(cars, new Set(leads), radius_m);
+    this.cars.setCars(cars, this.leads, radius_m);
     this.air.setCars(leads);
     this.air.setRange(range_m);
     this.tracks.clear();
@@ -139,12 +160,15 @@ export class Scene {
   }
 
   setMat(mat: Mat, chosen: PieceId | null): void {
+    const before = this.floor;
     this.mat = mat;
+    if (this.floor !== before) this.setTheme(this.readTheme());
     this.furniture.setMat(mat, chosen);
     this.draw();
   }
 
   setZones(zones: readonly MissionZone[]): void {
+    this.zonesNow = zones;
     this.zones.setZones(zones);
     this.draw();
   }
@@ -175,17 +199,17 @@ export class Scene {
 
   /** With the chosen floor's colours; high contrast has none. */
   private readTheme(): MatTheme {
-    const theme = readTheme(this.host);
-    return withFloor(theme, floorNow());
+    return withFloor(readTheme(this.host), this.floor);
   }
 
-  setFloor(): void {
-    this.setTheme(this.readTheme());
+  private get floor(): FloorName {
+    return isContrast() ? "plain" : floorOf(this.mat);
   }
 
   private setTheme(theme: MatTheme): void {
-    this.furniture.floorName = floorNow();
-
+    this.theme = theme;
+    this.furniture.floorName = this.floor;
+    this.cars.setContrast(isContrast());
     this.renderer.background.color = theme.ground;
     for (const layer of [this.furniture, this.zones, this.tracks, this.air, this.cars]) layer.setTheme(theme);
     this.draw();
@@ -234,6 +258,20 @@ export class Scene {
     this.draw();
   }
 
+  /** Another view of the same moment covers this one, or no more. */
+  cover(covered: boolean): void {
+    this.covered = covered;
+    this.draw();
+  }
+
+  /** What is to be seen now. */
+  sight(): Sight {
+    const { mat, zonesNow: zones, leads, carM, colours, theme, floor } = this;
+    const { drawn, picture } = this.motion;
+    const waves = this.air.waves(drawn, performance.now());
+    return { mat, zones, drawn, picture, leads, carM, colours, theme, floor, contrast: isContrast(), waves };
+  }
+
   /** Call back after each drawing; returns a function that ends this. */
   listen(listener: () => void): () => void {
     this.drawnListeners.add(listener);
@@ -264,7 +302,7 @@ export class Scene {
     const grows = this.air.draw(drawn, scale, now);
     this.cars.still = this.calm.matches;
     const fades = this.cars.draw(drawn, picture, scale, now);
-    this.renderer.render(this.stage);
+    if (!this.covered) this.renderer.render(this.stage);
     this.drawMs += (performance.now() - now - this.drawMs) / 8;
     this.listeners.onCamera(this.camera);
     for (const listener of this.drawnListeners) listener();

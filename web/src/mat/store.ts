@@ -24,8 +24,8 @@ export interface MatState {
   pose: Pose | null;
   chosen: Chosen;
   followed: boolean;
-  /** The stage shows what the chosen car's camera sees. */
-  eyes: boolean;
+  /** The stage is seen from behind the chosen car, or else the first leader. */
+  chase: boolean;
   tracks: boolean;
   air: boolean;
   speed: number;
@@ -46,7 +46,7 @@ export const useMat = create<MatState>(() => ({
   pose: null,
   chosen: null,
   followed: false,
-  eyes: false,
+  chase: false,
   tracks: true,
   air: true,
   speed: 1,
@@ -56,6 +56,16 @@ export const useMat = create<MatState>(() => ({
 
 export function choose(chosen: Chosen): void {
   useMat.setState({ chosen, details: null, pose: null, followed: false });
+}
+
+/** The car behind which the stage is seen; null while it is seen from above. */
+export function chasedCar({ chase, chosen, hello }: MatState): number | null {
+  if (!chase || !hello?.cars) return null;
+  return chosen && "car" in chosen ? Math.min(chosen.car, hello.cars - 1) : (hello.leads?.[0] ?? 0);
+}
+
+export function toggleChase(): void {
+  useMat.setState(({ chase }) => ({ chase: !chase }));
 }
 
 export function chosenCar(): number | null {

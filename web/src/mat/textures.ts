@@ -1,6 +1,7 @@
 /** The small pictures that the mat is drawn with; white parts are coloured by a sprite's tint. */
 
 import { Texture } from "pixi.js";
+import { arrow, ring } from "./plainShapes";
 
 const SIZE = 128;
 const DARK = "#1b2330";
@@ -10,6 +11,9 @@ export interface Textures {
   /** Bodies to be tinted, with and without wheels: the latter for many cars. */
   follower: Texture;
   leader: Texture;
+  /** Shapes that can't be mistaken for each other, for high contrast: an arrow that leads, and a ring that follows. */
+  arrow: Texture;
+  ring: Texture;
   /** What lies over a body and isn't tinted: eyes open and closed. */
   face: Texture;
   blink: Texture;
@@ -288,6 +292,8 @@ export function makeTextures(): Textures {
   return {
     follower: draw(follower),
     leader: draw(leader),
+    arrow: draw(arrow),
+    ring: draw(ring),
     face: draw(face(true)),
     blink: draw(face(false)),
     wheels: Array.from({ length: TREADS }, (_, k) => draw(wheel(k / TREADS), 64)),

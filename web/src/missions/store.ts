@@ -5,7 +5,7 @@ import { create } from "zustand";
 import * as api from "../api/requests";
 import { inLanguage } from "../i18n";
 import type { Goals, Mission, MissionChoice, MissionResult, Project } from "../generated/messages";
-import type { Mat } from "../mat/document";
+import { drivesLike, type Mat } from "../mat/document";
 import { useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
 import { loadProject, openProject, replaceBy } from "../projects/project";
@@ -85,7 +85,7 @@ export function watchMissions(): void {
       useMission.setState(NOTHING);
       if (levelBefore) useSettings.setState({ level: levelBefore });
       levelBefore = null;
-    } else if (now.mat !== before.mat && now.mat !== mission.mat) {
+    } else if (now.mat !== before.mat && !drivesLike(now.mat, mission.mat)) {
       // Stars are earned on the mission's own mat.
       useStudio.setState({ mat: mission.mat });
       notify(i18next.t("missions.matStays"));

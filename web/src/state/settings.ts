@@ -9,10 +9,6 @@ export const THEMES: readonly ThemeName[] = ["light", "dark", "contrast"];
 export type Level = "start" | "words" | "python";
 export const LEVELS: readonly Level[] = ["start", "words", "python"];
 
-/** What the stage's floor looks like. */
-export const FLOOR_NAMES = ["table", "classroom", "city", "night", "moon", "plain"] as const;
-export type FloorName = (typeof FLOOR_NAMES)[number];
-
 export type DrawerTab = "swarm" | "things" | "timeline" | "words" | "python" | "why";
 
 interface Settings {
@@ -26,7 +22,6 @@ interface Settings {
   port: string | null;
   /** Whether the stage says in a sentence what the cars do. */
   caption: boolean;
-  floor: FloorName;
   /** Whether motors, messages and lights are heard. */
   sound: boolean;
   /** What the user is called where cars are driven; empty for no name, null before the page has asked. */
@@ -44,7 +39,6 @@ export const useSettings = create<Settings>(() => ({
   toured: false,
   port: null,
   caption: true,
-  floor: "table",
   sound: true,
   userName: null,
   uploaded: false,

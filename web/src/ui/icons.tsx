@@ -47,6 +47,7 @@ const PATHS = {
   stop: "M8 3h8l5 5v8l-5 5H8l-5-5V8zM9 12h6",
   go: "M4 10v4h3l5 4V6L7 10zM16 9a4 4 0 0 1 0 6M18.500 6.500a8 8 0 0 1 0 11",
   silence: "M4 10v4h3l5 4V6L7 10zM16 10l4 4M20 10l-4 4",
+  chase: "M3 20 9 8h6l6 12M12 20v-2M12 14.500v-1.500M12 11v-.500M4 5h16",
   present: "M5 5v14l9-7zM18 5v14",
   download: "M12 4v12M7 11l5 5 5-5M4 20h16",
 } as const;

@@ -1,0 +1,143 @@
+/** Draw the view from behind a car: sky and floor, then what stands there, from the farthest to the nearest. */
+
+import { NO_LED } from "../api/world";
+import { carColour, hexColour, LEDS } from "./colours";
+import { ChasePen, DARK } from "./chasePen";
+import { type Solid, thingsSeen } from "./chaseThings";
+import type { Size } from "./camera";
+import type { Point } from "./document";
+import { type Mark, marksOf } from "./floorMarks";
+import { skyOver } from "./floors";
+import { aheadOf, circleAt, type Eye } from "./perspective";
+import type { Sight } from "./scene";
+import { LAMPS } from "./textures";
+
+const FARTHEST_M = 14;
+const NUMBERED_PX = 46;
+const MOST_CARS = 250;
+/** The bodies as they look from above, in half cars, counter-clockwise. */
+const FOLLOWER: readonly Point[] = [[-0.92, -0.5], [-0.78, -0.64], [0.6, -0.64], [0.92, -0.3], [0.92, 0.3], [0.6, 0.64], [-0.78, 0.64], [-0.92, 0.5]];
+const LEADER: readonly Point[] = [[-0.94, -0.5], [-0.78, -0.68], [0.4, -0.68], [0.86, -0.4], [1, 0], [0.86, 0.4], [0.4, 0.68], [-0.78, 0.68], [-0.94, 0.5]];
+
+/** Paints the view; what a floor looks like is recorded once. */
+export class ChasePainter {
+  private readonly pen: ChasePen;
+  private marks: Mark[] = [];
+  private marksOf = "";
+
+  constructor(g: CanvasRenderingContext2D) {
+    this.pen = new ChasePen(g);
+  }
+
+  paint(sight: Sight, eye: Eye, size: Size): void {
+    const { pen } = this;
+    pen.look(eye, size);
+    this.paintSky(sight, size);
+    this.paintFloor(sight);
+    for (const { corners_m, centre_m, radius_m } of sight.zones) {
+      const corners = centre_m ? circleAt(centre_m[0]!, centre_m[1]!, 0, radius_m!) : corners_m.flatMap(([x, y]) => [x!, y!, 0]);
+      pen.polygon(corners, sight.theme.accent, 0.25);
+      pen.line([...corners, ...corners.slice(0, 3)], sight.theme.accent, 3);
+    }
+    for (const { x, y, radiusMm, widthPx, alpha } of sight.waves) {
+      const corners = circleAt(x / 1000, y / 1000, 0, radiusMm / 1000);
+      pen.line([...corners, ...corners.slice(0, 3)], sight.theme.ring, widthPx, alpha);
+    }
+    const solids = [...thingsSeen(pen, sight), ...this.cars(sight)];
+    solids.sort((a, b) => b.ahead - a.ahead);
+    for (const { paint } of solids) paint();
+  }
+
+  private paintSky({ theme, floor, contrast }: Sight, { width, height }: Size): void {
+    const { g, lens } = this.pen;
+    const [above, far] = skyOver(floor, theme);
+    const sky = g.createLinearGradient(0, 0, 0, lens.horizon);
+    sky.addColorStop(0, above);
+    sky.addColorStop(1, far);
+    g.globalAlpha = 1;
+    g.fillStyle = sky;
+    g.fillRect(0, 0, width, lens.horizon);
+    g.fillStyle = theme.ground;
+    g.fillRect(0, lens.horizon, width, height - lens.horizon);
+    g.fillStyle = contrast ? "#ffffff" : theme.edge;
+    g.fillRect(0, lens.horizon - 1, width, 1.5);
+  }
+
+  private paintFloor({ mat, floor, theme }: Sight): void {
+    const size = mat?.size_m;
+    if (!size) return;
+    const [width, height] = size;
+    this.pen.polygon([0, 0, 0, width, 0, 0, width, height, 0, 0, height, 0], theme.floor);
+    const key = `${floor} ${width} ${height} ${theme.grid}`;
+    if (key !== this.marksOf) {
+      this.marks = marksOf(floor, size, theme.grid);
+      this.marksOf = key;
+    }
+    for (const { corners, colour, alpha, widthM } of this.marks) {
+      if (!widthM) this.pen.polygon(corners, colour, alpha);
+      else this.pen.line(corners, colour, Math.max(1, widthM * this.pen.lens.focus * 0.7), alpha * 0.8);
+    }
+  }
+
+  private *cars(sight: Sight): Generator<Solid> {
+    const { drawn } = sight;
+    const near: Solid[] = [];
+    for (let k = 0; k < drawn.x.length; k++) {
+      const [x, y] = [drawn.x[k]!, drawn.y[k]!];
+      const ahead = aheadOf(this.pen.eye, x, y);
+      if (ahead > 0.1 && ahead < FARTHEST_M) near.push({ ahead, paint: () => this.car(sight, k) });
+    }
+    yield* near.length > MOST_CARS ? near.sort((a, b) => a.ahead - b.ahead).slice(0, MOST_CARS) : near;
+  }
+
+  private car({ drawn, picture, leads, carM, colours, contrast }: Sight, k: number): void {
+    const [x, y, heading] = [drawn.x[k]!, drawn.y[k]!, drawn.heading[k]!];
+    const half = (carM / 2) * (leads.has(k) ? 1.15 : 1);
+    const [cos, sin] = [Math.cos(heading) * half, Math.sin(heading) * half];
+    const at = (ahead: number, aside: number): Point => [x + ahead * cos - aside * sin, y + ahead * sin + aside * cos];
+    const spot = (ahead: number, aside: number, z: number) => this.pen.spot(...at(ahead, aside), z * half);
+    const px = half * this.pen.scaleAt(x, y);
+    const fill = hexColour(picture && k < picture.cars ? carColour(colours, picture.index[k]!, picture.flags[k]!) : 0xc4c4c4);
+    const rim = contrast ? "#ffffff" : DARK;
+    this.pen.polygon(circleAt(x, y, 0, half * 1.1), "#000000", contrast ? 0 : 0.22);
+    for (const side of [0.72, -0.72]) {
+      const wheel: Point[] = [at(-0.66, side - 0.16), at(0.54, side - 0.16), at(0.54, side + 0.16), at(-0.66, side + 0.16)];
+      this.pen.prism(wheel, 0.5 * half, DARK, contrast ? rim : null);
+    }
+    const outline = (leads.has(k) ? LEADER : FOLLOWER).map(([ahead, aside]) => at(ahead, aside));
+    this.pen.prism(outline, 0.78 * half, fill, rim, 0.24 * half);
+    // What is behind the body is hidden by it: lights and eyes are on the side that they look to.
+    if (aheadOf({ ...this.pen.eye, heading }, x, y) > 0) {
+      for (const aside of [0.42, -0.42]) this.pen.mark(spot(-0.94, aside, 0.5), 0.12 * px, "#ff3b30", DARK);
+      if (px > NUMBERED_PX / 2) this.number(spot(-0.94, 0, 0.5), k, px);
+    } else {
+      for (const aside of [0.25, -0.25]) {
+        this.pen.mark(spot(0.9, aside, 0.55), 0.2 * px, "#ffffff", DARK);
+        this.pen.mark(spot(0.92, aside, 0.55), 0.1 * px, "#7a1030", null);
+      }
+    }
+    const led = picture && k < picture.cars ? picture.led[k]! : NO_LED;
+    LAMPS.forEach(([ahead, aside], lamp) => {
+      const lit = lamp === led;
+      const colour = lit ? hexColour(LEDS[led]!) : "#dfe5ee";
+      if (lit) this.pen.glow(spot(ahead, aside, 0.82), 0.9 * px, colour);
+      this.pen.mark(spot(ahead, aside, 0.82), (lit ? 0.17 : 0.09) * px, colour, DARK);
+    });
+    if (!leads.has(k)) return;
+    this.pen.line([...at(-0.36, 0), 0.78 * half, ...at(-0.36, 0), 1.5 * half], rim, Math.max(1.5, 0.09 * px));
+    this.pen.mark(spot(-0.36, 0, 1.62), 0.2 * px, "#d62728", "#ffffff");
+  }
+
+  private number([x, y]: readonly number[], number: number, px: number): void {
+    if (x === undefined || y === undefined) return;
+    const { g } = this.pen;
+    g.font = `700 ${Math.round(px * 0.42)}px system-ui, sans-serif`;
+    g.textAlign = "center";
+    g.textBaseline = "middle";
+    g.lineWidth = Math.max(2, px * 0.1);
+    g.strokeStyle = "#ffffff";
+    g.strokeText(String(number), x, y);
+    g.fillStyle = DARK;
+    g.fillText(String(number), x, y);
+  }
+}
