@@ -2,10 +2,13 @@
 
 import { unpack } from "./archive";
 import type { Places } from "./protocol";
+import { canStore, storedSnapshot, storeSnapshot } from "./snapshot";
 
 /** What is used of Pyodide's interface. */
 interface Pyodide {
   pyimport: (name: string) => unknown;
+  runPython: (code: string) => unknown;
+  makeMemorySnapshot: () => Uint8Array<ArrayBuffer>;
 }
 
 interface FileSystem {
@@ -13,11 +16,15 @@ interface FileSystem {
   writeFile: (path: string, data: Uint8Array) => void;
 }
 
+interface Options {
+  indexURL: string;
+  fsInit: (files: FileSystem, places: { sitePackages: string }) => Promise<void>;
+  _makeSnapshot: boolean;
+  _loadSnapshot: Uint8Array;
+}
+
 interface PyodideModule {
-  loadPyodide: (options: {
-    indexURL: string;
-    fsInit: (files: FileSystem, places: { sitePackages: string }) => Promise<void>;
-  }) => Promise<Pyodide>;
+  loadPyodide: (options: Partial<Options>) => Promise<Pyodide>;
 }
 
 /** A list of Python's; `destroy` releases it. */
@@ -37,23 +44,30 @@ export interface Shell {
 }
 
 /** Start Python. Throws where a file is missing, or Python can't start. */
-export async function startPython({ pyodide: indexURL, msgspec, python }: Places): Promise<Shell> {
-  const unpacking = Promise.all([unpack(python), unpack(msgspec)]);
+export async function startPython(places: Places): Promise<Shell> {
+  const unpacking = Promise.all([unpack(places.python), unpack(places.msgspec)]);
   // Whoever awaits it below handles its failure.
   unpacking.catch(() => undefined);
-  const { loadPyodide } = (await import(/* @vite-ignore */ `${indexURL}pyodide.mjs`)) as PyodideModule;
-  const pyodide = await loadPyodide({
-    indexURL,
-    fsInit: async (files, { sitePackages }) => {
-      for (const archive of await unpacking) {
-        for (const [path, data] of archive) {
-          const target = `${sitePackages}/${path}`;
-          files.mkdirTree(target.slice(0, target.lastIndexOf("/")));
-          files.writeFile(target, data);
-        }
-      }
-    },
-  });
-  const boot = pyodide.pyimport("motorcade.browser.boot") as { start: () => Shell };
-  return boot.start();
+  const [{ loadPyodide }, stored] = await Promise.all([
+    import(/* @vite-ignore */ `${places.pyodide}pyodide.mjs`) as Promise<PyodideModule>,
+    storedSnapshot(places.python),
+  ]);
+  const load = (snapshot: Partial<Options>) =>
+    loadPyodide({ indexURL: places.pyodide, fsInit: async (files, { sitePackages }) => write(await unpacking, files, sitePackages), ...snapshot });
+  const restored = stored && (await load({ _loadSnapshot: stored }).catch(() => null));
+  const python = restored ?? (await load({ _makeSnapshot: canStore() }));
+  if (!restored && canStore()) {
+    python.runPython("import motorcade.browser.preload");
+    void storeSnapshot(places.python, python.makeMemorySnapshot());
+  }
+  return (python.pyimport("motorcade.browser.boot") as { start: () => Shell }).start();
+}
+
+function write(archives: [path: string, data: Uint8Array][][], files: FileSystem, folder: string): void {
+  // A snapshot can't be made of a Python that knows of installed packages.
+  for (const [path, data] of archives.flat().filter(([name]) => !name.includes(".dist-info/"))) {
+    const target = `${folder}/${path}`;
+    files.mkdirTree(target.slice(0, target.lastIndexOf("/")));
+    files.writeFile(target, data);
+  }
 }
