@@ -7,4 +7,14 @@ from motorcade.missions import check, watch
 from motorcade.program import alignment, blocks, compiler, decompiler, python_reader, python_writer
 from motorcade.upload import transfer
 
-__all__ = ["alignment", "blocks", "check", "compiler", "decompiler", "python_reader", "python_writer", "transfer", "watch"]
+__all__ = [
+    "alignment",
+    "blocks",
+    "check",
+    "compiler",
+    "decompiler",
+    "python_reader",
+    "python_writer",
+    "transfer",
+    "watch",
+]

@@ -45,18 +45,30 @@ export interface Shell {
 
 /** Start Python. Throws where a file is missing, or Python can't start. */
 export async function startPython(places: Places): Promise<Shell> {
+  const stored = await storedSnapshot(places.python);
+  try {
+    return await startFrom(places, stored);
+  } catch (error) {
+    // The next try begins without the snapshot: it may be damaged.
+    if (stored) await storeSnapshot(places.python, null);
+    throw error;
+  }
+}
+
+async function startFrom(places: Places, snapshot: Uint8Array | null): Promise<Shell> {
   const unpacking = Promise.all([unpack(places.python), unpack(places.msgspec)]);
   // Whoever awaits it below handles its failure.
   unpacking.catch(() => undefined);
-  const [{ loadPyodide }, stored] = await Promise.all([
-    import(/* @vite-ignore */ `${places.pyodide}pyodide.mjs`) as Promise<PyodideModule>,
-    storedSnapshot(places.python),
-  ]);
-  const load = (snapshot: Partial<Options>) =>
-    loadPyodide({ indexURL: places.pyodide, fsInit: async (files, { sitePackages }) => write(await unpacking, files, sitePackages), ...snapshot });
-  const restored = stored && (await load({ _loadSnapshot: stored }).catch(() => null));
-  const python = restored ?? (await load({ _makeSnapshot: canStore() }));
-  if (!restored && canStore()) {
+  const { loadPyodide } = (await import(/* @vite-ignore */ `${places.pyodide}pyodide.mjs`)) as PyodideModule;
+  const python = await loadPyodide({
+    indexURL: places.pyodide,
+    fsInit: async (files, { sitePackages }) => write(await unpacking, files, sitePackages),
+    ...(snapshot ? { _loadSnapshot: snapshot } : { _makeSnapshot: canStore() }),
+  });
+  if (snapshot) {
+    // All that begin with one snapshot would draw the same numbers.
+    python.runPython("import random; random.seed()");
+  } else if (canStore()) {
     python.runPython("import motorcade.browser.preload");
     void storeSnapshot(places.python, python.makeMemorySnapshot());
   }
