@@ -15,7 +15,7 @@ OTHER_FILES = sorted(
     for file in (ROOT / folder).rglob("*.py")
     if "node_modules" not in file.parts
 )
-MOST_FILES = 268
+MOST_FILES = 269
 MOST_LINES = 400
 MOST_PARAMETERS = 8
 
@@ -27,7 +27,7 @@ ARROWS = {
     "__main__": ("cli",),
     "boards": ("cameras", "car", "config", "engine", "runs", "sockets", "words"),
     # It runs in a web page, where there is neither NumPy nor a web framework.
-    "browser": ("missions", "program", "service", "upload"),
+    "browser": ("car", "config", "missions", "program", "service", "upload", "words"),
     "cameras": ("engine", "runs"),
     "car": ("words",),
     "classroom": ("service",),

@@ -6,7 +6,7 @@ import pytest
 
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.browser.shell import CAPABILITIES, Parts, Shell
-from motorcade.server.studio.library import FolderStorage
+from motorcade.browser.storage import BrowserStorage
 from motorcade.server.studio.simulation import build_world
 from support.pictures import Picture
 from support.world_page import MAT, SET
@@ -29,11 +29,11 @@ def clock():
 
 
 @pytest.fixture
-def shell(clock, tmp_path):
+def shell(clock):
     def make_world(message):
         return build_world(message, DrivenCars(), CAPABILITIES.most_cars)
 
-    return Shell(Parts(FolderStorage(tmp_path), make_world, clock))
+    return Shell(Parts(BrowserStorage(), make_world, clock))
 
 
 def ask(shell, name, message=None):
@@ -160,3 +160,31 @@ def test_a_wrong_order_fails_and_ends(shell, message):
     shell.open(1, "serial", "")
     assert [each["outcome"] for each in said(shell.receive(1, message))] == ["failed"]
     assert shell.wait_s(1) < 0
+
+
+def transfer(shell, clock, number, order):
+    """Do one transfer with the virtual car; return the page's messages."""
+    sent = shell.open(number, "upload", "")
+    sent += shell.receive(number, json.dumps(order))
+    while (wait_s := shell.wait_s(number)) >= 0:
+        clock.now_s += max(wait_s, 0.001)
+        sent += shell.advance(number)
+    shell.close(number)
+    return [json.loads(each) for each in sent]
+
+
+def test_the_virtual_car_keeps_what_was_uploaded(shell, clock):
+    assert [port["port"] for port in ask(shell, "ports")["answer"]] == ["virtual"]
+    blocks = {name: ask(shell, "example", {"id": "square"})["answer"][name] for name in ("leader", "followers")}
+    image = ask(shell, "compile", blocks)["answer"]["image"]
+    empty = {"outcome": "image", "image": "AAAAAA=="}
+    assert transfer(shell, clock, 1, {"port": "virtual", "readback": True}) == [empty]
+    *progress, outcome = transfer(shell, clock, 2, {"port": "virtual", "image": image})
+    assert outcome["outcome"] == "verified"
+    assert progress[-1]["sent"] == progress[-1]["of"]
+    assert shell.storage.take_car_image() == image
+    assert transfer(shell, clock, 3, {"port": "virtual", "readback": True}) == [{"outcome": "image", "image": image}]
+    (refused,) = transfer(shell, clock, 4, {"port": "COM1", "readback": True})
+    assert refused["error"]["code"] == "no-such-port"
+    (refused,) = transfer(shell, clock, 5, {"port": "virtual", "image": "AAAA"})
+    assert refused["outcome"] == "failed"

@@ -5,9 +5,14 @@ import json
 import pytest
 
 from motorcade.errors import MotorcadeError
+from motorcade.program.compiler import compile_program
+from motorcade.program.model import Program
+from motorcade.program.steps import forward
 from motorcade.service.exchange import export_all
 from motorcade.service.library import Limits
 from support.browser_store import MockStore, MockTab
+
+IMAGE = compile_program(Program([forward(1)])).image
 
 
 @pytest.fixture
@@ -33,11 +38,12 @@ def refusal(call, *arguments, **options):
 def test_what_one_tab_saves_is_there_for_the_next(store, tab):
     save(tab, "a", "one")
     tab.add_stars("", "square", [1])
-    tab.run(lambda storage: storage.store_car_image(b"\1\2"))
+    tab.storage.store_car_image(IMAGE)
+    store.keep_car(tab.storage.take_car_image())
     later = MockTab(store)
     assert later.read("", "a") == b"one"
     assert later.stars("") == {"square": [1]}
-    assert later.run(lambda storage: storage.car_image()) == b"\1\2"
+    assert later.run(lambda storage: storage.car_image()) == IMAGE
 
 
 def test_tabs_that_save_at_the_same_moment_lose_nothing(store, tab):
@@ -56,10 +62,13 @@ def test_tabs_that_save_at_the_same_moment_lose_nothing(store, tab):
 def test_the_image_of_the_virtual_car_is_stored_whatever_other_tabs_do(store, tab):
     other = MockTab(store)
     tab.list("")
-    tab.storage.store_car_image(b"\1")
+    tab.storage.store_car_image(IMAGE)
     save(other, "a", "x")
-    assert store.commit(tab.storage.changes())
-    assert MockTab(store).run(lambda storage: storage.car_image()) == b"\1"
+    store.keep_car(tab.storage.take_car_image())
+    assert tab.storage.take_car_image() == ""
+    assert tab.run(lambda storage: storage.car_image()) == IMAGE
+    assert other.run(lambda storage: storage.car_image()) == IMAGE
+    assert save(tab, "a", "y") == 2
 
 
 @pytest.mark.parametrize("why", ["full", "newer", "damaged"])
@@ -139,7 +148,7 @@ def test_a_store_that_cannot_be_opened_is_told(store, tab, problem):
     assert save(tab, "a", "one") == 1
 
 
-@pytest.mark.parametrize("image", [7, "not base64!", None])
+@pytest.mark.parametrize("image", [7, "not base64!", None, "AQI="])
 def test_a_damaged_image_of_the_virtual_car_is_none(store, tab, image):
     store.values["virtual-car"] = image
     assert tab.run(lambda storage: storage.car_image()) is None

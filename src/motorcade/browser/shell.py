@@ -13,9 +13,10 @@ from typing import Any, Protocol
 
 import msgspec
 
+from motorcade.browser.storage import BrowserStorage
+from motorcade.browser.virtual_car import VIRTUAL_PORT, VirtualUpload
 from motorcade.errors import MotorcadeError
 from motorcade.missions.check import Play
-from motorcade.service.library import Storage
 from motorcade.service.messages import Capabilities, Port, decode
 from motorcade.service.playback import SimulatedWorld
 from motorcade.service.programs import error_answer
@@ -42,13 +43,13 @@ class Parts:
     """What a shell is made of.
 
     Attributes:
-        storage: where projects are stored.
+        storage: where projects are stored, and what the virtual car holds.
         make_world: builds a page's world. Raises MotorcadeError.
         play: simulates missions.
         clock: seconds since any moment.
     """
 
-    storage: Storage
+    storage: BrowserStorage
     make_world: Callable[[SetWorld], SimulatedWorld]
     clock: Callable[[], float]
     play: Play | None = None
@@ -75,6 +76,7 @@ class Shell:
 
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
+        self.storage = parts.storage
         self._context = Context(CAPABILITIES, parts.storage, _ports, play=parts.play)
         self._streams: dict[int, Stream] = {}
         self._worlds: dict[str, WorldSession] = {}
@@ -90,7 +92,8 @@ class Shell:
     def open(self, number: int, name: str, session: str) -> Sent:
         """Open the stream ``name``, world, upload or serial; the page calls it ``number``."""
         if name != "world":
-            self._streams[number] = _SerialStream(self._parts.clock)
+            car = self.storage if name == "upload" else None
+            self._streams[number] = _UploadStream(self._parts.clock, car)
             return []
         world = self._worlds.get(session) or WorldSession(session, self._parts.make_world)
         self._worlds[session] = world
@@ -148,23 +151,37 @@ class _WorldStream:
         return refused(problem)
 
 
-class _SerialStream:
-    """A transfer through a port that the page has opened: the order first, then the port's bytes."""
+class _UploadStream:
+    """A transfer: the order first, then the bytes of a port that the page has opened.
 
-    def __init__(self, clock: Callable[[], float]) -> None:
+    Args:
+        clock: seconds since any moment.
+        car: what the virtual car holds, where the transfer is with it; None for a port of the page.
+    """
+
+    def __init__(self, clock: Callable[[], float], car: BrowserStorage | None) -> None:
         self._clock = clock
-        self._session: UploadSession | None = None
+        self._car = car
+        self._session: UploadSession | VirtualUpload | None = None
         self._is_over = False
 
     def receive(self, data: str | bytes) -> list[Any]:
         if self._is_over:
             return []
         if self._session is None:
-            self._session = UploadSession(_decoded(data, UploadOrder), os.urandom(1)[0])
+            self._session = self._begun(_decoded(data, UploadOrder))
         else:
             # A text isn't for the port: the page is faulty.
             self._session.receive(data if isinstance(data, bytes) else None)
         return self.advance()
+
+    def _begun(self, order: UploadOrder) -> UploadSession | VirtualUpload:
+        number = os.urandom(1)[0]
+        if self._car is None:
+            return UploadSession(order, number)
+        if order.port != VIRTUAL_PORT.port:
+            raise MotorcadeError("no-such-port", port=order.port)
+        return VirtualUpload(order, number, self._car)
 
     def advance(self) -> list[Any]:
         if self._session is None:
@@ -182,7 +199,7 @@ class _SerialStream:
 
 
 def _ports() -> list[Port]:
-    return []
+    return [VIRTUAL_PORT]
 
 
 def _known(problem: Exception) -> MotorcadeError:

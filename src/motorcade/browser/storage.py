@@ -35,6 +35,7 @@ from motorcade.service.library import (
     united_stars,
 )
 from motorcade.service.messages import ErrorAnswer, LibraryEntry, Place, Version
+from motorcade.words.image import ImageError, parse_image_bytes
 
 # The image of the virtual car, below this name.
 _CAR = "virtual-car"
@@ -85,13 +86,13 @@ class _Changes(Struct, omit_defaults=True):
     """What is to be stored in one transaction.
 
     Attributes:
-        revision: the revision of the index from which the changes were made; None where they hold for any.
+        revision: the revision of the index from which the changes were made.
         put: keys and texts.
         remove: keys.
         values: small values by name.
     """
 
-    revision: int | None
+    revision: int
     put: list[tuple[Record, str]] = []
     remove: list[Record] = []
     values: dict[str, Any] = {}
@@ -119,8 +120,9 @@ class BrowserStorage(Storage):
         self._texts: dict[Record, str | None] = {}
         self._wanted: list[Record] = []
         self._has_waited = False
-        self._changes = _Changes(None)
+        self._changes = _Changes(-1)
         self._refusal = ""
+        self._car_image = ""
 
     @property
     def revision(self) -> int:
@@ -176,14 +178,13 @@ class BrowserStorage(Storage):
         """Forget the changes and texts of a request."""
         self._projects = dict(self._stored)
         self._texts, self._wanted, self._has_waited = {}, [], False
-        self._changes = _Changes(None)
+        self._changes = _Changes(self.revision)
         self._refusal = ""
 
     def _change(self) -> _Changes:
-        """Return the changes to add to, which hold for this revision only."""
+        """Return the changes to add to."""
         if self._refusal:
             raise MotorcadeError(f"browser-store-{self._refusal}")
-        self._changes.revision = self.revision
         return self._changes
 
     def write_version(
@@ -252,13 +253,20 @@ class BrowserStorage(Storage):
     def car_image(self) -> bytes | None:
         """The image that the virtual car holds; None where nothing was ever uploaded, or what is stored is damaged."""
         try:
-            return a2b_base64(self._values()[_CAR], strict_mode=True)
-        except (KeyError, TypeError, ValueError):
+            image = a2b_base64(self._index.values[_CAR], strict_mode=True)
+            parse_image_bytes(image)
+        except (KeyError, TypeError, ValueError, ImageError):
             return None
+        return image
 
     def store_car_image(self, image: bytes) -> None:
-        """Store the image of the virtual car; the last one counts, whichever tab sends it."""
-        self._changes.values[_CAR] = b2a_base64(image, newline=False).decode()
+        """Take a new image of the virtual car, for `take_car_image`."""
+        self._car_image = self._index.values[_CAR] = b2a_base64(image, newline=False).decode()
+
+    def take_car_image(self) -> str:
+        """Return the new image as base64, to be stored at once: the last one counts, whichever tab sends it."""
+        image, self._car_image = self._car_image, ""
+        return image
 
     def _values(self) -> dict[str, Any]:
         return self._index.values | self._changes.values

@@ -33,8 +33,21 @@ export interface Sent {
   destroy: () => void;
 }
 
+/** `motorcade.browser.storage.BrowserStorage`; texts are JSON. */
+export interface PythonStorage {
+  readonly revision: number;
+  load: (index: string) => void;
+  wanted: () => string;
+  supply: (texts: string) => void;
+  changes: () => string;
+  settle: (revision: number) => void;
+  refuse: (why: string) => void;
+  take_car_image: () => string;
+}
+
 /** `motorcade.browser.shell.Shell`. */
 export interface Shell {
+  readonly storage: PythonStorage;
   answer: (name: string, message: string) => string;
   open: (stream: number, name: string, session: string) => Sent;
   receive: (stream: number, data: string | Uint8Array) => Sent;

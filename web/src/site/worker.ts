@@ -2,6 +2,7 @@
 
 import type { FromWorker, Places, ToWorker } from "./protocol";
 import { type Sent, type Shell, startPython } from "./python";
+import { openStore, StoredRequests } from "./store";
 
 /** What is used of a worker's global scope; the page's own types don't have it. */
 interface Scope {
@@ -10,7 +11,11 @@ interface Scope {
 }
 const scope = globalThis as unknown as Scope;
 
+/** The requests that use the store of projects. */
+const STORED = /^(projects\/|mission)/;
+
 let shell: Shell | null = null;
+let stored: StoredRequests;
 /** What came before Python was ready. */
 const waiting: ToWorker[] = [];
 const timers = new Map<number, ReturnType<typeof setTimeout>>();
@@ -24,7 +29,9 @@ scope.onmessage = ({ data: message }) => {
 
 async function start(places: Places): Promise<void> {
   try {
-    shell = await startPython(places);
+    const [python, store] = await Promise.all([startPython(places), openStore()]);
+    shell = python;
+    stored = new StoredRequests(store, python.storage);
   } catch (error) {
     scope.postMessage({ is: "failed", reason: String(error) });
     return;
@@ -35,11 +42,11 @@ async function start(places: Places): Promise<void> {
 
 function handle(python: Shell, message: ToWorker): void {
   try {
-    if (message.is === "ask") scope.postMessage({ is: "answer", id: message.id, answer: python.answer(message.name, message.message) });
+    if (message.is === "ask") ask(python, message);
     else if (message.is === "open") {
-      scope.postMessage({ is: "opened", stream: message.stream });
-      send(message.stream, python.open(message.stream, message.name, message.session));
-      wait(python, message.stream);
+      // The virtual car begins with the image that another tab may have uploaded.
+      if (message.name === "upload") stored.answer(() => open(python, message)).catch(dead);
+      else open(python, message);
     } else if (message.is === "data") {
       send(message.stream, python.receive(message.stream, message.data));
       wait(python, message.stream);
@@ -49,14 +56,31 @@ function handle(python: Shell, message: ToWorker): void {
       python.close(message.stream);
     }
   } catch (error) {
-    // The shell answers every error of Motorcade's: only Python itself, when it has ended, comes here.
-    scope.postMessage({ is: "dead", reason: String(error) });
+    dead(error);
   }
+}
+
+/** The shell answers every error of Motorcade's: only Python itself, when it has ended, comes here. */
+function dead(error: unknown): void {
+  scope.postMessage({ is: "dead", reason: String(error) });
+}
+
+function ask(python: Shell, { id, name, message }: ToWorker & { is: "ask" }): void {
+  const reply = (answer: string) => scope.postMessage({ is: "answer", id, answer });
+  if (STORED.test(name)) stored.answer(() => python.answer(name, message)).then(reply, dead);
+  else reply(python.answer(name, message));
+}
+
+function open(python: Shell, { stream, name, session }: ToWorker & { is: "open" }): void {
+  scope.postMessage({ is: "opened", stream });
+  send(stream, python.open(stream, name, session));
+  wait(python, stream);
 }
 
 function send(stream: number, sent: Sent): void {
   const messages = sent.toJs();
   sent.destroy();
+  void stored.keepCar();
   for (const data of messages) {
     if (typeof data === "string") scope.postMessage({ is: "data", stream, data });
     else scope.postMessage({ is: "data", stream, data: data.buffer }, [data.buffer]);
@@ -76,6 +100,6 @@ function advance(python: Shell, stream: number): void {
     send(stream, python.advance(stream));
     wait(python, stream);
   } catch (error) {
-    scope.postMessage({ is: "dead", reason: String(error) });
+    dead(error);
   }
 }

@@ -50,6 +50,25 @@ afterEach(() => {
 });
 
 describe("a request", () => {
+  it("that saves a project asks the browser once to keep what is stored", async () => {
+    const persist = vi.fn(() => Promise.resolve(true));
+    Object.defineProperty(navigator, "storage", { value: { persist }, configurable: true });
+    const service = makeService();
+    newest().say({ is: "ready" });
+    const project = { leader: {}, followers: null, profile: "classroom" } as never;
+    for (const version of [1, 2]) {
+      const saved = service.ask("projects/write", { name: "a", project, base: null });
+      newest().answer({ answer: { version, stays: true } });
+      expect(await saved).toEqual({ version, stays: true });
+    }
+    expect(persist).toHaveBeenCalledTimes(1);
+    Object.defineProperty(navigator, "storage", { value: undefined, configurable: true });
+    const saved = makeService().ask("projects/write", { name: "a", project, base: null });
+    newest().say({ is: "ready" });
+    newest().answer({ answer: { version: 3, stays: true } });
+    expect(await saved).toMatchObject({ version: 3 });
+  });
+
   it("is answered, or refused with its sentence", async () => {
     const service = makeService();
     expect(state()).toBe("starting");

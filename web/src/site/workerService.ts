@@ -15,6 +15,7 @@ const MOST_UNANSWERED_BY_LONG = 60;
 
 export class WorkerService implements Service {
   private readonly worker: RestartingWorker;
+  private hasAsked = false;
   private second: RestartingWorker | null = null;
   private readonly files = new Map<string, Promise<unknown>>();
 
@@ -38,11 +39,20 @@ export class WorkerService implements Service {
     const text = await worker.ask(name, JSON.stringify(message ?? {}));
     const { answer, error } = JSON.parse(text) as { answer?: Requests[Name]["answer"]; error?: ErrorAnswer };
     if (error) throw new RefusedError(error.code, error.sentence);
+    if (name === "projects/write") this.askToKeep();
     return answer!;
   }
 
   openStream(name: StreamName, session: string, listeners: StreamListeners): Stream {
     return this.worker.openStream(name, session, listeners);
+  }
+
+  /** Ask the browser once not to clear what this site has stored when it needs room. */
+  private askToKeep(): void {
+    if (this.hasAsked) return;
+    this.hasAsked = true;
+    const storage = (navigator as { storage?: Partial<StorageManager> }).storage;
+    void storage?.persist?.().catch(() => false);
   }
 
   private secondWorker(): RestartingWorker {
