@@ -65,6 +65,7 @@ bench: setup
 	$(BIN)/python benchmarks/targets.py
 	$(BIN)/python benchmarks/relay.py --crowd
 	$(BIN)/python benchmarks/studio_server.py
+	$(BIN)/python benchmarks/class.py
 	$(BIN)/python benchmarks/studio_page.py
 	$(BIN)/python benchmarks/drive.py
 	$(BIN)/python benchmarks/avr.py

@@ -38,7 +38,8 @@ class Browser:
             yield Page(socket)
 
     def save(self, name, **changes):
-        return self.ask("projects/write", name=name, project=PROJECT | changes)
+        """The number of the version that was saved."""
+        return self.ask("projects/write", name=name, project=PROJECT | changes)["version"]
 
     def names(self):
         return sorted(each["name"] for each in self.ask("projects/list"))

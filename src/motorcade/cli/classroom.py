@@ -59,7 +59,6 @@ def _class(
             port=bound,
             names=frozenset([*names_of(listener, host), LOCAL_NAME]),
             record=written.record if written else None,
-            requests_a_second=200,
             first_key=first_key,
             network=Network(hosts, bound, scheme, announces=reaches_others),
             authority=own_keys.authority if own_keys else None,

@@ -1,6 +1,8 @@
 """What pupils and strangers try: the teacher's addresses, other shelves, floods. Nobody else notices."""
 
 import json
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from starlette.testclient import WebSocketDenialResponse
@@ -11,7 +13,10 @@ from motorcade.classroom.messages import PUPIL_REQUESTS
 from motorcade.server.classroom.app import make_class_app
 from motorcade.server.classroom.folder import ClassFolder
 from motorcade.server.classroom.running_class import ClassServerSettings
+from motorcade.server.studio import app
+from motorcade.service.requests import respond
 from support.class_page import PASSWORD, class_room
+from support.waiting import DEADLINE_S
 from support.world_page import KEY, OTHER
 
 GUARDED = [name for name, exchange in DESK_REQUESTS.items() if not exchange.is_open]
@@ -90,7 +95,7 @@ def test_guessed_projects_of_others_are_not_there(room):
         assert ben.ask("projects/delete", name=name) in ("no-project", "bad-project-name")
         assert ben.ask("projects/history", name=name) in ("no-project", "bad-project-name")
     assert ben.ask("projects/read", name="Robot", owner="01") == "no-project"
-    assert ben.save("Robot") == {"version": 1}, "a project of one's own"
+    assert ben.save("Robot") == 1, "a project of one's own"
     assert mia.ask("projects/history", name="Robot") != ben.ask("projects/history", name="Robot")
 
 
@@ -113,17 +118,35 @@ def test_a_flood_from_one_tablet_is_refused_and_others_notice_nothing(room):
     answers = [flood.ask("capabilities") for _ in range(100)]
     assert answers.count("requests-too-fast") == 100 - 30
     assert mia.ask("capabilities")["classroom"] == "pupil"
-    assert mia.save("Robot") == {"version": 1}
+    assert mia.save("Robot") == 1
     assert room.teacher.ask("desk/freeze", frozen=False) == {}
 
 
-def test_a_flood_of_a_strangers_requests_is_refused_by_address(tmp_path):
-    with class_room(tmp_path, requests_a_second=20) as room:
-        mia = room.join("Mia")
-        stranger = room.browser()
-        answers = [stranger.ask("class/about") for _ in range(60)]
-        assert answers.count("requests-too-fast") == 20
-        assert mia.ask("capabilities")["classroom"] == "pupil"
+def test_a_flood_of_a_strangers_requests_is_refused(room):
+    mia, stranger = room.join("Mia"), room.browser()
+    answers = [stranger.ask("class/about") for _ in range(60)]
+    assert answers.count("requests-too-fast") == 20
+    assert mia.ask("class/about")["me"]["name"] == "Mia"
+    assert room.browser().ask("class/about")["is_open"]
+
+
+def test_a_pupil_who_asks_for_much_at_once_keeps_nobody_waiting(room, monkeypatch):
+    eve, mia = room.join("Eve"), room.join("Mia")
+    goes_on = threading.Event()
+
+    def slow(name, data, context):
+        if context.owner == eve.id:
+            assert goes_on.wait(DEADLINE_S)
+        return respond(name, data, context)
+
+    monkeypatch.setattr(app, "respond", slow)
+    with ThreadPoolExecutor(8) as pool:
+        hers = [pool.submit(eve.ask, "capabilities") for _ in range(8)]
+        try:
+            assert mia.ask("capabilities")["classroom"] == "pupil"
+        finally:
+            goes_on.set()
+        assert all(answer.result()["classroom"] == "pupil" for answer in hers)
 
 
 def test_a_page_that_sends_too_much_is_dropped_alone(tmp_path):

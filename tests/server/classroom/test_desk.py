@@ -57,7 +57,7 @@ def test_frozen_pages_play_nothing_and_lose_nothing(room):
         assert not world.until("state", lambda state: not state["playing"])["playing"]
         world.send("play")
         assert world.until("error")["code"] == "class-frozen"
-        assert mia.save("Robot") == {"version": 1}
+        assert mia.save("Robot") == 1
         room.teacher.ask("desk/freeze", frozen=False)
         assert page.until("pupil", lambda view: not view["frozen"])
         world.send("play")

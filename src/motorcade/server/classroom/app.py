@@ -93,6 +93,8 @@ def admit(running: RunningClass, connection: HTTPConnection) -> None:
     for prefix, requests in ((_PUPILS, PUPIL_REQUESTS), (_DESK, DESK_REQUESTS)):
         exchange = requests.get(path.removeprefix(prefix)) if path.startswith(prefix) else None
         if exchange and exchange.is_open:
+            if running.pupil(connection) is None and not running.is_teacher(connection):
+                running.check_stranger(connection)
             return
     if path.startswith(_DESK):
         if not running.is_teacher(connection):

@@ -3,6 +3,7 @@
 import asyncio
 import secrets
 import time
+from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -22,6 +23,7 @@ from motorcade.server.classroom.folder import ClassFolder
 from motorcade.server.classroom.network import Network
 from motorcade.server.studio.app import Settings
 from motorcade.server.studio.sessions import SessionLimits
+from motorcade.timing import RateLimit, to_ticks
 
 # The owner of the teacher's own projects; pupils' ids are numbers.
 TEACHER = "teacher"
@@ -31,6 +33,7 @@ _SECRET_BYTES = 24
 # most, so each stores less of the past than in a studio of one user: some ten minutes of 20 cars.
 SESSIONS = SessionLimits(most=2 * MOST_PUPILS + 2, most_of_one_visitor=2, most_cars=500, past_bytes=(4 << 20, 2 << 20))
 _TICK_S = 1.0
+_STRANGERS_A_SECOND, _RATE_WINDOW_MS, _MOST_STRANGERS = 20, 2000, 4096
 _T = TypeVar("_T")
 
 
@@ -72,6 +75,7 @@ class RunningClass:
         self._storing = asyncio.Lock()
         self._stored = self._shown = -1
         self._waiting: set[asyncio.Event] = set()
+        self._strangers: OrderedDict[str, RateLimit] = OrderedDict()
         # Cookies are shared between ports: two classes on one computer need different names.
         self._pupil_cookie, self._desk_cookie = (f"motorcade_{name}_{settings.port}" for name in ("class", "desk"))
 
@@ -118,6 +122,16 @@ class RunningClass:
         device = digest(connection.cookies.get(name, ""))
         (self.room.sign_out if teacher else self.room.leave)(device)
         response.delete_cookie(name)
+
+    def check_stranger(self, connection: HTTPConnection) -> None:
+        """Raise MotorcadeError where somebody without a session asks too often; a class joins with a few requests."""
+        who = self.guesser(connection)
+        rate = self._strangers.setdefault(who, RateLimit(2 * _STRANGERS_A_SECOND, _RATE_WINDOW_MS))
+        self._strangers.move_to_end(who)
+        if len(self._strangers) > _MOST_STRANGERS:
+            self._strangers.popitem(last=False)
+        if not rate.allows(to_ticks(self.now_s())):
+            raise MotorcadeError("requests-too-fast", most=_STRANGERS_A_SECOND)
 
     # Changes.
 

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable, Coroutine, Iterable
+from contextlib import AbstractAsyncContextManager
 from functools import partial
 from typing import Any, Literal
 
@@ -22,6 +23,7 @@ from motorcade.service.world_messages import Goals, SetWorld, Shown, WorldAnswer
 from motorcade.timing import RateLimit, to_ticks
 
 _OWN_MISSION = "own"
+_CHECK = "missions/check"
 _RATE_WINDOW_MS = 2000
 # What a driver's page may ask of a car that is another's turn.
 _ALWAYS = ("stop",)
@@ -37,6 +39,7 @@ class ClassVisitors(Visitors):
         self._room = running.room
         self._cars: dict[str, VirtualCar] = {}
         self._rates: dict[str, RateLimit] = {}
+        self._turns: dict[tuple[str, bool], asyncio.Lock] = {}
         self._tasks: set[asyncio.Task[None]] = set()
 
     def visitor(self, connection: HTTPConnection) -> str:
@@ -74,7 +77,7 @@ class ClassVisitors(Visitors):
                 self._running.show_changes()
 
     def note_answered(self, visitor: str, request: str) -> None:
-        if request == "missions/check":
+        if request == _CHECK:
             task = asyncio.create_task(self.count_stars([visitor]))
             self._tasks.add(task)
             task.add_done_callback(self._tasks.discard)
@@ -92,6 +95,10 @@ class ClassVisitors(Visitors):
         rate = self._rates.setdefault(visitor, RateLimit(2 * a_second, _RATE_WINDOW_MS))
         if visitor != TEACHER and not rate.allows(to_ticks(now_s)):
             raise MotorcadeError("requests-too-fast", most=a_second)
+
+    def in_turn(self, visitor: str, request: str) -> AbstractAsyncContextManager[None]:
+        """Answer one request of a visitor at a time, and one check: however many one sends, others wait for one."""
+        return self._turns.setdefault((visitor, request == _CHECK), asyncio.Lock())
 
     def virtual_car(self, connection: HTTPConnection, port: str) -> VirtualCar:
         visitor = self.visitor(connection)

@@ -135,7 +135,8 @@ def _request_route(settings: Settings, visitors: Visitors) -> Route:
         visitors.check_request(visitor, settings.clock())
         name, data = request.path_params["name"], await request.body()
         limiter = limiters.get(name, others)
-        answer = await to_thread.run_sync(respond, name, data, visitors.context(visitor), limiter=limiter)
+        async with visitors.in_turn(visitor, name):
+            answer = await to_thread.run_sync(respond, name, data, visitors.context(visitor), limiter=limiter)
         visitors.note_answered(visitor, name)
         return Response(answer, media_type="application/json")
 

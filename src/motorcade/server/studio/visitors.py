@@ -1,6 +1,7 @@
 """Who visits a studio, and what each visitor may do."""
 
 from collections.abc import Iterable
+from contextlib import AbstractAsyncContextManager, nullcontext
 from pathlib import Path
 
 from starlette.requests import HTTPConnection
@@ -51,6 +52,10 @@ class Visitors:
 
     def check_request(self, visitor: str, now_s: float) -> None:
         """Raise MotorcadeError where the visitor may not send one more request now."""
+
+    def in_turn(self, visitor: str, request: str) -> AbstractAsyncContextManager[None]:
+        """Keep a request back while others of the same visitor are to be answered before; here none is."""
+        return nullcontext()
 
     def virtual_car(self, connection: HTTPConnection, port: str) -> VirtualCar:
         """The simulated car of a visitor. Raises MotorcadeError where the visitor may not upload to ``port``."""
