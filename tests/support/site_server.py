@@ -1,10 +1,15 @@
-"""A folder of static files, served as any web server would, below a path: in a thread, on a free port."""
+"""A folder of static files, served as any web server would, below a path: in a thread, on a free port.
+
+The page's policy comes as a header too: only so does it hold for workers.
+"""
 
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+
+from motorcade.site import POLICY
 
 PATH = "/motorcade/"
 
@@ -24,6 +29,10 @@ class SiteServer:
                     return str(folder / "no such file")
                 requests.append(path.removeprefix(PATH).partition("?")[0])
                 return super().translate_path(path.removeprefix(PATH[:-1]))
+
+            def end_headers(self) -> None:
+                self.send_header("Content-Security-Policy", POLICY)
+                super().end_headers()
 
             def log_message(self, *_: object) -> None:
                 pass

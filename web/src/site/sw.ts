@@ -43,7 +43,9 @@ self.addEventListener("message", (event) => {
 /** Take over from the build in use, unless a page other than the one that asks has work. */
 async function takeOver(asking: WindowClient | null): Promise<void> {
   const clients = await self.clients.matchAll({ type: "window", includeUncontrolled: true });
-  const others = clients.filter(({ id, url }) => id !== asking?.id && url.startsWith(self.registration.scope));
+  // The documentation may be below the site's address.
+  const isPage = (url: string) => ["", "index.html"].some((name) => url.split(/[?#]/)[0] === self.registration.scope + name);
+  const others = clients.filter(({ id, url }) => id !== asking?.id && isPage(url));
   const idle = await Promise.all(others.map(isIdle));
   if (idle.every(Boolean)) await self.skipWaiting();
   else asking?.postMessage("others-have-work" satisfies ToPage);
