@@ -57,6 +57,16 @@ def test_the_wheel_serves_the_page_and_all_that_belongs_to_it(python, environmen
             assert answer.read() == (PAGE / "index.html").read_bytes()
 
 
+def test_the_wheel_writes_the_site(python, environment, tmp_path) -> None:
+    command = [python, "-m", "motorcade", "site", "-o", str(tmp_path / "site"), "--json"]
+    ran = subprocess.run(command, env=environment, check=True, capture_output=True, encoding="utf-8")
+    written = {
+        path.relative_to(tmp_path / "site").as_posix() for path in (tmp_path / "site").rglob("*") if path.is_file()
+    }
+    assert json.loads(ran.stdout)["files"] == len(written - {"site.json"})
+    assert {"index.html", "sw.js"} < written
+
+
 def test_the_wheel_has_the_firmware_for_boards(python, environment) -> None:
     command = [python, "-m", "motorcade", "install-firmware", "--dry-run", "--chip", "rp2040", "--json"]
     ran = subprocess.run(command, env=environment, check=True, capture_output=True, encoding="utf-8")
