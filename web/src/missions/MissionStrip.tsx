@@ -46,12 +46,21 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
   const tries = useMission((now) => now.tries);
   const hints = useMission((now) => now.hints);
   const stars = [...new Set(mission.goals.map(({ star }) => star))].sort();
+  const folded = useMission((now) => now.folded);
+  const fold = (now: boolean) => useMission.setState({ folded: now });
   const moreHints = tries >= TRIES_BEFORE_HINTS && hints < mission.hints.length;
   return (
-    <section className={css.strip} aria-label={t("missions.mission", { name: inLanguage(mission.name) })}>
+    <section
+      className={css.strip}
+      data-folded={folded || undefined}
+      aria-label={t("missions.mission", { name: inLanguage(mission.name) })}
+    >
       <header className={css.head}>
         <h2>{inLanguage(mission.name)}</h2>
         <Stars stars={stars} earned={result?.earned ?? mission.earned} />
+        <span className={css.unfold}>
+          <IconButton icon="down" label={t("missions.showTask")} onPress={() => fold(false)} />
+        </span>
         <Button className={classes(buttons.button, buttons.small)} onPress={() => openDialog("missions")}>
           {t("missions.map")}
         </Button>
@@ -82,6 +91,9 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
           {t("missions.showHint")}
         </Button>
       )}
+      <Button className={classes(buttons.button, buttons.primary, css.fold)} onPress={() => fold(true)}>
+        {t("missions.toBlocks")}
+      </Button>
     </section>
   );
 }

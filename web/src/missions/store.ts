@@ -22,9 +22,11 @@ interface Playing {
   /** How many hints are shown. */
   hints: number;
   result: MissionResult | null;
+  /** Whether only the task's name shows, where the page is too small for task and blocks at once. */
+  folded: boolean;
 }
 
-const NOTHING: Playing = { mission: null, tries: 0, hints: 0, result: null };
+const NOTHING: Playing = { mission: null, tries: 0, hints: 0, result: null, folded: false };
 /** From this many tries on hints can be read. */
 export const TRIES_BEFORE_HINTS = 2;
 
@@ -72,7 +74,7 @@ async function checkRun(mission: Mission): Promise<void> {
     if (useMission.getState().mission !== mission) return;
     const all = new Set(mission.goals.map(({ star }) => star));
     const tries = useMission.getState().tries + (result.stars.length < all.size ? 1 : 0);
-    useMission.setState({ result, tries, mission });
+    useMission.setState({ result, tries, mission, folded: false });
   });
 }
 
