@@ -1,10 +1,10 @@
-import { type CSSProperties, lazy, type MouseEvent, Suspense, useEffect, useState } from "react";
+import { type CSSProperties, lazy, Suspense, useEffect, useState } from "react";
 import { Button, I18nProvider } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { Editors } from "../blocks/Editors";
 import { Problems } from "../blocks/Problems";
-import { setBlocklyLanguage, hatOf } from "../blocks/definitions";
-import { showBlock, workspaceOf } from "../blocks/workspaces";
+import { setBlocklyLanguage } from "../blocks/definitions";
+import { focusBlocks } from "../blocks/workspaces";
 import { currentLanguage } from "../i18n";
 import { Session } from "../mat/session";
 import { MissionStrip } from "../missions/MissionStrip";
@@ -24,17 +24,18 @@ import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
 import { classes } from "../ui/classes";
 
-/** Focus the leader's first block, below which the next one is put. A fragment alone wouldn't move Blockly's focus. */
-function focusBlocks(event: MouseEvent): void {
-  event.preventDefault();
-  showBlock("leader", workspaceOf("leader")?.getBlocksByType(hatOf("leader"))[0]?.id ?? "");
-}
-
 function SkipLinks() {
   const { t } = useTranslation();
   return (
     <nav className={css.skipLinks} aria-label={t("app.skip")}>
-      <a href="#leader-blocks" onClick={focusBlocks}>
+      <a
+        href="#leader-blocks"
+        onClick={(event) => {
+          // A fragment alone wouldn't move Blockly's focus.
+          event.preventDefault();
+          focusBlocks();
+        }}
+      >
         {t("app.skipBlocks")}
       </a>
       <a href="#stage">{t("app.skipMat")}</a>

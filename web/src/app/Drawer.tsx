@@ -107,12 +107,12 @@ export function Drawer({ session }: { session: Session }) {
             onPress={() => setOpen(!open)}
           />
         </div>
-        {open &&
-          panels.map(({ id, show }) => (
-            <TabPanel key={id} id={id} className={css.panel}>
-              <Suspense>{show({ session })}</Suspense>
-            </TabPanel>
-          ))}
+        {panels.map(({ id, show }) => (
+          // A closed drawer keeps its panel, since the tab says that it controls it.
+          <TabPanel key={id} id={id} className={css.panel} style={open ? undefined : { display: "none" }}>
+            {open && <Suspense>{show({ session })}</Suspense>}
+          </TabPanel>
+        ))}
       </Tabs>
     </section>
   );

@@ -136,6 +136,11 @@ export function revealBlock(block: Blockly.BlockSvg): void {
   block.select();
 }
 
+/** Focus the leader's first block, below which the next one is put. */
+export function focusBlocks(): void {
+  showBlock("leader", workspaceOf("leader")?.getBlocksByType(hatOf("leader"))[0]?.id ?? "");
+}
+
 /** Bring the block into view, select it, and give it the keyboard's focus. */
 export function showBlock(editor: EditorName, id: string): void {
   const block = live.get(editor)?.getBlockById(id);

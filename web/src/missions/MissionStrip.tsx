@@ -1,8 +1,8 @@
-import { useEffect } from "react";
+import { useEffect, useRef } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import { toolboxOf } from "../blocks/definitions";
-import { liveWorkspaces } from "../blocks/workspaces";
+import { focusBlocks, liveWorkspaces } from "../blocks/workspaces";
 import type { CheckedGoal, GoalNow, Mission, MissionGoal } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import type { Session } from "../mat/session";
@@ -47,7 +47,12 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
   const hints = useMission((now) => now.hints);
   const stars = [...new Set(mission.goals.map(({ star }) => star))].sort();
   const folded = useMission((now) => now.folded);
-  const fold = (now: boolean) => useMission.setState({ folded: now });
+  const foldButton = useRef<HTMLButtonElement>(null);
+  // The pressed button disappears, so the focus goes to what it has brought.
+  const fold = (now: boolean) => {
+    useMission.setState({ folded: now });
+    requestAnimationFrame(() => (now ? focusBlocks() : foldButton.current?.focus()));
+  };
   const moreHints = tries >= TRIES_BEFORE_HINTS && hints < mission.hints.length;
   return (
     <section
@@ -91,7 +96,7 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
           {t("missions.showHint")}
         </Button>
       )}
-      <Button className={classes(buttons.button, buttons.primary, css.fold)} onPress={() => fold(true)}>
+      <Button ref={foldButton} className={classes(buttons.button, buttons.primary, css.fold)} onPress={() => fold(true)}>
         {t("missions.toBlocks")}
       </Button>
     </section>
