@@ -13,6 +13,7 @@ from motorcade.classroom.messages import PUPIL_REQUESTS
 from motorcade.server.classroom.app import make_class_app
 from motorcade.server.classroom.folder import ClassFolder
 from motorcade.server.classroom.running_class import ClassServerSettings
+from motorcade.server.classroom.visitors import ClassVisitors
 from motorcade.server.studio import app
 from motorcade.service.requests import respond
 from support.class_page import PASSWORD, class_room
@@ -104,7 +105,8 @@ def test_a_world_of_another_pupil_is_not_taken_over(room):
     with mia.open(f"world?session={KEY}") as hers:
         hers.set()
         with ben.open(f"world?session={KEY}") as his:
-            assert his.until("error")["code"] == "bad-session"
+            kind, refused = his.next()
+            assert (kind, refused["code"]) == ("error", "bad-session")
         assert ben.client.get(f"/api/world/{KEY}/timeline.csv").json()["error"]["code"] == "no-world"
         with ben.open(f"world?session={OTHER}") as his:
             his.set(seed=5)
@@ -132,7 +134,12 @@ def test_a_flood_of_a_strangers_requests_is_refused(room):
 
 def test_a_pupil_who_asks_for_much_at_once_keeps_nobody_waiting(room, monkeypatch):
     eve, mia = room.join("Eve"), room.join("Mia")
-    goes_on = threading.Event()
+    goes_on, arrived = threading.Event(), threading.Semaphore(0)
+    check = ClassVisitors.check_request
+
+    def counted(visitors, visitor, now_s):
+        check(visitors, visitor, now_s)
+        arrived.release()
 
     def slow(name, data, context):
         if context.owner == eve.id:
@@ -140,9 +147,11 @@ def test_a_pupil_who_asks_for_much_at_once_keeps_nobody_waiting(room, monkeypatc
         return respond(name, data, context)
 
     monkeypatch.setattr(app, "respond", slow)
+    monkeypatch.setattr(ClassVisitors, "check_request", counted)
     with ThreadPoolExecutor(8) as pool:
         hers = [pool.submit(eve.ask, "capabilities") for _ in range(8)]
         try:
+            assert all(arrived.acquire(timeout=DEADLINE_S) for _ in hers)
             assert mia.ask("capabilities")["classroom"] == "pupil"
         finally:
             goes_on.set()

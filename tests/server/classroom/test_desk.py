@@ -55,8 +55,10 @@ def test_frozen_pages_play_nothing_and_lose_nothing(room):
         room.teacher.ask("desk/freeze", frozen=True)
         assert page.until("pupil", lambda view: view["frozen"])
         assert not world.until("state", lambda state: not state["playing"])["playing"]
-        world.send("play")
-        assert world.until("error")["code"] == "class-frozen"
+        for time in ("play", "step"):
+            world.send(time)
+            assert world.until("error")["code"] == "class-frozen"
+        assert world.set()["cars"] == 3, "a page that is loaded again shows its world"
         assert mia.save("Robot") == 1
         room.teacher.ask("desk/freeze", frozen=False)
         assert page.until("pupil", lambda view: not view["frozen"])
@@ -199,6 +201,13 @@ def test_a_pupil_has_two_worlds_of_500_cars_at_most(room):
             assert his.set()["cars"] == 3
         second.send("set", mat={"format": "motorcade-mat/1", "name": "x", "crowd": [{"cars": 501}]})
         assert second.until("error")["code"] == "too-many-cars"
+
+
+def test_what_was_answered_is_on_the_disk(room, tmp_path):
+    mia = room.join("Mia")
+    for name in ("Mila", "Mona", "Mia"):
+        assert room.teacher.ask("desk/rename", pupil=mia.id, name=name) == {}
+        assert [each.name for each in ClassFolder(tmp_path).load(Random(1).randrange).pupils] == [name]
 
 
 def test_a_second_start_continues_the_class(tmp_path):

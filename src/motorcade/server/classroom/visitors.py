@@ -19,7 +19,7 @@ from motorcade.server.studio.uploads import VIRTUAL, VirtualCar, listed_ports
 from motorcade.server.studio.visitors import Visitors
 from motorcade.service.messages import Port
 from motorcade.service.requests import Context
-from motorcade.service.world_messages import Goals, SetWorld, Shown, WorldAnswer, WorldMessage
+from motorcade.service.world_messages import Goals, Play, SetWorld, Step, WorldAnswer, WorldMessage
 from motorcade.timing import RateLimit, to_ticks
 
 _OWN_MISSION = "own"
@@ -62,7 +62,8 @@ class ClassVisitors(Visitors):
     def check_message(self, visitor: str, message: WorldMessage) -> None:
         if visitor not in self._room.presence:
             return
-        if self._room.frozen and not isinstance(message, Shown):
+        # A page that is loaded again gets its world, which stands still.
+        if self._room.frozen and isinstance(message, Play | Step):
             raise MotorcadeError("class-frozen")
         if isinstance(message, SetWorld):
             mission = (message.mission.id or _OWN_MISSION) if message.mission else None
