@@ -152,11 +152,15 @@ export function MatCanvas({ session, words }: MatCanvasProps) {
 
   useEffect(() => {
     let ended = false;
+    let scale = 0;
     let made: Scene | null = null;
     let disconnect: (() => void) | null = null;
     void Scene.create(host.current!, {
-      // A new object only where it differs, so React draws the scale bar anew only then.
-      onCamera: (now) => setCamera((before) => (before?.scale === now.scale ? before : now)),
+      onCamera: (now) => {
+        // Only where it differs: until it draws the scale bar again, React keeps each update that it is told of.
+        if (now.scale !== scale) setCamera(now);
+        scale = now.scale;
+      },
       onDrawn: (frame) => session.shown(frame),
       onHeld: setHeld,
     }).then((created) => {

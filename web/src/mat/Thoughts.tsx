@@ -29,6 +29,13 @@ export function Thoughts({ session }: { session: Session }) {
   const chased = useMat((now) => chasedCar(now) !== null);
 
   useEffect(() => {
+    let told = "[]";
+    // Only what is new: until it draws the thoughts again, React keeps each update that it is told of.
+    const tell = (now: { car: number; thought: Thought }[]) => {
+      if (JSON.stringify(now) === told) return;
+      told = JSON.stringify(now);
+      setThoughts(now);
+    };
     let past: { tMs: number; x: Float32Array; y: Float32Array }[] = [];
     const end = session.listen(({ tMs, x, y, fresh, past: scrubbed }) => {
       if (fresh || scrubbed) past = [];
@@ -39,7 +46,7 @@ export function Thoughts({ session }: { session: Session }) {
       const { picture } = session;
       const { hello } = useMat.getState();
       if (!picture || !hello || picture.cars > MOST_CARS) {
-        setThoughts((old) => (old.length ? [] : old));
+        tell([]);
         return;
       }
       const rangeMm = useStudio.getState().rangeMm;
@@ -51,7 +58,7 @@ export function Thoughts({ session }: { session: Session }) {
         eventsOf: (car) => session.events.of(car),
         before: past[0] ?? null,
       });
-      setThoughts((old) => (JSON.stringify(old) === JSON.stringify(now) ? old : now));
+      tell(now);
     }, EVERY_MS);
     return () => {
       end();

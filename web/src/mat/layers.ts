@@ -148,12 +148,16 @@ const LIFTED_M = 1;
 const LINES_A_STRIP = 600;
 const MOST_STRIPS = 60;
 
+/** The paths of all cars, in strips: when there are too many, the oldest strip goes. */
 export class TrackLayer {
   readonly view = new Container();
   private lastX = new Float32Array();
   private lastY = new Float32Array();
   private lastMs = 0;
-  private lines: number[] = [];
+  /** The paths of the open strip, each as x and y of its points in millimetres, and which is each car's. */
+  private paths: number[][] = [];
+  private pathOf: (number[] | undefined)[] = [];
+  private lines = 0;
   private open: Graphics | null = null;
   shown = true;
 
@@ -167,7 +171,13 @@ export class TrackLayer {
   clear(): void {
     for (const strip of this.view.removeChildren()) strip.destroy();
     this.lastX = this.lastY = new Float32Array();
-    this.lines = [];
+    this.closeStrip();
+  }
+
+  private closeStrip(): void {
+    this.paths = [];
+    this.pathOf = [];
+    this.lines = 0;
     this.open = null;
   }
 
@@ -182,30 +192,38 @@ export class TrackLayer {
       this.lastY = picture.y.slice();
       return;
     }
-    const before = this.lines.length;
+    const before = this.lines;
     for (let k = 0; k < picture.cars; k++) this.follow(k, picture.x[k]!, picture.y[k]!);
-    if (this.lines.length > before) this.drawStrip();
+    if (this.lines > before) this.drawStrip();
   }
 
   private follow(k: number, x: number, y: number): void {
     const distance = Math.hypot(x - this.lastX[k]!, y - this.lastY[k]!);
     if (distance < STEP_M) return;
-    if (distance < LIFTED_M) this.lines.push(this.lastX[k]!, this.lastY[k]!, x, y);
+    if (distance < LIFTED_M) this.draw(k, x, y);
+    else this.pathOf[k] = undefined;
     this.lastX[k] = x;
     this.lastY[k] = y;
+  }
+
+  private draw(k: number, x: number, y: number): void {
+    let path = this.pathOf[k];
+    if (!path) {
+      path = this.pathOf[k] = [this.lastX[k]! * 1000, this.lastY[k]! * 1000];
+      this.paths.push(path);
+    }
+    path.push(x * 1000, y * 1000);
+    this.lines += 1;
   }
 
   private drawStrip(): void {
     this.open ??= this.view.addChild(new Graphics());
     this.open.clear();
-    for (let at = 0; at < this.lines.length; at += 4) {
-      this.open.moveTo(this.lines[at]! * 1000, this.lines[at + 1]! * 1000);
-      this.open.lineTo(this.lines[at + 2]! * 1000, this.lines[at + 3]! * 1000);
-    }
+    // A path is one shape: a shape for each of its lines would take half a kilobyte of memory a line.
+    for (const path of this.paths) this.open.poly(path, false);
     this.open.stroke({ width: 14, color: this.theme.track });
-    if (this.lines.length < LINES_A_STRIP * 4) return;
-    this.open = null;
-    this.lines = [];
+    if (this.lines < LINES_A_STRIP) return;
+    this.closeStrip();
     const strips = this.view.children;
     if (strips.length > MOST_STRIPS) this.view.removeChildAt(0).destroy();
     strips.forEach((strip, place) => (strip.alpha = 1 - (strips.length - place) / (MOST_STRIPS + 4)));

@@ -13,6 +13,7 @@ import { sharedWords } from "./bits";
 const COLLECT_MS = 200;
 /** The name under which the browser's performance tools list the times from edits to words. */
 const MEASURE = "motorcade:edit-to-words";
+const MOST_MEASURES = 500;
 
 let collecting: ReturnType<typeof setTimeout>;
 let underWay = false;
@@ -105,5 +106,8 @@ export function compileEveryChange(): void {
 export function measureEdit(): void {
   const start = answersEditOf;
   answersEditOf = null;
-  if (start !== null) requestAnimationFrame(() => performance.measure(MEASURE, { start }));
+  if (start === null) return;
+  // The browser keeps each time until it is cleared.
+  if (performance.getEntriesByName(MEASURE).length >= MOST_MEASURES) performance.clearMeasures(MEASURE);
+  requestAnimationFrame(() => performance.measure(MEASURE, { start }));
 }
