@@ -134,6 +134,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
             "car-not-listed",
             "no-camera-here",
             "no-example",
+            "no-own-mission",
             "no-project",
             "no-version",
             "no-world",

@@ -1,8 +1,12 @@
 """Missions in the page: the map, goals, hints, stars, and a mission of one's own."""
 
+import json
+
 from playwright.sync_api import expect
 
-from motorcade.missions.document import missions
+from motorcade.missions.document import built_in_mission, missions
+from motorcade.server.studio.library import FolderStorage
+from motorcade.service.library import mission_shelf
 from support.barriers import serious_barriers
 from support.studio_page import PHONE
 
@@ -62,6 +66,20 @@ def test_a_mission_of_ones_own_is_written_and_played(open_own_page):
     editor = page.get_by_role("region", name="A mission of your own")
     editor.get_by_label("Name", exact=True).fill("Stay")
     editor.get_by_label("Name of the zone").fill("here")
+    left = editor.get_by_label("From left (m)")
+    before = float(left.input_value())
+    grip = studio.box(page.get_by_role("button", name="Move here (arrow keys, too)"))
+    page.mouse.move(grip["x"] + 10, grip["y"] + 10)
+    page.mouse.down()
+    page.mouse.move(grip["x"] + 110, grip["y"] + 10, steps=3)
+    page.mouse.up()
+    assert float(left.input_value()) > before + 0.1
+    studio.undo()
+    expect(left).to_have_value(f"{before:g}")
+    page.get_by_role("button", name="Move here (arrow keys, too)").press("ArrowRight")
+    page.get_by_role("button", name="Change the size of here").press("Shift+ArrowRight")
+    expect(left).to_have_value(f"{before + 0.05:g}")
+    expect(editor.get_by_label("Width (m)")).to_have_value("0.41")
     editor.get_by_label("Seconds").fill("2")
     editor.get_by_role("button", name="What is asked").click()
     page.get_by_role("option", name="touch nothing").click()
@@ -70,8 +88,30 @@ def test_a_mission_of_ones_own_is_written_and_played(open_own_page):
     expect(page.get_by_role("region", name="Mission: Stay")).to_be_visible()
     run_fast(studio)
     run_to_the_end(studio, "★")
+    # The mission goes on after a reload.
+    page.reload()
+    studio.wait_until_ready()
+    expect(page.get_by_role("region", name="Mission: Stay")).to_be_visible()
     page.get_by_role("button", name="Change this mission").click()
     expect(editor.get_by_label("Name of the zone")).to_have_value("here")
+    editor.get_by_role("button", name="Save", exact=True).click()
+    expect(studio.notices).to_contain_text("'Stay' is saved as version 1.")
+
+
+def test_ones_own_missions_are_played_changed_and_deleted(open_own_page, own_studio):
+    document = built_in_mission("forward-and-stop").document
+    FolderStorage(own_studio.library).write_version(mission_shelf(""), "Mine", json.dumps(document).encode())
+    studio = open_own_page()
+    page = studio.page
+    open_map(studio)
+    page.get_by_role("button", name="Change Mine").click()
+    expect(page.get_by_role("region", name="A mission of your own")).to_be_visible()
+    page.get_by_role("button", name="Close without saving").click()
+    open_map(studio)
+    assert serious_barriers(page) == []
+    page.get_by_role("button", name="Delete Mine").click()
+    page.get_by_role("alertdialog").get_by_role("button", name="Delete").click()
+    expect(page.get_by_role("button", name="Play Mine")).to_have_count(0)
 
 
 def test_the_map_fits_a_phone(open_page):

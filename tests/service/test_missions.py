@@ -73,10 +73,31 @@ def test_stars_of_ones_own_mission_are_not_stored(ask, storage):
     assert storage.stars("") == {}
 
 
+def test_ones_own_missions_are_kept(ask):
+    document = ask("mission", {"id": NAME})["document"]
+    assert ask("missions/own") == []
+    assert [ask("missions/write", {"name": "Mine", "document": document})["version"] for _ in range(2)] == [1, 1]
+    assert [(each["name"], each["versions"]) for each in ask("missions/own")] == [("Mine", 1)]
+    assert ask("projects/list") == []
+    opened = ask("missions/read", {"name": "Mine"})
+    assert (opened["id"], opened["document"]) == ("own", document)
+    file = ask("projects/export")
+    ask("missions/delete", {"name": "Mine"})
+    assert ask("missions/own") == []
+    # It comes back with all that was exported.
+    assert ask("projects/import", {"text": file["text"]})["left_out"] == []
+    assert ask("missions/read", {"name": "Mine"})["document"] == document
+    assert ask("projects/list") == []
+
+
 @pytest.mark.parametrize(
     ("name", "message", "code"),
     [
         ("mission", {"id": "none"}, "no-mission"),
+        ("missions/read", {"name": "none"}, "no-own-mission"),
+        ("missions/delete", {"name": "none"}, "no-own-mission"),
+        ("missions/write", {"name": "a/b", "document": built_in_mission(NAME).document}, "bad-project-name"),
+        ("missions/write", {"name": "a", "document": {"format": "motorcade-mission/1"}}, "mission-not-valid"),
         ("mission", {"document": {"format": "motorcade-mission/1"}}, "mission-not-valid"),
         ("missions/open", {"text": "name = 3"}, "mission-not-valid"),
         ("missions/open", {"text": '{"name": 3}'}, "mission-not-valid"),

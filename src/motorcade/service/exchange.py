@@ -9,9 +9,10 @@ import msgspec
 from msgspec import Meta, Struct
 
 from motorcade.errors import MotorcadeError
+from motorcade.missions.schema import FORMAT as MISSION_FORMAT
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.model import FORMAT, read_document
-from motorcade.service.library import LONGEST_NAME, Storage, checked_name, stars_in
+from motorcade.service.library import LONGEST_NAME, Storage, checked_name, mission_shelf, stars_in
 from motorcade.service.messages import ProjectVersion
 
 # The most bytes of a file.
@@ -37,6 +38,7 @@ class _File(Struct):
     format: Literal["motorcade-projects/1"]
     projects: list[_Project]
     stars: dict[str, Any] = {}
+    missions: list[_Project] = []
 
 
 class Exported(Struct):
@@ -75,8 +77,20 @@ class Imported(Struct):
 
 
 def export_all(storage: Storage, owner: str) -> Exported:
-    """Return the file of all projects of ``owner`` with all versions, and the stars of missions."""
-    projects, left_out = [], []
+    """Return the file of all projects and own missions of ``owner`` with all versions, and the stars of missions."""
+    left_out: list[ProjectVersion] = []
+    file = {
+        "format": "motorcade-projects/1",
+        "projects": _all_of(storage, owner, left_out),
+        "stars": storage.stars(owner),
+        "missions": _all_of(storage, mission_shelf(owner), left_out),
+    }
+    return Exported(json.dumps(file, ensure_ascii=False, indent=1) + "\n", left_out)
+
+
+def _all_of(storage: Storage, owner: str, left_out: list[ProjectVersion]) -> list[dict[str, Any]]:
+    """Return all that is stored of an owner; versions that can't be read are added to ``left_out``."""
+    projects = []
     for entry in storage.list(owner):
         versions = []
         for version in reversed(storage.history(owner, entry.name)):
@@ -87,8 +101,7 @@ def export_all(storage: Storage, owner: str) -> Exported:
             else:
                 versions.append({"saved_at": version.saved_at, "text": text})
         projects.append({"name": entry.name, "versions": versions})
-    file = {"format": "motorcade-projects/1", "projects": projects, "stars": storage.stars(owner)}
-    return Exported(json.dumps(file, ensure_ascii=False, indent=1) + "\n", left_out)
+    return projects
 
 
 def import_all(storage: Storage, owner: str, text: str) -> Imported:
@@ -101,13 +114,15 @@ def import_all(storage: Storage, owner: str, text: str) -> Imported:
     file = _read(text)
     left_out: list[str] = []
     projects = []
-    for project in file.projects:
-        name = checked_name(project.name)
-        versions = [version for version in project.versions if _is_project_file(version.text)]
-        if len(versions) < len(project.versions):
-            left_out.append(name)
-        if versions:
-            projects.append(_add(storage, owner, name, versions))
+    shelves = ((owner, file.projects, FORMAT), (mission_shelf(owner), file.missions, MISSION_FORMAT))
+    for shelf, found, file_format in shelves:
+        for project in found:
+            name = checked_name(project.name)
+            versions = [version for version in project.versions if _is_file(version.text, file_format)]
+            if len(versions) < len(project.versions):
+                left_out.append(name)
+            if versions:
+                projects.append(_add(storage, shelf, name, versions))
     return Imported(projects, _add_stars(storage, owner, stars_in(file.stars)), left_out)
 
 
@@ -117,19 +132,19 @@ def _read(text: str) -> _File:
         raise MotorcadeError("body-too-large", most=MOST_BYTES)
     try:
         file = msgspec.json.decode(text, type=_File)
-        for project in file.projects:
+        for project in (*file.projects, *file.missions):
             checked_name(project.name)
     except (msgspec.DecodeError, RecursionError, UnicodeError, MotorcadeError):
         raise MotorcadeError("no-projects-file") from None
     return file
 
 
-def _is_project_file(text: str) -> bool:
+def _is_file(text: str, file_format: str) -> bool:
     try:
         document = read_document(text)
     except ProgramError:
         return False
-    return isinstance(document, dict) and document.get("format") == FORMAT
+    return isinstance(document, dict) and document.get("format") == file_format
 
 
 def _add(storage: Storage, owner: str, name: str, versions: list[_Version]) -> ImportedProject:

@@ -77,6 +77,11 @@ def united_stars(earned: dict[str, list[int]], mission: str, stars: Iterable[int
     return sorted({*earned.get(mission, ()), *stars})
 
 
+def mission_shelf(owner: str) -> str:
+    """Return the owner under whom a storage has the missions that ``owner`` wrote: their names meet no project's."""
+    return f"{owner}~missions"
+
+
 class Storage(Protocol):
     """Projects by owner and name; every version of a project is stored.
 

@@ -98,6 +98,13 @@ class MissionAttempt(Struct):
     followers: WorkspaceState | None = None
 
 
+class MissionToSave(Struct):
+    """A mission of the user's own, and its name in the library."""
+
+    name: str
+    document: MissionDocument
+
+
 class CheckedGoal(Struct):
     """The result of a goal on all seeds: when and why it was met or lost, on the first seed on which it was lost."""
 

@@ -11,7 +11,7 @@ from motorcade.missions.check import Play
 from motorcade.program.diagnostics import ProgramError
 from motorcade.service import exchange, messages, missions
 from motorcade.service.documents import example, examples, open_text, project_text
-from motorcade.service.library import Storage
+from motorcade.service.library import Storage, mission_shelf
 from motorcade.service.messages import Nothing, decode
 from motorcade.service.programs import compile_blocks, decompile_image, profile_figures
 from motorcade.service.python_text import blocks_to_python, python_to_blocks
@@ -87,6 +87,37 @@ def _open_mission(choice: messages.MissionChoice, context: Context) -> missions.
     return missions.open_mission(choice, context.storage.stars(context.owner))
 
 
+def _list_own_missions(message: Nothing, context: Context) -> list[messages.LibraryEntry]:
+    return context.storage.list(mission_shelf(context.owner))
+
+
+def _read_own_mission(wanted: messages.ProjectName, context: Context) -> missions.Mission:
+    try:
+        text = context.storage.read(mission_shelf(context.owner), wanted.name)
+    except MotorcadeError as problem:
+        raise _of_mission(problem) from None
+    return missions.open_mission_text(messages.Text(text.decode(errors="replace")))
+
+
+def _write_own_mission(sent: missions.MissionToSave, context: Context) -> messages.SavedVersion:
+    data = missions.mission_text(messages.MissionChoice(document=sent.document)).text.encode()
+    version = context.storage.write_version(mission_shelf(context.owner), sent.name, data)
+    return messages.SavedVersion(version, context.storage.place(context.owner).stays)
+
+
+def _delete_own_mission(named: messages.ProjectName, context: Context) -> Nothing:
+    try:
+        context.storage.delete(mission_shelf(context.owner), named.name)
+    except MotorcadeError as problem:
+        raise _of_mission(problem) from None
+    return Nothing()
+
+
+def _of_mission(problem: MotorcadeError) -> MotorcadeError:
+    """Return what a storage says of a project, said of a mission."""
+    return MotorcadeError("no-own-mission", **problem.details) if problem.code == "no-project" else problem
+
+
 def _check_mission(attempt: missions.MissionAttempt, context: Context) -> missions.MissionResult:
     result = missions.check_attempt(attempt, context.play)
     if attempt.mission.document is None:
@@ -116,6 +147,10 @@ REQUESTS: dict[str, Request] = {
         messages.MissionChoice, messages.Text, lambda choice, context: missions.mission_text(choice)
     ),
     "missions/check": Request(missions.MissionAttempt, missions.MissionResult, _check_mission),
+    "missions/own": Request(Nothing, list[messages.LibraryEntry], _list_own_missions),
+    "missions/read": Request(messages.ProjectName, missions.Mission, _read_own_mission),
+    "missions/write": Request(missions.MissionToSave, messages.SavedVersion, _write_own_mission),
+    "missions/delete": Request(messages.ProjectName, Nothing, _delete_own_mission),
     "ports": Request(Nothing, list[messages.Port], lambda message, context: context.ports()),
     "projects/list": Request(Nothing, list[messages.LibraryEntry], _list_projects),
     "projects/read": Request(messages.ProjectVersion, messages.StoredProject, _read_project),

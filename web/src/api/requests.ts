@@ -36,6 +36,10 @@ export const mission = (choice: MissionChoice) => ask("mission", choice);
 export const openMission = (text: string) => ask("missions/open", { text });
 export const missionText = (choice: MissionChoice) => ask("missions/save-text", choice);
 export const checkMission = (attempt: MissionAttempt) => ask("missions/check", attempt);
+export const ownMissions = () => ask("missions/own");
+export const ownMission = (name: string) => ask("missions/read", { name });
+export const saveMission = (name: string, document: Record<string, unknown>) => ask("missions/write", { name, document });
+export const deleteMission = (name: string) => ask("missions/delete", { name });
 export const ports = () => ask("ports");
 
 /** What the page needs before anything can be drawn. */

@@ -12,7 +12,7 @@ import { openSharedLink } from "../projects/actions";
 import { findWork, storeEveryChange } from "../projects/autosave";
 import { BLANK, markSaved, markUnsaved, loadProject, watchUnsaved } from "../projects/project";
 import { watchOtherWindows } from "../projects/windows";
-import { watchMissions } from "../missions/store";
+import { resumeMission, watchMissions } from "../missions/store";
 import { notify, openDialog } from "../state/dialogs";
 import { startSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
@@ -61,6 +61,7 @@ async function openFirstProject(): Promise<void> {
   place = key;
   loadProject(stored ?? BLANK, stored?.parkedFollowers ?? null);
   useStudio.setState({ stored: stored?.stored ?? false });
+  void resumeMission();
   if (!stored?.unsaved) return;
   useStudio.setState({ unsaved: true });
   const time = new Date(stored.at).toLocaleTimeString(i18next.language, { hour: "2-digit", minute: "2-digit" });

@@ -331,18 +331,35 @@ export interface CheckedGoal {
   why: Sentence;
 }
 
-/** A port to upload through; ``kind`` is serial or virtual. */
-export interface Port {
-  port: string;
-  description: string;
-  kind: "serial" | "virtual";
-}
-
 /** A project of the library: when it was last saved (ISO 8601, UTC), and how many versions there are. */
 export interface LibraryEntry {
   name: string;
   saved_at: string;
   versions: number;
+}
+
+/** The name of a project in the library. */
+export interface ProjectName {
+  name: string;
+}
+
+/** A mission of the user's own, and its name in the library. */
+export interface MissionToSave {
+  name: string;
+  document: Record<string, unknown>;
+}
+
+/** The number of the version that holds what was saved, and whether it stays when the page is closed. */
+export interface SavedVersion {
+  version: number;
+  stays: boolean;
+}
+
+/** A port to upload through; ``kind`` is serial or virtual. */
+export interface Port {
+  port: string;
+  description: string;
+  kind: "serial" | "virtual";
 }
 
 /** A version of a project; None for the newest. */
@@ -369,17 +386,6 @@ export interface ProjectToSave {
   name: string;
   project: Project;
   base?: number | null;
-}
-
-/** The number of the version that holds what was saved, and whether it stays when the page is closed. */
-export interface SavedVersion {
-  version: number;
-  stays: boolean;
-}
-
-/** The name of a project in the library. */
-export interface ProjectName {
-  name: string;
 }
 
 /** A version of a project, and when it was saved (ISO 8601, UTC). */
@@ -660,6 +666,10 @@ export interface Requests {
   "missions/open": { message: Text; answer: Mission };
   "missions/save-text": { message: MissionChoice; answer: Text };
   "missions/check": { message: MissionAttempt; answer: MissionResult };
+  "missions/own": { message: Nothing; answer: LibraryEntry[] };
+  "missions/read": { message: ProjectName; answer: Mission };
+  "missions/write": { message: MissionToSave; answer: SavedVersion };
+  "missions/delete": { message: ProjectName; answer: Nothing };
   "ports": { message: Nothing; answer: Port[] };
   "projects/list": { message: Nothing; answer: LibraryEntry[] };
   "projects/read": { message: ProjectVersion; answer: StoredProject };

@@ -5,6 +5,7 @@ import { useSettings } from "../state/settings";
 import { isHeard, useStudio, useWords } from "../state/studio";
 import { ChaseView } from "./ChaseView";
 import { ToolButton } from "./fields";
+import { ZoneGrips } from "../missions/ZoneGrips";
 import { MatCanvas } from "./MatCanvas";
 import { Narration } from "./Narration";
 import type { Session } from "./session";
@@ -25,6 +26,7 @@ export function Stage({ session }: { session: Session }) {
       <MatCanvas session={session} words={words} />
       <ChaseView />
       <Thoughts session={session} />
+      <ZoneGrips />
       <div className={css.top}>
         <Notice session={session} />
         <Narration session={session} />

@@ -20,6 +20,7 @@ import {
   newGoal,
   reshapedZone,
   saveDraft,
+  saveToLibrary,
   tryDraft,
 } from "./draft";
 import buttons from "../ui/buttons.module.css";
@@ -35,6 +36,9 @@ export function MissionEditor({ draft }: { draft: Draft }) {
     <section className={classes(css.strip, css.editor)} aria-label={t("missions.editor")}>
       <header className={css.head}>
         <h2>{t("missions.editor")}</h2>
+        <Button className={classes(buttons.button, buttons.small)} onPress={() => void saveToLibrary(draft)}>
+          {t("missions.save")}
+        </Button>
         <Button className={classes(buttons.button, buttons.small)} onPress={() => void saveDraft(draft)}>
           {t("missions.saveFile")}
         </Button>

@@ -1,19 +1,58 @@
-import { useEffect, useState } from "react";
+import { useCallback, useEffect, useState } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import * as api from "../api/requests";
-import type { MissionEntry } from "../generated/messages";
+import type { LibraryEntry, MissionEntry } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import type { Mat } from "../mat/document";
 import { attempt } from "../projects/actions";
-import { Sheet } from "../ui/controls";
-import { openDraft, openMissionFile } from "./draft";
+import { confirm } from "../state/dialogs";
+import { IconButton, Sheet } from "../ui/controls";
+import { editOwn, openDraft, openMissionFile, playOwn } from "./draft";
 import { Picture } from "./Picture";
 import { Stars } from "./Stars";
 import { playMission } from "./store";
 import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
 import css from "./missions.module.css";
+
+interface OwnMissionsProps {
+  /** Open a mission, and close the map once it is open. */
+  start: (open: () => Promise<boolean>) => void;
+}
+
+/** What its user has written and saved; nothing where there is none. */
+function OwnMissions({ start }: OwnMissionsProps) {
+  const { t } = useTranslation();
+  const [own, setOwn] = useState<LibraryEntry[]>([]);
+  const load = useCallback(() => attempt(async () => setOwn(await api.ownMissions())), []);
+  useEffect(() => void load(), [load]);
+  if (!own.length) return null;
+  const remove = async (name: string) => {
+    const question = { title: t("missions.deleteTitle", { name }), text: t("library.deleteText"), yes: t("library.delete") };
+    if (!(await confirm(question))) return;
+    await attempt(async () => {
+      await api.deleteMission(name);
+    });
+    await load();
+  };
+  return (
+    <section className={css.path} aria-label={t("missions.own")}>
+      <h3>{t("missions.own")}</h3>
+      <ul className={css.own}>
+        {own.map(({ name }) => (
+          <li key={name}>
+            <Button className={css.ownName} aria-label={t("missions.playNamed", { name })} onPress={() => start(() => playOwn(name))}>
+              {name}
+            </Button>
+            <IconButton icon="pencil" label={t("missions.editNamed", { name })} onPress={() => start(() => editOwn(name))} />
+            <IconButton icon="trash" label={t("library.deleteNamed", { name })} onPress={() => void remove(name)} />
+          </li>
+        ))}
+      </ul>
+    </section>
+  );
+}
 
 const PATHS = ["first-drive", "swarm", "words-and-bits"] as const;
 
@@ -51,6 +90,7 @@ export function MissionMap({ onClose }: { onClose: () => void }) {
             </ol>
           </section>
         ))}
+      <OwnMissions start={(open) => void start(open)} />
       <footer className={controls.sheetFoot}>
         <Button className={buttons.button} onPress={() => void start(openMissionFile)}>
           {t("missions.openFile")}

@@ -1,13 +1,16 @@
 /** A mission that is written on this page: its zones, goals and texts; the mat and the cars are the project's. */
 
+import i18next from "i18next";
 import { create } from "zustand";
 import * as api from "../api/requests";
 import { GOAL_KINDS } from "../generated/goals";
-import type { MissionZone } from "../generated/messages";
+import type { Mission, MissionZone } from "../generated/messages";
 import { type Mat, type Point, rounded, without } from "../mat/document";
 import { useMat } from "../mat/store";
 import { attempt, chooseFile, download, fileName } from "../projects/actions";
-import { openProject } from "../projects/project";
+import { openProject, replaceBy } from "../projects/project";
+import { inLanguage } from "../i18n";
+import { notify } from "../state/dialogs";
 import { record } from "../state/history";
 import { useStudio } from "../state/studio";
 import { playMission, useMission } from "./store";
@@ -41,11 +44,15 @@ export function openDraft(): void {
 /** Go on writing the mission of one's own that is played. */
 export function editPlayed(): void {
   const { mission } = useMission.getState();
-  if (!mission) return;
+  if (mission) editMission(mission);
+}
+
+/** Write on a mission, on its mat where another one is open. */
+export function editMission(mission: Mission): void {
   const { name, story, seconds, zones, document } = mission;
   const others = without(document, "name", "story", "seconds", "zone", "goal", "mat", "format");
   const goals = document.goal as DraftGoal[];
-  useStudio.setState({ mission: null });
+  useStudio.setState({ mission: null, mat: mission.mat });
   useDraft.setState({ draft: { name: name.en, story: story.en, seconds, zones, goals, others } });
 }
 
@@ -115,6 +122,14 @@ export function reshapedZone(zone: MissionZone, changes: { left?: number; bottom
   return { ...zone, corners_m: zone.corners_m.map(corner) };
 }
 
+/** Bring the lower right corner of a zone, or the right edge of a disc, to a point; the upper left corner or the middle stays. */
+export function stretchedZone(zone: MissionZone, [x, y]: Point): MissionZone {
+  const [left, bottom, , height] = boxOf(zone);
+  if (zone.centre_m) return reshapedZone(zone, { width: 2 * Math.max(x - zone.centre_m[0]!, zone.centre_m[1]! - y) });
+  const tall = Math.max(SMALLEST_M, bottom + height - y);
+  return reshapedZone(zone, { width: x - left, bottom: bottom + height - tall, height: tall });
+}
+
 /** The mission's file as a document. */
 export function documentOf({ name, story, seconds, zones, goals, others }: Draft, mat: Mat): Record<string, unknown> {
   return {
@@ -142,6 +157,43 @@ export function saveDraft(draft: Draft): Promise<void> {
     const { text } = await api.missionText({ document: documentOf(draft, useStudio.getState().mat) });
     download(fileName(draft.name || "mission", ".mission.json"), text, "application/json");
   });
+}
+
+/** Save the draft in the library under its name; false where it has none, or can't be saved. */
+export async function saveToLibrary(draft: Draft): Promise<boolean> {
+  const name = draft.name.trim();
+  if (!name) {
+    notify(i18next.t("missions.nameless"), "warning");
+    return false;
+  }
+  let saved = false;
+  await attempt(async () => {
+    const { version } = await api.saveMission(name, documentOf(draft, useStudio.getState().mat));
+    notify(i18next.t("missions.saved", { name, version }), "success");
+    saved = true;
+  });
+  return saved;
+}
+
+/** Play a mission of the library; false where it isn't there any more, or the user keeps what is open. */
+export async function playOwn(name: string): Promise<boolean> {
+  let opened = false;
+  await attempt(async () => {
+    const { document } = await api.ownMission(name);
+    opened = await playMission({ document });
+  });
+  return opened;
+}
+
+/** Change a mission of the library; false where it isn't there any more. */
+export async function editOwn(name: string): Promise<boolean> {
+  let opened = false;
+  await attempt(async () => {
+    const mission = await api.ownMission(name);
+    opened = await replaceBy({ name: inLanguage(mission.name), leader: mission.leader, followers: mission.followers, profile: mission.profile, mat: mission.mat, range_mm: null });
+    if (opened) editMission(mission);
+  });
+  return opened;
 }
 
 /** Play the mission in a file; false where none is chosen, or it isn't valid. */

@@ -61,6 +61,17 @@ export async function playMission(choice: MissionChoice, blocks: Blocks | null =
   return opened;
 }
 
+/** Go on with the mission that was played when the page was left; without it where there is none any more. */
+export async function resumeMission(): Promise<void> {
+  const choice = useStudio.getState().mission;
+  if (!choice) return;
+  await attempt(async () => {
+    const mission = await api.mission(choice);
+    if (useStudio.getState().mission === choice) useMission.setState({ ...NOTHING, mission });
+  });
+  if (!useMission.getState().mission) leaveMission();
+}
+
 /** Go on with the blocks as a project of one's own. */
 export function leaveMission(): void {
   useStudio.setState({ mission: null });

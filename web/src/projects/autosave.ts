@@ -73,9 +73,9 @@ export interface StoredWork extends OpenedProject {
 const COLLECT_MS = 400;
 
 export function workOf(studio: Studio, at: number): StoredWork {
-  const { name, leader, followers, parkedFollowers, profile, python, mat, rangeMm, unsaved, stored, base } = studio;
+  const { name, leader, followers, parkedFollowers, profile, python, mat, rangeMm, mission, unsaved, stored, base } = studio;
   const version = base?.name === name.trim() ? base.version : undefined;
-  const project = { name, version, leader, followers, parkedFollowers, profile, python, mat, range_mm: rangeMm };
+  const project = { name, version, leader, followers, parkedFollowers, profile, python, mat, range_mm: rangeMm, mission };
   return { ...project, unsaved, stored, at };
 }
 
@@ -122,7 +122,7 @@ export function storeEveryChange(key: string): void {
     }
   };
   useStudio.subscribe((now, before) => {
-    if (!sameProject(now, before) || now.unsaved !== before.unsaved) collecting ??= setTimeout(store, COLLECT_MS);
+    if (!sameProject(now, before) || now.unsaved !== before.unsaved || now.mission !== before.mission) collecting ??= setTimeout(store, COLLECT_MS);
   });
   window.addEventListener("pagehide", () => collecting && store());
 }

@@ -15,7 +15,7 @@ from motorcade.classroom.record import ClassRecord, from_bytes, new_record, to_b
 from motorcade.config.files import locked, replace_file
 from motorcade.errors import MotorcadeError
 from motorcade.server.studio.library import FolderStorage
-from motorcade.service.library import LONGEST_NAME, Limits
+from motorcade.service.library import LONGEST_NAME, Limits, mission_shelf
 
 RECORD, DRAFT, _LOCK = "class.json", "draft.json", ".running"
 # A pupil's program has some 10 kB; 100 versions of 100 projects fit.
@@ -116,15 +116,15 @@ class ClassFolder(FolderStorage):
         return free
 
     def remove_owner(self, owner: str) -> None:
-        """Delete an owner's shelf. Raises MotorcadeError where that isn't possible."""
-        folder = self._owner_folder(owner)
-        try:
-            shutil.rmtree(folder)
-        except FileNotFoundError:
-            pass
-        except OSError as problem:
-            raise MotorcadeError("cant-delete", reason=problem.strerror) from None
-        self._used_bytes.pop(owner, None)
+        """Delete an owner's shelf, with the missions that the owner wrote. Raises MotorcadeError where it can't."""
+        for each in (owner, mission_shelf(owner)):
+            try:
+                shutil.rmtree(self._owner_folder(each))
+            except FileNotFoundError:
+                pass
+            except OSError as problem:
+                raise MotorcadeError("cant-delete", reason=problem.strerror) from None
+            self._used_bytes.pop(each, None)
 
     def virtual_car(self, owner: str) -> Path:
         """The file of an owner's simulated car."""
