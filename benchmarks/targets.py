@@ -24,8 +24,8 @@ from timing import Contestant, take_turns
 
 sys.path.append(str(Path(__file__).resolve().parent.parent / "tests"))
 from motorcade.config.profile import built_in_profile
+from motorcade.engine.linear_memory import PATH
 from motorcade.engine.targets import NAMES
-from motorcade.engine.webassembly import PATH
 from motorcade.engine.world import World
 from support.plain_world import PlainWorld
 

@@ -78,8 +78,8 @@ def linker() -> Path | None:
 def _calls() -> Calls:
     """Return every kernel, with arguments as a world passes them."""
     from motorcade.engine import choice
+    from motorcade.engine.interpreted import InterpretedKernels
     from motorcade.engine.kernels import KERNELS
-    from motorcade.engine.targets import InterpretedKernels
     from motorcade.engine.world import World, warm_up
     from motorcade.mats import formation, open_table
 
@@ -225,7 +225,7 @@ def _unsigned(number: int) -> bytes:
 
 def module_of(calls: Calls) -> bytes:
     """Make a module of kernels in this process, whose environment has NUMBA. Raises BadKernelError."""
-    from motorcade.engine.webassembly import SECTION
+    from motorcade.engine.linear_memory import SECTION
 
     code, arguments = _object(calls)
     section = _section(SECTION, json.dumps(arguments, separators=(",", ":")).encode())

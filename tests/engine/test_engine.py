@@ -197,7 +197,7 @@ def test_a_run_is_the_same_at_once_in_slices_by_ticks_or_beside_other_worlds(cas
     while stepped.now_ms < duration_ms:
         stepped.step()
     same = [digest(world) for world in (once, sliced, stepped)]
-    assert [*same, digest(beside, beside.seeds.tolist().index(case.seed))] == [same[0]] * 4
+    assert [*same, digest(beside, beside.seeds.index(case.seed))] == [same[0]] * 4
 
 
 def test_reset_begins_again_with_the_same_seed_or_another() -> None:

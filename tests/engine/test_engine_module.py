@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import wasmtime
 
-from motorcade.engine.webassembly import PATH
+from motorcade.engine.linear_memory import PATH
 
 SCRIPTS = Path(__file__).parents[2] / "scripts"
 ARRAY = np.zeros(4)

@@ -11,11 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motorcade import Pose, formation, open_table
-from motorcade.config.profile import built_in_profile
-from motorcade.engine import choice, layout
+from motorcade import Pose
+from motorcade.engine import choice
 from motorcade.engine.choice import Background
-from motorcade.engine.targets import NAMES, Name, keep_all
+from motorcade.engine.targets import NAMES, Name
 from motorcade.engine.webassembly import WebAssemblyKernels
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
@@ -120,11 +119,11 @@ def test_unknown_kernels_are_refused(name: str) -> None:
         ran(crowd(12), 20, kernels=name)
 
 
-def read_leds(target: WebAssemblyKernels, *leds: object) -> None:
-    """Call the kernel ``read_leds`` for six cars, with ``leds`` as its last argument."""
-    mat, profile = open_table(formation(5)), built_in_profile("classroom")
-    rules = keep_all(target, layout.rules_of(mat, profile, [bytes(4)]))
-    target.call("read_leds", 1, 0, 0, layout.cars_of(1, 6, target), rules, *leds)
+def sort_events(target: WebAssemblyKernels, *in_order: object) -> None:
+    """Call the kernel ``sort_events`` for three events, with ``in_order`` as its last argument."""
+    rows = target.zeros("rows", (3, 6), "uint32")
+    rows[:, 0] = 5, 4, 4
+    target.call("sort_events", 1, rows, target.zeros("order", (2, 3), "int64"), *in_order)
 
 
 class TestArguments:
@@ -132,34 +131,34 @@ class TestArguments:
 
     def test_good_arguments_pass(self) -> None:
         target = WebAssemblyKernels()
-        leds = target.zeros("leds", (6,), np.uint8)
-        read_leds(target, leds)
-        assert leds.tolist() == [4] * 6
+        in_order = target.zeros("in order", (3, 6), "uint32")
+        sort_events(target, in_order)
+        assert in_order[:, 0].tolist() == [4, 4, 5]
 
     def test_an_array_in_another_memory_is_refused(self) -> None:
-        for other in (np.zeros(6, np.uint8), WebAssemblyKernels().zeros("leds", (6,), np.uint8)):
+        for other in (np.zeros((3, 6), np.uint32), WebAssemblyKernels().zeros("in order", (3, 6), "uint32")):
             with pytest.raises(MotorcadeError, match="isn't in its memory"):
-                read_leds(WebAssemblyKernels(), other)
+                sort_events(WebAssemblyKernels(), other)
 
     @pytest.mark.parametrize(
         "changed",
         [
-            np.zeros(6, np.int8),
-            np.zeros((6, 1), np.uint8),
-            np.zeros(12, np.uint8)[::2],
+            np.zeros((3, 6), np.int32),
+            np.zeros(18, np.uint32),
+            np.zeros((3, 12), np.uint32)[:, ::2],
             6,
             0.5,
         ],
         ids=["dtype", "rank", "strides", "integer", "float"],
     )
     def test_others_are_refused_by_name(self, changed: object) -> None:
-        with pytest.raises(MotorcadeError, match=r"read_leds of engine\.wasm expects leds: uint8, 1-d, C"):
-            read_leds(WebAssemblyKernels(), changed)
+        with pytest.raises(MotorcadeError, match=r"sort_events of engine\.wasm expects in_order: uint32, 2-d, C"):
+            sort_events(WebAssemblyKernels(), changed)
 
     def test_too_few_and_too_many_are_refused(self) -> None:
         with pytest.raises(MotorcadeError, match="None was given"):
-            read_leds(WebAssemblyKernels())
+            sort_events(WebAssemblyKernels())
         target = WebAssemblyKernels()
-        leds = target.zeros("leds", (6,), np.uint8)
+        in_order = target.zeros("in order", (3, 6), "uint32")
         with pytest.raises(MotorcadeError, match="expects None"):
-            read_leds(target, leds, 1)
+            sort_events(target, in_order, 1)

@@ -6,21 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from motorcade.engine.events import EVENT, KINDS, LOSS_REASONS
+from motorcade.engine.events import KINDS, LOSS_REASONS
+from motorcade.engine.showing import EVENT_BYTES, HEARD, NO_INDEX, RUNS, SENDS
 from motorcade.locales import catalogue, languages
-from motorcade.server.studio.simulation import event_rows, pack_moment, unpack_moment
-from motorcade.service.history import (
-    EVENT_BYTES,
-    FIRST,
-    HEARD,
-    MOST_EVENTS,
-    NO_INDEX,
-    PAST,
-    RUNS,
-    SENDS,
-    History,
-    pack_picture,
-)
+from motorcade.server.studio.simulation import EVENT_ROW, unpack_moment
+from motorcade.service.history import FIRST, MOST_EVENTS, PAST, History, pack_picture
+from support.pictures import pack_moment
 
 PAGE = Path(__file__).parents[2] / "web" / "src" / "api" / "world.ts"
 
@@ -42,8 +33,8 @@ COLUMNS = [
     [4, 0],
     [RUNS | SENDS, HEARD],
 ]
-MOMENT = pack_moment(*map(np.array, COLUMNS))
-EVENTS = np.array([(1499, 0, 1, 5, 5, 0xA3000001, 7)], EVENT)
+MOMENT = pack_moment(*COLUMNS)
+EVENTS = np.array([(1499, 1, 5, 5, 0, 0xA3000001, 7)], EVENT_ROW)
 GOLDEN = """
 01 03 0000  08070605  dc050000  02000000  01000000  a picture, of the past and the first; its number, t_ms, cars, events
 00000000 0000c0bf                                   x_m
@@ -60,7 +51,7 @@ db050000 01000000 05 05 0000 010000a3 07000000      lost by collision at 1.499 s
 
 def test_the_bytes_of_a_picture() -> None:
     rows = [line.split("  a pict")[0][:52] for line in GOLDEN.strip().splitlines()]
-    packed = pack_picture(0x05060708, PAST | FIRST, 1500, 2, MOMENT, event_rows(EVENTS).tobytes())
+    packed = pack_picture(0x05060708, PAST | FIRST, 1500, 2, MOMENT, EVENTS.tobytes())
     assert packed.hex(" ", 4) == bytes.fromhex("".join(rows)).hex(" ", 4)
 
 
@@ -69,9 +60,9 @@ def test_a_moment_is_unpacked_unchanged() -> None:
 
 
 def test_a_picture_has_the_newest_events_where_there_are_too_many() -> None:
-    events = np.zeros(MOST_EVENTS + 10, EVENT)
+    events = np.zeros(MOST_EVENTS + 10, EVENT_ROW)
     events["t_ms"] = np.arange(len(events))
-    packed = pack_picture(0, 0, 0, 2, MOMENT, event_rows(events).tobytes())
+    packed = pack_picture(0, 0, 0, 2, MOMENT, events.tobytes())
     rows = np.frombuffer(packed[-MOST_EVENTS * EVENT_BYTES :], "<u4").reshape(-1, 5)
     assert rows[[0, -1], 0].tolist() == [10, MOST_EVENTS + 9]
     assert int.from_bytes(packed[16:20], "little") == MOST_EVENTS

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from motorcade import Followers, Mat, Pose, Program, World, compile_program, forward, led, left, open_table, right, wait
+from motorcade.engine.showing import EVENT_BYTES, HEARD, LOST, NO_INDEX, RUNS
 from motorcade.errors import MotorcadeError
 from motorcade.mats import Starts
-from motorcade.server.studio.simulation import StudioWorld
-from motorcade.service.history import EVENT_BYTES, FIRST, HEARD, LOST, MOST_EVENTS, NO_INDEX, PAST, RUNS, History
+from motorcade.server.studio.simulation import ServerWorld
+from motorcade.service.history import FIRST, MOST_EVENTS, PAST, History
 from motorcade.service.playback import PICTURE_S, Playback
 from support.pictures import Picture
 
@@ -26,7 +27,7 @@ NEAR = [Pose(0, 0), Pose(0.5, 0)]
 
 def playback(poses=NEAR, image=IMAGE, history=None, **more) -> Playback:
     world = World(replace(open_table(poses, tick_ms=5), **more), [image], events=True, threads=1)
-    return Playback(StudioWorld(world), history)
+    return Playback(ServerWorld(world), history)
 
 
 def play(on: Playback, seconds: float, begin_s: float = 0.0, a_picture_s: float = PICTURE_S) -> list[Picture]:

@@ -26,11 +26,11 @@ from motorcade.program.blocks import MOST_IN_A_ROW, blocks_of
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.steps import pir, together, voice
 from motorcade.server.studio.library import FolderStorage
-from motorcade.server.studio.simulation import mat_from
 from motorcade.service.documents import EXAMPLES, open_text, project_text
 from motorcade.service.messages import Capabilities, Project
 from motorcade.service.programs import error_answer
 from motorcade.service.requests import Context, respond
+from motorcade.service.studio_world import mat_from
 from support.strategies import programs
 
 # What a project has beside its blocks where its user chose nothing.

@@ -11,7 +11,7 @@ from motorcade import Followers, Pose, Program, World, compile_program, led, ope
 from motorcade.config.profile import built_in_profile
 from motorcade.locales import languages
 from motorcade.mats import Physics, Starts
-from motorcade.server.studio.simulation import StudioWorld
+from motorcade.service.studio_world import StudioWorld
 
 SECONDS = 9
 PLACES = st.tuples(st.integers(0, 60), st.integers(0, 60), st.integers(-3, 3)).map(

@@ -8,7 +8,14 @@ import numpy as np
 from motorcade.engine.events import KINDS
 from motorcade.server.studio.simulation import EVENT_ROW, unpack_moment
 
+_FORMS = ("<f4", "<f4", "<f4", "<u2", "u1", "u1", "u1")
 _COLUMNS = ("x_m", "y_m", "heading", "index", "wheels", "led", "flags")
+
+
+def pack_moment(*columns: list[float]) -> bytes:
+    """The columns of a moment, as the engine packs them."""
+    packed = b"".join([np.array(column).astype(form).tobytes() for column, form in zip(columns, _FORMS, strict=True)])
+    return packed + bytes(-len(packed) % 4)
 
 
 class Picture:

@@ -24,7 +24,8 @@ from motorcade.engine.geometry import (
     nearest_of_segment,
     sine,
 )
-from motorcade.engine.targets import HeapArrays, keep_all
+from motorcade.engine.interpreted import HeapArrays
+from motorcade.engine.targets import keep_all
 from motorcade.mats import Mat, Pose
 from motorcade.words.infrared import air_us, check_is_good, ones, tag_of
 from support import plain_senses

@@ -15,6 +15,7 @@ from motorcade.boards.computer import BatteryFile
 from motorcade.cameras.simulated import Scene, to_jpeg
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
 from motorcade.car.drive_board import DriveBoard
+from motorcade.engine.simulation import Simulation
 from motorcade.engine.state import Moment
 from motorcade.engine.world import World, warm_up
 from motorcade.runs.recording import Description
@@ -74,7 +75,7 @@ class DrivenCars:
         """Return, in order, which of the first ``cars`` somebody drives."""
         return sorted(car for car, board in list(self._boards.items()) if car < cars and board.setpoint is not None)
 
-    def steer(self, world: World) -> None:
+    def steer(self, world: Simulation) -> None:
         """Pass the boards' setpoints to the world's cars; ignore boards whose car isn't there."""
         for car, board in list(self._boards.items()):
             if car >= world.cars:

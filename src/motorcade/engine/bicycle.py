@@ -12,16 +12,17 @@ else it is like other cars: it pushes and is pushed.
 """
 
 import math
+from array import array
+from collections.abc import Sequence
+from itertools import chain
 from typing import NamedTuple
-
-import numpy as np
 
 from motorcade.config.profile import Profile
 from motorcade.engine import clearance
 from motorcade.engine.bodies import NOISE_MS, WAY_BITS
 from motorcade.engine.geometry import FULL_TURN, cosine, mix, sine
 from motorcade.engine.marking import in_kernel
-from motorcade.engine.state import DRIVEN, Cars, Driven, Floats, Rules
+from motorcade.engine.state import DRIVEN, Buffer, Cars, Driven, Floats, Rules
 from motorcade.words.ticks import TICKS_MASK
 
 # Rows of a matrix of driven cars.
@@ -97,24 +98,23 @@ def turn_round(world: int, cars: Cars, driven: Driven) -> None:
             cars.heading[i] = (int(cars.heading[i]) + int(driven[TURNED, k])) & 0xFFFFFFFF
 
 
-def nobody() -> Driven:
-    """The matrix of no driven cars."""
-    return np.zeros((TURNED + 1, 0), np.int64)
-
-
-def with_driver(driven: Driven, world: int, number: int, place: int, motion: Motion) -> Driven:
-    """``driven`` with a car that has this motion, whether or not it was driven before."""
-    column = np.array([[world], [number], [place], *([each] for each in motion), [0]], np.int64)
-    return np.ascontiguousarray(np.concatenate([without_driver(driven, world, number), column], axis=1))
-
-
-def without_driver(driven: Driven, world: int, number: int) -> Driven:
-    """``driven`` without that car."""
-    others = (driven[WORLD] != world) | (driven[NUMBER] != number)
-    # NumPy may return the columns in Fortran's order; Numba would compile the kernels a second time for it.
-    return np.ascontiguousarray(driven[:, others])
-
-
-def shown_wheels(ahead: int, aside: int, speeds: Floats) -> int:
+@in_kernel
+def shown_wheels(ahead: float, aside: float, speeds: Floats) -> int:
     """The wheels that a driven car shows: DRIVEN and the lowest level that is at least as fast as it is."""
-    return DRIVEN + int(np.searchsorted(speeds, math.hypot(ahead, aside) / _STEPS))
+    speed, level = math.sqrt(ahead * ahead + aside * aside) / _STEPS, 0
+    while level < speeds.shape[0] and speeds[level] < speed:
+        level += 1
+    return DRIVEN + level
+
+
+def matrix_of(columns: Sequence[Sequence[int]]) -> Buffer:
+    """The matrix of driven cars with these columns."""
+    numbers = chain.from_iterable([column[row] for column in columns] for row in range(TURNED + 1))
+    return Buffer("int64", (TURNED + 1, len(columns)), array("q", numbers))
+
+
+def columns_of(matrix: bytes) -> list[list[int]]:
+    """The columns of a matrix of driven cars."""
+    numbers = memoryview(matrix).cast("q").tolist()
+    count = len(numbers) // (TURNED + 1)
+    return [numbers[column::count] for column in range(count)]

@@ -219,9 +219,10 @@ def obstacle_mm(distance: float, rules: Rules) -> int:
     return whole if whole <= rules.ultrasonic_range_mm else NOTHING_IN_SIGHT_MM
 
 
+@in_kernel
 def obstacle_ahead_mm(i: int, world: int, look_mm: int, arrays: Arrays) -> int:
-    """What the ultrasonic sensor of car ``i`` measures between two ticks, up to ``look_mm``; never compiled."""
-    look = look_mm * 1000.0
+    """What the ultrasonic sensor of car ``i`` measures between two ticks, up to ``look_mm``."""
+    look = float(look_mm) * 1000.0
     _, _, seen, _, _ = others_near(i, world, look, arrays.cars, arrays.cells, arrays.rules)
     _, _, distance, _, _ = place_near(i, look, 0.0, 0.0, arrays.cars, arrays.place, arrays.rules)
     nearest = min(seen, distance)

@@ -15,7 +15,7 @@ flips and no even number.
 """
 
 import math
-from typing import Literal
+from typing import Literal, get_args
 
 from motorcade.car import frames
 from motorcade.engine import events
@@ -26,6 +26,12 @@ from motorcade.engine.state import NOBODY, Arrays, Cars, Floats, Now, Place, Voi
 from motorcade.words.ticks import elapsed_ms, later_ms, reached
 
 Reach = Literal["reaches", "too-far", "outside-beam", "hidden"]
+REACHES: tuple[Reach, ...] = get_args(Reach)
+# Indices into REACHES.
+IN_REACH = 0
+TOO_FAR = 1
+OUTSIDE_BEAM = 2
+HIDDEN = 3
 
 
 @in_kernel
@@ -88,20 +94,22 @@ def spread_frame(j: int, low_row: int, high_row: int, arrays: Arrays, now: Now) 
             _arrive(i, j, int(distance), arrays, now)
 
 
-def reach(sender: int, receiver: int, world: int, arrays: Arrays) -> Reach:
-    """Whether a frame of one car would reach another now; "too-far" where nothing but the distance prevents it.
+@in_kernel
+def reach(sender: int, receiver: int, world: int, arrays: Arrays) -> int:
+    """Whether a frame of one car would reach another now: an index into REACHES.
 
-    Cars are numbered by their place in ``arrays``. Not for kernels: it answers a question about one car.
+    It is TOO_FAR where nothing but the distance prevents it. Cars are numbered by their place in ``arrays``.
     """
     cars, rules = arrays.cars, arrays.rules
     dx, dy = float(cars.x[receiver]) - float(cars.x[sender]), float(cars.y[receiver]) - float(cars.y[sender])
-    distance = math.hypot(dx, dy)
-    ahead = cosine(cars.heading[sender], rules.cosines), sine(cars.heading[sender], rules.cosines)
-    if dx * ahead[0] + dy * ahead[1] < rules.beam_cos * distance:
-        return "outside-beam"
+    squared = dx * dx + dy * dy
+    distance = math.sqrt(squared)
+    ahead_x, ahead_y = cosine(cars.heading[sender], rules.cosines), sine(cars.heading[sender], rules.cosines)
+    if dx * ahead_x + dy * ahead_y < rules.beam_cos * distance:
+        return OUTSIDE_BEAM
     if rules.line_of_sight and _is_hidden(receiver, sender, distance, world, arrays):
-        return "hidden"
-    return "too-far" if dx * dx + dy * dy > rules.range * rules.range else "reaches"
+        return HIDDEN
+    return TOO_FAR if squared > rules.range * rules.range else IN_REACH
 
 
 @in_kernel

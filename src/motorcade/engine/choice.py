@@ -12,7 +12,8 @@ from functools import partial
 from importlib.util import find_spec
 from typing import Literal
 
-from motorcade.engine.targets import NAMES, InterpretedKernels, Name, Target
+from motorcade.engine.interpreted import InterpretedKernels
+from motorcade.engine.targets import NAMES, Name, Target
 from motorcade.errors import MotorcadeError
 
 # WebAssembly addresses 4 GiB. Arrays that grow leave gaps, and the sizes here are estimates.

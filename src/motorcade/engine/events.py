@@ -1,7 +1,7 @@
 """What happened in a world: counts, and on request events, which are rows of one array.
 
 Every part of a world that a thread steps by itself has its own row of both, so threads never write to the same place.
-The order of the rows has no meaning: `World.take_events` sorts them. This module needs neither NumPy nor Numba.
+The order of the rows has no meaning: the kernel ``sort_events`` sorts them. This module needs neither NumPy nor Numba.
 """
 
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -54,7 +54,13 @@ UNDETECTED = 8
 TOUCHING_MS = 9
 EVENTS = 10  # events that happened, whether or not there was room for them
 COUNTS = 16  # two cache lines, so that no two threads write to one
-# Columns of an event in Counters.events: t_ms, the car's number, kind, why, word, other.
+# Columns of an event in Counters.events.
+T_MS = 0
+CAR = 1
+KIND = 2
+WHY = 3
+WORD = 4
+OTHER = 5
 COLUMNS = 6
 
 
@@ -71,12 +77,12 @@ def record(counters: Counters, part: int, at_ms: int, car: int, kind: int, why: 
     counters.counts[part, EVENTS] = k + 1
     if k < counters.events.shape[1]:
         event = counters.events[part, k]
-        event[0] = at_ms
-        event[1] = car
-        event[2] = kind
-        event[3] = why
-        event[4] = word
-        event[5] = other
+        event[T_MS] = at_ms
+        event[CAR] = car
+        event[KIND] = kind
+        event[WHY] = why
+        event[WORD] = word
+        event[OTHER] = other
 
 
 def record_loss(counters: Counters, part: int, at_ms: int, car: int, why: int, frame: int, sender: int) -> None:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.car.board import NOTHING_IN_SIGHT_MM
-from motorcade.engine import bicycle, bodies, cells, channel, clearance, events, geometry, walls
+from motorcade.engine import bicycle, bodies, cells, channel, clearance, events, geometry, showing, walls
 from motorcade.engine.events import Counters
 from motorcade.engine.marking import in_kernel, methods_in_kernel
 from motorcade.engine.state import (
@@ -351,28 +351,30 @@ def _wake_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
     return wake
 
 
-def _leds_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
-    def read_leds(begin: int, now: int, cars: Cars, rules: Rules, leds: Any) -> None:
-        """Write the LED that each car of a world lights into ``leds``, in the order of the arrays."""
+def _give_back_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
+    def give_back(i: int, tick: int, cars: Cars, rules: Rules) -> None:
+        """Give the wheels of car ``i`` back to its program, between two ticks.
+
+        Where the wheels depend on sensors, or on what the program does in the next tick, the car's turn in that tick
+        sets them.
+        """
         _ = fingerprint
-        for k in range(leds.shape[0]):
-            leds[k] = brain.lit_led(cars.memory[:, begin + k], now, rules.levels)
+        now = tick * rules.tick_ms & TICKS_MASK
+        last = later_ms(now, -rules.tick_ms)
+        bodies.set_way(i, brain.wheels(cars.memory[:, i], NOTHING_IN_SIGHT_MM, 0, last, rules.levels), cars, rules)
+        cars.due[i] = now
+        cars.clear[i] = clearance.due_now(tick)
 
-    return read_leds
+    return give_back
 
 
-def give_back(i: int, tick: int, cars: Cars, rules: Rules) -> None:
-    """Give the wheels of car ``i`` back to its program; called between two ticks, and never compiled.
+def _obstacle_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
+    def read_obstacle(i: int, look_mm: int, arrays: Arrays, answer: Ints) -> None:
+        """Write what the ultrasonic sensor of car ``i`` in world 0 measures, up to ``look_mm``, into ``answer[0]``."""
+        _ = fingerprint
+        answer[0] = bodies.obstacle_ahead_mm(i, 0, look_mm, arrays)
 
-    Where the wheels depend on sensors, or on what the program does in the next tick, the car's turn in that tick sets
-    them.
-    """
-    now = tick * rules.tick_ms & TICKS_MASK
-    memory, levels = cars.memory[:, i].tolist(), tuple(rules.levels.tolist())
-    wheels = brain.wheels(memory, NOTHING_IN_SIGHT_MM, 0, later_ms(now, -rules.tick_ms), levels)
-    bodies.set_way(i, wheels, cars, rules)
-    cars.due[i] = now
-    cars.clear[i] = clearance.due_now(tick)
+    return read_obstacle
 
 
 # What makes each kernel, by name. ``fingerprint`` identifies the code of all kernels, and ``prange`` is a range whose
@@ -381,9 +383,17 @@ KERNELS: Mapping[str, Callable[[str, Any], Callable[..., None]]] = {
     "run": _worlds_kernel,
     "run_large": _large_kernel,
     "wake": _wake_kernel,
-    "read_leds": _leds_kernel,
+    "give_back": _give_back_kernel,
+    "read_obstacle": _obstacle_kernel,
+    "read_moment": showing.moment_kernel,
+    "pack_picture": showing.picture_kernel,
+    "sort_events": showing.sort_kernel,
+    "note_events": showing.note_kernel,
+    "find_nearest": showing.nearest_kernel,
     "count_walls": walls.count_kernel,
     "list_walls": walls.list_kernel,
 }
 # Those whose loops are worth several threads. One world of few cars is stepped by one thread.
 PARALLEL = ("run", "run_large")
+# Those of one car: native kernels run them as plain Python, because compiling takes seconds, and a call little time.
+OF_ONE_CAR = ("give_back", "read_obstacle")

@@ -54,7 +54,7 @@ class Standing(NamedTuple):
     program: Any
 
 
-def _buffer(dtype: str, items: Iterable[float], columns: int | None = None, rows: int | None = None) -> Any:
+def buffer_of(dtype: str, items: Iterable[float], columns: int | None = None, rows: int | None = None) -> Any:
     """A buffer, with rows of ``columns`` items where they are given; typed as the array that it becomes."""
     held = array(_CODES[dtype], items)
     if columns is None:
@@ -79,13 +79,13 @@ def rules_of(mat: Mat, profile: Profile, images: Sequence[bytes]) -> Rules:
     few = len(mat.starts) <= _FEW_CARS
     sort_every = _NEVER if few else max(_DRIFT_UM // fastest, 1)
     return Rules(
-        levels=_buffer("int64", levels_of(profile)),
+        levels=buffer_of("int64", levels_of(profile)),
         images=_images(images),
-        cosines=_buffer("float64", COSINES),
-        normals=_buffer("float64", NORMALS),
-        flips=_buffer("float64", _flips(physics.bit_error_rate)),
-        speeds=_buffer("float64", speeds),
-        turns=_buffer("int64", turns),
+        cosines=buffer_of("float64", COSINES),
+        normals=buffer_of("float64", NORMALS),
+        flips=buffer_of("float64", _flips(physics.bit_error_rate)),
+        speeds=buffer_of("float64", speeds),
+        turns=buffer_of("int64", turns),
         wheel_turn=wheel_turn,
         tick_ms=tick_ms,
         fastest=float(fastest),
@@ -129,25 +129,25 @@ def standing_of(mat: Mat, images: int) -> Standing:
     starts = mat.starts
     ranks = accumulate(starts.leads)
     return Standing(
-        x=_buffer("int32", [round(x_m * 1e6) for x_m in starts.x_m]),
-        y=_buffer("int32", [round(y_m * 1e6) for y_m in starts.y_m]),
-        heading=_buffer("uint32", [round(each / math.tau * FULL_TURN) % FULL_TURN for each in starts.heading]),
-        number=_buffer("uint32", range(len(starts))),
-        program=_buffer(
+        x=buffer_of("int32", [round(x_m * 1e6) for x_m in starts.x_m]),
+        y=buffer_of("int32", [round(y_m * 1e6) for y_m in starts.y_m]),
+        heading=buffer_of("uint32", [round(each / math.tau * FULL_TURN) % FULL_TURN for each in starts.heading]),
+        number=buffer_of("uint32", range(len(starts))),
+        program=buffer_of(
             "uint8",
             [(rank - 1) % max(images, 1) + 1 if leads else 0 for leads, rank in zip(starts.leads, ranks, strict=True)],
         ),
     )
 
 
-def put_in_place(cars: Cars, standing: Standing, worlds: int) -> None:
+def put_in_place(cars: Cars, standing: Standing, worlds: int, memory: "Target") -> None:
     """Reset the cars to their state before the first tick."""
-    cars.rows[:] = 0
-    cars.push[:] = 0
-    cars.wheels[:] = 0
-    cars.heard_from[:] = NOBODY
+    for array_of_cars in (cars.rows, cars.push, cars.wheels):
+        memory.clear(array_of_cars)
+    nobody = NOBODY.to_bytes(4, "little")
+    memory.write(cars.heard_from, nobody * int(cars.heard_from.shape[0]))
     for name, buffer in standing._asdict().items():
-        getattr(cars, name).reshape(worlds, -1)[:] = buffer.items
+        memory.write(getattr(cars, name), buffer.items.tobytes() * worlds)
 
 
 def cells_of(worlds: int, per_world: int, memory: "Target") -> Cells:
@@ -164,14 +164,14 @@ def people_of(mat: Mat, parts: int) -> People:
     points = [point for person in mat.people for point in person.path]
     nowhere = [0.0] * (parts * len(mat.people))
     return People(
-        first=_buffer("int64", accumulate((len(person.path) for person in mat.people), initial=0)),
-        at_ms=_buffer("int64", [round(t_s * 1000) for t_s, _, _ in points]),
-        x=_buffer("float64", [x * 1e6 for _, x, _ in points]),
-        y=_buffer("float64", [y * 1e6 for _, _, y in points]),
-        repeats=_buffer("int64", [person.repeats for person in mat.people]),
-        now_x=_buffer("float64", nowhere, len(mat.people), parts),
-        now_y=_buffer("float64", nowhere, len(mat.people), parts),
-        walked_ms=_buffer("int64", [-1] * parts),
+        first=buffer_of("int64", accumulate((len(person.path) for person in mat.people), initial=0)),
+        at_ms=buffer_of("int64", [round(t_s * 1000) for t_s, _, _ in points]),
+        x=buffer_of("float64", [x * 1e6 for _, x, _ in points]),
+        y=buffer_of("float64", [y * 1e6 for _, _, y in points]),
+        repeats=buffer_of("int64", [person.repeats for person in mat.people]),
+        now_x=buffer_of("float64", nowhere, len(mat.people), parts),
+        now_y=buffer_of("float64", nowhere, len(mat.people), parts),
+        walked_ms=buffer_of("int64", [-1] * parts),
     )
 
 
@@ -179,11 +179,11 @@ def voices_of(mat: Mat) -> Voices:
     """Return the voices of the mat, in the order of time."""
     voices = sorted(mat.voices, key=lambda voice: voice.at_s)
     return Voices(
-        at_ms=_buffer("int64", [round(voice.at_s * 1000) for voice in voices]),
-        word=_buffer("int64", [VOICES[voice.word] for voice in voices]),
-        x=_buffer("float64", [voice.x_m * 1e6 for voice in voices]),
-        y=_buffer("float64", [voice.y_m * 1e6 for voice in voices]),
-        radius=_buffer("float64", [FAR_UM if each.radius_m is None else each.radius_m * 1e6 for each in voices]),
+        at_ms=buffer_of("int64", [round(voice.at_s * 1000) for voice in voices]),
+        word=buffer_of("int64", [VOICES[voice.word] for voice in voices]),
+        x=buffer_of("float64", [voice.x_m * 1e6 for voice in voices]),
+        y=buffer_of("float64", [voice.y_m * 1e6 for voice in voices]),
+        radius=buffer_of("float64", [FAR_UM if each.radius_m is None else each.radius_m * 1e6 for each in voices]),
     )
 
 
@@ -196,15 +196,15 @@ def place_of(mat: Mat, rules: Rules, target: "Target", look_mm: int = 0) -> Plac
     reach = _reach(rules, look_mm)
     frame = _place_frame(walls, discs, reach, max(_FEW_PLACE_CELLS, len(mat.starts) // 3))
     place = Place(
-        segments=target.keep("Place.segments", _buffer("float64", chain.from_iterable(walls), 4)),
-        discs=target.keep("Place.discs", _buffer("float64", chain.from_iterable(discs), 3)),
-        frame=target.keep("Place.frame", _buffer("float64", frame)),
+        segments=target.keep("Place.segments", buffer_of("float64", chain.from_iterable(walls), 4)),
+        discs=target.keep("Place.discs", buffer_of("float64", chain.from_iterable(discs), 3)),
+        frame=target.keep("Place.frame", buffer_of("float64", frame)),
         first=target.zeros("Place.first", (int(frame[3] * frame[4]) + 1,), "int32"),
         items=target.zeros("Place.items", (0,), "int32"),
         away=target.zeros("Place.away", (0,), "float32"),
     )
     target.call("count_walls", 1, reach, place)
-    count = int(place.first[-1])
+    count = int.from_bytes(target.read(place.first[-1:]), "little")
     place = place._replace(
         items=target.zeros("Place.items", (count,), "int32"), away=target.zeros("Place.away", (count,), "float32")
     )
@@ -268,7 +268,7 @@ def _check(profile: Profile, tick_ms: int, fastest_um: float, radius_um: float) 
 def _images(images: Sequence[bytes]) -> Any:
     words = [bytes_to_words(image) for image in images] or [(0,)]
     longest = max(len(each) for each in words)
-    return _buffer("uint32", chain.from_iterable((*each, *[0] * (longest - len(each))) for each in words), longest)
+    return buffer_of("uint32", chain.from_iterable((*each, *[0] * (longest - len(each))) for each in words), longest)
 
 
 @lru_cache(maxsize=256)

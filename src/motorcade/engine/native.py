@@ -23,7 +23,8 @@ from numba.extending import overload_method, register_jitable
 
 from motorcade.car import brain, frames, next_wakeup, step
 from motorcade.engine import events, kernels, marking, state
-from motorcade.engine.targets import HeapArrays, Name
+from motorcade.engine.interpreted import HeapArrays, call_interpreted
+from motorcade.engine.targets import Name
 from motorcade.words import infrared, ticks
 
 # Portable functions, which can't be marked where they stand.
@@ -96,6 +97,9 @@ class NativeKernels(HeapArrays):
 
     def call(self, kernel: str, threads: int, *arguments: Any) -> None:
         """Call a kernel with at most ``threads`` threads."""
+        if kernel in kernels.OF_ONE_CAR:
+            call_interpreted(kernel, *arguments)
+            return
         before = numba.get_num_threads()
         numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))  # type: ignore[attr-defined]  # environment
         try:

@@ -192,7 +192,8 @@ class Moment(NamedTuple):
 
     Attributes:
         t_ms: the simulated time.
-        x_m, y_m, heading: metres and radians from -pi to pi; float64 from `World.snapshot`, float32 in recordings.
+        x_m, y_m, heading: metres and radians from -pi to pi; float64 from a world, float32 in recordings.
+        Columns are arrays of NumPy, or memory views where there is no NumPy.
         word: uint32, the word that each car executes or holds; 0 for none.
         runs: whether that word's length is not yet over.
         wheels: direction * 4 + speed level (directions forward, left, right); direction 3 where somebody drives the
@@ -215,9 +216,7 @@ class Moment(NamedTuple):
 
     def in_single_precision(self) -> "Moment":
         """The same moment with positions and headings as float32, as recordings and pictures hold them."""
-        import numpy as np
-
-        x_m, y_m, heading = (np.asarray(each, np.float32) for each in (self.x_m, self.y_m, self.heading))
+        x_m, y_m, heading = (_in_single_precision(each) for each in (self.x_m, self.y_m, self.heading))
         return self._replace(x_m=x_m, y_m=y_m, heading=heading)
 
     def to_dict(self) -> dict[str, Any]:
@@ -238,3 +237,11 @@ class Moment(NamedTuple):
             "sends": self.sends.tolist(),
             "counts": dict(self.counts),
         }
+
+
+def _in_single_precision(column: Any) -> Any:
+    if isinstance(column, memoryview):
+        return memoryview(array("f", column.tolist()))
+    import numpy as np
+
+    return np.asarray(column, np.float32)

@@ -1,19 +1,19 @@
-"""What runs the kernels of a world. All targets give the same bits; `motorcade.engine.choice` picks one."""
+"""What runs the kernels of a world. All targets give the same bits; `motorcade.engine.choice` picks one.
 
-from collections.abc import Callable
-from functools import lru_cache
+This module needs no NumPy: in a browser, an array is a place in the linear memory of engine.wasm.
+"""
+
+from collections.abc import Sequence
 from typing import Any, Literal, Protocol, TypeVar, get_args
 
-import numpy as np
-from numpy.typing import DTypeLike, NDArray
-
-from motorcade.engine.kernels import KERNELS
 from motorcade.engine.state import Buffer, People, Rules, Voices
 
 Name = Literal["native", "webassembly", "interpreted"]
 Figures = TypeVar("Figures", People, Rules, Voices)
-Contents = Buffer | NDArray[Any]
 NAMES: tuple[Name, ...] = get_args(Name)
+# An array as its target has it: of NumPy, or a `motorcade.browser.kernels.LinearArray`. Both have `shape`, `view`, rows
+# and slices.
+TargetArray = Any
 
 
 class Target(Protocol):
@@ -27,14 +27,55 @@ class Target(Protocol):
     name: Name
     threaded: bool
 
-    def zeros(self, slot: str, shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
+    def zeros(self, slot: str, shape: tuple[int, ...], dtype: str) -> TargetArray:
         """Return an array of zeros. It replaces the array that was allocated before under the same ``slot``."""
 
-    def keep(self, slot: str, contents: Contents) -> NDArray[Any]:
+    def keep(self, slot: str, contents: Buffer) -> TargetArray:
         """Return an array with these contents, C-contiguous and reachable; ``slot`` as in `zeros`."""
+
+    def read(self, array: TargetArray) -> bytes:
+        """Return the contents of a C-contiguous array."""
+
+    def write(self, array: TargetArray, contents: bytes) -> None:
+        """Replace the contents of a C-contiguous array."""
+
+    def clear(self, array: TargetArray) -> None:
+        """Fill an array with zeros."""
+
+    def save(self, arrays: Sequence[TargetArray]) -> Any:
+        """Return a copy of the contents of arrays for `restore`; it is valid until the next call of `save`."""
+
+    def restore(self, arrays: Sequence[TargetArray], saved: Any) -> None:
+        """Give the arrays the contents that `save` copied."""
 
     def call(self, kernel: str, threads: int, *arguments: Any) -> None:
         """Call a kernel of `motorcade.engine.kernels.KERNELS`; its arrays come from `zeros` or `keep`."""
+
+
+class Runner(Protocol):
+    """What runs the kernels of one world, now and later; `motorcade.engine.choice.KernelChoice` may change it.
+
+    Attributes:
+        memory: allocates the arrays, and reads and writes them. They stay where they are.
+        now: runs the next call.
+    """
+
+    memory: Target
+    now: Target
+
+    def begin(self, car_steps: int) -> int:
+        """Return how many car-steps the next call may have at most, where ``car_steps`` are left of a run."""
+
+
+class OneTarget:
+    """Runs the kernels of a world by one target from its beginning to its end."""
+
+    def __init__(self, target: Target) -> None:
+        self.memory = self.now = target
+
+    def begin(self, car_steps: int) -> int:
+        """Return ``car_steps``."""
+        return car_steps
 
 
 def keep_all(target: Target, figures: Figures) -> Figures:
@@ -46,40 +87,3 @@ def keep_all(target: Target, figures: Figures) -> Figures:
         if isinstance(value, Buffer)
     }
     return figures._replace(**kept)
-
-
-def as_array(contents: Contents) -> NDArray[Any]:
-    """Return a buffer as an array of NumPy, without a copy."""
-    if isinstance(contents, Buffer):
-        return np.asarray(contents.items).view(contents.dtype).reshape(contents.shape)
-    return contents
-
-
-class HeapArrays:
-    """Arrays where NumPy allocates them."""
-
-    def zeros(self, slot: str, shape: tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
-        """Return an array of zeros."""
-        return np.zeros(shape, dtype)
-
-    def keep(self, slot: str, contents: Contents) -> NDArray[Any]:
-        """Return the contents as an array, copied where they are not C-contiguous."""
-        return np.ascontiguousarray(as_array(contents))
-
-
-class InterpretedKernels(HeapArrays):
-    """The kernels as plain Python: some hundred times slower than native ones, for a debugger and for comparison."""
-
-    name: Name = "interpreted"
-    threaded = False
-
-    def call(self, kernel: str, threads: int, *arguments: Any) -> None:
-        """Call a kernel."""
-        # Compiled integers wrap around silently, so NumPy's have to.
-        with np.errstate(over="ignore"):
-            _interpreted(kernel)(*arguments)
-
-
-@lru_cache
-def _interpreted(kernel: str) -> Callable[..., None]:
-    return KERNELS[kernel]("", range)

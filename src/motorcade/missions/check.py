@@ -3,6 +3,8 @@
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
+from motorcade.engine.events import COLUMNS
+from motorcade.engine.simulation import Simulation
 from motorcade.engine.state import Moment
 from motorcade.errors import Phrase
 from motorcade.missions.document import Mission
@@ -129,11 +131,19 @@ def _kinds_in(steps: Iterable[Step]) -> Iterator[str]:
 def simulate(mission: Mission, image: bytes) -> Iterator[Sight]:
     """Simulate a mission with the engine, all seeds side by side. Raises MotorcadeError."""
     from motorcade.engine.world import World
-    from motorcade.runs.recording import EVENT_FIELDS
 
     world = World(
         mission.mat, [image], mission.profile, seeds=mission.seeds, events=True, threads=1, kernels="webassembly"
     )
+    yield from watched(world, mission)
+
+
+def watched(world: Simulation, mission: Mission) -> Iterator[Sight]:
+    """Run the worlds of a mission, one for each of its seeds, and show them as `motorcade.missions.watch` needs it.
+
+    Raises:
+        MotorcadeError: a world can't be simulated.
+    """
     end_ms = mission.duration_ms
     rows: list[list[tuple[int, ...]]] = [[] for _ in mission.seeds]
     while True:
@@ -143,5 +153,9 @@ def simulate(mission: Mission, image: bytes) -> Iterator[Sight]:
             return
         next_ms = min((world.now_ms // EVERY_MS + 1) * EVERY_MS, end_ms)
         world.run(-(-(next_ms - world.now_ms) // world.tick_ms) * world.tick_ms)
-        events = world.take_events()
-        rows = [events[events["world"] == number][list(EVENT_FIELDS)].tolist() for number in range(len(mission.seeds))]
+        rows = [_rows(world.runner.memory.read(world.take_rows(number))) for number in range(len(mission.seeds))]
+
+
+def _rows(events: bytes) -> list[tuple[int, ...]]:
+    numbers = memoryview(events).cast("I").tolist()
+    return [tuple(numbers[at : at + COLUMNS]) for at in range(0, len(numbers), COLUMNS)]

@@ -20,7 +20,7 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.words.infrared import tag_of, word_of
 
 if TYPE_CHECKING:
-    from motorcade.engine.world import World
+    from motorcade.engine.simulation import Simulation
 
 FORMAT = "motorcade-recording/1"
 EVENT_FIELDS = ("t_ms", "car", "kind", "why", "word", "other")
@@ -71,7 +71,7 @@ class Description:
     every_ms: int
 
     @classmethod
-    def of(cls, world: "World", every_ms: int) -> "Description":
+    def of(cls, world: "Simulation", every_ms: int) -> "Description":
         """Describe ``world``, or the first where there are several."""
         mat = world.mat
         return cls(
@@ -87,7 +87,7 @@ class Description:
             images=tuple(image.hex() for image in world.images),
             leaders=tuple(mat.starts.leaders),
             cars=world.cars,
-            seed=int(world.seeds[0]),
+            seed=world.seeds[0],
             tick_ms=world.tick_ms,
             every_ms=every_ms,
         )

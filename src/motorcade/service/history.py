@@ -2,8 +2,8 @@
 
 All numbers are little-endian. A picture is a header, the columns of a moment (17 bytes a car, filled up to a multiple
 of four: x_m, y_m, heading as float32, index of the word as uint16, wheels, led and flags as uint8), and rows of 20
-bytes for the events since the last picture: t_ms, car, kind and reason, word, other. The shell's world packs moments
-and events; see `motorcade.service.playback.SimulatedWorld`.
+bytes for the events since the last picture: t_ms, car, kind and reason, word, other. `motorcade.engine.showing` has the
+flags of a car, and its kernels pack moments and events.
 """
 
 import struct
@@ -11,19 +11,13 @@ from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterator
 
+from motorcade.engine.showing import EVENT_BYTES
+
 PICTURE = 1
 # A picture's flags.
 PAST = 1
 FIRST = 2
-# A car's flags: its word runs; its frame is on the air; it lost, or received, a frame since the moment before.
-RUNS = 1
-SENDS = 2
-LOST = 4
-HEARD = 8
-# The index of a car that executes or holds none of the image's words.
-NO_INDEX = 0xFFFF
 MOST_EVENTS = 4000
-EVENT_BYTES = 20
 
 EVERY_MS = 100
 MOST_MOMENT_BYTES = 24 << 20

@@ -5,8 +5,8 @@ from collections import deque
 from collections.abc import Iterator
 from typing import Protocol
 
+from motorcade.engine.showing import EVENT_BYTES
 from motorcade.service.history import (
-    EVENT_BYTES,
     EVERY_MS,
     FIRST,
     MOST_EVENTS,

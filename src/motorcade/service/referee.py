@@ -4,6 +4,7 @@ import struct
 from bisect import bisect_right
 
 from motorcade.engine.events import START
+from motorcade.engine.showing import EVENT_BYTES
 from motorcade.engine.state import Moment
 from motorcade.missions.document import Mission
 from motorcade.missions.goals import Event, GoalState
@@ -14,7 +15,7 @@ from motorcade.service.world_messages import GoalNow, Goals
 
 assert EVERY_MS == history.EVERY_MS
 _EVENT = struct.Struct("<IIBBHII")
-assert _EVENT.size == history.EVENT_BYTES
+assert _EVENT.size == EVENT_BYTES
 
 
 class Referee:

@@ -10,9 +10,10 @@ import pytest
 from motorcade import Followers, Program, compile_program, forward, led, wait
 from motorcade.classroom.desk_messages import Wall
 from motorcade.server.classroom.wall import MOST_CARS_SHOWN, ShownWorld, WallPictures, first_cars
-from motorcade.server.studio.simulation import pack_moment, unpack_moment
+from motorcade.server.studio.simulation import unpack_moment
 from motorcade.service.world_messages import Hello
 from support.class_page import PASSWORD, class_room
+from support.pictures import pack_moment
 from support.world_page import KEY, MAT, OTHER
 
 

@@ -1,6 +1,7 @@
 /** Python in this worker: Pyodide and Motorcade's shell, all from the site's own folder. */
 
 import { unpack } from "./archive";
+import { type EngineInstance, openEngine } from "./engine";
 import type { Places } from "./protocol";
 import { canStore, storedSnapshot, storeSnapshot } from "./snapshot";
 
@@ -72,12 +73,15 @@ async function startFrom(places: Places, snapshot: Uint8Array | null): Promise<S
   const unpacking = Promise.all([unpack(places.python), unpack(places.msgspec)]);
   // Whoever awaits it below handles its failure.
   unpacking.catch(() => undefined);
+  const opening = openEngine(places.engine);
+  opening.catch(() => undefined);
   const { loadPyodide } = (await import(/* @vite-ignore */ `${places.pyodide}pyodide.mjs`)) as PyodideModule;
   const python = await loadPyodide({
     indexURL: places.pyodide,
     fsInit: async (files, { sitePackages }) => write(await unpacking, files, sitePackages),
     ...(snapshot ? { _loadSnapshot: snapshot } : { _makeSnapshot: canStore() }),
   });
+  const engine = await opening;
   if (snapshot) {
     // All that begin with one snapshot would draw the same numbers.
     python.runPython("import random; random.seed()");
@@ -85,7 +89,8 @@ async function startFrom(places: Places, snapshot: Uint8Array | null): Promise<S
     python.runPython("import motorcade.browser.preload");
     void storeSnapshot(places.python, python.makeMemorySnapshot());
   }
-  return (python.pyimport("motorcade.browser.boot") as { start: () => Shell }).start();
+  const boot = python.pyimport("motorcade.browser.boot") as { start: (openInstance: () => EngineInstance) => Shell };
+  return boot.start(() => engine.instance());
 }
 
 function write(archives: [path: string, data: Uint8Array][][], files: FileSystem, folder: string): void {

@@ -9,7 +9,7 @@ from motorcade.classroom.desk_messages import OpenMat
 from motorcade.classroom.messages import MatView
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.server.studio.driving import PageWorld
-from motorcade.server.studio.simulation import StudioWorld, build_world
+from motorcade.server.studio.simulation import ServerWorld, build_world
 from motorcade.service.messages import MissionChoice, Sentence, sentences
 from motorcade.service.missions import chosen_mission
 from motorcade.service.world_messages import SetWorld
@@ -129,7 +129,7 @@ class SharedMat:
             self._begin(world)
         self._is_running = True
 
-    def _begin(self, world: StudioWorld) -> None:
+    def _begin(self, world: ServerWorld) -> None:
         session = self.session
         answers = session.begin(world)
         assert session.playback

@@ -35,7 +35,7 @@ from motorcade.server.request_filter import RequestFilter, ServerSettings
 from motorcade.server.studio import uploads
 from motorcade.server.studio.driving import PageWorld, SessionFleet
 from motorcade.server.studio.sessions import SESSIONS, PageWorlds, SessionLimits
-from motorcade.server.studio.simulation import EVENT_ROW, StudioWorld
+from motorcade.server.studio.simulation import EVENT_ROW, ServerWorld
 from motorcade.server.studio.visitors import Visitors
 from motorcade.service.messages import Capabilities
 from motorcade.service.requests import respond
@@ -227,7 +227,7 @@ def _csv(rows: Iterable[Iterable[object]]) -> str:
 def _recording(session: PageWorld, seconds: float) -> InMemoryRecording:
     """Return a recording of the last simulated seconds of a session's run."""
     world = session.current().world
-    assert isinstance(world, StudioWorld)
+    assert isinstance(world, ServerWorld)
     run = InMemoryRecording(world.description())
     for frame in world.frames(session.current().moments(seconds)):
         run.write(frame)

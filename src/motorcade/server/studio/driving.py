@@ -17,7 +17,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.server.page_socket import PageSocket
 from motorcade.server.remote.fleet import MOST_CARS, Fleet, LocalControl, PageControl
 from motorcade.server.remote.messages import ListedCar
-from motorcade.server.studio.simulation import StudioWorld, build_world
+from motorcade.server.studio.simulation import ServerWorld, build_world
 from motorcade.service.history import PAST_BYTES
 from motorcade.service.messages import MatDocument
 from motorcade.service.playback import Playback
@@ -162,12 +162,12 @@ class PageWorld(WorldSession):
         """Do a job in a thread, one of the workers or of ``limiter``; the caller has acquired the lock."""
         return await to_thread.run_sync(job, limiter=limiter or self._workers)
 
-    async def work(self, job: Callable[[StudioWorld], _T]) -> _T:
+    async def work(self, job: Callable[[ServerWorld], _T]) -> _T:
         """Do a job with the world, as `alone`. Raises MotorcadeError where there is no world."""
 
         def do() -> _T:
             world = self.current().world
-            assert isinstance(world, StudioWorld)
+            assert isinstance(world, ServerWorld)
             return job(world)
 
         return await self.alone(do)
@@ -198,7 +198,7 @@ class SessionFleet(Fleet):
 
     async def listed(self) -> list[ListedCar]:
         """The leaders, then the followers, at most 200. Raises MotorcadeError."""
-        leaders = set(await self._session.work(StudioWorld.leads))
+        leaders = set(await self._session.work(ServerWorld.leads))
         order = sorted(range(await self._count()), key=lambda car: (car not in leaders, car))
         return [ListedCar(str(car), car in leaders, True) for car in order[:_MOST_LISTED]]
 
@@ -244,7 +244,7 @@ class _WorldCamera:
             raise OSError(str(problem)) from None
 
     async def _view(self) -> bytes:
-        return await self._session.work(partial(StudioWorld.view, car=self._car))
+        return await self._session.work(partial(ServerWorld.view, car=self._car))
 
     def close(self) -> None:
         """Do nothing: there is nothing to release."""

@@ -1,0 +1,107 @@
+"""Pictures of one world for a page, and what happened to each of its cars, by kernels. This module needs no NumPy."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from motorcade.engine import showing
+from motorcade.engine.channel import REACHES, Reach
+from motorcade.engine.events import LOSS_REASONS
+from motorcade.engine.showing import MOST_NEAREST, TALLY_ROWS, Picture, Tally
+from motorcade.engine.simulation import Simulation
+
+_COLUMNS = {"x_m": "float32", "y_m": "float32", "heading": "float32", "index": "uint16"}
+_BYTES = {"float32": 4, "uint16": 2, "uint8": 1}
+
+
+class Near(NamedTuple):
+    """A car near another one: how far it is, and whether a frame of it would reach the other one now."""
+
+    car: int
+    distance_mm: int
+    reach: Reach
+
+
+class CarTally(NamedTuple):
+    """How many frames a car sent and received, how many it lost by reason, and the last one that it received."""
+
+    frames: int
+    heard: int
+    lost: dict[str, int]
+    last_word: int
+    last_sender: int
+    last_ms: int
+
+
+class Pictures:
+    """Packs moments and events of a world, and counts its events for each car.
+
+    Args:
+        world: one world that keeps events; nobody else may take them. After a reset, make this object anew.
+    """
+
+    def __init__(self, world: Simulation) -> None:
+        self._world = world
+        memory = world.runner.memory
+        self._tally = Tally(
+            memory.zeros("Tally.cars", (TALLY_ROWS, world.cars), "uint32"),
+            memory.zeros("Tally.marks", (3, world.cars), "uint8"),
+        )
+        size = -(-showing.CAR_BYTES * world.cars // 4) * 4
+        self._packed = memory.zeros("picture", (size,), "uint8")
+        columns, at = [], 0
+        # Wide columns come first, so that each begins at a multiple of its width.
+        for name in Picture._fields:
+            dtype = _COLUMNS.get(name, "uint8")
+            end = at + world.cars * _BYTES[dtype]
+            columns.append(self._packed[at:end].view(dtype))
+            at = end
+        self._picture = Picture._make(columns)
+
+    def take_events(self) -> bytes:
+        """Return the events since the last call, as rows of a picture (`motorcade.service.history`), by time."""
+        world, memory = self._world, self._world.runner.memory
+        rows = world.take_rows()
+        packed = memory.zeros("packed events", (rows.shape[0], showing.EVENT_NUMBERS), "uint32")
+        world.runner.now.call("note_events", 1, rows, self._tally, packed)
+        return memory.read(packed)
+
+    def moment(self, is_stored: bool) -> bytes:
+        """Return the columns of a moment, with the marks since the last call with the same ``is_stored``."""
+        self._pack(showing.STORED if is_stored else showing.PICTURED)
+        return self._world.runner.memory.read(self._packed)
+
+    def index_of(self, car: int) -> int:
+        """Return the index, among the image's words, of what a car executes or holds; NO_INDEX for none."""
+        self._pack(showing.ASKED)
+        return int.from_bytes(self._world.runner.memory.read(self._picture.index[car : car + 1]), "little")
+
+    def _pack(self, purpose: int) -> None:
+        world = self._world
+        arguments = purpose, world.state, world.arrays().rules, world.read_moment(), self._tally, self._picture
+        world.runner.now.call("pack_picture", 1, *arguments)
+
+    def counted(self, car: int) -> CarTally:
+        """Return what has happened to a car."""
+        memory = self._world.runner.memory
+        column = [int.from_bytes(memory.read(row), "little") for row in self._rows(car)]
+        first = showing.LOST_FRAMES
+        lost = {why: column[first + k] for k, why in enumerate(LOSS_REASONS) if why}
+        return CarTally(column[showing.FRAMES], column[showing.FRAMES_HEARD], lost, *column[showing.LAST_WORD :])
+
+    def _rows(self, car: int) -> Sequence[object]:
+        return [self._tally.cars[row, car : car + 1] for row in range(TALLY_ROWS)]
+
+    def nearest(self, car: int) -> tuple[list[Near], list[Near]]:
+        """Return the cars nearest to one: those that have sent frames, and those that have only received some."""
+        world, memory = self._world, self._world.runner.memory
+        away = memory.zeros("away", (2, MOST_NEAREST), "float64")
+        found = memory.zeros("nearest", (2, MOST_NEAREST, 3), "int64")
+        world.runner.now.call("find_nearest", 1, car, world.arrays(), self._tally, away, found)
+        numbers = memoryview(memory.read(found)).cast("q").tolist()
+        rows = [numbers[at : at + 3] for at in range(0, len(numbers), 3)]
+        near = [[Near(row[0], row[1], REACHES[row[2]]) for row in part if row[0] >= 0] for part in _halves(rows)]
+        return near[showing.SENDERS], near[showing.LISTENERS]
+
+
+def _halves(rows: list[list[int]]) -> tuple[list[list[int]], list[list[int]]]:
+    return rows[:MOST_NEAREST], rows[MOST_NEAREST:]

@@ -1,0 +1,357 @@
+"""A world of cars, or many side by side, wherever its kernels run: this module needs no NumPy, threads or files.
+
+`motorcade.engine.world.World` adds what NumPy makes convenient, and several threads.
+"""
+
+import math
+import struct
+from array import array
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from motorcade.car.board import NOTHING_IN_SIGHT_MM
+from motorcade.car.brain import NO_VOICE
+from motorcade.car.drive_limits import released_mm
+from motorcade.config.profile import Profile, built_in_profile
+from motorcade.engine import bicycle, events, layout
+from motorcade.engine.geometry import to_heading
+from motorcade.engine.kernels import ALL
+from motorcade.engine.showing import Shown
+from motorcade.engine.state import DRIVEN, Arrays, Moment
+from motorcade.engine.targets import Runner, TargetArray, keep_all
+from motorcade.errors import MotorcadeError
+from motorcade.mats import Mat, Pose
+from motorcade.mats.schema import FARTHEST_M
+from motorcade.words.image import parse_image_bytes
+from motorcade.words.ticks import TICKS_MASK
+
+_COUNTED = {
+    "frames": events.FRAMES,
+    "heard": events.FRAMES_HEARD,
+    "lost_collision": events.COLLISION,
+    "lost_sending": events.SENDING,
+    "lost_parity": events.PARITY,
+    "lost_reserved": events.RESERVED,
+    "lost_check": events.CHECK,
+    "deaf": events.DEAF,
+    "undetected": events.UNDETECTED,
+    "touching_ms": events.TOUCHING_MS,
+}
+# Kernels that were cut off are called again with more room, so the room is enough for most calls.
+_MOST_MS_WITH_EVENTS = 200
+_SHOWN = {"x_m": "float64", "y_m": "float64", "heading": "float64", "word": "uint32"}
+
+
+class Simulation:
+    """Simulate cars on a mat.
+
+    Args:
+        mat: where the cars start, and what is around them.
+        images: the leaders' programs, as the bytes that are uploaded to cars; the mat's k-th leader runs
+            ``images[k % len(images)]``.
+        profile: what the levels in words mean; default: the built-in profile ``classroom``.
+        runner: what runs the kernels, and where the arrays are.
+        seeds: one for each world. The same seed gives the same run, to the last bit, whatever runs the kernels.
+        events: whether to keep events for `take_rows`.
+        parts: how many parts of a single world count by themselves; default: one for each world.
+
+    Attributes:
+        cars: how many there are in each world.
+        worlds: how many worlds there are.
+        seeds: of each world.
+        now_ms: the simulated time; wraps at 2^30.
+        state: the arrays of the cars (`motorcade.engine.state.Cars`), not in the order of car numbers.
+
+    Raises:
+        MotorcadeError: an image is damaged, the world can't be simulated, or it doesn't fit into the memory.
+    """
+
+    def __init__(
+        self,
+        mat: Mat,
+        images: Sequence[bytes],
+        profile: Profile | None,
+        runner: Runner,
+        *,
+        seeds: Sequence[int] = (0,),
+        events: bool = False,
+        parts: int | None = None,
+    ) -> None:
+        for image in images:
+            parse_image_bytes(image)
+        self.mat = mat
+        self.images = tuple(images)
+        self.profile = profile or built_in_profile("classroom")
+        self.tick_ms = mat.tick_ms
+        self.cars = len(mat.starts)
+        self.worlds = len(seeds)
+        _check(mat, self.images)
+        self.runner = runner
+        self._keeps_events = events
+        self._parts = parts or self.worlds
+        memory = runner.memory
+        self.state = layout.cars_of(self.worlds, self.cars, memory)
+        self._cells = layout.cells_of(self.worlds, self.cars, memory)
+        self._standing = layout.standing_of(mat, len(self.images))
+        self._shown: Shown | None = None
+        self._furnish(mat, self.profile)
+        self._begin(seeds)
+
+    def reset(self, seeds: int | Sequence[int] | None = None) -> None:
+        """Begin again, with other seeds where they are given (as many as there are worlds)."""
+        given = self.seeds if seeds is None else (seeds,) if isinstance(seeds, int) else seeds
+        if len(given) != self.worlds:
+            raise MotorcadeError("seeds-differ-from-worlds", count=len(given), worlds=self.worlds)
+        self._begin(given)
+
+    def _begin(self, seeds: Sequence[int]) -> None:
+        memory = self.runner.memory
+        self.seeds = tuple(int(seed) for seed in seeds)
+        self._seeds = memory.keep("seeds", layout.buffer_of("int64", self.seeds))
+        layout.put_in_place(self.state, self._standing, self.worlds, memory)
+        self._keep_driven([])
+        room = 64 * self.cars + 1024 if self._keeps_events else 0
+        counts = memory.zeros("counts", (self._parts, events.COUNTS), "int64")
+        self._counters = self._with_room(counts, room * self.worlds // self._parts)
+        self._tick = 0
+        self._spoken = NO_VOICE
+        # The rows of the events that were not taken yet, of each world.
+        self._taken: list[list[bytes]] = [[] for _ in self.seeds]
+
+    @property
+    def now_ms(self) -> int:
+        """The simulated time in ms."""
+        return self._tick * self.tick_ms & TICKS_MASK
+
+    def say(self, word: str) -> None:
+        """Let every car hear ``stop`` or ``go`` in the next tick."""
+        self._spoken = layout.VOICES[word]
+
+    def furnish(self, mat: Mat, range_mm: int | None = None) -> None:
+        """Replace walls, obstacles, people, voices and physics; the cars stay where they are and go on.
+
+        Args:
+            mat: what is around the cars from now on; its own starts and tick are ignored.
+            range_mm: the range of infrared; default: as before.
+
+        Raises:
+            MotorcadeError: the mat can't be simulated; nothing has changed then.
+        """
+        mat = replace(mat, starts=self.mat.starts, tick_ms=self.tick_ms)
+        infrared = self.profile.infrared
+        profile = replace(self.profile, infrared=replace(infrared, range_mm=range_mm or infrared.range_mm))
+        self._furnish(mat, profile)
+        self.mat, self.profile = mat, profile
+        self._wake()
+
+    def _furnish(self, mat: Mat, profile: Profile) -> None:
+        memory = self.runner.memory
+        rules = layout.rules_of(mat, profile, self.images)
+        people = layout.people_of(mat, self._parts)
+        self._look_mm = released_mm(profile.drive.obstacle_stop_mm)
+        self._place = layout.place_of(mat, rules, memory, self._look_mm)
+        self._rules = keep_all(memory, rules)
+        self._people, self._voices = keep_all(memory, people), keep_all(memory, layout.voices_of(mat))
+
+    def _with_room(self, counts: TargetArray, room: int) -> events.Counters:
+        """Counters with room for events, ``room`` for each part of the world."""
+        shape = self._parts, room, events.COLUMNS
+        return events.Counters(counts, self.runner.memory.zeros("events", shape, "uint32"))
+
+    def move(self, car: int, pose: Pose, world: int = 0) -> None:
+        """Move a car to another place, where it goes on with what it does.
+
+        Raises:
+            MotorcadeError: there is no such car or place.
+        """
+        self._check_car(car)
+        if not (abs(pose.x) <= FARTHEST_M and abs(pose.y) <= FARTHEST_M and math.isfinite(pose.heading)):
+            raise MotorcadeError("car-place-too-far", x=pose.x, y=pose.y, most=FARTHEST_M)
+        index = self._index(car, world)
+        self._write(self.state.x, index, struct.pack("<i", round(pose.x * 1e6)))
+        self._write(self.state.y, index, struct.pack("<i", round(pose.y * 1e6)))
+        self._write(self.state.heading, index, struct.pack("<I", to_heading(pose.heading)))
+        self._wake(index)
+
+    def drive(self, car: int, angle_deg: int = 90, direction: int = 1, speed: int = 0, world: int = 0) -> None:
+        """Drive a car by hand. Its own program goes on, but its wheels obey these values until `give_back`.
+
+        Args:
+            car: the number of the car, a leader or a follower.
+            angle_deg: the angle of the steering servo, 0 (right) to 180 (left).
+            direction: 1 for forward, 0 for backward.
+            speed: the motor's duty, 0 to the profile's ``motor.pwm_max``.
+            world: the index of the car's world.
+
+        Raises:
+            MotorcadeError: there is no such car.
+        """
+        self._check_car(car)
+        motion = bicycle.motion_of(angle_deg, direction, speed, self.profile, self.tick_ms)
+        index = self._index(car, world)
+        self._keep_driven([*self._others_driven(car, world), [world, car, index, *motion, 0]])
+        self._write(self.state.wheels, index, bytes([DRIVEN]))
+
+    def give_back(self, car: int, world: int = 0) -> None:
+        """Give the wheels of a car back to its own program. Raises MotorcadeError: there is no such car."""
+        self._check_car(car)
+        if (world, car) in self._drivers:
+            self._keep_driven(self._others_driven(car, world))
+            index = self._index(car, world)
+            self.runner.now.call("give_back", 1, index, self._tick, self.state, self._rules)
+
+    def _others_driven(self, car: int, world: int) -> list[list[int]]:
+        """The columns of the other driven cars, whose indices a sort may have changed."""
+        columns = bicycle.columns_of(self.runner.memory.read(self._driven))
+        return [column for column in columns if column[: bicycle.NUMBER + 1] != [world, car]]
+
+    def _keep_driven(self, columns: list[list[int]]) -> None:
+        self._drivers = {(column[bicycle.WORLD], column[bicycle.NUMBER]) for column in columns}
+        self._driven = self.runner.memory.keep("driven", bicycle.matrix_of(columns))
+
+    def obstacle_mm(self, car: int) -> int:
+        """What a car's ultrasonic sensor measures for its driver, as far as the profile's limits ask; in world 0."""
+        if not self._look_mm or self._tick == 0:
+            return NOTHING_IN_SIGHT_MM
+        return self.look_ahead(car, self._look_mm)
+
+    def look_ahead(self, car: int, look_mm: int) -> int:
+        """What a car's ultrasonic sensor measures up to ``look_mm``, in world 0 and after the first tick."""
+        memory = self.runner.memory
+        answer = memory.zeros("answer", (1,), "int64")
+        self.runner.now.call("read_obstacle", 1, self._index(car, 0), look_mm, self.arrays(), answer)
+        return int.from_bytes(memory.read(answer), "little")
+
+    def step(self) -> None:
+        """Simulate one tick."""
+        self.run(self.tick_ms)
+
+    def run(self, duration_ms: int) -> None:
+        """Simulate ``duration_ms``, rounded down to whole ticks."""
+        ticks, cars = duration_ms // self.tick_ms, self.cars * self.worlds
+        while ticks > 0:
+            most = max(self.runner.begin(ticks * cars) // cars, 1)
+            # With events the calls are short, because all events of a call have to fit into the array.
+            longest = max(self.tick_ms, _MOST_MS_WITH_EVENTS) // self.tick_ms if self._keeps_events else most
+            count = min(ticks, most, longest)
+            self._advance(count)
+            ticks -= count
+
+    def snapshot(self, world: int = 0) -> Moment:
+        """What the cars of a world show now, and what was counted in it since reset; columns are memory views."""
+        memory = self.runner.memory
+        columns = {name: memory.read(column) for name, column in self.read_moment(world)._asdict().items()}
+        views: dict[str, Any] = {name: memoryview(column) for name, column in columns.items()}
+        for name, code in (("x_m", "d"), ("y_m", "d"), ("heading", "d"), ("word", "I")):
+            views[name] = views[name].cast(code)
+        return Moment(t_ms=self.now_ms, counts=self.totals(world), **views)
+
+    def read_moment(self, world: int = 0) -> Shown:
+        """What the cars of a world show now, as arrays that the next call overwrites."""
+        if self._shown is None:
+            memory = self.runner.memory
+            self._shown = Shown._make(
+                memory.zeros(f"Shown.{name}", (self.cars,), _SHOWN.get(name, "uint8")) for name in Shown._fields
+            )
+        arguments = world, self._tick, self.state, self._driven, self._rules, self._shown
+        self.runner.now.call("read_moment", 1, *arguments)
+        return self._shown
+
+    def take_rows(self, world: int = 0) -> TargetArray:
+        """Return the events of a world since the last call, by time and car.
+
+        Each is a row of `motorcade.engine.events.COLUMNS` numbers. The next call overwrites the array.
+
+        Raises:
+            MotorcadeError: the world keeps no events.
+        """
+        if not self._keeps_events:
+            raise MotorcadeError("world-keeps-no-events")
+        taken, self._taken[world] = array("I", b"".join(self._taken[world])), []
+        memory, count = self.runner.memory, len(taken) // events.COLUMNS
+        rows = memory.keep("taken", layout.buffer_of("uint32", taken, events.COLUMNS))
+        order = memory.zeros("order of events", (2, count), "int64")
+        in_order = memory.zeros("events in order", (count, events.COLUMNS), "uint32")
+        self.runner.now.call("sort_events", 1, rows, order, in_order)
+        return in_order
+
+    def memory_of(self, car: int, rows: Sequence[int], world: int = 0) -> list[int]:
+        """Return numbers of the memory of a car's brain (`motorcade.car.brain`), by their rows."""
+        index = self._index(car, world)
+        fields = (self.state.memory[row, index : index + 1] for row in rows)
+        return [int.from_bytes(self.runner.memory.read(field), "little") for field in fields]
+
+    def totals(self, world: int = 0) -> dict[str, int]:
+        """Count what has happened in a world since reset.
+
+        ``frames`` are the frames begun. At each receiver a frame is ``heard`` or lost: ``lost_collision``,
+        ``lost_sending``, ``lost_parity``, ``lost_reserved``, ``lost_check``, ``deaf``. ``undetected`` are frames
+        that were heard with flipped bits. ``touching_ms`` is the time in which cars touched something, summed over
+        cars.
+        """
+        counts = self._read_counts()
+        parts = range(world, world + 1) if self._parts == self.worlds else range(self._parts)
+        return {name: sum(counts[part * events.COUNTS + k] for part in parts) for name, k in _COUNTED.items()}
+
+    def arrays(self) -> Arrays:
+        """All that a kernel reads and writes."""
+        around = self._place, self._people, self._voices
+        return Arrays(self.state, self._cells, *around, self._driven, self._rules, self._counters)
+
+    def _read_counts(self) -> "array[int]":
+        return array("q", self.runner.memory.read(self._counters.counts))
+
+    def _check_car(self, car: int) -> None:
+        if not 0 <= car < self.cars:
+            raise MotorcadeError("no-such-car-in-world", car=car, last=self.cars - 1)
+
+    def _index(self, car: int, world: int) -> int:
+        """Where a car is in the arrays now."""
+        begin = world * self.cars
+        return begin + array("I", self.runner.memory.read(self.state.number[begin : begin + self.cars])).index(car)
+
+    def _write(self, field: TargetArray, index: int, value: bytes) -> None:
+        self.runner.memory.write(field[index : index + 1], value)
+
+    def _wake(self, moved: int = ALL) -> None:
+        self.runner.now.call("wake", 1, self._tick, moved, self.worlds, self.arrays())
+
+    def _advance(self, ticks: int) -> None:
+        if self._keeps_events:
+            self._advance_with_events(ticks)
+        else:
+            self._call(ticks)
+        self._tick += ticks
+        self._spoken = NO_VOICE
+
+    def _advance_with_events(self, ticks: int) -> None:
+        memory, cars = self.runner.memory, self.state
+        counts, cells = self._counters.counts, self._cells
+        changing = [cars.rows, cars.push, cars.wheels, cars.program, *cells, self._driven, counts]
+        saved = memory.save(changing)
+        self._call(ticks)
+        counted = self._read_counts()
+        while max(counted[events.EVENTS :: events.COUNTS]) > self._counters.events.shape[1]:
+            memory.restore(changing, saved)
+            self._counters = self._with_room(counts, self._counters.events.shape[1] * 2)
+            self._call(ticks)
+            counted = self._read_counts()
+        for part, count in enumerate(counted[events.EVENTS :: events.COUNTS]):
+            if count:
+                world = part if self._parts == self.worlds else 0
+                self._taken[world].append(memory.read(self._counters.events[part, :count]))
+                counted[part * events.COUNTS + events.EVENTS] = 0
+        memory.write(counts, counted.tobytes())
+
+    def _call(self, ticks: int) -> None:
+        self.runner.now.call("run", 1, self._tick, ticks, self._spoken, self._seeds, self.arrays())
+
+
+def _check(mat: Mat, images: tuple[bytes, ...]) -> None:
+    if len(mat.starts) == 0:
+        raise MotorcadeError("mat-without-cars")
+    if any(mat.starts.leads) and not images:
+        raise MotorcadeError("leaders-without-program")
+    if len(images) > 255:
+        raise MotorcadeError("too-many-programs", count=len(images))

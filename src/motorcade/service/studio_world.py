@@ -1,0 +1,235 @@
+"""A world that a page plays (`motorcade.service.playback.SimulatedWorld`), wherever its kernels run."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol, TypeVar
+
+from motorcade.car.brain import HOLDS, RUNNING, STARTED_MS, WORD
+from motorcade.config.profile import Profile
+from motorcade.engine.pictures import Near, Pictures
+from motorcade.engine.simulation import Simulation
+from motorcade.errors import MotorcadeError, Phrase
+from motorcade.mats import Mat, Pose, check_mat
+from motorcade.mats.document import mat_of
+from motorcade.service.messages import MatDocument, sentences
+from motorcade.service.missions import chosen_mission
+from motorcade.service.playback import SimulatedWorld
+from motorcade.service.programs import profile_named
+from motorcade.service.referee import Referee
+from motorcade.service.why import Facts, Sender, why
+from motorcade.service.world_messages import CarDetails, Hello, ReceivedFrame, SetWorld, Why
+from motorcade.words.formats import CONTROL, FRAME
+from motorcade.words.image import parse_image_bytes, words_to_bytes
+from motorcade.words.infrared import word_of
+from motorcade.words.ticks import elapsed_ms
+
+# With more a moment takes so long to compute that one world delays the others.
+MOST_FURNITURE = 400
+_NO_PROGRAM = words_to_bytes((0,))
+_T = TypeVar("_T")
+
+MakeWorld = Callable[[Mat, Sequence[bytes], Profile, int], Simulation]
+"""Builds a world that keeps events, from mat, images, profile and seed. Raises MotorcadeError."""
+
+
+class Steering(Protocol):
+    """Steers those cars of a world that somebody drives."""
+
+    def steer(self, world: Simulation) -> None:
+        """Pass the setpoints to the cars."""
+
+    def driven(self, cars: int) -> list[int]:
+        """Return, in order, which of the first ``cars`` somebody drives."""
+
+
+class StudioWorld(SimulatedWorld):
+    """A world that a page plays.
+
+    Args:
+        world: one world that keeps events. The words that pages show are those of its first image.
+        referee: watches the goals of its mission.
+        steering: of those of its cars that somebody drives; None where nobody can.
+    """
+
+    def __init__(self, world: Simulation, referee: Referee | None = None, steering: Steering | None = None) -> None:
+        self.referee = referee
+        self.cars = world.cars
+        self.tick_ms = world.tick_ms
+        self._world = world
+        self._steering = steering
+        self._followers_words = len(parse_image_bytes(world.images[0]).followers)
+        self._pictures = Pictures(world)
+
+    @property
+    def now_ms(self) -> int:
+        return self._world.now_ms
+
+    @property
+    def seed(self) -> int:
+        return self._world.seeds[0]
+
+    @property
+    def profile(self) -> Profile:
+        """The cars' profile."""
+        return self._world.profile
+
+    def run(self, duration_ms: int) -> bytes:
+        if self._steering:
+            self._steering.steer(self._world)
+        self._world.run(duration_ms)
+        return self._pictures.take_events()
+
+    def reset(self, seed: int) -> None:
+        self._world.reset(seed)
+        self._pictures = Pictures(self._world)
+
+    def speak(self, word: str) -> None:
+        self._world.say(word)
+
+    def furnish(self, mat: MatDocument, range_mm: int | None) -> None:
+        furniture = mat_from({**mat, "car": [], "crowd": []}, 0)
+        _check_furniture(furniture)
+        _or_refuse("bad-world", lambda: self._world.furnish(furniture, range_mm))
+
+    def move(self, car: int, x_m: float, y_m: float, heading_deg: float) -> None:
+        _or_refuse("bad-world", lambda: self._world.move(car, Pose(x_m, y_m, math.radians(heading_deg))))
+
+    def check_car(self, car: int) -> None:
+        if not 0 <= car < self.cars:
+            raise MotorcadeError(
+                "bad-world", reason=MotorcadeError("no-such-car-in-world", car=car, last=self.cars - 1)
+            )
+
+    def moment(self, is_stored: bool) -> bytes:
+        return self._pictures.moment(is_stored)
+
+    def details(self, car: int) -> CarDetails:
+        counted = self._counted(car)
+        phrase, cure, value = why(self._facts(car, counted))
+        reason = Why(phrase.key, sentences(phrase), phrase.details.get("car"), cure, value)
+        return CarDetails(car=car, **self._word_of(car), **counted, why=reason)
+
+    def _facts(self, car: int, counted: dict[str, Any]) -> Facts:
+        """What `why` needs to know of a car."""
+        senders, listeners = self._pictures.nearest(car)
+        return Facts(
+            leads=car in self.leads(),
+            driven=car in self.driven(),
+            followers_words=self._followers_words,
+            leaders=len(self.leads()),
+            t_ms=self.now_ms,
+            range_mm=self.profile.infrared.range_mm,
+            senders=_senders(senders),
+            listeners=_senders(listeners),
+            lost=counted["lost"],
+            last_frame=counted["last_frame"],
+        )
+
+    def _word_of(self, car: int) -> dict[str, Any]:
+        """The word that a car executes or holds: by fields, its index, and since when."""
+        word, runs, held, started_ms = self._world.memory_of(car, (WORD, RUNNING, HOLDS, STARTED_MS))
+        is_leader = bool(self._world.mat.starts.leads[car])
+        holds = bool(runs if is_leader else held)
+        return {
+            "leads": is_leader,
+            "word": f"{word:08x}" if holds else None,
+            "values": CONTROL.decode(word)._asdict() if holds else None,
+            "index": self._pictures.index_of(car),
+            "runs": bool(runs),
+            "since_ms": elapsed_ms(self.now_ms, started_ms) if holds else None,
+        }
+
+    def _counted(self, car: int) -> dict[str, Any]:
+        """The frames that a car sent, received and lost, and the last one that it received."""
+        counted = self._pictures.counted(car)
+        on_air = FRAME.decode(counted.last_word)
+        shown = f"{word_of(counted.last_word):08x}"
+        last = ReceivedFrame(shown, on_air.tag, on_air.check, counted.last_sender, counted.last_ms)
+        return {
+            "frames": counted.frames,
+            "heard": counted.heard,
+            "lost": counted.lost,
+            "last_frame": last if counted.heard else None,
+        }
+
+    def counts(self) -> dict[str, int]:
+        return self._world.totals()
+
+    def driven(self) -> list[int]:
+        return self._steering.driven(self.cars) if self._steering else []
+
+    def leads(self) -> list[int]:
+        """The cars that lead."""
+        return self._world.mat.starts.leaders
+
+    def hello(self, session: str, resumed: bool) -> Hello:
+        radius_m = self.profile.body.diameter_mm / 2000
+        range_m = self.profile.infrared.range_mm / 1000
+        return Hello(session, resumed, self.cars, self.leads(), self.tick_ms, radius_m, range_m)
+
+
+def _senders(cars: list[Near]) -> tuple[Sender, ...]:
+    return tuple(Sender(*each) for each in cars)
+
+
+def prepare_world(
+    message: SetWorld, most_cars: int, make: MakeWorld, images: Sequence[bytes] | None = None
+) -> tuple[Simulation, Referee | None]:
+    """Build the world of a page's message, and the referee of its mission. Raises MotorcadeError.
+
+    With ``images`` the k-th leader has the k-th of them; goals about words are those of the message's image.
+    """
+    mat = mat_from(message.mat, most_cars)
+    _check_furniture(mat)
+    profile = profile_named(message.profile)
+    image = _NO_PROGRAM if message.image is None else message.image
+    parse_image_bytes(image)
+
+    def build() -> Simulation:
+        world = make(mat, images or [image], profile, message.seed)
+        if message.range_mm is not None:
+            world.furnish(mat, message.range_mm)
+        return world
+
+    _or_refuse("bad-mat", lambda: check_mat(mat, profile))
+    referee = Referee(chosen_mission(message.mission), image) if message.mission else None
+    if referee and len(referee.mission.mat.starts) != len(mat.starts):
+        raise MotorcadeError("mat-is-not-the-missions")
+    return _or_refuse("bad-world", build), referee
+
+
+def mat_from(document: Any, most_cars: int) -> Mat:
+    """Return the mat in a page's ``document``. Raises MotorcadeError."""
+    # Checked before cars are placed: a crowd is one line, yet it may have millions of cars.
+    count = _cars_in(document)
+    if count > most_cars:
+        raise MotorcadeError("too-many-cars", count=count, most=most_cars)
+    return _or_refuse("bad-mat", lambda: mat_of(document, Phrase("mat-of-page")))
+
+
+def _or_refuse(code: str, work: Callable[[], _T]) -> _T:
+    """Call ``work``; where it raises a MotorcadeError, raise the error ``code`` with that as its reason."""
+    try:
+        return work()
+    except MotorcadeError as problem:
+        raise MotorcadeError(code, reason=problem) from None
+
+
+def _cars_in(document: Any) -> float:
+    """Count the cars in the document; 0 where it isn't a mat, which another check refuses."""
+    if not isinstance(document, dict):
+        return 0
+    cars, crowds = document.get("car"), document.get("crowd")
+    count: float = len(cars) if isinstance(cars, list) else 0
+    for crowd in crowds if isinstance(crowds, list) else ():
+        crowd_cars = crowd.get("cars") if isinstance(crowd, dict) else None
+        count += crowd_cars if isinstance(crowd_cars, int | float) else 0
+    return count
+
+
+def _check_furniture(mat: Mat) -> None:
+    corners = sum(map(len, mat.polygons))
+    steps = sum(len(person.path) for person in mat.people)
+    count = len(mat.walls) + len(mat.discs) + corners + steps + len(mat.voices)
+    if count > MOST_FURNITURE:
+        raise MotorcadeError("too-much-furniture", count=count, most=MOST_FURNITURE)

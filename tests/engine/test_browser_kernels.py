@@ -1,0 +1,236 @@
+"""A world in a browser, without NumPy, has the same bits as one on a computer; here wasmtime stands for the browser."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motorcade import Pose, World
+from motorcade.boards.simulated_drive import DrivenCars
+from motorcade.browser.kernels import BrowserKernels, LinearArray, make_world
+from motorcade.engine.simulation import Simulation
+from motorcade.engine.targets import OneTarget
+from motorcade.errors import MotorcadeError
+from motorcade.mats import read_mat
+from motorcade.missions.document import missions
+from motorcade.program.compiler import compile_program
+from motorcade.server.studio.simulation import build_world
+from motorcade.service.world_messages import SetWorld
+from support.linear_instance import MockInstance
+from support.soak import SOAK
+from support.strategies import BRISK
+from support.world_hash import page_hash, state_hash
+from support.worlds import ROAMING, Case, cases, crowd, go
+
+TESTS = Path(__file__).parents[1]
+ROOT = TESTS.parent
+FEW = settings(max_examples=max(settings().max_examples // 5, 1))
+
+
+def in_browser(mat, images, profile=None, seeds=(0,), events=True):
+    """A world as a browser has it."""
+    return Simulation(mat, images, profile, OneTarget(BrowserKernels(MockInstance())), seeds=seeds, events=events)
+
+
+@FEW
+@given(cases(tick_ms=20), cases(tick_ms=20), st.data())
+def test_a_world_in_a_browser_has_the_same_bits(case: Case, other: Case, data: st.DataObject) -> None:
+    """Cars drive, are driven, moved and given back, walls are replaced, and all begins again."""
+    seeds = [case.seed, case.seed + 1]
+    worlds = [
+        World(case.mat, case.images, case.profile, seeds=seeds, events=True, threads=1, kernels="webassembly"),
+        in_browser(case.mat, case.images, case.profile, seeds),
+    ]
+    cars = st.integers(0, worlds[0].cars - 1)
+    for number in range(6):
+        moved, driven, angle = data.draw(cars), data.draw(cars), data.draw(st.integers(0, 180))
+        pose = Pose(float(other.mat.starts.x_m[number]), float(other.mat.starts.y_m[number]), 0.3 * number)
+        for world in worlds:
+            if number == 2:
+                world.furnish(other.mat, other.profile.infrared.range_mm)
+            if number == 4:
+                world.reset([case.seed + 1, 3])
+            world.move(moved, pose, number % 2)
+            world.drive(driven, angle, number % 2, 200)
+            if number % 3 == 2:
+                world.give_back(driven)
+            if number == 3:
+                world.say("stop")
+            world.run(200)
+        assert state_hash(worlds[1]) == state_hash(worlds[0]), number
+        assert worlds[1].look_ahead(driven, 1000) == worlds[0].look_ahead(driven, 1000)
+
+
+def test_a_crowd_in_a_browser_has_the_same_bits_though_its_room_for_events_grows() -> None:
+    """Each of the cars begins a state in each millisecond, which is more than there is room for at first."""
+    mat = crowd(60)
+    mat = replace(mat, starts=replace(mat.starts, leads=[True] * 60))
+    two_idle_states = bytes.fromhex("02000000 40000000 40000000")
+    profile = replace(BRISK, idle_state_ms=1)
+    worlds = [
+        World(mat, [two_idle_states], profile, seeds=3, events=True, threads=1, kernels="webassembly"),
+        in_browser(mat, [two_idle_states], profile, (3,)),
+    ]
+    for world in worlds:
+        go(world, 800)
+    assert state_hash(worlds[1]) == state_hash(worlds[0])
+    assert sum(name == "run" for name in worlds[1].runner.memory._instance.calls) > 5
+
+
+def documents():
+    """Every mat and program that comes with Motorcade."""
+    found = [(path.stem, read_mat(path), ROAMING) for path in sorted((ROOT / "examples" / "mats").iterdir())]
+    return [*found, *((each.id, each.mat, compile_program(each.solution, each.profile).image) for each in missions())]
+
+
+@pytest.mark.parametrize(("mat", "image"), [pytest.param(*each[1:], id=each[0]) for each in documents()])
+def test_all_mats_and_missions_have_the_same_bits_in_a_browser(mat, image) -> None:
+    worlds = [
+        World(mat, [image], seeds=7, events=True, threads=1, kernels="webassembly"),
+        in_browser(mat, [image], seeds=(7,)),
+    ]
+    for world in worlds:
+        world.run((20_000 if SOAK else 400) // mat.tick_ms * mat.tick_ms)
+    assert state_hash(worlds[1]) == state_hash(worlds[0])
+
+
+def test_a_page_gets_the_same_bytes_from_both_shells() -> None:
+    mat = {
+        "format": "motorcade-mat/1",
+        "name": "a hall",
+        "size_m": [3, 3],
+        "edge": "wall",
+        "crowd": [{"cars": 30, "leaders": 2, "placement": "random", "seed": 4}],
+        "wall": [{"from_m": [1, 1], "to_m": [2, 1]}],
+        "voice": [{"at_s": 2, "word": "stop"}],
+    }
+    message = SetWorld(mat, ROAMING, seed=5, range_mm=700)
+    worlds = [build_world(message, DrivenCars(), 100), make_world(message, MockInstance, 100)]
+    for seed in (5, 6):
+        server, browser = (page_hash(world, 1500, 7) for world in worlds)
+        assert browser == server
+        for world in worlds:
+            world.furnish({**mat, "wall": []}, None)
+            world.move(3, 1.5, 1.5, 90)
+            world.reset(seed + 1)
+
+
+def test_a_picture_needs_few_calls_between_python_and_javascript() -> None:
+    """For 40 ms: one call that steps all cars, and no more calls for many cars than for few."""
+    counts = []
+    for cars in (10, 200):
+        mat = {
+            "format": "motorcade-mat/1",
+            "name": "a hall",
+            "size_m": [9, 9],
+            "crowd": [{"cars": cars, "placement": "grid"}],
+        }
+        instances = []
+
+        def opened(instances=instances):
+            instances.append(MockInstance())
+            return instances[-1]
+
+        world = make_world(SetWorld(mat, ROAMING), opened, 300)
+        world.run(40), world.moment(is_stored=False)
+        [instance] = instances
+        instance.calls.clear()
+        world.run(40), world.moment(is_stored=False)
+        assert instance.calls.count("run") == 1
+        counts.append(len(instance.calls))
+    assert counts[0] == counts[1] < 60
+
+
+def test_a_world_that_exceeds_the_memory_is_refused() -> None:
+    """Its memory ends at 4 GiB; here it ends earlier."""
+
+    class SmallInstance(MockInstance):
+        def grow(self, end):
+            return end < 1 << 19 and super().grow(end)
+
+    with pytest.raises(MotorcadeError, match="WebAssembly") as caught:
+        Simulation(crowd(5000), [ROAMING], None, OneTarget(BrowserKernels(SmallInstance())))
+    assert caught.value.code == "world-exceeds-webassembly"
+
+
+def test_an_array_of_another_type_is_refused() -> None:
+    kernels = BrowserKernels(MockInstance())
+    rows, order = kernels.zeros("rows", (3, 6), "uint32"), kernels.zeros("order", (2, 3), "int64")
+    kernels.call("sort_events", 1, rows, order, kernels.zeros("in order", (3, 6), "uint32"))
+    for wrong in (kernels.zeros("wrong", (3, 6), "int32"), rows[:, 1:], rows[0], 7, replace(rows, address=1 << 33)):
+        with pytest.raises(MotorcadeError, match="sort_events"):
+            kernels.call("sort_events", 1, rows, order, wrong)
+
+
+@given(st.lists(st.integers(0, 5), min_size=1, max_size=3), st.data())
+def test_a_part_of_an_array_is_what_numpy_has(shape: list[int], data: st.DataObject) -> None:
+    import numpy as np
+
+    size = 4
+    strides = tuple(size * int(np.prod(shape[number + 1 :])) for number in range(len(shape)))
+    linear, array = LinearArray("uint32", tuple(shape), strides, 0), np.zeros(shape, np.uint32)
+    base = array.__array_interface__["data"][0]
+    bounds = st.none() | st.integers(-6, 6)
+    index = tuple(
+        data.draw(st.builds(slice, bounds, bounds) | (st.integers(0, length - 1) if length else st.just(slice(None))))
+        for length in shape[: data.draw(st.integers(1, len(shape)))]
+    )
+    part, expected = linear[index], array[(*index, ...)]
+    assert part.shape == expected.shape
+    assert part.is_contiguous == expected.flags.c_contiguous
+    if expected.size:
+        assert part.address == expected.__array_interface__["data"][0] - base
+        assert [stride for stride, length in zip(part.strides, part.shape, strict=True) if length > 1] == [
+            stride for stride, length in zip(expected.strides, expected.shape, strict=True) if length > 1
+        ]
+
+
+WITHOUT = """
+import sys
+BLOCKED = ("numpy", "numba", "psutil", "starlette", "uvicorn", "anyio", "serial", "rich", "typer")
+for name in BLOCKED:
+    sys.modules[name] = None
+from support.linear_instance import MockInstance as open_instance
+"""
+PLAYED = """
+from motorcade.browser.kernels import make_world, play
+from motorcade.missions.check import check_program
+from motorcade.missions.document import built_in_mission
+from motorcade.service.messages import MissionChoice
+from motorcade.service.world_messages import Play, SetWorld, Shown, Watch
+from motorcade.service.world_session import WorldSession
+from motorcade.program.compiler import compile_program
+
+mission = built_in_mission("follow-me")
+image = compile_program(mission.solution, mission.profile).image
+session = WorldSession("0", lambda message: make_world(message, open_instance, 1000))
+session.connect()
+answers = [*session.receive(SetWorld(mission.mat_document, image, seed=3, mission=MissionChoice(mission.id)))]
+answers += session.receive(Play(4)) + session.receive(Watch(1))
+for frame in range(100):
+    answers += session.advance(frame / 30)
+    session.receive(Shown(1 << 20))
+result = check_program(mission, mission.solution, play(open_instance))
+why = [each.why.code for each in answers if type(each).__name__ == "CarDetails"][-1]
+pictures = [each for each in answers if isinstance(each, bytes)]
+stars = sorted(result.stars)
+"""
+
+
+def test_a_page_plays_a_mission_where_there_is_no_numpy() -> None:
+    code = f"""
+import sys
+sys.path.insert(0, {str(TESTS)!r})
+{WITHOUT}{PLAYED}
+assert why == "why-heard", why
+assert len(pictures) > 30
+# The instance alone is made of it.
+assert "motorcade.engine.webassembly" not in sys.modules
+print(stars)
+"""
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (ran.returncode, ran.stdout.strip()) == (0, "[1, 2, 3]"), ran.stderr
