@@ -165,6 +165,9 @@ async def measure(pupils_count: int, seconds: float) -> dict:
                 "wall, pictures a second": len(seen) / took_s,
                 "wall, kB a second": sum(seen) / took_s / 1000,
                 "server, MB": process.memory_info().rss / 1e6,
+                "server, CPU, ms for each picture": 1000
+                * (used.user + used.system - cpu.user - cpu.system)
+                / sum(pupil.pictures for pupil in pupils),
                 "server, cores": (used.user + used.system - cpu.user - cpu.system) / took_s,
             }
             for task in tasks:

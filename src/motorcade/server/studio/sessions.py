@@ -39,6 +39,8 @@ GRACE_S = 60.0
 IDLE_S = 600.0
 # Passing a job to another thread takes longer than this.
 _QUICK_S = 0.002
+# A picture that comes so late is a sign that more is to be done than can be: then worlds wait longer, at most so long.
+_LATE_S, _MOST_YIELDED_S = 0.05, 1.0
 # Messages that may take longer than making a picture.
 _LONG = (Furnish, Reset, Seek, Step)
 _KEY = re.compile(r"[0-9a-f]{32}")
@@ -52,12 +54,14 @@ class SessionLimits(NamedTuple):
         most_of_one_visitor: for one address.
         most_cars: the most cars in the world of each.
         past_bytes: how much of the past of each is stored, in bytes of moments and of events.
+        yields: where pictures come late, make fewer, so that requests are answered in time.
     """
 
     most: int = 64
     most_of_one_visitor: int = 16
     most_cars: int = 2_000
     past_bytes: tuple[int, int] = PAST_BYTES
+    yields: bool = False
 
 
 SESSIONS = SessionLimits()
@@ -235,14 +239,19 @@ class PageWorlds:
     async def _show(self, session: PageWorld, page: PageSocket) -> None:
         """Advance the world while the page is connected, and send its answers."""
         clock = self._settings.clock
+        late_s = 0.0
         while True:
             await session.changed.wait()
             wait_s = session.wait_s(clock())
             if wait_s is None:
                 session.changed.clear()
                 continue
+            if self._limits.yields:
+                wait_s += yielded_s(late_s)
+            began_s = clock()
             await asyncio.sleep(wait_s)
             answers = await session.alone(partial(_advance, session, clock))
+            late_s = clock() - began_s - wait_s - session.took_s
             self._put(session, page, answers)
 
     def _put_all(self, session: PageWorld, page: PageSocket, answers: Sequence[WorldAnswer]) -> None:
@@ -256,6 +265,11 @@ class PageWorlds:
         self._visitors.note_answers(session.visitor, answers)
 
 
+def yielded_s(late_s: float) -> float:
+    """How much longer a world waits for its next picture when the last one came ``late_s`` after its time."""
+    return min(max(late_s - _LATE_S, 0.0) * 2, _MOST_YIELDED_S)
+
+
 def _advance(session: PageWorld, clock: Callable[[], float]) -> list[WorldAnswer | bytes]:
     """Advance a world, with the session's lock; note how long that took, without the time for which it waited."""
     now_s = clock()
@@ -263,4 +277,5 @@ def _advance(session: PageWorld, clock: Callable[[], float]) -> list[WorldAnswer
     took_s = clock() - now_s
     session.adapt_to(took_s)
     session.is_quick = took_s < _QUICK_S
+    session.took_s = took_s
     return answers
