@@ -21,6 +21,19 @@ function isBusy(): boolean {
   return useStudio.getState().unsaved || useMat.getState().state?.playing === true || useDialogs.getState().open !== null;
 }
 
+/** Wait until Python runs, or can't be started. */
+function started(): Promise<void> {
+  const isOver = () => useStudio.getState().service !== "starting";
+  if (isOver()) return Promise.resolve();
+  return new Promise((resolve) => {
+    const stop = useStudio.subscribe(() => {
+      if (!isOver()) return;
+      stop();
+      resolve();
+    });
+  });
+}
+
 /** Store the site for use without a network, where the browser can; to be called when the page has started. */
 export async function startOffline(): Promise<void> {
   // Not there over plain HTTP from another computer, and in some private windows.
@@ -43,6 +56,8 @@ export async function startOffline(): Promise<void> {
     isFirst = false;
   });
 
+  // Storing 17 MB would delay Python.
+  await started();
   const registration = await workers.register(new URL("sw.js", document.baseURI), { updateViaCache: "none" });
   const takeOver = () => registration.waiting?.postMessage("take-over" satisfies ToServiceWorker);
   let told: ServiceWorker | null = null;
