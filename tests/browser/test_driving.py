@@ -2,8 +2,10 @@
 
 import csv
 import re
+from pathlib import Path
 
-from playwright.sync_api import expect
+import imageio_ffmpeg
+from playwright.sync_api import Route, expect
 
 from support.studio_programs import EXAMPLE, FOLLOWED, FURNISHED, LISTENING
 
@@ -95,6 +97,31 @@ def test_a_run_is_downloaded_as_a_table_and_as_an_animation(open_page) -> None:
     with studio.page.expect_download() as download:
         studio.choose("Download", item="animated picture (GIF)", exact=False)
     assert download.value.path().read_bytes().startswith(b"GIF8")
+
+
+def test_the_page_makes_table_and_film_where_the_service_does_not(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+
+    def without_files(route: Route) -> None:
+        can = route.fetch().json()
+        route.fulfill(json=can | {"downloads": False, "films": False})
+
+    studio.page.route("**/api/capabilities", without_files)
+    studio.page.reload()
+    studio.wait_until_ready()
+    studio.play()
+    expect(studio.clock).to_have_text(re.compile(r"0:0[1-9]\.\d"))
+    studio.look_up("timeline")
+    with studio.page.expect_download() as download:
+        studio.choose("Download", item="Timeline as a table (CSV)")
+    rows = list(csv.DictReader(download.value.path().read_text(encoding="utf-8-sig").splitlines()))
+    assert "0x65800000" in [row["word"] for row in rows]
+    with studio.page.expect_download() as download:
+        studio.choose("Download", item="as a film", exact=False)
+    assert Path(download.value.suggested_filename).suffix in (".mp4", ".webm")
+    frames, seconds = imageio_ffmpeg.count_frames_and_secs(str(download.value.path()))
+    assert frames >= 10
+    assert seconds >= 0.8
 
 
 def test_the_stage_is_seen_from_behind_a_car_and_from_above_again(open_page) -> None:

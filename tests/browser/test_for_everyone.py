@@ -183,14 +183,13 @@ def test_what_the_service_cannot_do_is_not_offered(open_page) -> None:
     studio.page.route("**/api/ports", lambda route: route.fulfill(json=ports))
     offered = (
         studio.page.get_by_role("link", name=studio.say("mat.drive")),
-        studio.page.get_by_role("button", name=studio.say("timeline.download")),
         studio.page.get_by_text("/dev/ttyUSB0"),
         studio.page.get_by_role("button", name=studio.say("upload.look")),
     )
 
     def look_for_all(count: int, most_followers: int) -> None:
         """Open the parts of the page that have what is ``offered``: each of it is there ``count`` times."""
-        drive, download, port, look = offered
+        drive, port, look = offered
         studio.look_up("swarm")
         followers = studio.page.get_by_role("textbox", name=studio.say("mat.followers"), exact=True)
         followers.fill("9999")
@@ -200,8 +199,6 @@ def test_what_the_service_cannot_do_is_not_offered(open_page) -> None:
         followers.press("Enter")
         studio.choose_car(1)
         expect(drive).to_have_count(count)
-        studio.look_up("timeline")
-        expect(download).to_have_count(count)
         studio.open_dialog("upload")
         expect(studio.page.get_by_text(studio.say("upload.virtual"), exact=True)).to_be_visible()
         expect(port).to_have_count(count)

@@ -43,8 +43,8 @@ class Capabilities(Struct):
 
     Attributes:
         serial_ports: the shell has serial ports of its own, lists them, and uploads through them.
-        downloads: the events of a run can be downloaded as a file.
-        films: runs can be downloaded as films.
+        downloads: the events of a run can be downloaded from an address; else the page makes the file.
+        films: runs can be downloaded as films from an address; else the page makes a film where its browser can.
         driving: the cars of a world can be driven on the page /drive.
         real_cars: the remote drives real cars beside the simulated ones.
         most_cars: the most cars in one world.
@@ -208,6 +208,12 @@ class Text(Struct):
     """The text of a project's file."""
 
     text: str
+
+
+class EventRows(Struct):
+    """Events of a run, 20 bytes each, as a picture has them."""
+
+    rows: bytes
 
 
 class Image(Struct):

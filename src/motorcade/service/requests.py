@@ -11,6 +11,7 @@ from motorcade.missions.check import Play
 from motorcade.program.diagnostics import ProgramError
 from motorcade.service import exchange, messages, missions
 from motorcade.service.documents import example, examples, open_text, project_text
+from motorcade.service.event_table import event_table
 from motorcade.service.library import Storage, mission_shelf
 from motorcade.service.messages import Nothing, decode
 from motorcade.service.programs import compile_blocks, decompile_image, profile_figures
@@ -151,6 +152,7 @@ REQUESTS: dict[str, Request] = {
     "missions/read": Request(messages.ProjectName, missions.Mission, _read_own_mission),
     "missions/write": Request(missions.MissionToSave, messages.SavedVersion, _write_own_mission),
     "missions/delete": Request(messages.ProjectName, Nothing, _delete_own_mission),
+    "event-table": Request(messages.EventRows, messages.Text, lambda sent, context: event_table(sent)),
     "ports": Request(Nothing, list[messages.Port], lambda message, context: context.ports()),
     "projects/list": Request(Nothing, list[messages.LibraryEntry], _list_projects),
     "projects/read": Request(messages.ProjectVersion, messages.StoredProject, _read_project),

@@ -40,6 +40,8 @@ export const ownMissions = () => ask("missions/own");
 export const ownMission = (name: string) => ask("missions/read", { name });
 export const saveMission = (name: string, document: Record<string, unknown>) => ask("missions/write", { name, document });
 export const deleteMission = (name: string) => ask("missions/delete", { name });
+/** `rows`: base64 of rows of events. */
+export const eventTable = (rows: string) => ask("event-table", { rows });
 export const ports = () => ask("ports");
 
 /** What the page needs before anything can be drawn. */

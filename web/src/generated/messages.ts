@@ -355,6 +355,11 @@ export interface SavedVersion {
   stays: boolean;
 }
 
+/** Events of a run, 20 bytes each, as a picture has them. */
+export interface EventRows {
+  rows: string;
+}
+
 /** A port to upload through; ``kind`` is serial or virtual. */
 export interface Port {
   port: string;
@@ -670,6 +675,7 @@ export interface Requests {
   "missions/read": { message: ProjectName; answer: Mission };
   "missions/write": { message: MissionToSave; answer: SavedVersion };
   "missions/delete": { message: ProjectName; answer: Nothing };
+  "event-table": { message: EventRows; answer: Text };
   "ports": { message: Nothing; answer: Port[] };
   "projects/list": { message: Nothing; answer: LibraryEntry[] };
   "projects/read": { message: ProjectVersion; answer: StoredProject };

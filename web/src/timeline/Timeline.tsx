@@ -5,14 +5,13 @@ import { colourWords, hexColour, watchTheme } from "../mat/colours";
 import type { Session } from "../mat/session";
 import { choose, chosenCar, useMat } from "../mat/store";
 import { type Window, windowAt, type CarEvent, clock, type Jump, jumpTo } from "./events";
+import { Downloads } from "./Downloads";
 import { AXIS_PX, LANE_PX, lookOf, paint } from "./painting";
 import css from "./timeline.module.css";
-import { Button, Menu, MenuItem, MenuTrigger, Popover, Slider, SliderThumb, SliderTrack } from "react-aria-components";
-import { Icon } from "../ui/icons";
-import { useStudio, useWords } from "../state/studio";
+import { Slider, SliderThumb, SliderTrack } from "react-aria-components";
+import { useWords } from "../state/studio";
 import { Choice, ToolButton } from "../mat/fields";
 import fields from "../mat/fields.module.css";
-import { classes } from "../ui/classes";
 
 const UNKNOWN = "#6e6e6e";
 const REPAINT_MS = 66;
@@ -156,7 +155,6 @@ function sharpContext(element: HTMLCanvasElement, width: number, height: number)
 
 const SPANS_S = [5, 10, 20, 60, 300];
 const JUMPS: readonly Jump[] = ["word", "heard", "lost"];
-const FILM_S = 10;
 /** A single step that can be seen: a tick is a millisecond. */
 const STEP_MS = 100;
 
@@ -236,35 +234,5 @@ function Scrubber({ session }: { session: Session }) {
       </Slider>
       <ToolButton icon="present" label={t("timeline.present")} wide isDisabled={!past} onPress={() => session.seek(null)} />
     </div>
-  );
-}
-
-function Downloads({ session }: { session: Session }) {
-  const { t } = useTranslation();
-  const isEmpty = useMat(({ state }) => !state?.t_ms);
-  const capabilities = useStudio((studio) => studio.capabilities);
-  const films = [
-    { file: `run.gif?seconds=${FILM_S}`, name: t("timeline.gif", { count: FILM_S }) },
-    { file: `run.mp4?seconds=${FILM_S}`, name: t("timeline.mp4", { count: FILM_S }) },
-  ];
-  const events = [{ file: "timeline.csv", name: t("timeline.csv") }];
-  const files = [...(capabilities?.downloads ? events : []), ...(capabilities?.films ? films : [])];
-  if (!files.length) return null;
-  return (
-    <MenuTrigger>
-      <Button className={classes(fields.button, fields.wide)} isDisabled={isEmpty}>
-        <Icon name="download" />
-        <span>{t("timeline.download")}</span>
-      </Button>
-      <Popover className={fields.popover}>
-        <Menu aria-label={t("timeline.download")}>
-          {files.map(({ file, name }) => (
-            <MenuItem key={file} className={fields.option} href={`/api/world/${session.name}/${file}`} download={file.split("?")[0]}>
-              {name}
-            </MenuItem>
-          ))}
-        </Menu>
-      </Popover>
-    </MenuTrigger>
   );
 }

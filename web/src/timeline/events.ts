@@ -67,6 +67,16 @@ export class EventStore {
     return this.taken ? this.row((this.taken - this.count) % this.most).tMs : 0;
   }
 
+  /** The rows of all stored events, oldest first, as bytes. */
+  bytes(): Uint8Array {
+    const begin = this.taken > this.most ? (this.taken % this.most) * EVENT_COLUMNS : 0;
+    const rows = this.rows.subarray(0, this.count * EVENT_COLUMNS);
+    const whole = new Uint32Array(rows.length);
+    whole.set(rows.subarray(begin));
+    whole.set(rows.subarray(0, begin), rows.length - begin);
+    return new Uint8Array(whole.buffer);
+  }
+
   private row(place: number): CarEvent {
     const at = place * EVENT_COLUMNS;
     const kind = this.rows[at + EventColumn.kind]!;

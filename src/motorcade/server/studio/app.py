@@ -1,8 +1,6 @@
 """The studio's server: its routes, and the downloads of a run."""
 
 import asyncio
-import csv
-import io
 import os
 import ssl
 import tempfile
@@ -24,9 +22,8 @@ from starlette.responses import Response, StreamingResponse
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 from starlette.types import ASGIApp
 
-from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.errors import MotorcadeError
-from motorcade.runs.recording import InMemoryRecording, with_tag
+from motorcade.runs.recording import InMemoryRecording
 from motorcade.server.http import PAGE, exception_handlers, page_routes
 from motorcade.server.remote.app import routes as remote_routes
 from motorcade.server.remote.fleet import CombinedFleet, Fleet
@@ -37,10 +34,10 @@ from motorcade.server.studio.driving import PageWorld, SessionFleet
 from motorcade.server.studio.sessions import SESSIONS, PageWorlds, SessionLimits
 from motorcade.server.studio.simulation import EVENT_ROW, ServerWorld
 from motorcade.server.studio.visitors import Visitors
+from motorcade.service.event_table import table_text
 from motorcade.service.messages import Capabilities
 from motorcade.service.requests import respond
 
-COLUMNS = ("t_ms", "car", "event", "why", "word", "other", "tag")
 _FILMS = {"run.gif": "image/gif", "run.mp4": "video/mp4"}
 # Films that wait while one is drawn.
 _MOST_WAITING = 3
@@ -205,23 +202,10 @@ def _download_route(visitors: Visitors, worlds: PageWorlds) -> Route:
 
 def timeline(batches: Iterable[bytes]) -> Iterator[str]:
     """Yield rows of events as CSV: the header, then a text for each batch."""
-    yield _csv([COLUMNS])
+    yield table_text((), has_head=True)
     for batch in batches:
-        yield _csv(
-            _csv_row(t_ms, car, KINDS[kind], why, word, other)
-            for t_ms, car, kind, why, _, word, other in np.frombuffer(batch, EVENT_ROW).tolist()
-        )
-
-
-def _csv_row(t_ms: int, car: int, kind: str, why: int, word: int, other: int) -> tuple[object, ...]:
-    shown = with_tag({"kind": kind, "word": word, "other": other})
-    return (t_ms, car, kind, LOSS_REASONS[why], f"0x{shown['word']:08X}", other, shown.get("tag", 0))
-
-
-def _csv(rows: Iterable[Iterable[object]]) -> str:
-    text = io.StringIO()
-    csv.writer(text).writerows(rows)
-    return text.getvalue()
+        rows = np.frombuffer(batch, EVENT_ROW).tolist()
+        yield table_text((t_ms, car, kind, why, word, other) for t_ms, car, kind, why, _, word, other in rows)
 
 
 def _recording(session: PageWorld, seconds: float) -> InMemoryRecording:

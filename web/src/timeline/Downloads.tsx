@@ -1,0 +1,91 @@
+import { useState } from "react";
+import { Button, Menu, MenuItem, MenuTrigger, Popover } from "react-aria-components";
+import i18next from "i18next";
+import { useTranslation } from "react-i18next";
+import * as api from "../api/requests";
+import fields from "../mat/fields.module.css";
+import type { Session } from "../mat/session";
+import { useMat } from "../mat/store";
+import { attempt, download, fileName } from "../projects/actions";
+import { notify } from "../state/dialogs";
+import { useStudio } from "../state/studio";
+import { classes } from "../ui/classes";
+import { Icon } from "../ui/icons";
+import { film, filmKind } from "./film";
+
+const FILM_S = 10;
+
+/** Files of a run: the service has them at an address, or the page makes them. */
+interface RunFile {
+  id: string;
+  name: string;
+  make?: (session: Session) => Promise<void>;
+}
+
+/** The events of the run, and its last seconds as a film. */
+export function Downloads({ session }: { session: Session }) {
+  const { t } = useTranslation();
+  const isEmpty = useMat(({ state }) => !state?.t_ms);
+  const capabilities = useStudio((studio) => studio.capabilities);
+  const [filming, setFilming] = useState(false);
+  const kind = filmKind();
+  const table: RunFile = { id: "timeline.csv", name: t("timeline.csv"), make: capabilities?.downloads ? undefined : saveTable };
+  const ofService: RunFile[] = [
+    { id: `run.gif?seconds=${FILM_S}`, name: t("timeline.gif", { count: FILM_S }) },
+    { id: `run.mp4?seconds=${FILM_S}`, name: t("timeline.mp4", { count: FILM_S }) },
+  ];
+  const saveFilm = async () => {
+    setFilming(true);
+    await saveStageFilm(session).finally(() => setFilming(false));
+  };
+  const ofPage: RunFile[] = kind ? [{ id: "film", name: t("timeline.film", { count: FILM_S }), make: saveFilm }] : [];
+  const files = [table, ...(capabilities?.films ? ofService : ofPage)];
+  return (
+    <MenuTrigger>
+      <Button className={classes(fields.button, fields.wide)} isDisabled={isEmpty || filming}>
+        <Icon name="download" />
+        <span>{t("timeline.download")}</span>
+      </Button>
+      <Popover className={fields.popover}>
+        <Menu aria-label={t("timeline.download")}>
+          {files.map(({ id, name, make }) =>
+            make ? (
+              <MenuItem key={id} className={fields.option} onAction={() => void make(session)}>
+                {name}
+              </MenuItem>
+            ) : (
+              <MenuItem key={id} className={fields.option} href={`/api/world/${session.name}/${id}`} download={id.split("?")[0]}>
+                {name}
+              </MenuItem>
+            ),
+          )}
+        </Menu>
+      </Popover>
+    </MenuTrigger>
+  );
+}
+
+function saveTable(session: Session): Promise<void> {
+  return attempt(async () => {
+    const bytes = session.events.bytes();
+    let binary = "";
+    const piece = 1 << 15;
+    for (let at = 0; at < bytes.length; at += piece) binary += String.fromCharCode(...bytes.subarray(at, at + piece));
+    const { text } = await api.eventTable(btoa(binary));
+    download("timeline.csv", text, "text/csv;charset=utf-8");
+  });
+}
+
+async function saveStageFilm(session: Session): Promise<void> {
+  const kind = filmKind();
+  const stage = document.querySelector<HTMLCanvasElement>("#stage canvas");
+  if (!kind || !stage) return;
+  notify(i18next.t("timeline.filming", { count: FILM_S }));
+  try {
+    const made = await film(session, stage, kind.type, FILM_S);
+    download(fileName(useStudio.getState().name, kind.ending), made, kind.type);
+  } catch {
+    // A browser can say that it makes a kind of film, and then not make it.
+    notify(i18next.t("timeline.noFilm"), "error");
+  }
+}
