@@ -8,6 +8,9 @@ from motorcade.service.world_messages import ReceivedFrame
 # As `motorcade.engine.channel` tells it.
 Reach = Literal["reaches", "too-far", "outside-beam", "hidden"]
 
+# The losses that flipped bits cause.
+_DAMAGED = ("parity", "check", "reserved")
+
 
 class Sender(NamedTuple):
     """A car that sends frames, or could pass some on: how far it is, and whether it reaches the car in question.
@@ -52,13 +55,13 @@ class Cause(NamedTuple):
     Attributes:
         phrase: its sentence.
         cure: what would change it: a range in mm, ``followers`` (they need blocks), ``leader`` (one is needed),
-            ``forward`` (the cars between pass words on), ``move`` (this car nearer, or what is between away); "" where
-            nothing is wrong or no single thing is at fault.
+            ``forward`` (the cars between pass words on), ``move`` (this car beside the one that sends), ``loss`` (no
+            bits flip on the way); "" where nothing is wrong or no single thing is at fault.
         value: of the cure, where it has one.
     """
 
     phrase: Phrase
-    cure: Literal["", "range_mm", "followers", "leader", "forward", "move"] = ""
+    cure: Literal["", "range_mm", "followers", "leader", "forward", "move", "loss"] = ""
     value: int = 0
 
 
@@ -79,7 +82,8 @@ def why(facts: Facts) -> Cause:
         return Cause(Phrase("why-nothing-sent"))
     if any(facts.lost.values()):
         reason = max(facts.lost, key=lambda name: facts.lost[name])
-        return Cause(Phrase("why-lost", count=sum(facts.lost.values()), reason=Phrase(f"lost-{reason}")))
+        phrase = Phrase("why-lost", count=sum(facts.lost.values()), reason=Phrase(f"lost-{reason}"))
+        return Cause(phrase, "loss" if reason in _DAMAGED else "")
     return _out_of_reach(facts)
 
 

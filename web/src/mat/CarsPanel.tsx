@@ -1,10 +1,10 @@
 import { memo, useEffect, useRef } from "react";
 import { Input, Label, NumberField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
-import { endEdit, record } from "../state/history";
+import { endEdit } from "../state/history";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
-import { startHere } from "./actions";
+import { setRange, startHere } from "./actions";
 import { carsOf, followersAt, MOST_FOLLOWERS, MOST_ONE_BY_ONE, positionOf, ROOM_TO_SPARE, withFollowers } from "./cars";
 import { FLOOR_NAMES, floorOf, lossOf, type Mat, withLoss } from "./document";
 import type { Session } from "./session";
@@ -19,13 +19,6 @@ const MOST_RANGE_MM = 5000;
 const CROWDED = new Set(["crowd-has-no-room", "starts-too-close"]);
 const MOST_SPARE = 60;
 const MOST_SEED = 2 ** 32 - 1;
-
-function setRange(rangeMm: number): void {
-  const before = useStudio.getState().rangeMm;
-  const show = (shown: number | null) => () => useStudio.setState({ rangeMm: shown });
-  useStudio.setState({ rangeMm });
-  record({ key: "range", undo: show(before), redo: show(rangeMm) });
-}
 
 export const CarsPanel = memo(function CarsPanel({ session }: { session: Session }) {
   const { t } = useTranslation();

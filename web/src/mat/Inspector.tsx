@@ -6,6 +6,7 @@ import { FORMATS } from "../generated/steps";
 import { useStudio, useWords } from "../state/studio";
 import { bitsOf, colourOf, fieldMeaning, groupOf, valueOf } from "../words/bits";
 import { duplicateChosen, removeChosen, turnCar } from "./actions";
+import { carryOut, cureOf } from "./cures";
 import { colourWords, hexColour } from "./colours";
 import { inLanguage } from "../i18n";
 import { lastFrameText } from "./Narration";
@@ -99,7 +100,7 @@ function CarInspector({ session, car }: InspectorProps & { car: number }) {
         )}
       </div>
       <Place />
-      {details?.car === car && <Details details={details} />}
+      {details?.car === car && <Details session={session} details={details} />}
     </section>
   );
 }
@@ -134,12 +135,16 @@ function Place() {
   return <p >{t("mat.place", { x: metres(pose.x_m), y: metres(pose.y_m), heading: pose.heading_deg })}</p>;
 }
 
-function Details({ details }: { details: CarDetails }) {
+function Details({ session, details }: { session: Session; details: CarDetails }) {
   const words = useWords();
   const { t } = useTranslation();
   const { word, values, last_frame: last, lost } = details;
   // The answer is about the present.
   const past = useMat((now) => now.past);
+  // A mission's mat and range are fixed; the program is the pupil's.
+  const inMission = useStudio(({ mission }) => mission !== null);
+  const named = cureOf(details.why);
+  const cure = inMission && named !== "forward" ? null : named;
   const losses = LOSS_REASONS.filter((why): why is Exclude<LossReason, ""> => why !== "").filter((why) => lost[why]);
   const colour = word === null ? undefined : colourWords(words).byWord.get(parseInt(word, 16));
   return (
@@ -159,7 +164,15 @@ function Details({ details }: { details: CarDetails }) {
       </dl>
       {!past && (
         <p>
-          <b>{t("mat.why")}</b> {inLanguage(details.why.sentence)}
+          <b>{t("mat.why")}</b> {inLanguage(details.why.sentence)}{" "}
+          {cure && (
+            <Button
+              className={classes(buttons.button, buttons.small)}
+              onPress={() => carryOut(session, details.car, details.why)}
+            >
+              {t(`mat.cures.${cure}`)}
+            </Button>
+          )}
         </p>
       )}
       {last && (

@@ -81,7 +81,6 @@ export function describe(summary: Summary, lost: number, seconds: number): strin
   return parts.join(i18next.t("mat.account.between")) + i18next.t("mat.account.end");
 }
 
-const POLL_MS = 200;
 const MINIMUM_MS = 3000;
 const WINDOW_S = 5;
 
@@ -100,19 +99,24 @@ export const Narration = memo(function Narration({ session }: { session: Session
     const end = useMat.subscribe(({ state }, before) => {
       if (state && state !== before.state) lost = losses.take(state);
     });
-    const timer = setInterval(() => {
-      if (!session.picture) return;
-      const { hello, past } = useMat.getState();
-      const summary = summarize(session.picture, new Set(hello?.leads));
+    const tell = () => {
+      const { picture } = session;
+      if (!picture) return;
+      const summary = summarize(picture, new Set(useMat.getState().hello?.leads));
       // The losses are those of the present; who begins has not met them yet.
-      const shown = past || useSettings.getState().level === "start" ? 0 : lost;
+      const shown = picture.past || useSettings.getState().level === "start" ? 0 : lost;
       const what = JSON.stringify([summary, shown > 0]);
       const text = describe(summary, shown, WINDOW_S);
       setSentence(text);
       if (pace.due(what, performance.now())) setAnnounced(text);
-    }, POLL_MS);
+    };
+    tell();
+    const silence = session.listen(tell);
+    // What was not due when the last picture came is announced later.
+    const timer = setInterval(tell, MINIMUM_MS);
     return () => {
       end();
+      silence();
       clearInterval(timer);
     };
   }, [on, session, i18n.language]);

@@ -1,7 +1,7 @@
 /** What pointer, keys and buttons do to cars and furniture. */
 
 import { poseIn } from "../api/world";
-import { endEdit } from "../state/history";
+import { endEdit, record } from "../state/history";
 import { useStudio } from "../state/studio";
 import { addedCar, carsOf, MOST_ONE_BY_ONE, oneByOne, type Placed, removedCar, withCar } from "./cars";
 import { added, type Car, duplicated, type FurnitureKind, type Mat, moved, type Point, removed, reshaped, rounded } from "./document";
@@ -13,6 +13,8 @@ import { choose, editMat, useMat } from "./store";
 export type NewKind = FurnitureKind | "leader" | "follower";
 export const NEW_KINDS: readonly NewKind[] = ["leader", "follower", "wall", "disc", "polygon", "person"];
 const BESIDE_M = 0.25;
+/** From the middle of a car to that of the car that is put in front of it: they do not touch. */
+const FRONT_M = 0.4;
 /** Half of a car of the classroom's profile, until the world says what its own are. */
 const RADIUS_M = 0.075;
 
@@ -70,6 +72,30 @@ export function dragTo(session: Session, grip: Grip, to: Point, by: Point): void
 export function turnCar(session: Session, car: number, degrees: number): void {
   const pose = poseOf(session, car);
   if (pose) putCar(session, car, pose.at, ((((pose.headingDeg + degrees + 180) % 360) + 360) % 360) - 180);
+}
+
+/** Change how far infrared reaches, in millimetres. */
+export function setRange(rangeMm: number): void {
+  const before = useStudio.getState().rangeMm;
+  const show = (shown: number | null) => () => useStudio.setState({ rangeMm: shown });
+  useStudio.setState({ rangeMm });
+  record({ key: "range", undo: show(before), redo: show(rangeMm) });
+}
+
+/** Let a car start in front of another one, at the nearest place with room for it; the run begins again. */
+export function startBeside(session: Session, car: number, other: number): void {
+  const each = separate(session);
+  const own = each?.car?.[car];
+  const sender = each?.car?.[other];
+  if (!each || !own || !sender) return;
+  const { cars, radiusM } = standing(session);
+  // A car is no obstacle to itself: its present place and its start are free.
+  const count = session.picture?.cars ?? 0;
+  const others = { cars: cars.filter((_, k) => k % count !== car), radiusM };
+  const heading = ((sender.heading_deg ?? 0) * Math.PI) / 180;
+  const wished: Point = [sender.at_m[0] + FRONT_M * Math.cos(heading), sender.at_m[1] + FRONT_M * Math.sin(heading)];
+  const at = freePoint(wished, (point) => hasRoomForCar(each, others, point));
+  editMat(withCar(each, car, { ...own, at_m: [rounded(at[0]), rounded(at[1])] }));
 }
 
 /** Where the cars stand now and at the beginning. */
