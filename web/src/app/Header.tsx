@@ -135,12 +135,12 @@ function Saved() {
   return (
     <span className={css.saved} role="status" data-unsaved={unsaved || undefined}>
       {unsaved ? (
-        t("project.unsaved")
+        <span>{t("project.unsaved")}</span>
       ) : (
         stored && (
           <>
             <Icon name="done" />
-            {t("project.saved")}
+            <span>{t("project.saved")}</span>
           </>
         )
       )}
@@ -185,14 +185,17 @@ export function Header() {
           <Icon name="star" />
           <span className={css.buttonText}>{t("missions.title")}</span>
         </Button>
-        <Button className={classes(buttons.button, buttons.quietButton)} onPress={() => openDialog("examples")}>
+        {/* A phone has no room for these two: they stand in the menus too. */}
+        <Button className={classes(buttons.button, buttons.quietButton, css.roomy)} onPress={() => openDialog("examples")}>
           <Icon name="examples" />
           <span className={css.buttonText}>{t("menu.examplesShort")}</span>
         </Button>
         <FileMenu />
         <LevelMenu />
         <SettingsMenu />
-        <IconButton icon="help" label={t("help.title")} onPress={() => openDialog("help")} />
+        <span className={css.roomy}>
+          <IconButton icon="help" label={t("help.title")} onPress={() => openDialog("help")} />
+        </span>
       </div>
     </header>
   );

@@ -88,6 +88,8 @@ const WINDOW_S = 5;
 export const Narration = memo(function Narration({ session }: { session: Session }) {
   const { i18n } = useTranslation();
   const on = useSettings((settings) => settings.caption);
+  // Before anything happened there is nothing to say over the stage.
+  const begun = useMat(({ state, tMs }) => tMs > 0 || (state?.playing ?? false));
   const [sentence, setSentence] = useState("");
   const [announced, setAnnounced] = useState("");
 
@@ -123,7 +125,7 @@ export const Narration = memo(function Narration({ session }: { session: Session
 
   return (
     <>
-      {on && sentence && <p className={css.caption} data-text={sentence} aria-hidden="true" />}
+      {on && begun && sentence && <p className={css.caption} data-text={sentence} aria-hidden="true" />}
       <p className={controls.visuallyHidden} aria-live="polite">
         {on ? announced : ""}
       </p>

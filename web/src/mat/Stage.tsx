@@ -3,6 +3,7 @@ import { useTranslation } from "react-i18next";
 import { inLanguage } from "../i18n";
 import { useSettings } from "../state/settings";
 import { isHeard, useStudio, useWords } from "../state/studio";
+import { useMission } from "../missions/store";
 import { ChaseView } from "./ChaseView";
 import { ToolButton } from "./fields";
 import { ZoneGrips } from "../missions/ZoneGrips";
@@ -11,7 +12,8 @@ import { Narration } from "./Narration";
 import type { Session } from "./session";
 import { choose, useMat } from "./store";
 import { Sound } from "./sound";
-import { Legend, Thoughts } from "./Thoughts";
+import { Legend } from "./Legend";
+import { Thoughts } from "./Thoughts";
 import { Transport } from "./Transport";
 import css from "./mat.module.css";
 
@@ -48,7 +50,10 @@ function useSound(session: Session): void {
     const mute = () => {
       if (!isHeard() || !useMat.getState().state?.playing) sound.silence();
     };
-    const ends = [end, useSettings.subscribe(mute), useStudio.subscribe(mute), useMat.subscribe(mute)];
+    const stars = useMission.subscribe(({ result }, before) => {
+      if (result && result !== before.result && result.stars.length && isHeard()) sound.celebrate(result.stars.length);
+    });
+    const ends = [end, stars, useSettings.subscribe(mute), useStudio.subscribe(mute), useMat.subscribe(mute)];
     return () => {
       for (const each of ends) each();
       sound.close();

@@ -1,11 +1,7 @@
 import { useEffect, useRef, useState } from "react";
 import { useTranslation } from "react-i18next";
-import type { CompiledWord, EditorName } from "../api/types";
-import { NO_INDEX, type Picture } from "../api/world";
-import { findText } from "../blocks/workspaces";
 import { useStudio } from "../state/studio";
 import { toScreen } from "./camera";
-import { colourWords, hexColour } from "./colours";
 import type { Session } from "./session";
 import { chasedCar, useMat } from "./store";
 import { type Thought, thoughtsAt } from "./thoughts";
@@ -98,49 +94,5 @@ export function Thoughts({ session }: { session: Session }) {
         <p key={car}>{t(`mat.thoughts.${thought}`)}</p>
       ))}
     </div>
-  );
-}
-
-const LEGEND_MS = 300;
-const MOST_COLOURS = 6;
-
-function heldWords(picture: Picture | null): string {
-  const held = new Set<number>();
-  for (const index of picture?.index ?? []) if (index !== NO_INDEX) held.add(index);
-  return [...held].sort((a, b) => a - b).slice(0, MOST_COLOURS).join();
-}
-
-/** What the colours of the cars mean: the blocks whose words they hold now. */
-export function Legend({ session, words }: { session: Session; words: readonly CompiledWord[] }) {
-  const { t } = useTranslation();
-  const [held, setHeld] = useState("");
-  useEffect(() => {
-    const timer = setInterval(() => setHeld(heldWords(session.picture)), LEGEND_MS);
-    return () => clearInterval(timer);
-  }, [session]);
-  const { strong } = colourWords(words);
-  // A block may make several words.
-  const entries = new Map<string, { part: EditorName; block: string; colours: string[] }>();
-  for (const index of held ? held.split(",").map(Number) : []) {
-    const word = words[index];
-    if (!word || word.part === "header" || word.block === null) continue;
-    const key = `${word.part} ${word.block}`;
-    const entry = entries.get(key) ?? { part: word.part, block: word.block, colours: [] };
-    entries.set(key, { ...entry, colours: [...entry.colours, hexColour(strong[index]!)] });
-  }
-  if (!entries.size) return null;
-  return (
-    <ul className={css.legend} aria-label={t("mat.legend")}>
-      {[...entries].map(([key, { part, block, colours }]) => (
-        <li key={key}>
-          {colours.map((colour) => (
-            <i key={colour} style={{ background: colour }} />
-          ))}
-          <span>
-            {t(`editors.${part}`)}: {findText(part, block)}
-          </span>
-        </li>
-      ))}
-    </ul>
   );
 }

@@ -66,6 +66,7 @@ export class CarLayer {
   setContrast(contrast: boolean): void {
     if (contrast === this.contrast) return;
     this.contrast = contrast;
+    this.wheels.visible = this.floor.visible = !contrast;
     this.setCars(this.bodies.children.length, this.leads, this.diameter / 2000);
   }
 
@@ -81,7 +82,7 @@ export class CarLayer {
       this.bodies.addChild(centred(this.bodyOf(leads.has(k))));
       this.lights.addChild(centred(this.textures.led)).visible = false;
       this.marks.addChild(centred(this.textures.collision)).visible = false;
-      if (cars <= MOST_RICH && !this.contrast) this.rigs.push(this.rig(leads.has(k)));
+      if (cars <= MOST_RICH) this.rigs.push(this.rig(leads.has(k)));
     }
     this.markLosses();
   }
@@ -106,7 +107,8 @@ export class CarLayer {
       return wheel;
     });
     const face = over.addChild(sized(this.textures.face, 2));
-    if (leads) over.addChild(sized(this.textures.beacon, 0.46)).position.set(-0.36, 0);
+    face.visible = !this.contrast;
+    if (leads && !this.contrast) over.addChild(sized(this.textures.beacon, 0.46)).position.set(-0.36, 0);
     return { under, over, glow, wheels: [left!, right!], face, number: null, blinksUntil: -Infinity, turned: [0, 0], last: null };
   }
 

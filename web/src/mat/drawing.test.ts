@@ -5,7 +5,7 @@ import { Motion } from "./carLayer";
 import { gripAt, type Sight } from "./pointer";
 import { freePoint, hasRoomForCar, hasRoomForPiece } from "./room";
 import { eyeBehind, lensOf, scaleAt, seen } from "./perspective";
-import { heardIn } from "./sound";
+import { heardIn, starNotes } from "./sound";
 import { pictureOf } from "./testPictures";
 
 const SIZE = { width: 800, height: 600 };
@@ -236,4 +236,9 @@ describe("the view from behind a car", () => {
     expect(line).toHaveLength(4);
     expect(line[1]).toBeGreaterThan(SIZE.height);
   });
+});
+
+it("stars sound one note each, rising; all three have a fourth", () => {
+  expect([0, 1, 2, 3].map((stars) => starNotes(stars).length)).toEqual([0, 1, 2, 4]);
+  expect([...starNotes(3)]).toEqual([...starNotes(3)].sort((a, b) => a - b));
 });

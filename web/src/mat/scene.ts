@@ -221,7 +221,8 @@ export class Scene {
     this.tracks.take(picture);
     this.cars.take(picture, this.colours);
     this.air.take(picture, now, {
-      onLost: (car, collided) => this.cars.lose(car, collided, now),
+      // Who begins has not met lost messages yet.
+      onLost: (car, collided) => useSettings.getState().level !== "start" && this.cars.lose(car, collided, now),
       onHeard: (car) => this.calm.matches || this.cars.hear(car, now),
     });
     this.undrawn = true;

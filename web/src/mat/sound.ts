@@ -5,6 +5,9 @@ import { EVENT_COLUMNS, EventColumn, KINDS, NO_LED, type Picture } from "../api/
 const FRAME = KINDS.indexOf("frame");
 /** Notes that sound well together, one an LED. */
 const CHIMES_HZ = [523.25, 659.25, 783.99, 987.77];
+/** One note a star, and one more for all three. */
+const STARS_HZ = [659.25, 783.99, 1046.5, 1318.51];
+const STAR_GAP_S = 0.16;
 const HUM_HZ = 52;
 const LOUDEST = 0.05;
 /** More ticks or chimes than these would be noise. */
@@ -37,6 +40,11 @@ export function heardIn(picture: Picture, before: Picture | null, leads: Readonl
   return { motors: picture.cars ? sum / picture.cars : 0, ticks, chime };
 }
 
+/** The notes for so many stars earned at once. */
+export function starNotes(stars: number): readonly number[] {
+  return STARS_HZ.slice(0, stars >= 3 ? STARS_HZ.length : Math.max(0, stars));
+}
+
 /** Browsers allow sound only after a key or a click: it begins with the first picture after one. */
 export class Sound {
   private context: AudioContext | null = null;
@@ -53,8 +61,7 @@ export class Sound {
       this.silence();
       return;
     }
-    const context = (this.context ??= new AudioContext());
-    if (context.state === "suspended") void context.resume();
+    const context = this.running();
     const now = context.currentTime;
     this.hum ??= this.makeHum(context);
     this.hum.gain.gain.setTargetAtTime(motors ? LOUDEST * (0.3 + 0.7 * motors) : 0, now, 0.08);
@@ -67,6 +74,19 @@ export class Sound {
       this.note(context, CHIMES_HZ[chime] ?? CHIMES_HZ[0]!, 0.5, LOUDEST);
       this.chimedAt = now;
     }
+  }
+
+  /** Stars were earned. */
+  celebrate(stars: number): void {
+    if (!navigator.userActivation.hasBeenActive) return;
+    const context = this.running();
+    starNotes(stars).forEach((hz, k) => this.note(context, hz, 0.7, LOUDEST * 1.6, k * STAR_GAP_S));
+  }
+
+  private running(): AudioContext {
+    const context = (this.context ??= new AudioContext());
+    if (context.state === "suspended") void context.resume();
+    return context;
   }
 
   silence(): void {
@@ -90,8 +110,8 @@ export class Sound {
     return { gain, oscillator };
   }
 
-  private note(context: AudioContext, hz: number, seconds: number, loud: number): void {
-    const now = context.currentTime;
+  private note(context: AudioContext, hz: number, seconds: number, loud: number, inS = 0): void {
+    const now = context.currentTime + inS;
     const gain = context.createGain();
     const oscillator = context.createOscillator();
     oscillator.frequency.value = hz;

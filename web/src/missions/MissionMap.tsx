@@ -1,15 +1,15 @@
-import { useCallback, useEffect, useState } from "react";
+import { type CSSProperties, useCallback, useEffect, useRef, useState } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import * as api from "../api/requests";
 import type { LibraryEntry, MissionEntry } from "../generated/messages";
 import { inLanguage } from "../i18n";
-import type { Mat } from "../mat/document";
 import { attempt } from "../projects/actions";
 import { confirm } from "../state/dialogs";
 import { IconButton, Sheet } from "../ui/controls";
 import { editOwn, openDraft, openMissionFile, playOwn } from "./draft";
 import { Picture } from "./Picture";
+import { stationAt, wayAlong } from "./road";
 import { Stars } from "./Stars";
 import { playMission } from "./store";
 import buttons from "../ui/buttons.module.css";
@@ -75,19 +75,7 @@ export function MissionMap({ onClose }: { onClose: () => void }) {
         PATHS.map((path) => (
           <section key={path} className={css.path} data-path={path} aria-label={t(`missions.paths.${path}`)}>
             <h3>{t(`missions.paths.${path}`)}</h3>
-            <ol className={css.stations}>
-              {missions
-                .filter((each) => each.path === path)
-                .map((each) => (
-                  <li key={each.id}>
-                    <Button className={css.station} data-mission={each.id} onPress={() => void start(() => playMission({ id: each.id }))}>
-                      <Picture mat={each.mat as Mat} zones={each.zones} />
-                      <b>{inLanguage(each.name)}</b>
-                      <Stars stars={each.stars} earned={each.earned} />
-                    </Button>
-                  </li>
-                ))}
-            </ol>
+            <Road missions={missions.filter((each) => each.path === path)} onStart={(id) => void start(() => playMission({ id }))} />
           </section>
         ))}
       <OwnMissions start={(open) => void start(open)} />
@@ -106,5 +94,48 @@ export function MissionMap({ onClose }: { onClose: () => void }) {
         </Button>
       </footer>
     </Sheet>
+  );
+}
+
+/** A station is at least so wide, the road beside it included. */
+const STATION_PX = 158;
+
+/** The stations of a path along a road that turns back at each end of a row. */
+function Road({ missions, onStart }: { missions: readonly MissionEntry[]; onStart: (id: string) => void }) {
+  const host = useRef<HTMLOListElement>(null);
+  const [columns, setColumns] = useState(4);
+  useEffect(() => {
+    const observer = new ResizeObserver(([entry]) => setColumns(Math.max(2, Math.min(4, Math.floor(entry!.contentRect.width / STATION_PX)))));
+    observer.observe(host.current!);
+    return () => observer.disconnect();
+  }, []);
+  const rows = Math.ceil(missions.length / columns);
+  const next = missions.find(({ earned }) => !earned.length);
+  const way = wayAlong(missions.length, columns);
+  return (
+    <ol className={css.stations} ref={host} style={{ "--columns": columns, "--rows": rows } as CSSProperties}>
+      <svg className={css.road} viewBox={`0 0 ${columns} ${rows}`} preserveAspectRatio="none" aria-hidden="true">
+        <path d={way} />
+        <path d={way} className={css.line} />
+      </svg>
+      {missions.map((each, k) => {
+        const { column, row } = stationAt(k, columns);
+        return (
+          <li key={each.id} style={{ gridColumn: column + 1, gridRow: row + 1 }}>
+            <Button
+              className={css.station}
+              data-mission={each.id}
+              data-next={each === next || undefined}
+              data-earned={each.earned.length > 0 || undefined}
+              onPress={() => onStart(each.id)}
+            >
+              <Picture mat={each.mat} zones={each.zones} />
+              <b>{inLanguage(each.name)}</b>
+              <Stars stars={each.stars} earned={each.earned} />
+            </Button>
+          </li>
+        );
+      })}
+    </ol>
   );
 }

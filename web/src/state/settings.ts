@@ -22,6 +22,8 @@ interface Settings {
   port: string | null;
   /** Whether the stage says in a sentence what the cars do. */
   caption: boolean;
+  /** Whether the meaning of the colours is shown over the stage. */
+  legend: boolean;
   /** Whether motors, messages and lights are heard. */
   sound: boolean;
   /** What the user is called where cars are driven; empty for no name, null before the page has asked. */
@@ -39,6 +41,7 @@ export const useSettings = create<Settings>(() => ({
   toured: false,
   port: null,
   caption: true,
+  legend: false,
   sound: true,
   userName: null,
   uploaded: false,

@@ -1,0 +1,85 @@
+import { useEffect, useState } from "react";
+import { Button } from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import type { CompiledWord, EditorName } from "../api/types";
+import { NO_INDEX, type Picture } from "../api/world";
+import { findText } from "../blocks/workspaces";
+import { useSettings } from "../state/settings";
+import { Icon } from "../ui/icons";
+import { colourWords, hexColour } from "./colours";
+import type { Session } from "./session";
+import css from "./mat.module.css";
+
+const LEGEND_MS = 300;
+const MOST_COLOURS = 6;
+
+function heldWords(picture: Picture | null): string {
+  const held = new Set<number>();
+  for (const index of picture?.index ?? []) if (index !== NO_INDEX) held.add(index);
+  return [...held].sort((a, b) => a - b).slice(0, MOST_COLOURS).join();
+}
+
+/** As the stage draws them at a car that lost a message. */
+const MARKS = { missed: "M0-.62.62 0 0 .62-.62 0z", collision: "M-.6-.6.6.6M-.6.6.6-.6" } as const;
+
+/** What the colours of the cars mean: the blocks whose words they hold now. Closed, only the colours show. */
+export function Legend({ session, words }: { session: Session; words: readonly CompiledWord[] }) {
+  const { t } = useTranslation();
+  const open = useSettings((settings) => settings.legend);
+  const marksShow = useSettings((settings) => settings.level !== "start");
+  const [held, setHeld] = useState("");
+  useEffect(() => {
+    const timer = setInterval(() => setHeld(heldWords(session.picture)), LEGEND_MS);
+    return () => clearInterval(timer);
+  }, [session]);
+  const { strong } = colourWords(words);
+  // A block may make several words.
+  const entries = new Map<string, { part: EditorName; block: string; colours: string[] }>();
+  for (const index of held ? held.split(",").map(Number) : []) {
+    const word = words[index];
+    if (!word || word.part === "header" || word.block === null) continue;
+    const key = `${word.part} ${word.block}`;
+    const entry = entries.get(key) ?? { part: word.part, block: word.block, colours: [] };
+    entries.set(key, { ...entry, colours: [...entry.colours, hexColour(strong[index]!)] });
+  }
+  if (!entries.size) return null;
+  const all = [...entries];
+  return (
+    <div className={css.legend}>
+      <Button
+        className={css.legendButton}
+        aria-expanded={open}
+        aria-label={t("mat.legend")}
+        onPress={() => useSettings.setState({ legend: !open })}
+      >
+        {!open && all.flatMap(([key, { colours }]) => colours.map((colour) => <i key={`${key} ${colour}`} style={{ background: colour }} />))}
+        {open && <span>{t("mat.legend")}</span>}
+        <Icon name={open ? "up" : "down"} />
+      </Button>
+      {open && (
+        <ul aria-label={t("mat.legend")}>
+          {all.map(([key, { part, block, colours }]) => (
+            <li key={key}>
+              {colours.map((colour) => (
+                <i key={colour} style={{ background: colour }} />
+              ))}
+              <span>
+                {t(`editors.${part}`)}: {findText(part, block)}
+              </span>
+            </li>
+          ))}
+          {marksShow &&
+            (["missed", "collision"] as const).map((mark) => (
+              <li key={mark} data-mark={mark}>
+                <svg viewBox="-1 -1 2 2" aria-hidden="true">
+                  <path d={MARKS[mark]} />
+                  <path d={MARKS[mark]} />
+                </svg>
+                <span>{t(`mat.marks.${mark}`)}</span>
+              </li>
+            ))}
+        </ul>
+      )}
+    </div>
+  );
+}
