@@ -121,6 +121,10 @@ function SettingsMenu() {
               </MenuItem>
             ))}
           </MenuSection>
+          <Separator className={controls.menuLine} />
+          <MenuItem className={controls.menuItem} id="help" onAction={() => openDialog("help")}>
+            {t("help.title")}
+          </MenuItem>
         </Menu>
       </Popover>
     </MenuTrigger>

@@ -54,7 +54,8 @@ export async function playMission(choice: MissionChoice, blocks: Blocks | null =
     else if (!(await replaceBy(project))) return;
     opened = true;
     levelBefore ??= useSettings.getState().level;
-    useSettings.setState({ level: mission.level as Level });
+    // The task stands above the blocks: a drawer below would leave them no room.
+    useSettings.setState(({ drawer }) => ({ level: mission.level as Level, drawer: { ...drawer, open: false } }));
     useMission.setState({ ...NOTHING, mission });
     useStudio.setState({ mission: choiceOf(mission) });
   });
