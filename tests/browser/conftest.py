@@ -11,6 +11,9 @@ from playwright.sync_api import Browser, sync_playwright
 from scripts import chromium
 from scripts.studio_process import StudioProcess, build_page, running_studio
 
+from motorcade.site import site_files, write_site
+from support.shells import shells_of
+from support.site_server import SiteServer, serving
 from support.studio_page import StudioPage
 
 # No host name but the studio's own resolves, as on a computer without a network.
@@ -23,6 +26,7 @@ LOCAL = "--disable-features=LocalNetworkAccessChecks"
 PLAIN = ["--disable-gpu", "--disable-software-rasterizer"]
 
 OpenPage = Callable[..., StudioPage]
+Studio = StudioProcess | SiteServer
 
 
 @pytest.fixture(scope="session")
@@ -50,22 +54,46 @@ def page_built(chromium_path: Path, install_lock: FileLock) -> None:
         build_page()
 
 
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Run each test of the studio's page against the shells that `support.shells` lists for it."""
+    if "shell" in metafunc.fixturenames:
+        metafunc.parametrize("shell", shells_of(metafunc.function.__name__), scope="session")
+
+
 @pytest.fixture(scope="session")
-def studio(page_built: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[StudioProcess]:
-    """One studio for all tests that don't change it."""
+def studio_of_server(page_built: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[StudioProcess]:
     with running_studio(tmp_path_factory.mktemp("library")) as studio:
         yield studio
 
 
+@pytest.fixture(scope="session")
+def studio_of_site(page_built: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[SiteServer]:
+    """The studio as static files; what a page stores is in its own browser profile."""
+    folder = tmp_path_factory.mktemp("site") / "site"
+    write_site(folder, site_files())
+    with serving(folder) as site:
+        yield site
+
+
+@pytest.fixture(scope="session")
+def studio(shell: str, request: pytest.FixtureRequest) -> Studio:
+    """One studio for all tests that don't change it."""
+    found: Studio = request.getfixturevalue(f"studio_of_{shell}")
+    return found
+
+
 @pytest.fixture
-def own_studio(page_built: None, tmp_path: Path) -> Iterator[StudioProcess]:
-    """A studio with an empty library, which the test may kill."""
+def own_studio(shell: str, request: pytest.FixtureRequest, page_built: None, tmp_path: Path) -> Iterator[Studio]:
+    """A studio with an empty library; a test may kill a server."""
+    if shell == "site":
+        yield request.getfixturevalue("studio_of_site")
+        return
     with running_studio(tmp_path / "library") as studio:
         yield studio
 
 
 @contextmanager
-def visitors(browser: Browser, studio: StudioProcess) -> Iterator[OpenPage]:
+def visitors(browser: Browser, studio: Studio) -> Iterator[OpenPage]:
     """Opens pages, each in a browser profile of its own, and checks their faults at the end of the test."""
     opened: list[StudioPage] = []
 
@@ -80,21 +108,21 @@ def visitors(browser: Browser, studio: StudioProcess) -> Iterator[OpenPage]:
 
 
 @pytest.fixture
-def open_page(browser: Browser, studio: StudioProcess) -> Iterator[OpenPage]:
+def open_page(browser: Browser, studio: Studio) -> Iterator[OpenPage]:
     """Opens pages of the shared studio."""
     with visitors(browser, studio) as open_page:
         yield open_page
 
 
 @pytest.fixture
-def open_own_page(browser: Browser, own_studio: StudioProcess) -> Iterator[OpenPage]:
+def open_own_page(browser: Browser, own_studio: Studio) -> Iterator[OpenPage]:
     """Opens pages of the test's own studio."""
     with visitors(browser, own_studio) as open_page:
         yield open_page
 
 
 @pytest.fixture(scope="module")
-def shown_pages(browser: Browser, studio: StudioProcess) -> Iterator[dict[str, StudioPage]]:
+def shown_pages(browser: Browser, studio: Studio) -> Iterator[dict[str, StudioPage]]:
     """The pages of ``show``, by language."""
     pages: dict[str, StudioPage] = {}
     yield pages
@@ -103,7 +131,7 @@ def shown_pages(browser: Browser, studio: StudioProcess) -> Iterator[dict[str, S
 
 
 @pytest.fixture
-def show(browser: Browser, studio: StudioProcess, shown_pages: dict[str, StudioPage]) -> Iterator[OpenPage]:
+def show(browser: Browser, studio: Studio, shown_pages: dict[str, StudioPage]) -> Iterator[OpenPage]:
     """Shows a project in a page that a module's tests use one after another, for tests that leave no traces."""
 
     def show_in(project: dict[str, Any], language: str = "en") -> StudioPage:

@@ -77,13 +77,17 @@ class StudioPage:
         if language:
             kept["motorcade.language"] = language
         base, _, token = url.partition("?token=")
-        origin = {"origin": base.rstrip("/"), "localStorage": [{"name": k, "value": kept[k]} for k in kept]}
+        origin = {
+            "origin": "{0.scheme}://{0.netloc}".format(urlsplit(base)),
+            "localStorage": [{"name": k, "value": kept[k]} for k in kept],
+        }
         width, height = size
         context = browser.new_context(
             viewport={"width": width, "height": height}, storage_state={"cookies": [], "origins": [origin]}, **options
         )
-        cookie = f"motorcade_{base.rstrip('/').rpartition(':')[2]}"
-        context.add_cookies([{"name": cookie, "value": token, "url": base}])
+        if token:
+            cookie = f"motorcade_{base.rstrip('/').rpartition(':')[2]}"
+            context.add_cookies([{"name": cookie, "value": token, "url": base}])
         if webgl:
             context.add_init_script("WebGLRenderingContext.prototype.getParameter = () => 'A graphics processor'")
         if build:

@@ -1,0 +1,39 @@
+"""The shells of the studio, a server and a site, and which tests of its page run against which of them.
+
+`make soak` runs all tests of the page against both, except those that need what a site hasn't. `make test` runs them
+against the server, and against the site those that touch what differs: the start, compiling, the world, projects,
+missions and uploads.
+"""
+
+from support.soak import SOAK
+
+# What only a server has, and the tests that need it.
+SERVER_ALONE = {
+    "a server that ends and comes back": (
+        "test_work_continues_after_the_server_crashed_and_came_back",
+        "test_a_server_crash_during_an_upload_is_shown",
+    ),
+    "a world that plays while its page is loaded again": ("test_a_reloaded_page_shows_the_same_running_cars",),
+    "downloads of a run, and films by ffmpeg": ("test_a_run_is_downloaded_as_a_table_and_as_an_animation",),
+    "requests over HTTP, which the test answers itself": (
+        "test_what_the_service_cannot_do_is_not_offered",
+        "test_a_third_language_is_one_file",
+    ),
+    "the page that drives the cars of a world": ("test_the_leader_of_a_swarm_is_driven_while_its_followers_hear_it",),
+}
+
+# What `make test` runs against the site too.
+QUICK = (
+    "test_a_leader_that_accepts_infrared_is_refused",
+    "test_followers_receive_words_and_turn",
+    "test_every_saved_version_can_be_opened",
+    "test_a_mission_is_played_by_keyboard_until_it_has_all_stars",
+    "test_a_program_is_uploaded_to_the_virtual_car_and_read_back_as_blocks",
+)
+
+
+def shells_of(test: str) -> list[str]:
+    """The shells against which a test runs, by its function's name."""
+    if any(test in tests for tests in SERVER_ALONE.values()):
+        return ["server"]
+    return ["server", "site"] if SOAK or test in QUICK else ["server"]
