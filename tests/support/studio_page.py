@@ -83,7 +83,11 @@ class StudioPage:
         }
         width, height = size
         context = browser.new_context(
-            viewport={"width": width, "height": height}, storage_state={"cookies": [], "origins": [origin]}, **options
+            viewport={"width": width, "height": height},
+            storage_state={"cookies": [], "origins": [origin]},
+            # It would store the whole site in each profile.
+            service_workers="block",
+            **options,
         )
         if token:
             cookie = f"motorcade_{base.rstrip('/').rpartition(':')[2]}"

@@ -13,4 +13,4 @@ const makeWorker = () => new Worker(new URL("./worker.ts", import.meta.url), { t
 connectTo(new WorkerService(makeWorker, PLACES, fileUrl));
 start();
 createRoot(document.getElementById("root")!).render(<App />);
-void startOffline();
+startOffline().catch((error: unknown) => console.info("The site isn't stored for use without a network:", error));

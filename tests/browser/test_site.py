@@ -1,0 +1,55 @@
+"""What the site's page does around its worker: it shows its editor without Python, and Python begins again."""
+
+import pytest
+from playwright.sync_api import expect
+
+from support.studio_programs import EXAMPLE
+
+WORDS = ["02000000", "65800000", "6a800000"]
+# A snapshot of another Python: it has the right length, and wrong content.
+DAMAGE = """async () => {
+    const cache = await caches.open("motorcade-python")
+    for (const key of await cache.keys()) await cache.put(key, new Response(new Uint8Array(1 << 20)))
+    return (await cache.keys()).length
+}"""
+
+
+@pytest.fixture
+def studio(studio_of_site):
+    return studio_of_site
+
+
+def test_python_that_ends_begins_again_and_nothing_is_lost(open_page) -> None:
+    studio = open_page(project=EXAMPLE)
+    studio.expect_words(WORDS)
+    studio.play()
+    studio.expect_moving()
+    [worker] = studio.page.workers
+    worker.evaluate("setTimeout(() => { throw new Error('killed by the test') })")
+    studio.forgive("killed by the test")
+    banner = studio.page.get_by_role("alert").filter(has_text=studio.say("server.restarting"))
+    expect(banner).to_be_visible()
+    expect(studio.notices).to_contain_text(studio.say("server.restarted"))
+    expect(banner).to_be_hidden()
+    studio.expect_words(WORDS)
+    # The world begins again, and plays as it did.
+    studio.expect_moving()
+    assert studio.page.workers != [worker]
+
+    # A stored memory of Python that is damaged is forgotten.
+    assert studio.page.evaluate(DAMAGE) == 1
+    studio.page.reload()
+    studio.wait_until_ready()
+    studio.expect_words(WORDS)
+
+
+def test_the_editor_is_there_before_python_and_says_what_play_waits_for(open_page) -> None:
+    page = open_page(project=EXAMPLE)
+    page.page.route("**/python.zip", lambda route: None)
+    page.page.reload()
+    expect(page.block("leader", "forward")).to_be_visible()
+    expect(page.page.locator("#mat-play")).to_be_disabled()
+    expect(
+        page.page.locator("#stage").get_by_role("status").filter(has_text=page.say("server.starting"))
+    ).to_be_visible()
+    page.page.unroute_all()
