@@ -67,6 +67,7 @@ bench: setup
 	$(BIN)/python benchmarks/studio_server.py
 	$(BIN)/python benchmarks/class.py
 	$(BIN)/python benchmarks/studio_page.py
+	$(BIN)/python benchmarks/site.py
 	$(BIN)/python benchmarks/drive.py
 	$(BIN)/python benchmarks/avr.py
 	$(BIN)/python benchmarks/chips.py

@@ -38,20 +38,20 @@ def test_every_saved_version_can_be_opened(open_own_page) -> None:
     save_as(studio, "My parade")
     expect(studio.notices).to_contain_text("version 2")
 
-    again = open_own_page()
-    again.project_menu("menu.library")
-    again.dialog("library.title").get_by_role("button", name="My parade").first.click()
-    again.expect_words(TURNED_WORDS)
-    again.project_menu("menu.library")
-    again.page.get_by_role("button", name="2 versions").click()
+    studio.reopen()
+    studio.project_menu("menu.library")
+    studio.dialog("library.title").get_by_role("button", name="My parade").first.click()
+    studio.expect_words(TURNED_WORDS)
+    studio.project_menu("menu.library")
+    studio.page.get_by_role("button", name="2 versions").click()
     first = (
-        again.page.get_by_role("list", name="Versions of My parade")
+        studio.page.get_by_role("list", name="Versions of My parade")
         .get_by_role("listitem")
         .filter(has_text="Version 1")
     )
     first.get_by_role("button", name="Open").click()
-    again.expect_words(EXAMPLE_WORDS)
-    expect(again.name).to_have_value("My parade")
+    studio.expect_words(EXAMPLE_WORDS)
+    expect(studio.name).to_have_value("My parade")
 
 
 def test_a_project_is_saved_to_a_file_and_opened(open_page, tmp_path) -> None:

@@ -21,14 +21,14 @@ def test_a_program_is_uploaded_to_the_virtual_car_and_read_back_as_blocks(open_p
     dialog.get_by_role("button", name="Upload").click()
     expect(dialog.get_by_role("status")).to_contain_text("Verified: the car holds this program.")
 
-    again = open_page()
-    again.open_dialog("upload")
-    dialog = again.dialog("upload.title")
+    studio.reopen()
+    studio.open_dialog("upload")
+    dialog = studio.dialog("upload.title")
     dialog.get_by_text("Simulated car", exact=True).click()
     dialog.get_by_role("button", name="Read back").click()
     dialog.get_by_role("button", name="Open as blocks").click()
-    again.expect_words(WORDS)
-    expect(again.block("followers", "right")).to_be_visible()
+    studio.expect_words(WORDS)
+    expect(studio.block("followers", "right")).to_be_visible()
 
 
 def test_escape_closes_the_dialog_during_an_upload(open_page) -> None:

@@ -1,0 +1,156 @@
+"""Measure the studio as a site: run it with ``python benchmarks/site.py``.
+
+A headless Chromium visits the site's files, which a plain web server of this process serves. All share the machine.
+"""
+
+import gzip
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from statistics import median, quantiles
+
+from playwright.sync_api import Browser, BrowserContext, Page, sync_playwright
+from rich.console import Console
+from rich.table import Table
+from studio_page import DRAWN, EDIT_TIMES, FULL, INTERACTIVE, crowd
+from swarm import result
+
+from motorcade.site import site_files, write_site
+
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tests"))
+from scripts import chromium
+from scripts.studio_process import build_page, project_link
+
+from support.site_server import serving
+
+VISITS, EDITS, WARM_EDITS, TIMED_S, FOLLOWERS = 5, 60, 5, 5.0, 1_000
+MB_GOAL, SECOND_VISIT_GOAL_S, WORDS_GOAL_MS, PICTURES_GOAL, RATE_GOAL = 12, 3, 100, 25, 0.95
+# The blocks can be dragged.
+EDITOR = """() => document.querySelector(".blocklyDraggable") !== null && performance.now()"""
+# Counts what the page acknowledges: pictures that came from the worker and were taken.
+COUNT = """window.shown = 0
+const post = Worker.prototype.postMessage
+Worker.prototype.postMessage = function (message, ...rest) {
+    if (typeof message.data === "string" && message.data.includes('"shown"')) window.shown += 1
+    return post.call(this, message, ...rest)
+}"""
+SETTINGS = "localStorage['motorcade.settings'] ??= JSON.stringify({ toured: true, level: 'words' })"
+
+Rows = Iterator[tuple[str, str, str, str]]
+
+
+def visitor(browser: Browser) -> BrowserContext:
+    """An empty browser profile; without the page's policy, which forbids how Playwright waits for values."""
+    context = browser.new_context(viewport={"width": 1440, "height": 900}, bypass_csp=True)
+    context.add_init_script(SETTINGS)
+    context.add_init_script(COUNT)
+    return context
+
+
+def seconds(page: Page, condition: str) -> float:
+    """When a condition became true, in s since the visit began."""
+    return page.wait_for_function(condition, polling="raf", timeout=120_000).json_value() / 1000
+
+
+def size_rows(files: dict[str, bytes]) -> Rows:
+    packed = (".png", ".zip", ".whl")
+    sent = sum(len(data if name.endswith(packed) else gzip.compress(data, 6)) for name, data in files.items()) / 1e6
+    yield "all files, compressed by gzip", f"{sent:.1f} MB", f"≤ {MB_GOAL} MB", result(sent, MB_GOAL, least=False)
+
+
+def start_rows(browser: Browser, url: str) -> Rows:
+    times: dict[tuple[str, str], list[float]] = {}
+    for _ in range(VISITS):
+        context = visitor(browser)
+        for visit in ("first", "second"):
+            page = context.new_page()
+            page.goto(url)
+            times.setdefault((visit, "the editor is usable"), []).append(seconds(page, EDITOR))
+            times.setdefault((visit, "Play is ready"), []).append(seconds(page, INTERACTIVE))
+            # The snapshot, and the files for use without a network, are stored after the start.
+            page.wait_for_timeout(3000)
+            page.close()
+        context.close()
+    for (visit, what), each in times.items():
+        is_goal = (visit, what) == ("second", "the editor is usable")
+        figure = f"{median(each):.1f} s ({min(each):.1f}–{max(each):.1f})"
+        goal = f"≤ {SECOND_VISIT_GOAL_S} s" if is_goal else ""
+        yield (
+            f"{visit} visit: {what}",
+            figure,
+            goal,
+            result(max(each), SECOND_VISIT_GOAL_S, least=False) if goal else "",
+        )
+
+
+def edit_rows(browser: Browser, url: str) -> Rows:
+    context = visitor(browser)
+    page = context.new_page()
+    page.goto(project_link(url, FULL))
+    seconds(page, INTERACTIVE)
+    page.get_by_role("tab", name="Words", exact=True).click()
+    page.get_by_text("255 of 255").wait_for()
+    block = page.locator(".blocklyBlockCanvas .blocklyDraggable").filter(has_text="wait").last
+    field = block.locator(":scope > [role=button]")
+    for edit in range(WARM_EDITS + EDITS):
+        before = len(page.evaluate(EDIT_TIMES))
+        field.click()
+        page.keyboard.type("23"[edit % 2])
+        page.keyboard.press("Enter")
+        page.wait_for_function(f"before => ({EDIT_TIMES})().length > before", arg=before)
+    times = page.evaluate(EDIT_TIMES)[-EDITS:]
+    context.close()
+    late = quantiles(times, n=20)[-1]
+    figure = f"{late:.0f} ms (median {median(times):.0f})"
+    yield "edit to words, 255 steps, p95", figure, f"≤ {WORDS_GOAL_MS} ms", result(late, WORDS_GOAL_MS, least=False)
+
+
+def picture_rows(browser: Browser, url: str) -> Rows:
+    context = visitor(browser)
+    page = context.new_page()
+    page.goto(project_link(url, crowd(FOLLOWERS + 1)))
+    seconds(page, INTERACTIVE)
+    page.get_by_role("button", name="Play", exact=True).click()
+    page.locator(".motorcade-running").first.wait_for(timeout=120_000)
+    clock = page.get_by_role("status", name="Time")
+    before, shown = _minutes(clock.inner_text()), page.evaluate("shown")
+    page.evaluate(DRAWN, 1000 * TIMED_S)
+    pictures = (page.evaluate("shown") - shown) / TIMED_S
+    rate = (_minutes(clock.inner_text()) - before) / TIMED_S
+    context.close()
+    name = f"{FOLLOWERS:,} followers"
+    yield f"{name}: pictures a second", f"{pictures:.0f}", f"≥ {PICTURES_GOAL}", result(pictures, PICTURES_GOAL)
+    yield f"{name}: simulated seconds in a real one", f"{rate:.2f}", f"≥ {RATE_GOAL}", result(rate, RATE_GOAL)
+
+
+def _minutes(text: str) -> float:
+    """The seconds of a time such as 1:02.5."""
+    minutes, rest = text.split(":")
+    return 60 * int(minutes) + float(rest)
+
+
+def main() -> None:
+    path = chromium.find_or_install()
+    if path is None:
+        sys.exit(f"No browser was found: {chromium.HOW_TO}.")
+    build_page()
+    files = site_files()
+    table = Table("", "figure", "goal", "result", title="The studio as a site")
+    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+        write_site(Path(folder) / "site", files)
+        browser = playwright.chromium.launch(executable_path=path, args=["--disable-gpu"])
+        with serving(Path(folder) / "site") as server:
+            for rows in (
+                size_rows(files),
+                *(each(browser, server.url) for each in (start_rows, edit_rows, picture_rows)),
+            ):
+                for row in rows:
+                    table.add_row(*row)
+        browser.close()
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main()
