@@ -2,7 +2,7 @@
 
 import { type SyntheticEvent, type ReactNode, useEffect, useState } from "react";
 import type { ClassView, DeskAbout } from "../generated/classroom";
-import { askDesk } from "./ask";
+import { askDesk, secretInAddress } from "./ask";
 import { CarsPart } from "./DeskCars";
 import { ClassPart } from "./DeskClass";
 import { MatPart } from "./DeskMat";
@@ -13,14 +13,6 @@ import css from "./class.module.css";
 import { useTexts } from "./texts";
 import { useClass } from "./WallPage";
 
-/** The key that the command prints behind '#'; it is taken out of the address. */
-function keyInAddress(): string {
-  const key = decodeURIComponent(location.hash.slice(1));
-  if (key) history.replaceState(null, "", location.pathname);
-  return key;
-}
-
-const firstKey = keyInAddress();
 const SHORTEST_PASSWORD = 8;
 
 function Password({ about, onSignedIn }: { about: DeskAbout; onSignedIn: () => void }) {
@@ -30,13 +22,13 @@ function Password({ about, onSignedIn }: { about: DeskAbout; onSignedIn: () => v
   const isFirst = !about.has_password;
   const submit = async (event: SyntheticEvent) => {
     event.preventDefault();
-    const sent = () => (isFirst ? askDesk("first-password", { key: firstKey, password }) : askDesk("sign-in", { password }));
+    const sent = () => (isFirst ? askDesk("first-password", { key: secretInAddress, password }) : askDesk("sign-in", { password }));
     if (await attempt(sent)) onSignedIn();
   };
   return (
     <form className={css.form} onSubmit={(event) => void submit(event)}>
-      <p>{t(isFirst ? (firstKey ? "firstPassword" : "firstPasswordElsewhere") : "passwordNeeded")}</p>
-      {(!isFirst || firstKey) && (
+      <p>{t(isFirst ? (secretInAddress ? "firstPassword" : "firstPasswordElsewhere") : "passwordNeeded")}</p>
+      {(!isFirst || secretInAddress) && (
         <>
           <Field
             label="password"

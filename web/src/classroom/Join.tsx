@@ -2,20 +2,13 @@
 
 import { type SyntheticEvent, type ReactNode, useEffect, useState } from "react";
 import type { ClassAbout, Self } from "../generated/classroom";
-import { askClass } from "./ask";
+import { askClass, secretInAddress } from "./ask";
 import { Avatar } from "./Avatar";
 import { Action, Field, Frame, Problem, titleOr, useAttempt } from "./Frame";
 import css from "./class.module.css";
 import { useTexts } from "./texts";
 
 const STUDIO = "/";
-
-/** The code that a QR code has put behind '#'; it is taken out of the address, so that no shared link holds it. */
-function codeInAddress(): string {
-  const code = decodeURIComponent(location.hash.slice(1));
-  if (code) history.replaceState(null, "", location.pathname);
-  return code;
-}
 
 function Form({ onSubmit, children }: { onSubmit: () => void; children: ReactNode }) {
   const submit = (event: SyntheticEvent) => {
@@ -140,18 +133,18 @@ export function Join() {
   const t = useTexts();
   const { problem, attempt } = useAttempt();
   const [about, setAbout] = useState<ClassAbout | null>(null);
-  const [code, setCode] = useState(codeInAddress);
+  const [code, setCode] = useState(secretInAddress);
   const [checked, setChecked] = useState(false);
   const [returns, setReturns] = useState(false);
   const [me, setMe] = useState<Self | null>(null);
   useEffect(() => {
     void attempt(async () => {
       setAbout(await askClass("about"));
-      if (!code) return;
-      await askClass("check-code", { code });
+      if (!secretInAddress) return;
+      await askClass("check-code", { code: secretInAddress });
       setChecked(true);
     });
-    // Once, with the code of the address.
+    // Once.
     // eslint-disable-next-line react-hooks/exhaustive-deps
   }, []);
   const leave = () =>
