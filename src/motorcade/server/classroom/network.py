@@ -1,5 +1,6 @@
 """How pupils find a class: the addresses of this computer, its name in the network, and a QR code."""
 
+import io
 import ipaddress
 import socket
 from collections.abc import AsyncIterator, Iterable, Sequence
@@ -121,8 +122,10 @@ def join_url(address: str, code: str) -> str:
 
 
 def qr_svg(text: str) -> str:
-    """A QR code as an SVG element, black on white with its margin."""
-    return str(segno.make(text, error="m").svg_inline(scale=8, light="#fff", border=4))
+    """A QR code as an SVG file, black on white with its margin."""
+    drawn = io.BytesIO()
+    segno.make(text, error="m").save(drawn, kind="svg", xmldecl=False, scale=8, light="#fff", border=4)
+    return drawn.getvalue().decode()
 
 
 def qr_for_terminal(text: str) -> str:
