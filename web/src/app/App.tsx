@@ -44,6 +44,7 @@ function SkipLinks() {
   );
 }
 
+const PupilBar = lazy(async () => ({ default: (await import("../pupil/PupilBar")).PupilBar }));
 const Stage = lazy(async () => ({ default: (await import("../mat/Stage")).Stage }));
 
 /** The stage, fetched after the rest of the page. */
@@ -120,6 +121,7 @@ export function App() {
   const [ready, setReady] = useState(false);
   const gone = useStudio(({ service }) => service === "gone");
   const alone = useStudio((studio) => studio.alone);
+  const isPupil = useStudio(({ capabilities }) => capabilities?.classroom === "pupil");
   useEffect(() => {
     if (!ready && !gone) void attempt(prepare).then(() => setReady(useStudio.getState().generation > 0));
   }, [ready, gone]);
@@ -129,7 +131,14 @@ export function App() {
       <div className={css.app} data-alone={alone ?? undefined}>
         <SkipLinks />
         <Header />
-        <ServerBanner />
+        <div className={css.banners}>
+          <ServerBanner />
+          {ready && isPupil && (
+            <Suspense>
+              <PupilBar />
+            </Suspense>
+          )}
+        </div>
         {ready ? <Work /> : <p className={classes(controls.quiet, areas.loading)}>{t("app.loading")}</p>}
         {ready && <Tour />}
         <Dialogs />

@@ -9,6 +9,7 @@ import { startPrinting } from "../blocks/picture";
 import { startThemes } from "../blocks/workspaces";
 import { startLanguages } from "../i18n";
 import { openSharedLink } from "../projects/actions";
+import { findPupilsWork, startPupil } from "../pupil/store";
 import { findWork, storeEveryChange } from "../projects/autosave";
 import { BLANK, markSaved, markUnsaved, loadProject, watchUnsaved } from "../projects/project";
 import { watchOtherWindows } from "../projects/windows";
@@ -57,7 +58,7 @@ export function start(): void {
 let place = "";
 
 async function openFirstProject(): Promise<void> {
-  const { key, stored } = await findWork();
+  const { key, stored } = useStudio.getState().capabilities?.classroom === "pupil" ? await findPupilsWork() : await findWork();
   place = key;
   loadProject(stored ?? BLANK, stored?.parkedFollowers ?? null);
   useStudio.setState({ stored: stored?.stored ?? false });
@@ -85,6 +86,7 @@ export function openEditors(): void {
   watchUnsaved();
   storeEveryChange(place);
   watchOtherWindows();
+  if (useStudio.getState().capabilities?.classroom === "pupil") startPupil();
   void openSharedLink();
   window.addEventListener("hashchange", () => void openSharedLink());
 }

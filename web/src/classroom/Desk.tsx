@@ -8,6 +8,7 @@ import { ClassPart } from "./DeskClass";
 import { MatPart } from "./DeskMat";
 import { PupilsPart } from "./DeskPupils";
 import { HandOutPart, ProgressPart } from "./DeskWork";
+import { Icon } from "../ui/icons";
 import { Action, Field, Frame, Problem, titleOr, useAttempt } from "./Frame";
 import css from "./class.module.css";
 import { useTexts } from "./texts";
@@ -87,7 +88,7 @@ function AtTheDesk({ onSignedOut }: { onSignedOut: () => void }) {
         {PARTS.map((each) => (
           <button key={each} type="button" aria-current={each === part ? "page" : undefined} onClick={() => setPart(each)}>
             {t(each)}
-            {each === "pupils" && hands > 0 && <span className={css.badge}>✋ {hands}</span>}
+            {each === "pupils" && hands > 0 && <span className={css.badge}><Icon name="hand" /> {hands}</span>}
           </button>
         ))}
       </nav>

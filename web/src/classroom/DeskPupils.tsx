@@ -5,6 +5,7 @@ import type { ClassView, PupilRow } from "../generated/classroom";
 import type { LibraryEntry } from "../generated/messages";
 import { askDesk } from "./ask";
 import { Avatar } from "./Avatar";
+import { Icon } from "../ui/icons";
 import { Action, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
 import { useLanguage, useTexts } from "./texts";
@@ -64,7 +65,7 @@ function Pupil({ pupil }: { pupil: PupilRow }) {
         {!pupil.online && <span>{t("awayFor", { time: lasting(pupil.away_s) })}</span>}
         {pupil.hand_s !== null && (
           <span className={css.hand}>
-            ✋ {t("handFor", { time: lasting(pupil.hand_s) })}
+            <Icon name="hand" /> {t("handFor", { time: lasting(pupil.hand_s) })}
             <Action onPress={() => void attempt(() => askDesk("lower-hand", { pupil: id }))} label={t("lowerHandOf", { name: pupil.name })}>
               {t("lowerHand")}
             </Action>

@@ -13,6 +13,8 @@ import { type Studio, useStudio } from "../state/studio";
 import { sameProject } from "./project";
 
 const PREFIX = "motorcade.autosave.";
+/** Pupils who use one device one after the other don't find each other's work there. */
+const prefixOf = (owner: string) => (owner ? `motorcade.class.${owner}.` : PREFIX);
 /** The key of this tab's place, in storage that survives a reload and is copied with the tab. */
 const OWN = "motorcade.place";
 /** A reloaded page releases its lock only a moment after the new page has started. */
@@ -39,23 +41,24 @@ async function hold(key: string, patienceMs = 0): Promise<boolean> {
 }
 
 /** All places with work, the newest first; `ageOf` reads from a text when it was stored. */
-function placesByAge(ageOf: (text: string) => number): string[] {
-  const keys = Object.keys(localStorage).filter((key) => key.startsWith(PREFIX));
+function placesByAge(prefix: string, ageOf: (text: string) => number): string[] {
+  const keys = Object.keys(localStorage).filter((key) => key.startsWith(prefix));
   const stored = keys.map((key) => ({ key, at: ageOf(localStorage.getItem(key) ?? "") }));
   return stored.sort((a, b) => b.at - a.at).map(({ key }) => key);
 }
 
-async function freePlace(ageOf: (text: string) => number): Promise<string | null> {
-  for (const key of placesByAge(ageOf)) if (await hold(key)) return key;
+async function freePlace(prefix: string, ageOf: (text: string) => number): Promise<string | null> {
+  for (const key of placesByAge(prefix, ageOf)) if (await hold(key)) return key;
   return null;
 }
 
 /** This tab's place: its earlier one, else one whose tab is closed, else a new one. */
-async function takePlace(ageOf: (text: string) => number): Promise<Place> {
-  const own = sessionStorage.getItem(OWN);
+async function takePlace(prefix: string, ageOf: (text: string) => number): Promise<Place> {
+  const before = sessionStorage.getItem(OWN);
+  const own = before?.startsWith(prefix) ? before : null;
   if (own !== null && (await hold(own, PATIENCE_MS))) return { key: own, from: own };
-  const free = own === null ? await freePlace(ageOf) : null;
-  const key = free ?? PREFIX + uniqueName();
+  const free = own === null ? await freePlace(prefix, ageOf) : null;
+  const key = free ?? prefix + uniqueName();
   if (free === null) await hold(key);
   sessionStorage.setItem(OWN, key);
   return { key, from: free ?? own };
@@ -99,9 +102,9 @@ export function parseWork(text: string | null): StoredWork | null {
   return whole ? (stored as StoredWork) : null;
 }
 
-/** This tab's place, and what is to be shown first; null where nothing was stored. */
-export async function findWork(): Promise<{ key: string; stored: StoredWork | null }> {
-  const { key, from } = await takePlace((text) => parseWork(text)?.at ?? 0);
+/** This tab's place, and what is to be shown first; null where nothing was stored. `owner`: a pupil of a class. */
+export async function findWork(owner = ""): Promise<{ key: string; stored: StoredWork | null }> {
+  const { key, from } = await takePlace(prefixOf(owner), (text) => parseWork(text)?.at ?? 0);
   return { key, stored: from === null ? null : parseWork(localStorage.getItem(from)) };
 }
 

@@ -1,0 +1,100 @@
+/** A pupil's part of a class: what the teacher's desk tells this page, and the draft that the server keeps. */
+
+import i18next from "i18next";
+import { create } from "zustand";
+import * as api from "../api/requests";
+import { askClass, ClassError, Stream } from "../classroom/ask";
+import type { ClassAnswer, Goodbye, News, PupilView } from "../generated/classroom";
+import { choiceOf, playMission } from "../missions/store";
+import { attempt } from "../projects/actions";
+import { findWork, type StoredWork } from "../projects/autosave";
+import { openProject, replaceBy, sameProject } from "../projects/project";
+import { notify } from "../state/dialogs";
+import { useStudio } from "../state/studio";
+
+interface Pupil {
+  view: PupilView | null;
+  /** Why this page is no longer in the class. */
+  goodbye: Goodbye["why"] | null;
+}
+
+export const usePupil = create<Pupil>(() => ({ view: null, goodbye: null }));
+
+const DRAFT_AFTER_MS = 2000;
+
+/** The pupil's newest work: of this device, or the draft that the server keeps, which another device may have written. */
+export async function findPupilsWork(): Promise<{ key: string; stored: StoredWork | null }> {
+  const { me } = await askClass("about").catch(() => ({ me: null }));
+  const { key, stored } = await findWork(me?.id);
+  const draft = await askClass("draft/read").catch(() => null);
+  if (!draft?.project || (stored && stored.at >= Date.parse(draft.saved_at))) return { key, stored };
+  const work = { ...draft.project, name: draft.name, parkedFollowers: null, unsaved: true, at: Date.parse(draft.saved_at) };
+  return { key, stored: work };
+}
+
+/** Show a refusal of the class's server as a notice; a server that is gone is told of by the page's banner. */
+export async function attemptInClass(task: () => Promise<unknown>): Promise<void> {
+  try {
+    await task();
+  } catch (problem) {
+    if (!(problem instanceof ClassError)) throw problem;
+    const { sentence } = problem;
+    if (sentence) notify(sentence[i18next.language as keyof typeof sentence] ?? sentence.en, "error");
+  }
+}
+
+function keepDraft(): void {
+  let timer: ReturnType<typeof setTimeout> | undefined;
+  const write = () => {
+    clearTimeout(timer);
+    timer = undefined;
+    // A draft that the server did not take is written with the next edit; this device has the work as well.
+    void askClass("draft/write", { name: useStudio.getState().name, project: openProject() }).catch(() => undefined);
+  };
+  useStudio.subscribe((now, before) => {
+    if (!sameProject(now, before)) timer ??= setTimeout(write, DRAFT_AFTER_MS);
+  });
+  document.addEventListener("visibilitychange", () => document.hidden && timer && write());
+}
+
+/** The numbers of news that a notice has told of. */
+let told = 0;
+
+function tellNews(news: readonly News[]): void {
+  for (const { number, kind, name, sender } of news.filter((each) => each.number > told)) {
+    told = number;
+    const text = kind === "mission" ? i18next.t("pupil.mission", { name }) : i18next.t("pupil.project", { name, sender: sender || i18next.t("pupil.teacher") });
+    const open = kind === "mission" ? openHandedMission : () => openHandedProject(name);
+    notify(text, "info", { label: i18next.t("pupil.open"), run: () => void open() });
+    void askClass("seen", { number }).catch(() => undefined);
+  }
+}
+
+/** Open the mission that was handed out last. */
+export async function openHandedMission(): Promise<void> {
+  const number = usePupil.getState().view?.mission ?? null;
+  if (number === null) return;
+  await attemptInClass(async () => {
+    await playMission(choiceOf(await askClass("mission", { number })));
+  });
+}
+
+function openHandedProject(name: string): Promise<void> {
+  return attempt(async () => {
+    const project = await api.savedProject(name);
+    await replaceBy({ ...project, name }, true);
+  });
+}
+
+function receive(answer: ClassAnswer): void {
+  if (answer.is === "pupil") {
+    usePupil.setState({ view: answer });
+    tellNews(answer.news);
+  } else if (answer.is === "goodbye") usePupil.setState({ goodbye: answer.why });
+}
+
+/** Follow the class from now on. To be called once. */
+export function startPupil(): void {
+  new Stream<ClassAnswer>("/api/class/stream", { onAnswer: receive, onLink: () => undefined });
+  keepDraft();
+}
