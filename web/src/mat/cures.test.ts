@@ -15,7 +15,7 @@ const MAT: Mat = {
   edge: "wall",
   car: [{ at_m: [1, 1], role: "leader" }, { at_m: [5, 1] }],
 };
-const ANSWER: Why = { code: "why-too-far", sentence: {}, car: 0, cure: "", value: 0 };
+const ANSWER: Why = { code: "why-too-far", sentence: { en: "", zh: "" }, car: 0, cure: "", value: 0 };
 const session = { picture: pictureOf([{ x: 1, y: 1 }, { x: 5, y: 1 }]), starts: null } as unknown as Session;
 
 beforeEach(() => {
