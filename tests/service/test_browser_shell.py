@@ -188,3 +188,27 @@ def test_the_virtual_car_keeps_what_was_uploaded(shell, clock):
     assert refused["error"]["code"] == "no-such-port"
     (refused,) = transfer(shell, clock, 5, {"port": "virtual", "image": "AAAA"})
     assert refused["outcome"] == "failed"
+
+
+class JavaScriptArray:
+    """Bytes as Pyodide passes them to Python."""
+
+    def __init__(self, data):
+        self._data = data
+
+    def to_bytes(self):
+        return self._data
+
+
+def test_bytes_of_the_pages_port_reach_the_transfer(shell, clock):
+    number, image, messages = 1, bytes.fromhex("0100000065800000"), []
+    shell.open(number, "serial", "")
+    sent = shell.receive(number, json.dumps({"readback": True}))
+    while (wait_s := shell.wait_s(number)) >= 0:
+        clock.now_s += max(wait_s, 0.001)
+        for each in sent:
+            messages += [] if isinstance(each, bytes) else [json.loads(each)]
+        asked = any(isinstance(each, bytes) for each in sent)
+        sent = shell.receive(number, JavaScriptArray(image)) if asked else shell.advance(number)
+    messages += [json.loads(each) for each in sent if isinstance(each, str)]
+    assert [message["outcome"] for message in messages] == ["image"]

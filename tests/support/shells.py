@@ -29,6 +29,7 @@ QUICK = (
     "test_every_saved_version_can_be_opened",
     "test_a_mission_is_played_by_keyboard_until_it_has_all_stars",
     "test_a_program_is_uploaded_to_the_virtual_car_and_read_back_as_blocks",
+    "test_a_serial_port_of_the_browser_works_both_ways",
 )
 
 

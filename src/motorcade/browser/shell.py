@@ -55,6 +55,13 @@ class Parts:
     play: Play | None = None
 
 
+class JavaScriptBytes(Protocol):
+    """An array of bytes of JavaScript's, as Pyodide passes it."""
+
+    def to_bytes(self) -> bytes:
+        """Return its bytes."""
+
+
 class Stream(Protocol):
     """One stream of the page."""
 
@@ -100,9 +107,10 @@ class Shell:
         self._streams[number] = _WorldStream(world, self._parts.clock)
         return _packed(world.connect())
 
-    def receive(self, number: int, data: str | bytes) -> Sent:
+    def receive(self, number: int, data: "str | bytes | JavaScriptBytes") -> Sent:
         """Take a message of the page."""
-        return self._do(number, lambda stream: stream.receive(data))
+        message = data if isinstance(data, str | bytes) else data.to_bytes()
+        return self._do(number, lambda stream: stream.receive(message))
 
     def advance(self, number: int) -> Sent:
         """Do what is due."""
