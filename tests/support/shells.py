@@ -5,8 +5,6 @@ against the server, and against the site those that touch what differs: the star
 missions and uploads.
 """
 
-from support.soak import SOAK
-
 # What only a server has, and the tests that need it.
 SERVER_ALONE = {
     "a server that ends and comes back": (
@@ -35,6 +33,9 @@ QUICK = (
 
 def shells_of(test: str) -> list[str]:
     """The shells against which a test runs, by its function's name."""
+    # Not above: conftest.py imports this file before pytest chooses the profile.
+    from support.soak import SOAK
+
     if any(test in tests for tests in SERVER_ALONE.values()):
         return ["server"]
     return ["server", "site"] if SOAK or test in QUICK else ["server"]
