@@ -2,7 +2,7 @@
 
 import { type SyntheticEvent, type ReactNode, useEffect, useState } from "react";
 import type { ClassView, DeskAbout } from "../generated/classroom";
-import { askDesk, secretInAddress } from "./ask";
+import { askDesk } from "./ask";
 import { CarsPart } from "./DeskCars";
 import { ClassPart } from "./DeskClass";
 import { MatPart } from "./DeskMat";
@@ -11,6 +11,7 @@ import { HandOutPart, ProgressPart } from "./DeskWork";
 import { Icon } from "../ui/icons";
 import { Action, Field, Frame, Problem, titleOr, useAttempt } from "./Frame";
 import css from "./class.module.css";
+import { secretInAddress } from "./secret";
 import { useTexts } from "./texts";
 import { useClass } from "./WallPage";
 

@@ -2,10 +2,11 @@
 
 import { type SyntheticEvent, type ReactNode, useEffect, useState } from "react";
 import type { ClassAbout, Self } from "../generated/classroom";
-import { askClass, secretInAddress } from "./ask";
+import { askClass } from "./ask";
 import { Avatar } from "./Avatar";
 import { Action, Field, Frame, Problem, titleOr, useAttempt } from "./Frame";
 import css from "./class.module.css";
+import { secretInAddress } from "./secret";
 import { useTexts } from "./texts";
 
 const STUDIO = "/";

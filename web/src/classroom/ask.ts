@@ -3,18 +3,6 @@
 import type { DeskRequests, PupilRequests } from "../generated/classroom";
 import type { ErrorAnswer, Sentence } from "../generated/messages";
 
-/**
- * What stands behind '#': the code of the class, from a QR code, or the key of a teacher without a password. It is taken
- * out of the address, so that no shared link and no history holds it.
- */
-export const secretInAddress = takeSecret();
-
-function takeSecret(): string {
-  const secret = decodeURIComponent(location.hash.slice(1));
-  if (secret) history.replaceState(null, "", location.pathname + location.search);
-  return secret;
-}
-
 /** The server refused a request, or doesn't answer: then `sentence` is null. */
 export class ClassError extends Error {
   constructor(
