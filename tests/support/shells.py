@@ -11,6 +11,7 @@ SERVER_ALONE = {
         "test_work_continues_after_the_server_crashed_and_came_back",
         "test_a_server_crash_during_an_upload_is_shown",
     ),
+    "a library on disk, into which the test writes": ("test_ones_own_missions_are_played_changed_and_deleted",),
     "a world that plays while its page is loaded again": ("test_a_reloaded_page_shows_the_same_running_cars",),
     "downloads of a run, and films by ffmpeg": ("test_a_run_is_downloaded_as_a_table_and_as_an_animation",),
     "requests over HTTP, which the test answers itself": (
