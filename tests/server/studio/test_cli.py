@@ -71,7 +71,7 @@ def test_projects_are_stored_and_ctrl_c_ends_the_server_without_output(tmp_path)
     with started(tmp_path / "mine") as running:
         assert answer(running, "POST", "/api/projects/write", b'{"name": "a", "project": {"leader": {}}}') == (
             200,
-            {"version": 1},
+            {"version": 1, "stays": True},
         )
         with connect(
             f"ws://127.0.0.1:{running.port}/api/world?session={SESSION}", additional_headers=running.cookie
