@@ -73,6 +73,7 @@ def studio_of_site(page_built: None, tmp_path_factory: pytest.TempPathFactory) -
     write_site(folder, site_files())
     with serving(folder) as site:
         yield site
+        assert violations(site) == []
 
 
 @pytest.fixture(scope="session")
@@ -92,6 +93,11 @@ def own_studio(shell: str, request: pytest.FixtureRequest, page_built: None, tmp
         yield studio
 
 
+def violations(studio: Studio) -> list[str]:
+    """What pages and workers of a site wanted to do against its policy; a page's console tells of its own too."""
+    return studio.violations if isinstance(studio, SiteServer) else []
+
+
 @contextmanager
 def visitors(browser: Browser, studio: Studio) -> Iterator[OpenPage]:
     """Opens pages, each in a browser profile of its own, and checks their faults at the end of the test."""
@@ -104,7 +110,7 @@ def visitors(browser: Browser, studio: Studio) -> Iterator[OpenPage]:
     yield open_page
     for page in opened:
         page.context.close()
-    assert [fault for page in opened for fault in page.faults] == []
+    assert [fault for page in opened for fault in page.faults] + violations(studio) == []
 
 
 @pytest.fixture
@@ -144,4 +150,4 @@ def show(browser: Browser, studio: Studio, shown_pages: dict[str, StudioPage]) -
 
     yield show_in
     faults = [page.faults.pop() for page in shown_pages.values() for _ in page.faults[:]]
-    assert faults == []
+    assert faults + violations(studio) == []

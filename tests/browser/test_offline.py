@@ -52,6 +52,7 @@ def folder(builds, tmp_path):
 def server(folder):
     with serving(folder) as server:
         yield server
+    assert server.violations == []
 
 
 @pytest.fixture

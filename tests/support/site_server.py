@@ -1,8 +1,9 @@
 """A folder of static files, served as any web server would, below a path: in a thread, on a free port.
 
-The page's policy comes as a header too: only so does it hold for workers.
+The page's policy comes as a header too: only so does it hold for workers. Browsers report here what breaks it.
 """
 
+import json
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,14 +13,23 @@ from pathlib import Path
 from motorcade.site import POLICY
 
 PATH = "/motorcade/"
+# Where browsers send their reports, workers' too.
+REPORTS = f"{PATH}policy-reports"
 
 
 class SiteServer:
-    """Serves ``folder`` at ``url`` until it is stopped; `requests` has the paths below it, in order."""
+    """Serves ``folder`` at ``url`` until it is stopped.
+
+    Attributes:
+        requests: the paths below the url, in order.
+        violations: what a page or a worker wanted to do against the policy, as browsers report it.
+    """
 
     def __init__(self, folder: Path, port: int = 0) -> None:
+        self.folder = folder
         self.requests: list[str] = []
-        requests = self.requests
+        self.violations: list[str] = []
+        requests, violations = self.requests, self.violations
 
         class Handler(SimpleHTTPRequestHandler):
             protocol_version = "HTTP/1.1"
@@ -30,8 +40,19 @@ class SiteServer:
                 requests.append(path.removeprefix(PATH).partition("?")[0])
                 return super().translate_path(path.removeprefix(PATH[:-1]))
 
+            def do_POST(self) -> None:
+                report = self.rfile.read(int(self.headers["Content-Length"]))
+                if self.path == REPORTS:
+                    told = json.loads(report)["csp-report"]
+                    violations.append(
+                        f"{told['violated-directive']}: {told['blocked-uri']} ({told.get('source-file')})"
+                    )
+                self.send_response(204 if self.path == REPORTS else 404)
+                self.send_header("Content-Length", "0")
+                self.end_headers()
+
             def end_headers(self) -> None:
-                self.send_header("Content-Security-Policy", POLICY)
+                self.send_header("Content-Security-Policy", f"{POLICY}; report-uri {REPORTS}")
                 super().end_headers()
 
             def log_message(self, *_: object) -> None:
