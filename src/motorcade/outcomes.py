@@ -157,7 +157,11 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     ),
     (PROGRAM_ERROR, 413, ("body-too-large",)),
     (PROGRAM_ERROR, 429, ("requests-too-fast",)),
-    (PROGRAM_ERROR, 500, ("cant-delete", "cant-read", "cant-save", "film-failed", "internal", "virtual-car")),
+    (
+        PROGRAM_ERROR,
+        500,
+        ("browser-fault", "cant-delete", "cant-read", "cant-save", "film-failed", "internal", "virtual-car"),
+    ),
     (PROGRAM_ERROR, 503, ("session-was-idle", "too-many-films", "too-many-sessions", "too-many-sessions-of-one")),
     (PROGRAM_ERROR, 507, ("browser-library-full", "browser-store-full", "library-full", "too-many-projects")),
 )

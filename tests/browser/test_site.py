@@ -36,10 +36,17 @@ def test_python_that_ends_begins_again_and_nothing_is_lost(open_page) -> None:
     studio.expect_moving()
     assert studio.page.workers != [worker]
 
-    # A stored memory of Python that is damaged is forgotten.
+    # A stored memory of Python that is damaged is forgotten. The world begins again, as it began the last time.
+    studio.look_up("swarm")
+    seed = studio.page.get_by_role("textbox", name=studio.say("mat.seed"))
+    seed.fill("7")
+    seed.press("Enter")
     assert studio.page.evaluate(DAMAGE) == 1
     studio.page.reload()
     studio.wait_until_ready()
+    expect(studio.clock).to_have_text("0:00.0")
+    expect(studio.mat_button("play")).to_be_enabled()
+    expect(seed).to_have_value("7")
     studio.expect_words(WORDS)
 
 

@@ -79,7 +79,7 @@ class BrowserLine:
 
 FAKE_SERIAL = """() => Object.defineProperty(navigator, "serial", { value: { requestPort: async () => {
     let open = false;
-    return {
+    return window.carPort = Object.assign(new EventTarget(), {
         open: async ({ baudRate }) => { open = baudRate === 115200; },
         close: async () => { open = false; },
         readable: new ReadableStream({ async pull(stream) {
@@ -91,8 +91,17 @@ FAKE_SERIAL = """() => Object.defineProperty(navigator, "serial", { value: { req
             if (bytes.length) stream.enqueue(new Uint8Array(bytes));
         } }),
         writable: new WritableStream({ write: (bytes) => open && sendToCar([...bytes]) }),
-    };
+    });
 } } })"""
+
+PULL = """() => new Promise((done) => {
+    const pull = () => {
+        if (!document.querySelector("[role=dialog] [role=progressbar]")) return setTimeout(pull, 20)
+        window.carPort.dispatchEvent(new Event("disconnect"))
+        done()
+    }
+    pull()
+})"""
 
 
 def test_a_serial_port_of_the_browser_works_both_ways(open_page, tmp_path) -> None:
@@ -108,6 +117,11 @@ def test_a_serial_port_of_the_browser_works_both_ways(open_page, tmp_path) -> No
         dialog.get_by_role("button", name="Read back").click()
         expect(dialog.get_by_role("status")).to_contain_text("The car sent back 4 words.")
     assert (tmp_path / "image").read_bytes().hex() == "".join(WORDS)
+
+    # Nobody answers any more, and then somebody pulls the cable.
+    dialog.get_by_role("button", name="Read back").click()
+    studio.page.evaluate(PULL)
+    expect(dialog.get_by_role("alert")).to_contain_text("went away in the middle. Is its cable loose?")
 
 
 def test_an_unchecked_upload_is_not_called_verified(open_page) -> None:

@@ -71,9 +71,9 @@ def test_a_wrong_request_is_refused_with_a_sentence_in_each_language(shell, name
 
 def test_an_error_of_motorcade_itself_is_told_as_internal(shell, capsys):
     broken = Shell(Parts(None, lambda message: 1 / 0, lambda: 0.0))  # type: ignore[arg-type,return-value]
-    assert ask(broken, "projects/list")["error"]["code"] == "internal"
+    assert ask(broken, "projects/list")["error"]["code"] == "browser-fault"
     broken.open(1, "world", KEY)
-    assert [each["code"] for each in said(broken.receive(1, json.dumps(SET)))] == ["internal"]
+    assert [each["code"] for each in said(broken.receive(1, json.dumps(SET)))] == ["browser-fault"]
     assert "ZeroDivisionError" in capsys.readouterr().err
 
 

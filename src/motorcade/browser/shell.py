@@ -215,7 +215,7 @@ def _known(problem: Exception) -> MotorcadeError:
     if isinstance(problem, MotorcadeError):
         return problem
     traceback.print_exception(problem)
-    return MotorcadeError("internal")
+    return MotorcadeError("browser-fault")
 
 
 def _decoded(data: str | bytes, kind: Any) -> Any:

@@ -44,6 +44,7 @@ export function sameRunning(a: Running, b: Running): boolean {
 }
 
 const BEGINNING_KEY = "motorcade.world.beginning";
+const SEED_KEY = "motorcade.world.seed";
 const SYNC_MS = 120;
 const SEEK_MS = 25;
 const SHOW_EVERY_MS = 120;
@@ -83,11 +84,20 @@ export class Session {
 
   /** Connect, and send each change of the program and the mat. */
   open(): void {
-    this.unsubscribe = useStudio.subscribe((now, before) => {
+    // Where the world ends with its page, a reloaded page begins the same run again.
+    useMat.setState({ seed: Number(sessionStorage.getItem(SEED_KEY)) });
+    const stopSeed = useMat.subscribe(({ seed }, before) => {
+      if (seed !== before.seed) sessionStorage.setItem(SEED_KEY, String(seed));
+    });
+    const stop = useStudio.subscribe((now, before) => {
       const differs =
         now.compiled?.image !== before.compiled?.image || now.profile !== before.profile || now.mission !== before.mission;
       if (differs || now.mat !== before.mat || now.rangeMm !== before.rangeMm) this.sync();
     });
+    this.unsubscribe = () => {
+      stopSeed();
+      stop();
+    };
     this.connection = new WorldConnection(this.name, {
       onPicture: (picture) => this.receivePicture(picture),
       onAnswer: (answer) => this.receive(answer),

@@ -9,7 +9,8 @@ import { useStudio } from "../state/studio";
 import { inLanguage } from "../i18n";
 import { attempt } from "../projects/actions";
 import { markUnsaved, replaceBy } from "../projects/project";
-import { CutOffError, hasWebSerial, requestPort, transfer, transferBySerial, type Order, type Outcome, type Progress } from "./transfer";
+import { CutOffError, hasWebSerial, PortBusyError, requestPort, transfer, transferBySerial } from "./transfer";
+import type { Order, Outcome, Progress } from "./transfer";
 import { Icon } from "../ui/icons";
 import buttons from "../ui/buttons.module.css";
 import controls from "../ui/controls.module.css";
@@ -80,7 +81,7 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
   const [wished, setWished] = useState<string | null>(null);
   const [verify, setVerify] = useState(true);
   const [progress, setProgress] = useState<Progress | null>(null);
-  const [outcome, setOutcome] = useState<Outcome | "cut-off" | null>(null);
+  const [outcome, setOutcome] = useState<Outcome | Fault | null>(null);
   const port = wished ?? firstChoice(ports, lastUsed);
 
   const run = async (order: Order) => {
@@ -96,8 +97,9 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
       const isCar = ports.find((each) => each.port === port)?.kind !== "virtual";
       if (arrived && isCar) useSettings.setState({ uploaded: true });
     } catch (error) {
-      if (!(error instanceof CutOffError)) throw error;
-      setOutcome("cut-off");
+      if (error instanceof CutOffError) setOutcome("cutOff");
+      else if (error instanceof PortBusyError) setOutcome("portBusy");
+      else throw error;
     } finally {
       setProgress(null);
     }
@@ -156,17 +158,18 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
   );
 }
 
+/** What kept the service from an outcome: the key of its text. */
+type Fault = "cutOff" | "portBusy";
+
 interface ResultProps {
-  outcome: Outcome | "cut-off";
+  outcome: Outcome | Fault;
   onOpen: (image: string) => void;
 }
 
 /** The outcome of a transfer. */
 function Result({ outcome, onOpen }: ResultProps) {
   const { t } = useTranslation();
-  if (outcome === "cut-off") {
-    return <ResultBox tone="error" title={t("upload.failed")} text={t("upload.cutOff")} />;
-  }
+  if (typeof outcome === "string") return <ResultBox tone="error" title={t("upload.failed")} text={t(`upload.${outcome}`)} />;
   switch (outcome.outcome) {
     case "verified":
       return <ResultBox tone="success" title={t("upload.verified")} text={outcome.answer} />;

@@ -1,6 +1,6 @@
 import { afterEach, describe, expect, it, vi } from "vitest";
 import { connectTo, type Stream, type StreamListeners } from "../api/service";
-import { CutOffError, transfer, transferBySerial } from "./transfer";
+import { CutOffError, PortBusyError, type SerialPort, transfer, transferBySerial } from "./transfer";
 
 /** The service's end of a stream, played by the test. */
 class PlayedStream implements Stream {
@@ -58,28 +58,90 @@ describe("an upload", () => {
   });
 });
 
+/** A port of Web Serial, played by the test. */
+class PlayedPort extends EventTarget implements SerialPort {
+  readonly written: number[][] = [];
+  readonly open = vi.fn(() => Promise.resolve());
+  readonly close = vi.fn(() => Promise.resolve());
+  readable: SerialPort["readable"] = null;
+  writable = new WritableStream<Uint8Array>({ write: (bytes) => void this.written.push([...bytes]) });
+  private fromCar!: ReadableStreamDefaultController<Uint8Array<ArrayBuffer>>;
+
+  constructor() {
+    super();
+    this.renew();
+  }
+
+  /** The stream of bytes after a fault of the line. */
+  renew(): void {
+    this.readable = new ReadableStream({ start: (stream) => void (this.fromCar = stream) });
+  }
+
+  come(...bytes: number[]): void {
+    this.fromCar.enqueue(new Uint8Array(bytes));
+  }
+
+  /** A read fails: the line had a fault, or the cable is out. */
+  fail(isGone: boolean): void {
+    const failed = this.fromCar;
+    if (isGone) this.readable = null;
+    else this.renew();
+    failed.error(new DOMException("The device has been lost.", "NetworkError"));
+  }
+}
+
+/** A readback through the port, begun: its end, and the service's end of its stream. */
+async function begin(port: PlayedPort) {
+  const before = PlayedStream.last;
+  const done = transferBySerial(port, 115_200, { readback: true }, vi.fn());
+  await vi.waitFor(() => expect(PlayedStream.last).not.toBe(before));
+  const stream = PlayedStream.last;
+  stream.listeners.onOpen();
+  return { done, stream };
+}
+
 describe("an upload through the browser's own port", () => {
   it("carries bytes both ways and closes the port", async () => {
-    const written: number[][] = [];
-    const close = vi.fn(() => Promise.resolve());
-    let fromCar: ReadableStreamDefaultController<Uint8Array<ArrayBuffer>>;
-    const port = {
-      open: vi.fn(() => Promise.resolve()),
-      close,
-      readable: new ReadableStream<Uint8Array<ArrayBuffer>>({ start: (stream) => void (fromCar = stream) }),
-      writable: new WritableStream<Uint8Array>({ write: (bytes) => void written.push([...bytes]) }),
-    };
-    const done = transferBySerial(port, 115_200, { readback: true }, vi.fn());
-    await vi.waitFor(() => expect(PlayedStream.last.name).toBe("serial"));
-    const stream = PlayedStream.last;
-    stream.listeners.onOpen();
-    fromCar!.enqueue(new Uint8Array([79, 75]));
+    const port = new PlayedPort();
+    const { done, stream } = await begin(port);
+    port.come(79, 75);
     await vi.waitFor(() => expect(stream.sent).toEqual(['{"readback":true}', new Uint8Array([79, 75])]));
     stream.say(new Uint8Array([1, 2]).buffer);
-    await vi.waitFor(() => expect(written).toEqual([[1, 2]]));
+    await vi.waitFor(() => expect(port.written).toEqual([[1, 2]]));
     stream.say({ outcome: "image", image: "AAAA" });
     expect(await done).toEqual({ outcome: "image", image: "AAAA" });
-    expect(close).toHaveBeenCalledOnce();
+    expect(port.close).toHaveBeenCalledOnce();
     expect(port.open).toHaveBeenCalledWith({ baudRate: 115_200 });
+  });
+
+  it("goes on after a fault of the line", async () => {
+    const port = new PlayedPort();
+    const { done, stream } = await begin(port);
+    port.fail(false);
+    port.come(79);
+    await vi.waitFor(() => expect(stream.sent).toEqual(['{"readback":true}', new Uint8Array([79])]));
+    stream.say({ outcome: "image", image: "AAAA" });
+    await done;
+  });
+
+  const pulls: [string, (port: PlayedPort) => void][] = [
+    ["a read fails", (port) => port.fail(true)],
+    ["the browser says so", (port) => port.dispatchEvent(new Event("disconnect"))],
+  ];
+  it.each(pulls)("tells the service once that the cable was pulled: %s", async (_, pull) => {
+    const port = new PlayedPort();
+    const { done, stream } = await begin(port);
+    pull(port);
+    await vi.waitFor(() => expect(stream.sent).toEqual(['{"readback":true}', "gone"]));
+    port.dispatchEvent(new Event("disconnect"));
+    stream.say({ outcome: "failed", error: {} });
+    await done;
+    expect(stream.sent).toHaveLength(2);
+  });
+
+  it("says that a port can't be opened", async () => {
+    const port = new PlayedPort();
+    port.open.mockRejectedValueOnce(new DOMException("Failed to open serial port.", "NetworkError"));
+    await expect(transferBySerial(port, 115_200, { readback: true }, vi.fn())).rejects.toThrow(PortBusyError);
   });
 });

@@ -3,12 +3,12 @@
 import { service, type Stream } from "../api/service";
 import type { Outcome, Progress, UploadAnswer } from "../generated/messages";
 
-/** A port of the browser's Web Serial. */
-export interface SerialPort {
+/** A port of the browser's Web Serial. Each non-fatal fault of the line replaces `readable`; it is null once the port is gone. */
+export interface SerialPort extends EventTarget {
   open(options: { baudRate: number }): Promise<void>;
   close(): Promise<void>;
-  readonly readable: ReadableStream<Uint8Array<ArrayBuffer>>;
-  readonly writable: WritableStream<Uint8Array>;
+  readonly readable: ReadableStream<Uint8Array<ArrayBuffer>> | null;
+  readonly writable: WritableStream<Uint8Array> | null;
 }
 
 interface Serial {
@@ -26,20 +26,42 @@ export async function requestPort(): Promise<SerialPort | null> {
   return (await serial()?.requestPort().catch(() => null)) ?? null;
 }
 
-/** Pass on the bytes that come from the port, and write bytes to it in order. */
-export function carryBytes(port: SerialPort, onBytes: (bytes: Uint8Array<ArrayBuffer>) => void) {
-  const reader = port.readable.getReader();
-  const writer = port.writable.getWriter();
+/**
+ * Pass on the bytes that come from the port, and write bytes to it in order.
+ *
+ * @param port an open port.
+ * @param onBytes called for bytes that came.
+ * @param onGone called once, when the port is gone: somebody pulled the cable.
+ */
+export function carryBytes(port: SerialPort, onBytes: (bytes: Uint8Array<ArrayBuffer>) => void, onGone: () => void) {
+  let reader: ReadableStreamDefaultReader<Uint8Array<ArrayBuffer>> | null = null;
+  const writer = port.writable?.getWriter();
+  const over = new AbortController();
+  const { signal } = over;
+  const gone = () => {
+    if (!signal.aborted) onGone();
+    over.abort();
+  };
   const reading = (async () => {
-    for (let next = await reader.read(); !next.done; next = await reader.read()) onBytes(next.value);
-  })().catch(() => undefined);
-  return {
-    write: (bytes: ArrayBuffer) => void writer.write(new Uint8Array(bytes)).catch(() => undefined),
-    close: async () => {
-      await reader.cancel().catch(() => undefined);
-      await reading;
+    for (let last = null, stream = port.readable; stream && stream !== last && !signal.aborted; last = stream, stream = port.readable) {
+      reader = stream.getReader();
+      try {
+        for (let next = await reader.read(); !next.done; next = await reader.read()) onBytes(next.value);
+      } catch {
+        // A byte was damaged, or the port is gone: then it has no other stream.
+      }
       reader.releaseLock();
-      await writer.close().catch(() => undefined);
+    }
+    gone();
+  })();
+  port.addEventListener("disconnect", gone, { signal });
+  return {
+    write: (bytes: ArrayBuffer) => void writer?.write(new Uint8Array(bytes)).catch(gone),
+    close: async () => {
+      over.abort();
+      await reader?.cancel().catch(() => undefined);
+      await reading;
+      await writer?.close().catch(() => undefined);
       await port.close().catch(() => undefined);
     },
   };
@@ -51,6 +73,12 @@ export type { Outcome, Progress };
 
 /** The service was lost before an outcome came. */
 export class CutOffError extends Error {}
+
+/** The browser can't open the port. */
+export class PortBusyError extends Error {}
+
+/** Tells the service that the port is gone: a text is no byte of it. */
+const GONE = "gone";
 
 /** Send an order and follow its stream to the outcome; `carry` receives bytes, `opened` the stream. */
 async function follow(
@@ -97,11 +125,24 @@ export async function transferBySerial(
   order: Order,
   onProgress: (progress: Progress) => void,
 ): Promise<Outcome> {
-  await port.open({ baudRate });
+  await port.open({ baudRate }).catch(() => {
+    throw new PortBusyError();
+  });
   let stream: Stream | null = null;
-  const carrier = carryBytes(port, (bytes) => stream?.send(bytes));
+  let isGone = false;
+  const carrier = carryBytes(
+    port,
+    (bytes) => stream?.send(bytes),
+    () => {
+      isGone = true;
+      stream?.send(GONE);
+    },
+  );
   try {
-    return await follow("serial", order, onProgress, carrier.write, (opened) => (stream = opened));
+    return await follow("serial", order, onProgress, carrier.write, (opened) => {
+      stream = opened;
+      if (isGone) stream.send(GONE);
+    });
   } finally {
     stream = null;
     await carrier.close();
