@@ -51,6 +51,19 @@ describe("the blocks", () => {
     expect(Blockly.serialization.workspaces.save(workspace)).toMatchObject(state);
   });
 
+  it.each([
+    ["2,5", 2.5],
+    ["２．５", 2.5],
+    [" 4 ", 4],
+    ["", 1],
+    ["三", 1],
+    ["🚗", 1],
+  ])("take typed seconds as people write them: %j", (typed, value) => {
+    const block = new Blockly.Workspace().newBlock("motorcade_wait");
+    block.setFieldValue(typed, "SECONDS");
+    expect(block.getFieldValue("SECONDS")).toBe(value);
+  });
+
   it("let the followers' hat of an older project decide by itself whether words are tagged", () => {
     const workspace = new Blockly.Workspace();
     const fields = { ACCEPT_IR: "TRUE", FORWARD: "TRUE", DWELL: "2" };

@@ -45,6 +45,16 @@ export class SecondsField extends Blockly.FieldNumber {
     return input;
   }
 
+  /**
+   * Read what was typed: full-width digits as the others, a comma as the decimal point. Blockly would leave the comma out,
+   * and take nothing for 0.
+   */
+  protected override doClassValidation_(typed?: unknown): number | null {
+    if (typeof typed !== "string") return super.doClassValidation_(typed as number);
+    const text = typed.normalize("NFKC").replace(/[,。]/, ".").trim();
+    return text === "" ? null : super.doClassValidation_(text);
+  }
+
   private stepOnArrow(event: KeyboardEvent, input: HTMLInputElement): void {
     const way = event.key === "ArrowUp" ? 1 : event.key === "ArrowDown" ? -1 : 0;
     if (way === 0) return;
