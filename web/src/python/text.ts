@@ -5,6 +5,8 @@ import * as api from "../api/requests";
 import type { Diagnostic } from "../api/types";
 import { alterBlocks } from "../blocks/rows";
 import type { BlockPlace } from "../generated/messages";
+import { inLanguage } from "../i18n";
+import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { collectEdits } from "../words/compiling";
 
@@ -46,14 +48,24 @@ export function editText(text: string): void {
   typing = setTimeout(() => void readText(edits), COLLECT_MS);
 }
 
+/** A text that the service doesn't take, such as one that is too long, is the user's to change. */
+function showRefusal(error: unknown): null {
+  if (error instanceof api.RefusedError) notify(inLanguage(error.sentence), "error");
+  return null;
+}
+
 async function readText(edit: number): Promise<void> {
   const { text } = usePython.getState();
-  const answer = await quietly(api.pythonToBlocks({ ...blocksNow(), text }));
+  const answer = await api.pythonToBlocks({ ...blocksNow(), text }).catch(showRefusal);
   if (edit !== edits) return;
   typing = undefined;
   if (!answer) return;
-  if (answer.leader) alterBlocks(answer.leader, answer.followers);
-  else usePython.setState({ diagnostics: answer.diagnostics });
+  if (!answer.leader) {
+    // The blocks stay, and so does the text: from these blocks it would be written without what was typed.
+    usePython.setState({ places: [], diagnostics: answer.diagnostics });
+    return;
+  }
+  alterBlocks(answer.leader, answer.followers);
   await updateText();
 }
 
