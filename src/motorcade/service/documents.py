@@ -10,11 +10,18 @@ from msgspec import Struct
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.program.blocks import Workspace, blocks_of, program_of
 from motorcade.program.diagnostics import ProgramError
-from motorcade.program.model import Program, program_from_dict, read_document
+from motorcade.program.model import FORMAT, Program, program_from_dict, read_document
 from motorcade.service.messages import Example, Level, Project, RangeMm, sentences
 
 # Each is the file ``gallery/<id>.motorcade.json``, in the order in which the page lists them.
 EXAMPLES = ("square", "traffic-light", "parade", "dance", "ripple", "herd", "listen", "polite")
+
+# Other files of Motorcade that users open by mistake: the format's name, and the sentence that says where they belong.
+_NO_PROJECTS = {
+    "motorcade-mat": "mat-not-project",
+    "motorcade-mission": "mission-not-project",
+    "motorcade-projects": "projects-not-project",
+}
 
 
 class _RangeView(Struct):
@@ -57,6 +64,25 @@ def open_text(text: str | bytes) -> Project:
     leader, followers = _stored_blocks(view, program) or blocks_of(program)
     own = (_part(view, _RangeView, "range_mm"), _part(view, _TextView, "python"), _part(view, _LevelView, "level"))
     return Project(leader, followers, program.profile, document.get("mat"), *own)
+
+
+def open_file(text: str) -> Project:
+    """Return the project in a file that a user chose. Raises MotorcadeError; where it is no project, it says what it is."""
+    try:
+        document = read_document(text)
+    except ProgramError as problem:
+        if problem.diagnostics[0].code != "not-json":
+            raise
+        if "motorcade-program/" in text:
+            raise MotorcadeError("project-not-whole", reason=problem) from None
+        raise MotorcadeError("not-a-project") from None
+    file_format = document.get("format") if isinstance(document, dict) else None
+    if file_format == FORMAT:
+        return open_text(text)
+    kind = str(file_format).partition("/")[0]
+    if kind == FORMAT.partition("/")[0]:
+        raise MotorcadeError("newer-project", format=file_format, known=FORMAT)
+    raise MotorcadeError(_NO_PROJECTS.get(kind, "not-a-project"))
 
 
 def project_of(program: Program) -> Project:

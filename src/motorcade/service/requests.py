@@ -10,7 +10,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.missions.check import Play
 from motorcade.program.diagnostics import ProgramError
 from motorcade.service import exchange, messages, missions
-from motorcade.service.documents import example, examples, open_text, project_text
+from motorcade.service.documents import example, examples, open_file, open_text, project_text
 from motorcade.service.event_table import event_table
 from motorcade.service.library import Storage, mission_shelf
 from motorcade.service.messages import Nothing, decode
@@ -137,7 +137,7 @@ REQUESTS: dict[str, Request] = {
     "python-to-blocks": Request(
         messages.BlocksAndText, messages.PythonBlocks, lambda sent, context: python_to_blocks(sent)
     ),
-    "open": Request(messages.Text, messages.Project, lambda file, context: open_text(file.text)),
+    "open": Request(messages.Text, messages.Project, lambda file, context: open_file(file.text)),
     "save-text": Request(messages.Project, messages.Text, _save_text),
     "examples": Request(Nothing, list[messages.Example], lambda message, context: examples()),
     "example": Request(messages.ExampleName, messages.Project, lambda wanted, context: example(wanted.id)),
