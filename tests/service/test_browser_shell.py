@@ -60,7 +60,7 @@ def test_requests_are_answered(shell):
         ("example", '{"id": "none"}', "no-example"),
         ("example", "{", "bad-message"),
         ("example", '{"id": 1}', "bad-message"),
-        ("open", '{"text": "[1]"}', "out-of-range"),
+        ("open", '{"text": "[1]"}', "not-a-project"),
     ],
 )
 def test_a_wrong_request_is_refused_with_a_sentence_in_each_language(shell, name, message, code):

@@ -67,7 +67,7 @@ def open_text(text: str | bytes) -> Project:
 
 
 def open_file(text: str) -> Project:
-    """Return the project in a file that a user chose. Raises MotorcadeError; where it is no project, it says what it is."""
+    """Return the project in a file that a user chose. Raises MotorcadeError, which says what other files are."""
     try:
         document = read_document(text)
     except ProgramError as problem:
