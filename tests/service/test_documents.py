@@ -21,7 +21,7 @@ from motorcade.service.documents import open_file
         ('{"format": "motorcade-mat/1"}', "mat-not-project"),
         ('{"format": "motorcade-mission/1"}', "mission-not-project"),
         ('{"format": "motorcade-projects/1"}', "projects-not-project"),
-        ('{"format": "motorcade-program/1"}', "missing-field"),
+        ('{"format": "motorcade-program/1"}', "program-errors"),
     ],
 )
 def test_a_file_that_is_no_project_is_told_what_it_is(text: str, code: str) -> None:
