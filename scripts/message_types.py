@@ -74,6 +74,7 @@ _NAMED = {
             "MatView": ("title",),
             "MissionStars": ("name",),
             "ClassAddresses": ("why_no_name",),
+            "ClassView": ("disk",),
         }.items()
         for field in fields
     },

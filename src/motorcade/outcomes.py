@@ -126,7 +126,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
             "too-many-handed-out",
         ),
     ),
-    (PROGRAM_ERROR, 429, ("too-many-attempts", "gives-too-often")),
+    (PROGRAM_ERROR, 429, ("too-many-attempts", "too-many-joined", "gives-too-often")),
     (
         PROGRAM_ERROR,
         404,
@@ -160,7 +160,16 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (
         PROGRAM_ERROR,
         500,
-        ("browser-fault", "cant-delete", "cant-read", "cant-save", "film-failed", "internal", "virtual-car"),
+        (
+            "browser-fault",
+            "cant-delete",
+            "cant-read",
+            "cant-save",
+            "class-not-stored",
+            "film-failed",
+            "internal",
+            "virtual-car",
+        ),
     ),
     (PROGRAM_ERROR, 503, ("session-was-idle", "too-many-films", "too-many-sessions", "too-many-sessions-of-one")),
     (PROGRAM_ERROR, 507, ("browser-library-full", "browser-store-full", "library-full", "too-many-projects")),

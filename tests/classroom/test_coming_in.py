@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade.classroom.attempts import WrongAttempts, guesser
+from motorcade.classroom.attempts import Attempts, guesser
 from motorcade.classroom.classroom import MOST_PUPILS
 from motorcade.classroom.desk_messages import ClassSettings
 from motorcade.classroom.names import CODE_CHARACTERS, MOST_OF_A_NAME, checked_name, likeness, typed_code
@@ -29,12 +29,39 @@ def test_a_code_is_right_in_small_letters_and_with_spaces():
 
 def test_who_guesses_codes_has_to_wait_and_nobody_else_does():
     room = a_class()
-    for _ in range(10):
+    for _ in range(40):
         refused("wrong-class-code", room.check_code, "AAAAAA", "guesser", 5.0)
     problem = refused("too-many-attempts", room.check_code, room.record.code, "guesser", 6.0)
     assert problem.details == {"seconds": 59}
     room.check_code(room.record.code, "pupil", 6.0)
     room.check_code(room.record.code, "guesser", 65.0)
+
+
+def test_a_class_behind_one_router_comes_in_although_each_mistypes_the_code_once():
+    room = a_class()
+    for number in range(30):
+        refused("wrong-class-code", room.check_code, "AAAAAA", "router", number / 10)
+        room.check_code(room.record.code, "router", number / 10)
+        room.join(f"pupil {number}", BUS, f"device {number}", number / 10, "router")
+
+
+def test_one_tablet_that_joins_again_and_again_leaves_half_of_the_class_to_others():
+    room = a_class()
+    for number in range(MOST_PUPILS // 2):
+        room.join(f"eve {number}", BUS, f"device {number}", 0.0, "eve")
+    problem = refused("too-many-joined", room.join, "eve", BUS, "device", 1.0, "eve")
+    assert problem.details == {"seconds": 599}
+    room.join("Mia", BUS, "tablet", 1.0, "mia")
+    room.join("eve", BUS, "device", 600.0, "eve")
+
+
+def test_a_pupil_has_eight_pages_at_most():
+    room = with_pupils("Mia")
+    for _ in range(8):
+        room.connect("01", 0.0)
+    refused("too-many-sessions-of-one", room.connect, "01", 0.0)
+    room.disconnect("01", 1.0)
+    room.connect("01", 2.0)
 
 
 def test_guesses_from_many_addresses_are_one_each_and_who_joins_rightly_gets_in():
@@ -65,7 +92,7 @@ def test_all_addresses_of_a_computer_count_for_one_guesser(address, counts_for):
 
 
 def test_a_flood_of_addresses_takes_no_memory():
-    attempts = WrongAttempts(10, 300, 60.0)
+    attempts = Attempts(10, 300, 60.0)
     for address in range(10_000):
         attempts.add(str(address), 0.0)
     attempts.check("0", 0.0)
@@ -110,6 +137,8 @@ def test_a_pupil_has_at_most_eight_devices_and_the_oldest_is_signed_out():
     ("first", "second"),
     [
         ("Mia", "mia"),
+        ("สำเร็จ", "สำเร็จ"),
+        ("हिन्दी", "हिन्दी"),
         ("Mia", "M i a"),
         ("José", "Jose\u0301"),
         ("Ａda", "ada"),
@@ -129,8 +158,18 @@ def test_a_name_is_needed(name):
         a_class().join(name, BUS, "d", 0.0)
 
 
+INVISIBLE = ["\u3164", "Mia\u3164", "Mi\ufe0fa", "Mia\u034f", "Mi\U000e0101a", "\u2800", "Mi\u200da"]
+
+
 @pytest.mark.parametrize(
-    "name", ["<b>Mia</b>", "a&b", '"', "a/b", "..", "a" * 25, "Mia\u202e", "a\x00b", "{x}", "a`b", "-a"]
+    "name",
+    [
+        *("<b>Mia</b>", "a&b", '"', "a/b", "..", "a" * 25, "Mia\u202e", "a\x00b", "{x}", "a`b", "-a"),
+        *INVISIBLE,
+        "Z" + "\u0301" * 23,
+        "a" * 1_000_000,
+    ],
+    ids=lambda name: ascii(name[:20]),
 )
 def test_a_name_with_markup_or_control_characters_is_refused(name):
     refused("bad-user-name", a_class().join, name, BUS, "d", 0.0)

@@ -76,10 +76,9 @@ class Room:
 @contextmanager
 def class_room(folder, signs_in=True, **changes):
     """A class in a folder; the teacher has set the password and is signed in, unless there is no first key."""
-    given = {"clock": lambda: 0.0, "unix_s": lambda: 0.0, "first_key": FIRST_KEY}
-    settings = ClassServerSettings(
-        library=folder, page=folder, port=7710, network=Network(["192.168.1.5"], 7710), **{**given, **changes}
-    )
+    here = Network(["192.168.1.5"], 7710)
+    given = {"clock": lambda: 0.0, "unix_s": lambda: 0.0, "first_key": FIRST_KEY, "network": here}
+    settings = ClassServerSettings(library=folder, page=folder, port=7710, **{**given, **changes})
     files = ClassFolder(folder)
     with files.opened(), TestClient(make_class_app(settings, files), base_url=HERE) as client:
         room = Room(client)

@@ -1,4 +1,4 @@
-"""Bound how often secrets are guessed: the code of a class, personal numbers, the teacher's password."""
+"""Bound how often secrets are guessed (the code of a class, personal numbers, passwords), and how many join."""
 
 import ipaddress
 import math
@@ -20,8 +20,8 @@ def guesser(address: str) -> str:
     return str(found.ipv4_mapped or ipaddress.ip_network((int(found) >> 64 << 64, 64)))
 
 
-class WrongAttempts:
-    """Count wrong attempts: of one guesser, and in all.
+class Attempts:
+    """Count attempts, such as wrong codes: of one address, and in all.
 
     Who has made too many has to wait, whether or not the next one would be right. Where there were too many in all, who
     has made none still has one attempt: so somebody who guesses from many addresses doesn't lock others out, and gets
@@ -31,9 +31,11 @@ class WrongAttempts:
         most_of_one: how many one guesser may make in a window.
         most: how many all may make in a window, before one wrong attempt is too many.
         window_s: the length of the window.
+        code: of the error where there are too many.
     """
 
-    def __init__(self, most_of_one: int, most: int, window_s: float) -> None:
+    def __init__(self, most_of_one: int, most: int, window_s: float, code: str = "too-many-attempts") -> None:
+        self._code = code
         self._most_of_one = most_of_one
         self._window_s = window_s
         self._all_s: deque[float] = deque(maxlen=most)
@@ -47,10 +49,10 @@ class WrongAttempts:
         too_many = len(self._all_s) == self._all_s.maxlen and now_s - self._all_s[0] < self._window_s
         if len(times_s) >= (1 if too_many else self._most_of_one):
             wait_s = math.ceil(self._window_s - (now_s - times_s[0]))
-            raise MotorcadeError("too-many-attempts", seconds=max(wait_s, 1))
+            raise MotorcadeError(self._code, seconds=max(wait_s, 1))
 
     def add(self, who: str, now_s: float) -> None:
-        """Count a wrong attempt."""
+        """Count an attempt."""
         self._by_guesser.setdefault(who, deque(maxlen=self._most_of_one)).append(now_s)
         self._by_guesser.move_to_end(who)
         if len(self._by_guesser) > _MOST_WHO:

@@ -6,7 +6,7 @@ Times are seconds of any clock that never goes back. What has to survive the ser
 from collections.abc import Callable, Iterable, Sequence
 from hmac import compare_digest
 
-from motorcade.classroom.attempts import WrongAttempts
+from motorcade.classroom.attempts import Attempts
 from motorcade.classroom.desk_messages import ClassSettings
 from motorcade.classroom.messages import AVATARS, News, Self
 from motorcade.classroom.names import (
@@ -26,6 +26,9 @@ from motorcade.errors import MotorcadeError
 from motorcade.service.messages import MissionChoice
 
 MOST_PUPILS = 120
+MOST_PAGES_OF_ONE = 8
+# In ten minutes: one tablet that joins again and again leaves half of the class to others.
+_MOST_OF_AN_ADDRESS = MOST_PUPILS // 2
 _MOST_DEVICES = 8
 _MOST_NEWS = 20
 _MOST_MISSIONS = 50
@@ -63,9 +66,11 @@ class Classroom:
         self.presence = {pupil.id: Presence(left_s=now_s, step_s=now_s) for pupil in record.pupils}
         self._random_below = random_below
         self._by_device = {device: pupil.id for pupil in record.pupils for device in pupil.devices}
-        self._codes = WrongAttempts(10, 300, 60.0)
-        self._numbers = WrongAttempts(5, 30, 300.0)
-        self._passwords = WrongAttempts(5, 30, 60.0)
+        # A whole class may sit behind one address, as behind a router; a guesser has 191 million codes to try.
+        self._codes = Attempts(40, 300, 60.0)
+        self._joined = Attempts(_MOST_OF_AN_ADDRESS, 2 * MOST_PUPILS, 600.0, "too-many-joined")
+        self._numbers = Attempts(5, 30, 300.0)
+        self._passwords = Attempts(5, 30, 60.0)
 
     # Coming in.
 
@@ -76,10 +81,20 @@ class Classroom:
             self._codes.add(who, now_s)
             raise MotorcadeError("wrong-class-code")
 
-    def join(self, typed_name: str, avatar: str, device: str, now_s: float) -> Pupil:
-        """Let a newcomer in, who knows the code; ``device`` is the digest of a new secret. Raises MotorcadeError."""
+    def join(self, typed_name: str, avatar: str, device: str, now_s: float, who: str | None = None) -> Pupil:
+        """Let a newcomer in, who knows the code. Raises MotorcadeError.
+
+        Args:
+            typed_name: the nickname.
+            avatar: the picture.
+            device: the digest of a new secret.
+            now_s: the time.
+            who: the address from which so many may join; None for no limit.
+        """
         if not self.record.is_open:
             raise MotorcadeError("class-closed")
+        if who is not None:
+            self._joined.check(who, now_s)
         if len(self.record.pupils) >= MOST_PUPILS:
             raise MotorcadeError("class-full", most=MOST_PUPILS)
         if avatar not in AVATARS:
@@ -92,6 +107,8 @@ class Classroom:
         self.record.pupils.append(pupil)
         self.presence[pupil.id] = Presence(left_s=now_s, step_s=now_s)
         self._add_device(pupil, device)
+        if who is not None:
+            self._joined.add(who, now_s)
         return pupil
 
     def come_back(self, typed_name: str, typed: str, device: str, who: str, now_s: float) -> Pupil:
@@ -277,8 +294,13 @@ class Classroom:
             self.changes += 1
 
     def connect(self, pupil_id: str, now_s: float) -> None:
-        """A page of a pupil connects; the time without one is no time without a step. Raises MotorcadeError."""
+        """A page of a pupil connects; the time without one is no time without a step.
+
+        Raises MotorcadeError where the pupil has too many.
+        """
         presence = self._present(pupil_id)
+        if presence.pages >= MOST_PAGES_OF_ONE:
+            raise MotorcadeError("too-many-sessions-of-one", most=MOST_PAGES_OF_ONE)
         if not presence.pages:
             presence.step_s += now_s - presence.left_s
         presence.pages += 1

@@ -113,8 +113,15 @@ class PupilProject(Struct, forbid_unknown_fields=True):
 
 
 class PupilShelf(Struct):
-    """A pupil's projects, the one saved last first; and when the draft was saved, if there is one."""
+    """A pupil's projects.
 
+    Attributes:
+        pupil: the nickname.
+        projects: the one saved last first.
+        draft_at: when the draft was saved; None where there is none.
+    """
+
+    pupil: str
     projects: list[LibraryEntry]
     draft_at: str | None
 
@@ -146,7 +153,7 @@ class ClassAddresses(Struct):
 
     Attributes:
         code: the code of the class.
-        addresses: of the page, the likeliest first, without the code.
+        addresses: of the page, without the code; first the one that was chosen, then the likeliest.
         local_name: the address with motorcade.local; None where it isn't announced.
         why_no_name: why not.
         qr_code: an SVG that leads to the first address, with the code.
@@ -157,6 +164,12 @@ class ClassAddresses(Struct):
     local_name: str | None
     why_no_name: Sentence | None
     qr_code: str
+
+
+class ChosenAddress(Struct, forbid_unknown_fields=True):
+    """The address that tablets reach: the QR code is to lead there."""
+
+    address: Annotated[str, Meta(max_length=80)]
 
 
 class OpenMat(Struct, forbid_unknown_fields=True):
@@ -216,6 +229,7 @@ class ClassView(ClassAnswerBase, tag="class"):
         cable: the pupils in the queue for the cable; the first has it.
         turns: the queues for driving real cars.
         stopped: the emergency stop holds all real cars.
+        disk: why the server can't store work at present; None where it can.
     """
 
     title: str
@@ -229,6 +243,7 @@ class ClassView(ClassAnswerBase, tag="class"):
     turns: list[CarTurn]
     stopped: bool
     mat: MatView
+    disk: Sentence | None
 
 
 class WallWorld(Struct):
@@ -267,6 +282,7 @@ DESK_REQUESTS: dict[str, Exchange] = {
     "sign-in": Exchange(Password, Nothing, is_open=True),
     "sign-out": Exchange(Nothing, Nothing),
     "addresses": Exchange(Nothing, ClassAddresses),
+    "choose-address": Exchange(ChosenAddress, ClassAddresses),
     "new-code": Exchange(Nothing, ClassAddresses),
     "settings": Exchange(ClassSettings, Nothing),
     "freeze": Exchange(Frozen, Nothing),

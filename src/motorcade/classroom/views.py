@@ -5,6 +5,7 @@ from motorcade.classroom.desk_messages import ClassView, PupilRow
 from motorcade.classroom.messages import CarTurn, Classmate, MatView, PupilView
 from motorcade.classroom.presence import Presence
 from motorcade.classroom.record import Pupil
+from motorcade.service.messages import Sentence
 
 
 def pupil_view(room: Classroom, pupil: Pupil, mat: MatView, now_s: float) -> PupilView:
@@ -23,8 +24,8 @@ def pupil_view(room: Classroom, pupil: Pupil, mat: MatView, now_s: float) -> Pup
     )
 
 
-def class_view(room: Classroom, mat: MatView, now_s: float) -> ClassView:
-    """What the teacher's desk shows."""
+def class_view(room: Classroom, mat: MatView, now_s: float, disk: Sentence | None = None) -> ClassView:
+    """What the teacher's desk shows; ``disk`` is why work can't be stored at present."""
     record = room.record
     return ClassView(
         title=record.title,
@@ -38,6 +39,7 @@ def class_view(room: Classroom, mat: MatView, now_s: float) -> ClassView:
         turns=_turns(room, now_s),
         stopped=room.stopped,
         mat=mat,
+        disk=disk,
     )
 
 

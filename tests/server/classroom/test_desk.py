@@ -1,5 +1,6 @@
 """The teacher's desk: the list, freezing, handing out, collecting, and the end of the class."""
 
+import errno
 import io
 import json
 import shutil
@@ -10,9 +11,11 @@ import pytest
 
 from motorcade.classroom.classroom import Classroom
 from motorcade.errors import MotorcadeError
+from motorcade.server.classroom import folder
 from motorcade.server.classroom.folder import ClassFolder
+from motorcade.server.studio import library
 from motorcade.server.studio.library import OWNERS
-from support.class_page import PASSWORD, class_room
+from support.class_page import PASSWORD, PROJECT, class_room
 from support.world_page import KEY, OTHER
 
 
@@ -78,6 +81,66 @@ def test_a_starter_is_handed_out_as_a_copy_for_each(room):
     assert room.teacher.ask("desk/hand-out", name="Nothing") == "no-project"
     assert room.teacher.ask("desk/hand-out", name="Starter", to=["99"]) == "no-such-pupil"
     assert room.teacher.names() == ["Starter"], "the teacher has a shelf of her own"
+
+
+def test_the_teacher_opens_a_pupils_project_and_gives_it_back_as_another(room):
+    mia = room.join("Mia")
+    mia.save("Robot", leader={"own": True})
+    shelf = room.teacher.ask("desk/shelf", pupil=mia.id)
+    assert (shelf["pupil"], [each["name"] for each in shelf["projects"]]) == ("Mia", ["Robot"])
+    opened = room.teacher.ask("desk/project", pupil=mia.id, name="Robot")
+    assert (opened["name"], opened["leader"]) == ("Robot", {"own": True})
+    assert room.teacher.names() == [], "to look leaves nothing in the teacher's shelf"
+    hint = PROJECT | {"leader": {"hint": True}}
+    assert room.teacher.ask("desk/hand-out", to=[mia.id], name="Robot", project=hint) == {"pupils": 1}
+    assert mia.ask("projects/read", name="Robot")["leader"] == {"own": True}, "hers stays as it is"
+    assert mia.ask("projects/read", name="Robot 2")["leader"] == {"hint": True}
+    with mia.open("class/stream") as page:
+        assert [each["name"] for each in page.until("pupil")["news"]] == ["Robot 2"]
+
+
+def test_who_is_away_finds_what_came_and_the_frozen_class_also_after_a_restart(tmp_path):
+    with class_room(tmp_path) as room:
+        mia = room.join("Mia")
+        room.teacher.save("Starter")
+        room.teacher.ask("desk/hand-out", name="Starter")
+        room.teacher.ask("desk/hand-out", mission={"id": "follow-me"}, to=[mia.id])
+        cookies = dict(mia.client.cookies)
+    with class_room(tmp_path, first_key=None) as room:
+        mia = room.browser()
+        mia.client.cookies.update(cookies)
+        room.teacher.ask("desk/sign-in", password=PASSWORD)
+        room.teacher.ask("desk/freeze", frozen=True)
+        with mia.open("class/stream") as page:
+            view = page.until("pupil")
+        assert [(each["kind"], each["sender"]) for each in view["news"]] == [("project", ""), ("mission", "")]
+        assert (view["mission"], view["frozen"], mia.names()) == (1, True, ["Starter"])
+        mia.ask("class/seen", number=view["news"][-1]["number"])
+        with mia.open("class/stream") as page:
+            assert page.until("pupil")["news"] == []
+
+
+def test_the_desk_is_told_of_a_full_disk_until_there_is_room(room, now, monkeypatch):
+    mia = room.join("Mia")
+    mia.ask("class/draft/write", name="x", project=PROJECT | {"leader": {"is": "kept"}})
+    with room.teacher.open("desk/stream") as desk:
+        assert desk.until("class")["disk"] is None
+        with monkeypatch.context() as full:
+            for module in (folder, library):
+                full.setattr(module, "replace_file", no_room)
+            assert mia.ask("class/draft/write", name="x", project=PROJECT) == "cant-save"
+            assert mia.ask("projects/write", name="Robot", project=PROJECT) == "cant-save"
+            mia.ask("class/hand", raised=True)
+            assert "No space left" in desk.until("class", lambda view: view["disk"])["disk"]["zh"]
+            assert room.teacher.ask("desk/rename", pupil=mia.id, name="Mila") == "cant-save"
+        assert mia.ask("class/draft/read")["project"]["leader"] == {"is": "kept"}
+        assert mia.save("Robot") == 1
+        mia.ask("class/hand", raised=False)
+        assert desk.until("class", lambda view: not view["disk"])["pupils"][0]["name"] == "Mila"
+
+
+def no_room(path, data):
+    raise OSError(errno.ENOSPC, "No space left on device")
 
 
 def test_a_mission_is_handed_out_to_who_is_here_and_who_comes(room):
@@ -224,11 +287,11 @@ def test_a_second_start_continues_the_class(tmp_path):
         assert room.code == code
 
 
-def test_a_copied_folder_is_a_backup(tmp_path):
+def test_a_zip_of_the_folder_of_a_running_class_is_a_backup(tmp_path):
     with class_room(tmp_path / "class") as room:
         mia, code = room.join("Mia"), room.code
         mia.save("Robot")
-        shutil.copytree(tmp_path / "class", tmp_path / "backup")
+        shutil.unpack_archive(shutil.make_archive(tmp_path / "class", "zip", tmp_path / "class"), tmp_path / "backup")
     with class_room(tmp_path / "backup", first_key=None) as room:
         tablet = room.browser()
         assert tablet.ask("class/return", code=code, name="Mia", number=mia.number)["id"] == mia.id
@@ -247,10 +310,10 @@ def test_two_servers_on_one_folder_are_refused(tmp_path):
 def test_shelves_that_could_not_be_deleted_are_deleted_at_the_next_start(tmp_path):
     with class_room(tmp_path) as room:
         room.join("Mia").save("Robot")
-    folder = ClassFolder(tmp_path)
-    state = Classroom(folder.load(Random(1).randrange), Random(1).randrange)
+    files = ClassFolder(tmp_path)
+    state = Classroom(files.load(Random(1).randrange), Random(1).randrange)
     state.remove("01")
-    folder.store_record(state.record)
+    files.store_record(state.record)
     with class_room(tmp_path, first_key=None):
         assert list((tmp_path / OWNERS).iterdir()) == []
-    assert folder.load(Random(1).randrange).removed == []
+    assert files.load(Random(1).randrange).removed == []

@@ -10,7 +10,8 @@ import pytest
 
 from motorcade.server.classroom import network
 from motorcade.server.classroom.certificates import class_keys
-from motorcade.server.classroom.network import Network, likely_first, qr_for_terminal, room_hosts
+from motorcade.server.classroom.network import Network, join_url, likely_first, qr_for_terminal, qr_svg, room_hosts
+from support.class_page import class_room
 
 
 def test_the_address_that_tablets_reach_comes_first():
@@ -30,6 +31,50 @@ def test_the_address_that_tablets_reach_comes_first():
     assert likely_first(found, "10.1.2.3") == ["10.1.2.3", "192.168.1.5", "8.8.8.8", *ends]
     assert likely_first(found, "10.8.0.2")[-2] == "10.8.0.2", "a tunnel is no way for tablets"
     assert likely_first([("lo", "127.0.0.1")]) == []
+
+
+def test_a_computer_of_many_networks_shows_that_of_the_room_first():
+    """Docker, virtual machines, a VPN that all traffic takes, and names as Windows and macOS have them."""
+    linux = [("lo", "127.0.0.1"), ("docker0", "172.17.0.1"), ("br-12ab", "172.18.0.1"), ("virbr0", "192.168.122.1")]
+    assert likely_first([*linux, ("tun0", "10.8.0.2"), ("enp3s0", "10.0.7.4")], "10.8.0.2")[0] == "10.0.7.4"
+    windows = [("vEthernet (WSL)", "172.20.0.1"), ("Ethernet 2", "192.168.56.1"), ("Wi-Fi", "192.168.0.23")]
+    assert likely_first(windows, "192.168.0.23")[0] == "192.168.0.23"
+    assert likely_first(windows)[0] == "192.168.0.23", "without a way out to the Internet"
+    mac = [("lo0", "127.0.0.1"), ("utun3", "100.64.0.9"), ("bridge100", "192.168.64.1"), ("en0", "192.168.1.7")]
+    assert likely_first(mac, "100.64.0.9")[0] == "192.168.1.7"
+    assert likely_first([("eth0", "fe80::1%eth0"), ("eth0", "2001:db8::5")]) == ["2001:db8::5"], "nothing but IPv6"
+    assert likely_first([("eth0", "2001:db8::5"), ("eth0", "192.168.1.5")]) == ["192.168.1.5"]
+
+
+def test_a_computer_without_a_network_shows_its_own_address(monkeypatch):
+    monkeypatch.setattr(network, "interfaces", lambda: [("lo", "127.0.0.1"), ("lo", "::1")])
+    monkeypatch.setattr(network, "way_out", lambda: None)
+    with socket.create_server(("0.0.0.0", 0)) as listener:
+        assert room_hosts(listener) == (["127.0.0.1"], "127.0.0.1")
+        monkeypatch.setattr(network, "interfaces", lambda: [("eth0", "2001:db8::5")])
+        assert room_hosts(listener)[0] == ["127.0.0.1"], "it listens at no address of IPv6"
+
+
+@pytest.mark.skipif(not socket.has_ipv6, reason="this computer has no IPv6")
+def test_a_class_that_listens_at_ipv6_shows_those_addresses(monkeypatch):
+    monkeypatch.setattr(network, "interfaces", lambda: [("eth0", "fe80::1%eth0"), ("eth0", "2001:db8::5")])
+    monkeypatch.setattr(network, "way_out", lambda: None)
+    with socket.create_server(("::", 0), family=socket.AF_INET6) as listener:
+        hosts, _ = room_hosts(listener)
+    assert Network(hosts, 7710).addresses == ["http://[2001:db8::5]:7710/"]
+
+
+def test_the_teacher_chooses_the_address_of_the_qr_code(tmp_path):
+    here = Network(["192.168.1.5", "10.0.0.2"], 7710)
+    with class_room(tmp_path, network=here) as room:
+        first = room.teacher.ask("desk/addresses")
+        chosen = room.teacher.ask("desk/choose-address", address="http://10.0.0.2:7710/")
+        assert chosen["addresses"] == ["http://10.0.0.2:7710/", "http://192.168.1.5:7710/"]
+        assert chosen["qr_code"] != first["qr_code"]
+        assert chosen["qr_code"] == qr_svg(join_url("http://10.0.0.2:7710/", room.code))
+        for foreign in ("http://evil.example/", "javascript:alert(1)", ""):
+            assert room.teacher.ask("desk/choose-address", address=foreign) == "not-found"
+        assert room.teacher.ask("desk/addresses") == chosen
 
 
 def test_a_class_at_one_address_shows_that_one():

@@ -45,6 +45,7 @@ function SkipLinks() {
 }
 
 const PupilBar = lazy(async () => ({ default: (await import("../pupil/PupilBar")).PupilBar }));
+const TeacherBar = lazy(async () => ({ default: (await import("../pupil/TeacherBar")).TeacherBar }));
 const Stage = lazy(async () => ({ default: (await import("../mat/Stage")).Stage }));
 
 /** The stage, fetched after the rest of the page. */
@@ -121,7 +122,7 @@ export function App() {
   const [ready, setReady] = useState(false);
   const gone = useStudio(({ service }) => service === "gone");
   const alone = useStudio((studio) => studio.alone);
-  const isPupil = useStudio(({ capabilities }) => capabilities?.classroom === "pupil");
+  const classroom = useStudio(({ capabilities }) => capabilities?.classroom);
   useEffect(() => {
     if (!ready && !gone) void attempt(prepare).then(() => setReady(useStudio.getState().generation > 0));
   }, [ready, gone]);
@@ -133,9 +134,9 @@ export function App() {
         <Header />
         <div className={css.banners}>
           <ServerBanner />
-          {ready && isPupil && (
+          {ready && classroom && (
             <Suspense>
-              <PupilBar />
+              {classroom === "pupil" ? <PupilBar /> : <TeacherBar />}
             </Suspense>
           )}
         </div>

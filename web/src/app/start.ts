@@ -9,7 +9,8 @@ import { startPrinting } from "../blocks/picture";
 import { startThemes } from "../blocks/workspaces";
 import { startLanguages } from "../i18n";
 import { openSharedLink } from "../projects/actions";
-import { findPupilsWork, startPupil } from "../pupil/store";
+import { looking, lookAt } from "../pupil/looking";
+import { attemptInClass, findPupilsWork, startPupil } from "../pupil/store";
 import { findWork, storeEveryChange } from "../projects/autosave";
 import { BLANK, markSaved, markUnsaved, loadProject, watchUnsaved } from "../projects/project";
 import { watchOtherWindows } from "../projects/windows";
@@ -57,7 +58,17 @@ export function start(): void {
 
 let place = "";
 
+/** A copy of a pupil's project, which has no place in this browser; false where this is no such tab. */
+async function openPupilsProject(): Promise<boolean> {
+  const wanted = looking();
+  if (!wanted) return false;
+  loadProject(BLANK);
+  await attemptInClass(async () => loadProject(await lookAt(wanted)));
+  return true;
+}
+
 async function openFirstProject(): Promise<void> {
+  if (await openPupilsProject()) return;
   const { key, stored } = useStudio.getState().capabilities?.classroom === "pupil" ? await findPupilsWork() : await findWork();
   place = key;
   loadProject(stored ?? BLANK, stored?.parkedFollowers ?? null);
@@ -84,7 +95,7 @@ export function openEditors(): void {
   if (useStudio.getState().unsaved) markUnsaved();
   else markSaved();
   watchUnsaved();
-  storeEveryChange(place);
+  if (place) storeEveryChange(place);
   watchOtherWindows();
   if (useStudio.getState().capabilities?.classroom === "pupil") startPupil();
   void openSharedLink();

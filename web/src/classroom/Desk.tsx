@@ -12,7 +12,7 @@ import { Icon } from "../ui/icons";
 import { Action, Field, Frame, Problem, titleOr, useAttempt } from "./Frame";
 import css from "./class.module.css";
 import { secretInAddress } from "./secret";
-import { useTexts } from "./texts";
+import { useSentences, useTexts } from "./texts";
 import { useClass } from "./WallPage";
 
 const SHORTEST_PASSWORD = 8;
@@ -64,6 +64,7 @@ const SHOWN: Record<Part, (props: { view: ClassView }) => ReactNode> = {
 
 function AtTheDesk({ onSignedOut }: { onSignedOut: () => void }) {
   const t = useTexts();
+  const inLanguage = useSentences();
   const { view, open } = useClass();
   const { problem, attempt } = useAttempt();
   const [part, setPart] = useState<Part>("pupils");
@@ -85,6 +86,7 @@ function AtTheDesk({ onSignedOut }: { onSignedOut: () => void }) {
     <Frame title={titleOr(view?.title, t("deskTitle"))} tools={tools}>
       {!open && view && <p className={css.notice}>{t("linkLost")}</p>}
       <Problem text={problem} />
+      {view?.disk && <Problem text={inLanguage(view.disk)} />}
       <nav className={css.parts} aria-label={t("deskTitle")}>
         {PARTS.map((each) => (
           <button key={each} type="button" aria-current={each === part ? "page" : undefined} onClick={() => setPart(each)}>

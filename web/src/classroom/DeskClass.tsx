@@ -7,7 +7,8 @@ import { Action, Field, Problem, useAttempt } from "./Frame";
 import css from "./class.module.css";
 import { useSentences, useTexts } from "./texts";
 
-function Addresses({ view }: { view: ClassView }) {
+/** How pupils find the class, where the QR code leads to; `canChange`: the teacher may choose that address, and a new code. */
+export function HowToJoin({ view, canChange = false }: { view: ClassView; canChange?: boolean }) {
   const t = useTexts();
   const inLanguage = useSentences();
   const { problem, attempt } = useAttempt();
@@ -18,6 +19,8 @@ function Addresses({ view }: { view: ClassView }) {
     // eslint-disable-next-line react-hooks/exhaustive-deps
   }, [view.code]);
   const renew = () => confirm(t("newCodeAsk")) && void attempt(async () => setFound(await askDesk("new-code")));
+  const choose = (address: string) => void attempt(async () => setFound(await askDesk("choose-address", { address })));
+  const choosable = canChange && (found?.addresses.length ?? 0) > 1;
   return (
     <section className={css.addresses} aria-label={t("howToJoin")}>
       <h2>{t("howToJoin")}</h2>
@@ -29,14 +32,22 @@ function Addresses({ view }: { view: ClassView }) {
             <p className={css.number}>{found.code}</p>
             <ul>
               {found.local_name && <li className={css.address}>{found.local_name}</li>}
-              {found.addresses.map((address) => (
+              {found.addresses.map((address, place) => (
                 <li key={address} className={css.address}>
-                  {address}
+                  {choosable ? (
+                    <label className={css.line}>
+                      <input type="radio" name="address" checked={place === 0} onChange={() => choose(address)} />
+                      {address}
+                    </label>
+                  ) : (
+                    address
+                  )}
                 </li>
               ))}
             </ul>
-            {found.why_no_name && <p className={css.quiet}>{inLanguage(found.why_no_name)}</p>}
-            <Action onPress={renew}>{t("newCode")}</Action>
+            {choosable && <p className={css.quiet}>{t("chooseAddress")}</p>}
+            {canChange && found.why_no_name && <p className={css.quiet}>{inLanguage(found.why_no_name)}</p>}
+            {canChange && <Action onPress={renew}>{t("newCode")}</Action>}
           </div>
         </>
       )}
@@ -125,7 +136,7 @@ export function ClassPart({ view }: { view: ClassView }) {
   const t = useTexts();
   return (
     <>
-      <Addresses view={view} />
+      <HowToJoin view={view} canChange />
       <section aria-label={t("collectTitle")}>
         <h2>{t("collectTitle")}</h2>
         <p>{t("collectAbout")}</p>

@@ -1,8 +1,7 @@
 /** The list of pupils: who is here, who needs help, and what each one does. */
 
 import { useState } from "react";
-import type { ClassView, PupilRow } from "../generated/classroom";
-import type { LibraryEntry } from "../generated/messages";
+import type { ClassView, PupilRow, PupilShelf } from "../generated/classroom";
 import { askDesk } from "./ask";
 import { Avatar } from "./Avatar";
 import { Icon } from "../ui/icons";
@@ -22,29 +21,39 @@ function useDuration(): (seconds: number) => string {
   return (seconds) => (seconds < 60 ? t("seconds", { count: seconds }) : t("minutes", { count: Math.floor(seconds / 60) }));
 }
 
+/** What the pupil has saved and works on; each opens as a copy in a tab of the studio. */
 function Shelf({ pupil }: { pupil: PupilRow }) {
   const t = useTexts();
   const language = useLanguage((state) => state.language);
   const { problem, attempt } = useAttempt();
-  const [projects, setProjects] = useState<LibraryEntry[] | null>(null);
-  if (projects === null)
-    return (
-      <>
-        <Action onPress={() => void attempt(async () => setProjects((await askDesk("shelf", { pupil: pupil.id })).projects))}>
-          {t("showProjects")}
-        </Action>
-        <Problem text={problem} />
-      </>
-    );
-  if (projects.length === 0) return <p className={css.quiet}>{t("noProjects")}</p>;
+  const [shelf, setShelf] = useState<PupilShelf | null>(null);
+  const show = () => void attempt(async () => setShelf(await askDesk("shelf", { pupil: pupil.id })));
+  const when = (saved_at: string) => <span className={css.quiet}>{new Date(saved_at).toLocaleString(language)}</span>;
+  const link = (name: string, text: string) => (
+    <a href={`/?${new URLSearchParams({ pupil: pupil.id, project: name }).toString()}`} target="look">
+      {text}
+    </a>
+  );
   return (
-    <ul className={css.shelf}>
-      {projects.map(({ name, saved_at }) => (
-        <li key={name}>
-          {name} <span className={css.quiet}>{new Date(saved_at).toLocaleString(language)}</span>
-        </li>
-      ))}
-    </ul>
+    <>
+      <Action onPress={show}>{t("showProjects")}</Action>
+      <Problem text={problem} />
+      {shelf && !shelf.draft_at && shelf.projects.length === 0 && <p className={css.quiet}>{t("noProjects")}</p>}
+      {shelf && (
+        <ul className={css.shelf}>
+          {shelf.draft_at && (
+            <li>
+              {link("", t("draft"))} {when(shelf.draft_at)}
+            </li>
+          )}
+          {shelf.projects.map(({ name, saved_at }) => (
+            <li key={name}>
+              {link(name, name)} {when(saved_at)}
+            </li>
+          ))}
+        </ul>
+      )}
+    </>
   );
 }
 

@@ -7,6 +7,7 @@ import type { Goals } from "../generated/messages";
 import { askDesk, Stream } from "./ask";
 import { Avatar } from "./Avatar";
 import { boxOf, type Box, type Cars, decodeWall, drawWorld, inksOf } from "./drawing";
+import { HowToJoin } from "./DeskClass";
 import { Action, Frame, titleOr } from "./Frame";
 import css from "./class.module.css";
 import { useSentences, useTexts } from "./texts";
@@ -245,6 +246,7 @@ function TheWall() {
     return (
       <Frame title={titleOr(view?.title, t("wallTitle"))} tools={<b className={css.code}>{view?.code}</b>}>
         {view && <AllStages pupils={view.pupils} />}
+        {view?.pupils.length === 0 && <HowToJoin view={view} />}
       </Frame>
     );
   return (

@@ -127,6 +127,11 @@ export interface ClassAddresses {
   qr_code: string;
 }
 
+/** The address that tablets reach: the QR code is to lead there. */
+export interface ChosenAddress {
+  address: string;
+}
+
 /** Settings of the class; None leaves one as it is. */
 export interface ClassSettings {
   title?: string | null;
@@ -164,8 +169,9 @@ export interface HandedOut {
   pupils: number;
 }
 
-/** A pupil's projects, the one saved last first; and when the draft was saved, if there is one. */
+/** A pupil's projects. */
 export interface PupilShelf {
+  pupil: string;
   projects: LibraryEntry[];
   draft_at: string | null;
 }
@@ -274,6 +280,7 @@ export interface ClassView {
   turns: CarTurn[];
   stopped: boolean;
   mat: MatView;
+  disk: Sentence | null;
 }
 
 /** A pupil, as the teacher sees it; all times in seconds until now. */
@@ -344,6 +351,7 @@ export interface DeskRequests {
   "sign-in": { message: Password; answer: Nothing };
   "sign-out": { message: Nothing; answer: Nothing };
   "addresses": { message: Nothing; answer: ClassAddresses };
+  "choose-address": { message: ChosenAddress; answer: ClassAddresses };
   "new-code": { message: Nothing; answer: ClassAddresses };
   "settings": { message: ClassSettings; answer: Nothing };
   "freeze": { message: Frozen; answer: Nothing };

@@ -104,6 +104,13 @@ class DeskRequests:
         picture = qr_svg(join_url(network.addresses[0], code))
         return messages.ClassAddresses(code, list(network.addresses), network.local_name, why, picture)
 
+    async def on_choose_address(
+        self, asks: HTTPConnection, message: messages.ChosenAddress, response: Response
+    ) -> messages.ClassAddresses:
+        """Show another of the addresses first."""
+        self._running.settings.network.choose(message.address)
+        return await self.on_addresses(asks, Nothing(), response)
+
     async def on_new_code(self, asks: HTTPConnection, message: Nothing, response: Response) -> messages.ClassAddresses:
         """Make a new code."""
         self._room.change_code()
@@ -171,9 +178,11 @@ class DeskRequests:
         self, asks: HTTPConnection, message: messages.PupilId, response: Response
     ) -> messages.PupilShelf:
         """A pupil's projects."""
-        owner = self._room.pupil(message.pupil).id
-        projects = await self._running.with_files(self._folder.list, owner)
-        return messages.PupilShelf(projects, await self._running.with_files(self._folder.draft_at, owner))
+        pupil = self._room.pupil(message.pupil)
+        projects = await self._running.with_files(self._folder.list, pupil.id)
+        return messages.PupilShelf(
+            pupil.name, projects, await self._running.with_files(self._folder.draft_at, pupil.id)
+        )
 
     async def on_project(
         self, asks: HTTPConnection, message: messages.PupilProject, response: Response

@@ -26,12 +26,46 @@ class ClassFolder(FolderStorage):
     """The files of a class; an owner is a pupil's id, or the teacher.
 
     All methods may be called in several threads.
+
+    Attributes:
+        problem: why the disk takes nothing at present; None where it took what was stored last.
     """
 
     def __init__(self, folder: Path, limits: Limits = LIMITS) -> None:
         super().__init__(folder, limits)
         self._file = folder / RECORD
         self._copying = Lock()
+        self.problem: MotorcadeError | None = None
+
+    @contextmanager
+    def _storing(self) -> Iterator[None]:
+        """Keep in mind whether the disk takes what the block stores; OSError becomes MotorcadeError."""
+        try:
+            yield
+        except OSError as problem:
+            error = MotorcadeError("cant-save", reason=problem.strerror or type(problem).__name__)
+            self._note(error)
+            raise error from None
+        except MotorcadeError as problem:
+            if problem.code == "cant-save":
+                self._note(problem)
+            raise
+        self.problem = None
+
+    def _note(self, problem: MotorcadeError) -> None:
+        self.problem = MotorcadeError("class-not-stored", reason=problem.details["reason"])
+
+    def write_version(
+        self, owner: str, name: str, data: bytes, base: int | None = None, saved_at_s: float | None = None
+    ) -> int:
+        """As the base class does."""
+        with self._storing():
+            return super().write_version(owner, name, data, base, saved_at_s)
+
+    def add_stars(self, owner: str, mission: str, stars: list[int]) -> list[int]:
+        """As the base class does."""
+        with self._storing():
+            return super().add_stars(owner, mission, stars)
 
     @contextmanager
     def opened(self) -> Iterator[None]:
@@ -57,10 +91,8 @@ class ClassFolder(FolderStorage):
 
     def store(self, data: bytes) -> None:
         """Replace ``class.json``. Raises MotorcadeError where it can't be written; the old one is kept then."""
-        try:
+        with self._storing():
             replace_file(self._file, data)
-        except OSError as problem:
-            raise MotorcadeError("cant-save", reason=problem.strerror) from None
 
     def store_record(self, record: ClassRecord) -> None:
         """Replace ``class.json``, as `store`."""
@@ -68,12 +100,10 @@ class ClassFolder(FolderStorage):
 
     def write_draft(self, owner: str, data: bytes) -> None:
         """Replace an owner's draft. Raises MotorcadeError."""
-        try:
-            folder = self._owner_folder(owner)
+        folder = self._owner_folder(owner)
+        with self._storing():
             folder.mkdir(parents=True, exist_ok=True)
             replace_file(folder / DRAFT, data)
-        except OSError as problem:
-            raise MotorcadeError("cant-save", reason=problem.strerror) from None
 
     def read_draft(self, owner: str) -> tuple[bytes, str] | None:
         """An owner's draft, and when it was saved (ISO 8601, UTC); None where there is none. Raises MotorcadeError."""

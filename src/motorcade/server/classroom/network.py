@@ -20,7 +20,10 @@ LOCAL_NAME = "motorcade.local"
 _OWN = "127.0.0.1"
 _SERVICE = "_http._tcp.local."
 # Interfaces of these names are bridges and tunnels of programs on this computer: no tablet reaches it by them.
-_VIRTUAL = ("docker", "br-", "veth", "virbr", "vmnet", "vboxnet", "vEthernet", "tun", "tap", "utun", "wg", "zt", "lxc")
+_VIRTUAL = (
+    *("docker", "podman", "cni", "lxc", "lxd", "br-", "bridge", "veth", "vethernet", "virbr", "vmnet", "vmware"),
+    *("vboxnet", "virtualbox", "tun", "tap", "utun", "wg", "wireguard", "tailscale", "zt", "zerotier", "ppp", "ipsec"),
+)
 _WIRELESS = ("wl", "wi-fi", "wlan", "ath")
 
 
@@ -46,6 +49,12 @@ class Network:
         self._port = port
         self._scheme = scheme
         self._announces = announces
+
+    def choose(self, address: str) -> None:
+        """Show one of the addresses first: the room's tablets reach it. Raises MotorcadeError for any other."""
+        if address not in self.addresses:
+            raise MotorcadeError("not-found")
+        self.addresses.sort(key=lambda each: each != address)
 
     @asynccontextmanager
     async def announced(self) -> AsyncIterator[None]:
@@ -84,14 +93,15 @@ def likely_first(found: Iterable[tuple[str, str]], way_out: str | None = None) -
 
     Returns:
         Addresses of IPv4, since nobody types others: first ``way_out``, then private ones, those of wireless
-        interfaces before others, those of virtual interfaces last. Those of the computer alone are left out.
+        interfaces before others, those of virtual interfaces last. Those of the computer alone are left out. Where
+        there is none, those of IPv6, without link-local ones, which browsers don't open.
     """
+    usable = [(name, text, ipaddress.ip_address(text.partition("%")[0])) for name, text in found]
+    usable = [each for each in usable if not (each[2].is_loopback or each[2].is_unspecified or each[2].is_multicast)]
+    of_ipv4 = [each for each in usable if each[2].version == 4]
     ranked = []
-    for name, text in found:
-        address = ipaddress.ip_address(text.partition("%")[0])
-        if address.version != 4 or address.is_loopback or address.is_unspecified or address.is_multicast:
-            continue
-        virtual = name.startswith(_VIRTUAL)
+    for name, text, address in of_ipv4 or [each for each in usable if not each[2].is_link_local]:
+        virtual = name.lower().startswith(_VIRTUAL)
         wireless = name.lower().startswith(_WIRELESS)
         ranked.append((virtual, address.is_link_local, text != way_out, not address.is_private, not wireless, text))
     return list(dict.fromkeys(rank[-1] for rank in sorted(ranked)))
@@ -102,7 +112,10 @@ def room_hosts(listener: socket.socket) -> tuple[list[str], str]:
     host = listener.getsockname()[0]
     if not ipaddress.ip_address(host.partition("%")[0]).is_unspecified:
         return [host], host
-    return likely_first(interfaces(), way_out()) or [_OWN], _OWN
+    found = interfaces()
+    if listener.family == socket.AF_INET:
+        found = [(name, address) for name, address in found if ":" not in address]
+    return likely_first(found, way_out()) or [_OWN], _OWN
 
 
 def way_out() -> str | None:

@@ -71,7 +71,8 @@ class PupilRequests:
         """Let a newcomer in."""
         self._check_code(asks, message.code)
         secret = self._running.new_secret()
-        pupil = self._room.join(message.name, message.avatar, digest(secret), self._running.now_s())
+        who, now_s = self._running.guesser(asks), self._running.now_s()
+        pupil = self._room.join(message.name, message.avatar, digest(secret), now_s, who)
         return self._let_in(asks, pupil, secret, response)
 
     async def on_return(self, asks: HTTPConnection, message: messages.Returning, response: Response) -> Self:

@@ -13,7 +13,7 @@ from motorcade.errors import MotorcadeError
 from motorcade.server.classroom.running_class import RunningClass
 from motorcade.server.classroom.shared_mat import SharedMat
 from motorcade.server.page_socket import PageSocket, refuse_page
-from motorcade.service.messages import Nothing
+from motorcade.service.messages import Nothing, sentences
 
 # A page is sent the class at most so often; the teacher's at least every few seconds, since it shows ages.
 _PUPIL_EVERY_S, _DESK_EVERY_S, _DESK_LATEST_S = 0.1, 0.25, 5.0
@@ -35,7 +35,11 @@ class Streams:
             await refuse_page(socket, self._running.settings, MotorcadeError("class-session-needed"))
             return
         page = PageSocket(socket, self._running.settings, (PupilView,))
-        self._room.connect(pupil.id, self._running.now_s())
+        try:
+            self._room.connect(pupil.id, self._running.now_s())
+        except MotorcadeError as problem:
+            await refuse_page(socket, self._running.settings, problem)
+            return
         self._running.show_changes()
         try:
             await page.serve(Nothing, _ignore, [lambda: self._show_pupil(socket, page, pupil)])
@@ -70,7 +74,9 @@ class Streams:
     async def _show_desk(self, socket: WebSocket, page: PageSocket) -> None:
         with self._running.watching() as changed:
             while self._running.is_teacher(socket):
-                page.put(class_view(self._room, self._mat.view(), self._running.now_s()))
+                problem = self._running.folder.problem
+                disk = sentences(problem) if problem else None
+                page.put(class_view(self._room, self._mat.view(), self._running.now_s(), disk))
                 await asyncio.sleep(_DESK_EVERY_S)
                 await wait_for(changed, _DESK_LATEST_S)
         page.put(Goodbye("left"))

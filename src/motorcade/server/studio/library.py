@@ -65,7 +65,12 @@ class FolderStorage(Storage):
             self._check_room(owner, newest is None, len(data))
             folder.mkdir(parents=True, exist_ok=True)
             version = _reserve(folder, name, newest.version if newest else 0, base)
-            replace_file(_file(folder, version), data)
+            try:
+                replace_file(_file(folder, version), data)
+            except OSError:
+                # A full disk keeps no empty file for each attempt.
+                _file(folder, version).unlink(missing_ok=True)
+                raise
             if saved_at_s is not None:
                 os.utime(_file(folder, version), (saved_at_s, saved_at_s))
             self._used_bytes[owner] += len(data)

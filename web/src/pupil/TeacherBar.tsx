@@ -1,0 +1,41 @@
+/** The teacher's bar where a pupil's project is open: whose it is, and giving it back. */
+
+import { useEffect, useState } from "react";
+import { Button } from "react-aria-components";
+import { useTranslation } from "react-i18next";
+import { askDesk } from "../classroom/ask";
+import { markSaved, openProject } from "../projects/project";
+import { notify } from "../state/dialogs";
+import { useStudio } from "../state/studio";
+import buttons from "../ui/buttons.module.css";
+import { classes } from "../ui/classes";
+import { looking } from "./looking";
+import css from "./pupil.module.css";
+import { attemptInClass } from "./store";
+
+export function TeacherBar() {
+  const { t } = useTranslation();
+  const name = useStudio((studio) => studio.name.trim());
+  const [shown] = useState(looking);
+  const [who, setWho] = useState("");
+  useEffect(() => {
+    if (shown) void attemptInClass(async () => setWho((await askDesk("shelf", { pupil: shown.pupil })).pupil));
+  }, [shown]);
+  if (!shown || !who) return null;
+  const giveBack = () =>
+    attemptInClass(async () => {
+      await askDesk("hand-out", { to: [shown.pupil], name, project: openProject() });
+      markSaved();
+      notify(t("pupil.given", { name, to: who }), "success");
+    });
+  return (
+    <section className={css.bar} aria-label={t("pupil.lookTitle")}>
+      <b>{shown.project ? t("pupil.lookProject", { project: shown.project, name: who }) : t("pupil.lookDraft", { name: who })}</b>
+      <span>{t("pupil.lookAbout")}</span>
+      <Button className={classes(buttons.button, buttons.small)} isDisabled={!name} onPress={() => void giveBack()}>
+        {t("pupil.giveBack", { name: who })}
+      </Button>
+      {!name && <span>{t("pupil.giveNeedsName")}</span>}
+    </section>
+  );
+}
