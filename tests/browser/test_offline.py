@@ -128,20 +128,25 @@ def test_a_newer_build_takes_over_when_no_tab_has_work(context, server, folder, 
         page.goto(server.url)
         page.evaluate(CONTROLLED)
     busy, other = pages
-    busy.get_by_role("button", name=PAGE_TEXTS["help"]["title"]).click()
-    expect(busy.get_by_role("dialog")).to_be_visible()
+    busy.get_by_label(NAME).fill("Mine")
+    expect(busy.get_by_text(PAGE_TEXTS["project"]["unsaved"], exact=True)).to_be_visible()
     write_site(folder, builds[1])
     assert look_for_update(other) == "installed"
 
-    # One tab has a dialog open, so not even the user's wish in the other tab closes it.
+    # Nobody is at either page for a minute, but one has unsaved work: not even the user's wish in the other replaces it.
+    for page in pages:
+        page.clock.fast_forward(AWAY_MS)
+        page.clock.fast_forward(LOOK_MS)
     other.get_by_role("button", name=TEXTS["useUpdate"]).click()
     expect(other.get_by_role("log").filter(has_text=TEXTS["otherTabs"])).to_be_visible()
+    expect(busy).to_have_title(TITLE)
+    expect(busy.get_by_label(NAME)).to_have_value("Mine")
 
-    # Nobody is at either page for a minute.
-    busy.keyboard.press("Escape")
-    expect(busy.get_by_role("dialog")).to_be_hidden()
-    busy.clock.fast_forward(AWAY_MS)
-    other.clock.fast_forward(AWAY_MS)
+    expect(busy.locator("main[data-compiled]")).to_be_attached(timeout=PYTHON_MS)
+    busy.keyboard.press("Control+s")
+    expect(busy.get_by_text(PAGE_TEXTS["project"]["unsaved"], exact=True)).to_be_hidden()
+    for page in (busy, other):
+        page.clock.fast_forward(AWAY_MS)
     other.clock.fast_forward(LOOK_MS)
     for page in pages:
         expect(page).to_have_title(NEXT_TITLE)

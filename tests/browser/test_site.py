@@ -1,9 +1,22 @@
 """What the site's page does around its worker: it shows its editor without Python, and Python begins again."""
 
+import json
+import re
+import zlib
+from base64 import urlsafe_b64decode
+from pathlib import Path
+from types import SimpleNamespace
+
 import pytest
 from playwright.sync_api import expect
+from scripts.try_it import on_page_markdown
 
+from motorcade.program.compiler import compile_program
+from motorcade.program.model import read_program
+from support.soak import SOAK
 from support.studio_programs import EXAMPLE
+
+DOCS = Path(__file__).parents[2] / "docs"
 
 WORDS = ["02000000", "65800000", "6a800000"]
 # A snapshot of another Python: it has the right length, and wrong content.
@@ -60,3 +73,28 @@ def test_the_editor_is_there_before_python_and_says_what_play_waits_for(open_pag
         page.page.locator("#stage").get_by_role("status").filter(has_text=page.say("server.starting"))
     ).to_be_visible()
     page.page.unroute_all()
+
+
+def links_of_documentation(studio: str) -> list[str]:
+    """All links by which the documentation opens the studio with a program, in both languages."""
+    found = []
+    for path in sorted(DOCS.glob("*.md")):
+        page = SimpleNamespace(file=SimpleNamespace(src_uri=path.name))
+        text = on_page_markdown(path.read_text(encoding="utf-8"), page, {"extra": {"studio": studio}}, None)
+        found += re.findall(rf"\]\(({re.escape(studio)}#project=[^)]+)\)", text)
+    return found
+
+
+def test_links_of_the_documentation_open_their_programs(open_page) -> None:
+    studio = open_page()
+    links = links_of_documentation(studio.url)
+    assert len(links) >= 20
+    for link in links if SOAK else links[:: len(links) - 1]:
+        linked = json.loads(zlib.decompress(urlsafe_b64decode(link.partition("=")[2] + "=="), wbits=-zlib.MAX_WBITS))
+        studio.page.goto(link)
+        replace = studio.page.get_by_role("button", name=studio.say("project.replaceYes"))
+        expect(studio.name.and_(studio.page.locator(f'[value="{linked["name"]}"]')).or_(replace)).to_be_visible()
+        if replace.is_visible():
+            replace.click()
+        expect(studio.name).to_have_value(linked["name"])
+        studio.expect_words([f"{word:08x}" for word in compile_program(read_program(linked["text"])).words])
