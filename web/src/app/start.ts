@@ -16,6 +16,7 @@ import { BLANK, markSaved, markUnsaved, loadProject, watchUnsaved } from "../pro
 import { watchOtherWindows } from "../projects/windows";
 import { resumeMission, watchMissions } from "../missions/store";
 import { notify, openDialog } from "../state/dialogs";
+import { replaceForbiddenStorage } from "../state/forbiddenStorage";
 import { startSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { listenForKeys } from "./keys";
@@ -43,8 +44,10 @@ function registerKeys(): void {
 
 /** Before anything is drawn: settings, languages, and what watches the stores. */
 export function start(): void {
+  const isForbidden = replaceForbiddenStorage();
   startSettings();
   startLanguages();
+  if (isForbidden) notify(i18next.t("project.notStored"), "warning");
   startThemes();
   compileEveryChange();
   listenForKeys();

@@ -173,8 +173,10 @@ export function ShareDialog({ onClose }: { onClose: () => void }) {
   const [link, setLink] = useState("");
   const [copied, setCopied] = useState(false);
   useEffect(() => void attempt(async () => setLink(await shareLink())), []);
+  // Browsers give it to secure pages alone: those of this computer, and by HTTPS.
+  const { clipboard } = navigator as Partial<Navigator>;
   const copy = () =>
-    navigator.clipboard.writeText(link).then(
+    clipboard?.writeText(link).then(
       () => setCopied(true),
       () => setCopied(false),
     );
@@ -186,9 +188,11 @@ export function ShareDialog({ onClose }: { onClose: () => void }) {
           <Label>{t("share.link")}</Label>
           <Input onFocus={(event) => event.target.select()} />
         </TextField>
-        <Button className={classes(buttons.button, buttons.primary)} onPress={() => void copy()} isDisabled={!link}>
-          {t("share.copy")}
-        </Button>
+        {clipboard && (
+          <Button className={classes(buttons.button, buttons.primary)} onPress={() => void copy()} isDisabled={!link}>
+            {t("share.copy")}
+          </Button>
+        )}
       </div>
       <p role="status" className={controls.quiet}>
         {copied ? t("share.copied") : t("share.length", { count: link.length })}

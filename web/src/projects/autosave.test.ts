@@ -1,4 +1,5 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
+import { useDialogs } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { findWork, storeEveryChange, workOf, parseWork } from "./autosave";
 
@@ -35,6 +36,22 @@ describe("autosave", () => {
     useStudio.setState({ name: "last change" });
     window.dispatchEvent(new Event("pagehide"));
     expect(stored()?.name).toBe("last change");
+  });
+
+  it("says once that the browser has no room", () => {
+    const full = vi.spyOn(Storage.prototype, "setItem").mockImplementation(() => {
+      throw new DOMException("The quota has been exceeded.", "QuotaExceededError");
+    });
+    useDialogs.setState({ notices: [] });
+    for (const name of ["one", "two"]) {
+      useStudio.setState({ name });
+      vi.advanceTimersByTime(500);
+    }
+    full.mockRestore();
+    expect(useDialogs.getState().notices).toHaveLength(1);
+    useStudio.setState({ name: "three" });
+    vi.advanceTimersByTime(500);
+    expect(stored()?.name).toBe("three");
   });
 });
 

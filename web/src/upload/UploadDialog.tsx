@@ -116,7 +116,7 @@ export function UploadDialog({ onClose }: { onClose: () => void }) {
   return (
     <Sheet title={t("upload.title")} onClose={onClose}>
       <PortChoice ports={ports} chosen={port ?? ""} onChoose={setWished} />
-      {!hasSerial && !hasWebSerial() && <p className={controls.quiet}>{t("upload.noSerial")}</p>}
+      {!hasSerial && !hasWebSerial() && <p className={controls.quiet}>{t(isSecureContext ? "upload.noSerial" : "upload.noSerialByHttp")}</p>}
       {hasSerial && (
         <Button className={buttons.link} onPress={() => void look()}>
           {t("upload.look")}
