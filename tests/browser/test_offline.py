@@ -133,7 +133,7 @@ def test_a_newer_build_takes_over_when_no_tab_has_work(context, server, folder, 
     write_site(folder, builds[1])
     assert look_for_update(other) == "installed"
 
-    # Nobody is at either page for a minute, but one has unsaved work: not even the user's wish in the other replaces it.
+    # Nobody is at either page for a minute, but one has unsaved work: not even a wish in the other replaces it.
     for page in pages:
         page.clock.fast_forward(AWAY_MS)
         page.clock.fast_forward(LOOK_MS)
