@@ -130,6 +130,8 @@ export function NumberSlider(props: NumberSliderProps) {
         value={value}
         minValue={least}
         maxValue={most}
+        // Half a car is no car. Smaller steps are for the slider alone.
+        {...(step >= 1 && { step: 1 })}
         {...(format && { formatOptions: format })}
         onChange={(typed) => {
           if (!Number.isNaN(typed)) onChange(typed);
