@@ -1,6 +1,7 @@
 import { useEffect, useState } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
+import { playWhenReady } from "../mat/actions";
 import { FIRST_STEPS, FIRST_SWARM, loadProject } from "../projects/project";
 import { IconButton } from "../ui/controls";
 import { useSettings } from "../state/settings";
@@ -55,7 +56,7 @@ export function Tour() {
       setAt(at + 1);
       return;
     }
-    document.getElementById("mat-play")?.click();
+    playWhenReady();
     end();
   };
   return (

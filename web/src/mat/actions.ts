@@ -168,3 +168,19 @@ export function startHere(session: Session): void {
   endEdit();
   editMat(oneByOne(mat, picture, new Set(hello?.leads)));
 }
+
+/** Let the cars drive: at once, or as soon as there are any, unless another project is opened before. */
+export function playWhenReady(): void {
+  const { generation } = useStudio.getState();
+  const press = () => document.getElementById("mat-play")?.click();
+  if (useMat.getState().hello?.cars) {
+    press();
+    return;
+  }
+  const stop = useMat.subscribe(({ hello }) => {
+    if (!hello?.cars) return;
+    stop();
+    // The button is enabled once it is drawn anew.
+    setTimeout(() => useStudio.getState().generation === generation && press());
+  });
+}
