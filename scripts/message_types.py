@@ -1,6 +1,7 @@
 """Write messages as TypeScript: the texts of messages.ts, remote.ts and classroom.ts in web/src/generated/."""
 
 import inspect
+import json
 from collections.abc import Collection, Mapping
 from typing import Any, get_args
 
@@ -116,7 +117,7 @@ class _Writer:
         if isinstance(kind, types.UnionType):
             return " | ".join(self.type_of(each) for each in kind.types)
         if isinstance(kind, types.LiteralType):
-            return " | ".join(f'"{each}"' for each in kind.values)
+            return " | ".join(json.dumps(each) for each in kind.values)
         if isinstance(kind, types.ListType | types.VarTupleType):
             item = self.type_of(kind.item_type)
             return f"({item})[]" if " | " in item else f"{item}[]"

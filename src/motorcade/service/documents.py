@@ -11,10 +11,19 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.program.blocks import Workspace, blocks_of, program_of
 from motorcade.program.diagnostics import ProgramError
 from motorcade.program.model import FORMAT, Program, program_from_dict, read_document
-from motorcade.service.messages import Example, Level, Project, RangeMm, sentences
+from motorcade.service.messages import Difficulty, Example, Level, Project, RangeMm, sentences
 
-# Each is the file ``gallery/<id>.motorcade.json``, in the order in which the page lists them.
-EXAMPLES = ("square", "traffic-light", "parade", "dance", "ripple", "herd", "listen", "polite")
+# Each is the file ``gallery/<id>.motorcade.json``, in the order in which the page lists them; with its difficulty.
+EXAMPLES: dict[str, Difficulty] = {
+    "square": 1,
+    "traffic-light": 1,
+    "parade": 1,
+    "herd": 2,
+    "listen": 2,
+    "polite": 2,
+    "dance": 3,
+    "ripple": 3,
+}
 
 # Other files of Motorcade that users open by mistake: the format's name, and the sentence that says where they belong.
 _NO_PROJECTS = {
@@ -121,8 +130,10 @@ def _program(leader: Workspace, followers: Workspace | None, profile: str) -> Pr
 def examples() -> list[Example]:
     """Return all examples, with titles in every language."""
     return [
-        Example(each, sentences(Phrase(f"example-{each}-title")), sentences(Phrase(f"example-{each}-about")))
-        for each in EXAMPLES
+        Example(
+            name, sentences(Phrase(f"example-{name}-title")), sentences(Phrase(f"example-{name}-about")), difficulty
+        )
+        for name, difficulty in EXAMPLES.items()
     ]
 
 

@@ -320,12 +320,17 @@ class ExampleName(Struct):
     id: str
 
 
+Difficulty = Literal[1, 2, 3]
+"""Of an example: 1 for the first day, 3 for who knows all blocks."""
+
+
 class Example(Struct):
     """An example program, and what it shows."""
 
     id: str
     title: Sentence
     about: Sentence
+    difficulty: Difficulty
 
 
 class Seconds(Struct):

@@ -241,6 +241,7 @@ export interface Example {
   id: string;
   title: Sentence;
   about: Sentence;
+  difficulty: 1 | 2 | 3;
 }
 
 /** The name of an example program. */

@@ -123,6 +123,11 @@ export function withFloor(theme: MatTheme, name: FloorName): MatTheme {
   return { ...theme, ...FLOORS[name]?.colours };
 }
 
+/** The one colour of a floor in a small picture; undefined for a plain one, which has the page's own. */
+export function groundOf(name: FloorName): string | undefined {
+  return FLOORS[name]?.colours.floor;
+}
+
 /** Draw the floor's pattern, in millimetres; false for a plain floor. */
 export function paintFloor(g: FloorPen, name: FloorName, width: number, height: number): boolean {
   FLOORS[name]?.paint(g, width, height);

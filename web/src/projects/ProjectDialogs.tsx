@@ -4,6 +4,8 @@ import { useTranslation } from "react-i18next";
 import * as api from "../api/requests";
 import type { Example, SavedProject, Sentence, Version } from "../api/types";
 import { inLanguage } from "../i18n";
+import { ClipPicture } from "../mat/ClipPicture";
+import { type Clip, loadClips } from "../mat/clips";
 import { confirm } from "../state/dialogs";
 import { useStudio } from "../state/studio";
 import { IconButton, Sheet } from "../ui/controls";
@@ -139,11 +141,44 @@ export function LibraryDialog({ onClose }: { onClose: () => void }) {
   );
 }
 
+interface ExampleCardProps {
+  example: Example;
+  clip: Clip | undefined;
+  onOpen: () => void;
+}
+
+function ExampleCard({ example, clip, onOpen }: ExampleCardProps) {
+  const { t } = useTranslation();
+  const difficulty = t(`examples.difficulties.${example.difficulty}`);
+  return (
+    <Button className={css.example} onPress={onOpen}>
+      {({ isHovered, isFocusVisible }) => (
+        <>
+          <span className={css.examplePicture}>{clip && <ClipPicture clip={clip} moves={isHovered || isFocusVisible} />}</span>
+          <b>{inLanguage(example.title)}</b>
+          <span>{inLanguage(example.about)}</span>
+          <span className={css.exampleFacts}>
+            <span>
+              <span className={css.dots} aria-hidden="true">
+                {"●".repeat(example.difficulty).padEnd(3, "○")}
+              </span>{" "}
+              {difficulty}
+            </span>
+            {clip && <span>{t("examples.cars", { count: clip.cars })}</span>}
+          </span>
+        </>
+      )}
+    </Button>
+  );
+}
+
 /** Programs to begin with. */
 export function ExamplesDialog({ onClose }: { onClose: () => void }) {
   const { t } = useTranslation();
   const [examples, setExamples] = useState<Example[]>([]);
+  const [clips, setClips] = useState<ReadonlyMap<string, Clip>>(new Map());
   useEffect(() => void attempt(async () => setExamples(await api.examples())), []);
+  useEffect(() => void attempt(async () => setClips(await loadClips())), []);
   const openExample = (example: Example) =>
     attempt(async () => {
       const project = await api.example(example.id);
@@ -156,10 +191,7 @@ export function ExamplesDialog({ onClose }: { onClose: () => void }) {
       <ul className={css.examples}>
         {examples.map((example) => (
           <li key={example.id}>
-            <Button className={css.example} onPress={() => void openExample(example)}>
-              <b>{inLanguage(example.title)}</b>
-              <span>{inLanguage(example.about)}</span>
-            </Button>
+            <ExampleCard example={example} clip={clips.get(example.id)} onOpen={() => void openExample(example)} />
           </li>
         ))}
       </ul>

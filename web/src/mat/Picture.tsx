@@ -1,23 +1,39 @@
 import type { MissionZone } from "../generated/messages";
-import type { Mat, Point } from "../mat/document";
-import css from "./missions.module.css";
+import { LEDS } from "./colours";
+import { floorOf, type Mat, personAt, type Point } from "./document";
+import { groundOf } from "./floors";
+import css from "./picture.module.css";
 
 const CAR_M = 0.15;
 
-interface PictureProps {
-  mat: Mat;
-  zones: readonly MissionZone[];
+/** A car at one moment. */
+export interface Placed {
+  at: Point;
+  headingDeg: number;
+  isLeader: boolean;
+  /** The number of the LED that is on. */
+  led?: number;
 }
 
-/** A mission's mat from above, drawn from its data: a picture that always fits, also of a mission that a teacher wrote. */
-export function Picture({ mat, zones }: PictureProps) {
+interface PictureProps {
+  mat: Mat;
+  zones?: readonly MissionZone[];
+  /** The cars of a moment; without them, those with which the mat begins. */
+  cars?: readonly Placed[];
+  tMs?: number;
+  /** Where the leader drives. */
+  way?: readonly Point[];
+}
+
+/** A mat from above, drawn from its data: a picture that always fits, also of a mission that a teacher wrote. */
+export function Picture({ mat, zones = [], cars, tMs = 0, way = [] }: PictureProps) {
   const [left, bottom, right, top] = boxOf(mat, zones);
   const size = Math.max(right - left, (top - bottom) * 1.6);
   const car = Math.max(CAR_M, size / 16);
   const points = (corners: readonly (readonly number[])[]) => corners.map(([x, y]) => `${x},${-y!}`).join(" ");
   return (
     <svg className={css.picture} viewBox={`${left} ${-top} ${right - left} ${top - bottom}`} aria-hidden="true">
-      {mat.size_m && <rect className={css.floor} x={0} y={-mat.size_m[1]} width={mat.size_m[0]} height={mat.size_m[1]} />}
+      {mat.size_m && <rect className={css.floor} style={{ fill: groundOf(floorOf(mat)) }} x={0} y={-mat.size_m[1]} width={mat.size_m[0]} height={mat.size_m[1]} />}
       {zones.map(({ name, corners_m, centre_m, radius_m }) =>
         centre_m ? (
           <circle key={name} className={css.zone} cx={centre_m[0]} cy={-centre_m[1]!} r={radius_m!} />
@@ -30,23 +46,37 @@ export function Picture({ mat, zones }: PictureProps) {
       {mat.wall?.map(({ from_m, to_m }, k) => (
         <line key={k} className={css.wall} x1={from_m[0]} y1={-from_m[1]} x2={to_m[0]} y2={-to_m[1]} />
       ))}
-      {mat.person?.map(({ path }, k) => <circle key={k} className={css.somebody} cx={path[0]![1]} cy={-path[0]![2]} r={car / 2} />)}
-      {mat.crowd?.flatMap((crowd, k) =>
-        spread(crowd.corner_m ?? [0, 0], crowd.size_m ?? mat.size_m ?? [1, 1], crowd.cars).map(([x, y], at) => (
-          <circle key={`${k} ${at}`} className={css.follower} cx={x} cy={-y} r={car / 3} />
-        )),
-      )}
-      {mat.car?.map(({ at_m: [x, y], heading_deg = 0, role }, k) => (
-        <path
-          key={k}
-          className={role === "leader" ? css.leader : css.follower}
-          d={`M${car / 2} 0L${-car / 2} ${-car / 2.6}V${car / 2.6}z`}
-          transform={`translate(${x} ${-y}) rotate(${-heading_deg})`}
-        />
+      {mat.person?.map((person, k) => {
+        const [x, y] = personAt(person, tMs);
+        return <circle key={k} className={css.somebody} cx={x} cy={-y} r={car / 2} />;
+      })}
+      {way.length > 1 && <polyline className={css.way} points={points(way)} />}
+      {!cars &&
+        mat.crowd?.flatMap((crowd, k) =>
+          spread(crowd.corner_m ?? [0, 0], crowd.size_m ?? mat.size_m ?? [1, 1], crowd.cars).map(([x, y], at) => (
+            <circle key={`${k} ${at}`} className={css.follower} cx={x} cy={-y} r={car / 3} />
+          )),
+        )}
+      {(cars ?? mat.car?.map(placed))?.map(({ at: [x, y], headingDeg, isLeader, led = LEDS.length }, k) => (
+        <g key={k} transform={`translate(${x} ${-y}) rotate(${-headingDeg})`}>
+          <path className={isLeader ? css.leader : css.follower} d={`M${car / 2} 0L${-car / 2} ${-car / 2.6}V${car / 2.6}z`} />
+          {LEDS[led] !== undefined && (
+            <g fill={hex(LEDS[led])}>
+              <circle className={css.glow} r={car * 0.7} />
+              <circle cx={-car / 6} r={car / 5} />
+            </g>
+          )}
+        </g>
       ))}
     </svg>
   );
 }
+
+function placed({ at_m, heading_deg = 0, role }: NonNullable<Mat["car"]>[number]): Placed {
+  return { at: at_m, headingDeg: heading_deg, isLeader: role === "leader" };
+}
+
+const hex = (colour: number) => `#${colour.toString(16).padStart(6, "0")}`;
 
 /** Left, bottom, right and top of what is there, with some air. */
 function boxOf(mat: Mat, zones: readonly MissionZone[]): [number, number, number, number] {

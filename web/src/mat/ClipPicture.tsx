@@ -1,0 +1,49 @@
+import { useEffect, useRef, useState } from "react";
+import type { Clip } from "./clips";
+import { Picture } from "./Picture";
+
+const CALM = "(prefers-reduced-motion: reduce)";
+/** What moves by itself must stop by itself within this time (WCAG 2.2.2). */
+const BY_ITSELF_MS = 5_000;
+const DRAWN_EVERY_MS = 40;
+
+interface ClipPictureProps {
+  clip: Clip;
+  /** It moves as long as this is so; else for five seconds when it comes into view, and never where users want calm. */
+  moves: boolean;
+}
+
+/** A run from above, that moves. */
+export function ClipPicture({ clip, moves }: ClipPictureProps) {
+  const [tMs, setTime] = useState(0);
+  const [isInView, setInView] = useState(false);
+  const frame = useRef<HTMLSpanElement>(null);
+  const shown = useRef(0);
+  useEffect(() => {
+    const observer = new IntersectionObserver(([entry]) => setInView(entry!.isIntersecting), { threshold: 0.6 });
+    observer.observe(frame.current!);
+    return () => observer.disconnect();
+  }, []);
+  useEffect(() => {
+    if (!(moves || isInView) || matchMedia(CALM).matches) return;
+    const began = performance.now() - shown.current;
+    const until = moves ? Infinity : performance.now() + BY_ITSELF_MS;
+    let request = 0;
+    const draw = (now: number) => {
+      if (now > until) return;
+      const at = Math.max(0, now - began) % clip.durationMs;
+      if (Math.abs(at - shown.current) >= DRAWN_EVERY_MS) {
+        shown.current = at;
+        setTime(at);
+      }
+      request = requestAnimationFrame(draw);
+    };
+    request = requestAnimationFrame(draw);
+    return () => cancelAnimationFrame(request);
+  }, [clip, moves, isInView]);
+  return (
+    <span ref={frame}>
+      <Picture mat={clip.mat} cars={clip.at(tMs)} tMs={tMs} way={clip.way} />
+    </span>
+  );
+}
