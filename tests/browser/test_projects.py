@@ -54,6 +54,32 @@ def test_every_saved_version_can_be_opened(open_own_page) -> None:
     expect(studio.name).to_have_value("My parade")
 
 
+def test_two_windows_with_one_project_are_told_and_neither_overwrites(open_own_page) -> None:
+    first = open_own_page(project=EXAMPLE)
+    save_as(first, "Ours")
+    expect(first.notices).to_contain_text("version 1")
+    second = StudioPage(first.context, first.url, "en")
+    second.page.goto(second.url)
+    second.wait_until_ready()
+    second.project_menu("menu.library")
+    second.dialog("library.title").get_by_role("button", name="Ours").first.click()
+    for studio in (first, second):
+        expect(studio.notices).to_contain_text(studio.say("library.openElsewhere", name="Ours"))
+
+    turn_right(second)
+    second.project_menu("menu.save")
+    expect(first.notices).to_contain_text(first.say("library.savedElsewhere", name="Ours", version=2))
+    # The console tells of an answer that refuses.
+    for studio in (first, second):
+        studio.forgive("409")
+    first.project_menu("menu.save")
+    question = first.page.get_by_role("alertdialog", name=first.say("library.elsewhereTitle", name="Ours"))
+    question.press("Escape")
+    expect(question).to_be_hidden()
+    first.project_menu("menu.library")
+    expect(first.page.get_by_role("button", name="2 versions")).to_be_visible()
+
+
 def test_a_project_is_saved_to_a_file_and_opened(open_page, tmp_path) -> None:
     studio = open_page(project=FOLLOWED)
     studio.name.fill("Through a file")

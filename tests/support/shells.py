@@ -1,8 +1,7 @@
 """The shells of the studio, a server and a site, and which tests of its page run against which of them.
 
 `make soak` runs all tests of the page against both, except those that need what a site hasn't. `make test` runs them
-against the server, and against the site those that touch what differs: the start, compiling, the world, projects,
-missions and uploads.
+against the server, and against the site few that touch what differs.
 """
 
 # What only a server has, and the tests that need it.
@@ -21,13 +20,11 @@ SERVER_ALONE = {
     "the page that drives the cars of a world": ("test_the_leader_of_a_swarm_is_driven_while_its_followers_hear_it",),
 }
 
-# What `make test` runs against the site too.
+# What `make test` runs against the site too: storage, a world with its goals, and bytes of a port. Each test waits for
+# Python to start, so they are few. `test_same_bits.py`, `test_site.py` and `test_offline.py` know the site alone.
 QUICK = (
-    "test_a_leader_that_accepts_infrared_is_refused",
-    "test_followers_receive_words_and_turn",
     "test_every_saved_version_can_be_opened",
     "test_a_mission_is_played_by_keyboard_until_it_has_all_stars",
-    "test_a_program_is_uploaded_to_the_virtual_car_and_read_back_as_blocks",
     "test_a_serial_port_of_the_browser_works_both_ways",
 )
 

@@ -7,6 +7,7 @@ import { inLanguage } from "../i18n";
 import { Picture } from "../mat/Picture";
 import { attempt } from "../projects/actions";
 import { confirm } from "../state/dialogs";
+import { useStudio } from "../state/studio";
 import { IconButton, Sheet } from "../ui/controls";
 import { editOwn, openDraft, openMissionFile, playOwn } from "./draft";
 import { stationAt, wayAlong } from "./road";
@@ -61,6 +62,7 @@ export function MissionMap({ onClose }: { onClose: () => void }) {
   const { t } = useTranslation();
   const [missions, setMissions] = useState<MissionEntry[] | null>(null);
   useEffect(() => void attempt(async () => setMissions(await api.missions())), []);
+  const isStarting = useStudio(({ service }) => service === "starting");
   const earned = missions?.reduce((sum, each) => sum + each.earned.length, 0) ?? 0;
   const most = missions?.reduce((sum, each) => sum + each.stars.length, 0) ?? 0;
   const start = async (open: () => Promise<boolean>) => {
@@ -69,7 +71,7 @@ export function MissionMap({ onClose }: { onClose: () => void }) {
   return (
     <Sheet title={t("missions.title")} onClose={onClose} wide>
       <p className={controls.quiet} role="status">
-        {missions && t("missions.earned", { count: earned, most })}
+        {missions ? t("missions.earned", { count: earned, most }) : isStarting && t("server.starting")}
       </p>
       {missions &&
         PATHS.map((path) => (
