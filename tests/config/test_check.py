@@ -157,10 +157,15 @@ def test_every_keyword_of_a_schema_is_one_that_is_checked(schema):
     assert set(keywords_in(schema)) <= KEYWORDS
 
 
+NO_CHARACTER = "is no character of TOML; type it with an English keyboard"
+
+
 @pytest.mark.parametrize(
     ("data", "kind", "sentence"),
     [
         (b"\xff\xfe", "TOML", "it is not TOML: it is not UTF-8 text"),
+        ("b = 1\na = “x”", "TOML", f"it is not TOML: line 2, column 5: “ {NO_CHARACTER}"),
+        ("a = [1，2]", "TOML", f"it is not TOML: line 1, column 7: ， {NO_CHARACTER}"),
         ("a = ", "TOML", "it is not TOML: Invalid value (at its end, line 1)"),
         ("a = 1\na = 2", "TOML", "it is not TOML: Cannot overwrite a value (at its end, line 2)"),
         ("a = " + "9" * 5000, "TOML", "it is not TOML: it has a number with thousands of digits"),

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import sys
 import tempfile
 import tomllib
@@ -62,6 +63,11 @@ def parse(data: bytes | str, kind: Kind, file: str | Phrase, deepest: int | None
     raise MotorcadeError("file-syntax", file=file, kind=kind, reason=reason)
 
 
+_PLACE = re.compile(r"at line (\d+), column (\d+)")
+# What Chinese keyboards and word processors write in place of TOML's own characters.
+_WIDE = frozenset("“”‘’＂，＝［］｛｝：。、")
+
+
 class _BadSyntaxError(Exception):
     def __init__(self, key: str, **details: object) -> None:
         self.reason = Phrase(key, **details)
@@ -71,6 +77,11 @@ def _from_toml(text: str) -> Any:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as problem:
+        if found := _PLACE.search(str(problem)):
+            line, column = int(found[1]), int(found[2])
+            character = text.splitlines()[line - 1][column - 1 : column]
+            if character in _WIDE:
+                raise _BadSyntaxError("toml-character", line=line, column=column, character=character) from None
         reason = str(problem).replace("end of document", f"its end, line {len(text.splitlines())}")
         raise _BadSyntaxError("toml-syntax", reason=reason) from None
     except ValueError:
