@@ -20,7 +20,7 @@ from motorcade.service.world_messages import (
     Step,
     Watch,
 )
-from motorcade.service.world_session import CAR_S, STATE_S, WorldSession
+from motorcade.service.world_session import CAR_S, HIDDEN_AFTER_S, HIDDEN_STEP_S, STATE_S, WorldSession
 from motorcade.words.infrared import check_of, tagged_frame
 from support.pictures import Picture
 
@@ -40,6 +40,7 @@ class Page:
         self.session = WorldSession("0" * 32, lambda message: build_world(message, DrivenCars(), 100))
         self.now_s = 0.0
         self.is_slow = False
+        self.steps = 0
         self.answers: list[object] = [*self.session.connect()]
 
     def send(self, message) -> None:
@@ -50,6 +51,7 @@ class Page:
         end_s = self.now_s + seconds
         while (wait_s := self.session.wait_s(self.now_s)) is not None and self.now_s + wait_s <= end_s:
             self.now_s += wait_s
+            self.steps += 1
             for answer in self.session.advance(self.now_s):
                 self.answers.append(Picture(answer) if isinstance(answer, bytes) else answer)
                 if isinstance(answer, bytes) and not self.is_slow:
@@ -131,6 +133,21 @@ def test_a_page_that_draws_nothing_gets_two_pictures_and_then_the_newest(page: P
     page.look(PICTURE_S * 2)
     (newest,) = [picture for picture in page.take(Picture) if picture.number == 3]
     assert newest.t_ms > 900
+
+
+def test_the_world_of_a_page_in_the_background_goes_on_in_few_steps(page: Page) -> None:
+    page.send(Play())
+    page.look(1)
+    page.is_slow = True
+    page.look(HIDDEN_AFTER_S + 1)
+    page.steps = 0
+    page.look(10)
+    assert page.steps == pytest.approx(10 / HIDDEN_STEP_S, abs=1)
+    assert page.take(State)[-1].t_ms == pytest.approx(14_000, abs=500), "in real time"
+    page.is_slow = False
+    page.send(Shown(1000))
+    page.look(1 + HIDDEN_STEP_S)
+    assert len(page.take(Picture)) >= 1 / PICTURE_S, "the page is seen again"
 
 
 def test_a_picture_that_was_never_sent_can_not_be_drawn(page: Page) -> None:

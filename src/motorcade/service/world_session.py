@@ -11,6 +11,8 @@ from motorcade.service.world_messages import WorldAnswer, WorldMessage
 # The session makes no more pictures while the page has received so many that it has not drawn yet.
 MOST_PICTURES_UNDER_WAY = 2
 STATE_S, CAR_S = 0.25, 0.1
+# A page that has drawn nothing for so long is in the background: its world goes on in longer steps, which cost less.
+HIDDEN_AFTER_S, HIDDEN_STEP_S = 2.0, 0.2
 
 
 def refused(problem: MotorcadeError) -> world_messages.Refused:
@@ -45,6 +47,8 @@ class WorldSession:
         self.make_world = make_world
         self.playback: Playback | None = None
         self._due_s = self._state_due_s = self._car_due_s = float("-inf")
+        # When the page was last seen to draw.
+        self._drew_s = float("-inf")
         # The numbers of the newest picture, and of the newest one that the page has drawn.
         self._numbered = self._drawn = 0
         self._told_goals: world_messages.Goals | None = None
@@ -103,14 +107,18 @@ class WorldSession:
         playback = self.playback
         if playback is None:
             return []
-        self._due_s = max(self._due_s + PICTURE_S, now_s)
+        may_show = self._numbered - self._drawn < MOST_PICTURES_UNDER_WAY
+        if may_show:
+            self._drew_s = now_s
+        is_hidden = now_s - self._drew_s >= HIDDEN_AFTER_S
+        self._due_s = max(self._due_s + (HIDDEN_STEP_S if is_hidden else PICTURE_S), now_s)
         was_playing = playback.playing
         playback.advance(now_s)
         if was_playing and not playback.playing:
             # A world that has stopped by itself says so at once: nothing else may be due for long.
             self._state_due_s = now_s
         answers: list[WorldAnswer | bytes] = []
-        if playback.changed and self._numbered - self._drawn < MOST_PICTURES_UNDER_WAY:
+        if playback.changed and may_show:
             self._numbered += 1
             answers.append(playback.picture(self._numbered))
         if now_s >= self._state_due_s:

@@ -3,6 +3,7 @@
 import json
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 
 import pytest
 from starlette.testclient import WebSocketDenialResponse
@@ -16,7 +17,7 @@ from motorcade.server.classroom.running_class import ClassServerSettings
 from motorcade.server.classroom.visitors import ClassVisitors
 from motorcade.server.studio import app
 from motorcade.service.requests import respond
-from support.class_page import PASSWORD, class_room
+from support.class_page import FIRST_KEY, PASSWORD, class_room
 from support.waiting import DEADLINE_S
 from support.world_page import KEY, OTHER
 
@@ -214,3 +215,95 @@ def test_the_password_ends_the_class_and_nothing_less(room):
     assert mia.ask("capabilities")["classroom"] == "pupil"
     assert room.teacher.ask("desk/end", password=PASSWORD) == {}
     assert mia.ask("capabilities") == "class-session-needed"
+
+
+@pytest.mark.parametrize("origin", ["http://evil.example", "null", "http://192.168.1.5", "https://192.168.1.5:7711"])
+@pytest.mark.parametrize("path", ["class/stream", "desk/stream", "desk/wall", f"world?session={KEY}", "upload"])
+def test_a_page_of_another_site_opens_no_stream_with_the_browsers_cookies(shared, origin, path):
+    for browser in (shared.eve, shared.teacher):
+        with (
+            pytest.raises(WebSocketDenialResponse) as refused,
+            browser.client.websocket_connect(f"ws://192.168.1.5:7710/api/{path}", headers={"origin": origin}),
+        ):
+            pass
+        assert refused.value.status_code == 403
+        asked = browser.client.post("/api/class/about", content="{}", headers={"origin": origin})
+        assert asked.json()["error"]["code"] == "foreign-origin"
+
+
+@pytest.mark.parametrize("host", ["evil.example", "evil.example:7710", "192.168.1.5.evil.example", "", "a b"])
+def test_a_foreign_name_that_points_at_this_computer_is_refused(shared, host):
+    for path in ("/", "/join", "/desk", "/api/desk/work.zip"):
+        answer = shared.teacher.client.get(path, headers={"host": host})
+        assert (answer.status_code, answer.json()["error"]["code"]) == (403, "foreign-host")
+
+
+@pytest.mark.parametrize(
+    "messages",
+    [
+        ["", "{", "[]", "null", '{"do":"nothing"}', "\x00"],
+        ["x" * (1 << 21)],
+        [b"\x00" * 100],
+        ['{"do":"shown","frame":99999999}', '{"do":"shown","frame":-1}', '{"do":"play","speed":1}'],
+        ["{" * 100_000],
+    ],
+    ids=["damaged", "huge", "bytes", "out-of-order", "deep"],
+)
+@pytest.mark.parametrize("path", ["class/stream", f"world?session={OTHER}"])
+def test_whatever_a_pupils_page_sends_the_class_goes_on(shared, path, messages):
+    with shared.eve.open(path) as page:
+        # The last one is answered with an error for certain.
+        for message in [*messages, "{"]:
+            page._socket.send({"type": "websocket.receive", "bytes" if isinstance(message, bytes) else "text": message})
+        with suppress(WebSocketDisconnect):
+            page.until("error")
+    assert shared.teacher.ask("desk/lower-hand", pupil=shared.eve.id) == {}
+
+
+def test_no_page_and_no_redirect_holds_a_secret_and_none_is_sent_to_another_site(shared):
+    for browser in (shared.eve, shared.teacher, shared.browser()):
+        for path in ("/", "/join", "/desk", "/wall", "/privacy"):
+            answer = browser.client.get(path)
+            assert answer.headers["referrer-policy"] == "no-referrer"
+            said = answer.text + str(answer.headers)
+            assert not any(secret in said for secret in (shared.code, shared.eve.number, FIRST_KEY, PASSWORD))
+
+
+def test_a_session_that_was_ended_is_not_let_in_again(room):
+    mia = room.join("Mia")
+    cookies = dict(mia.client.cookies)
+    mia.ask("class/leave")
+    thief = room.browser()
+    thief.client.cookies.update(cookies)
+    assert thief.ask("projects/list") == "class-session-needed"
+    cookies = dict(room.teacher.client.cookies)
+    room.teacher.ask("desk/sign-out")
+    thief.client.cookies.update(cookies)
+    assert thief.ask("desk/freeze", frozen=True) == "teacher-session-needed"
+
+
+def test_a_key_that_was_used_sets_no_second_password(room):
+    assert room.browser().ask("desk/first-password", key=FIRST_KEY, password="stolen password") == "wrong-password"
+
+
+def test_what_a_pupil_imports_stays_in_the_own_shelf(room, tmp_path):
+    mia, ben = room.join("Mia"), room.join("Ben")
+    ben.save("Robot")
+    before = sorted(each.name for each in tmp_path.iterdir())
+    text = ben.ask("projects/export")["text"]
+    for name in ("../../class", "..", "/etc/passwd", "C:\\x", "a" * 500, "02/Robot", ""):
+        file = json.loads(text)
+        file["projects"][0]["name"] = name
+        assert mia.ask("projects/import", text=json.dumps(file)) == "no-projects-file"
+    deep = json.loads(text)
+    deep["projects"][0]["versions"][0]["text"] = "[" * 100_000
+    assert mia.ask("projects/import", text=json.dumps(deep))["left_out"] == ["Robot"]
+    assert mia.ask("projects/import", text=text)["projects"][0]["stored_as"] == "Robot"
+    assert ben.names() == ["Robot"]
+    assert sorted(each.name for each in tmp_path.iterdir()) == before
+    assert sorted(each.name.partition("-")[0] for each in (tmp_path / "owners").iterdir()) == ["01", "02"]
+
+
+def test_the_certificates_secret_is_not_served(shared, tmp_path):
+    for path in ("/https/authority.pem", "/authority.pem", "/../class.json", "/class.json", "/%2e%2e/class.json"):
+        assert shared.eve.client.get(path).status_code in (403, 404)

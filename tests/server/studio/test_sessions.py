@@ -371,8 +371,3 @@ def test_requests_that_take_long_keep_no_other_waiting(client, monkeypatch) -> N
             ended.set()
     assert {each.result().status_code for each in asked} == {400}
     assert not any(held_up)
-
-
-@pytest.mark.parametrize(("late_s", "longer_s"), [(0.0, 0.0), (0.05, 0.0), (0.15, 0.2), (0.3, 0.5), (60.0, 1.0)])
-def test_in_a_class_worlds_whose_pictures_come_late_wait_longer(late_s, longer_s):
-    assert sessions.yielded_s(late_s) == pytest.approx(longer_s)

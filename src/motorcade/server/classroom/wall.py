@@ -106,8 +106,9 @@ class WallPictures:
     def _picture(self, found: list[ShownWorld]) -> bytes:
         """The worlds that have changed; empty where none has."""
         parts = []
+        now = {each.pupil: each for each in found}
         for place, world in enumerate(self._shown):
-            if not any(map(world.is_same, found)):
+            if world.pupil not in now or not world.is_same(now[world.pupil]):
                 continue
             t_ms, moment = world.moment()
             if self._last.get(place) == moment:
@@ -234,8 +235,8 @@ class Walls:
 
     def _now_shown(self) -> Iterator[ShownWorld]:
         """The worlds of pupils whose pages are connected, and the shared mat."""
-        owners = [pupil.id for pupil in self._running.room.record.pupils]
-        found = [(owner, self._worlds.newest_of(owner)) for owner in owners]
+        newest = self._worlds.newest()
+        found = [(pupil.id, newest.get(pupil.id)) for pupil in self._running.room.record.pupils]
         if self._mat.view().state in ("running", "over"):
             found.append(("", self._mat.session))
         for owner, session in found:

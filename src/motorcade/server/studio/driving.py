@@ -130,7 +130,7 @@ class PageWorld(WorldSession):
         mat: the document of its mat, as it is furnished now; None before there is a world.
         sent: the last answer of each type that its page was sent, pictures as bytes; for others who watch.
         took_s: how long making the last picture took.
-        is_quick: whether making the last picture took less time than passing it to a thread.
+        is_quick: whether making the last two pictures, or one of them, took less time than passing it to a thread.
     """
 
     def __init__(
@@ -153,7 +153,7 @@ class PageWorld(WorldSession):
         self.lock = asyncio.Lock()
         self.changed = asyncio.Event()
         self.is_quick = False
-        self.took_s = 0.0
+        self.took_s = float("inf")
 
     async def alone(self, job: Callable[[], _T]) -> _T:
         """Do a job while nothing else uses the session; in a thread unless that takes longer."""

@@ -9,7 +9,7 @@ import os
 import re
 from collections.abc import Awaitable, Callable, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from anyio import CapacityLimiter
 from starlette.websockets import WebSocket
@@ -39,11 +39,10 @@ GRACE_S = 60.0
 IDLE_S = 600.0
 # Passing a job to another thread takes longer than this.
 _QUICK_S = 0.002
-# A picture that comes so late is a sign that more is to be done than can be: then worlds wait longer, at most so long.
-_LATE_S, _MOST_YIELDED_S = 0.05, 1.0
 # Messages that may take longer than making a picture.
 _LONG = (Furnish, Reset, Seek, Step)
 _KEY = re.compile(r"[0-9a-f]{32}")
+_T = TypeVar("_T")
 
 
 class SessionLimits(NamedTuple):
@@ -54,17 +53,33 @@ class SessionLimits(NamedTuple):
         most_of_one_visitor: for one address.
         most_cars: the most cars in the world of each.
         past_bytes: how much of the past of each is stored, in bytes of moments and of events.
-        yields: where pictures come late, make fewer, so that requests are answered in time.
     """
 
     most: int = 64
     most_of_one_visitor: int = 16
     most_cars: int = 2_000
     past_bytes: tuple[int, int] = PAST_BYTES
-    yields: bool = False
 
 
 SESSIONS = SessionLimits()
+
+
+class Turns:
+    """Do jobs one at a time, in the order in which they were asked for; between two of them everything else is done.
+
+    So where more is to be done than can be, requests are answered at once, and all worlds get equally few pictures.
+    """
+
+    def __init__(self) -> None:
+        self._lock = asyncio.Lock()
+
+    async def do(self, job: Callable[[], _T]) -> _T:
+        """Do a job when its turn has come."""
+        async with self._lock:
+            done = job()
+            # What came meanwhile is handled in the loop's next round, and only then the next job.
+            await asyncio.sleep(0)
+            return done
 
 
 class PageWorlds:
@@ -79,6 +94,7 @@ class PageWorlds:
         self._workers = CapacityLimiter(max(os.cpu_count() or 1, 2))
         # What may take long has a thread of its own, so that no picture of another page waits for it.
         self._builder = CapacityLimiter(1)
+        self._turns = Turns()
 
     def session(self, key: str, visitor: str) -> PageWorld:
         """Return the session of that key. Raises MotorcadeError where the visitor has none with a world."""
@@ -92,10 +108,10 @@ class PageWorlds:
         own = [each.key for each in self._sessions.values() if self._visitors.may_use(visitor, each.visitor)]
         return self.session(own[0] if not key and len(own) == 1 else key, visitor)
 
-    def newest_of(self, visitor: str) -> PageWorld | None:
-        """The session with a world that a visitor's connected page used last; None where there is none."""
-        found = [each for each in self._sessions.values() if each.visitor == visitor and each.page and each.playback]
-        return max(found, key=lambda session: session.used_s, default=None)
+    def newest(self) -> dict[str, PageWorld]:
+        """For each visitor the session with a world that a connected page used last."""
+        found = [each for each in self._sessions.values() if each.page and each.playback]
+        return {each.visitor: each for each in sorted(found, key=lambda session: session.used_s)}
 
     async def pause_all(self, whose: Callable[[str], bool]) -> None:
         """Pause the worlds of the visitors for whom ``whose`` holds."""
@@ -239,19 +255,16 @@ class PageWorlds:
     async def _show(self, session: PageWorld, page: PageSocket) -> None:
         """Advance the world while the page is connected, and send its answers."""
         clock = self._settings.clock
-        late_s = 0.0
+        advance = partial(_advance, session, clock)
         while True:
             await session.changed.wait()
             wait_s = session.wait_s(clock())
             if wait_s is None:
                 session.changed.clear()
                 continue
-            if self._limits.yields:
-                wait_s += yielded_s(late_s)
-            began_s = clock()
             await asyncio.sleep(wait_s)
-            answers = await session.alone(partial(_advance, session, clock))
-            late_s = clock() - began_s - wait_s - session.took_s
+            async with session.lock:
+                answers = await (self._turns.do(advance) if session.is_quick else session.in_thread(advance))
             self._put(session, page, answers)
 
     def _put_all(self, session: PageWorld, page: PageSocket, answers: Sequence[WorldAnswer]) -> None:
@@ -265,17 +278,13 @@ class PageWorlds:
         self._visitors.note_answers(session.visitor, answers)
 
 
-def yielded_s(late_s: float) -> float:
-    """How much longer a world waits for its next picture when the last one came ``late_s`` after its time."""
-    return min(max(late_s - _LATE_S, 0.0) * 2, _MOST_YIELDED_S)
-
-
 def _advance(session: PageWorld, clock: Callable[[], float]) -> list[WorldAnswer | bytes]:
     """Advance a world, with the session's lock; note how long that took, without the time for which it waited."""
     now_s = clock()
     answers = session.advance(now_s)
     took_s = clock() - now_s
     session.adapt_to(took_s)
-    session.is_quick = took_s < _QUICK_S
+    # Once may be long because the computer did something else meanwhile.
+    session.is_quick = min(took_s, session.took_s) < _QUICK_S
     session.took_s = took_s
     return answers
