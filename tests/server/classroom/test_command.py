@@ -1,36 +1,14 @@
 """The command `motorcade class` in a process of its own, killed in the middle of a lesson."""
 
-import json
 import subprocess
-import sys
 import threading
-from contextlib import contextmanager
 
 import httpx2 as httpx
 import pytest
 
 from motorcade.server.classroom.folder import ClassFolder
 from support.class_page import PASSWORD, PROJECT
-from support.running_studio import stop
-
-COMMAND = [sys.executable, "-m", "motorcade", "class", "--host", "127.0.0.1", "--no-browser", "--json"]
-
-
-@contextmanager
-def started(folder, port=0):
-    """A class in a process; how to find it."""
-    apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP} if sys.platform == "win32" else {}
-    process = subprocess.Popen(
-        [*COMMAND, "--folder", str(folder), "--port", str(port)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        **apart,
-    )
-    try:
-        yield process, json.loads(process.stdout.readline())
-    finally:
-        stop(process)
+from support.class_process import COMMAND, started
 
 
 def ask(client, path, **message):

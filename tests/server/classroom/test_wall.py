@@ -174,7 +174,10 @@ def test_programs_meet_on_the_shared_mat_and_goals_judge_them(room, now):
     with ben.open("class/stream") as page:
         assert page.until("pupil")["mat"]["entries"] == [mia.id, ben.id]
     with room.teacher.open("desk/mat") as shown:
+        assert shown.until("wall")["worlds"] == []
         assert room.teacher.ask("desk/mat/start") == {}
+        (world,) = shown.until("wall")["worlds"]
+        assert (world["cars"], world["leads"], world["mat"]["size_m"]) == (4, [0, 2], [6.25, 2.5])
         hello = shown.until("hello", lambda hello: hello["cars"])
         assert (hello["cars"], hello["leads"]) == (4, [0, 2])
         assert [goal["progress"] for goal in shown.until("goals")["goals"]] == ["open", "holds", "open"]
@@ -189,6 +192,8 @@ def test_programs_meet_on_the_shared_mat_and_goals_judge_them(room, now):
         assert shown.until("error")["code"] == "not-in-this-world"
         shown.send("pause")
         assert not shown.until("state", lambda state: not state["playing"])["playing"]
+    with room.teacher.open("desk/mat") as again:
+        assert again.until("wall")["worlds"] == [world], "a page that is loaded again has the mat too"
     assert mia.ask("class/mat", image=None) == "mat-is-closed"
     assert room.teacher.ask("desk/mat/close") == {}
     with room.teacher.open("desk/stream") as desk:

@@ -9,7 +9,8 @@ import css from "./class.module.css";
 import { secretInAddress } from "./secret";
 import { useTexts } from "./texts";
 
-const STUDIO = "/";
+/** Into the studio, with the shared link that led here, if one did. */
+const enterStudio = () => location.assign(`/${location.hash}`);
 
 function Form({ onSubmit, children }: { onSubmit: () => void; children: ReactNode }) {
   const submit = (event: SyntheticEvent) => {
@@ -31,7 +32,7 @@ function WelcomeBack({ me, onLeave }: { me: Self; onLeave: () => void }) {
         <Avatar name={me.avatar} />
         <h2>{t("welcomeBack", { name: me.name })}</h2>
       </div>
-      <Action primary onPress={() => location.assign(STUDIO)}>
+      <Action primary onPress={enterStudio}>
         {t("goOn")}
       </Action>
       <Action onPress={onLeave}>{t("notMe")}</Action>
@@ -123,7 +124,7 @@ function YourNumber({ me }: { me: Self }) {
       </div>
       <p>{t("yourNumber")}</p>
       <p className={css.number}>{me.number}</p>
-      <Action primary onPress={() => location.assign(STUDIO)}>
+      <Action primary onPress={enterStudio}>
         {t("goOn")}
       </Action>
     </section>
@@ -162,7 +163,7 @@ export function Join() {
     return (
       <>
         {returns ? (
-          <ComeBack code={code} onJoined={(self) => (self.number ? setMe(self) : location.assign(STUDIO))} />
+          <ComeBack code={code} onJoined={(self) => (self.number ? setMe(self) : enterStudio())} />
         ) : (
           <Newcomer code={code} avatars={about.avatars} onJoined={setMe} />
         )}

@@ -2,13 +2,14 @@
 
 import { type ReactNode, useCallback, useEffect, useRef, useState } from "react";
 import { type Answer, decodePicture } from "../api/world";
-import type { ClassView, DeskAbout, DeskAnswer, PupilRow, Wall, WallAnswer, WallWorld } from "../generated/classroom";
-import type { Goals } from "../generated/messages";
+import type { ClassView, DeskAbout, DeskAnswer, Wall, WallWorld } from "../generated/classroom";
+import type { Goals, Sentence } from "../generated/messages";
 import { askDesk, Stream } from "./ask";
 import { Avatar } from "./Avatar";
-import { boxOf, type Box, type Cars, decodeWall, drawWorld, inksOf } from "./drawing";
+import type { Cars } from "./drawing";
 import { HowToJoin } from "./DeskClass";
 import { Action, Frame, titleOr } from "./Frame";
+import { AllStages, WorldCanvas } from "./Stages";
 import css from "./class.module.css";
 import { useSentences, useTexts } from "./texts";
 
@@ -26,49 +27,6 @@ export function useClass(): { view: ClassView | null; open: boolean } {
   return { view, open };
 }
 
-interface CanvasProps {
-  world: WallWorld;
-  label: string;
-  /** Called with a function that draws the cars; called with null at the end. */
-  onReady: (draw: ((cars: Cars) => void) | null) => void;
-  nameOf?: (car: number) => string | undefined;
-}
-
-/** A world on a canvas, as large as there is room. */
-function WorldCanvas({ world, label, onReady, nameOf }: CanvasProps) {
-  const canvas = useRef<HTMLCanvasElement>(null);
-  const box = useRef<Box | null>(null);
-  const last = useRef<Cars | undefined>(undefined);
-  const draw = useCallback(
-    (cars?: Cars) => {
-      const element = canvas.current;
-      const context = element?.getContext("2d");
-      if (!element || !context) return;
-      last.current = cars ?? last.current;
-      box.current = boxOf(world, last.current, box.current);
-      drawWorld(context, element, { world, cars: last.current, box: box.current, inks: inksOf(element) }, nameOf);
-    },
-    [world, nameOf],
-  );
-  useEffect(() => {
-    const element = canvas.current!;
-    const resize = () => {
-      element.width = Math.round(element.clientWidth * devicePixelRatio);
-      element.height = Math.round(element.clientHeight * devicePixelRatio);
-      draw();
-    };
-    const observer = new ResizeObserver(resize);
-    observer.observe(element);
-    return () => observer.disconnect();
-  }, [draw]);
-  useEffect(() => {
-    onReady(draw);
-    draw();
-    return () => onReady(null);
-  }, [draw, onReady]);
-  return <canvas ref={canvas} className={css.world} role="img" aria-label={label} />;
-}
-
 /** Show the children to who has signed in at the teacher's desk in this browser, and to others the way there. */
 function TeacherOnly({ title, children }: { title: string; children: ReactNode }) {
   const t = useTexts();
@@ -83,76 +41,6 @@ function TeacherOnly({ title, children }: { title: string; children: ReactNode }
         </p>
       )}
     </Frame>
-  );
-}
-
-function stateOf(pupil: PupilRow | undefined): "hand" | "stuck" | "away" | "works" {
-  if (!pupil?.online) return "away";
-  if (pupil.hand_s !== null) return "hand";
-  return pupil.stuck_s !== null ? "stuck" : "works";
-}
-
-type Draws = Map<string, (cars: Cars) => void>;
-
-function Tile({ world, pupil, draws }: { world: WallWorld; pupil: PupilRow; draws: Draws }) {
-  const t = useTexts();
-  const state = stateOf(pupil);
-  const { id } = pupil;
-  const ready = useCallback(
-    (draw: ((cars: Cars) => void) | null) => {
-      if (draw) draws.set(id, draw);
-      else draws.delete(id);
-    },
-    [draws, id],
-  );
-  return (
-    <li className={css.tile} data-state={state}>
-      <a href={`/wall?pupil=${encodeURIComponent(id)}`} aria-label={t("showLarge", { name: pupil.name })}>
-        <WorldCanvas world={world} label={t("stageOf", { name: pupil.name })} onReady={ready} />
-        <span className={css.tileName}>
-          <Avatar name={pupil.avatar} />
-          <b>{pupil.name}</b>
-          {pupil.goals > 0 && <span>{t("goalsMet", { met: pupil.goals_met, goals: pupil.goals })}</span>}
-          {state !== "works" && <span className={css.tileState}>{t(state)}</span>}
-        </span>
-      </a>
-    </li>
-  );
-}
-
-/** All stages; `pupils` are those of the class, in the order in which they joined. */
-function AllStages({ pupils }: { pupils: readonly PupilRow[] }) {
-  const t = useTexts();
-  const [wall, setWall] = useState<Wall | null>(null);
-  const [draws] = useState<Draws>(() => new Map());
-  useEffect(() => {
-    let listed: Wall | null = null;
-    const stream = new Stream<WallAnswer>("/api/desk/wall", {
-      onAnswer: (answer) => {
-        if (answer.is !== "wall") return;
-        listed = answer;
-        setWall(answer);
-      },
-      onBytes: (bytes) => {
-        const picture = decodeWall(bytes);
-        if (picture?.number === listed?.number)
-          picture?.worlds.forEach((cars, place) => draws.get(listed!.worlds[place]?.pupil ?? "")?.(cars));
-        // The answer says that there is time for the next picture.
-        requestAnimationFrame(() => stream.send({}));
-      },
-      onLink: () => undefined,
-    });
-    return () => stream.close();
-  }, [draws]);
-  const byId = new Map(pupils.map((pupil) => [pupil.id, pupil]));
-  const shown = (wall?.worlds ?? []).filter((world) => byId.has(world.pupil));
-  if (wall && shown.length === 0) return <p className={css.notice}>{t("wallEmpty")}</p>;
-  return (
-    <ul className={css.tiles}>
-      {shown.map((world) => (
-        <Tile key={world.pupil} world={world} pupil={byId.get(world.pupil)!} draws={draws} />
-      ))}
-    </ul>
   );
 }
 
@@ -173,18 +61,26 @@ function LargeWorld({ path, label, names, playable = false }: LargeProps) {
   const [goals, setGoals] = useState<Goals | null>(null);
   const [playing, setPlaying] = useState(false);
   const [open, setOpen] = useState(true);
+  const [refused, setRefused] = useState<Sentence | null>(null);
+  // A world that stands still is sent once, maybe before it has a canvas.
+  const last = useRef<Cars | null>(null);
   const drawing = useRef<((cars: Cars) => void) | null>(null);
   const stream = useRef<Stream<Answer | Wall> | null>(null);
   useEffect(() => {
     const opened = new Stream<Answer | Wall>(path, {
       onAnswer: (answer) => {
-        if (answer.is === "wall") setWorld(answer.worlds[0] ?? null);
+        if (answer.is === "wall") {
+          last.current = null;
+          setWorld(answer.worlds[0] ?? null);
+        }
         if (answer.is === "goals") setGoals(answer);
         if (answer.is === "state") setPlaying(answer.playing);
+        if (answer.is === "error") setRefused(answer.sentence);
       },
       onBytes: (bytes) => {
         const picture = decodePicture(bytes);
         if (!picture) return;
+        last.current = picture;
         drawing.current?.(picture);
         requestAnimationFrame(() => opened.send({ do: "shown", frame: picture.frame }));
       },
@@ -193,13 +89,17 @@ function LargeWorld({ path, label, names, playable = false }: LargeProps) {
     stream.current = opened;
     return () => opened.close();
   }, [path]);
-  const ready = useCallback((draw: ((cars: Cars) => void) | null) => (drawing.current = draw), []);
+  const ready = useCallback((draw: ((cars: Cars) => void) | null) => {
+    drawing.current = draw;
+    if (last.current) draw?.(last.current);
+  }, []);
   // A list that React makes anew with each message must not draw the world anew.
   const key = names?.join("\n") ?? "";
   const nameOf = useCallback((car: number) => key.split("\n")[world?.leads.indexOf(car) ?? -1], [key, world]);
   return (
     <section className={css.large}>
       {!open && <p className={css.notice}>{t("linkLost")}</p>}
+      {refused && <p className={css.notice}>{inLanguage(refused)}</p>}
       {world ? (
         <WorldCanvas world={world} label={label} nameOf={nameOf} onReady={ready} />
       ) : (
@@ -239,12 +139,13 @@ export function WallPage() {
 
 function TheWall() {
   const t = useTexts();
-  const { view } = useClass();
+  const { view, open } = useClass();
   const id = new URLSearchParams(location.search).get("pupil");
   const pupil = view?.pupils.find((each) => each.id === id);
   if (id === null)
     return (
       <Frame title={titleOr(view?.title, t("wallTitle"))} tools={<b className={css.code}>{view?.code}</b>}>
+        {view && !open && <p className={css.notice}>{t("linkLost")}</p>}
         {view && <AllStages pupils={view.pupils} />}
         {view?.pupils.length === 0 && <HowToJoin view={view} />}
       </Frame>

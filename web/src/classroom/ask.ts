@@ -62,6 +62,8 @@ export interface StreamListeners<Answer extends Told> {
 
 const FIRST_WAIT_MS = 500;
 const LONGEST_WAIT_MS = 4000;
+/** A connection that was silent for so long may be lost without a sign where the device slept or changed its network. */
+const SILENT_MS = 6000;
 
 /** A WebSocket of the class's server, opened again whenever it is lost; `close` ends it. */
 export class Stream<Answer extends Told> {
@@ -69,25 +71,38 @@ export class Stream<Answer extends Told> {
   private timer: ReturnType<typeof setTimeout> | undefined;
   private waitMs = FIRST_WAIT_MS;
   private ended = false;
+  private heardAt = Date.now();
 
   constructor(
     private readonly path: string,
     private readonly listeners: StreamListeners<Answer>,
   ) {
     this.connect();
+    window.addEventListener("online", this.wake);
+    document.addEventListener("visibilitychange", this.wake);
   }
+
+  /** Begin anew where the device comes back and a silent connection may be one that is lost. */
+  private readonly wake = (): void => {
+    if (document.hidden || Date.now() - this.heardAt < SILENT_MS) return;
+    const before = this.socket;
+    clearTimeout(this.timer);
+    this.connect();
+    before?.close();
+  };
 
   private connect(): void {
     const socket = new WebSocket(new URL(this.path, location.origin.replace(/^http/, "ws")));
     socket.binaryType = "arraybuffer";
     socket.onmessage = ({ data }: MessageEvent<string | ArrayBuffer>) => {
       this.waitMs = FIRST_WAIT_MS;
+      this.heardAt = Date.now();
       this.listeners.onLink(true);
       if (typeof data !== "string") this.listeners.onBytes?.(data);
       else this.receive(JSON.parse(data) as Answer);
     };
     socket.onclose = () => {
-      if (this.ended) return;
+      if (this.ended || this.socket !== socket) return;
       this.listeners.onLink(false);
       // Not all tablets of a class come back at the same moment.
       this.timer = setTimeout(() => this.connect(), this.waitMs * (0.75 + Math.random() / 2));
@@ -97,7 +112,8 @@ export class Stream<Answer extends Told> {
   }
 
   private receive(answer: Answer): void {
-    if (answer.is === "goodbye") this.close();
+    // Another page has the world now: who took it back at once would take turns with it.
+    if (answer.is === "goodbye" || answer.code === "taken-over") this.close();
     if (answer.is === "error") goToDoor(answer.code ?? "");
     this.listeners.onAnswer(answer);
   }
@@ -109,6 +125,8 @@ export class Stream<Answer extends Told> {
   close(): void {
     this.ended = true;
     clearTimeout(this.timer);
+    window.removeEventListener("online", this.wake);
+    document.removeEventListener("visibilitychange", this.wake);
     this.socket?.close();
   }
 }

@@ -1,7 +1,9 @@
-import { describe, expect, it } from "vitest";
+import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import type { PupilRow, WallWorld } from "../generated/classroom";
+import { Stream } from "./ask";
 import { byNeed } from "./DeskPupils";
-import { boxOf, decodeWall } from "./drawing";
+import { boxOf, columnsFor, decodeWall } from "./drawing";
+import { secretOf } from "./secret";
 
 // The first and the third world of list 5: one car, and none.
 const GOLDEN =
@@ -67,5 +69,98 @@ describe("the list of pupils", () => {
       pupil("longer", { hand_s: 50 }),
     ];
     expect(byNeed(pupils).map(({ name }) => name)).toEqual(["longer", "hand", "stuck", "works", "away"]);
+  });
+});
+
+describe("what stands behind '#'", () => {
+  it("is the code of the class where it can be one, else a shared link", () => {
+    expect(secretOf("/join", "HQ6FCA")).toBe("HQ6FCA");
+    for (const link of ["", "p=HQ6", "project=fY27", "HQ6FCAX", "HQ6FC", "HQ 6FC", "%20HQ6F"]) expect(secretOf("/join", link)).toBe("");
+    expect(secretOf("/desk", "a-key_of-the-teacher")).toBe("a-key_of-the-teacher");
+    expect(secretOf("/wall", "a-key")).toBe("");
+  });
+});
+
+describe("the columns of the wall", () => {
+  const heightOf = (tiles: number, columns: number, width: number) =>
+    Math.ceil(tiles / columns) * ((width - 10 * (columns - 1)) / columns / 1.5 + 40);
+
+  it("make the tiles as large as all of them fit", () => {
+    for (const [tiles, width, height] of [
+      [1, 1334, 700],
+      [2, 1334, 700],
+      [9, 1408, 820],
+      [30, 1334, 690],
+    ] as const) {
+      const columns = columnsFor(tiles, width, height);
+      expect(heightOf(tiles, columns, width)).toBeLessThan(height);
+      if (columns > 1) expect(heightOf(tiles, columns - 1, width) + 10 * Math.ceil(tiles / (columns - 1))).toBeGreaterThan(height);
+    }
+  });
+
+  it("leave room for a car on a small page, which scrolls", () => {
+    expect(columnsFor(30, 358, 700)).toBe(2);
+    expect(columnsFor(120, 1334, 690)).toBe(8);
+  });
+});
+
+describe("a stream", () => {
+  class Socket {
+    static readonly OPEN = 1;
+    static opened: Socket[] = [];
+    closed = false;
+    onmessage: (event: { data: string }) => void = () => undefined;
+    onclose: () => void = () => undefined;
+    constructor() {
+      Socket.opened.push(this);
+    }
+    close() {
+      this.closed = true;
+      this.onclose();
+    }
+  }
+  const links: boolean[] = [];
+  let stream: Stream<{ is: string; code?: string }>;
+  const wake = () => window.dispatchEvent(new Event("online"));
+
+  beforeEach(() => {
+    vi.useFakeTimers();
+    vi.stubGlobal("WebSocket", Socket);
+    Socket.opened = [];
+    links.length = 0;
+    stream = new Stream("/api/class/stream", { onAnswer: () => undefined, onLink: (open) => links.push(open) });
+  });
+  afterEach(() => {
+    stream.close();
+    vi.useRealTimers();
+    vi.unstubAllGlobals();
+  });
+
+  it("that was silent is opened anew when the device comes back, and tells of no loss", () => {
+    Socket.opened[0]!.onmessage({ data: '{"is":"pupil"}' });
+    wake();
+    expect(Socket.opened).toHaveLength(1);
+    vi.advanceTimersByTime(7000);
+    wake();
+    expect(Socket.opened.map(({ closed }) => closed)).toEqual([true, false]);
+    expect(links).toEqual([true]);
+    vi.advanceTimersByTime(20_000);
+    expect(Socket.opened).toHaveLength(2);
+  });
+
+  it("that is lost is opened anew, later and later", () => {
+    for (let k = 0; k < 4; k++) {
+      Socket.opened[k]!.close();
+      vi.advanceTimersByTime(600 * 2 ** k);
+      vi.advanceTimersByTime(100 * 2 ** k);
+      expect(Socket.opened).toHaveLength(k + 2);
+    }
+  });
+
+  it("that another page has taken over stays closed, as after a goodbye", () => {
+    Socket.opened[0]!.onmessage({ data: '{"is":"error","code":"taken-over"}' });
+    vi.advanceTimersByTime(60_000);
+    wake();
+    expect(Socket.opened).toHaveLength(1);
   });
 });

@@ -46,6 +46,21 @@ export interface Box {
   top: number;
 }
 
+const [GAP_PX, NAME_PX, LEAST_TILE_PX] = [10, 40, 150];
+/** Width of a tile's world, its height being 1. */
+const TILE_RATIO = 1.5;
+
+/** The number of columns with which so many tiles fit into a page at the largest; a small page scrolls. */
+export function columnsFor(tiles: number, width: number, height: number): number {
+  const most = Math.max(1, Math.floor((width + GAP_PX) / (LEAST_TILE_PX + GAP_PX)));
+  for (let columns = 1; columns < most; columns++) {
+    const tile = (width - GAP_PX * (columns - 1)) / columns;
+    const rows = Math.ceil(tiles / columns);
+    if (rows * (tile / TILE_RATIO + NAME_PX) + GAP_PX * rows <= height) return columns;
+  }
+  return most;
+}
+
 type Point = readonly [number, number];
 
 interface MatParts {

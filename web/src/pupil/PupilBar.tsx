@@ -119,9 +119,11 @@ function Queues({ view }: { view: PupilView }) {
 /** What covers the whole page; nothing below it can be reached. */
 function Cover({ title, children }: { title: string; children?: React.ReactNode }) {
   const dialog = useRef<HTMLDialogElement>(null);
-  useEffect(() => dialog.current?.showModal(), []);
+  const show = () => dialog.current?.showModal();
+  useEffect(show, []);
+  // A browser closes a dialog at the second Escape, whatever the page answers to `cancel`.
   return (
-    <dialog ref={dialog} className={css.cover} aria-label={title} onCancel={(event) => event.preventDefault()}>
+    <dialog ref={dialog} className={css.cover} aria-label={title} onCancel={(event) => event.preventDefault()} onClose={show}>
       <p>{title}</p>
       {children}
     </dialog>

@@ -21,6 +21,7 @@ interface Pupil {
 export const usePupil = create<Pupil>(() => ({ view: null, goodbye: null }));
 
 const DRAFT_AFTER_MS = 2000;
+const DRAFT_AGAIN_MS = 5000;
 
 /** The pupil's newest work: of this device, or the draft that the server keeps, which another device may have written. */
 export async function findPupilsWork(): Promise<{ key: string; stored: StoredWork | null }> {
@@ -32,14 +33,14 @@ export async function findPupilsWork(): Promise<{ key: string; stored: StoredWor
   return { key, stored: work };
 }
 
-/** Show a refusal of the class's server as a notice; a server that is gone is told of by the page's banner. */
+/** Show a refusal of the class's server as a notice, also where it doesn't answer. */
 export async function attemptInClass(task: () => Promise<unknown>): Promise<void> {
   try {
     await task();
   } catch (problem) {
     if (!(problem instanceof ClassError)) throw problem;
     const { sentence } = problem;
-    if (sentence) notify(sentence[i18next.language as keyof typeof sentence] ?? sentence.en, "error");
+    notify(sentence ? (sentence[i18next.language as keyof typeof sentence] ?? sentence.en) : i18next.t("pupil.noAnswer"), "error");
   }
 }
 
@@ -48,8 +49,10 @@ function keepDraft(): void {
   const write = () => {
     clearTimeout(timer);
     timer = undefined;
-    // A draft that the server did not take is written with the next edit; this device has the work as well.
-    void askClass("draft/write", { name: useStudio.getState().name, project: openProject() }).catch(() => undefined);
+    void askClass("draft/write", { name: useStudio.getState().name, project: openProject() }).catch((problem: unknown) => {
+      // One that was refused is written with the next edit; one that did not arrive, again.
+      if (problem instanceof ClassError && !problem.sentence) timer ??= setTimeout(write, DRAFT_AGAIN_MS);
+    });
   };
   useStudio.subscribe((now, before) => {
     if (!sameProject(now, before)) timer ??= setTimeout(write, DRAFT_AFTER_MS);

@@ -4,14 +4,16 @@ from functools import partial
 from typing import Any
 
 from anyio import CapacityLimiter
+from msgspec import UNSET
 
-from motorcade.classroom.desk_messages import OpenMat
+from motorcade.classroom.desk_messages import OpenMat, Wall, WallWorld
 from motorcade.classroom.messages import MatView
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.server.studio.driving import PageWorld
 from motorcade.server.studio.simulation import ServerWorld, build_world
-from motorcade.service.messages import MissionChoice, Sentence, sentences
+from motorcade.service.messages import MatDocument, MissionChoice, Sentence, sentences
 from motorcade.service.missions import chosen_mission
+from motorcade.service.playback import Playback
 from motorcade.service.world_messages import SetWorld
 from motorcade.words.image import parse_image_bytes, words_to_bytes
 
@@ -52,6 +54,14 @@ def parade(leaders: int, followers: int) -> dict[str, Any]:
     }
 
 
+def described(pupil: str, playback: Playback, mat: MatDocument) -> WallWorld:
+    """Return what a page of the teacher has to know of a world before its pictures; ``pupil`` is its owner's id."""
+    hello = playback.world.hello("", False)
+    leads = [] if hello.leads is UNSET else hello.leads
+    radius_m = 0.0 if hello.radius_m is UNSET else hello.radius_m
+    return WallWorld(pupil, mat, leads, radius_m, hello.cars)
+
+
 class SharedMat:
     """The shared mat of a class.
 
@@ -73,6 +83,13 @@ class SharedMat:
         state: Any = "over" if over else "running" if self._is_running else "collecting" if self._is_open else "closed"
         mission = (self._mission.id or "own") if self._mission else None
         return MatView(state, mission, self._title, self._places, list(self._images))
+
+    def wall(self) -> Wall:
+        """Return the mat as a page has to know it before pictures of the world; without one while nothing runs."""
+        session = self.session
+        if not self._is_running or session.playback is None or session.mat is None:
+            return Wall(1, [])
+        return Wall(1, [described("", session.playback, session.mat)])
 
     def _is_over(self) -> bool:
         playback = self.session.playback
@@ -127,13 +144,15 @@ class SharedMat:
             world = await session.in_thread(partial(build_world, message, session.control.boards, _MOST_CARS, images))
             session.mat = document
             self._begin(world)
-        self._is_running = True
 
     def _begin(self, world: ServerWorld) -> None:
         session = self.session
         answers = session.begin(world)
         assert session.playback
         session.playback.play(1.0)
+        self._is_running = True
+        if session.page:
+            session.page.put(self.wall())
         for answer in [*answers, session.playback.state()]:
             session.sent[type(answer)] = answer
             if session.page:

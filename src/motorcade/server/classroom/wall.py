@@ -8,14 +8,13 @@ import struct
 from collections.abc import Awaitable, Callable, Iterable, Iterator
 from typing import NamedTuple
 
-from msgspec import UNSET
 from starlette.websockets import WebSocket
 
 from motorcade.classroom.desk_messages import DrawnWall, Wall, WallWorld
 from motorcade.classroom.messages import Goodbye
 from motorcade.errors import MotorcadeError
 from motorcade.server.classroom.running_class import RunningClass
-from motorcade.server.classroom.shared_mat import SharedMat
+from motorcade.server.classroom.shared_mat import SharedMat, described
 from motorcade.server.page_socket import PageSocket, refuse_page
 from motorcade.server.studio.driving import PageWorld
 from motorcade.server.studio.sessions import PageWorlds
@@ -65,10 +64,7 @@ class ShownWorld(NamedTuple):
 
     def described(self) -> WallWorld:
         """What the wall has to know before pictures."""
-        hello = self.playback.world.hello("", False)
-        leads = [] if hello.leads is UNSET else hello.leads
-        radius_m = 0.0 if hello.radius_m is UNSET else hello.radius_m
-        return WallWorld(self.pupil, self.mat, leads, radius_m, hello.cars)
+        return described(self.pupil, self.playback, self.mat)
 
 
 class WallPictures:
@@ -219,7 +215,8 @@ class Walls:
     async def serve_mat(self, socket: WebSocket) -> None:
         """Serve the teacher's page that shows the shared mat."""
         await socket.accept()
-        await self._worlds.serve_shared(socket, self._mat.session, (Shown, Play, Pause, Reset, Watch))
+        allowed = (Shown, Play, Pause, Reset, Watch)
+        await self._worlds.serve_shared(socket, self._mat.session, allowed, [self._mat.wall()])
 
     async def _show(
         self, socket: WebSocket, page: PageSocket, answers: Callable[[], Iterable[object]], every_s: float

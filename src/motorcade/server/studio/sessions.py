@@ -142,16 +142,21 @@ class PageWorlds:
         finally:
             self._leave(session, page)
 
-    async def serve_shared(self, socket: WebSocket, session: PageWorld, allowed: tuple[type, ...]) -> None:
+    async def serve_shared(
+        self, socket: WebSocket, session: PageWorld, allowed: tuple[type, ...], first: Sequence[object] = ()
+    ) -> None:
         """Serve an accepted connection to a world that is no page's own, until it ends; the newest page has it.
 
         Args:
             allowed: the messages that it may send.
+            first: what it is sent before all answers.
         """
         page = PageSocket(socket, self._settings, (State, CarDetails))
         if session.page:
             session.page.refuse(MotorcadeError("taken-over"), closing=True)
         session.page = page
+        for answer in first:
+            page.put(answer)
 
         async def handle(message: WorldMessage) -> None:
             if not isinstance(message, allowed):

@@ -1,0 +1,261 @@
+"""A class in real browsers: a teacher's desk and wall, and pupils who join by a few taps."""
+
+import re
+
+import pytest
+from playwright.sync_api import expect
+from scripts.studio_process import project_link
+
+from support.barriers import serious_barriers
+from support.class_page import PROJECT
+from support.class_visits import SIZES, class_room
+from support.soak import SOAK
+from support.studio_page import PHONE
+from support.studio_programs import EXAMPLE
+
+# A picture of a canvas: whether it shows a car, and what, as short text.
+_DRAWN = """canvas => {
+  const { data, width } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  const leader = getComputedStyle(canvas).getPropertyValue("--leader").trim();
+  const [r, g, b] = [1, 3, 5].map(at => parseInt(leader.slice(at, at + 2), 16));
+  const columns = new Set();
+  for (let at = 0; at < data.length; at += 4)
+    if (data[at] === r && data[at + 1] === g && data[at + 2] === b) columns.add((at / 4) % width);
+  return [...columns].sort((one, other) => one - other);
+}"""
+
+
+def leaders_in(canvas) -> int:
+    """How many leaders a canvas shows, none above another."""
+    columns = canvas.evaluate(_DRAWN)
+    return sum(column - 1 not in columns for column in columns)
+
+
+def expect_leaders(canvas, count: int) -> None:
+    """Wait until a canvas shows so many leaders."""
+    expect(canvas).to_be_visible()
+    for _ in range(300):
+        if leaders_in(canvas) == count:
+            return
+        canvas.page.wait_for_timeout(100)
+    assert leaders_in(canvas) == count
+
+
+@pytest.fixture(scope="module")
+def room(browser, page_built, tmp_path_factory):
+    """A class with a teacher and two pupils, who have a program: Mia with a phone, 小明 with a tablet in Chinese."""
+    with class_room(browser, tmp_path_factory.mktemp("class") / "class") as room:
+        link = project_link(room.base, EXAMPLE, "Robot")
+        room.mia = room.pupil("Mia", link, size=PHONE, has_touch=True, is_mobile=True)
+        room.ming = room.pupil("小明", link, language="zh", theme="dark")
+        yield room
+
+
+@pytest.fixture
+def desk(room):
+    """The teacher's desk, at its first part."""
+    room.teacher.part("pupils")
+    return room.teacher
+
+
+def expect_cover(visit, text: str) -> None:
+    """The whole page is covered, and nothing takes the cover away."""
+    cover = visit.page.get_by_role("dialog", name=visit.say(text), exact=True)
+    expect(cover).to_be_visible()
+    for _ in range(3):
+        visit.page.keyboard.press("Escape")
+    expect(cover).to_be_visible()
+    box, size = cover.bounding_box(), visit.page.viewport_size
+    assert (box["width"], box["height"]) == (size["width"], size["height"])
+
+
+def test_a_newcomer_with_a_shared_link_joins_and_gets_it_until_removed(room, desk) -> None:
+    cleo = room.visit()
+    cleo.forgive("400", "403", "409", "401", "WebSocket")
+    page, alert = cleo.page, cleo.page.get_by_role("alert").filter(visible=True)
+    page.goto(project_link(room.base, EXAMPLE, "From a friend"))
+    page.wait_for_url("**/join#*")
+    for code, problem in (("AAAAAA", "not the code"), (f" {room.code.lower()} ", None)):
+        page.get_by_label(cleo.say("class.code")).fill(code)
+        cleo.button("class.next").click()
+        if problem:
+            expect(alert).to_contain_text(problem)
+    for name, problem in (("🚗", "emoji"), ("MIA", "is taken"), ("Cleo", None)):
+        page.get_by_label(cleo.say("class.nickname")).fill(name)
+        cleo.button("class.comeIn").click()
+        if problem:
+            expect(alert).to_contain_text(problem)
+    cleo.button("class.goOn").click()
+    cleo.wait_for_studio()
+    expect(page.get_by_role("textbox").first).to_have_value("From a friend")
+    row = desk.row("Cleo")
+    row.locator("summary").click()
+    desk.page.once("dialog", lambda question: question.accept())
+    row.get_by_role("button", name=desk.say("class.remove")).click()
+    expect_cover(cleo, "pupil.goodbye.removed")
+    expect(desk.row("Cleo")).to_have_count(0)
+    page.get_by_role("link", name=cleo.say("pupil.joinAgain")).click()
+    expect(page.get_by_label(cleo.say("class.code"))).to_be_visible()
+
+
+def test_three_taps_lead_from_the_qr_code_into_the_studio_and_back_into_it(room) -> None:
+    lin = room.visit(size=PHONE, has_touch=True, is_mobile=True)
+    lin.page.goto(f"{room.base}join#{room.code}")
+    lin.page.get_by_label(lin.say("class.nickname")).fill("Lin")
+    assert room.code not in lin.page.url
+    lin.page.locator("label").filter(has=lin.page.get_by_label(lin.say("class.carNumber", number=3), exact=True)).tap()
+    lin.button("class.comeIn").tap()
+    number = lin.page.get_by_text(re.compile(r"^\d{4}$")).inner_text()
+    lin.button("class.goOn").tap()
+    lin.page.wait_for_url(room.base, wait_until="commit")
+    # The tablet knows its pupil; on another one, it is the number that counts.
+    again = lin.open("join")
+    expect(again.get_by_role("heading", name=lin.say("class.welcomeBack", name="Lin"))).to_be_visible()
+    lin.context.close()
+    other = room.visit(size=PHONE)
+    other.page.goto(f"{room.base}join#{room.code}")
+    other.button("class.iWasHere").click()
+    other.page.get_by_label(other.say("class.nickname")).fill("lin")
+    other.page.get_by_label(other.say("class.number")).fill(number)
+    other.button("class.comeIn").click()
+    expect(other.page.get_by_role("heading", name=other.say("class.hello", name="Lin"))).to_be_visible()
+    other.context.close()
+
+
+def test_a_raised_hand_and_a_handed_out_project_cross_the_room(room, desk) -> None:
+    room.mia.button("pupil.raiseHand").tap()
+    desk.button("class.lowerHandOf", name="Mia").click()
+    expect(room.mia.button("pupil.raiseHand")).to_be_visible()
+    starter = {"name": "Starter", "project": PROJECT}
+    assert desk.context.request.post(f"{room.base}api/projects/write", data=starter).ok
+    part = desk.part("handOut")
+    part.get_by_role("checkbox", name="Mia").check()
+    part.get_by_role("button", name="Starter", exact=True).click()
+    expect(part.get_by_role("status")).to_have_text(desk.say("class.handedOut", what="Starter", count=1))
+    mia = room.mia.page
+    expect(mia.get_by_text(room.mia.say("pupil.project", sender="Your teacher", name="Starter"))).to_be_visible()
+    room.mia.button("pupil.open").tap()
+    replace = mia.get_by_role("alertdialog").get_by_role("button", name=room.mia.say("project.replaceYes"))
+    replace.or_(mia.locator("input[value=Starter]")).first.wait_for()
+    if replace.is_visible():
+        replace.tap()
+    expect(mia.get_by_role("textbox").first).to_have_value("Starter")
+    expect(room.ming.page.get_by_text("Starter")).to_have_count(0)
+
+
+def test_eyes_up_covers_all_pages_and_pauses_until_work_goes_on(room, desk) -> None:
+    play = room.ming.page.locator("#mat-play")
+    play.click()
+    expect(play).to_have_text(room.ming.say("mat.pause"))
+    desk.button("class.freeze").click()
+    for pupil in (room.mia, room.ming):
+        expect_cover(pupil, "pupil.frozen")
+    desk.button("class.thaw").click()
+    for pupil in (room.mia, room.ming):
+        expect(pupil.page.get_by_role("dialog")).to_have_count(0)
+    expect(play).to_have_text(room.ming.say("mat.play"))
+
+
+def test_the_wall_shows_all_stages_also_those_that_stand_still(room, desk) -> None:
+    wall = desk.open("wall")
+    for pupil in ("Mia", "小明"):
+        tile = wall.get_by_role("img", name=desk.say("class.stageOf", name=pupil), exact=True)
+        expect_leaders(tile, 1)
+    before = tile.evaluate(_DRAWN)
+    room.ming.page.locator("#mat-play").click()
+    wall.wait_for_function(
+        f"([canvas, before]) => ({_DRAWN})(canvas).join() !== before.join()", arg=[tile.element_handle(), before]
+    )
+    room.ming.page.locator("#mat-play").click()
+    wall.get_by_role("link").filter(has_text="Mia").click()
+    expect(wall.get_by_role("link", name=desk.say("class.allStages"))).to_be_visible()
+    expect_leaders(wall.get_by_role("img", name=desk.say("class.stageOf", name="Mia"), exact=True), 1)
+    wall.close()
+
+
+def test_the_shared_mat_shows_the_cars_of_both_pupils(room, desk) -> None:
+    part = desk.part("mat")
+    desk.button("class.matOpen").click()
+    for pupil in (room.mia, room.ming):
+        pupil.button("pupil.matSend").click()
+        expect(pupil.button("pupil.matLeave")).to_be_visible()
+    expect(part.get_by_role("listitem")).to_have_text(["Mia", "小明"])
+    mat = desk.open("mat")
+    expect(mat.get_by_role("main")).to_contain_text("小明")
+    desk.button("class.matStart", mat).click()
+    expect_leaders(mat.get_by_role("img"), 2)
+    expect(mat.get_by_role("main").get_by_role("listitem")).to_have_count(3)
+    desk.button("class.pause", mat).click()
+    expect(desk.button("class.play", mat)).to_be_visible()
+    mat.close()
+    desk.button("class.matClose").click()
+    expect(desk.button("class.matOpen")).to_be_visible()
+    expect(room.mia.button("pupil.matAgain")).to_have_count(0)
+
+
+def tab_to(page, thing) -> None:
+    """Press Tab until a thing has the focus."""
+    for _ in range(60):
+        if thing.count() and thing.evaluate("element => element === document.activeElement"):
+            return
+        page.keyboard.press("Tab")
+    raise AssertionError(f"Tab does not lead to {thing}")
+
+
+def test_everything_is_done_by_keyboard_alone(room, desk) -> None:
+    kay = room.visit()
+    page = kay.page
+    page.goto(f"{room.base}join")
+    for field, text in (("class.code", room.code), ("class.nickname", "Kay")):
+        box = page.get_by_label(kay.say(field))
+        expect(box).to_be_visible()
+        tab_to(page, box)
+        page.keyboard.type(text)
+        page.keyboard.press("Enter")
+    for thing in (kay.button("class.goOn"), kay.button("pupil.raiseHand")):
+        thing.wait_for()
+        tab_to(page, thing)
+        page.keyboard.press("Enter")
+    tab_to(desk.page, desk.page.get_by_role("button", name=desk.say("class.lowerHandOf", name="Kay")))
+    desk.page.keyboard.press("Enter")
+    expect(kay.button("pupil.raiseHand")).to_be_visible()
+    tab_to(desk.page, desk.row("Kay").locator("summary"))
+    desk.page.keyboard.press("Enter")
+    expect(desk.row("Kay").get_by_role("button", name=desk.say("class.remove"))).to_be_visible()
+    kay.context.close()
+
+
+@pytest.mark.parametrize("size", SIZES if SOAK else SIZES[3:])
+@pytest.mark.parametrize(
+    ("language", "theme"),
+    [(language, theme) for language in ("en", "zh") for theme in ("light", "dark", "contrast")]
+    if SOAK
+    else [("en", "contrast"), ("zh", "dark")],
+)
+def test_no_page_of_the_class_has_barriers_or_is_too_wide(room, size, language, theme) -> None:
+    looks = {"motorcade.language": language, "motorcade.settings": f'{{"theme": "{theme}", "toured": true}}'}
+    newcomer, teacher = room.visit(language=language, theme=theme, size=size), room.teacher
+    newcomer.page.goto(f"{room.base}join#{room.code}")
+    newcomer.page.get_by_label(newcomer.say("class.nickname")).wait_for()
+    teacher.page.evaluate("looks => Object.assign(localStorage, looks)", looks)
+    desk, wall = teacher.open("desk"), teacher.open("wall")
+    parts = desk.get_by_role("navigation").get_by_role("button")
+    expect(parts).to_have_count(6)
+    wall.get_by_role("img").first.wait_for()
+    pages = [newcomer.page, room.ming.page if language == "zh" else room.mia.page, desk, wall]
+    if SOAK:
+        pages += [newcomer.open("privacy"), newcomer.open("join"), teacher.open("mat"), teacher.open("desk")]
+    for page in pages:
+        page.set_viewport_size({"width": size[0], "height": size[1]})
+        assert_clear(page)
+    for part in parts.all()[1:] if SOAK else parts.all()[-1:]:
+        part.click()
+        assert_clear(desk)
+    for page in pages[2:]:
+        page.close()
+    newcomer.context.close()
+
+
+def assert_clear(page) -> None:
+    assert serious_barriers(page) == [], page.url
+    assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth"), page.url

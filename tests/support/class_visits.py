@@ -1,0 +1,140 @@
+"""The pages of a class in real browsers: the teacher's and the pupils', each in a browser profile of its own."""
+
+import json
+from contextlib import contextmanager
+from urllib.parse import urlsplit
+
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from motorcade.locales import catalogue
+from support.class_page import PASSWORD
+from support.class_process import started
+
+expect.set_options(timeout=60_000)
+SIZES = ((1440, 900), (1366, 768), (1024, 768), (390, 844))
+
+
+class Visit:
+    """One browser profile in the class; ``faults`` lists errors of its pages and requests to other hosts."""
+
+    def __init__(self, browser: Browser, base: str, *, language="en", theme="light", size=(1024, 768), **options):
+        kept = {"motorcade.language": language, "motorcade.settings": json.dumps({"theme": theme, "toured": True})}
+        origin = {"origin": base.rstrip("/"), "localStorage": [{"name": k, "value": v} for k, v in kept.items()]}
+        self.base, self.faults = base, []
+        self.texts = catalogue(language)["page"]
+        self.context = browser.new_context(
+            viewport={"width": size[0], "height": size[1]},
+            storage_state={"cookies": [], "origins": [origin]},
+            service_workers="block",
+            **options,
+        )
+        self.context.set_default_timeout(60_000)
+        self._forgiven: list[str] = []
+        self.context.on("console", lambda message: message.type == "error" and self._blame(message.text))
+        self.context.on("weberror", lambda problem: self._blame(problem.error.stack or problem.error.message))
+        self.context.on("request", lambda request: self._check(request.url))
+        self.page = self.context.new_page()
+
+    def _check(self, url: str) -> None:
+        if urlsplit(url).scheme not in ("data", "blob") and urlsplit(url).netloc != urlsplit(self.base).netloc:
+            self.faults.append(f"asks another host: {url}")
+
+    def forgive(self, *parts: str) -> None:
+        """Expect errors on the console that contain one of these texts."""
+        self._forgiven += parts
+
+    def _blame(self, text: str) -> None:
+        if not any(part in text for part in self._forgiven):
+            self.faults.append(text)
+
+    def say(self, key: str, **values) -> str:
+        """A text of the pages, in this visit's language: ``class.code``, ``pupil.frozen``."""
+        text = self.texts
+        for part in key.split("."):
+            text = text[part]
+        for name, value in values.items():
+            text = text.replace(f"{{{{{name}}}}}", str(value))
+        return text
+
+    def button(self, key: str, page: Page | None = None, **values) -> Locator:
+        return (page or self.page).get_by_role("button", name=self.say(key, **values), exact=True)
+
+    def open(self, path: str) -> Page:
+        """Another page of the same browser."""
+        page = self.context.new_page()
+        page.goto(self.base + path)
+        return page
+
+    # A pupil.
+
+    def join(self, name: str, code: str, link: str = "") -> None:
+        """Come in by the QR code, and wait for the studio; then open a link to a project."""
+        self.page.goto(f"{self.base}join#{code}")
+        self.page.get_by_label(self.say("class.nickname")).fill(name)
+        self.button("class.comeIn").click()
+        self.button("class.goOn").click()
+        self.wait_for_studio()
+        if link:
+            self.page.evaluate("link => { location.hash = new URL(link).hash }", link)
+
+    def wait_for_studio(self) -> None:
+        expect(self.page.locator("#mat-play")).to_be_enabled(timeout=300_000)
+        expect(self.bar).to_be_visible()
+
+    @property
+    def bar(self) -> Locator:
+        return self.page.get_by_role("region", name=self.say("pupil.title"), exact=True)
+
+    # The teacher.
+
+    def sign_in(self, desk: str) -> None:
+        """Set the first password at the address that the command printed."""
+        self.page.goto(desk)
+        self.page.get_by_label(self.say("class.password")).fill(PASSWORD)
+        self.button("class.setPassword").click()
+        expect(self.button("class.freeze")).to_be_visible()
+
+    def part(self, name: str) -> Locator:
+        """Show a part of the desk."""
+        self.page.get_by_role("navigation").get_by_role("button", name=self.say(f"class.{name}")).click()
+        return self.page.get_by_role("main")
+
+    def row(self, pupil: str) -> Locator:
+        """A pupil in the desk's list."""
+        return self.page.get_by_role("main").get_by_role("listitem").filter(has_text=pupil)
+
+
+class ClassRoom:
+    """A class in a process, its teacher, and the browsers of its pupils."""
+
+    def __init__(self, browser: Browser, told: dict):
+        self.browser, self.told = browser, told
+        self.base, self.code = told["addresses"][0], told["code"]
+        self.visits: list[Visit] = []
+
+    def visit(self, **options) -> Visit:
+        self.visits.append(Visit(self.browser, self.base, **options))
+        return self.visits[-1]
+
+    def pupil(self, name: str, link: str = "", **options) -> Visit:
+        """A visit of a pupil who is in, and has opened a link to a project."""
+        visit = self.visit(**options)
+        visit.join(name, self.code, link)
+        return visit
+
+    def close(self) -> None:
+        """End all visits. Raises AssertionError where a page reported an error."""
+        for visit in self.visits:
+            visit.context.close()
+        assert [fault for visit in self.visits for fault in visit.faults] == []
+
+
+@contextmanager
+def class_room(browser: Browser, folder):
+    """A class with a teacher, whose desk is open."""
+    with started(folder) as (_, told):
+        room = ClassRoom(browser, told)
+        room.teacher = room.visit(size=(1440, 900))
+        room.teacher.sign_in(told["desk"])
+        yield room
+        room.close()

@@ -1,0 +1,161 @@
+/** A world on a canvas, and all stages as tiles. */
+
+import { useCallback, useEffect, useRef, useState } from "react";
+import type { PupilRow, Wall, WallAnswer, WallWorld } from "../generated/classroom";
+import { Stream } from "./ask";
+import { Avatar } from "./Avatar";
+import { boxOf, type Box, type Cars, columnsFor, decodeWall, drawWorld, inksOf } from "./drawing";
+import css from "./class.module.css";
+import { useTexts } from "./texts";
+
+interface CanvasProps {
+  world: WallWorld;
+  label: string;
+  /** Called with a function that draws the cars; called with null at the end. */
+  onReady: (draw: ((cars: Cars) => void) | null) => void;
+  nameOf?: (car: number) => string | undefined;
+}
+
+/** A world on a canvas, as large as there is room. */
+export function WorldCanvas({ world, label, onReady, nameOf }: CanvasProps) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const box = useRef<Box | null>(null);
+  const last = useRef<Cars | undefined>(undefined);
+  const draw = useCallback(
+    (cars?: Cars) => {
+      const element = canvas.current;
+      const context = element?.getContext("2d");
+      if (!element || !context) return;
+      last.current = cars ?? last.current;
+      box.current = boxOf(world, last.current, box.current);
+      drawWorld(context, element, { world, cars: last.current, box: box.current, inks: inksOf(element) }, nameOf);
+    },
+    [world, nameOf],
+  );
+  useEffect(() => {
+    const element = canvas.current!;
+    const resize = () => {
+      element.width = Math.round(element.clientWidth * devicePixelRatio);
+      element.height = Math.round(element.clientHeight * devicePixelRatio);
+      draw();
+    };
+    const observer = new ResizeObserver(resize);
+    observer.observe(element);
+    return () => observer.disconnect();
+  }, [draw]);
+  useEffect(() => {
+    onReady(draw);
+    draw();
+    return () => onReady(null);
+  }, [draw, onReady]);
+  return <canvas ref={canvas} className={css.world} role="img" aria-label={label} />;
+}
+
+function stateOf(pupil: PupilRow | undefined): "hand" | "stuck" | "away" | "works" {
+  if (!pupil?.online) return "away";
+  if (pupil.hand_s !== null) return "hand";
+  return pupil.stuck_s !== null ? "stuck" : "works";
+}
+
+/** What draws the worlds of pupils, and what they show: a world that stands still is sent once, maybe before it has a tile. */
+class Tiles {
+  private readonly draws = new Map<string, (cars: Cars) => void>();
+  private readonly shown = new Map<string, Cars>();
+
+  ready(pupil: string, draw: ((cars: Cars) => void) | null): void {
+    const cars = this.shown.get(pupil);
+    if (draw) this.draws.set(pupil, draw);
+    else this.draws.delete(pupil);
+    if (cars) draw?.(cars);
+  }
+
+  show(pupil: string, cars: Cars): void {
+    this.shown.set(pupil, cars);
+    this.draws.get(pupil)?.(cars);
+  }
+
+  /** Another list came: all worlds are sent anew. */
+  forget(): void {
+    this.shown.clear();
+  }
+}
+
+function Tile({ world, pupil, tiles }: { world: WallWorld; pupil: PupilRow; tiles: Tiles }) {
+  const t = useTexts();
+  const state = stateOf(pupil);
+  const { id } = pupil;
+  const ready = useCallback((draw: ((cars: Cars) => void) | null) => tiles.ready(id, draw), [tiles, id]);
+  return (
+    <li className={css.tile} data-state={state}>
+      <a href={`/wall?pupil=${encodeURIComponent(id)}`}>
+        <WorldCanvas world={world} label={t("stageOf", { name: pupil.name })} onReady={ready} />
+        <span className={css.tileName}>
+          <Avatar name={pupil.avatar} />
+          <b>{pupil.name}</b>
+          {pupil.goals > 0 && <span>{t("goalsMet", { met: pupil.goals_met, goals: pupil.goals })}</span>}
+          {state !== "works" && <span className={css.tileState}>{t(state)}</span>}
+        </span>
+      </a>
+    </li>
+  );
+}
+
+/** In how many columns all tiles fit at the largest, while the page's size changes. */
+function useColumns(tiles: number): { list: React.RefObject<HTMLUListElement | null>; columns: number } {
+  const list = useRef<HTMLUListElement>(null);
+  const [columns, setColumns] = useState(1);
+  const isThere = tiles > 0;
+  useEffect(() => {
+    const measure = () => {
+      const element = list.current;
+      if (element) setColumns(columnsFor(tiles, element.clientWidth, innerHeight - element.getBoundingClientRect().top - scrollY));
+    };
+    measure();
+    const observer = new ResizeObserver(measure);
+    if (list.current) observer.observe(list.current);
+    window.addEventListener("resize", measure);
+    return () => {
+      observer.disconnect();
+      window.removeEventListener("resize", measure);
+    };
+  }, [tiles, isThere]);
+  return { list, columns };
+}
+
+/** All stages; `pupils` are those of the class, in the order in which they joined. */
+export function AllStages({ pupils }: { pupils: readonly PupilRow[] }) {
+  const t = useTexts();
+  const [wall, setWall] = useState<Wall | null>(null);
+  const [tiles] = useState(() => new Tiles());
+  useEffect(() => {
+    let listed: Wall | null = null;
+    const stream = new Stream<WallAnswer>("/api/desk/wall", {
+      onAnswer: (answer) => {
+        if (answer.is !== "wall") return;
+        listed = answer;
+        tiles.forget();
+        setWall(answer);
+      },
+      onBytes: (bytes) => {
+        const picture = decodeWall(bytes);
+        if (picture?.number === listed?.number)
+          picture?.worlds.forEach((cars, place) => tiles.show(listed!.worlds[place]?.pupil ?? "", cars));
+        // The answer says that there is time for the next picture.
+        requestAnimationFrame(() => stream.send({}));
+      },
+      onLink: () => undefined,
+    });
+    return () => stream.close();
+  }, [tiles]);
+  const { list, columns } = useColumns(wall?.worlds.length ?? 0);
+  const byId = new Map(pupils.map((pupil) => [pupil.id, pupil]));
+  const shown = (wall?.worlds ?? []).filter((world) => byId.has(world.pupil));
+  if (wall && shown.length === 0) return <p className={css.notice}>{t("wallEmpty")}</p>;
+  return (
+    <ul ref={list} className={css.tiles} style={{ "--columns": columns } as React.CSSProperties}>
+      {shown.map((world) => (
+        <Tile key={world.pupil} world={world} pupil={byId.get(world.pupil)!} tiles={tiles} />
+      ))}
+    </ul>
+  );
+}
