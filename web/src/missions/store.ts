@@ -8,7 +8,7 @@ import type { Goals, Mission, MissionChoice, MissionResult, Project } from "../g
 import { drivesLike, type Mat } from "../mat/document";
 import { useMat } from "../mat/store";
 import { attempt } from "../projects/actions";
-import { loadProject, openProject, replaceBy } from "../projects/project";
+import { loadProject, markUnsaved, openProject, replaceBy } from "../projects/project";
 import { notify } from "../state/dialogs";
 import { type Level, useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
@@ -32,6 +32,9 @@ export const TRIES_BEFORE_HINTS = 2;
 
 export const useMission = create<Playing>(() => NOTHING);
 
+/** The blocks with which missions that come with Motorcade were left for another one, by id, until the page is closed. */
+const attempts = new Map<string, Blocks>();
+
 /** The level that the user had chosen before the mission chose one. */
 let levelBefore: Level | null = null;
 
@@ -40,24 +43,40 @@ export function choiceOf(mission: Mission): MissionChoice {
   return mission.id === "own" ? { document: mission.document } : { id: mission.id };
 }
 
+/** Keep the changed blocks of the mission that is left for another one; false where they aren't kept. */
+function keepAttempt(next: Mission): boolean {
+  const { mission } = useMission.getState();
+  const { leader, followers } = openProject();
+  if (!mission || mission.id === "own" || mission.id === next.id || !useStudio.getState().unsaved) return false;
+  attempts.set(mission.id, { leader, followers });
+  return true;
+}
+
 /**
  * Open a mission in place of the project, once the user agrees to lose unsaved changes; false if they do not.
- * With `blocks` these stay, and nothing is lost.
+ * With `blocks` these stay, and nothing is lost. From one mission to another nothing is lost either: each goes on with the
+ * blocks that it was left with.
  */
 export async function playMission(choice: MissionChoice, blocks: Blocks | null = null): Promise<boolean> {
   let opened = false;
   await attempt(async () => {
     const mission = await api.mission(choice);
-    const { leader, followers } = blocks ?? mission;
+    const kept = !blocks && keepAttempt(mission);
+    const before = blocks ? undefined : attempts.get(mission.id);
+    const { leader, followers } = blocks ?? before ?? mission;
     const project = { name: inLanguage(mission.name), leader, followers, profile: mission.profile, mat: mission.mat as Mat, range_mm: null };
     if (blocks) loadProject(project);
-    else if (!(await replaceBy(project))) return;
+    else if (!(await replaceBy(project, { kept }))) return;
     opened = true;
+    attempts.delete(mission.id);
     levelBefore ??= useSettings.getState().level;
     // The task stands above the blocks: a drawer below would leave them no room.
     useSettings.setState(({ drawer }) => ({ level: mission.level as Level, drawer: { ...drawer, open: false } }));
     useMission.setState({ ...NOTHING, mission });
     useStudio.setState({ mission: choiceOf(mission) });
+    if (!before) return;
+    setTimeout(markUnsaved);
+    notify(i18next.t("missions.goOn"), "info", { label: i18next.t("missions.beginAnew"), run: () => void playMission(choice) });
   });
   return opened;
 }

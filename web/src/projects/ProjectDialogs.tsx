@@ -27,7 +27,7 @@ async function openSaved(name: string, version: number | undefined, onClose: () 
   await attempt(async () => {
     const project = await api.savedProject(name, version);
     onClose();
-    await replaceBy({ ...project, name }, true);
+    await replaceBy({ ...project, name }, { stored: true });
   });
 }
 

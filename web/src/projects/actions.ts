@@ -31,7 +31,7 @@ export function openFile(): Promise<void> {
     const file = await chooseFile(".json,application/json");
     if (!file) return;
     const opened = await api.open(await file.text());
-    await replaceBy({ ...opened, name: file.name.replace(/(\.motorcade)?\.json$/i, "") }, true);
+    await replaceBy({ ...opened, name: file.name.replace(/(\.motorcade)?\.json$/i, "") }, { stored: true });
   });
 }
 

@@ -76,11 +76,11 @@ export function loadProject(project: OpenedProject, parkedFollowers: WorkspaceSt
 
 /**
  * Open another project in place of this one, once the user agrees to lose unsaved changes; false if they do not.
- * `stored`: a file or the library holds it.
+ * `stored`: a file or the library holds it. `kept`: what is replaced isn't lost, so nobody is asked.
  */
-export async function replaceBy(project: OpenedProject, stored = false): Promise<boolean> {
+export async function replaceBy(project: OpenedProject, { stored = false, kept = false } = {}): Promise<boolean> {
   collectEdits();
-  if (useStudio.getState().unsaved) {
+  if (useStudio.getState().unsaved && !kept) {
     const agreed = await confirm({
       title: i18next.t("project.replaceTitle"),
       text: i18next.t("project.replaceText"),

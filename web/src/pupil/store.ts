@@ -85,7 +85,7 @@ export async function openHandedMission(): Promise<void> {
 function openHandedProject(name: string): Promise<void> {
   return attempt(async () => {
     const project = await api.savedProject(name);
-    await replaceBy({ ...project, name }, true);
+    await replaceBy({ ...project, name }, { stored: true });
   });
 }
 
