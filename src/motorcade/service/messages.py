@@ -243,6 +243,21 @@ class Project(Struct):
     level: Level | None = None
 
 
+# What would change what a car does; `motorcade.service.why` tells what each means.
+Cure = Literal[
+    "range_mm",
+    "leader",
+    "forward",
+    "listen",
+    "move",
+    "loss",
+    "remove-wall",
+    "remove-disc",
+    "remove-polygon",
+    "remove-car",
+]
+
+
 class StoredProject(Project):
     """A project, its name in the library, and the version that it is."""
 

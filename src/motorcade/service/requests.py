@@ -9,7 +9,7 @@ import msgspec
 from motorcade.errors import MotorcadeError
 from motorcade.missions.check import Play
 from motorcade.program.diagnostics import ProgramError
-from motorcade.service import exchange, messages, missions
+from motorcade.service import cures, exchange, messages, missions
 from motorcade.service.documents import example, examples, open_file, open_text, project_text
 from motorcade.service.event_table import event_table
 from motorcade.service.library import Storage, mission_shelf
@@ -137,6 +137,7 @@ REQUESTS: dict[str, Request] = {
     "python-to-blocks": Request(
         messages.BlocksAndText, messages.PythonBlocks, lambda sent, context: python_to_blocks(sent)
     ),
+    "cure": Request(cures.CureOrder, cures.Cured, lambda order, context: cures.carry_out(order)),
     "open": Request(messages.Text, messages.Project, lambda file, context: open_file(file.text)),
     "save-text": Request(messages.Project, messages.Text, _save_text),
     "examples": Request(Nothing, list[messages.Example], lambda message, context: examples()),

@@ -4,13 +4,14 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeVar
 
-from motorcade.car.brain import HOLDS, RUNNING, STARTED_MS, WORD
+from motorcade.car.brain import HOLDS, RUNNING, SLOT, STARTED_MS, WORD
 from motorcade.config.profile import Profile
 from motorcade.engine.pictures import Near, Pictures
 from motorcade.engine.simulation import Simulation
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat, Pose, check_mat
 from motorcade.mats.document import mat_of
+from motorcade.service.in_the_way import Obstacle, in_the_way
 from motorcade.service.messages import MatDocument, sentences
 from motorcade.service.missions import chosen_mission
 from motorcade.service.playback import SimulatedWorld
@@ -57,7 +58,7 @@ class StudioWorld(SimulatedWorld):
         self.tick_ms = world.tick_ms
         self._world = world
         self._steering = steering
-        self._followers_words = len(parse_image_bytes(world.images[0]).followers)
+        self._followers_words = parse_image_bytes(world.images[0]).followers
         self._pictures = Pictures(world)
 
     @property
@@ -112,18 +113,40 @@ class StudioWorld(SimulatedWorld):
     def _facts(self, car: int, counted: dict[str, Any]) -> Facts:
         """What `why` needs to know of a car."""
         senders, listeners = self._pictures.nearest(car)
+        word, runs, holds = self._world.memory_of(car, (WORD, RUNNING, HOLDS))
+        sent = self._sent_now()
         return Facts(
             leads=car in self.leads(),
             driven=car in self.driven(),
-            followers_words=self._followers_words,
-            leaders=len(self.leads()),
+            followers_words=len(self._followers_words),
+            leaders=self.leads(),
             t_ms=self.now_ms,
             range_mm=self.profile.infrared.range_mm,
             senders=_senders(senders),
             listeners=_senders(listeners),
             lost=counted["lost"],
             last_frame=counted["last_frame"],
+            obstacle=self._obstacle_of(car),
+            ignores=bool(runs and not CONTROL.decode(word).accept_ir),
+            is_behind=bool(sent is not None and holds and sent != word),
         )
+
+    def _sent_now(self) -> int | None:
+        """The word for followers that the only leader sends now; None where there is none, or several lead."""
+        leads = self.leads()
+        if len(leads) != 1 or not self._followers_words:
+            return None
+        (slot,) = self._world.memory_of(leads[0], (SLOT,))
+        return self._followers_words[slot] if slot < len(self._followers_words) else None
+
+    def _obstacle_of(self, car: int) -> Obstacle | None:
+        """What a car that drives straight on drives against."""
+        shown, memory = self._world.read_moment(), self._world.runner.memory
+        (wheels,) = memory.read(shown.wheels[car : car + 1])
+        if not wheels & 3 or wheels >> 2:
+            return None
+        x_m, y_m, heading = (memoryview(memory.read(each)).cast("d") for each in (shown.x_m, shown.y_m, shown.heading))
+        return in_the_way(self._world.mat, car, x_m, y_m, heading[car], self.profile.body.diameter_mm / 2000)
 
     def _word_of(self, car: int) -> dict[str, Any]:
         """The word that a car executes or holds: by fields, its index, and since when."""

@@ -1,15 +1,23 @@
 """Why a car does what it does: what it heard, or what keeps it from hearing anything, and what would change that."""
 
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 from motorcade.errors import Phrase
+from motorcade.service.in_the_way import Obstacle
+from motorcade.service.messages import Cure
 from motorcade.service.world_messages import ReceivedFrame
 
 # As `motorcade.engine.channel` tells it.
 Reach = Literal["reaches", "too-far", "outside-beam", "hidden"]
 
-# The losses that flipped bits cause.
-_DAMAGED = ("parity", "check", "reserved")
+# The losses that no flipped bits cause, and what a car is told that has heard nothing.
+_NOT_DAMAGED = {"deaf": "why-lost-deaf", "sending": "why-lost-sending", "collision": "why-lost-collision"}
+# What keeps a car from hearing the newest message, where it has heard older ones.
+_BEHIND = {"sending": "why-behind-sending", "collision": "why-behind-collision"}
+_AGAINST = {"wall": "why-against-wall", "disc": "why-against-disc", "polygon": "why-against-polygon"}
+_REMOVALS: dict[str, Cure] = {"wall": "remove-wall", "disc": "remove-disc", "polygon": "remove-polygon"}
+# The longest range that the page lets infrared have.
+_LONGEST_RANGE_MM = 5000
 
 
 class Sender(NamedTuple):
@@ -29,24 +37,30 @@ class Facts(NamedTuple):
     Attributes:
         leads, driven: whether it runs its own program, or somebody drives it.
         followers_words: how many words the image has for followers.
-        leaders: how many cars lead.
+        leaders: the cars that lead.
         t_ms: the time since the run began; in the first round nobody has to have heard anything.
         senders: the cars that have sent frames.
         listeners: the cars that heard some and do not pass them on.
         lost: how many frames reached the car and were lost, by reason.
         last_frame: the last one that it received.
+        obstacle: what it drives against now.
+        ignores: it executes a word that does not accept infrared.
+        is_behind: it has another word than the one that the only leader sends now.
     """
 
     leads: bool
     driven: bool
     followers_words: int
-    leaders: int
+    leaders: list[int]
     t_ms: int
     range_mm: int
     senders: tuple[Sender, ...]
     listeners: tuple[Sender, ...]
     lost: dict[str, int]
     last_frame: ReceivedFrame | None
+    obstacle: Obstacle | None = None
+    ignores: bool = False
+    is_behind: bool = False
 
 
 class Cause(NamedTuple):
@@ -55,13 +69,14 @@ class Cause(NamedTuple):
     Attributes:
         phrase: its sentence.
         cure: what would change it: a range in mm, ``followers`` (they need blocks), ``leader`` (one is needed),
-            ``forward`` (the cars between pass words on), ``move`` (this car beside the one that sends), ``loss`` (no
-            bits flip on the way); "" where nothing is wrong or no single thing is at fault.
-        value: of the cure, where it has one.
+            ``forward`` (the cars between pass words on), ``listen`` (to infrared, while words are executed), ``move``
+            (this car in front of the one that sends), ``loss`` (no bits flip on the way), ``remove-wall`` and so on
+            (what it drives against); "" where nothing is wrong, or no single change is sure to help.
+        value: of the cure: a range, the number of a car, or the index of a wall, a round obstacle or a box.
     """
 
     phrase: Phrase
-    cure: Literal["", "range_mm", "followers", "leader", "forward", "move", "loss"] = ""
+    cure: Cure | Literal["", "followers"] = ""
     value: int = 0
 
 
@@ -69,12 +84,13 @@ def why(facts: Facts) -> Cause:
     """Return why a car does what it does; the first cause without whose removal no other matters."""
     if facts.driven:
         return Cause(Phrase("why-driven"))
+    if facts.obstacle:
+        return _against(facts.obstacle, facts.leaders)
     if facts.leads:
         return Cause(Phrase("why-leads"))
     if facts.last_frame is not None:
-        heard = facts.last_frame
-        return Cause(Phrase("why-heard", car=heard.car, seconds=_seconds(facts.t_ms - heard.t_ms)))
-    if facts.leaders == 0:
+        return _heard(facts, facts.last_frame)
+    if not facts.leaders:
         return Cause(Phrase("why-no-leader"), "leader")
     if facts.followers_words == 0:
         return Cause(Phrase("why-no-words"), "followers")
@@ -82,9 +98,32 @@ def why(facts: Facts) -> Cause:
         return Cause(Phrase("why-nothing-sent"))
     if any(facts.lost.values()):
         reason = max(facts.lost, key=lambda name: facts.lost[name])
-        phrase = Phrase("why-lost", count=sum(facts.lost.values()), reason=Phrase(f"lost-{reason}"))
-        return Cause(phrase, "loss" if reason in _DAMAGED else "")
+        phrase = Phrase(_NOT_DAMAGED.get(reason, "why-lost"), count=sum(facts.lost.values()))
+        return Cause(phrase, "" if reason in _NOT_DAMAGED else "loss")
     return _out_of_reach(facts)
+
+
+def _against(obstacle: Obstacle, leaders: list[int]) -> Cause:
+    """Return the answer of a car that drives against something."""
+    kind, number = obstacle
+    if kind == "edge":
+        return Cause(Phrase("why-against-edge"))
+    if kind != "car":
+        return Cause(Phrase(_AGAINST[kind]), _REMOVALS[kind], number)
+    if number in leaders:
+        return Cause(Phrase("why-against-leader", car=number))
+    return Cause(Phrase("why-against-car", car=number), "remove-car", number)
+
+
+def _heard(facts: Facts, heard: ReceivedFrame) -> Cause:
+    """Return the answer of a car that has received a frame: it may have lost what followed."""
+    details = {"car": heard.car, "seconds": f"{(facts.t_ms - heard.t_ms) / 1000:.1f}"}
+    if facts.ignores and facts.lost.get("deaf"):
+        return Cause(Phrase("why-does-not-listen", **details, count=facts.lost["deaf"]), "listen")
+    reason = max(_BEHIND, key=lambda name: facts.lost.get(name, 0))
+    if facts.is_behind and facts.lost.get(reason):
+        return Cause(Phrase(_BEHIND[reason], **details))
+    return Cause(Phrase("why-heard", **details))
 
 
 def _out_of_reach(facts: Facts) -> Cause:
@@ -96,13 +135,11 @@ def _out_of_reach(facts: Facts) -> Cause:
     details = {"car": nearest.car, "metres": f"{nearest.distance_mm / 1000:.2f}"}
     if nearest.reach == "too-far":
         value = nearest.distance_mm + 1
-        return Cause(Phrase("why-too-far", **details, range=f"{facts.range_mm / 1000:g}"), "range_mm", value)
+        phrase = Phrase("why-too-far", **details, range=f"{facts.range_mm / 1000:g}")
+        # Where infrared can't reach so far, the car comes nearer.
+        return Cause(phrase, "range_mm", value) if value <= _LONGEST_RANGE_MM else Cause(phrase, "move", nearest.car)
     if nearest.reach == "hidden":
-        return Cause(Phrase("why-hidden", **details), "move")
+        return Cause(Phrase("why-hidden", **details), "move", nearest.car)
     if nearest.reach == "outside-beam":
-        return Cause(Phrase("why-outside-beam", **details), "move")
+        return Cause(Phrase("why-outside-beam", **details), "move", nearest.car)
     return Cause(Phrase("why-not-yet", **details))
-
-
-def _seconds(ms: int) -> Any:
-    return f"{ms / 1000:.1f}"

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from msgspec import UNSET, Meta, Struct, UnsetType
 
-from motorcade.service.messages import ErrorAnswer, MatDocument, MissionChoice, RangeMm, Sentence
+from motorcade.service.messages import Cure, ErrorAnswer, MatDocument, MissionChoice, RangeMm, Sentence
 
 Length = Annotated[float, Meta(ge=-2000, le=2000)]
 Seed = Annotated[int, Meta(ge=0, lt=1 << 32)]
@@ -161,7 +161,7 @@ class Why(Struct):
     code: str
     sentence: Sentence
     car: int | None
-    cure: str
+    cure: Cure | Literal["", "followers"]
     value: int
 
 

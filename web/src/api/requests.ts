@@ -1,7 +1,7 @@
 /** The requests of the page, each as a function. */
 
 import { useStudio } from "../state/studio";
-import type { Blocks, BlocksAndText, MissionAttempt, MissionChoice, Project, Requests } from "../generated/messages";
+import type { Blocks, BlocksAndText, CureOrder, MissionAttempt, MissionChoice, Project, Requests } from "../generated/messages";
 import { service } from "./service";
 
 export { RefusedError, UnreachableError } from "./service";
@@ -16,6 +16,8 @@ export const profiles = () => ask("profiles");
 export const compile = (blocks: Blocks) => ask("compile", blocks);
 export const blocksToPython = (message: BlocksAndText) => ask("blocks-to-python", message);
 export const pythonToBlocks = (message: BlocksAndText) => ask("python-to-blocks", message);
+/** What the cure that 'Why?' names changes. */
+export const cured = (order: CureOrder) => ask("cure", order);
 export const open = (text: string) => ask("open", { text });
 export const projectText = (project: Project) => ask("save-text", project);
 export const decompile = (image: string) => ask("decompile", { image });

@@ -231,6 +231,31 @@ export interface PythonBlocks {
   diagnostics: Diagnostic[];
 }
 
+/** Carry out the cure that the answer to 'Why?' of a car names, on a project's mat, range and blocks. */
+export interface CureOrder {
+  mat: MatDocument;
+  cure: "forward" | "leader" | "listen" | "loss" | "move" | "range_mm" | "remove-car" | "remove-disc" | "remove-polygon" | "remove-wall";
+  value: number;
+  car: number;
+  followers?: Record<string, unknown> | null;
+  profile?: string;
+  range_mm?: number | null;
+}
+
+/** What a cure changes; what stays as it is is None or empty. All of it is so where there is no room for a car. */
+export interface Cured {
+  mat: MatDocument | null;
+  range_mm: number | null;
+  fields: FieldChange[];
+}
+
+/** A new value for a field of one of the followers' blocks; ``block`` is None for the first one. */
+export interface FieldChange {
+  block: string | null;
+  field: string;
+  value: string;
+}
+
 /** The text of a project's file. */
 export interface Text {
   text: string;
@@ -582,7 +607,7 @@ export interface Why {
   code: string;
   sentence: Sentence;
   car: number | null;
-  cure: string;
+  cure: "forward" | "leader" | "listen" | "loss" | "move" | "range_mm" | "remove-car" | "remove-disc" | "remove-polygon" | "remove-wall" | "" | "followers";
   value: number;
 }
 
@@ -663,6 +688,7 @@ export interface Requests {
   "decompile": { message: Image; answer: Project };
   "blocks-to-python": { message: BlocksAndText; answer: PythonText };
   "python-to-blocks": { message: BlocksAndText; answer: PythonBlocks };
+  "cure": { message: CureOrder; answer: Cured };
   "open": { message: Text; answer: Project };
   "save-text": { message: Project; answer: Text };
   "examples": { message: Nothing; answer: Example[] };

@@ -6,7 +6,7 @@ import { FORMATS } from "../generated/steps";
 import { useStudio, useWords } from "../state/studio";
 import { bitsOf, colourOf, fieldMeaning, groupOf, valueOf } from "../words/bits";
 import { duplicateChosen, removeChosen, turnCar } from "./actions";
-import { carryOut, cureOf } from "./cures";
+import { carryOut, changesBlocks, cureOf } from "./cures";
 import { colourWords, hexColour } from "./colours";
 import { inLanguage } from "../i18n";
 import { lastFrameText } from "./Narration";
@@ -100,7 +100,7 @@ function CarInspector({ session, car }: InspectorProps & { car: number }) {
         )}
       </div>
       <Place />
-      {details?.car === car && <Details session={session} details={details} />}
+      {details?.car === car && <Details details={details} />}
     </section>
   );
 }
@@ -135,7 +135,7 @@ function Place() {
   return <p >{t("mat.place", { x: metres(pose.x_m), y: metres(pose.y_m), heading: pose.heading_deg })}</p>;
 }
 
-function Details({ session, details }: { session: Session; details: CarDetails }) {
+function Details({ details }: { details: CarDetails }) {
   const words = useWords();
   const { t } = useTranslation();
   const { word, values, last_frame: last, lost } = details;
@@ -144,7 +144,7 @@ function Details({ session, details }: { session: Session; details: CarDetails }
   // A mission's mat and range are fixed; the program is the pupil's.
   const inMission = useStudio(({ mission }) => mission !== null);
   const named = cureOf(details.why);
-  const cure = inMission && named !== "forward" ? null : named;
+  const cure = inMission && named && !changesBlocks(named) ? null : named;
   const losses = LOSS_REASONS.filter((why): why is Exclude<LossReason, ""> => why !== "").filter((why) => lost[why]);
   const colour = word === null ? undefined : colourWords(words).byWord.get(parseInt(word, 16));
   return (
@@ -168,7 +168,7 @@ function Details({ session, details }: { session: Session; details: CarDetails }
           {cure && (
             <Button
               className={classes(buttons.button, buttons.small)}
-              onPress={() => carryOut(session, details.car, details.why)}
+              onPress={() => void carryOut(details.car, details.why)}
             >
               {t(`mat.cures.${cure}`)}
             </Button>

@@ -13,8 +13,6 @@ import { choose, editMat, useMat } from "./store";
 export type NewKind = FurnitureKind | "leader" | "follower";
 export const NEW_KINDS: readonly NewKind[] = ["leader", "follower", "wall", "disc", "polygon", "person"];
 const BESIDE_M = 0.25;
-/** From the middle of a car to that of the car that is put in front of it: they do not touch. */
-const FRONT_M = 0.4;
 /** Half of a car of the classroom's profile, until the world says what its own are. */
 const RADIUS_M = 0.075;
 
@@ -80,22 +78,6 @@ export function setRange(rangeMm: number): void {
   const show = (shown: number | null) => () => useStudio.setState({ rangeMm: shown });
   useStudio.setState({ rangeMm });
   record({ key: "range", undo: show(before), redo: show(rangeMm) });
-}
-
-/** Let a car start in front of another one, at the nearest place with room for it; the run begins again. */
-export function startBeside(session: Session, car: number, other: number): void {
-  const each = separate(session);
-  const own = each?.car?.[car];
-  const sender = each?.car?.[other];
-  if (!each || !own || !sender) return;
-  const { cars, radiusM } = standing(session);
-  // A car is no obstacle to itself: its present place and its start are free.
-  const count = session.picture?.cars ?? 0;
-  const others = { cars: cars.filter((_, k) => k % count !== car), radiusM };
-  const heading = ((sender.heading_deg ?? 0) * Math.PI) / 180;
-  const wished: Point = [sender.at_m[0] + FRONT_M * Math.cos(heading), sender.at_m[1] + FRONT_M * Math.sin(heading)];
-  const at = freePoint(wished, (point) => hasRoomForCar(each, others, point));
-  editMat(withCar(each, car, { ...own, at_m: [rounded(at[0]), rounded(at[1])] }));
 }
 
 /** Where the cars stand now and at the beginning. */

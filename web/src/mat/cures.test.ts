@@ -1,64 +1,75 @@
-import { beforeEach, expect, it } from "vitest";
-import type { Why } from "../generated/messages";
+import { beforeEach, expect, it, vi } from "vitest";
+import { cured } from "../api/requests";
+import type { Cured, Why } from "../generated/messages";
+import { useDialogs } from "../state/dialogs";
 import { forgetEdits, undo } from "../state/history";
 import { useStudio } from "../state/studio";
-import { carryOut, cureOf } from "./cures";
-import { lossOf, type Mat, withLoss } from "./document";
-import type { Session } from "./session";
-import { useMat } from "./store";
-import { pictureOf } from "./testPictures";
+import { carryOut, changesBlocks, cureOf } from "./cures";
+import type { Mat } from "./document";
+import { chosenCar, choose } from "./store";
+
+vi.mock(import("../api/requests"), async (original) => ({ ...(await original()), cured: vi.fn() }));
 
 const MAT: Mat = {
   format: "motorcade-mat/1",
   name: "Table",
-  size_m: [6, 3],
-  edge: "wall",
-  car: [{ at_m: [1, 1], role: "leader" }, { at_m: [5, 1] }],
+  wall: [{ from_m: [2, 0], to_m: [2, 2] }],
+  car: [{ at_m: [1, 1], role: "leader" }, { at_m: [3, 1] }, { at_m: [5, 1] }],
 };
 const ANSWER: Why = { code: "why-too-far", sentence: { en: "", zh: "" }, car: 0, cure: "", value: 0 };
-const session = { picture: pictureOf([{ x: 1, y: 1 }, { x: 5, y: 1 }]), starts: null } as unknown as Session;
+const NOTHING: Cured = { mat: null, range_mm: null, fields: [] };
+const answerWith = (answer: Partial<Cured>) => vi.mocked(cured).mockResolvedValue({ ...NOTHING, ...answer });
 
 beforeEach(() => {
   forgetEdits();
   useStudio.setState({ mat: MAT, rangeMm: null });
-  useMat.setState({ hello: null });
+  useDialogs.setState({ notices: [] });
 });
 
-it("lets infrared reach as far as is needed, and undo takes that back", () => {
-  carryOut(session, 1, { ...ANSWER, cure: "range_mm", value: 4001 });
+it("lets infrared reach as far as the service says, and undo takes that back", async () => {
+  answerWith({ range_mm: 4050 });
+  await carryOut(1, { ...ANSWER, cure: "range_mm", value: 4001 });
+  expect(vi.mocked(cured).mock.lastCall![0]).toMatchObject({ cure: "range_mm", value: 4001, car: 1, mat: MAT, range_mm: null });
   expect(useStudio.getState().rangeMm).toBe(4050);
   undo();
   expect(useStudio.getState().rangeMm).toBeNull();
 });
 
-it.each([
-  ["move", 0],
-  ["range_mm", 9000],
-])("%s %i: lets the car start in front of the other one, and undo takes that back", (cure, value) => {
-  carryOut(session, 1, { ...ANSWER, cure, value });
-  const [x, y] = useStudio.getState().mat.car![1]!.at_m;
-  expect(Math.hypot(x - 1, y - 1)).toBeLessThan(0.6);
+it("takes the service's mat, and undo takes that back", async () => {
+  const changed = { ...MAT, wall: [] };
+  answerWith({ mat: changed });
+  await carryOut(1, { ...ANSWER, cure: "remove-wall" });
+  expect(useStudio.getState().mat).toEqual(changed);
   undo();
   expect(useStudio.getState().mat).toEqual(MAT);
 });
 
-it("adds a leader, and undo takes it away", () => {
-  carryOut(session, 1, { ...ANSWER, car: null, cure: "leader" });
-  expect(useStudio.getState().mat.car).toHaveLength(3);
-  expect(useStudio.getState().mat.car![2]!.role).toBe("leader");
-  undo();
-  expect(useStudio.getState().mat).toEqual(MAT);
+it("keeps a car chosen whose number changes when another one is taken away", async () => {
+  choose({ car: 2 });
+  answerWith({ mat: { ...MAT, car: [MAT.car![0]!, MAT.car![2]!] } });
+  await carryOut(2, { ...ANSWER, cure: "remove-car", value: 1 });
+  expect(chosenCar()).toBe(1);
 });
 
-it("lets no message get lost, and undo takes that back", () => {
-  const noisy = withLoss(MAT, 0.5);
-  useStudio.setState({ mat: noisy });
-  carryOut(session, 1, { ...ANSWER, cure: "loss" });
-  expect(lossOf(useStudio.getState().mat)).toBe(0);
-  undo();
-  expect(useStudio.getState().mat).toEqual(noisy);
+it("leaves a mat that was changed meanwhile as it is", async () => {
+  const moved = { ...MAT, name: "Other" };
+  vi.mocked(cured).mockImplementation(() => {
+    useStudio.setState({ mat: moved });
+    return Promise.resolve({ ...NOTHING, mat: MAT });
+  });
+  await carryOut(1, { ...ANSWER, cure: "move" });
+  expect(useStudio.getState().mat).toBe(moved);
 });
 
-it("offers nothing where nothing is wrong", () => {
+it("says that there is no room where nothing changes", async () => {
+  answerWith({});
+  await carryOut(1, { ...ANSWER, cure: "move" });
+  expect(useDialogs.getState().notices).toHaveLength(1);
+});
+
+it("offers a button for what it can do, and in a mission only for blocks", () => {
   expect(cureOf(ANSWER)).toBeNull();
+  expect(cureOf({ ...ANSWER, cure: "followers" })).toBeNull();
+  expect(cureOf({ ...ANSWER, cure: "listen" })).toBe("listen");
+  expect([changesBlocks("forward"), changesBlocks("listen"), changesBlocks("move")]).toEqual([true, true, false]);
 });

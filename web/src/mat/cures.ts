@@ -1,67 +1,56 @@
-/** Carry out what the answer to 'Why?' names. */
+/** Carry out what the answer to 'Why?' names, as an edit that can be undone. The service computes what changes. */
 
+import i18next from "i18next";
 import * as Blockly from "blockly/core";
+import { cured } from "../api/requests";
 import { hatOf } from "../blocks/definitions";
 import { workspaceOf } from "../blocks/workspaces";
-import type { Why } from "../generated/messages";
+import type { Cured, CureOrder, Why } from "../generated/messages";
+import { notify } from "../state/dialogs";
 import { endEdit } from "../state/history";
 import { useStudio } from "../state/studio";
-import { place, setRange, startBeside } from "./actions";
-import { withLoss } from "./document";
-import type { Session } from "./session";
-import { editMat } from "./store";
+import { collectEdits } from "../words/compiling";
+import { setRange } from "./actions";
+import { choose, editMat } from "./store";
 
-/** The cures that a button can carry out. */
-export const CURES = ["range_mm", "move", "leader", "forward", "loss"] as const;
-export type CureName = (typeof CURES)[number];
+export type Cure = CureOrder["cure"];
 
-/** The scale of the range's slider, and the longest range that a world takes. */
-const RANGE_STEP_MM = 50;
-const LONGEST_RANGE_MM = 5000;
-
-/** What a button does about the answer of a car; null where nothing that it could do would help. */
-export function cureOf({ cure, car, value }: Why): CureName | null {
-  // Where infrared can't reach so far, the car comes nearer.
-  if (cure === "range_mm" && value > LONGEST_RANGE_MM) return car === null ? null : "move";
-  return CURES.find((name) => name === cure) ?? null;
+/** What a button does about the answer of a car; null where nothing that it could do is sure to help. */
+export function cureOf({ cure }: Why): Cure | null {
+  // Which blocks followers shall have is for the pupil to say.
+  return cure === "" || cure === "followers" ? null : cure;
 }
 
-/** Carry out the cure of a car's answer, as an edit that can be undone. */
-export function carryOut(session: Session, car: number, why: Why): void {
+/** The cures that change the blocks alone: a mission's mat and range are fixed. */
+export function changesBlocks(cure: Cure): boolean {
+  return cure === "forward" || cure === "listen";
+}
+
+/** Carry out the cure of a car's answer. */
+export async function carryOut(car: number, why: Why): Promise<void> {
+  const cure = cureOf(why);
+  if (!cure) return;
+  collectEdits();
+  const { mat, followers, rangeMm, profile } = useStudio.getState();
+  const answer = await cured({ cure, value: why.value, car, mat, followers, profile, range_mm: rangeMm });
+  // The mat was changed meanwhile, by hand.
+  if (useStudio.getState().mat !== mat) return;
+  apply(answer);
+  // The cars behind the one that was taken away have other numbers now.
+  if (cure === "remove-car" && why.value < car) choose({ car: car - 1 });
+}
+
+function apply({ mat, range_mm: rangeMm, fields }: Cured): void {
   endEdit();
-  switch (cureOf(why)) {
-    case "range_mm":
-      setRange(Math.ceil(why.value / RANGE_STEP_MM) * RANGE_STEP_MM);
-      break;
-    case "move":
-      if (why.car !== null) startBeside(session, car, why.car);
-      break;
-    case "leader":
-      place(session, "leader", besideOf(session, car));
-      break;
-    case "forward":
-      passOn();
-      break;
-    case "loss":
-      editMat(withLoss(useStudio.getState().mat, 0));
-      break;
-    case null:
-  }
-  endEdit();
-}
-
-function besideOf({ picture }: Session, car: number): [number, number] {
-  return picture ? [picture.x[car]! - RANGE_STEP_MM / 100, picture.y[car]!] : [0, 0];
-}
-
-/** Let the followers pass all words on: by their first block, and by each block that says otherwise. */
-function passOn(): void {
+  if (mat) editMat(mat);
+  if (rangeMm !== null) setRange(rangeMm);
+  if (!mat && rangeMm === null && !fields.length) notify(i18next.t("mat.cures.noRoom"), "warning");
   const workspace = workspaceOf("followers");
-  if (!workspace) return;
   Blockly.Events.setGroup(true);
-  workspace.getBlocksByType(hatOf("followers"))[0]?.setFieldValue("TRUE", "FORWARD");
-  for (const block of workspace.getAllBlocks()) {
-    if (block.type !== hatOf("followers") && block.getFieldValue("FORWARD") === "no") block.setFieldValue("same", "FORWARD");
+  for (const { block, field, value } of fields) {
+    const found = block === null ? workspace?.getBlocksByType(hatOf("followers"))[0] : workspace?.getBlockById(block);
+    found?.setFieldValue(value, field);
   }
   Blockly.Events.setGroup(false);
+  endEdit();
 }
