@@ -112,6 +112,13 @@ def test_ones_own_missions_are_played_changed_and_deleted(open_own_page, own_stu
     page.get_by_role("button", name="Delete Mine").click()
     page.get_by_role("alertdialog").get_by_role("button", name="Delete").click()
     expect(page.get_by_role("button", name="Play Mine")).to_have_count(0)
+    # Who leaves a mission has the level of before, also after a reload.
+    page.locator("[data-mission=forward-and-stop]").click()
+    expect(page.get_by_role("button", name="Level: Start")).to_be_visible()
+    page.reload()
+    studio.wait_until_ready()
+    page.get_by_role("button", name="Leave the mission").click()
+    expect(page.get_by_role("button", name="Level: Words")).to_be_visible()
 
 
 def test_the_map_fits_a_phone(open_page):

@@ -1,5 +1,6 @@
 /** What part of the plane is seen: the point in the middle, in metres, and how many pixels a metre takes. */
 
+import type { MissionZone } from "../generated/messages";
 import type { Mat, Point } from "./document";
 import { FURNITURE, handlesOf, listOf } from "./document";
 
@@ -27,6 +28,7 @@ const MOST_SCALE = 3000;
 const OVER_PX = { left: 16, right: 60, top: 48, bottom: 76 };
 /** The air around the cars, in metres. */
 const AIR_M = 0.3;
+const ZONE_AIR_M = 0.15;
 /** How long a car is drawn: at most, and at least where there are so few cars. */
 const LONGEST_PX = 90;
 const SHORTEST_PX = 24;
@@ -85,30 +87,45 @@ export interface Cast {
   carM: number;
   /** The car to keep in view where not all fit. */
   first: number;
+  /** What should be seen too, where the cars are large enough then. */
+  zones?: readonly Box[];
 }
 
 const grown = (box: Box, by: number): Box => ({ left: box.left - by, bottom: box.bottom - by, right: box.right + by, top: box.top + by });
 
+const around = (boxes: readonly Box[]): Box | null =>
+  boxAround(boxes.flatMap(({ left, right }) => [left, right]), boxes.flatMap(({ bottom, top }) => [bottom, top]));
+
+/** The cars with air around them and, where all fit, the zones; null without cars. */
+function boxToFrame({ x, y, carM, zones = [] }: Cast, size: Size): Box | null {
+  const cars = boxAround(x, y);
+  if (!cars) return null;
+  const all = around([grown(cars, AIR_M), ...zones.map((each) => grown(each, ZONE_AIR_M))])!;
+  return fitted(all, size).scale >= SHORTEST_PX / carM ? all : grown(cars, AIR_M);
+}
+
 /** Frame the cars with air around them: large, but none so small that it can't be told what it does. */
-export function framed({ x, y, carM, first }: Cast, size: Size): Camera | null {
-  const box = boxAround(x, y);
+export function framed(cast: Cast, size: Size): Camera | null {
+  const { x, y, carM, first } = cast;
+  const box = boxToFrame(cast, size);
   if (!box) return null;
-  const camera = fitted(grown(box, AIR_M), size, LONGEST_PX / carM);
+  const camera = fitted(box, size, LONGEST_PX / carM);
   const least = SHORTEST_PX / carM;
   if (x.length > FEW_CARS || camera.scale >= least) return camera;
   const [cx, cy] = [x[first] ?? x[0]!, y[first] ?? y[0]!];
   return fitted({ left: cx, right: cx, bottom: cy, top: cy }, size, least);
 }
 
-/** Whether the cars are framed well enough for the camera to rest: all in view, and neither lost in it nor tiny. */
+/** Whether what is to be seen is framed well enough for the camera to rest: all in view, and neither lost in it nor tiny. */
 export function isWellFramed(camera: Camera, cast: Cast, size: Size): boolean {
-  const box = boxAround(cast.x, cast.y);
+  const air = boxToFrame(cast, size);
   const wished = framed(cast, size);
-  if (!box || !wished) return true;
+  if (!air || !wished) return true;
   const ratio = wished.scale / camera.scale;
   if (ratio < 0.7 || ratio > 1.5) return false;
-  const [left, top] = toScreen(camera, size, [box.left - cast.carM, box.top + cast.carM]);
-  const [right, bottom] = toScreen(camera, size, [box.right + cast.carM, box.bottom - cast.carM]);
+  const box = grown(air, cast.carM - AIR_M);
+  const [left, top] = toScreen(camera, size, [box.left, box.top]);
+  const [right, bottom] = toScreen(camera, size, [box.right, box.bottom]);
   const isWhole = left >= 0 && top >= 0 && right <= size.width && bottom <= size.height - OVER_PX.bottom / 2;
   return isWhole || (wished.scale <= SHORTEST_PX / cast.carM + 1 && Math.hypot(wished.x - camera.x, wished.y - camera.y) * camera.scale < 60);
 }
@@ -134,6 +151,12 @@ export function boxOf(mat: Mat, x: ArrayLike<number>, y: ArrayLike<number>): Box
   for (let k = 0; k < x.length; k++) points.push([x[k]!, y[k]!]);
   const box = boxAround(points.map(([px]) => px), points.map(([, py]) => py));
   return box ? grown(box, 0.5) : { left: -2, bottom: -1.5, right: 2, top: 1.5 };
+}
+
+/** The box around a zone of a mission. */
+export function boxOfZone({ corners_m, centre_m, radius_m }: MissionZone): Box {
+  if (centre_m) return grown({ left: centre_m[0]!, right: centre_m[0]!, bottom: centre_m[1]!, top: centre_m[1]! }, radius_m!);
+  return boxAround(corners_m.map((corner) => corner[0]!), corners_m.map((corner) => corner[1]!))!;
 }
 
 /** A round length whose bar is about `wishedPx` long. */

@@ -65,6 +65,16 @@ describe("the camera", () => {
     expect(isWellFramed(camera, cast([1, 1.2], [0.5, 0.5]), SIZE)).toBe(false);
   });
 
+  it("shows a mission's zones too, unless its cars would be tiny then", () => {
+    const zone = { left: 2, bottom: 0, right: 3, top: 1 };
+    const camera = framed({ ...cast([0], [0]), zones: [zone] }, SIZE)!;
+    const [px] = toScreen(camera, SIZE, [zone.right, zone.top]);
+    expect(px).toBeLessThan(SIZE.width - 60);
+    expect(isWellFramed(framed(cast([0], [0]), SIZE)!, { ...cast([0], [0]), zones: [zone] }, SIZE)).toBe(false);
+    const far = framed({ ...cast([0], [0]), zones: [{ ...zone, right: 500 }] }, SIZE)!;
+    expect(far.scale * 0.15).toBeCloseTo(90);
+  });
+
   it("goes from one view to another evenly", () => {
     expect(between({ x: 0, y: 0, scale: 100 }, { x: 2, y: 4, scale: 400 }, 0.5)).toEqual({ x: 1, y: 2, scale: 200 });
   });

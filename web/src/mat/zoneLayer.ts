@@ -1,11 +1,20 @@
 /** The zones of a mission on the floor, below the cars. */
 
-import { Container, Graphics, Text } from "pixi.js";
+import { Container, Graphics, Text, type TextStyleOptions } from "pixi.js";
 import type { MissionZone } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import type { MatTheme } from "./colours";
 
-const NAME_PX = 14;
+// Legible on each floor, by day and by night.
+const NAME_STYLE: Partial<TextStyleOptions> = {
+  fontSize: 14,
+  fontWeight: "bold",
+  fill: 0xffffff,
+  stroke: { color: 0x14213d, width: 4, join: "round" },
+  align: "center",
+  wordWrap: true,
+  wordWrapWidth: 110,
+};
 
 export class ZoneLayer {
   readonly view = new Container();
@@ -42,7 +51,7 @@ export class ZoneLayer {
         g.closePath();
       }
       g.fill({ color: this.theme.accent, alpha: 0.18 }).stroke({ width: 2 / scale, color: this.theme.accent, alpha: 0.9 });
-      const name = this.names.addChild(new Text({ text: inLanguage(title), style: { fontSize: NAME_PX, fill: this.theme.accent } }));
+      const name = this.names.addChild(new Text({ text: inLanguage(title), style: NAME_STYLE }));
       // The world's y axis goes up.
       name.scale.set(1 / scale, -1 / scale);
       name.anchor.set(0.5);

@@ -35,9 +35,6 @@ export const useMission = create<Playing>(() => NOTHING);
 /** The blocks with which missions that come with Motorcade were left for another one, by id, until the page is closed. */
 const attempts = new Map<string, Blocks>();
 
-/** The level that the user had chosen before the mission chose one. */
-let levelBefore: Level | null = null;
-
 /** The mission as the server knows it: an id, or the document of the user's own. */
 export function choiceOf(mission: Mission): MissionChoice {
   return mission.id === "own" ? { document: mission.document } : { id: mission.id };
@@ -69,9 +66,12 @@ export async function playMission(choice: MissionChoice, blocks: Blocks | null =
     else if (!(await replaceBy(project, { kept }))) return;
     opened = true;
     attempts.delete(mission.id);
-    levelBefore ??= useSettings.getState().level;
-    // The task stands above the blocks: a drawer below would leave them no room.
-    useSettings.setState(({ drawer }) => ({ level: mission.level as Level, drawer: { ...drawer, open: false } }));
+    useSettings.setState(({ drawer, level, levelBefore }) => ({
+      level: mission.level as Level,
+      levelBefore: levelBefore ?? level,
+      // The task stands above the blocks: a drawer below would leave them no room.
+      drawer: { ...drawer, open: false },
+    }));
     useMission.setState({ ...NOTHING, mission });
     useStudio.setState({ mission: choiceOf(mission) });
     if (!before) return;
@@ -84,12 +84,22 @@ export async function playMission(choice: MissionChoice, blocks: Blocks | null =
 /** Go on with the mission that was played when the page was left; without it where there is none any more. */
 export async function resumeMission(): Promise<void> {
   const choice = useStudio.getState().mission;
-  if (!choice) return;
+  if (!choice) {
+    restoreLevel();
+    return;
+  }
   await attempt(async () => {
     const mission = await api.mission(choice);
     if (useStudio.getState().mission === choice) useMission.setState({ ...NOTHING, mission });
   });
-  if (!useMission.getState().mission) leaveMission();
+  if (!useMission.getState().mission) {
+    leaveMission();
+    restoreLevel();
+  }
+}
+
+function restoreLevel(): void {
+  useSettings.setState(({ level, levelBefore }) => ({ level: levelBefore ?? level, levelBefore: null }));
 }
 
 /** Go on with the blocks as a project of one's own. */
@@ -116,8 +126,7 @@ export function watchMissions(): void {
     if (!mission) return;
     if (!now.mission) {
       useMission.setState(NOTHING);
-      if (levelBefore) useSettings.setState({ level: levelBefore });
-      levelBefore = null;
+      restoreLevel();
     } else if (now.mat !== before.mat && !drivesLike(now.mat, mission.mat)) {
       // Stars are earned on the mission's own mat.
       useStudio.setState({ mat: mission.mat });

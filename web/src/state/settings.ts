@@ -14,6 +14,8 @@ export type DrawerTab = "swarm" | "things" | "timeline" | "words" | "python" | "
 interface Settings {
   theme: ThemeName;
   level: Level;
+  /** The level that the user had chosen before a mission chose one; null without a mission. */
+  levelBefore: Level | null;
   /** What is looked up below blocks and stage, and whether it shows. */
   drawer: { tab: DrawerTab; open: boolean };
   /** Whether the tour was ended or skipped. */
@@ -46,6 +48,7 @@ export const useSettings = create<Settings>(() => ({
   userName: null,
   uploaded: false,
   level: "start",
+  levelBefore: null,
   drawer: { tab: "swarm", open: false },
   shares: { blocks: 0.43, editors: 0.5, drawer: 0.38 },
 }));
