@@ -1,12 +1,14 @@
 """Files that are replaced whole or not at all, and stay replaced."""
 
+import errno
 import os
 import stat
 import sys
 
 import pytest
 
-from motorcade.config.files import replace_file
+from motorcade.config.files import disk_reason, replace_file
+from motorcade.errors import MotorcadeError
 
 
 def test_a_file_is_replaced_whole_and_nothing_else_is_left(tmp_path):
@@ -45,3 +47,17 @@ def test_the_data_is_on_the_disk_before_its_name_and_the_name_before_it_is_done(
     monkeypatch.setattr(os, "fsync", watch)
     replace_file(path, b"new")
     assert synced == [("file", False), ("folder", True)]
+
+
+@pytest.mark.parametrize(
+    ("number", "words"),
+    [
+        (errno.ENOSPC, "磁盘满了"),
+        (errno.EROFS, "磁盘只能读"),
+        (errno.EACCES, "没有权限"),
+        (errno.EIO, os.strerror(errno.EIO)),
+    ],
+)
+def test_what_a_disk_refuses_is_told_in_the_readers_language(number, words):
+    refused = MotorcadeError("cant-save", reason=disk_reason(OSError(number, os.strerror(number))))
+    assert words in refused.sentence("zh")

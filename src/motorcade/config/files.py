@@ -1,5 +1,6 @@
 """Read the text of files that people write, and replace files whole."""
 
+import errno
 import json
 import os
 import re
@@ -190,6 +191,22 @@ def replace_file(path: Path, data: bytes) -> None:
         Path(name).unlink(missing_ok=True)
         raise
     _keep_names(path.parent)
+
+
+# What a disk's refusal is in words; by name, since systems number them differently and lack some.
+_DISK_REASONS = {
+    "ENOSPC": "disk-full",
+    "EDQUOT": "disk-full",
+    "EROFS": "disk-read-only",
+    "EACCES": "disk-not-permitted",
+    "EPERM": "disk-not-permitted",
+}
+
+
+def disk_reason(problem: OSError) -> Phrase | str:
+    """Return why the disk refused, in words of each language where they are known."""
+    known = _DISK_REASONS.get(errno.errorcode.get(problem.errno or 0, ""))
+    return Phrase(known) if known else problem.strerror or type(problem).__name__
 
 
 def _keep_names(folder: Path) -> None:

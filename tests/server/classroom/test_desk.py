@@ -131,7 +131,7 @@ def test_the_desk_is_told_of_a_full_disk_until_there_is_room(room, now, monkeypa
             assert mia.ask("class/draft/write", name="x", project=PROJECT) == "cant-save"
             assert mia.ask("projects/write", name="Robot", project=PROJECT) == "cant-save"
             mia.ask("class/hand", raised=True)
-            assert "No space left" in desk.until("class", lambda view: view["disk"])["disk"]["zh"]
+            assert "磁盘满了" in desk.until("class", lambda view: view["disk"])["disk"]["zh"]
             assert room.teacher.ask("desk/rename", pupil=mia.id, name="Mila") == "cant-save"
         assert mia.ask("class/draft/read")["project"]["leader"] == {"is": "kept"}
         assert mia.save("Robot") == 1

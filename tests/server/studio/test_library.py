@@ -159,7 +159,7 @@ def test_a_failed_save_leaves_the_older_versions(library, monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(library_module, "replace_file", full)
-    with pytest.raises(MotorcadeError, match="No space left on device") as refused:
+    with pytest.raises(MotorcadeError, match="the disk is full") as refused:
         save(library, "a", "two")
     assert refused.value.code == "cant-save"
     assert read(library, "a") == b"one"

@@ -12,7 +12,7 @@ from threading import Lock
 
 from motorcade.classroom.names import RandomBelow
 from motorcade.classroom.record import ClassRecord, from_bytes, new_record, to_bytes
-from motorcade.config.files import locked, replace_file
+from motorcade.config.files import disk_reason, locked, replace_file
 from motorcade.errors import MotorcadeError
 from motorcade.server.studio.library import FolderStorage
 from motorcade.service.library import LONGEST_NAME, Limits, mission_shelf
@@ -43,7 +43,7 @@ class ClassFolder(FolderStorage):
         try:
             yield
         except OSError as problem:
-            error = MotorcadeError("cant-save", reason=problem.strerror or type(problem).__name__)
+            error = MotorcadeError("cant-save", reason=disk_reason(problem))
             self._note(error)
             raise error from None
         except MotorcadeError as problem:
@@ -78,7 +78,7 @@ class ClassFolder(FolderStorage):
             with locked(self._folder / _LOCK, MotorcadeError("class-is-running", folder=self._folder)):
                 yield
         except OSError as problem:
-            raise MotorcadeError("folder-not-writable", folder=self._folder, reason=problem.strerror) from None
+            raise MotorcadeError("folder-not-writable", folder=self._folder, reason=disk_reason(problem)) from None
 
     def load(self, random_below: RandomBelow) -> ClassRecord:
         """The class in the folder, or a new one. Raises MotorcadeError where its file is damaged."""
@@ -87,7 +87,7 @@ class ClassFolder(FolderStorage):
         except FileNotFoundError:
             return new_record(random_below)
         except OSError as problem:
-            raise MotorcadeError("cant-read", reason=problem.strerror) from None
+            raise MotorcadeError("cant-read", reason=disk_reason(problem)) from None
 
     def store(self, data: bytes) -> None:
         """Replace ``class.json``. Raises MotorcadeError where it can't be written; the old one is kept then."""
@@ -114,7 +114,7 @@ class ClassFolder(FolderStorage):
         except FileNotFoundError:
             return None
         except OSError as problem:
-            raise MotorcadeError("cant-read", reason=problem.strerror) from None
+            raise MotorcadeError("cant-read", reason=disk_reason(problem)) from None
         return data, saved_at
 
     def draft_at(self, owner: str) -> str | None:
@@ -153,7 +153,7 @@ class ClassFolder(FolderStorage):
             except FileNotFoundError:
                 pass
             except OSError as problem:
-                raise MotorcadeError("cant-delete", reason=problem.strerror) from None
+                raise MotorcadeError("cant-delete", reason=disk_reason(problem)) from None
             self._used_bytes.pop(each, None)
 
     def virtual_car(self, owner: str) -> Path:

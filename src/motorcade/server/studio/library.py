@@ -14,7 +14,7 @@ from pathlib import Path
 from stat import S_ISREG
 from threading import Lock
 
-from motorcade.config.files import replace_file
+from motorcade.config.files import disk_reason, replace_file
 from motorcade.errors import MotorcadeError
 from motorcade.service.library import (
     DEFAULT_LIMITS,
@@ -170,7 +170,7 @@ class FolderStorage(Storage):
 
 
 def _disk_error(code: str, problem: OSError) -> MotorcadeError:
-    return MotorcadeError(code, reason=problem.strerror or type(problem).__name__)
+    return MotorcadeError(code, reason=disk_reason(problem))
 
 
 def folder_of(name: str) -> str:
