@@ -1,12 +1,14 @@
 """Missions for the page: the list with an owner's stars, one with its mat and goals, and the check of a program."""
 
 import json
-from collections.abc import Mapping
+import time
+from collections.abc import Iterator, Mapping
 
 from msgspec import Struct
 
+from motorcade.errors import MotorcadeError
 from motorcade.missions import document as documents
-from motorcade.missions.check import STEPS, GoalResult, Play, check_program
+from motorcade.missions.check import STEPS, GoalResult, Play, Sight, check_program, simulate
 from motorcade.missions.document import built_in_mission, mission_of, parse_mission
 from motorcade.missions.watch import goal_phrase
 from motorcade.program.blocks import blocks_of, program_of
@@ -201,6 +203,19 @@ def check_attempt(attempt: MissionAttempt, play: Play | None) -> MissionResult:
         goals=[_checked(goal) for goal in result.goals if goal.kind != STEPS],
         steps=None if steps is None or steps.met else sentences(steps.why),
     )
+
+
+def playing_at_most(most_s: float) -> Play:
+    """Return what simulates missions, and raises MotorcadeError after ``most_s`` seconds of computing."""
+
+    def play(mission: documents.Mission, image: bytes) -> Iterator[Sight]:
+        began_s = time.thread_time()
+        for sight in simulate(mission, image):
+            if time.thread_time() - began_s > most_s:
+                raise MotorcadeError("check-too-long", seconds=most_s)
+            yield sight
+
+    return play
 
 
 def _checked(goal: GoalResult) -> CheckedGoal:

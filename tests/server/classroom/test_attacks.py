@@ -5,17 +5,20 @@ import threading
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 
+import msgspec
 import pytest
 from starlette.testclient import WebSocketDenialResponse
 from starlette.websockets import WebSocketDisconnect
 
 from motorcade.classroom.desk_messages import DESK_REQUESTS
 from motorcade.classroom.messages import PUPIL_REQUESTS
+from motorcade.server.classroom import visitors
 from motorcade.server.classroom.app import make_class_app
 from motorcade.server.classroom.folder import ClassFolder
 from motorcade.server.classroom.running_class import ClassServerSettings
 from motorcade.server.classroom.visitors import ClassVisitors
 from motorcade.server.studio import app
+from motorcade.service.documents import example
 from motorcade.service.requests import respond
 from support.class_page import FIRST_KEY, PASSWORD, class_room
 from support.waiting import DEADLINE_S
@@ -307,3 +310,13 @@ def test_what_a_pupil_imports_stays_in_the_own_shelf(room, tmp_path):
 def test_the_certificates_secret_is_not_served(shared, tmp_path):
     for path in ("/https/authority.pem", "/authority.pem", "/../class.json", "/class.json", "/%2e%2e/class.json"):
         assert shared.eve.client.get(path).status_code in (403, 404)
+
+
+def test_a_mission_that_takes_too_long_to_check_is_given_up_and_the_next_one_is_checked(room, monkeypatch):
+    eve, mia = room.join("Eve"), room.join("Mia")
+    blocks = msgspec.to_builtins(example("parade"))
+    attempt = {"leader": blocks["leader"], "followers": blocks["followers"], "mission": {"id": "forward-and-stop"}}
+    with monkeypatch.context() as short:
+        short.setattr(visitors, "MOST_CHECK_S", 0)
+        assert eve.ask("missions/check", attempt) == "check-too-long"
+    assert isinstance(mia.ask("missions/check", attempt), dict)

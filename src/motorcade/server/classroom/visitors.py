@@ -18,12 +18,15 @@ from motorcade.server.studio.app import capabilities
 from motorcade.server.studio.uploads import VIRTUAL, VirtualCar, listed_ports
 from motorcade.server.studio.visitors import Visitors
 from motorcade.service.messages import Port
+from motorcade.service.missions import playing_at_most
 from motorcade.service.requests import Context
 from motorcade.service.world_messages import Goals, Play, SetWorld, Step, WorldAnswer, WorldMessage
 from motorcade.timing import RateLimit, to_ticks
 
 _OWN_MISSION = "own"
 _CHECK = "missions/check"
+# Others wait for their checks meanwhile; that of the dearest mission of the gallery takes a quarter of a second.
+MOST_CHECK_S = 5.0
 _RATE_WINDOW_MS = 2000
 # What a driver's page may ask of a car that is another's turn.
 _ALWAYS = ("stop",)
@@ -48,7 +51,7 @@ class ClassVisitors(Visitors):
     def context(self, visitor: str) -> Context:
         role: Literal["teacher", "pupil"] = "teacher" if visitor == TEACHER else "pupil"
         able = capabilities(self._running.settings, role)
-        return Context(able, self.storage, lambda: self._ports(visitor), visitor)
+        return Context(able, self.storage, lambda: self._ports(visitor), visitor, playing_at_most(MOST_CHECK_S))
 
     def _ports(self, visitor: str) -> list[Port]:
         """The server's ports where it is the visitor's turn at the cable, and the simulated car."""
