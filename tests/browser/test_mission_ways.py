@@ -127,6 +127,7 @@ class Keys(Hands):
         if editor == "followers":
             self.reach(self.page.get_by_role("radio", name=studio.say("editors.leader"), exact=True))
             keyboard.press("ArrowRight")
+            keyboard.press("Enter")
         blocks = self.page.get_by_role("region", name=studio.say(f"editors.{editor}Blocks"), exact=True)
         self.reach(blocks.locator(".blocklyBlockCanvas [role=figure]").first)
         for count, step in enumerate(steps, start=1):
