@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import Callable, Coroutine, Iterable
 from contextlib import AbstractAsyncContextManager
 from functools import partial
+from time import thread_time
 from typing import Any, Literal
 
 from starlette.requests import HTTPConnection
@@ -51,7 +52,9 @@ class ClassVisitors(Visitors):
     def context(self, visitor: str) -> Context:
         role: Literal["teacher", "pupil"] = "teacher" if visitor == TEACHER else "pupil"
         able = capabilities(self._running.settings, role)
-        return Context(able, self.storage, lambda: self._ports(visitor), visitor, playing_at_most(MOST_CHECK_S))
+        return Context(
+            able, self.storage, lambda: self._ports(visitor), visitor, playing_at_most(MOST_CHECK_S, thread_time)
+        )
 
     def _ports(self, visitor: str) -> list[Port]:
         """The server's ports where it is the visitor's turn at the cable, and the simulated car."""
