@@ -99,8 +99,9 @@ def test_ones_own_missions_are_kept(ask):
         ("missions/write", {"name": "a/b", "document": built_in_mission(NAME).document}, "bad-project-name"),
         ("missions/write", {"name": "a", "document": {"format": "motorcade-mission/1"}}, "mission-not-valid"),
         ("mission", {"document": {"format": "motorcade-mission/1"}}, "mission-not-valid"),
-        ("missions/open", {"text": "name = 3"}, "mission-not-valid"),
-        ("missions/open", {"text": '{"name": 3}'}, "mission-not-valid"),
+        ("missions/open", {"text": "name = 3"}, "not-a-mission"),
+        ("missions/open", {"text": '{"format": "motorcade-program/1"}'}, "not-a-mission"),
+        ("missions/open", {"text": 'format = "motorcade-mission/1"'}, "mission-not-valid"),
         ("missions/check", {"mission": {"id": NAME}, "leader": {"blocks": 3}}, "program-errors"),
     ],
 )

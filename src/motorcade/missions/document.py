@@ -22,6 +22,8 @@ from motorcade.program.model import Program, program_from_dict, read_program
 
 # How many seconds of one car all seeds may take together; a computer simulates some 15,000 in a second.
 MOST_CAR_SECONDS = 60_000
+# The id of a mission that is no file of the command line's, and has no other id.
+OWN = "own"
 _KINDS: dict[str, Kind] = {".toml": "TOML", ".json": "JSON"}
 # Reads a project file that a mission names; raises MotorcadeError or OSError.
 Reader = Callable[[str], bytes]
@@ -144,6 +146,10 @@ def read_mission(path: Path) -> Mission:
     return parse_mission(text, path.name.partition(".")[0], kind, lambda name: (path.parent / name).read_bytes())
 
 
+def _called(name: str) -> Phrase:
+    return Phrase("this-mission") if name == OWN else Phrase("mission-named", name=name)
+
+
 def parse_mission(text: str, name: str, kind: Kind, reader: Reader | None = None) -> Mission:
     """Read the mission in ``text``. Errors call it ``name``, which is also its id.
 
@@ -152,7 +158,7 @@ def parse_mission(text: str, name: str, kind: Kind, reader: Reader | None = None
 
     Raises MotorcadeError mission-not-valid.
     """
-    file = Phrase("mission-named", name=name)
+    file = _called(name)
     try:
         return mission_of(parse(text, kind, file), name, text if kind == "TOML" else None, reader)
     except MotorcadeError as problem:
@@ -177,7 +183,7 @@ class _Reading:
 
     def __init__(self, name: str, text: str | None, reader: Reader | None) -> None:
         self._name, self._text, self._reader = name, text, reader
-        self._file = Phrase("mission-named", name=name)
+        self._file = _called(name)
 
     def mission(self, document: Any) -> Mission:
         checked = load(document, mission_schema(), self._file, self._text)

@@ -82,7 +82,7 @@ def open_file(text: str) -> Project:
     except ProgramError as problem:
         if problem.diagnostics[0].code != "not-json":
             raise
-        if "motorcade-program/" in text:
+        if "motorcade-program" in text:
             raise MotorcadeError("project-not-whole", reason=problem) from None
         raise MotorcadeError("not-a-project") from None
     file_format = document.get("format") if isinstance(document, dict) else None

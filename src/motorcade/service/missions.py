@@ -8,7 +8,7 @@ from msgspec import Struct
 from motorcade.errors import MotorcadeError
 from motorcade.missions import document as documents
 from motorcade.missions.check import STEPS, GoalResult, Play, Sight, check_program, simulate
-from motorcade.missions.document import built_in_mission, mission_of, parse_mission
+from motorcade.missions.document import OWN, built_in_mission, mission_of, parse_mission
 from motorcade.missions.watch import goal_phrase
 from motorcade.program.blocks import blocks_of, program_of
 from motorcade.program.model import Followers, Program
@@ -24,7 +24,6 @@ from motorcade.service.messages import (
 
 # The stars of an owner: of each mission's id those that were earned.
 Stars = Mapping[str, list[int]]
-_OWN = "own"
 
 
 class MissionZone(Struct):
@@ -128,7 +127,7 @@ class MissionResult(Struct):
 
 def chosen_mission(choice: MissionChoice) -> documents.Mission:
     """Return the mission of a choice. Raises MotorcadeError where there is none, or its document isn't valid."""
-    return mission_of(choice.document, _OWN) if choice.document is not None else built_in_mission(choice.id)
+    return mission_of(choice.document, OWN) if choice.document is not None else built_in_mission(choice.id)
 
 
 def list_missions(stars: Stars) -> list[MissionEntry]:
@@ -180,8 +179,10 @@ def open_mission(choice: MissionChoice, stars: Stars) -> Mission:
 
 def open_mission_text(file: Text) -> Mission:
     """Return the mission in a file's text, TOML or JSON. Raises MotorcadeError, which names the place of a fault."""
+    if "motorcade-mission" not in file.text:
+        raise MotorcadeError("not-a-mission")
     kind = "JSON" if file.text.lstrip("\ufeff \t\r\n").startswith("{") else "TOML"
-    parsed = parse_mission(file.text, _OWN, kind)  # type: ignore[arg-type]
+    parsed = parse_mission(file.text, OWN, kind)  # type: ignore[arg-type]
     return open_mission(MissionChoice(document=parsed.document), {})
 
 
