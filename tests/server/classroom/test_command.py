@@ -1,7 +1,10 @@
 """The command `motorcade class` in a process of its own, killed in the middle of a lesson."""
 
+import json
 import subprocess
 import threading
+from contextlib import ExitStack
+from random import Random
 
 import httpx2 as httpx
 import pytest
@@ -9,51 +12,83 @@ import pytest
 from motorcade.server.classroom.folder import ClassFolder
 from support.class_page import PASSWORD, PROJECT
 from support.class_process import COMMAND, started
+from support.soak import SOAK
+
+PUPILS, KILLS = (30, 10) if SOAK else (3, 1)
 
 
 def ask(client, path, **message):
     return client.post(f"/api/{path}", json=message)
 
 
-def test_a_class_that_is_killed_comes_back_with_all_that_was_answered(tmp_path):
-    with started(tmp_path) as (process, told):
-        base = told["addresses"][0]
-        with httpx.Client(base_url=base) as teacher, httpx.Client(base_url=base) as mia:
-            desk, _, key = told["desk"].partition("#")
-            assert desk == f"{base}desk"
-            assert ask(teacher, "desk/first-password", key=key, password=PASSWORD).json() == {}
-            joined = ask(mia, "class/join", code=told["code"], name="Mia", avatar="bus").json()
-            second = subprocess.run([*COMMAND, "--folder", str(tmp_path)], capture_output=True, text=True, timeout=60)
-            assert second.returncode == 2
-            assert str(tmp_path) in second.stderr
-            answered, dying = {}, threading.Event()
+class Editor:
+    """A pupil's page that saves a draft and projects as fast as it may, and notes what was answered."""
 
-            def save():
-                for number in range(10_000):
-                    name, project = f"Robot {number % 7}", PROJECT | {"python": f"# {number}"}
-                    try:
-                        answer = ask(mia, "projects/write", name=name, project=project)
-                    except httpx.HTTPError:
-                        return
-                    if answer.status_code == 200:
-                        answered[name] = number
-                    if number == 20:
-                        dying.set()
+    def __init__(self, base, code, name):
+        self.client = httpx.Client(base_url=base, timeout=60)
+        self.me = ask(self.client, "class/join", code=code, name=name, avatar="bus").json()
+        self.number, self.draft, self.projects = 0, -1, {}
 
-            saving = threading.Thread(target=save)
-            saving.start()
-            assert dying.wait(60)
+    def edit(self, answered):
+        """Until the server is gone; ``answered`` is released for each answer."""
+        while True:
+            self.number += 1
+            name, project = f"Robot {self.number % 3}", PROJECT | {"python": f"# {self.number}"}
+            try:
+                if ask(self.client, "class/draft/write", name=name, project=project).status_code == 200:
+                    self.draft = self.number
+                if ask(self.client, "projects/write", name=name, project=project).status_code == 200:
+                    self.projects[name] = self.number
+            except httpx.HTTPError:
+                return
+            answered.release()
+
+    def expect_all(self):
+        """What was answered is there, or what was sent after it."""
+        assert ask(self.client, "class/about").json()["me"] == self.me
+        found = {"draft": ask(self.client, "class/draft/read").json()["project"]}
+        found |= {name: ask(self.client, "projects/read", name=name).json() for name in self.projects}
+        for name, number in {"draft": self.draft, **self.projects}.items():
+            assert int(found[name]["python"].removeprefix("# ")) >= number, "what was answered is lost"
+
+
+def whole(file):
+    """Whether a file is whole; a version that was only reserved is empty."""
+    data = file.read_bytes()
+    return not data or json.loads(data) is not None
+
+
+def test_a_class_that_is_killed_at_any_moment_comes_back_with_all_that_was_answered(tmp_path):
+    with started(tmp_path) as (process, told), ExitStack() as stack:
+        base, chance = told["addresses"][0], Random(7)
+        teacher = stack.enter_context(httpx.Client(base_url=base))
+        desk, _, key = told["desk"].partition("#")
+        assert desk == f"{base}desk"
+        assert ask(teacher, "desk/first-password", key=key, password=PASSWORD).json() == {}
+        editors = [Editor(base, told["code"], f"pupil {number}") for number in range(PUPILS)]
+        for each in editors:
+            stack.callback(each.client.close)
+        second = subprocess.run([*COMMAND, "--folder", str(tmp_path)], capture_output=True, text=True, timeout=60)
+        assert second.returncode == 2
+        assert str(tmp_path) in second.stderr
+        for _ in range(KILLS):
+            answered = threading.Semaphore(0)
+            editing = [threading.Thread(target=each.edit, args=[answered]) for each in editors]
+            for thread in editing:
+                thread.start()
+            for _ in range(chance.randrange(2 * PUPILS, 5 * PUPILS)):
+                assert answered.acquire(timeout=60)
             process.kill()
-            saving.join()
-            with started(tmp_path, base.rpartition(":")[2].strip("/")) as (_, again):
-                assert again["code"] == told["code"]
-                assert "#" not in again["desk"], "there is a password"
-                assert ask(mia, "class/about").json()["me"] == joined
-                assert ask(teacher, "desk/about").json() == {"has_password": True, "signed_in": True}
-                for name, number in answered.items():
-                    text = ask(mia, "projects/read", name=name).json()["python"]
-                    assert int(text.removeprefix("# ")) >= number, "an answered version is lost"
-            assert len(answered) == 7
+            for thread in editing:
+                thread.join()
+            assert all(map(whole, tmp_path.rglob("*.json")))
+            process, again = stack.enter_context(started(tmp_path, base.rpartition(":")[2].strip("/")))
+            assert again["code"] == told["code"]
+            assert "#" not in again["desk"], "there is a password"
+            assert ask(teacher, "desk/about").json() == {"has_password": True, "signed_in": True}
+            for each in editors:
+                each.expect_all()
+        assert all(each.projects and each.draft > 0 for each in editors)
 
 
 @pytest.mark.parametrize("data", ["", "{", '{"format": "motorcade-class/2", "code": "x"}'])
