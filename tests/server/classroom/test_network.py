@@ -160,15 +160,50 @@ def test_the_name_is_announced_with_all_addresses(announcing):
     assert announcing.closed_last
 
 
-@pytest.mark.parametrize("kind", ["taken", "forbidden"])
+@pytest.mark.parametrize("kind", ["taken", "forbidden", "gone"])
 def test_a_name_that_cannot_be_announced_is_told_and_not_shown(announcing, monkeypatch, kind):
     from zeroconf import NonUniqueNameException
 
-    problem = NonUniqueNameException() if kind == "taken" else OSError(1, "not permitted")
-    monkeypatch.setattr(announcing, "problem", problem)
+    problems = {"taken": NonUniqueNameException(), "forbidden": OSError(1, "not permitted"), "gone": RuntimeError("x")}
+    monkeypatch.setattr(announcing, "problem", problems[kind])
     name, why = announce(Network(["192.168.1.5"], 7710, announces=True))
     assert name is None
-    assert why.code == {"taken": "local-name-taken", "forbidden": "local-name-not-announced"}[kind]
+    assert why.code == ("local-name-taken" if kind == "taken" else "local-name-not-announced")
+
+
+def test_a_tunnel_that_takes_no_multicast_does_not_silence_the_other_addresses(announcing, monkeypatch):
+    class WithoutTunnel(announcing):
+        async def async_register_service(self, info):
+            if "10.8.0.2" in self.interfaces:
+                raise OSError(19, "No such device")
+            await super().async_register_service(info)
+
+    monkeypatch.setattr("zeroconf.asyncio.AsyncZeroconf", WithoutTunnel)
+    found = announce(Network(["192.168.1.5", "10.8.0.2"], 7710, announces=True))
+    assert found == ("http://motorcade.local:7710/", None)
+    assert announcing.info.parsed_addresses() == ["192.168.1.5"]
+
+
+def test_a_tablet_finds_the_name_and_a_second_class_in_the_network_says_that_it_is_taken():
+    """With real datagrams, on this computer's own interface."""
+    from zeroconf import AddressResolver
+    from zeroconf.asyncio import AsyncZeroconf
+
+    hosts = ["127.0.0.1"]
+    first, second = Network(hosts, 7710, announces=True), Network(hosts, 7711, announces=True)
+
+    async def run():
+        async with first.announced():
+            if first.local_name is None:
+                pytest.skip(f"no multicast here: {first.why_no_name}")
+            tablet = AsyncZeroconf(interfaces=hosts)
+            asked = AddressResolver("motorcade.local.")
+            found = await asked.async_request(tablet.zeroconf, 10_000)
+            await tablet.async_close()
+            async with second.announced():
+                return found, asked.parsed_addresses(), second.local_name, second.why_no_name.code
+
+    assert asyncio.run(run()) == (True, hosts, None, "local-name-taken")
 
 
 def test_a_class_of_this_computer_alone_is_not_announced():

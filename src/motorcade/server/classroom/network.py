@@ -62,7 +62,7 @@ class Network:
         announcement = Announcement()
         try:
             if self._announces:
-                await announcement.begin(self._hosts, self._port)
+                await self._announce(announcement)
                 self.local_name = url_of(LOCAL_NAME, self._port, scheme=self._scheme)
         except MotorcadeError as problem:
             self.why_no_name = problem
@@ -70,6 +70,15 @@ class Network:
             yield
         finally:
             await announcement.end()
+
+    async def _announce(self, announcement: "Announcement") -> None:
+        """Announce all addresses, or where an interface can't do it, such as a tunnel, the likeliest one."""
+        try:
+            await announcement.begin(self._hosts, self._port)
+        except MotorcadeError as problem:
+            if problem.code != "local-name-not-announced" or len(self._hosts) == 1:
+                raise
+            await announcement.begin(self._hosts[:1], self._port)
 
 
 def interfaces() -> list[tuple[str, str]]:
@@ -182,9 +191,10 @@ class Announcement:
         except NonUniqueNameException:
             await self.end()
             raise MotorcadeError("local-name-taken", name=LOCAL_NAME) from None
-        except OSError as problem:
+        except (OSError, RuntimeError) as problem:
+            # RuntimeError: an interface is gone.
             await self.end()
-            reason = problem.strerror or type(problem).__name__
+            reason = getattr(problem, "strerror", None) or type(problem).__name__
             raise MotorcadeError("local-name-not-announced", name=LOCAL_NAME, reason=reason) from None
 
     async def end(self) -> None:
