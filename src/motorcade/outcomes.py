@@ -110,7 +110,10 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
     (
         PROGRAM_ERROR,
         403,
-        ("wrong-class-code", "wrong-number", "wrong-password", "class-closed", "cable-of-another", "not-your-turn"),
+        (
+            *("wrong-class-code", "wrong-number", "wrong-password", "wrong-first-key"),
+            *("class-closed", "cable-of-another", "not-your-turn"),
+        ),
     ),
     (PROGRAM_ERROR, 404, ("no-such-pupil",)),
     (

@@ -162,10 +162,10 @@ class Classroom:
         """Raise MotorcadeError where ``who`` has tried too often."""
         self._passwords.check(who, now_s)
 
-    def refuse_password(self, who: str, now_s: float) -> MotorcadeError:
-        """Count a wrong password; return the error."""
+    def refuse_password(self, who: str, now_s: float, code: str = "wrong-password") -> MotorcadeError:
+        """Count a wrong password, or a wrong first key; return the error with that code."""
         self._passwords.add(who, now_s)
-        return MotorcadeError("wrong-password")
+        return MotorcadeError(code)
 
     def set_password(self, stored: str) -> None:
         """Store a new password (`motorcade.classroom.passwords.to_stored`); all other browsers are signed out."""

@@ -286,7 +286,7 @@ def test_a_session_that_was_ended_is_not_let_in_again(room):
 
 
 def test_a_key_that_was_used_sets_no_second_password(room):
-    assert room.browser().ask("desk/first-password", key=FIRST_KEY, password="stolen password") == "wrong-password"
+    assert room.browser().ask("desk/first-password", key=FIRST_KEY, password="stolen password") == "wrong-first-key"
 
 
 def test_what_a_pupil_imports_stays_in_the_own_shelf(room, tmp_path):

@@ -95,11 +95,11 @@ def test_a_taken_name_markup_and_a_full_name_are_refused(room):
 
 def test_only_the_printed_key_sets_the_password_and_only_once(tmp_path):
     with class_room(tmp_path) as room:
-        assert room.browser().ask("desk/first-password", key=FIRST_KEY, password="another one") == "wrong-password"
+        assert room.browser().ask("desk/first-password", key=FIRST_KEY, password="another one") == "wrong-first-key"
         assert room.browser().ask("desk/about") == {"has_password": True, "signed_in": False}
         assert room.teacher.ask("desk/about") == {"has_password": True, "signed_in": True}
     with class_room(tmp_path, first_key=None) as room:
-        assert room.teacher.ask("desk/first-password", key="", password="another one") == "wrong-password"
+        assert room.teacher.ask("desk/first-password", key="", password="another one") == "wrong-first-key"
         assert room.teacher.ask("desk/sign-in", password="wrong") == "wrong-password"
         assert room.teacher.ask("desk/sign-in", password=PASSWORD) == {}
         assert room.teacher.ask("desk/settings") == {}

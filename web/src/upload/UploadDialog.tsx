@@ -9,6 +9,7 @@ import { useStudio } from "../state/studio";
 import { inLanguage } from "../i18n";
 import { attempt } from "../projects/actions";
 import { markUnsaved, replaceBy } from "../projects/project";
+import { usePupil } from "../pupil/store";
 import { CutOffError, hasWebSerial, PortBusyError, requestPort, transfer, transferBySerial } from "./transfer";
 import type { Order, Outcome, Progress } from "./transfer";
 import { Icon } from "../ui/icons";
@@ -25,7 +26,9 @@ const BAUD = 115_200;
 function usePorts(hasSerial: boolean) {
   const [ports, setPorts] = useState<Port[]>([]);
   const look = useCallback(() => attempt(async () => setPorts(await api.ports())), []);
-  useEffect(() => void look(), [look]);
+  // In a class the computer's ports are there for whose turn it is at the cable.
+  const hasCable = usePupil(({ view }) => view?.cable === 0);
+  useEffect(() => void look(), [look, hasCable]);
   return { ports: ports.filter(({ kind }) => hasSerial || kind !== "serial"), look };
 }
 

@@ -60,7 +60,7 @@ class DeskRequests:
         self._room.check_password_attempts(who, now_s)
         key = self._running.first_key
         if key is None or not secrets.compare_digest(message.key.encode(), key.encode()):
-            raise self._room.refuse_password(who, now_s)
+            raise self._room.refuse_password(who, now_s, "wrong-first-key")
         check_password(message.password)
         salt = os.urandom(_SALT_BYTES)
         self._room.set_password(await to_thread.run_sync(to_stored, message.password, salt))
