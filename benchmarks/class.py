@@ -3,6 +3,10 @@
 The server is a process of its own; pupils are simulated, each at an address of its own of this computer (127.0.1.2 and
 so on, which Linux has), and confirm every picture at once. They share the machine with the server. 'Edit to words' is
 the time of a request `compile` as a page meets it, while all that runs.
+
+``--browsers 3`` makes the last three pupils real pages in a headless Chromium, which draws without a graphics processor
+and shares the machine too: there a picture is a moment of the world that the page has drawn, and 'edit to words' is
+the time from a changed block to the words in the page.
 """
 
 import argparse
@@ -13,7 +17,9 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import AsyncExitStack, nullcontext
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import httpx2 as httpx
@@ -126,7 +132,7 @@ def person(number: int, base: str) -> Pupil:
     return pupil
 
 
-async def measure(pupils_count: int, seconds: float) -> dict:
+async def measure(pupils_count: int, seconds: float, browsers: int, open_pages) -> dict:
     blocks = msgspec.to_builtins(example("parade"))
     blocks = {name: blocks[name] for name in ("leader", "followers", "profile")}
     with tempfile.TemporaryDirectory() as folder:
@@ -135,7 +141,7 @@ async def measure(pupils_count: int, seconds: float) -> dict:
             base = told["addresses"][0]
             teacher = person(0, base)
             await teacher.ask("desk/first-password", key=told["desk"].partition("#")[2], password=PASSWORD)
-            pupils = [person(number, base) for number in range(1, pupils_count + 1)]
+            pupils = [person(number, base) for number in range(1, pupils_count - browsers + 1)]
             for pupil in pupils:
                 await pupil.join(told["code"])
             seen: list[int] = []
@@ -147,8 +153,15 @@ async def measure(pupils_count: int, seconds: float) -> dict:
                 for failed in (task for task in tasks if task.done()):
                     failed.result()
             await asyncio.sleep(WARM_S)
+            stack = AsyncExitStack()
+            pages = await stack.enter_async_context(open_pages(base, told["code"]))
+            tasks += [asyncio.create_task(page.edit(EDIT_EVERY_S)) for page in pages]
+            if pages:
+                await asyncio.sleep(WARM_S)
             for pupil in pupils:
                 pupil.reset()
+            for page in pages:
+                await page.reset()
             seen.clear()
             process = psutil.Process(server.pid)
             began_s, cpu = time.perf_counter(), process.cpu_times()
@@ -170,9 +183,20 @@ async def measure(pupils_count: int, seconds: float) -> dict:
                 / sum(pupil.pictures for pupil in pupils),
                 "server, cores": (used.user + used.system - cpu.user - cpu.system) / took_s,
             }
+            for failed in (task for task in tasks if task.done()):
+                failed.result()
+            if pages:
+                times = sorted([each for page in pages for each in await page.edits_ms()])
+                found |= {
+                    "browsers, pictures a second, the slowest": min(page.pictures for page in pages) / took_s,
+                    "browsers, edit to words, p95, ms": times[int(0.95 * len(times))],
+                    "browsers, edit to words, median, ms": times[len(times) // 2],
+                    "browsers, edits": len(times),
+                }
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
+            await stack.aclose()
             server.kill()
             server.wait()
             began_s = time.perf_counter()
@@ -186,13 +210,24 @@ async def measure(pupils_count: int, seconds: float) -> dict:
             server.wait()
 
 
+def pages_of(browsers: int):
+    """A function that opens pages in browsers; without them, no browser is needed."""
+    if not browsers:
+        return lambda base, code: nullcontext([])
+    from class_pages import prepare, pupils_pages
+
+    return partial(pupils_pages, prepare(), browsers, CARS)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--pupils", type=int, nargs="*", default=[30, 100])
     parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--browsers", type=int, default=0, help="so many of the pupils are pages in a browser")
     options = parser.parse_args()
     table = Table("", *(str(count) for count in options.pupils))
-    found = [asyncio.run(measure(count, options.seconds)) for count in options.pupils]
+    open_pages = pages_of(options.browsers)
+    found = [asyncio.run(measure(count, options.seconds, options.browsers, open_pages)) for count in options.pupils]
     for name in found[0]:
         table.add_row(name, *(f"{each[name]:.4g}" for each in found))
     Console().print(table)

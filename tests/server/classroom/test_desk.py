@@ -206,10 +206,14 @@ def test_renaming_and_a_new_number(room):
     assert mia.ask("class/classmates") == [{"id": "02", "name": "Benjamin", "avatar": "bus"}]
 
 
-def test_a_removed_pupil_is_out_at_once_and_the_shelf_is_gone(room, tmp_path):
+def test_a_removed_pupil_is_out_at_once_and_shelf_and_own_missions_are_gone(room, tmp_path):
     mia, ben = room.join("Mia"), room.join("Ben")
-    mia.save("Robot")
-    ben.save("Robot")
+    for pupil in (mia, ben):
+        pupil.save("Robot")
+        document = pupil.ask("mission", id="forward-and-stop")["document"]
+        assert pupil.ask("missions/write", name="Mine", document=document)["version"] == 1
+    owners = tmp_path / OWNERS
+    assert len(list(owners.iterdir())) == 4
     with mia.open("class/stream") as page, mia.open(f"world?session={KEY}") as world:
         page.until("pupil")
         world.set()
@@ -217,7 +221,8 @@ def test_a_removed_pupil_is_out_at_once_and_the_shelf_is_gone(room, tmp_path):
         assert page.until("goodbye") == {"why": "removed"}
         assert world.until("error")["code"] == "class-session-needed"
     assert mia.ask("projects/list") == "class-session-needed"
-    assert [each.name.partition("-")[0] for each in (tmp_path / OWNERS).iterdir()] == [ben.id]
+    assert {each.name[:2] for each in owners.iterdir()} == {ben.id}
+    assert [each["name"] for each in ben.ask("missions/own")] == ["Mine"]
     assert room.teacher.ask("desk/remove", pupil=mia.id) == "no-such-pupil"
 
 
