@@ -114,6 +114,12 @@ def test_a_zone_missed_says_which_car_and_by_how_much():
     assert state.why.sentence() == "car 1 is 0.25 m away from home; 1 of 2 cars are in it"
 
 
+@pytest.mark.parametrize(("x", "why"), [(1.75, "the car is 0.25 m away from home"), (3, "done")])
+def test_a_car_alone_is_not_counted(x, why):
+    state = watched([{**ZONE, "who": [0], "zone": "home"}], [{"x": (x, 0, 0)}])[0]
+    assert state.why.sentence() == why
+
+
 @pytest.mark.parametrize(
     ("bounds", "expected"),
     [

@@ -7,7 +7,7 @@ come to the same result.
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from motorcade.car.brain import NO_LED
 from motorcade.engine.state import Moment
@@ -61,6 +61,18 @@ class Watch(ABC):
 def car_phrase(car: int) -> Phrase:
     """Name a car."""
     return Phrase("car-number", number=car)
+
+
+def lost_phrase(key: str, car: int, done: int, count: int, **details: Any) -> Phrase:
+    """Say what one car did; of several cars also how many did what is asked."""
+    if count == 1:
+        return Phrase(key, car=Phrase("the-car"), tally=Phrase("nothing-more"), **details)
+    return Phrase(key, car=car_phrase(car), tally=Phrase(f"{key}-tally", done=done, count=count), **details)
+
+
+def done_phrase(done: int, count: int) -> Phrase:
+    """Say how many cars did what is asked."""
+    return Phrase("goal-done") if done == count == 1 else Phrase("goal-done-by", done=done, count=count)
 
 
 def needed_of(share: float, count: int) -> int:
@@ -140,7 +152,7 @@ class CarsWatch(Watch):
         else:
             progress, t_ms = ("lost", self._now_ms) if is_over else ("open", None)
         if enough:
-            why = Phrase("goal-done-by", done=done, count=count)
+            why = done_phrase(done, count)
         else:
             place = max((at for at in range(count) if self._off[at] > 0), key=lambda at: (self._off[at], -at))
             why = self._lost(self._cars[place], self._off[place], done, count)
@@ -172,9 +184,7 @@ def zone_watch(goal: Goal, mission: Mission) -> Watch:
     at = goal.values["at"]
 
     def lost(car: int, off: float, done: int, count: int) -> Phrase:
-        return Phrase(
-            f"goal-in-zone-{at}-lost", car=car_phrase(car), metres=off, zone=zone.title, done=done, count=count
-        )
+        return lost_phrase(f"goal-in-zone-{at}-lost", car, done, count, metres=off, zone=zone.title)
 
     return CarsWatch(goal, lambda car, now: distance_to_zone_m(zone, now.x_m[car], now.y_m[car]), lost)
 
@@ -185,7 +195,7 @@ def outside_watch(goal: Goal, mission: Mission) -> Watch:
     at = goal.values["at"]
 
     def lost(car: int, off: float, done: int, count: int) -> Phrase:
-        return Phrase(f"goal-out-of-zone-{at}-lost", car=car_phrase(car), zone=zone.title, done=done, count=count)
+        return lost_phrase(f"goal-out-of-zone-{at}-lost", car, done, count, zone=zone.title)
 
     return CarsWatch(goal, lambda car, now: float(distance_to_zone_m(zone, now.x_m[car], now.y_m[car]) == 0), lost)
 
@@ -201,7 +211,7 @@ def heading_watch(goal: Goal, mission: Mission) -> Watch:
 
     def lost(car: int, off: float, done: int, count: int) -> Phrase:
         # One that never had a moment has no number.
-        return Phrase(f"goal-heading-{at}-lost", car=car_phrase(car), degrees=min(off, 180), done=done, count=count)
+        return lost_phrase(f"goal-heading-{at}-lost", car, done, count, degrees=min(off, 180))
 
     return CarsWatch(goal, off, lost)
 
@@ -213,7 +223,7 @@ def lit_watch(goal: Goal, mission: Mission) -> Watch:
     which = "off" if led == NO_LED else "on"
 
     def lost(car: int, off: float, done: int, count: int) -> Phrase:
-        return Phrase(f"goal-lit-{which}-{at}-lost", car=car_phrase(car), led=led, done=done, count=count)
+        return lost_phrase(f"goal-lit-{which}-{at}-lost", car, done, count, led=led)
 
     # Before the first tick no LED is on.
     return CarsWatch(goal, lambda car, now: float(now.led[car] != led), lost, from_ms=1 if at == "always" else 0)

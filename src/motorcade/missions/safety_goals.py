@@ -8,7 +8,7 @@ from motorcade.engine.state import Moment
 from motorcade.errors import Phrase
 from motorcade.mats.model import Mat
 from motorcade.missions.document import Goal, Mission
-from motorcade.missions.goals import Event, GoalState, Watch, car_phrase, needed_of
+from motorcade.missions.goals import Event, GoalState, Watch, car_phrase, done_phrase, lost_phrase, needed_of
 
 # Two bodies that stand nearer than this touch, for the sentence about a touch.
 _TOUCH_M = 0.01
@@ -102,10 +102,10 @@ class VoiceWatch(Watch):
         done = count - len(self._failed) if self._stops else 0
         if self._lost_ms is not None:
             car = min(self._failed)
-            why = Phrase(f"goal-voice-{self._failed[car]}", car=car_phrase(car), done=done, count=count)
+            why = lost_phrase(f"goal-voice-{self._failed[car]}", car, done, count)
             return GoalState("lost", self._lost_ms, done, self._needed, why)
         if not self._stops:
             t_ms = self._now_ms if is_over else None
             return GoalState("lost" if is_over else "open", t_ms, 0, self._needed, Phrase("goal-voice-open"))
-        why = Phrase("goal-done-by", done=done, count=count)
+        why = done_phrase(done, count)
         return GoalState("met" if is_over else "holds", self._now_ms if is_over else None, done, self._needed, why)
