@@ -22,6 +22,8 @@ _BEHIND_M = 0.5
 _AIR_M = 0.05
 _RING_M = 0.1
 _RINGS = 60
+# Places and headings are rounded to millimetres and degrees, so a car isn't put at the very edge of range and beam.
+_SPARE_M, _SPARE_DEG = 0.002, 0.5
 # Between the points of a line of sight that are tested; obstacles are kept farther away from each.
 _SIGHT_STEP_M = 0.02
 # The scale of the range's slider.
@@ -98,10 +100,10 @@ def _placed(order: CureOrder, mat: Mat) -> MatDocument | None:
     reach_m = (order.range_mm or profile.infrared.range_mm) / 1000
     away_m = -_BEHIND_M if is_new else _FRONT_M
     for point in _rings((at[0] + away_m * math.cos(heading), at[1] + away_m * math.sin(heading))):
-        if math.dist(at, point) >= reach_m or not _has_room(mat, others, point, radius_m):
+        if math.dist(at, point) > reach_m - _SPARE_M or not _has_room(mat, others, point, radius_m):
             continue
         # A new leader is turned towards the car; else the car is put where the other one's beam is.
-        if not is_new and _off_deg(at, heading, point) > mat.physics.beam_half_angle_deg:
+        if not is_new and _off_deg(at, heading, point) > mat.physics.beam_half_angle_deg - _SPARE_DEG:
             continue
         if not _is_in_sight(mat, at, point, [each for each in others if each != at], radius_m):
             continue
