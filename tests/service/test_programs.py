@@ -120,6 +120,41 @@ def test_a_text_with_a_mistake_makes_no_blocks_and_is_not_touched():
     assert (unknown["code"], unknown["place"]["line"]) == ("bad-profile", 1)
 
 
+@pytest.mark.parametrize(
+    ("program", "written"),
+    [
+        ("Program([forward(3, speed=9)])", "forward(3, speed=3)"),
+        ("Program([led(7, 1)])", "led(3, 1)"),
+        ("Program([repeat(0, forward(1))])", "repeat(1, forward(1))"),
+        ("Program([forward(-1)])", "forward(0)"),
+        ("Program([forward(1)], profile='clasroom')", 'profile="classroom"'),
+        ("Program([wait(1)], Followers([led(0, 1)], dwell_seconds=0))", "dwell_seconds=None)"),
+        ("Program([forward(1, sped=2)])", "forward(1, speed=2)"),
+    ],
+)
+def test_a_value_that_would_mend_a_text_is_written_in_its_place(program, written):
+    text = f"from motorcade import Followers, Program, forward, led, repeat, wait\nprogram = {program}"
+    found = bad_block(ask("python-to-blocks", {"leader": {}, "text": text}))
+    (mend,) = found["mends"]
+    assert (mend["field"], set(mend["sentence"])) == ("TEXT", set(languages()))
+    head, line = text.splitlines()
+    first, end = found["place"]["column"] - 1, found["place"]["end_column"] - 1
+    mended = f"{line[:first]}{mend['value']}{line[end:]}"
+    assert written in mended
+    assert ask("python-to-blocks", {"leader": {}, "text": f"{head}\n{mended}"})["diagnostics"] == []
+
+
+def test_a_leader_that_listens_to_infrared_is_mended_by_its_block():
+    sent = blocks([forward(1, id="f", accept_ir=True)])
+    infrared = sent["leader"]["blocks"]["blocks"][0]["next"]["block"]
+    infrared["id"] = "i"
+    found = bad_block(ask("compile", sent))
+    assert (found["code"], found["block"]) == ("leader-accepts-ir", "i")
+    (mend,) = found["mends"]
+    infrared["fields"][mend["field"]] = mend["value"]
+    assert ask("compile", sent)["diagnostics"] == []
+
+
 def test_too_many_states_still_have_a_costliest_block():
     answer = ask("compile", blocks([wait(3, id="a"), repeat(400, wait(1), id="b")]))
     assert (answer["states"], answer["image"], answer["words"]) == (401, None, [])

@@ -51,12 +51,14 @@ class Fault(NamedTuple):
         place: where it is; it ends with the key that is unknown or missing.
         value: what stands there, shortened; the keys of several-keys.
         allowed: what may stand there; the keys of unknown-key, no-key and several-keys.
+        nearest: the nearest number that may stand there, for a number that is too small or too large.
     """
 
     code: str
     place: Place
     value: Text = ""
     allowed: Text = ""
+    nearest: float | None = None
 
     def error(self, file: Text, text: str | None = None) -> MotorcadeError:
         """The error for this fault in a document that its sentence calls ``file``.
@@ -119,7 +121,7 @@ class _Checker:
         if "$ref" in schema:
             schema = self._definitions[schema["$ref"].rpartition("/")[2]]
         if not fits(value, schema):
-            self._fault("not-allowed", at, shown(value), allowed(schema))
+            self._fault("not-allowed", at, shown(value), allowed(schema), _nearest(value, schema))
         elif isinstance(value, dict):
             return self._table(value, schema, at)
         elif isinstance(value, _LISTS):
@@ -128,8 +130,8 @@ class _Checker:
             return int(value)
         return value
 
-    def _fault(self, code: str, at: _At, value: Text = "", allowed: Text = "") -> None:
-        self.faults.append(Fault(code, _place(at), value, allowed))
+    def _fault(self, code: str, at: _At, value: Text = "", allowed: Text = "", nearest: float | None = None) -> None:
+        self.faults.append(Fault(code, _place(at), value, allowed, nearest))
 
     def _table(self, table: dict[str, Any], schema: Schema, at: _At) -> dict[str, Any]:
         properties, others = schema.get("properties", {}), schema.get("additionalProperties", True)
@@ -175,6 +177,15 @@ class _Checker:
             self.check(value, first[index] if index < len(first) else rest, (at, index))
             for index, value in enumerate(values)
         ]
+
+
+def _nearest(value: Any, schema: Schema) -> float | None:
+    """The bound that a number is beyond; None where it is another thing that is wrong."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    least, most = schema.get("minimum"), schema.get("maximum")
+    bound: float | None = least if least is not None and value < least else most
+    return bound if bound is not None and fits(bound, schema) and (bound == least or value > bound) else None
 
 
 def fits(value: Any, schema: Schema) -> bool:

@@ -9,7 +9,7 @@ from functools import cache
 from itertools import groupby
 from typing import Any
 
-from motorcade.program.diagnostics import ProgramError, error
+from motorcade.program.diagnostics import Mend, ProgramError, error
 from motorcade.program.model import FORMAT, Followers, Program, program_from_dict
 from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, own_fields
 
@@ -98,7 +98,12 @@ class _Reader:
                 continue
             own = _own_flags(block, path)
             if self._leads and own != {"accept_ir": False}:
-                raise _refused("leader-accepts-ir", path, block)
+                problem = _refused("leader-accepts-ir", path, block)
+                # Where it also says whether words are passed on, one value isn't enough.
+                is_mendable = "forward" not in own
+                raise ProgramError(
+                    each.mended_by(*([Mend("accept_ir", "no")] if is_mendable else [])) for each in problem.diagnostics
+                )
             yield from self._row(_inside(block, path), flags | own, path, depth + 1, inside)
 
     def _step(self, block: Block, flags: Flags, path: str, depth: int, inside: bool) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from typing import Any, Literal
 from motorcade.config.check import Fault, Schema, check, choice, fits, flag, table
 from motorcade.config.files import DEEPEST, is_deeper, parse, place_text
 from motorcade.errors import MotorcadeError, Phrase
-from motorcade.program.diagnostics import Diagnostic, ProgramError, error
+from motorcade.program.diagnostics import Diagnostic, Mend, ProgramError, error
 from motorcade.program.steps import (
     COMMON,
     KINDS,
@@ -230,7 +230,11 @@ def _diagnostic(fault: Fault, document: Any) -> Diagnostic:
         return error("missing-field", path, step_id, name=Phrase("one-kind", kinds=fault.allowed))
     if fault.code == "several-keys":
         return error("several-kinds", path, step_id, kinds=fault.allowed, present=fault.value)
-    return error("out-of-range", path, step_id, value=fault.value, allowed=fault.allowed)
+    problem = error("out-of-range", path, step_id, value=fault.value, allowed=fault.allowed)
+    if fault.nearest is None or not isinstance(key, str):
+        return problem
+    # The compiler chooses a better sending time than the shortest that a file may name.
+    return problem.mended_by(Mend(key, None if key == "dwell_seconds" else fault.nearest))
 
 
 def _path(place: tuple[str | int, ...]) -> str:

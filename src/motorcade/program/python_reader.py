@@ -88,11 +88,17 @@ def read_python(data: bytes | str) -> PythonProgram:
     try:
         program = program_from_dict(document)
     except ProgramError as problem:
-        found = [each.at(span_of(reader.spans, each.path)) for each in problem.diagnostics]
+        found = [_in_text(each, reader.spans) for each in problem.diagnostics]
         raise ProgramError(found[:_MOST_ERRORS]) from None
     return PythonProgram(
         source, program, root, reader.imports, reader.imported_at, reader.spans, tuple(reader.warnings())
     )
+
+
+def _in_text(problem: Diagnostic, spans: dict[str, Span]) -> Diagnostic:
+    """Return a diagnostic with its place in a text; a value that would mend it replaces the one that stands there."""
+    mends = [Mend(TEXT, str(mend.value)) for mend in problem.mends if problem.path in spans]
+    return problem.at(span_of(spans, problem.path)).mended_by(*mends)
 
 
 def span_of(spans: dict[str, Span], path: str) -> Span | None:
@@ -185,7 +191,7 @@ class _Reader:
                 elif name == "followers":
                     document[name] = self._followers(value, node)
                 else:
-                    document[name] = self._value(value)
+                    document[name] = self._setting(value, node)
         except _TooManyErrorsError:
             pass
         root.parts.sort(key=lambda part: part.start)
@@ -203,12 +209,16 @@ class _Reader:
         for name, each, around in self._arguments(value, Followers):
             part = self._node(f"{node.path}.{name}", around)
             node.parts.append(part)
-            document[name] = self._row(each, part.path, part) if name == "steps" else self._value(each)
+            document[name] = self._row(each, part.path, part) if name == "steps" else self._setting(each, part)
         # None stands for the choice of the compiler, for which a document has no value.
         if document.get("dwell_seconds", 0) is None:
             del document["dwell_seconds"]
         node.parts.sort(key=lambda part: part.start)
         return document
+
+    def _setting(self, value: ast.expr, node: Node) -> Any:
+        self.spans[node.path] = self._source.span(value)
+        return self._value(value)
 
     def _row(self, value: ast.expr, path: str, node: Node) -> list[Any]:
         if not isinstance(value, ast.List | ast.Tuple):

@@ -29,6 +29,14 @@ _MOST_SHOWN = 3
 _MOST_ROUNDS = 12
 # Errors of the whole program: without the block that they name, it would be another one.
 _TOO_MANY = ("too-many-states", "too-many-words")
+# What a button says that sets a field; of others, the value alone.
+_MENDS = {
+    "accept_ir": "mend-accept_ir",
+    "dwell_seconds": "mend-dwell_seconds",
+    "seconds": "mend-seconds",
+    "text": "mend-text",
+    "times": "mend-times",
+}
 # The fields of steps, by whose names the sentences of a file's errors tell where they are.
 _FIELD_NAMES = {each.name for kind in (*SIMPLE_KINDS, RepeatStep) for each in own_fields(kind)}
 # The fields of the control word that a step of each kind fills.
@@ -180,7 +188,8 @@ def diagnostics_in_all_languages(diagnostics: Iterable[program_diagnostics.Diagn
 def _mend(mend: program_diagnostics.Mend) -> messages.Mend:
     name, value = field_value(mend.field, mend.value)
     shown = f"{value:g}" if isinstance(value, float) else str(value)
-    return messages.Mend(name, value, messages.sentences(Phrase(f"mend-{mend.field}", value=shown)))
+    key = _MENDS.get(mend.field, "mend-value")
+    return messages.Mend(name, value, messages.sentences(Phrase(key, value=shown)))
 
 
 def _words(compiled: CompiledProgram, program: Program) -> list[messages.Word]:
