@@ -45,7 +45,7 @@ def test_a_mission_is_played_by_keyboard_until_it_has_all_stars(open_own_page):
     for _ in range(2):
         expect(hint).to_have_count(0)
         run_to_the_end(studio, studio.say("missions.again"))
-    expect(goals.first).to_contain_text("小车 从没亮过 LED 2")
+    expect(goals.first).to_contain_text("小车 1 从没亮过 LED 2")
     hint.press("Enter")
     assert serious_barriers(page) == []
     # Bits 22 and 21 choose the lamp; the second word is the followers'.
