@@ -200,6 +200,20 @@ def test_programs_meet_on_the_shared_mat_and_goals_judge_them(room, now):
         assert desk.until("class")["mat"]["state"] == "closed"
 
 
+def test_a_hundred_cars_meet_on_the_shared_mat(room, now):
+    assert room.teacher.ask("desk/mat/open", followers=3, places=25) == {}
+    for number in range(25):
+        assert room.join(f"pupil {number}").ask("class/mat", image=image(forward(60, speed=3))) == {}
+    with room.teacher.open("desk/mat") as shown:
+        assert room.teacher.ask("desk/mat/start") == {}
+        assert shown.until("hello", lambda hello: hello["cars"])["cars"] == 100
+        driven = shown.until("picture")
+        while not driven.t_ms:
+            now[0] += 0.2
+            driven = shown.until("picture")
+        assert len(driven.moment.x_m) == 100
+
+
 def test_a_mission_on_the_shared_mat_has_as_many_places_as_leaders(room):
     mia, ben = room.join("Mia"), room.join("Ben")
     assert room.teacher.ask("desk/mat/open", mission={"id": "no-such"}) == "no-mission"
