@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 
 from motorcade.locales import catalogue
 from support.soak import SOAK
-from support.studio_programs import EXAMPLE, FORWARD, RIGHT
+from support.studio_programs import EXAMPLE, FORWARD
 
 TABLE = {"format": "motorcade-mat/1", "name": "Table", "size_m": [4, 3]}
 LED = {"led": {"which": 1, "seconds": 3}}
@@ -50,7 +50,7 @@ CASES = {
     "leader": (project((1, 1), (1.5, 1), leads=0), 1, "why-no-leader", "why-heard"),
     "forward": (project((1, 1), (1.8, 1), (2.6, 1)), 2, "why-not-passed-on", "why-heard"),
     "listen": (
-        project((1, 1), (1.5, 1), steps=({**FORWARD, "accept_ir": False}, RIGHT)),
+        project((1, 1), (1.5, 1), steps=({**FORWARD, "accept_ir": False},)),
         1,
         "why-does-not-listen",
         "why-heard",

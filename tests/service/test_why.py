@@ -26,6 +26,7 @@ from motorcade.service.world_messages import SetWorld
 SECONDS = 9
 DIAMETER_M = built_in_profile("classroom").body.diameter_mm / 1000
 LIGHTS = (led(1, 1), led(2, 2))
+HEARD = ("why-heard", "why-garbled", "why-behind-collision", "why-behind-sending")
 CONTEXT = Context(Capabilities(False, False, False, False, False, 100, "webassembly"), None, list)
 PLACES = st.tuples(st.integers(0, 60), st.integers(0, 60), st.integers(-170, 170)).map(
     lambda place: (place[0] / 20, place[1] / 20, place[2])
@@ -116,6 +117,7 @@ def is_reached(studio, car):
 @example([(0, 0, 0), (0.5, 0, 0), (1, 0, 0)], 7, False, 1, 0.0, 180)
 @example([(1, 1, 180), (1.5, 1, 0)], 9, False, 1, 0.0, 40)
 @example([(1, 1, 0), (1.5, 1, 0)], 9, False, 0, 0.0, 180)
+@example([(0.15, 0, 0), (0, 0.05, 0), (0, 0.2, 58)], 3, False, 1, 0.1, 180)
 @example([(0.25, 0, 1), (0, 0, 0)], 4, False, 1, 0.0, 40)
 def test_without_the_cause_the_car_hears(poses, decimetres, forward, leads, flips, beam_deg):
     physics = {"bit_error_rate": flips, "beam_half_angle_deg": beam_deg}
@@ -123,9 +125,7 @@ def test_without_the_cause_the_car_hears(poses, decimetres, forward, leads, flip
     before = played(given)
     for car in range(leads, len(poses)):
         found = cause(before, car)
-        assert bool(before.details(car).heard) == (
-            found.code in ("why-heard", "why-behind-collision", "why-behind-sending")
-        )
+        assert bool(before.details(car).heard) == (found.code in HEARD)
         if not found.cure:
             continue
         after = cured(given, car, found)
@@ -136,6 +136,7 @@ def test_without_the_cause_the_car_hears(poses, decimetres, forward, leads, flip
             assert cause(now, car).code != "why-no-leader"
         elif found.cure == "loss":
             assert now.details(car).heard
+            assert cause(now, car).code != "why-garbled"
         else:
             assert is_reached(now, car)
 

@@ -113,7 +113,7 @@ class StudioWorld(SimulatedWorld):
     def _facts(self, car: int, counted: dict[str, Any]) -> Facts:
         """What `why` needs to know of a car."""
         senders, listeners = self._pictures.nearest(car)
-        word, runs, holds = self._world.memory_of(car, (WORD, RUNNING, HOLDS))
+        word, holds = self._world.memory_of(car, (WORD, HOLDS))
         sent = self._sent_now()
         return Facts(
             leads=car in self.leads(),
@@ -127,9 +127,15 @@ class StudioWorld(SimulatedWorld):
             lost=counted["lost"],
             last_frame=counted["last_frame"],
             obstacle=self._obstacle_of(car),
-            ignores=bool(runs and not CONTROL.decode(word).accept_ir),
+            ignores=bool(holds and not CONTROL.decode(word).accept_ir),
+            is_garbled=bool(holds and self._can_garble and word not in self._followers_words),
             is_behind=bool(sent is not None and holds and sent != word),
         )
+
+    @property
+    def _can_garble(self) -> bool:
+        """Whether a word that the image doesn't have is one whose bits flipped."""
+        return len(self._world.images) == 1 and self._world.mat.physics.bit_error_rate > 0
 
     def _sent_now(self) -> int | None:
         """The word for followers that the only leader sends now; None where there is none, or several lead."""

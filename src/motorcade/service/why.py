@@ -44,7 +44,8 @@ class Facts(NamedTuple):
         lost: how many frames reached the car and were lost, by reason.
         last_frame: the last one that it received.
         obstacle: what it drives against now.
-        ignores: it executes a word that does not accept infrared.
+        ignores: its word does not accept infrared while it is executed.
+        is_garbled: bits of its word flipped on the way, and no check has found that.
         is_behind: it has another word than the one that the only leader sends now.
     """
 
@@ -60,6 +61,7 @@ class Facts(NamedTuple):
     last_frame: ReceivedFrame | None
     obstacle: Obstacle | None = None
     ignores: bool = False
+    is_garbled: bool = False
     is_behind: bool = False
 
 
@@ -118,6 +120,8 @@ def _against(obstacle: Obstacle, leaders: list[int]) -> Cause:
 def _heard(facts: Facts, heard: ReceivedFrame) -> Cause:
     """Return the answer of a car that has received a frame: it may have lost what followed."""
     details = {"car": heard.car, "seconds": f"{(facts.t_ms - heard.t_ms) / 1000:.1f}"}
+    if facts.is_garbled:
+        return Cause(Phrase("why-garbled", **details), "loss")
     if facts.ignores and facts.lost.get("deaf"):
         return Cause(Phrase("why-does-not-listen", **details, count=facts.lost["deaf"]), "listen")
     reason = max(_BEHIND, key=lambda name: facts.lost.get(name, 0))
