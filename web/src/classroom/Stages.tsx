@@ -4,7 +4,7 @@ import { useCallback, useEffect, useRef, useState } from "react";
 import type { PupilRow, Wall, WallAnswer, WallWorld } from "../generated/classroom";
 import { Stream } from "./ask";
 import { Avatar } from "./Avatar";
-import { boxOf, type Box, type Cars, columnsFor, decodeWall, drawWorld, inksOf } from "./drawing";
+import { boxOf, type Box, type Cars, columnsFor, decodeWall, drawWorld, inksOf, Tiles } from "./drawing";
 import css from "./class.module.css";
 import { useTexts } from "./texts";
 
@@ -55,29 +55,6 @@ function stateOf(pupil: PupilRow | undefined): "hand" | "stuck" | "away" | "work
   if (!pupil?.online) return "away";
   if (pupil.hand_s !== null) return "hand";
   return pupil.stuck_s !== null ? "stuck" : "works";
-}
-
-/** What draws the worlds of pupils, and what they show: a world that stands still is sent once, maybe before it has a tile. */
-class Tiles {
-  private readonly draws = new Map<string, (cars: Cars) => void>();
-  private readonly shown = new Map<string, Cars>();
-
-  ready(pupil: string, draw: ((cars: Cars) => void) | null): void {
-    const cars = this.shown.get(pupil);
-    if (draw) this.draws.set(pupil, draw);
-    else this.draws.delete(pupil);
-    if (cars) draw?.(cars);
-  }
-
-  show(pupil: string, cars: Cars): void {
-    this.shown.set(pupil, cars);
-    this.draws.get(pupil)?.(cars);
-  }
-
-  /** Another list came: all worlds are sent anew. */
-  forget(): void {
-    this.shown.clear();
-  }
 }
 
 function Tile({ world, pupil, tiles }: { world: WallWorld; pupil: PupilRow; tiles: Tiles }) {
