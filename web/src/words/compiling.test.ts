@@ -57,4 +57,15 @@ describe("the compiler's answers", () => {
     asked[1]!.answer({ states: 3 });
     await vi.waitFor(() => expect(useStudio.getState().compiled?.states).toBe(3));
   });
+
+  it("are asked for in the turn of the edit, before the page is drawn again", async () => {
+    openProject("fourth");
+    await vi.waitFor(() => expect(askedFor()).toEqual(["fourth with ids"]));
+    asked[0]!.answer({ states: 4 });
+    await vi.waitFor(() => expect(useStudio.getState().compiled?.states).toBe(4));
+    useStudio.setState({ leader: { blocks: "edited" } });
+    expect(askedFor()).toEqual(["fourth with ids", "edited"]);
+    asked[1]!.answer({ states: 5 });
+    await vi.waitFor(() => expect(useStudio.getState().compiled?.states).toBe(5));
+  });
 });

@@ -74,7 +74,8 @@ async function compileNewest(): Promise<void> {
   if (underWay) return;
   underWay = true;
   while (wanted) {
-    await editorsFilled();
+    // Without `await`, an edit is sent before the page is drawn again, so that both happen at the same time.
+    if (filled !== useStudio.getState().generation) await editorsFilled();
     wanted = false;
     const { leader, followers, profile } = useStudio.getState();
     const edit = editedAt;
