@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from motorcade.drive.connection import CarError
 from motorcade.errors import MotorcadeError
 from motorcade.server.classroom.running_class import TEACHER
 from motorcade.server.classroom.visitors import EmergencyStop, TurnFleet
@@ -119,6 +120,21 @@ async def test_a_car_out_of_reach_is_stopped_as_soon_as_it_is_back():
     back.set()
     await pass_time(0.1)
     assert cars.asked.count(("red", "stop")) == 1, "a stop that was lifted comes no more"
+
+
+@mock_clock
+async def test_a_stop_is_lifted_once_the_new_connection_to_the_car_is_there(monkeypatch):
+    cars, act, tries = Cars("red"), Control.act, []
+
+    async def connecting(control, action):
+        tries.append(action)
+        if len(tries) < 3:
+            raise CarError("away", detail="")
+        await act(control, action)
+
+    monkeypatch.setattr(Control, "act", connecting)
+    assert await EmergencyStop(cars).release() == []
+    assert cars.asked == [("red", "clear"), ("red", "leave")]
 
 
 def test_the_emergency_stop_holds_all_turns(tmp_path):

@@ -11,6 +11,7 @@ from starlette.requests import HTTPConnection
 
 from motorcade.cameras.broadcast import Camera
 from motorcade.classroom.presence import Presence
+from motorcade.drive.connection import CarError, CarRefusesError
 from motorcade.errors import MotorcadeError
 from motorcade.server.classroom.running_class import TEACHER, RunningClass
 from motorcade.server.remote.fleet import Action, Fleet, PageControl
@@ -31,6 +32,7 @@ MOST_CHECK_S = 5.0
 _RATE_WINDOW_MS = 2000
 # What a driver's page may ask of a car that is another's turn.
 _ALWAYS = ("stop",)
+_AGAIN_S = 0.1
 
 
 class ClassVisitors(Visitors):
@@ -202,20 +204,33 @@ class EmergencyStop:
 
     async def stop(self) -> list[str]:
         """Stop all cars at once; return those that could not be reached yet."""
+        self._cancel()
         return await self._at_all(lambda car: self._cars.stop(car, TEACHER))
 
     async def release(self) -> list[str]:
-        """Let all cars drive again; return those that could not be reached."""
-        for task in self._pending:
-            task.cancel()
+        """Let all cars drive again; return those that could not be reached yet."""
+        self._cancel()
         return await self._at_all(self._clear)
 
     async def _clear(self, car: str) -> None:
         control = await self._cars.connect(car, TEACHER)
         try:
-            await control.act("clear")
+            while True:
+                try:
+                    await control.act("clear")
+                except CarRefusesError:
+                    raise
+                except CarError:
+                    # A new connection to a car takes a moment.
+                    await asyncio.sleep(_AGAIN_S)
+                else:
+                    return
         finally:
             control.leave()
+
+    def _cancel(self) -> None:
+        for task in self._pending:
+            task.cancel()
 
     async def _at_all(self, act: Callable[[str], Coroutine[Any, Any, None]]) -> list[str]:
         tasks = {listed.car: asyncio.create_task(act(listed.car)) for listed in await self._cars.listed()}
