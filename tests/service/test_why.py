@@ -194,6 +194,8 @@ def test_a_car_that_did_not_listen_listens_after_the_cure():
         studio.run(50)
     found = cause(studio, 1)
     assert found.cure == "listen"
+    studio.run(5000)
+    assert studio.details(1).lost["deaf"] > 1
     assert played(cured(given, 1, found), studio.now_ms).details(1).lost["deaf"] == 0
 
 
