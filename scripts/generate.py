@@ -9,9 +9,9 @@ from typing import Any
 
 from arbiter_diagram import arbiter_svg
 from arduino_files import arduino_files
+from clips import block_clips, example_clips
 from commands_page import commands_page
 from engine_module import engine_module, obstacle
-from example_clips import example_clips
 from goal_kinds import goal_kinds
 from message_types import class_types, message_types, remote_types
 from step_files import step_types, with_step_names, with_steps_table
@@ -57,6 +57,7 @@ GENERATED = {
     "docs/programs.md": lambda: with_steps_table(_text("docs/programs.md"), "en"),
     "docs/programs.zh.md": lambda: with_steps_table(_text("docs/programs.zh.md"), "zh"),
     "web/src/generated/classroom.ts": class_types,
+    "web/src/generated/blockClips.json": block_clips,
     "web/src/generated/clips.json": example_clips,
     "web/src/generated/goals.ts": goal_kinds,
     "web/src/generated/messages.ts": message_types,

@@ -80,7 +80,7 @@ describe("the blocks", () => {
   });
 
   it("are all to be had from a toolbox, but for the hats", () => {
-    const offered = toolboxOf("followers").contents.flatMap(({ contents }) => contents.map(({ type }) => type));
+    const offered = toolboxOf("followers").contents.flatMap(({ contents }) => contents.flatMap((item) => ("type" in item ? [item.type] : [])));
     expect([...offered].sort()).toEqual(BLOCK_TYPES.filter((type) => !/leader|followers/.test(type)).sort());
     expect(canStandIn("leader", "motorcade_infrared")).toBe(false);
   });
@@ -88,7 +88,7 @@ describe("the blocks", () => {
   it("are few on the first level, tell speeds in words, and are saved alike", () => {
     const before = BLOCK_TYPES.map(saved);
     useSettings.setState({ level: "start" });
-    const offered = toolboxOf("followers").contents.flatMap(({ contents }) => contents.map(({ type }) => type));
+    const offered = toolboxOf("followers").contents.flatMap(({ contents }) => contents.flatMap((item) => ("type" in item ? [item.type] : [])));
     const drive = new Blockly.Workspace().newBlock("motorcade_drive");
     const [speed, figure] = [drive.getField("SPEED")!.getText(), drive.getField("SPEED")!.getTooltip()];
     const now = BLOCK_TYPES.map(saved);

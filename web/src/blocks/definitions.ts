@@ -9,6 +9,7 @@ import { useSettings } from "../state/settings";
 import { levelText } from "./figures";
 import { IconField, iconOf } from "./icons";
 import { SecondsField, SpeedField, speedsOf } from "./fields";
+import { pictureAbove } from "./flyoutPictures";
 
 type Option = [string, string];
 type Field = Record<string, unknown>;
@@ -206,7 +207,7 @@ export function toolboxOf(editor: EditorName, steps: readonly string[] | null = 
       name: i18next.t(`drawers.${drawer}`),
       categorystyle: `${drawer}_category`,
       cssconfig: { icon: `drawer-icon drawer-${drawer}` },
-      contents: DRAWERS[drawer].filter(isShown).map((type) => ({ kind: "block", type })),
+      contents: DRAWERS[drawer].filter(isShown).flatMap((type) => [...pictureAbove(type), { kind: "block", type }]),
     })),
   };
 }

@@ -50,7 +50,7 @@ export class SecondsField extends Blockly.FieldNumber {
    * and take nothing for 0.
    */
   protected override doClassValidation_(typed?: unknown): number | null {
-    if (typeof typed !== "string") return super.doClassValidation_(typed as number);
+    if (typeof typed !== "string") return super.doClassValidation_(typed);
     const text = typed.normalize("NFKC").replace(/[,。]/, ".").trim();
     return text === "" ? null : super.doClassValidation_(text);
   }

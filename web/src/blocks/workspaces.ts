@@ -6,6 +6,7 @@ import { EDITORS, type EditorName, type WorkspaceState } from "../api/types";
 import { useSettings, type ThemeName } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { hatOf, toolboxOf } from "./definitions";
+import { registerPictures } from "./flyoutPictures";
 
 const live = new Map<EditorName, Blockly.WorkspaceSvg>();
 
@@ -27,6 +28,7 @@ export function emptyState(editor: EditorName): WorkspaceState {
 }
 
 export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.WorkspaceSvg {
+  registerPictures();
   const workspace = Blockly.inject(host, {
     toolbox: toolboxOf(editor),
     theme: themeOf(useSettings.getState().theme),

@@ -10,14 +10,18 @@ const DRAWN_EVERY_MS = 40;
 interface ClipPictureProps {
   clip: Clip;
   /** It moves as long as this is so; else for five seconds when it comes into view, and never where users want calm. */
-  moves: boolean;
+  moves?: boolean;
+  /** In pixels; without it, it fills its place. */
+  size?: { width: number; height: number };
 }
 
 /** A run from above, that moves. */
-export function ClipPicture({ clip, moves }: ClipPictureProps) {
+export function ClipPicture({ clip, moves: isMoved = false, size }: ClipPictureProps) {
   const [tMs, setTime] = useState(0);
   const [isInView, setInView] = useState(false);
-  const frame = useRef<HTMLSpanElement>(null);
+  const [isPointedAt, setPointedAt] = useState(false);
+  const moves = isMoved || isPointedAt;
+  const frame = useRef<SVGSVGElement>(null);
   const shown = useRef(0);
   useEffect(() => {
     const observer = new IntersectionObserver(([entry]) => setInView(entry!.isIntersecting), { threshold: 0.6 });
@@ -41,9 +45,5 @@ export function ClipPicture({ clip, moves }: ClipPictureProps) {
     request = requestAnimationFrame(draw);
     return () => cancelAnimationFrame(request);
   }, [clip, moves, isInView]);
-  return (
-    <span ref={frame}>
-      <Picture mat={clip.mat} cars={clip.at(tMs)} tMs={tMs} way={clip.way} />
-    </span>
-  );
+  return <Picture ref={frame} mat={clip.mat} cars={clip.at(tMs)} tMs={tMs} way={clip.way} size={size} onPoint={setPointedAt} />;
 }

@@ -1,3 +1,4 @@
+import type { Ref } from "react";
 import type { MissionZone } from "../generated/messages";
 import { LEDS } from "./colours";
 import { floorOf, type Mat, personAt, type Point } from "./document";
@@ -23,16 +24,29 @@ interface PictureProps {
   tMs?: number;
   /** Where the leader drives. */
   way?: readonly Point[];
+  /** In pixels; without it, the picture fills its place. */
+  size?: { width: number; height: number };
+  /** The pointer comes, or goes. */
+  onPoint?: (isThere: boolean) => void;
+  ref?: Ref<SVGSVGElement>;
 }
 
 /** A mat from above, drawn from its data: a picture that always fits, also of a mission that a teacher wrote. */
-export function Picture({ mat, zones = [], cars, tMs = 0, way = [] }: PictureProps) {
+export function Picture({ mat, zones = [], cars, tMs = 0, way = [], size: sizePx, onPoint, ref }: PictureProps) {
   const [left, bottom, right, top] = boxOf(mat, zones);
   const size = Math.max(right - left, (top - bottom) * 1.6);
   const car = Math.max(CAR_M, size / 16);
   const points = (corners: readonly (readonly number[])[]) => corners.map(([x, y]) => `${x},${-y!}`).join(" ");
   return (
-    <svg className={css.picture} viewBox={`${left} ${-top} ${right - left} ${top - bottom}`} aria-hidden="true">
+    <svg
+      ref={ref}
+      className={sizePx ? undefined : css.picture}
+      {...sizePx}
+      viewBox={`${left} ${-top} ${right - left} ${top - bottom}`}
+      aria-hidden="true"
+      onPointerEnter={() => onPoint?.(true)}
+      onPointerLeave={() => onPoint?.(false)}
+    >
       {mat.size_m && <rect className={css.floor} style={{ fill: groundOf(floorOf(mat)) }} x={0} y={-mat.size_m[1]} width={mat.size_m[0]} height={mat.size_m[1]} />}
       {zones.map(({ name, corners_m, centre_m, radius_m }) =>
         centre_m ? (

@@ -1,4 +1,4 @@
-/** Short runs of the examples, which scripts/example_clips.py simulates. */
+/** Short runs of examples and blocks, which scripts/clips.py simulates. */
 
 import type { Mat, Point } from "./document";
 import type { Placed } from "./Picture";
@@ -26,8 +26,13 @@ const NUMBERS = 4;
 
 /** The runs of all examples, by id. */
 export async function loadClips(): Promise<ReadonlyMap<string, Clip>> {
-  const file = (await import("../generated/clips.json")).default as unknown as ClipsFile;
-  return new Map(Object.entries(file.clips).map(([id, { mat, moments }]) => [id, clipOf(mat, moments, file)]));
+  return clipsOf((await import("../generated/clips.json")).default);
+}
+
+/** The runs in a file, by name. */
+export function clipsOf(file: unknown): ReadonlyMap<string, Clip> {
+  const { clips, ...how } = file as ClipsFile;
+  return new Map(Object.entries(clips).map(([name, { mat, moments }]) => [name, clipOf(mat, moments, how)]));
 }
 
 export function clipOf(mat: Mat, moments: readonly number[][], { every_ms, headings }: Omit<ClipsFile, "clips">): Clip {
