@@ -49,6 +49,8 @@ function keepDraft(): void {
   const write = () => {
     clearTimeout(timer);
     timer = undefined;
+    // Who is no longer in the class would be led away from the page that says why.
+    if (usePupil.getState().goodbye) return;
     void askClass("draft/write", { name: useStudio.getState().name, project: openProject() }).catch((problem: unknown) => {
       // One that was refused is written with the next edit; one that did not arrive, again.
       if (problem instanceof ClassError && !problem.sentence) timer ??= setTimeout(write, DRAFT_AGAIN_MS);
