@@ -118,6 +118,7 @@ def is_reached(studio, car):
 @example([(1, 1, 180), (1.5, 1, 0)], 9, False, 1, 0.0, 40)
 @example([(1, 1, 0), (1.5, 1, 0)], 9, False, 0, 0.0, 180)
 @example([(0.15, 0, 0), (0, 0.05, 0), (0, 0.2, 58)], 3, False, 1, 0.1, 180)
+@example([(0, 0, 0), (0, 0.3, 0), (0.05, 0.15, 0)], 3, False, 1, 0.5, 180)
 @example([(0.25, 0, 1), (0, 0, 0)], 4, False, 1, 0.0, 40)
 def test_without_the_cause_the_car_hears(poses, decimetres, forward, leads, flips, beam_deg):
     physics = {"bit_error_rate": flips, "beam_half_angle_deg": beam_deg}

@@ -114,7 +114,7 @@ class StudioWorld(SimulatedWorld):
         """What `why` needs to know of a car."""
         senders, listeners = self._pictures.nearest(car)
         word, holds = self._world.memory_of(car, (WORD, HOLDS))
-        sent = self._sent_now()
+        sent, flips = self._sent_now(), self._world.mat.physics.bit_error_rate > 0
         return Facts(
             leads=car in self.leads(),
             driven=car in self.driven(),
@@ -128,14 +128,11 @@ class StudioWorld(SimulatedWorld):
             last_frame=counted["last_frame"],
             obstacle=self._obstacle_of(car),
             ignores=bool(holds and not CONTROL.decode(word).accept_ir),
-            is_garbled=bool(holds and self._can_garble and word not in self._followers_words),
+            flips=flips,
+            # Where leaders have several images, the word may be of another one.
+            is_garbled=bool(holds and flips and len(self._world.images) == 1 and word not in self._followers_words),
             is_behind=bool(sent is not None and holds and sent != word),
         )
-
-    @property
-    def _can_garble(self) -> bool:
-        """Whether a word that the image doesn't have is one whose bits flipped."""
-        return len(self._world.images) == 1 and self._world.mat.physics.bit_error_rate > 0
 
     def _sent_now(self) -> int | None:
         """The word for followers that the only leader sends now; None where there is none, or several lead."""

@@ -45,6 +45,7 @@ class Facts(NamedTuple):
         last_frame: the last one that it received.
         obstacle: what it drives against now.
         ignores: its word does not accept infrared while it is executed.
+        flips: bits can flip on the way, so a car that passes words on is not sure to have any.
         is_garbled: bits of its word flipped on the way, and no check has found that.
         is_behind: it has another word than the one that the only leader sends now.
     """
@@ -61,6 +62,7 @@ class Facts(NamedTuple):
     last_frame: ReceivedFrame | None
     obstacle: Obstacle | None = None
     ignores: bool = False
+    flips: bool = False
     is_garbled: bool = False
     is_behind: bool = False
 
@@ -133,7 +135,7 @@ def _heard(facts: Facts, heard: ReceivedFrame) -> Cause:
 def _out_of_reach(facts: Facts) -> Cause:
     """Return why no frame reaches the car."""
     between = next((each for each in facts.listeners if each.reach == "reaches"), None)
-    if between:
+    if between and not facts.flips:
         return Cause(Phrase("why-not-passed-on", car=between.car), "forward")
     nearest = min(facts.senders, key=lambda each: each.distance_mm)
     details = {"car": nearest.car, "metres": f"{nearest.distance_mm / 1000:.2f}"}
