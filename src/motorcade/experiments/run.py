@@ -19,6 +19,7 @@ from concurrent.futures import CancelledError, Future
 from contextlib import AbstractContextManager, closing, contextmanager
 from itertools import islice
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import msgspec
@@ -221,16 +222,19 @@ def on_this_computer(jobs: int) -> Workers:
             initializer=_follow_parent,
             initargs=(os.getpid(),),
         )
+        ctrl_c = _CtrlC()
         hook = threading.excepthook
         # When joblib is stopped it kills its workers, which may raise errors in one of its threads.
         threading.excepthook = lambda what: None if getattr(parallel, "_aborting", False) else hook(what)
         try:
-            with _ctrl_c_postponed() as pressed:
-                results = parallel(delayed(_numbered)(index, plan.task(index)) for index in tasks)
-            with closing(results):
-                if pressed:
-                    raise KeyboardInterrupt
-                yield from results
+            with ctrl_c.noted():
+                with ctrl_c.postponed():
+                    results = parallel(delayed(_numbered)(index, plan.task(index)) for index in tasks)
+                with closing(results):
+                    ctrl_c.check()
+                    for result in results:
+                        yield result
+                        ctrl_c.check()
             threading.excepthook = hook
         except TerminatedWorkerError:
             raise MotorcadeError("sweep-worker-ended") from None
@@ -260,26 +264,51 @@ def _end_with(parent_pid: int) -> None:
     os._exit(1)
 
 
-@contextmanager
-def _ctrl_c_postponed() -> Iterator[list[int]]:
-    """Postpone Ctrl-C while workers start: none may be left half started, or get Ctrl-C before it ignores it.
+class _CtrlC:
+    """Notes Ctrl-C, since a KeyboardInterrupt alone can get lost: Python drops one that is raised in a finalizer."""
 
-    Yields a list, which is not empty afterwards where Ctrl-C was pressed.
-    """
-    pressed: list[int] = []
-    if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
-        yield pressed
-        return
-    from multiprocessing import resource_tracker
+    def __init__(self) -> None:
+        self._pressed = False
+        self._postponed = False
 
-    resource_tracker.ensure_running()  # else joblib starts it here, which unblocks signals
-    handler = signal.signal(signal.SIGINT, lambda number, frame: pressed.append(number))
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # workers inherit it
-    try:
-        yield pressed
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-        signal.signal(signal.SIGINT, handler)
+    @contextmanager
+    def noted(self) -> Iterator[None]:
+        """Raise KeyboardInterrupt at Ctrl-C, unless it is postponed, and have `check` raise it again."""
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        handler = signal.signal(signal.SIGINT, self._note)
+        try:
+            yield
+        finally:
+            signal.signal(signal.SIGINT, handler)
+
+    @contextmanager
+    def postponed(self) -> Iterator[None]:
+        """Postpone Ctrl-C while workers start: none may be left half started, or get Ctrl-C before it ignores it."""
+        if sys.platform == "win32" or threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        from multiprocessing import resource_tracker
+
+        resource_tracker.ensure_running()  # else joblib starts it here, which unblocks signals
+        self._postponed = True
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # workers inherit it
+        try:
+            yield
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+            self._postponed = False
+
+    def check(self) -> None:
+        """Raise KeyboardInterrupt if Ctrl-C was pressed."""
+        if self._pressed:
+            raise KeyboardInterrupt
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        self._pressed = True
+        if not self._postponed:
+            raise KeyboardInterrupt
 
 
 def on_a_cluster(address: str) -> Workers:
