@@ -32,7 +32,7 @@ Studio = StudioProcess | SiteServer
 @pytest.fixture(scope="session")
 def chromium_path(install_lock: FileLock) -> Path:
     with install_lock:
-        found = chromium.find_or_install()
+        found = chromium.find_or_install_for_tests()
     if found is None:
         pytest.skip(f"there is no browser; {chromium.HOW_TO}")
     return found
