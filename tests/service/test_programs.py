@@ -2,14 +2,16 @@
 
 import json
 import re
+from copy import deepcopy
+from itertools import count
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motorcade import Program, compile_program, forward, led, repeat, together, wait
+from motorcade import Followers, Program, forward, led, repeat, together, wait
 from motorcade.locales import languages
-from motorcade.program.blocks import blocks_of
+from motorcade.program.blocks import FOLLOWERS_HAT, blocks_of
 from motorcade.service.requests import Context, respond
 
 
@@ -41,16 +43,68 @@ def test_a_wrong_block_has_values_that_would_mend_it():
         assert ask("compile", sent)["diagnostics"] == []
 
 
-@given(st.floats(0.001, 100), st.integers(1, 60), st.integers(1, 400))
-def test_a_mend_mends(seconds, steps, times):
-    def compiled(seconds, times):
-        program = Program([*[wait(1)] * steps, repeat(times, wait(1)), forward(seconds, id="f")])
-        return compile_program(program).diagnostics
+def block_in(state, wanted):
+    """The block of a workspace with an id."""
+    parts = state.values() if isinstance(state, dict) else state if isinstance(state, list) else ()
+    if isinstance(state, dict) and state.get("id") == wanted:
+        return state
+    return next((found for part in parts if (found := block_in(part, wanted))), None)
 
-    for each in compiled(seconds, times):
-        for mend in each.mends:
-            fixed = {"seconds": seconds, "times": times, mend.field: mend.value}
-            assert each.code not in [left.code for left in compiled(**fixed)]
+
+def mended(sent, diagnostic, mend):
+    """The message after the page has set the value of a mend."""
+    sent = deepcopy(sent)
+    block = block_in(sent[diagnostic["editor"]], mend.get("block") or diagnostic["block"] or FOLLOWERS_HAT)
+    assert mend["field"] in block["fields"]
+    block["fields"][mend["field"]] = mend["value"]
+    return sent
+
+
+def with_ids(sent):
+    """The message with an id for each block, as the page gives them."""
+    unused = (f"i{number}" for number in count())
+
+    def give(state):
+        parts = state.values() if isinstance(state, dict) else state if isinstance(state, list) else ()
+        if isinstance(state, dict) and "type" in state:
+            state.setdefault("id", next(unused))
+        for part in parts:
+            give(part)
+
+    give(sent)
+    return sent
+
+
+@st.composite
+def followers_programs(draw):
+    """Followers with a mistake in a setting or in a time."""
+    flags = st.sampled_from([None, False, True])
+    steps = [
+        draw(st.sampled_from([forward, wait]))(
+            draw(st.sampled_from([0, 0.5, 1, 2, 3, 3.3, 6, 300, 1000])), accept_ir=draw(flags), forward=draw(flags)
+        )
+        for _ in range(draw(st.integers(1, 3)))
+    ]
+    steps = draw(st.sampled_from([steps, [repeat(draw(st.sampled_from([2, 200])), *steps)]]))
+    dwell = draw(st.sampled_from([None, 0.5, 1, 2, 7]))
+    return Followers(
+        steps, draw(st.booleans()), draw(st.booleans()), dwell, draw(st.sampled_from(["auto", True, False]))
+    )
+
+
+@given(st.floats(0.001, 2000), st.integers(1, 60), st.integers(1, 400), followers_programs())
+def test_a_mend_mends(seconds, steps, times, followers):
+    program = Program([*[wait(1)] * steps, repeat(times, wait(1)), forward(seconds, id="f")], followers)
+    leader, state = blocks_of(program)
+    sent = with_ids({"leader": leader, "followers": state, "profile": "classroom"})
+    found = ask("compile", sent)["diagnostics"]
+    for each in found:
+        for mend in each.get("mends", []):
+            left = ask("compile", mended(sent, each, mend))["diagnostics"]
+            assert (each["code"], each["block"]) not in [(other["code"], other["block"]) for other in left]
+            # What mends a warning makes no error.
+            new = {other["code"] for other in left if other["severity"] == "error"} - {one["code"] for one in found}
+            assert each["severity"] == "error" or not new
 
 
 def test_the_other_blocks_keep_their_words():
@@ -130,6 +184,34 @@ def test_a_text_with_a_mistake_makes_no_blocks_and_is_not_touched():
         ("Program([forward(1)], profile='clasroom')", 'profile="classroom"'),
         ("Program([wait(1)], Followers([led(0, 1)], dwell_seconds=0))", "dwell_seconds=None)"),
         ("Program([forward(1, sped=2)])", "forward(1, speed=2)"),
+        ("Program([forward(1, zzz=2)])", "forward(1)"),
+        ("Program([forward()])", "forward(seconds=1)"),
+        ("Program([forward(None)])", "forward(1)"),
+        ("Program([led(2)])", "led(2, seconds=1)"),
+        ("Program([repeat(forward(1))])", "repeat(forward(1), times=2)"),
+        ("Program()", "Program(leader=[])"),
+        ("Program([wait(1)], Followers())", "Followers(steps=[])"),
+        ("Program([forward('3')])", "forward(3)"),
+        ("Program([led(1.4, 1)])", "led(1, 1)"),
+        ("Program([wait(1)], Followers([led(0, 1)], tagged='atuo'))", 'tagged="auto"'),
+        ("Program([wait(1)], Followers([led(0, 1)], forward='true'))", "forward=True"),
+        ("Program([wait(1)], Followers([led(0, 1)], forward=1))", "forward=True"),
+        ("Program([forward(1, seconds=2)])", "forward(1)"),
+        ("Program([forward(1, 2, 3)])", "forward(1, 2)"),
+        ("Program([motorcade.forward(1)])", "[forward(1)]"),
+        ("Program([forward])", "[forward(1)]"),
+        ("Program([led])", "[led(0, 1)]"),
+        ("Program(forward(1))", "Program([forward(1)])"),
+        ("Program([wait(1)], led(0, 1))", "[wait(1)], [led(0, 1)]"),
+        # What Python itself doesn't read.
+        ("Program([forward（1)])", "forward(1)"),
+        ("Program([forward(1)，wait(1)])", "forward(1),wait(1)"),
+        ("Program([forward(1) wait(1)])", "forward(1), wait(1)"),
+        ("Program([forward(1])", "forward(1)]"),
+        ("Program([forward(1)]))", "[forward(1)])"),
+        ("Program([forward(1)]", "[forward(1)])"),
+        ("Program([forward(1)], profile='classroom)", "profile='classroom')"),
+        ("Program([forward(01)])", "forward(1)"),
     ],
 )
 def test_a_value_that_would_mend_a_text_is_written_in_its_place(program, written):
@@ -137,11 +219,85 @@ def test_a_value_that_would_mend_a_text_is_written_in_its_place(program, written
     found = bad_block(ask("python-to-blocks", {"leader": {}, "text": text}))
     (mend,) = found["mends"]
     assert (mend["field"], set(mend["sentence"])) == ("TEXT", set(languages()))
-    head, line = text.splitlines()
-    first, end = found["place"]["column"] - 1, found["place"]["end_column"] - 1
-    mended = f"{line[:first]}{mend['value']}{line[end:]}"
-    assert written in mended
-    assert ask("python-to-blocks", {"leader": {}, "text": f"{head}\n{mended}"})["diagnostics"] == []
+    fixed = mended_text(text, found, mend)
+    assert written in fixed
+    assert ask("python-to-blocks", {"leader": {}, "text": fixed})["diagnostics"] == []
+
+
+def mended_text(text, diagnostic, mend):
+    """The text after the page has put the value of a mend into it."""
+    place, lines = mend.get("place") or diagnostic["place"], text.split("\n")
+    before = [*lines[: place["line"] - 1], lines[place["line"] - 1][: place["column"] - 1]]
+    after = [lines[place["end_line"] - 1][place["end_column"] - 1 :], *lines[place["end_line"] :]]
+    return "\n".join(before) + mend["value"] + "\n".join(after)
+
+
+_IMPORT = "from motorcade import Program, forward"
+
+
+@pytest.mark.parametrize(
+    ("text", "fixed"),
+    [
+        ("program = Program([])", "from motorcade import Program\n\nprogram = Program([])"),
+        ('"""Mine."""\nprogram = Program([])', '"""Mine."""\nfrom motorcade import Program\n\nprogram = Program([])'),
+        (f"{_IMPORT}\nprogram = Program([wait(1)])", f"{_IMPORT}, wait\nprogram = Program([wait(1)])"),
+        (f"import time\n{_IMPORT}\nprogram = Program([])", f"{_IMPORT}\nprogram = Program([])"),
+        ("from motorcad import Program\nprogram = Program([])", "from motorcade import Program\nprogram = Program([])"),
+        ("import motorcade\nprogram = Program([])", "from motorcade import *\nprogram = Program([])"),
+        (f"{_IMPORT}\nmine = Program([])", f"{_IMPORT}\nprogram = Program([])"),
+        (f"{_IMPORT}\nProgram([])", f"{_IMPORT}\nprogram = Program([])"),
+        (f"{_IMPORT}\n", f"{_IMPORT}\nprogram = Program(leader=[forward(3)])\n"),
+        (
+            "from motorcade import *\nprogram = Program([])\nprogram = Program([])",
+            "from motorcade import *\nprogram = Program([])\n",
+        ),
+        (f"{_IMPORT}\n  program = Program([])", f"{_IMPORT}\nprogram = Program([])"),
+    ],
+)
+def test_a_line_that_is_missing_or_too_much_is_mended(text, fixed):
+    found = bad_block(ask("python-to-blocks", {"leader": {}, "text": text}))
+    (mend,) = found["mends"]
+    assert mended_text(text, found, mend) == fixed
+    assert ask("python-to-blocks", {"leader": {}, "text": fixed})["diagnostics"] == []
+
+
+def test_the_button_says_whether_it_adds_deletes_or_writes():
+    def said(text):
+        found = ask("python-to-blocks", {"leader": {}, "text": f"{_IMPORT}\nprogram = {text}"})["diagnostics"]
+        return found[0]["mends"][0]["sentence"]["en"]
+
+    assert said("Program([forward()])") == "add 'seconds=1'"
+    assert said("Program([forward(1, seconds=2)])") == "delete it"
+    assert said("Program([forwad(1)])") == "write 'forward'"
+    assert said("Program([forward(1) forward(1)])") == "add ','"
+
+
+def test_a_block_that_stands_in_a_wrong_place_is_moved_or_deleted():
+    drives = [forward(1, id="a"), wait(1, id="b")]
+    found = bad_block(ask("compile", blocks([together(*drives, id="t")])))
+    assert (found["block"], [each["field"] for each in found["mends"]]) == ("b", ["BEHIND"])
+    inside = blocks([together(forward(1, id="a"), id="t")])
+    block_in(inside, "a")["type"] = "motorcade_repeat"
+    found = bad_block(ask("compile", inside))
+    assert (found["block"], [each["field"] for each in found["mends"]]) == ("a", ["BEHIND"])
+    twice = blocks([])
+    twice["leader"]["blocks"]["blocks"].append({"type": "motorcade_leader", "id": "second"})
+    found = bad_block(ask("compile", twice))
+    assert (found["block"], [each["field"] for each in found["mends"]]) == ("second", ["DELETE"])
+
+
+def test_deaf_followers_are_mended_where_the_setting_stands():
+    sent = with_ids(blocks([wait(1)], Followers([wait(3, id="w", accept_ir=False), wait(1)])))
+    found = next(each for each in ask("compile", sent)["diagnostics"] if each["code"] == "deaf-followers")
+    (mend,) = found["mends"]
+    assert block_in(sent["followers"], mend["block"])["type"] == "motorcade_infrared"
+    assert (mend["field"], mend["value"]) == ("ACCEPT_IR", "yes")
+    assert ask("compile", mended(sent, found, mend))["diagnostics"] == []
+    sent = with_ids(blocks([wait(1)], Followers([wait(3, id="w"), wait(1)], accept_ir=False)))
+    found = next(each for each in ask("compile", sent)["diagnostics"] if each["code"] == "deaf-followers")
+    (mend,) = found["mends"]
+    assert (mend["block"], mend["value"]) == (FOLLOWERS_HAT, "TRUE")
+    assert ask("compile", mended(sent, found, mend))["diagnostics"] == []
 
 
 def test_a_leader_that_listens_to_infrared_is_mended_by_its_block():

@@ -9,6 +9,7 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
+from difflib import get_close_matches
 from math import inf
 from typing import Any, NamedTuple
 
@@ -29,6 +30,8 @@ KEYWORDS = frozenset(
     )
 )
 _LONGEST_SHOWN = 40
+# Beyond it, not every whole number is a float.
+_EXACT = 2**53
 _NUMBERS = (int, float)
 _LISTS = (list, tuple)
 _TYPES: dict[str, tuple[type, ...]] = {
@@ -51,14 +54,15 @@ class Fault(NamedTuple):
         place: where it is; it ends with the key that is unknown or missing.
         value: what stands there, shortened; the keys of several-keys.
         allowed: what may stand there; the keys of unknown-key, no-key and several-keys.
-        nearest: the nearest number that may stand there, for a number that is too small or too large.
+        nearest: what may stand there and is most like it: the bound for a number that is too small or too large, the
+            number for one in quotes, the word for one that is misspelt; None where nothing is like it.
     """
 
     code: str
     place: Place
     value: Text = ""
     allowed: Text = ""
-    nearest: float | None = None
+    nearest: float | str | None = None
 
     def error(self, file: Text, text: str | None = None) -> MotorcadeError:
         """The error for this fault in a document that its sentence calls ``file``.
@@ -130,7 +134,9 @@ class _Checker:
             return int(value)
         return value
 
-    def _fault(self, code: str, at: _At, value: Text = "", allowed: Text = "", nearest: float | None = None) -> None:
+    def _fault(
+        self, code: str, at: _At, value: Text = "", allowed: Text = "", nearest: float | str | None = None
+    ) -> None:
         self.faults.append(Fault(code, _place(at), value, allowed, nearest))
 
     def _table(self, table: dict[str, Any], schema: Schema, at: _At) -> dict[str, Any]:
@@ -179,13 +185,34 @@ class _Checker:
         ]
 
 
-def _nearest(value: Any, schema: Schema) -> float | None:
-    """The bound that a number is beyond; None where it is another thing that is wrong."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
+def _nearest(value: Any, schema: Schema) -> float | str | None:
+    """What fits the schema and is most like ``value``, as in `Fault`."""
+    words = [each for each in schema.get("enum", ()) if isinstance(each, str)]
+    if isinstance(value, str):
+        meant = next(iter(get_close_matches(value[:_LONGEST_SHOWN], words, 1)), None) or _plain_value(value)
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        bounds = (schema.get("minimum"), value, schema.get("maximum"))
+        low, meant, high = (bound if bound is not None and bound == bound else value for bound in bounds)
+        meant = max(low, min(meant, high))
+        if schema.get("type") == "integer" and isinstance(meant, float) and abs(meant) < inf:
+            meant = round(meant)
+        if schema.get("type") == "boolean" and meant in (0, 1):
+            meant = bool(meant)
+    else:
         return None
-    least, most = schema.get("minimum"), schema.get("maximum")
-    bound: float | None = least if least is not None and value < least else most
-    return bound if bound is not None and fits(bound, schema) and (bound == least or value > bound) else None
+    return meant if meant is not None and fits(meant, schema) else None
+
+
+def _plain_value(text: str) -> float | None:
+    """The number, true or false that ``text`` is; None where it is neither."""
+    flags = {"true": True, "yes": True, "false": False, "no": False}
+    if (flag := flags.get(text.strip().lower())) is not None:
+        return flag
+    try:
+        number = float(text)
+    except ValueError:
+        return None
+    return int(number) if number.is_integer() and abs(number) < _EXACT else number
 
 
 def fits(value: Any, schema: Schema) -> bool:

@@ -9,7 +9,7 @@ from functools import cache
 from itertools import groupby
 from typing import Any
 
-from motorcade.program.diagnostics import Mend, ProgramError, error
+from motorcade.program.diagnostics import BEHIND, DELETE, Mend, ProgramError, error
 from motorcade.program.model import FORMAT, Followers, Program, program_from_dict
 from motorcade.program.steps import KINDS, RepeatStep, Step, TogetherStep, own_fields
 
@@ -92,18 +92,19 @@ class _Reader:
             if not _is_enabled(block):
                 continue
             if inside and block.get("type") in _WITH_STEPS:
-                raise _refused("not-inside-together", path, block)
+                raise _refused("not-inside-together", path, block, [Mend(BEHIND)])
             if block.get("type") != INFRARED:
                 yield block, flags, depth
                 continue
             own = _own_flags(block, path)
             if self._leads and own != {"accept_ir": False}:
-                problem = _refused("leader-accepts-ir", path, block)
-                # Where it also says whether words are passed on, one value isn't enough.
-                is_mendable = "forward" not in own
-                raise ProgramError(
-                    each.mended_by(*([Mend("accept_ir", "no")] if is_mendable else [])) for each in problem.diagnostics
-                )
+                wrong = {"accept_ir"} - ({"accept_ir"} if own.get("accept_ir") is False else set()) | own.keys() & {
+                    "forward"
+                }
+                # Where two values are wrong, one isn't enough.
+                values = {"accept_ir": "no", "forward": "same"}
+                mends = [Mend(name, values[name]) for name in wrong] if len(wrong) == 1 else []
+                raise _refused("leader-accepts-ir", path, block, mends)
             yield from self._row(_inside(block, path), flags | own, path, depth + 1, inside)
 
     def _step(self, block: Block, flags: Flags, path: str, depth: int, inside: bool) -> dict[str, Any]:
@@ -124,11 +125,35 @@ class _Reader:
         return document
 
 
-def field_value(name: str, value: Any) -> tuple[str, Any]:
+def field_value(name: str, value: Any, in_hat: bool = False) -> tuple[str, Any]:
     """Return the field of a block, and what it holds, for a value of a step or of the followers' settings."""
     if name == "dwell_seconds":
         return "DWELL", "auto" if value is None else str(_plain(value))
+    if value is None:
+        return name.upper(), ""
+    if isinstance(value, bool):
+        choices = _TICKS if in_hat else _CHOICES
+        value = next(choice for choice, meaning in choices.items() if meaning is value)
     return name.upper(), value
+
+
+def holder_of(workspace: Workspace, block_id: str | None, name: str) -> Block:
+    """Return the block whose setting ``name`` holds for a block below the followers' hat.
+
+    That is the innermost infrared block around it that changes the setting, else the hat.
+    """
+    hat = _hat(workspace, FOLLOWERS_HAT, "followers")
+
+    def find(first: Block | None, holder: Block) -> Block | None:
+        for block in _chain(first, ""):
+            if block.get("id") == block_id:
+                return holder
+            is_one = block.get("type") == INFRARED and name in _own_flags(block, "")
+            if found := find(_inside(block, ""), block if is_one else holder):
+                return found
+        return None
+
+    return find(_below(hat, ""), hat) or hat
 
 
 def _hat(workspace: Any, kind: str, path: str) -> Block:
@@ -138,7 +163,7 @@ def _hat(workspace: Any, kind: str, path: str) -> Block:
         raise _refused("bad-blocks", path, _NOWHERE)
     hats = [block for block in blocks if isinstance(block, dict) and block.get("type") == kind]
     if len(hats) > 1:
-        raise _refused("second-hat", path, hats[1])
+        raise _refused("second-hat", path, hats[1], [Mend(DELETE)])
     return hats[0] if hats else _NOWHERE
 
 
@@ -300,6 +325,9 @@ def _workspace(hat: str, fields: dict[str, Any], first: Block | None) -> Workspa
     return {"blocks": {"languageVersion": 0, "blocks": [block]}}
 
 
-def _refused(code: str, path: str, block: Mapping[str, Any], **arguments: Any) -> ProgramError:
+def _refused(
+    code: str, path: str, block: Mapping[str, Any], mends: Sequence[Mend] = (), **arguments: Any
+) -> ProgramError:
     block_id = block.get("id")
-    return ProgramError([error(code, path, block_id if isinstance(block_id, str) else None, **arguments)])
+    problem = error(code, path, block_id if isinstance(block_id, str) else None, **arguments)
+    return ProgramError([problem.mended_by(*mends)])

@@ -93,7 +93,9 @@ class _Leader:
             self.diagnostics.append(warning("empty-program", "leader"))
         if self.count > MOST_PIECES:
             costs = [self._expander.expand([step], "", accept_ir=False, forward=True).states for step in steps]
-            self.diagnostics.append(_too_many("too-many-states", "leader", steps, self.count, costs))
+            self.diagnostics.append(
+                _too_many("too-many-states", "leader", steps, self.count, costs, self._levels_ms[-1])
+            )
             return
         levels = {duration: level for level, duration in enumerate(self._levels_ms)}
         for item in row.items:
@@ -146,7 +148,8 @@ class _Followers:
                 for each in rows
             ]
             path = "followers.steps"
-            self.diagnostics.append(_too_many("too-many-words", path, followers.steps, self.count, costs))
+            word_ms = found.dwell_ms if found else 0
+            self.diagnostics.append(_too_many("too-many-words", path, followers.steps, self.count, costs, word_ms))
         if not found or self.count > MOST_PIECES:
             return
         self.words, self.dwell_ms, self.tagged = found.words, found.dwell_ms, self._tagged
@@ -196,7 +199,10 @@ class _Followers:
         found = literal_round(items, dwell_ms, self._profile)
         if isinstance(found, int):
             item = items[found]
-            self._no_dwell(item.path, item.id, Phrase("step-not-one-word", seconds=f"{item.total_ms / 1000:g}"))
+            # The compiler's own choice of how long to send a word may have more words for the step.
+            mends = [Mend("dwell_seconds", None)] if best_round(items, self._profile, self._tagged) else []
+            reason = Phrase("step-not-one-word", seconds=f"{item.total_ms / 1000:g}")
+            self._no_dwell(item.path, item.id, reason, *mends)
             return None
         return found
 
@@ -212,14 +218,16 @@ class _Followers:
             if not word & _ACCEPT_IR and deaf_ms > found.dwell_ms and item.path not in warned:
                 warned.add(item.path)
                 seconds = {"deaf": f"{deaf_ms / 1000:g}", "dwell": f"{found.dwell_ms / 1000:g}"}
-                self.diagnostics.append(warning("deaf-followers", item.path, item.id, **seconds))
+                problem = warning("deaf-followers", item.path, item.id, **seconds)
+                self.diagnostics.append(problem.mended_by(Mend("accept_ir", True)))
 
     def _warn_of_echo(self, items: list[Item], found: Round) -> None:
         different = len(set(found.words))
         for word, position in zip(found.words, found.origins, strict=True):
             if word & _FORWARD and different > 1:
                 item = items[position]
-                self.diagnostics.append(warning("echo", item.path, item.id, count=different))
+                mends = [Mend("tagged", "auto")] if best_round(items, self._profile, tagged=True) else []
+                self.diagnostics.append(warning("echo", item.path, item.id, count=different).mended_by(*mends))
                 return
 
 
@@ -228,7 +236,8 @@ def length_ms(word: int, profile: Profile) -> int:
     return max(durations_in(word, profile.durations_ms)) or profile.idle_state_ms
 
 
-def _too_many(code: str, path: str, steps: Sequence[Step], count: int, costs: list[int]) -> Diagnostic:
+def _too_many(code: str, path: str, steps: Sequence[Step], count: int, costs: list[int], word_ms: int) -> Diagnostic:
+    """Return the error for too many states or words, each of which lasts ``word_ms`` (0 where that is not known)."""
     costliest = costs.index(max(costs))
     place = f"{path}[{costliest}]"
     cost = max(costs)
@@ -238,8 +247,9 @@ def _too_many(code: str, path: str, steps: Sequence[Step], count: int, costs: li
         hint = page_hint = Phrase("too-many-steps", most=MOST_PIECES)
     step = steps[costliest]
     problem = error(code, place, step.id, count=count, cost=cost, hint=hint, page_hint=page_hint)
-    if isinstance(step, RepeatStep):
-        times = (MOST_PIECES - count + cost) * step.times // cost
-        if times > 0:
-            return problem.mended_by(Mend("times", times))
+    left = MOST_PIECES - count + cost
+    if isinstance(step, RepeatStep) and left * step.times // cost > 0:
+        return problem.mended_by(Mend("times", left * step.times // cost))
+    if getattr(step, "seconds", None) is not None and cost > 1 and left * word_ms > 0:
+        return problem.mended_by(Mend("seconds", left * word_ms / 1000))
     return problem

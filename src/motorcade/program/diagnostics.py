@@ -20,19 +20,22 @@ class Span(NamedTuple):
 
 
 class Mend(NamedTuple):
-    """One value that would mend what is wrong.
+    """One value, or one edit, that would mend what is wrong.
 
     Attributes:
-        field: the field of the step (of the followers' settings where the diagnostic is about these) that would have
-            the value; `TEXT` where the value would replace the text at the diagnostic's span.
+        field: the field of the step (of the followers' settings where the diagnostic is about these, or where only
+            they have such a field) that would have the value; `TEXT` where the value would replace a text; `DELETE`
+            and `BEHIND`, which have no value, where the step would be deleted, or stand behind the step around it.
         value: None for the choice of the compiler.
+        span: the text that the value would replace; None for the text at the diagnostic's span.
     """
 
     field: str
-    value: float | str | None
+    value: float | str | None = None
+    span: Span | None = None
 
 
-TEXT = "text"
+TEXT, DELETE, BEHIND = "text", "delete", "behind"
 
 
 @dataclass(frozen=True, slots=True)

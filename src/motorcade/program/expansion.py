@@ -33,7 +33,7 @@ from typing import NamedTuple
 
 from motorcade.config.profile import Profile
 from motorcade.errors import Phrase
-from motorcade.program.diagnostics import Diagnostic, Mend, error
+from motorcade.program.diagnostics import BEHIND, Diagnostic, Mend, error
 from motorcade.program.parts import (
     MOST_PIECES,
     Part,
@@ -155,7 +155,10 @@ class Expander:
                 first, second = Phrase(f"step-{seen[part.group]}"), Phrase(f"step-{part.kind}")
                 kinds = first if first == second else Phrase("one-and-other", first=first, second=second)
                 place = f"{path}.together[{position}]"
-                self.diagnostics.append(error("parallel-conflict", place, part.id or step.id, kinds=kinds))
+                problem = error("parallel-conflict", place, part.id or step.id, kinds=kinds)
+                # Behind the together, a step that accompanies others would have no duration.
+                is_whole = part.id is not None and getattr(part, "seconds", None) is not None
+                self.diagnostics.append(problem.mended_by(*([Mend(BEHIND)] if is_whole else [])))
             seen[part.group] = part.kind
 
     def _check_duration(self, step: Step, path: str, step_id: str | None, position: int | None = None) -> None:

@@ -25,6 +25,7 @@ from motorcade.program.steps import (
     Step,
     TogetherStep,
     as_steps,
+    first_value,
     own_fields,
 )
 
@@ -224,7 +225,10 @@ def _diagnostic(fault: Fault, document: Any) -> Diagnostic:
         step_id = _id_at(document, place[:-1])
         return error("unknown-field", _path(place), step_id, name=key, allowed=fault.allowed)
     if fault.code == "missing-key":
-        return error("missing-field", _path(place[:-1]), _id_at(document, place[:-1]), name=key)
+        missing = error("missing-field", _path(place[:-1]), _id_at(document, place[:-1]), name=key)
+        kind = KINDS.get(str(place[-2])) if len(place) > 1 else None
+        value = first_value(kind, str(key)) if kind else None
+        return missing if value in (None, []) else missing.mended_by(Mend(str(key), value))
     path, step_id = _path(place), _id_at(document, place)
     if fault.code == "no-key":
         return error("missing-field", path, step_id, name=Phrase("one-kind", kinds=fault.allowed))

@@ -9,22 +9,24 @@ is an error at its line. Names, their arguments and their defaults come from `mo
 
 import ast
 import inspect
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any
 
 from motorcade.config.check import shown
 from motorcade.errors import Phrase
+from motorcade.program import python_mends as mends
 from motorcade.program import steps
 from motorcade.program.blocks import MOST_DEEP
 from motorcade.program.diagnostics import TEXT, Diagnostic, Mend, ProgramError, Span, error, warning
 from motorcade.program.model import FORMAT, Followers, Program, program_from_dict
 from motorcade.program.python_syntax import Source
-from motorcade.program.steps import COMMON, KINDS, RepeatStep, Step, TogetherStep
+from motorcade.program.steps import COMMON, KINDS, SIMPLE_KINDS, RepeatStep, Step, TogetherStep
 
 # The kind behind each name of a step.
 STEP_NAMES: dict[str, type[Step]] = {name: kind for kind in KINDS.values() for name in kind.names}
+_SIMPLE = {name: kind for name, kind in STEP_NAMES.items() if kind in SIMPLE_KINDS}
 _NAMES = (Program.__name__, Followers.__name__, *STEP_NAMES)
 # The variable that holds the program.
 VARIABLE = "program"
@@ -88,17 +90,11 @@ def read_python(data: bytes | str) -> PythonProgram:
     try:
         program = program_from_dict(document)
     except ProgramError as problem:
-        found = [_in_text(each, reader.spans) for each in problem.diagnostics]
+        found = [reader.in_text(each) for each in problem.diagnostics]
         raise ProgramError(found[:_MOST_ERRORS]) from None
     return PythonProgram(
         source, program, root, reader.imports, reader.imported_at, reader.spans, tuple(reader.warnings())
     )
-
-
-def _in_text(problem: Diagnostic, spans: dict[str, Span]) -> Diagnostic:
-    """Return a diagnostic with its place in a text; a value that would mend it replaces the one that stands there."""
-    mends = [Mend(TEXT, str(mend.value)) for mend in problem.mends if problem.path in spans]
-    return problem.at(span_of(spans, problem.path)).mended_by(*mends)
 
 
 def span_of(spans: dict[str, Span], path: str) -> Span | None:
@@ -120,17 +116,34 @@ class _Reader:
         self._source = source
         self._errors: list[Diagnostic] = []
         self._used: dict[str, Any] = {}
+        # The calls whose arguments stand at each path of the document.
+        self._calls: dict[str, ast.Call] = {}
 
     def refuse_errors(self) -> None:
         """Raise ProgramError where there were errors."""
         if self._errors:
             raise ProgramError(sorted(self._errors, key=lambda each: each.span or (0,)))
 
+    def in_text(self, problem: Diagnostic) -> Diagnostic:
+        """Return a diagnostic of the document with its place in the text, and with edits of the text that mend it."""
+        path, found = problem.path, []
+        for mend in problem.mends:
+            at = f"{path}.{mend.field}" if problem.code == "missing-field" else path
+            if at in self.spans:
+                found.append(Mend(TEXT, mends.as_text(mend.value), self.spans[at]))
+            elif path in self._calls:
+                found += mends.with_argument(self._source, self._calls[path], mend.field, mend.value)
+        if problem.code == "missing-field" and not problem.mends and path in self._calls:
+            # The only values without a first one are lists of steps.
+            found = mends.with_argument(self._source, self._calls[path], problem.details["name"], [])
+        return problem.at(span_of(self.spans, path)).mended_by(*found)
+
     def warnings(self) -> Iterator[Diagnostic]:
         """Yield a warning for each name that isn't imported, at its first use."""
-        for name, node in self._used.items():
-            if name not in self.imports:
-                yield warning("python-not-imported", "", name=name).at(self._source.span(node))
+        missing = [name for name in self._used if name not in self.imports]
+        more = mends.with_imports(self._source, self.imported_at, sorted(missing)) if missing else []
+        for name in missing:
+            yield warning("python-not-imported", "", name=name).at(self._source.span(self._used[name])).mended_by(*more)
 
     def program_call(self) -> ast.Call | None:
         """Return the call of Program, the only one among the statements."""
@@ -146,14 +159,16 @@ class _Reader:
                         pass
                     case ast.Assign(targets=[ast.Name(id="program")], value=ast.Call() as call):
                         if found:
-                            self._refuse("python-second-program", statement)
+                            deleted = mends.without_lines(self._source, statement)
+                            self._refuse("python-second-program", statement, deleted)
                         found = call
                     case ast.Expr(value=ast.Call(func=func)) if found and self._uses_the_program(func):
                         pass
                     case _:
                         self._refuse_statement(statement)
             if not found and not self._errors:
-                self._errors.append(error("python-no-program", "").at(Span(1, 1, 1, 2)))
+                written = mends.with_line(self._source, f"{VARIABLE} = Program(leader=[forward(3)])")
+                self._errors.append(error("python-no-program", "").at(Span(1, 1, 1, 2)).mended_by(*written))
         except _TooManyErrorsError:
             return None
         return found
@@ -183,6 +198,7 @@ class _Reader:
                 if name is not None:
                     self._refuse("python-no-program", call)
                 return root, document
+            self._calls[""] = call
             for name, value, around in self._arguments(call, Program):
                 node = self._node(name, around)
                 root.parts.append(node)
@@ -203,9 +219,10 @@ class _Reader:
         if not isinstance(value, ast.Call):
             return {"steps": self._row(value, "followers.steps", node)}
         if self._name_of(value) != Followers.__name__:
-            self._refuse("python-no-list", value)
+            self._refuse("python-no-list", value, mends.as_list(self._source, value, STEP_NAMES))
             return None
         document: dict[str, Any] = {}
+        self._calls[node.path] = value
         for name, each, around in self._arguments(value, Followers):
             part = self._node(f"{node.path}.{name}", around)
             node.parts.append(part)
@@ -222,7 +239,8 @@ class _Reader:
 
     def _row(self, value: ast.expr, path: str, node: Node) -> list[Any]:
         if not isinstance(value, ast.List | ast.Tuple):
-            self._refuse("python-loop" if isinstance(value, _LOOPS) else "python-no-list", value)
+            listed = mends.as_list(self._source, value, STEP_NAMES)
+            self._refuse("python-loop" if isinstance(value, _LOOPS) else "python-no-list", value, listed)
             return []
         self.spans[path] = self._source.span(value)
         return self._steps(value.elts, path, node, 0)
@@ -232,7 +250,8 @@ class _Reader:
 
     def _step(self, value: ast.expr, path: str, around: Node, depth: int) -> dict[str, Any]:
         if not isinstance(value, ast.Call):
-            self._refuse("python-loop" if isinstance(value, _LOOPS) else "python-not-a-step", value)
+            called = mends.as_step(self._source, value, _SIMPLE)
+            self._refuse("python-loop" if isinstance(value, _LOOPS) else "python-not-a-step", value, called)
             return {}
         name = self._name_of(value)
         if name not in STEP_NAMES:
@@ -245,6 +264,7 @@ class _Reader:
         node = self._node(path, value)
         around.parts.append(node)
         kind = STEP_NAMES[name]
+        self._calls[f"{path}.{kind.kind}"] = value
         content: dict[str, Any] = dict(kind.names[name])
         common: dict[str, Any] = {}
         inside: list[ast.expr] = []
@@ -277,7 +297,9 @@ class _Reader:
             elif takes_steps and inside is not None:
                 inside.append(value)
             else:
-                self._refuse("python-too-many-values", value, name=ast.unparse(call.func), names=", ".join(names))
+                deleted = mends.without_argument(self._source, call, value)
+                function = ast.unparse(call.func)
+                self._refuse("python-too-many-values", value, deleted, name=function, names=", ".join(names))
         allowed = [*names, *(COMMON if inside is not None else ())]
         for keyword in call.keywords:
             if keyword.arg is None:
@@ -286,9 +308,11 @@ class _Reader:
                 start = self._source.span(keyword)
                 span = Span(start.line, start.column, start.line, start.column + len(keyword.arg))
                 function = ast.unparse(call.func)
-                self._refuse_name("python-no-such-value", span, keyword.arg, allowed, function=function)
+                deleted = mends.without_argument(self._source, call, keyword)
+                self._refuse_name("python-no-such-value", span, keyword.arg, allowed, deleted, function=function)
             elif keyword.arg in seen:
-                self._refuse("python-given-twice", keyword, name=keyword.arg)
+                deleted = mends.without_argument(self._source, call, keyword)
+                self._refuse("python-given-twice", keyword, deleted, name=keyword.arg)
             else:
                 seen.add(keyword.arg)
                 yield keyword.arg, keyword.value, keyword
@@ -323,31 +347,35 @@ class _Reader:
         if isinstance(statement, _LOOPS):
             self._refuse("python-loop", statement)
         elif isinstance(statement, ast.Import | ast.ImportFrom):
-            self._refuse("python-import", statement)
+            self._refuse("python-import", statement, mends.right_import(self._source, statement))
         elif isinstance(statement, _DEFINITIONS):
             self._refuse("python-function", statement)
         elif isinstance(statement, ast.Assign | ast.AnnAssign | ast.AugAssign):
-            self._refuse("python-other-variable", statement, name=VARIABLE)
+            named = mends.as_program(self._source, statement, VARIABLE, Program.__name__)
+            self._refuse("python-other-variable", statement, named, name=VARIABLE)
         else:
-            self._refuse("python-statement", statement)
+            named = mends.as_program(self._source, statement, VARIABLE, Program.__name__)
+            self._refuse("python-statement", statement, named)
 
-    def _refuse(self, code: str, node: Any, **details: Any) -> None:
+    def _refuse(self, code: str, node: Any, edits: Iterable[Mend] = (), **details: Any) -> None:
         span = self._source.span(node)
         # A whole loop or function would be red; its first line is enough.
         if span.end_line > span.line:
             span = self._source.first_line_of(span)
-        self._add(error(code, "", **details).at(span))
+        self._add(error(code, "", **details).at(span).mended_by(*edits))
 
-    def _refuse_name(self, code: str, span: Span, name: str, known: Iterable[str], **details: Any) -> None:
-        """Refuse a name, and propose the known one that is most like it."""
-        found = get_close_matches(name[:_LONGEST_NAME], list(known), 1)
+    def _refuse_name(
+        self, code: str, span: Span, name: str, known: Iterable[str], edits: Sequence[Mend] = (), **details: Any
+    ) -> None:
+        """Refuse a name, and propose the known one that is most like it; where there is none, ``edits``."""
+        found = get_close_matches(name.rpartition(".")[2][:_LONGEST_NAME], list(known), 1)
         hint = (
             Phrase("python-did-you-mean", name=found[0])
             if found
             else Phrase("python-known-names", names=", ".join(known))
         )
-        mends = [Mend(TEXT, each) for each in found]
-        self._add(error(code, "", name=_short(name), hint=hint, **details).at(span).mended_by(*mends))
+        edits = [Mend(TEXT, each) for each in found] or edits
+        self._add(error(code, "", name=_short(name), hint=hint, **details).at(span).mended_by(*edits))
 
     def _add(self, problem: Diagnostic) -> None:
         self._errors.append(problem)

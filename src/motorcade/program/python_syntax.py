@@ -8,10 +8,12 @@ import io
 import re
 import tokenize
 import warnings
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 from motorcade.errors import Phrase
-from motorcade.program.diagnostics import ProgramError, Span, error
+from motorcade.program.diagnostics import Mend, ProgramError, Span, error
+from motorcade.program.syntax_mends import span_between, syntax_mends
 
 # More than any program that fits into a car, with comments, needs; Python reads it within a second.
 MOST_CHARACTERS = 200_000
@@ -70,8 +72,11 @@ class Source:
 
     def span(self, node: Any) -> Span:
         """The place of a node in the text."""
-        start, end = self.extent(node)
-        return Span(*self._place(start), *self._place(end))
+        return self.span_between(*self.extent(node))
+
+    def span_between(self, start: int, end: int) -> Span:
+        """The place of the characters from the one with the number ``start`` up to ``end``."""
+        return span_between(self._lines, start, end)
 
     def extent(self, node: Any) -> tuple[int, int]:
         """The number of a node's first character, and of the one behind its last."""
@@ -131,11 +136,14 @@ def _parse(text: str) -> ast.Module:
             # Python's versions name different columns.
             code = text.split("\n")[line - 1]
             column = len(code) - len(code.lstrip()) + 1
-        raise _not_python(reason, line, column) from None
+        line, column = max(1, line), max(1, column)
+        sign = reason.details.get("opened") or reason.details.get("sign", "")
+        mends = syntax_mends(text, reason.key, Span(line, column, line, column + 1), sign)
+        raise _not_python(reason, line, column, mends) from None
     except (RecursionError, MemoryError):
         raise _not_python(Phrase("too-deep"), 1, 1) from None
 
 
-def _not_python(reason: Phrase, line: int, column: int) -> ProgramError:
-    line, column = max(1, line), max(1, column)
-    return ProgramError([error("not-python", "", reason=reason).at(Span(line, column, line, column + 1))])
+def _not_python(reason: Phrase, line: int, column: int, mends: Iterable[Mend] = ()) -> ProgramError:
+    problem = error("not-python", "", reason=reason).at(Span(line, column, line, column + 1))
+    return ProgramError([problem.mended_by(*mends)])

@@ -283,6 +283,14 @@ def own_fields(kind: type[Step]) -> tuple[Any, ...]:
     return _OWN_FIELDS[kind]
 
 
+def first_value(kind: type[Step], name: str) -> Any:
+    """Return the value that a new step of a kind has in a field of its own; an empty list for the steps inside it."""
+    for each in own_fields(kind):
+        if each.name == name:
+            return each.metadata.get("first", each.metadata["schema"].get("enum", (1,))[0])
+    return []
+
+
 _OWN_FIELDS = {kind: tuple(each for each in fields(kind) if "schema" in each.metadata) for kind in _ALL_KINDS}
 # None where a field has no default.
 _DEFAULTS = {

@@ -115,16 +115,21 @@ class TextPlace(Struct):
 
 
 class Mend(Struct):
-    """A value that would mend what is wrong, and what a button says that sets it.
+    """A value or an edit that would mend what is wrong, and what a button says that does it.
 
     Attributes:
-        field: the field of the diagnostic's block, or of the editor's first block; "TEXT" where the value replaces the
-            text at the diagnostic's place.
+        field: the field of the block, or of the editor's first block where there is none; "TEXT" where the value
+            replaces a text; "DELETE" where the block is to be deleted; "BEHIND" where it is to stand behind the block
+            around it.
+        block: the block; None for the diagnostic's.
+        place: the text that the value replaces; None for the one at the diagnostic's place.
     """
 
     field: str
     value: int | float | str
     sentence: Sentence
+    block: str | None = None
+    place: TextPlace | None = None
 
 
 class Diagnostic(Struct, omit_defaults=True):

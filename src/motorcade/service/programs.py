@@ -11,7 +11,7 @@ from motorcade.config.profile import Profile, built_in_profile, built_in_profile
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import languages
 from motorcade.program import diagnostics as program_diagnostics
-from motorcade.program.blocks import field_value, program_of
+from motorcade.program.blocks import field_value, holder_of, program_of
 from motorcade.program.compiler import Compiled as CompiledProgram
 from motorcade.program.compiler import compile_program
 from motorcade.program.decompiler import DecompileError, decompile
@@ -32,11 +32,16 @@ _TOO_MANY = ("too-many-states", "too-many-words")
 # What a button says that sets a field; of others, the value alone.
 _MENDS = {
     "accept_ir": "mend-accept_ir",
+    "behind": "mend-behind",
+    "delete": "mend-delete",
     "dwell_seconds": "mend-dwell_seconds",
     "seconds": "mend-seconds",
+    "tagged": "mend-tagged",
     "text": "mend-text",
     "times": "mend-times",
 }
+# What a block around the wrong one, or the followers' hat, decides.
+_SETTINGS = ("accept_ir", "dwell_seconds", "tagged")
 # The fields of steps, by whose names the sentences of a file's errors tell where they are.
 _FIELD_NAMES = {each.name for kind in (*SIMPLE_KINDS, RepeatStep) for each in own_fields(kind)}
 # The fields of the control word that a step of each kind fills.
@@ -103,7 +108,7 @@ def compile_blocks(blocks: messages.Blocks) -> messages.Compiled:
             break
         left_out |= wrong
     answer = first or messages.Compiled([])
-    answer.diagnostics = diagnostics_in_all_languages(diagnostics)
+    answer.diagnostics = diagnostics_in_all_languages(diagnostics, blocks.followers)
     answer.left_out = sorted(left_out)
     if left_out:
         answer.image = None
@@ -168,8 +173,13 @@ def _place(diagnostic: program_diagnostics.Diagnostic, language: str) -> str:
     return Phrase("place-before", place=place).sentence(language)
 
 
-def diagnostics_in_all_languages(diagnostics: Iterable[program_diagnostics.Diagnostic]) -> list[messages.Diagnostic]:
-    """Return the diagnostics in every language, each with the editor that it concerns."""
+def diagnostics_in_all_languages(
+    diagnostics: Iterable[program_diagnostics.Diagnostic], followers: Any = None
+) -> list[messages.Diagnostic]:
+    """Return the diagnostics in every language, each with the editor that it concerns.
+
+    A mend of the followers' settings names its block where ``followers``, the state of their workspace, is given.
+    """
     return [
         messages.Diagnostic(
             each.code,
@@ -179,17 +189,31 @@ def diagnostics_in_all_languages(diagnostics: Iterable[program_diagnostics.Diagn
             each.id,
             next((editor for editor in ("leader", "followers") if each.path.startswith(editor)), None),
             messages.TextPlace(*each.span) if each.span else None,
-            [_mend(mend) for mend in each.mends],
+            [_mend(mend, each.id, followers if each.path.startswith("followers") else None) for mend in each.mends],
         )
         for each in diagnostics
     ]
 
 
-def _mend(mend: program_diagnostics.Mend) -> messages.Mend:
-    name, value = field_value(mend.field, mend.value)
+def _mend(mend: program_diagnostics.Mend, block: str | None, followers: Any) -> messages.Mend:
+    """Return a mend of ``block`` for the page; of ``followers``, their workspace, it may mend another block."""
+    holder = None
+    if followers is not None and mend.field in _SETTINGS:
+        holder = holder_of(followers, block, mend.field)
+    name, value = field_value(mend.field, mend.value, holder is not None and "TAGGED" in holder.get("fields", {}))
     shown = f"{value:g}" if isinstance(value, float) else str(value)
     key = _MENDS.get(mend.field, "mend-value")
-    return messages.Mend(name, value, messages.sentences(Phrase(key, value=shown)))
+    if mend.field == program_diagnostics.TEXT:
+        shown = shown.strip(" ,\n")
+        if not shown and value != ",":
+            key = "mend-delete"
+        elif mend.span and mend.span[:2] == mend.span[2:]:
+            key, shown = "mend-add", shown or ","
+    elif mend.value is True:
+        key = "mend-listen"
+    sentence = messages.sentences(Phrase(key, value=shown))
+    place = messages.TextPlace(*mend.span) if mend.span else None
+    return messages.Mend(name, value, sentence, holder.get("id") if holder else None, place)
 
 
 def _words(compiled: CompiledProgram, program: Program) -> list[messages.Word]:

@@ -8,7 +8,7 @@ import buttons from "../ui/buttons.module.css";
 /** A button for each value that would mend a wrong block. */
 export function MendButtons({ diagnostic }: { diagnostic: Diagnostic }) {
   return (diagnostic.mends ?? []).map((each) => (
-    <Button key={String(each.value)} className={classes(buttons.button, buttons.primary)} onPress={() => mend(diagnostic, each)}>
+    <Button key={`${each.field} ${each.value}`} className={classes(buttons.button, buttons.primary)} onPress={() => mend(diagnostic, each)}>
       {inLanguage(each.sentence)}
     </Button>
   ));

@@ -1,20 +1,40 @@
 /** Mend a wrong block by the one value that would do, and tell which block is wrong. */
 
+import { type Block, Events } from "blockly/core";
 import i18next from "i18next";
 import type { Diagnostic } from "../api/types";
 import type { Mend } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
+import { replaceText } from "../python/text";
 import { hatOf } from "./definitions";
 import { showBlock, workspaceOf } from "./workspaces";
 
-/** Set the value; a diagnostic without a block is about the settings of its editor's first block. */
-export function mend({ block, editor }: Pick<Diagnostic, "block" | "editor">, { field, value }: Mend): void {
-  if (editor === null) return;
-  const workspace = workspaceOf(editor);
-  const found = block === null ? workspace?.getBlocksByType(hatOf(editor))[0] : workspace?.getBlockById(block);
-  found?.setFieldValue(value, field);
+/** Set the value or do the edit; a diagnostic without a block is about the settings of its editor's first block. */
+export function mend(diagnostic: Diagnostic, { field, value, block, place }: Mend): void {
+  if (field === "TEXT") {
+    const where = place ?? diagnostic.place;
+    if (where) replaceText(where, String(value));
+    return;
+  }
+  if (diagnostic.editor === null) return;
+  const workspace = workspaceOf(diagnostic.editor);
+  const id = block ?? diagnostic.block;
+  const found = id === null ? workspace?.getBlocksByType(hatOf(diagnostic.editor))[0] : workspace?.getBlockById(id);
+  if (field === "DELETE") found?.dispose(true);
+  else if (field === "BEHIND") moveBehindParent(found);
+  else found?.setFieldValue(value, field);
+}
+
+/** Put a block behind the one that it stands in; the blocks below it stay inside. */
+function moveBehindParent(block: Block | null | undefined): void {
+  const around = block?.getSurroundParent()?.nextConnection;
+  if (!block?.previousConnection || !around) return;
+  Events.setGroup(true);
+  block.unplug(true);
+  around.connect(block.previousConnection);
+  Events.setGroup(false);
 }
 
 /** Say which block keeps the cars from driving, and lead to it; false where none does. */

@@ -156,11 +156,13 @@ export interface TextPlace {
   end_column: number;
 }
 
-/** A value that would mend what is wrong, and what a button says that sets it. */
+/** A value or an edit that would mend what is wrong, and what a button says that does it. */
 export interface Mend {
   field: string;
   value: number | number | string;
   sentence: Sentence;
+  block: string | null;
+  place: TextPlace | null;
 }
 
 /** The costliest block of each editor; None where an editor makes no words. */

@@ -89,10 +89,7 @@ function markOf(diagnostic: Diagnostic, place: TextPlace | undefined, text: Text
   const to = offsetIn(text, where.end_line, where.end_column);
   const actions = (diagnostic.mends ?? []).map((each): Action => ({
     name: inLanguage(each.sentence),
-    apply: (view, start, end) => {
-      if (each.field === "TEXT") view.dispatch({ changes: { from: start, to: end, insert: String(each.value) } });
-      else mend(diagnostic, each);
-    },
+    apply: () => mend(diagnostic, each),
   }));
   return { from, to, severity: diagnostic.severity === "error" ? "error" : "warning", message: inLanguage(diagnostic.sentence), actions };
 }

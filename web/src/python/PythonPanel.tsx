@@ -1,6 +1,7 @@
 import { lazy, Suspense, useEffect } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
+import { MendButtons } from "../blocks/MendButtons";
 import { inLanguage } from "../i18n";
 import { ErrorBoundary } from "../ui/areas";
 import { classes } from "../ui/classes";
@@ -18,9 +19,10 @@ function Mistakes() {
   const mistaken = isMistaken({ diagnostics });
   return (
     <div className={css.mistakes} role="status">
-      {diagnostics.slice(0, 3).map(({ sentence, severity, place }, index) => (
-        <p key={index} data-severity={severity}>
-          {place && <b>{t("python.line", { line: place.line })}</b>} {inLanguage(sentence)}
+      {diagnostics.slice(0, 3).map((diagnostic, index) => (
+        <p key={index} data-severity={diagnostic.severity}>
+          {diagnostic.place && <b>{t("python.line", { line: diagnostic.place.line })}</b>} {inLanguage(diagnostic.sentence)}{" "}
+          <MendButtons diagnostic={diagnostic} />
         </p>
       ))}
       {mistaken && (

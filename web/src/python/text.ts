@@ -4,7 +4,7 @@ import { create } from "zustand";
 import * as api from "../api/requests";
 import type { Diagnostic } from "../api/types";
 import { alterBlocks } from "../blocks/rows";
-import type { BlockPlace } from "../generated/messages";
+import type { BlockPlace, TextPlace } from "../generated/messages";
 import { inLanguage } from "../i18n";
 import { notify } from "../state/dialogs";
 import { useStudio } from "../state/studio";
@@ -46,6 +46,14 @@ export function editText(text: string): void {
   useStudio.setState({ python: text });
   clearTimeout(typing);
   typing = setTimeout(() => void readText(edits), COLLECT_MS);
+}
+
+/** The user has part of the text replaced. */
+export function replaceText(place: TextPlace, written: string): void {
+  const { text } = usePython.getState();
+  const lines = text.split("\n");
+  const offset = (line: number, column: number) => lines.slice(0, line - 1).reduce((sum, each) => sum + each.length + 1, 0) + column - 1;
+  editText(text.slice(0, offset(place.line, place.column)) + written + text.slice(offset(place.end_line, place.end_column)));
 }
 
 /** A text that the service doesn't take, such as one that is too long, is the user's to change. */
