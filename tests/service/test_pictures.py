@@ -10,7 +10,7 @@ from motorcade.engine.events import KINDS, LOSS_REASONS
 from motorcade.engine.showing import EVENT_BYTES, HEARD, NO_INDEX, RUNS, SENDS
 from motorcade.locales import catalogue, languages
 from motorcade.server.studio.simulation import EVENT_ROW, unpack_moment
-from motorcade.service.history import FIRST, MOST_EVENTS, PAST, History, pack_picture
+from motorcade.service.history import FIRST, LATELY_MS, MOST_EVENTS, PAST, History, pack_picture
 from support.pictures import pack_moment
 
 PAGE = Path(__file__).parents[2] / "web" / "src" / "api" / "world.ts"
@@ -20,6 +20,7 @@ def test_the_page_knows_all_kinds_of_events_and_reasons_of_loss_by_number_and_te
     source = PAGE.read_text(encoding="utf-8")
     for name, known in (("KINDS", KINDS), ("LOSS_REASONS", LOSS_REASONS)):
         assert f"export const {name} = {json.dumps(known)} as const;" in source
+    assert f"export const LATELY_S = {LATELY_MS // 1000};" in source
     for language in languages():
         assert list(catalogue(language)["page"]["mat"]["lost"]) == list(LOSS_REASONS[1:])
 
@@ -37,6 +38,7 @@ MOMENT = pack_moment(*COLUMNS)
 EVENTS = np.array([(1499, 1, 5, 5, 0, 0xA3000001, 7)], EVENT_ROW)
 GOLDEN = """
 01 03 0000  08070605  dc050000  02000000  01000000  a picture, of the past and the first; its number, t_ms, cars, events
+09000000                                            frames lost lately
 00000000 0000c0bf                                   x_m
 0000803e 00000040                                   y_m
 00000000 0000003f                                   heading
@@ -51,7 +53,7 @@ db050000 01000000 05 05 0000 010000a3 07000000      lost by collision at 1.499 s
 
 def test_the_bytes_of_a_picture() -> None:
     rows = [line.split("  a pict")[0][:52] for line in GOLDEN.strip().splitlines()]
-    packed = pack_picture(0x05060708, PAST | FIRST, 1500, 2, MOMENT, EVENTS.tobytes())
+    packed = pack_picture(0x05060708, PAST | FIRST, 1500, 2, 9, MOMENT, EVENTS.tobytes())
     assert packed.hex(" ", 4) == bytes.fromhex("".join(rows)).hex(" ", 4)
 
 
@@ -62,7 +64,7 @@ def test_a_moment_is_unpacked_unchanged() -> None:
 def test_a_picture_has_the_newest_events_where_there_are_too_many() -> None:
     events = np.zeros(MOST_EVENTS + 10, EVENT_ROW)
     events["t_ms"] = np.arange(len(events))
-    packed = pack_picture(0, 0, 0, 2, MOMENT, events.tobytes())
+    packed = pack_picture(0, 0, 0, 2, 0, MOMENT, events.tobytes())
     rows = np.frombuffer(packed[-MOST_EVENTS * EVENT_BYTES :], "<u4").reshape(-1, 5)
     assert rows[[0, -1], 0].tolist() == [10, MOST_EVENTS + 9]
     assert int.from_bytes(packed[16:20], "little") == MOST_EVENTS

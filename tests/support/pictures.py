@@ -22,11 +22,12 @@ class Picture:
     """A picture as a page reads it; ``moment`` has the cars' columns by name."""
 
     def __init__(self, data: bytes):
-        kind, self.flags, _, self.number, self.t_ms, self.cars, events = struct.unpack_from("<BBHIIII", data)
+        kind, self.flags, _, self.number, *counted = struct.unpack_from("<BBHIIIII", data)
+        self.t_ms, self.cars, events, self.lost = counted
         assert kind == 1
         at = len(data) - events * EVENT_ROW.itemsize
-        assert at == 20 + -(-17 * self.cars // 4) * 4
-        self.moment = SimpleNamespace(**dict(zip(_COLUMNS, unpack_moment(data[20:at], self.cars), strict=True)))
+        assert at == 24 + -(-17 * self.cars // 4) * 4
+        self.moment = SimpleNamespace(**dict(zip(_COLUMNS, unpack_moment(data[24:at], self.cars), strict=True)))
         self.events = np.frombuffer(data[at:], EVENT_ROW)
 
     def happened(self, kind: str) -> list[tuple[int, int]]:

@@ -1,6 +1,7 @@
 """The past of a world, as bytes, and the format of the pictures that a page draws of it.
 
-All numbers are little-endian. A picture is a header, the columns of a moment (17 bytes a car, filled up to a multiple
+All numbers are little-endian. A picture is a header (its kind, flags, number, t_ms, how many cars, events, and frames
+that were lost in the last LATELY_MS), the columns of a moment (17 bytes a car, filled up to a multiple
 of four: x_m, y_m, heading as float32, index of the word as uint16, wheels, led and flags as uint8), and rows of 20
 bytes for the events since the last picture: t_ms, car, kind and reason, word, other. `motorcade.engine.showing` has the
 flags of a car, and its kernels pack moments and events.
@@ -11,6 +12,7 @@ from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterator
 
+from motorcade.engine.events import LOST
 from motorcade.engine.showing import EVENT_BYTES
 
 PICTURE = 1
@@ -20,20 +22,23 @@ FIRST = 2
 MOST_EVENTS = 4000
 
 EVERY_MS = 100
+# The time whose lost frames a picture counts.
+LATELY_MS = 5000
 MOST_MOMENT_BYTES = 24 << 20
 MOST_EVENT_BYTES = 12 << 20
 PAST_BYTES = (MOST_MOMENT_BYTES, MOST_EVENT_BYTES)
 # The approximate size in Python of an object without content.
 _OBJECT_BYTES = 128
 _TIME = struct.Struct("<I")
-_HEADER = struct.Struct("<BBHIIII")
+_KIND = struct.Struct("<8xB11x")
+_HEADER = struct.Struct("<BBHIIIII")
 
 
-def pack_picture(number: int, flags: int, t_ms: int, cars: int, moment: bytes, events: bytes) -> bytes:
-    """Return a picture of ``moment`` and the newest MOST_EVENTS rows of ``events``."""
+def pack_picture(number: int, flags: int, t_ms: int, cars: int, lost: int, moment: bytes, events: bytes) -> bytes:
+    """Return a picture of ``moment`` and the newest MOST_EVENTS rows of ``events``; ``lost`` frames in LATELY_MS."""
     events = events[-MOST_EVENTS * EVENT_BYTES :]
     count = len(events) // EVENT_BYTES
-    return _HEADER.pack(PICTURE, flags, 0, number & 0xFFFFFFFF, t_ms, cars, count) + moment + events
+    return _HEADER.pack(PICTURE, flags, 0, number & 0xFFFFFFFF, t_ms, cars, count, lost) + moment + events
 
 
 class History:
@@ -45,15 +50,20 @@ class History:
         self._moments: deque[bytes] = deque()
         self._events: deque[bytes] = deque()
         self._moment_bytes = self._event_bytes = 0
+        # By time, how many frames were lost before; also of the LATELY_MS before the oldest moment.
+        self._losses: deque[tuple[int, int]] = deque()
 
-    def add_moment(self, t_ms: int, moment: bytes) -> None:
-        """Store a moment that is later than all before."""
+    def add_moment(self, t_ms: int, moment: bytes, lost: int = 0) -> None:
+        """Store a moment that is later than all before; ``lost`` frames were lost from the beginning until then."""
+        self._losses.append((t_ms, lost))
         self._times.append(t_ms)
         self._moments.append(moment)
         self._moment_bytes += len(moment) + _OBJECT_BYTES
         while self._moment_bytes > self.most_bytes[0] and len(self._moments) > 1:
             self._times.popleft()
             self._moment_bytes -= len(self._moments.popleft()) + _OBJECT_BYTES
+        while len(self._losses) > 1 and self._losses[1][0] <= self.earliest_ms - LATELY_MS:
+            self._losses.popleft()
 
     def add_events(self, events: bytes) -> None:
         """Store rows of events, sorted by time, that are later than all before."""
@@ -85,6 +95,16 @@ class History:
             first, last = _row_after(batch, after_ms), _row_after(batch, until_ms)
             found.append(batch[first * EVENT_BYTES : last * EVENT_BYTES])
         return b"".join(found)
+
+    def lost_before(self, t_ms: int) -> int:
+        """How many frames were lost before ``t_ms``, which is no earlier than the oldest moment less LATELY_MS."""
+        at = bisect_right(self._losses, t_ms, key=lambda each: each[0]) - 1
+        if at < 0:
+            return 0
+        stored_ms, lost = self._losses[at]
+        between = self.events_between(stored_ms - 1, t_ms - 1) if t_ms > stored_ms else b""
+        kinds: Iterator[tuple[int]] = _KIND.iter_unpack(between)
+        return lost + sum(kind == LOST for (kind,) in kinds)
 
     def newest_events(self, most: int) -> bytes:
         """The last ``most`` rows."""

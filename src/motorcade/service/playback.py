@@ -9,6 +9,7 @@ from motorcade.engine.showing import EVENT_BYTES
 from motorcade.service.history import (
     EVERY_MS,
     FIRST,
+    LATELY_MS,
     MOST_EVENTS,
     PAST,
     History,
@@ -234,12 +235,17 @@ class Playback:
     def _store_moment(self) -> None:
         now_ms = self.world.now_ms
         moment = self.world.moment(is_stored=True)
-        self._history.add_moment(now_ms, moment)
+        self._history.add_moment(now_ms, moment, self._lost())
         if self.world.referee:
             self.world.referee.see(now_ms, moment, b"".join(self._unseen), self.world.counts()["touching_ms"])
             self._unseen.clear()
         while self._next_moment_ms <= now_ms:
             self._next_moment_ms += EVERY_MS
+
+    def _lost(self) -> int:
+        """How many frames were lost since the beginning."""
+        counts = self.world.counts()
+        return counts["deaf"] + sum(count for name, count in counts.items() if name.startswith("lost_"))
 
     # What is sent to a page.
 
@@ -251,12 +257,14 @@ class Playback:
         if self._shown_ms is not None:
             t_ms, moment = self._history.moment_at(self._shown_ms)
             events = self._history.events_between(t_ms - EVERY_MS, t_ms)
-            return pack_picture(number, flags | PAST, t_ms, cars, moment, events)
+            lost = self._history.lost_before(t_ms) - self._history.lost_before(t_ms - LATELY_MS)
+            return pack_picture(number, flags | PAST, t_ms, cars, lost, moment, events)
         moment = self.world.moment(is_stored=False)
         events = b"".join(self._new)
         self._new.clear()
         self._new_bytes = 0
-        return pack_picture(number, flags, self.world.now_ms, cars, moment, events)
+        lost = self._lost() - self._history.lost_before(self.world.now_ms - LATELY_MS)
+        return pack_picture(number, flags, self.world.now_ms, cars, lost, moment, events)
 
     def state(self) -> State:
         """How time passes."""

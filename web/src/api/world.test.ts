@@ -19,6 +19,7 @@ const GOLDEN =
   "01 03 0000" + // a picture; of the past, the first after a seek
   "07000000 e8030000" + // frame 7, at 1,000 ms
   "02000000 01000000" + // two cars, one event
+  "09000000" + // frames lost lately
   "0000803f 00000040" + // x: 1, 2
   "000000bf 00000000" + // y: -0.5, 0
   "00000000 0000c03f" + // heading: 0, 1.5
@@ -42,7 +43,7 @@ describe("a picture's bytes", () => {
   it("are read as they lie", () => {
     const bytes = bytesOf(GOLDEN);
     const picture = decodePicture(bytes)!;
-    expect(picture).toMatchObject({ frame: 7, tMs: 1000, past: true, fresh: true, cars: 2 });
+    expect(picture).toMatchObject({ frame: 7, tMs: 1000, past: true, fresh: true, cars: 2, lost: 9 });
     expect([...picture.x, ...picture.y, ...picture.heading]).toEqual([1, 2, -0.5, 0, 0, 1.5]);
     expect([...picture.index]).toEqual([3, NO_INDEX]);
     expect([...picture.wheels, ...picture.led]).toEqual([14, 0, 1, 4]);

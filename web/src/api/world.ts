@@ -22,6 +22,8 @@ export interface Picture {
   /** Whether it doesn't continue the picture before: the first after a set or a seek. */
   fresh: boolean;
   cars: number;
+  /** How many frames were lost in the LATELY_S before. */
+  lost: number;
   x: Float32Array;
   y: Float32Array;
   heading: Float32Array;
@@ -35,6 +37,7 @@ export interface Picture {
 
 export const NO_INDEX = 65535;
 export const NO_LED = 4;
+export const LATELY_S = 5;
 export const Flag = { runs: 1, sends: 2, lost: 4, heard: 8 } as const;
 export const EVENT_COLUMNS = 5;
 /** `kind` holds the kind in its lowest byte and the reason in the one above. */
@@ -44,7 +47,7 @@ export const LOSS_REASONS = ["", "parity", "reserved", "deaf", "sending", "colli
 export type EventKind = (typeof KINDS)[number];
 export type LossReason = (typeof LOSS_REASONS)[number];
 
-const HEADER_BYTES = 20;
+const HEADER_BYTES = 24;
 const PICTURE = 1;
 
 /** Null for bytes that are no picture: of another kind, or cut off. */
@@ -63,6 +66,7 @@ export function decodePicture(bytes: ArrayBuffer): Picture | null {
     past: (flags & 1) !== 0,
     fresh: (flags & 2) !== 0,
     cars: n,
+    lost: head.getUint32(20, true),
     x: new Float32Array(bytes, at(0), n),
     y: new Float32Array(bytes, at(4), n),
     heading: new Float32Array(bytes, at(8), n),

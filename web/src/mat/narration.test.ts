@@ -1,12 +1,13 @@
 import { expect, it } from "vitest";
 import { changeLanguage, startLanguages } from "../i18n";
-import { describe, lastFrameText, Losses, Pace, summarize } from "./Narration";
+import { describe, Pace, summarize } from "./account";
+import { lastFrameText } from "./Narration";
 import { pictureOf } from "./testPictures";
 
 startLanguages();
 const [FORWARD, LEFT] = [2, 5];
 const SUMMARY = summarize(
-  pictureOf([{ wheels: FORWARD }, { wheels: FORWARD, led: 1 }, { wheels: FORWARD }, { wheels: FORWARD }, { wheels: LEFT }, {}]),
+  pictureOf([{ wheels: FORWARD }, { wheels: FORWARD, led: 1 }, { wheels: FORWARD }, { wheels: FORWARD }, { wheels: LEFT }, {}], { lost: 4 }),
   new Set([0]),
 );
 
@@ -18,12 +19,27 @@ it("counts what leaders and followers do", () => {
 
 it("describes it in both languages", () => {
   changeLanguage("en");
-  expect(describe(SUMMARY, 4, 5)).toBe(
+  expect(describe(SUMMARY, "counted")).toBe(
     "The leader drives forward; 3 followers drive forward; 1 follower turns left; 1 follower stands still; " +
-      "1 car has an LED on; 4 frames lost in the last 5 seconds.",
+      "1 car has an LED on; 4 messages lost in the last 5 seconds.",
   );
   changeLanguage("zh");
-  expect(describe(SUMMARY, 0, 5)).toBe("1 台主机前进；3 台从机前进；1 台从机左转；1 台从机静止；1 辆小车亮灯。");
+  expect(describe(SUMMARY, "none")).toBe("1 台主机前进；3 台从机前进；1 台从机左转；1 台从机静止；1 辆小车亮灯。");
+});
+
+it("says of lost messages what stays true while their number changes", () => {
+  changeLanguage("en");
+  expect(describe(SUMMARY, "mentioned")).toContain("; messages were lost in the last 5 seconds.");
+  expect(describe({ ...SUMMARY, lost: 0 }, "mentioned")).not.toContain("lost");
+});
+
+it("says nothing where there is no car", () => {
+  expect(describe(summarize(pictureOf([]), new Set()), "counted")).toBe("");
+});
+
+it("announces another world at once", () => {
+  const pace = new Pace(3000);
+  expect([pace.due("a", 0), pace.due("b", 100), pace.due("b", 200, true), pace.due("b", 300, true)]).toEqual([true, false, true, false]);
 });
 
 it("announces changes, each no earlier than the one before could be announced", () => {
@@ -45,16 +61,6 @@ it("announces changes, each no earlier than the one before could be announced", 
     [3000, "left"],
     [6200, "forward"],
   ]);
-});
-
-it("losses are those of the last seconds, and start at zero with each world", () => {
-  const losses = new Losses(5000);
-  const take = (t_ms: number, lost: number) => {
-    const counts = { frames: 99, lost_parity: lost, lost_collision: 1 };
-    return losses.take({ is: "state", playing: true, speed: 1, t_ms, shown_ms: null, earliest_ms: 0, seed: 0, counts, rate: 1, driven: [] });
-  };
-  expect([take(0, 0), take(2000, 3), take(6000, 4), take(9000, 4)]).toEqual([0, 3, 4, 1]);
-  expect([take(0, 0), take(100, 2)]).toEqual([0, 2]);
 });
 
 const BARE = { word: "c0280000", tag: 0, check: 0, car: 3, t_ms: 65_000 };

@@ -19,6 +19,7 @@ export function pictureOf(cars: readonly DrawnCar[], more: Partial<Picture> = {}
     past: false,
     fresh: false,
     cars: cars.length,
+    lost: 0,
     x: Float32Array.from(cars, (car) => car.x ?? 0),
     y: Float32Array.from(cars, (car) => car.y ?? 0),
     heading: Float32Array.from(cars, (car) => car.heading ?? 0),

@@ -1,0 +1,66 @@
+/** What the cars do at the moment of a picture: in numbers, and as a sentence. */
+
+import i18next from "i18next";
+import { LATELY_S, NO_LED, type Picture } from "../api/world";
+
+/** `driven` is a car that somebody drives, in any direction. */
+const DIRECTIONS = ["forward", "left", "right", "driven"] as const;
+type Activity = (typeof DIRECTIONS)[number] | "still";
+
+export interface Summary {
+  leaders: Record<Activity, number>;
+  followers: Record<Activity, number>;
+  lit: number;
+  /** Frames lost in the last LATELY_S. */
+  lost: number;
+}
+
+function activityOf(wheels: number): Activity {
+  return wheels & 3 ? (DIRECTIONS[wheels >> 2] ?? "still") : "still";
+}
+
+const noCars = (): Record<Activity, number> => ({ forward: 0, left: 0, right: 0, driven: 0, still: 0 });
+
+export function summarize(picture: Picture, leads: ReadonlySet<number>): Summary {
+  const summary: Summary = { leaders: noCars(), followers: noCars(), lit: 0, lost: picture.lost };
+  for (let k = 0; k < picture.cars; k++) {
+    summary[leads.has(k) ? "leaders" : "followers"][activityOf(picture.wheels[k]!)] += 1;
+    if (picture.led[k]! < NO_LED) summary.lit += 1;
+  }
+  return summary;
+}
+
+/**
+ * What is said of lost frames: `counted`, how many; `mentioned`, that some were lost, for a text that stays while their
+ * number changes; `none`, nothing, for who has not met them yet.
+ */
+export type Losses = "counted" | "mentioned" | "none";
+
+/** 'The leader drives forward; 3 followers turn left; 4 frames lost in the last 5 seconds.' */
+export function describe(summary: Summary, losses: Losses): string {
+  const list = (who: "leaders" | "followers") =>
+    Object.entries(summary[who])
+      .filter(([, count]) => count > 0)
+      .map(([what, count]) => i18next.t(`mat.account.${who}.${what as Activity}`, { count }));
+  const parts = [...list("leaders"), ...list("followers")];
+  if (summary.lit) parts.push(i18next.t("mat.account.lit", { count: summary.lit }));
+  if (summary.lost && losses === "counted") parts.push(i18next.t("mat.account.lost", { count: summary.lost, seconds: LATELY_S }));
+  if (summary.lost && losses === "mentioned") parts.push(i18next.t("mat.account.someLost", { seconds: LATELY_S }));
+  return parts.length ? parts.join(i18next.t("mat.account.between")) + i18next.t("mat.account.end") : "";
+}
+
+/** Decides when to announce a text: not before a screen reader has finished the last one. */
+export class Pace {
+  private last: string | null = null;
+  private lastAtMs = -Infinity;
+
+  constructor(private readonly minimumMs: number) {}
+
+  /** Whether to announce a text now; `isUrgent`, also where the last one is not finished: it speaks of another world. */
+  due(text: string, nowMs: number, isUrgent = false): boolean {
+    if (text === this.last || (!isUrgent && nowMs - this.lastAtMs < this.minimumMs)) return false;
+    this.last = text;
+    this.lastAtMs = nowMs;
+    return true;
+  }
+}
