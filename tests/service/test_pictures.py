@@ -20,6 +20,7 @@ def test_the_page_knows_all_kinds_of_events_and_reasons_of_loss_by_number_and_te
     source = PAGE.read_text(encoding="utf-8")
     for name, known in (("KINDS", KINDS), ("LOSS_REASONS", LOSS_REASONS)):
         assert f"export const {name} = {json.dumps(known)} as const;" in source
+    assert f"export const MOST_EVENTS = {MOST_EVENTS};" in source
     assert f"export const LATELY_S = {LATELY_MS // 1000};" in source
     for language in languages():
         assert list(catalogue(language)["page"]["mat"]["lost"]) == list(LOSS_REASONS[1:])

@@ -38,6 +38,8 @@ export interface Picture {
 export const NO_INDEX = 65535;
 export const NO_LED = 4;
 export const LATELY_S = 5;
+/** Where more events happened since the picture before, a picture has the newest of them. */
+export const MOST_EVENTS = 4000;
 export const Flag = { runs: 1, sends: 2, lost: 4, heard: 8 } as const;
 export const EVENT_COLUMNS = 5;
 /** `kind` holds the kind in its lowest byte and the reason in the one above. */

@@ -33,12 +33,7 @@ export function Thoughts({ session }: { session: Session }) {
       setThoughts(now);
     };
     let past: { tMs: number; x: Float32Array; y: Float32Array }[] = [];
-    const end = session.listen(({ tMs, x, y, fresh, past: scrubbed }) => {
-      if (fresh || scrubbed) past = [];
-      const last = past.at(-1);
-      if (!scrubbed && (!last || tMs - last.tMs >= EVERY_MS / 2)) past = [...past.filter((each) => tMs - each.tMs <= BEFORE_MS), { tMs, x, y }];
-    });
-    const timer = setInterval(() => {
+    const look = () => {
       const { picture } = session;
       const { hello } = useMat.getState();
       if (!picture || !hello || picture.cars > MOST_CARS) {
@@ -52,10 +47,19 @@ export function Thoughts({ session }: { session: Session }) {
         rangeM: rangeMm === null ? (hello.range_m ?? 1) : rangeMm / 1000,
         radiusM: hello.radius_m ?? 0.075,
         eventsOf: (car) => session.events.of(car),
+        knownFromMs: session.events.knownFromMs,
         before: past[0] ?? null,
       });
       tell(now);
-    }, EVERY_MS);
+    };
+    const end = session.listen(({ tMs, x, y, fresh, past: scrubbed }) => {
+      if (fresh || scrubbed) past = [];
+      const last = past.at(-1);
+      if (!scrubbed && (!last || tMs - last.tMs >= EVERY_MS / 2)) past = [...past.filter((each) => tMs - each.tMs <= BEFORE_MS), { tMs, x, y }];
+      // What is told has to be true of each picture; what comes to be true is told a little later.
+      if (told !== "[]" || fresh || scrubbed || !last) look();
+    });
+    const timer = setInterval(look, EVERY_MS);
     return () => {
       end();
       clearInterval(timer);
@@ -91,7 +95,9 @@ export function Thoughts({ session }: { session: Session }) {
   return (
     <div className={css.thoughts} ref={host} aria-hidden="true">
       {thoughts.map(({ car, thought }) => (
-        <p key={car}>{t(`mat.thoughts.${thought}`)}</p>
+        <p key={car} data-car={car}>
+          {t(`mat.thoughts.${thought}`)}
+        </p>
       ))}
     </div>
   );

@@ -15,7 +15,7 @@ function event(kind: CarEvent["kind"], more: Partial<CarEvent> = {}): CarEvent {
 type Cars = Parameters<typeof pictureOf>[0];
 
 function thoughts(cars: Cars, events: Record<number, CarEvent[]>, more: Partial<Circumstances> = {}, tMs = LATER) {
-  const now = { picture: pictureOf(cars, tMs), leads: new Set([0]), rangeM: 1, radiusM: 0.075, eventsOf: (car: number) => events[car] ?? [], before: null };
+  const now = { picture: pictureOf(cars, tMs), leads: new Set([0]), rangeM: 1, radiusM: 0.075, eventsOf: (car: number) => events[car] ?? [], knownFromMs: 0, before: null };
   return thoughtsAt({ ...now, ...more }).map(({ car, thought }) => [car, thought]);
 }
 
@@ -45,6 +45,17 @@ it("who passes words on is heard too", () => {
 it("what comes later than the shown moment isn't known yet", () => {
   const late = { 0: [event("frame", { tMs: 20_000 })] };
   expect(thoughts([LEADER, { x: 1.5, index: NO_INDEX }], late)).toEqual([[1, "nothing"]]);
+});
+
+it("what is not stored anymore is not denied", () => {
+  const cars = [LEADER, { x: 0.5, index: NO_INDEX }];
+  expect(thoughts(cars, {}, { knownFromMs: 5000 })).toEqual([[1, "nothing"]]);
+  expect(thoughts(cars, {}, { knownFromMs: 5001 })).toEqual([]);
+});
+
+it("a sender that loses many messages sends all the same", () => {
+  const busy = [...Array.from({ length: 200 }, () => event("lost", { why: "sending" })), event("frame", { tMs: 8000 })];
+  expect(thoughts([LEADER, { x: 1.5, index: NO_INDEX }], { 0: busy })).toEqual([[1, "tooFar"]]);
 });
 
 it("wheels that turn and lead nowhere are blocked, by a car or by a thing", () => {

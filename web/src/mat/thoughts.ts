@@ -12,6 +12,8 @@ export interface Circumstances {
   radiusM: number;
   /** A car's events, newest first. */
   eventsOf: (car: number) => Iterable<CarEvent>;
+  /** Of the time before, some events may be missing. */
+  knownFromMs: number;
   /** Where the cars were a moment ago; null right after a jump in time. */
   before: { tMs: number; x: ArrayLike<number>; y: ArrayLike<number> } | null;
 }
@@ -25,17 +27,23 @@ const RECENT_MS = 4000;
 /** A car whose wheels turn moves farther than this in a second. */
 const STUCK_M = 0.01;
 const STUCK_MS = 700;
-const MOST_EVENTS = 60;
 /** First what can be seen, then what can be changed. */
 const ORDER: readonly Thought[] = ["blockedByCar", "blocked", "tooFar", "deaf", "collisions", "noProgram", "nothing", "waiting"];
 
-/** What a car has heard and lost lately. */
-function lately(events: Iterable<CarEvent>, tMs: number): { heard: boolean; sent: boolean; deaf: number; collided: number } {
+interface Lately {
+  heard: boolean;
+  sent: boolean;
+  deaf: number;
+  collided: number;
+}
+
+/** What a car has sent, heard and lost lately. */
+function lately(events: Iterable<CarEvent>, tMs: number): Lately {
   const sum = { heard: false, sent: false, deaf: 0, collided: 0 };
-  let read = 0;
   for (const event of events) {
-    if (event.tMs > tMs) continue;
-    if (event.tMs < tMs - RECENT_MS || ++read > MOST_EVENTS) break;
+    // What happens in the tick that begins now has not happened yet.
+    if (event.tMs >= tMs) continue;
+    if (event.tMs < tMs - RECENT_MS) break;
     if (event.kind === "heard") sum.heard = true;
     if (event.kind === "frame") sum.sent = true;
     if (event.kind === "lost" && event.why === "deaf") sum.deaf += 1;
@@ -63,16 +71,17 @@ function hasCarAhead({ picture, radiusM }: Circumstances, k: number): boolean {
   return false;
 }
 
-function thoughtOf(now: Circumstances, k: number, senders: readonly number[]): Thought | null {
+function thoughtOf(now: Circumstances, k: number, happened: readonly Lately[] | null): Thought | null {
   const { picture, leads, rangeM } = now;
   if (isStuck(now, k)) return hasCarAhead(now, k) ? "blockedByCar" : "blocked";
   const isIdle = picture.index[k] === NO_INDEX || !(picture.flags[k]! & Flag.runs);
   if (!isIdle) return null;
   if (leads.has(k)) return picture.index[k] === NO_INDEX ? "noProgram" : null;
-  const { heard, deaf, collided } = lately(now.eventsOf(k), picture.tMs);
+  if (!happened) return null;
+  const { heard, deaf, collided } = happened[k]!;
   if (heard) return null;
-  if (!senders.length) return "nothing";
-  const inReach = senders.some((each) => each !== k && Math.hypot(picture.x[each]! - picture.x[k]!, picture.y[each]! - picture.y[k]!) <= rangeM);
+  if (!happened.some(({ sent }) => sent)) return "nothing";
+  const inReach = happened.some(({ sent }, each) => sent && each !== k && Math.hypot(picture.x[each]! - picture.x[k]!, picture.y[each]! - picture.y[k]!) <= rangeM);
   if (!inReach) return "tooFar";
   if (deaf) return "deaf";
   return collided > 2 ? "collisions" : "waiting";
@@ -83,9 +92,10 @@ export function thoughtsAt(now: Circumstances): { car: number; thought: Thought 
   const { picture } = now;
   if (picture.tMs < BEGIN_MS) return [];
   const cars = Array.from({ length: picture.cars }, (_, k) => k);
-  const senders = cars.filter((k) => lately(now.eventsOf(k), picture.tMs).sent);
+  const isKnown = now.knownFromMs <= Math.max(0, picture.tMs - RECENT_MS);
+  const happened = isKnown ? cars.map((k) => lately(now.eventsOf(k), picture.tMs)) : null;
   const all = cars.flatMap((car) => {
-    const thought = thoughtOf(now, car, senders);
+    const thought = thoughtOf(now, car, happened);
     return thought ? [{ car, thought }] : [];
   });
   return all.sort((a, b) => ORDER.indexOf(a.thought) - ORDER.indexOf(b.thought) || a.car - b.car).slice(0, MOST_THOUGHTS);

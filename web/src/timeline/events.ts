@@ -1,6 +1,6 @@
 /** The events of all cars: a ring of the newest, and how many of them fit into a lane of so many pixels. */
 
-import { EVENT_COLUMNS, EventColumn, KINDS, type EventKind, type Picture, type LossReason, LOSS_REASONS } from "../api/world";
+import { EVENT_COLUMNS, EventColumn, KINDS, MOST_EVENTS, type EventKind, type Picture, type LossReason, LOSS_REASONS } from "../api/world";
 
 export interface CarEvent {
   tMs: number;
@@ -13,7 +13,7 @@ export interface CarEvent {
 
 const NONE = -1;
 /** 8 MiB of rows, and about ten minutes of a class's twenty cars. */
-const MOST_EVENTS = 1 << 18;
+const MOST_STORED = 1 << 18;
 
 export class EventStore {
   private readonly rows: Uint32Array;
@@ -22,8 +22,10 @@ export class EventStore {
   private taken = 0;
   /** The number of changes so far, so that drawing can skip a state that was drawn before. */
   version = 0;
+  /** All events from this time on are stored; some before may be missing. */
+  knownFromMs = 0;
 
-  constructor(private readonly most = MOST_EVENTS) {
+  constructor(private readonly most = MOST_STORED) {
     this.rows = new Uint32Array(most * EVENT_COLUMNS);
     this.before = new Float64Array(most);
   }
@@ -34,7 +36,7 @@ export class EventStore {
 
   clear(cars: number): void {
     this.last = new Float64Array(cars).fill(NONE);
-    this.taken = 0;
+    this.taken = this.knownFromMs = 0;
     this.version += 1;
   }
 
@@ -43,9 +45,11 @@ export class EventStore {
     if (picture.past) return;
     if (picture.fresh || picture.cars !== this.last.length) this.clear(picture.cars);
     const { events } = picture;
+    if (events.length >= MOST_EVENTS * EVENT_COLUMNS) this.knownFromMs = events[EventColumn.tMs]! + 1;
     for (let at = 0; at < events.length; at += EVENT_COLUMNS) {
       const car = events[at + EventColumn.car]!;
       const place = this.taken % this.most;
+      if (this.taken >= this.most) this.knownFromMs = Math.max(this.knownFromMs, this.row(place).tMs + 1);
       this.rows.set(events.subarray(at, at + EVENT_COLUMNS), place * EVENT_COLUMNS);
       this.before[place] = this.last[car] ?? NONE;
       this.last[car] = this.taken;

@@ -1,0 +1,312 @@
+"""What the page says about a world is true: of the present, of each stored moment, and after each change.
+
+The page runs in Node, from its own sources (`support.page_account`), and gets all that the service sends. What is true
+is read from a second, plain implementation of the world (`support.plain_world`).
+"""
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from motorcade import World
+from motorcade.boards.simulated_drive import DrivenCars
+from motorcade.car.brain import HOLDS, NO_LED, RUNNING, WORD
+from motorcade.engine.events import FRAME, HEARD, KINDS, LOSS_REASONS, LOST, OVER
+from motorcade.engine.showing import NO_INDEX
+from motorcade.locales import catalogue, languages
+from motorcade.mats import Pose
+from motorcade.server.studio.simulation import ServerWorld
+from motorcade.service.world_messages import Move, Reset, Seek, Speak, Step
+from motorcade.service.world_session import WorldSession
+from motorcade.words.image import bytes_to_words
+from support.page_account import PageAccount, WorldOnPage, claims_of
+from support.plain_world import PlainWorld
+from support.soak import SOAK
+from support.worlds import Case, cases
+
+EVERY_MS = 100
+LATELY_MS, RECENT_MS, THOUGHTS_FROM_MS = 5000, 4000, 1500
+LEVELS = ("start", "words")
+ACTIVITIES = {0: "forward", 1: "left", 2: "right"}
+# So many stored moments are looked at in each run of the quick profile; all of them in `make soak`.
+FEW = 6
+
+
+@dataclass
+class Truth:
+    """What the plain world shows at a moment; ``lost`` are all messages that were lost in the last five seconds."""
+
+    claims: dict[str, int]
+    x: list[int]
+    y: list[int]
+    words: list[int | None]
+    no_program: list[bool]
+    running: list[bool]
+
+
+@dataclass
+class Witness:
+    """The plain world, step by step, and what it showed at each moment that the service stores."""
+
+    case: Case
+    seed: int
+    plain: PlainWorld = field(init=False)
+    stored: dict[int, Truth] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.plain = PlainWorld(self.case.mat, self.case.images, self.case.profile, self.seed)
+        self.next_ms = 0
+        self.store()
+
+    def run(self, ticks: int) -> None:
+        for _ in range(ticks):
+            self.plain.step()
+            if self.plain.now_ms >= self.next_ms:
+                self.store()
+
+    def store(self) -> None:
+        self.stored[self.plain.now_ms] = self.truth()
+        while self.next_ms <= self.plain.now_ms:
+            self.next_ms += EVERY_MS
+
+    def truth(self) -> Truth:
+        world = self.plain
+        counted: Counter[str] = Counter()
+        for car, board in enumerate(world.boards):
+            counted[f"{'leaders' if board.is_leader else 'followers'}.{self._activity(car)}"] += 1
+            counted["lit"] += board.led != NO_LED
+        now_ms = world.now_ms
+        counted["lost"] = sum(kind == LOST for kind, _ in self.happened(now_ms - LATELY_MS, now_ms))
+        memories = [car.memory for car in world.cars]
+        holds = [
+            bool(m[RUNNING] if board.is_leader else m[HOLDS]) for m, board in zip(memories, world.boards, strict=True)
+        ]
+        return Truth(
+            {key: count for key, count in counted.items() if count},
+            list(world.x),
+            list(world.y),
+            [m[WORD] if held else None for m, held in zip(memories, holds, strict=True)],
+            [board.is_leader and not held for board, held in zip(world.boards, holds, strict=True)],
+            [bool(m[RUNNING]) for m in memories],
+        )
+
+    def _activity(self, car: int) -> str:
+        board = self.plain.boards[car]
+        if car in self.plain.driven:
+            return "driven" if any(self.plain.driven[car][:2]) else "still"
+        return ACTIVITIES[board.direction] if board.speed_level else "still"
+
+    def happened(self, from_ms: int, before_ms: int, car: int | None = None) -> Iterator[tuple[int, str]]:
+        """Kind and reason of what happened in a time, to all cars or to one."""
+        for t_ms, whose, kind, why, _, _ in self.plain.events:
+            if from_ms <= t_ms < before_ms and car in (None, whose):
+                yield kind, LOSS_REASONS[why]
+
+
+class Look:
+    """Compares all that the page says with a witness."""
+
+    def __init__(self, on_page: WorldOnPage, witness: Witness, language: str, level: str) -> None:
+        self.on_page, self.witness, self.language = on_page, witness, language
+        # At the level Start nothing is said of lost messages.
+        self.silent = {"lost"} if level == "start" else set()
+        on_page.page.do(level=level)
+
+    def compare(self, truth: Truth, t_ms: int) -> None:
+        told = self.on_page.page.ask(self.language, lanes=True)
+        assert told["tMs"] == t_ms
+        if t_ms:
+            assert claims_of(told["caption"], self.language) == _without(truth.claims, self.silent)
+        self._announced(told["announced"], truth)
+        self._indices(truth)
+        self._thoughts(told["thoughts"], truth, t_ms)
+        for car, lane in enumerate(told["lanes"]):
+            self._lane(car, lane, t_ms)
+
+    def _announced(self, sentence: str, truth: Truth) -> None:
+        """Right after another world begins, the sentence for screen readers speaks of that one."""
+        if self.on_page.picture.flags & 2:
+            claims = {key: min(count, 1) if key == "lost" else count for key, count in truth.claims.items()}
+            assert claims_of(sentence, self.language) == _without(claims, self.silent)
+
+    def _indices(self, truth: Truth) -> None:
+        """The stage's colours, the legend and the glowing blocks follow from the index of each car's word."""
+        if len(self.witness.case.images) > 1:
+            return  # The page has the words of one image.
+        words = bytes_to_words(self.witness.case.images[0])
+        for car, index in enumerate(self.on_page.picture.moment.index.tolist()):
+            shown = None if index == NO_INDEX else words[index]
+            # A follower may hold a word whose bits flipped on the way.
+            assert shown == (truth.words[car] if truth.words[car] in words[1:] else None)
+
+    def _thoughts(self, thoughts: list[tuple[int, str]], truth: Truth, t_ms: int) -> None:
+        texts = catalogue(self.language)["page"]["mat"]["thoughts"]
+        names = {text: name for name, text in texts.items()}
+        assert t_ms >= THOUGHTS_FROM_MS or not thoughts
+        plain = self.witness.plain
+        sent = {
+            car
+            for car in range(len(plain.boards))
+            if any(kind == FRAME for kind, _ in self.witness.happened(t_ms - RECENT_MS, t_ms, car))
+        }
+        for car, text in thoughts:
+            mine = Counter(self.witness.happened(t_ms - RECENT_MS, t_ms, car))
+            name = names[text]
+            if name in ("blocked", "blockedByCar"):
+                continue
+            assert not truth.running[car]
+            if name == "noProgram":
+                assert truth.no_program[car]
+                continue
+            assert not plain.boards[car].is_leader
+            assert not any(kind == HEARD for kind, _ in mine)
+            range_um = self.range_mm * 1000
+            near = [k for k in sent - {car} if _squared(truth, k, car) <= (range_um + 2) ** 2]
+            far = [k for k in sent - {car} if _squared(truth, k, car) > (range_um - 2) ** 2]
+            assert {
+                "nothing": not sent,
+                "tooFar": bool(sent) and len(far) == len(sent - {car}),
+                "deaf": mine[LOST, "deaf"] > 0,
+                "collisions": mine[LOST, "collision"] > 2,
+                "waiting": bool(near),
+            }[name], name
+
+    @property
+    def range_mm(self) -> int:
+        return self.witness.plain.profile.infrared.range_mm
+
+    def _lane(self, car: int, lane: dict[str, Any], t_ms: int) -> None:
+        """The lane of the timeline: the word at the shown moment, and a mark wherever something happened."""
+        running = None
+        for at_ms, whose, kind, _, word, _ in self.witness.plain.events:
+            if whose == car and at_ms < t_ms:
+                running = None if kind == OVER else word if KINDS[kind] in ("state", "start") else running
+        assert lane["word"] == running
+        for name, kind in (("frame", FRAME), ("heard", HEARD), ("lost", LOST)):
+            assert lane[name] == sorted(
+                {t for t, whose, each, *_ in self.witness.plain.events if (whose, each) == (car, kind)}
+            )
+
+
+def _without(claims: dict[str, int], silent: set[str]) -> dict[str, int]:
+    return {key: count for key, count in claims.items() if key not in silent}
+
+
+def _squared(truth: Truth, one: int, other: int) -> int:
+    return (truth.x[one] - truth.x[other]) ** 2 + (truth.y[one] - truth.y[other]) ** 2
+
+
+@pytest.fixture(scope="module")
+def page() -> Iterator[PageAccount]:
+    with PageAccount() as begun:
+        yield begun
+
+
+def begun(case: Case, session: WorldSession, page: PageAccount, driven: DrivenCars) -> WorldOnPage:
+    """Show a world in its beginning."""
+    world = World(case.mat, case.images, case.profile, seeds=case.seed, events=True, threads=1)
+    on_page = WorldOnPage(session, page)
+    on_page.take(session.begin(ServerWorld(world, driven=driven)))
+    page.do(range_mm=case.profile.infrared.range_mm)
+    return on_page
+
+
+@settings(max_examples=settings().max_examples if SOAK else 6)
+@given(cases(tick_ms=20), cases(), st.sampled_from(languages()), st.sampled_from(LEVELS), st.data())
+def test_all_that_the_page_says_is_true_at_each_moment(
+    page: PageAccount, case: Case, other: Case, language: str, level: str, data: st.DataObject
+) -> None:
+    """Two worlds one after another, in which cars are driven by hand, moved and spoken to."""
+    session = WorldSession("any", make_world=lambda _: pytest.fail("no world is requested"))
+    for each in (case, other):
+        driven = DrivenCars()
+        on_page, witness = begun(each, session, page, driven), Witness(each, each.seed)
+        look = Look(on_page, witness, language, level)
+        look.compare(witness.stored[0], 0)
+        for _ in range(data.draw(st.integers(1, 3))):
+            if (change := data.draw(changes(len(each.mat.starts)))) is not None:
+                witness = look.witness = change(on_page, witness, driven)
+            ticks = data.draw(st.integers(1, 160))
+            on_page.send(Step(ticks))
+            witness.run(ticks)
+            look.compare(witness.truth(), witness.plain.now_ms)
+            stored = sorted(witness.stored)
+            chosen = stored if SOAK else data.draw(st.lists(st.sampled_from(stored), max_size=FEW, unique=True))
+            for t_ms in chosen:
+                on_page.send(Seek(t_ms))
+                look.compare(witness.stored[t_ms], t_ms)
+            on_page.send(Seek(None))
+            look.compare(witness.truth(), witness.plain.now_ms)
+        if data.draw(st.booleans()):
+            # A page that is loaded again.
+            on_page.take(session.connect())
+            look.compare(witness.truth(), witness.plain.now_ms)
+
+
+def changes(cars: int) -> st.SearchStrategy[Any]:
+    """A change between two runs, of the world on the page and of its witness; called, it returns the next witness."""
+    car = st.integers(0, cars - 1)
+    mm = st.integers(0, 1500)
+    setpoint = st.none() | st.tuples(st.integers(0, 180), st.integers(0, 1), st.sampled_from([0, 1, 100, 255]))
+    return st.one_of(
+        st.none(),
+        st.builds(_Moved, car, mm, mm),
+        st.builds(_Said, st.sampled_from(["stop", "go"])),
+        st.builds(_Driven, car, setpoint),
+        st.builds(_Begun, st.integers(0, 9)),
+    )
+
+
+@dataclass
+class _Moved:
+    car: int
+    x_mm: int
+    y_mm: int
+
+    def __call__(self, on_page: WorldOnPage, witness: Witness, driven: DrivenCars) -> Witness:
+        on_page.send(Move(self.car, self.x_mm / 1000, self.y_mm / 1000))
+        witness.plain.move(self.car, Pose(self.x_mm / 1000, self.y_mm / 1000, 0.0))
+        return witness
+
+
+@dataclass
+class _Said:
+    word: str
+
+    def __call__(self, on_page: WorldOnPage, witness: Witness, driven: DrivenCars) -> Witness:
+        on_page.send(Speak(self.word))
+        witness.plain.say(self.word)
+        return witness
+
+
+@dataclass
+class _Driven:
+    car: int
+    setpoint: tuple[int, int, int] | None
+
+    def __call__(self, on_page: WorldOnPage, witness: Witness, driven: DrivenCars) -> Witness:
+        board = driven.board(self.car, has_program=True)
+        board.setpoint = self.setpoint
+        if self.setpoint is None:
+            witness.plain.give_back(self.car)
+        else:
+            witness.plain.drive(self.car, *self.setpoint)
+        return witness
+
+
+@dataclass
+class _Begun:
+    """Back to the start."""
+
+    seed: int
+
+    def __call__(self, on_page: WorldOnPage, witness: Witness, driven: DrivenCars) -> Witness:
+        on_page.send(Reset(self.seed))
+        anew = Witness(replace(witness.case, seed=self.seed), self.seed)
+        anew.plain.driven = dict(witness.plain.driven)
+        return anew
