@@ -112,7 +112,7 @@ OUTCOMES: tuple[tuple[int, int, tuple[str, ...]], ...] = (
         403,
         (
             *("wrong-class-code", "wrong-number", "wrong-password", "wrong-first-key"),
-            *("class-closed", "cable-of-another", "not-your-turn"),
+            *("class-closed", "cable-of-another", "cable-sends", "not-your-turn"),
         ),
     ),
     (PROGRAM_ERROR, 404, ("no-such-pupil",)),

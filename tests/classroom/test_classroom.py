@@ -163,6 +163,63 @@ def test_the_cable_goes_from_one_to_the_next():
     refused("cable-of-another", room.check_cable, "02")
 
 
+def at_cable(room):
+    """What is left of the queue, and what the desk and the first pupil's page say of the cable."""
+    view = class_view(room, MAT, 0.0)
+    assert all(pupil_view(room, room.pupil(each), MAT, 0.0).cable_use == view.cable_use for each in view.cable)
+    return view.cable, view.cable_use
+
+
+@pytest.mark.parametrize("ends", [lambda room: room.next_at_cable(), lambda room: room.wish_cable("01", False)])
+def test_a_turn_at_the_cable_ends_when_what_is_sent_is_there(ends):
+    room = with_pupils("Mia", "Ben")
+    for pupil in ("01", "02"):
+        room.wish_cable(pupil, True)
+    room.begin_transfer("01", 0.0)
+    assert at_cable(room) == (["01", "02"], "sends")
+    for _ in range(2):
+        ends(room)
+        room.wish_cable("01", True)
+    assert at_cable(room) == (["01", "02"], "ending")
+    refused("cable-of-another", room.check_cable, "02")
+    refused("cable-sends", room.begin_transfer, "teacher", 1.0)
+    room.end_transfer("01")
+    assert at_cable(room) == (["02"], "free")
+    room.check_cable("02")
+
+
+def test_a_transfer_that_does_not_end_holds_the_cable_for_a_minute_at_most():
+    room = with_pupils("Mia", "Ben")
+    for pupil in ("01", "02"):
+        room.wish_cable(pupil, True)
+    room.begin_transfer("01", 0.0)
+    room.next_at_cable()
+    room.advance(59.0)
+    assert at_cable(room) == (["01", "02"], "ending")
+    room.advance(60.0)
+    assert at_cable(room) == (["02"], "free")
+    room.begin_transfer("02", 61.0)
+    room.end_transfer("01")
+    assert at_cable(room) == (["02"], "sends"), "the end of the late one is not the end of hers"
+
+
+def test_the_teachers_own_transfer_ends_nobodys_turn_and_who_is_removed_leaves_at_once():
+    room = with_pupils("Mia", "Ben", "Lin")
+    for pupil in ("01", "02", "03"):
+        room.wish_cable(pupil, True)
+    room.begin_transfer("teacher", 0.0)
+    refused("cable-sends", room.begin_transfer, "01", 0.0)
+    room.next_at_cable()
+    assert at_cable(room) == (["02", "03"], "sends")
+    room.end_transfer("teacher")
+    room.begin_transfer("02", 1.0)
+    room.next_at_cable()
+    room.remove("02")
+    assert at_cable(room) == (["03"], "sends"), "hers is not broken off"
+    room.end_transfer("02")
+    assert at_cable(room) == (["03"], "free")
+
+
 def test_missions_are_handed_out_to_some_to_all_and_to_who_comes_later():
     room = with_pupils("Mia", "Ben")
     own = MissionChoice(document={"format": "motorcade-mission/1"})
@@ -238,6 +295,8 @@ class AnyClass(RuleBasedStateMachine):
             lambda: room.raise_hand(pupil, True, now_s),
             lambda: room.pupil(pupil) and room.wish_turn(pupil, "red", True, now_s),
             lambda: room.pupil(pupil) and room.wish_cable(pupil, True),
+            lambda: room.check_cable(pupil) or room.begin_transfer(pupil, now_s),
+            lambda: room.end_transfer(f"0{device}"),
             lambda: room.rename(pupil, name),
             lambda: room.leave(f"d{device}"),
         ):

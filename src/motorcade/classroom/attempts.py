@@ -1,4 +1,4 @@
-"""Bound how often secrets are guessed (the code of a class, personal numbers, passwords), and how many join."""
+"""Bound how often secrets are guessed (personal numbers, passwords) and how many join; notice who guesses codes."""
 
 import ipaddress
 import math
@@ -21,7 +21,7 @@ def guesser(address: str) -> str:
 
 
 class Attempts:
-    """Count attempts, such as wrong codes: of one address, and in all.
+    """Count attempts, such as wrong numbers: of one address, and in all.
 
     Who has made too many has to wait, whether or not the next one would be right. Where there were too many in all, who
     has made none still has one attempt: so somebody who guesses from many addresses doesn't lock others out, and gets
@@ -58,3 +58,25 @@ class Attempts:
         if len(self._by_guesser) > _MOST_WHO:
             self._by_guesser.popitem(last=False)
         self._all_s.append(now_s)
+
+
+class Guesses:
+    """Tell when so many wrong attempts were made, by whomever, that somebody guesses. Nobody has to wait.
+
+    Args:
+        most: how many are too many in a window.
+        window_s: the length of the window.
+    """
+
+    def __init__(self, most: int, window_s: float) -> None:
+        self._window_s = window_s
+        self._times_s: deque[float] = deque(maxlen=most)
+
+    def add(self, now_s: float) -> bool:
+        """Count an attempt; return whether it is one too many."""
+        self._times_s.append(now_s)
+        return len(self._times_s) == self._times_s.maxlen and now_s - self._times_s[0] < self._window_s
+
+    def clear(self) -> None:
+        """Forget all."""
+        self._times_s.clear()

@@ -6,10 +6,12 @@ Times are seconds of any clock that never goes back. What has to survive the ser
 from collections.abc import Callable, Iterable, Sequence
 from hmac import compare_digest
 
-from motorcade.classroom.attempts import Attempts
+from motorcade.classroom.attempts import Attempts, Guesses
 from motorcade.classroom.desk_messages import ClassSettings
 from motorcade.classroom.messages import AVATARS, News, Self
 from motorcade.classroom.names import (
+    CODE_LENGTH,
+    LONG_CODE_LENGTH,
     RandomBelow,
     check_free,
     checked_name,
@@ -20,7 +22,7 @@ from motorcade.classroom.names import (
     typed_number,
 )
 from motorcade.classroom.presence import Presence
-from motorcade.classroom.queues import Queue, car_turns, leave_all
+from motorcade.classroom.queues import Cable, car_turns, leave_all
 from motorcade.classroom.record import ClassRecord, Pupil, SignIn
 from motorcade.errors import MotorcadeError
 from motorcade.service.messages import MissionChoice
@@ -29,6 +31,8 @@ MOST_PUPILS = 120
 MOST_PAGES_OF_ONE = 8
 # In ten minutes: one tablet that joins again and again leaves half of the class to others.
 _MOST_OF_AN_ADDRESS = MOST_PUPILS // 2
+# With that many wrong codes in an hour, somebody guesses: a class that mistypes each code twice has made a fifth.
+MOST_WRONG_CODES = 300
 _MOST_DEVICES = 8
 _MOST_NEWS = 20
 _MOST_MISSIONS = 50
@@ -61,25 +65,25 @@ class Classroom:
         self.record = record
         self.revision = self.changes = self.ended = 0
         self.frozen = self.stopped = False
-        self.cable = Queue()
+        self.cable = Cable()
         self.turns = car_turns(cars)
         self.presence = {pupil.id: Presence(left_s=now_s, step_s=now_s) for pupil in record.pupils}
         self._random_below = random_below
         self._by_device = {device: pupil.id for pupil in record.pupils for device in pupil.devices}
-        # A whole class may sit behind one address, as behind a router; a guesser has 191 million codes to try.
-        self._codes = Attempts(40, 300, 60.0)
+        self._wrong_codes = Guesses(MOST_WRONG_CODES, 3600.0)
         self._joined = Attempts(_MOST_OF_AN_ADDRESS, 2 * MOST_PUPILS, 600.0, "too-many-joined")
         self._numbers = Attempts(5, 30, 300.0)
         self._passwords = Attempts(5, 30, 60.0)
 
     # Coming in.
 
-    def check_code(self, typed: str, who: str, now_s: float) -> None:
-        """Raise MotorcadeError where it isn't the code, nobody may join, or ``who`` has tried too often."""
-        self._codes.check(who, now_s)
-        if not compare_digest(typed_code(typed).encode(), self.record.code.encode()):
-            self._codes.add(who, now_s)
-            raise MotorcadeError("wrong-class-code")
+    def check_code(self, typed: str, now_s: float) -> None:
+        """Raise MotorcadeError where it isn't the code; after too many wrong ones it becomes too long to guess."""
+        if compare_digest(typed_code(typed).encode(), self.record.code.encode()):
+            return
+        if self._wrong_codes.add(now_s) and not self.record.is_guessed:
+            self.change_code(LONG_CODE_LENGTH)
+        raise MotorcadeError("wrong-class-code", characters=len(self.record.code))
 
     def join(self, typed_name: str, avatar: str, device: str, now_s: float, who: str | None = None) -> Pupil:
         """Let a newcomer in, who knows the code. Raises MotorcadeError.
@@ -198,9 +202,10 @@ class Classroom:
                 setattr(self.record, name, value)
         self._save()
 
-    def change_code(self) -> None:
-        """Make a new code; who is in stays in."""
-        self.record.code = new_code(self._random_below)
+    def change_code(self, length: int = CODE_LENGTH) -> None:
+        """Make a new code, and count wrong ones anew; who is in stays in."""
+        self.record.code = new_code(self._random_below, length)
+        self._wrong_codes.clear()
         self._save()
 
     def freeze(self, frozen: bool) -> None:
@@ -335,6 +340,18 @@ class Classroom:
         if self.cable.first != pupil_id:
             raise MotorcadeError("cable-of-another")
 
+    def begin_transfer(self, who: str, now_s: float) -> None:
+        """Send through the cable from now on. Raises MotorcadeError where something is sent already."""
+        if self.cable.is_sending:
+            raise MotorcadeError("cable-sends")
+        self.cable.begin(who, now_s)
+        self.changes += 1
+
+    def end_transfer(self, who: str) -> None:
+        """What ``who`` sent has arrived, or not; a turn that waited for it ends."""
+        self.cable.end(who)
+        self.changes += 1
+
     def wish_turn(self, pupil_id: str, car: str, wants: bool, now_s: float) -> None:
         """Stand in the queue to drive a car, or leave it. Raises MotorcadeError where there is no such car."""
         if car not in self.turns:
@@ -362,6 +379,7 @@ class Classroom:
 
     def advance(self, now_s: float) -> None:
         """Let time pass: turns end, and who makes no step becomes stuck."""
+        self.changes += self.cable.advance(now_s)
         for turns in self.turns.values():
             self.changes += turns.advance(now_s, self.record.turn_s)
         stuck_s = self.record.stuck_minutes * 60

@@ -5,6 +5,7 @@ from typing import Annotated
 from msgspec import Meta, Struct
 
 from motorcade.classroom.messages import (
+    CableUse,
     CarTurn,
     ClassAnswerBase,
     ClassRefused,
@@ -226,7 +227,9 @@ class ClassView(ClassAnswerBase, tag="class"):
 
     Attributes:
         pupils: in the order in which they joined.
+        guessed: somebody has guessed codes; so the code is a long one.
         cable: the pupils in the queue for the cable; the first has it.
+        cable_use: "sends": something is sent through the cable; "ending": then the turn of the first one ends.
         turns: the queues for driving real cars.
         stopped: the emergency stop holds all real cars.
         disk: why the server can't store work at present; None where it can.
@@ -234,12 +237,14 @@ class ClassView(ClassAnswerBase, tag="class"):
 
     title: str
     code: str
+    guessed: bool
     is_open: bool
     frozen: bool
     stuck_minutes: int
     turn_s: int
     pupils: list[PupilRow]
     cable: list[str]
+    cable_use: CableUse
     turns: list[CarTurn]
     stopped: bool
     mat: MatView

@@ -170,6 +170,9 @@ class CarTurn(Struct):
     waiting: list[str]
 
 
+CableUse = Literal["free", "sends", "ending"]
+
+
 class MatView(Struct):
     """The shared mat.
 
@@ -199,6 +202,7 @@ class PupilView(ClassAnswerBase, tag="pupil"):
         frozen: 'eyes up': the page shows nothing to work with, worlds are paused.
         cable: how many are before this pupil in the queue for the cable: 0 when it is the pupil's turn; None: not in
             the queue.
+        cable_use: "sends": something is sent through the cable; "ending": then the turn of the first one ends.
         turns: the queues for driving real cars; one for each car of the server.
         stopped: the teacher's emergency stop holds all real cars.
         mission: the number of the mission that was handed out last (`HandedMission`); None for none.
@@ -209,6 +213,7 @@ class PupilView(ClassAnswerBase, tag="pupil"):
     hand: bool
     frozen: bool
     cable: int | None
+    cable_use: CableUse
     turns: list[CarTurn]
     stopped: bool
     mat: MatView

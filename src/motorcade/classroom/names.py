@@ -9,6 +9,8 @@ MOST_OF_A_NAME = 24
 # No 0 and O, 1, I and L, 2 and Z, 5 and S, 8 and B, U and V: in handwriting each looks like another.
 CODE_CHARACTERS = "34679ACDEFGHJKMNPQRTVWXY"
 CODE_LENGTH = 6
+# Where somebody guesses: however many computers try, at any rate that a network has, it takes centuries.
+LONG_CODE_LENGTH = 10
 _NUMBER_LENGTH = 4
 # Letters and marks that show nothing (Unicode's Default_Ignorable_Code_Point): a name with one looks like another.
 _INVISIBLE = (
@@ -50,9 +52,9 @@ def check_free(name: str, others: Iterable[str]) -> None:
         raise MotorcadeError("nickname-taken", name=name)
 
 
-def new_code(random_below: RandomBelow) -> str:
+def new_code(random_below: RandomBelow, length: int = CODE_LENGTH) -> str:
     """A new code of a class."""
-    return "".join(CODE_CHARACTERS[random_below(len(CODE_CHARACTERS))] for _ in range(CODE_LENGTH))
+    return "".join(CODE_CHARACTERS[random_below(len(CODE_CHARACTERS))] for _ in range(length))
 
 
 def typed_code(text: str) -> str:

@@ -4,7 +4,7 @@ import msgspec
 from msgspec import Struct, field
 
 from motorcade.classroom.messages import News
-from motorcade.classroom.names import RandomBelow, new_code
+from motorcade.classroom.names import LONG_CODE_LENGTH, RandomBelow, new_code
 from motorcade.errors import MotorcadeError
 from motorcade.service.messages import MissionChoice
 
@@ -65,6 +65,11 @@ class ClassRecord(Struct):
     missions: list[MissionChoice] = field(default_factory=list)
     handed: int | None = None
     removed: list[str] = []
+
+    @property
+    def is_guessed(self) -> bool:
+        """Whether the code is a long one, because somebody has guessed codes."""
+        return len(self.code) == LONG_CODE_LENGTH
 
 
 def new_record(random_below: RandomBelow) -> ClassRecord:

@@ -2,7 +2,7 @@
 
 from motorcade.classroom.classroom import Classroom
 from motorcade.classroom.desk_messages import ClassView, PupilRow
-from motorcade.classroom.messages import CarTurn, Classmate, MatView, PupilView
+from motorcade.classroom.messages import CableUse, CarTurn, Classmate, MatView, PupilView
 from motorcade.classroom.presence import Presence
 from motorcade.classroom.record import Pupil
 from motorcade.service.messages import Sentence
@@ -16,6 +16,7 @@ def pupil_view(room: Classroom, pupil: Pupil, mat: MatView, now_s: float) -> Pup
         hand=room.presence[pupil.id].hand_s is not None,
         frozen=room.frozen,
         cable=queue.index(pupil.id) if pupil.id in queue else None,
+        cable_use=_cable_use(room),
         turns=_turns(room, now_s),
         stopped=room.stopped,
         mat=mat,
@@ -30,12 +31,14 @@ def class_view(room: Classroom, mat: MatView, now_s: float, disk: Sentence | Non
     return ClassView(
         title=record.title,
         code=record.code,
+        guessed=record.is_guessed,
         is_open=record.is_open,
         frozen=room.frozen,
         stuck_minutes=record.stuck_minutes,
         turn_s=record.turn_s,
         pupils=[_row(each, room.presence[each.id], now_s) for each in record.pupils],
         cable=list(room.cable.pupils),
+        cable_use=_cable_use(room),
         turns=_turns(room, now_s),
         stopped=room.stopped,
         mat=mat,
@@ -64,6 +67,12 @@ def _row(pupil: Pupil, presence: Presence, now_s: float) -> PupilRow:
         stars=presence.stars,
         wrong_numbers=presence.wrong_numbers,
     )
+
+
+def _cable_use(room: Classroom) -> CableUse:
+    if room.cable.is_ending:
+        return "ending"
+    return "sends" if room.cable.is_sending else "free"
 
 
 def _turns(room: Classroom, now_s: float) -> list[CarTurn]:

@@ -3,6 +3,8 @@
 import base64
 import contextlib
 import json
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from starlette.websockets import WebSocketDisconnect
@@ -14,6 +16,7 @@ from motorcade.upload import transfer
 from motorcade.upload.ports import BOARD, PortInfo
 from support.class_page import class_room
 from support.strategies import CLASSROOM
+from support.waiting import DEADLINE_S
 
 HERS, HIS, THE_TEACHERS = (bytes.fromhex(f"01000000 0{digit}800000") for digit in "123")
 
@@ -73,6 +76,34 @@ def test_the_first_in_the_queue_uploads_and_the_teacher_takes_over(room, port):
     assert outcome(ben, port) == THE_TEACHERS
     room.teacher.ask("desk/freeze", frozen=True)
     assert outcome(ben, port, HIS) == "class-frozen"
+
+
+def test_a_turn_waits_for_the_end_of_what_is_sent_and_the_next_one_for_both(room, port, monkeypatch):
+    mia, ben = room.join("Mia"), room.join("Ben")
+    for pupil in (mia, ben):
+        pupil.ask("class/cable", wants=True)
+    goes_on, begun = threading.Event(), threading.Event()
+
+    def held(*arguments):
+        begun.set()
+        assert goes_on.wait(DEADLINE_S)
+        return upload(*arguments)
+
+    upload = uploads.upload
+    monkeypatch.setattr(uploads, "upload", held)
+    with ThreadPoolExecutor(1) as pool, ben.open("class/stream") as page:
+        try:
+            hers = pool.submit(outcome, mia, port, HERS)
+            assert begun.wait(DEADLINE_S)
+            room.teacher.ask("desk/cable/next")
+            assert page.until("pupil", lambda view: view["cable_use"] == "ending")["cable"] == 1
+            assert outcome(ben, port) == "cable-of-another"
+            assert outcome(room.teacher, port) == "cable-sends"
+        finally:
+            goes_on.set()
+        assert hers.result() == "verified"
+        assert page.until("pupil", lambda view: view["cable"] == 0)["cable_use"] == "free"
+        assert outcome(ben, port) == HERS
 
 
 def test_a_turn_that_ends_before_the_order_is_over(room, port):

@@ -204,8 +204,18 @@ def test_a_hundred_cars_meet_on_the_shared_mat(room, now):
     assert room.teacher.ask("desk/mat/open", followers=3, places=25) == {}
     for number in range(25):
         assert room.join(f"pupil {number}").ask("class/mat", image=image(forward(60, speed=3))) == {}
-    with room.teacher.open("desk/mat") as shown:
+    with room.teacher.open("desk/wall") as wall:
+        assert wall_message(wall)["worlds"] == []
         assert room.teacher.ask("desk/mat/start") == {}
+        now[0] += 5
+        listed = wall_message(wall)
+        assert [(each["pupil"], each["cars"], len(each["leads"])) for each in listed["worlds"]] == [("", 100, 25)]
+        t_ms = 0
+        while not t_ms:
+            now[0] += 0.2
+            t_ms, columns = on_the_wall(wall_message(wall), listed["worlds"])[1][0]
+        assert len(columns[0]) == 100, "the parade goes on without a page of its own"
+    with room.teacher.open("desk/mat") as shown:
         assert shown.until("hello", lambda hello: hello["cars"])["cars"] == 100
         driven = shown.until("picture")
         while not driven.t_ms:

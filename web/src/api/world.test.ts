@@ -152,5 +152,5 @@ it("a window keeps its session", () => {
 });
 
 it("the wait grows up to a bound", () => {
-  expect([0, 1, 2, 10].map((k) => waitBeforeTry(k, 0.5))).toEqual([500, 1000, 2000, 8000]);
+  expect([0, 1, 2, 10].map((k) => waitBeforeTry(k, 0.5))).toEqual([500, 1000, 2000, 3000]);
 });

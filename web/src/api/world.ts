@@ -97,7 +97,8 @@ export interface Listeners {
 
 const SESSION_KEY = "motorcade.world";
 const FIRST_WAIT_MS = 500;
-const LONGEST_WAIT_MS = 8000;
+/** With its spread, a page is back within four seconds of its server. */
+const LONGEST_WAIT_MS = 3000;
 /** Another page has this world, or its place, now; to connect again by itself would take it from that page. */
 const GIVEN_AWAY = ["taken-over", "session-was-idle"];
 

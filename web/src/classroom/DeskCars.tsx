@@ -36,6 +36,7 @@ export function CarsPart({ view }: { view: ClassView }) {
           </li>
         ))}
       </ol>
+      {view.cable_use !== "free" && <p role="status">{t(view.cable_use === "ending" ? "cableEnding" : "cableSends")}</p>}
       {view.cable.length > 0 && <Action onPress={() => void attempt(() => askDesk("cable/next"))}>{t("nextOne")}</Action>}
       {view.turns.map((turn) => (
         <div key={turn.car}>

@@ -2,7 +2,7 @@
 
 import { type SyntheticEvent, type ReactNode, useEffect, useState } from "react";
 import type { ClassAbout, Self } from "../generated/classroom";
-import { askClass } from "./ask";
+import { askClass, askToJoin, ClassError } from "./ask";
 import { Avatar } from "./Avatar";
 import { Action, Field, Frame, Problem, titleOr, useAttempt } from "./Frame";
 import css from "./class.module.css";
@@ -40,14 +40,10 @@ function WelcomeBack({ me, onLeave }: { me: Self; onLeave: () => void }) {
   );
 }
 
-function TheCode({ code, onCode, onChecked }: { code: string; onCode: (code: string) => void; onChecked: () => void }) {
+function TheCode({ code, onCode, problem, onCheck }: { code: string; onCode: (code: string) => void; problem: string; onCheck: () => void }) {
   const t = useTexts();
-  const { problem, attempt } = useAttempt();
-  const check = async () => {
-    if (await attempt(() => askClass("check-code", { code }))) onChecked();
-  };
   return (
-    <Form onSubmit={() => void check()}>
+    <Form onSubmit={onCheck}>
       <Field label="code" hint="codeHint" value={code} onChange={onCode} most={20} />
       <Problem text={problem} />
       <Action submit primary disabled={!code.trim()}>
@@ -58,19 +54,17 @@ function TheCode({ code, onCode, onChecked }: { code: string; onCode: (code: str
 }
 
 interface NewcomerProps {
-  code: string;
   avatars: readonly string[];
-  onJoined: (me: Self) => void;
+  join: (name: string, avatar: string) => Promise<void>;
 }
 
-function Newcomer({ code, avatars, onJoined }: NewcomerProps) {
+function Newcomer({ avatars, join }: NewcomerProps) {
   const t = useTexts();
   const { problem, attempt } = useAttempt();
   const [name, setName] = useState("");
   const [avatar, setAvatar] = useState(() => avatars[Math.floor(Math.random() * avatars.length)] ?? "");
-  const join = () => attempt(async () => onJoined(await askClass("join", { code, name, avatar })));
   return (
-    <Form onSubmit={() => void join()}>
+    <Form onSubmit={() => void attempt(() => join(name, avatar))}>
       <Field label="nickname" hint="nicknameHint" value={name} onChange={setName} most={20} />
       <fieldset className={css.avatars}>
         <legend>{t("yourCar")}</legend>
@@ -95,14 +89,13 @@ function Newcomer({ code, avatars, onJoined }: NewcomerProps) {
   );
 }
 
-function ComeBack({ code, onJoined }: { code: string; onJoined: (me: Self) => void }) {
+function ComeBack({ comeBack }: { comeBack: (name: string, number: string) => Promise<void> }) {
   const t = useTexts();
   const { problem, attempt } = useAttempt();
   const [name, setName] = useState("");
   const [number, setNumber] = useState("");
-  const back = () => attempt(async () => onJoined(await askClass("return", { code, name, number })));
   return (
-    <Form onSubmit={() => void back()}>
+    <Form onSubmit={() => void attempt(() => comeBack(name, number))}>
       <Field label="nickname" value={name} onChange={setName} most={20} />
       <Field label="number" hint="numberHint" value={number} onChange={setNumber} most={4} numeric />
       <Problem text={problem} />
@@ -139,12 +132,14 @@ export function Join() {
   const [checked, setChecked] = useState(false);
   const [returns, setReturns] = useState(false);
   const [me, setMe] = useState<Self | null>(null);
+  const check = async () => {
+    await askToJoin("check-code", { code });
+    setChecked(true);
+  };
   useEffect(() => {
     void attempt(async () => {
-      setAbout(await askClass("about"));
-      if (!secretInAddress) return;
-      await askClass("check-code", { code: secretInAddress });
-      setChecked(true);
+      setAbout(await askToJoin("about"));
+      if (code) await check();
     });
     // Once.
     // eslint-disable-next-line react-hooks/exhaustive-deps
@@ -155,17 +150,30 @@ export function Join() {
       setAbout(await askClass("about"));
     });
 
+  // The teacher may have changed the code since it was checked: then it is asked for again.
+  const withCode = async (task: () => Promise<Self>) => {
+    try {
+      const self = await task();
+      if (self.number) setMe(self);
+      else enterStudio();
+    } catch (problem) {
+      if (!(problem instanceof ClassError && problem.code === "wrong-class-code")) throw problem;
+      setChecked(false);
+      await attempt(() => Promise.reject(problem));
+    }
+  };
+
   const body = () => {
     if (me) return <YourNumber me={me} />;
     if (about?.me) return <WelcomeBack me={about.me} onLeave={() => void leave()} />;
     if (!about) return null;
-    if (!checked) return <TheCode code={code} onCode={setCode} onChecked={() => setChecked(true)} />;
+    if (!checked) return <TheCode code={code} onCode={setCode} problem={problem} onCheck={() => void attempt(check)} />;
     return (
       <>
         {returns ? (
-          <ComeBack code={code} onJoined={(self) => (self.number ? setMe(self) : enterStudio())} />
+          <ComeBack comeBack={(name, number) => withCode(() => askToJoin("return", { code, name, number }))} />
         ) : (
-          <Newcomer code={code} avatars={about.avatars} onJoined={setMe} />
+          <Newcomer avatars={about.avatars} join={(name, avatar) => withCode(() => askToJoin("join", { code, name, avatar }))} />
         )}
         <Action onPress={() => setReturns(!returns)}>{t(returns ? "iAmNew" : "iWasHere")}</Action>
       </>
@@ -174,7 +182,7 @@ export function Join() {
   return (
     <Frame title={titleOr(about?.title, t("joinTitle"))} narrow>
       {about && !about.is_open && !about.me && <p className={css.notice}>{t("closed")}</p>}
-      <Problem text={problem} />
+      <Problem text={about && !about.me && !checked ? "" : problem} />
       {body()}
       {about && !about.https && <p className={css.quiet}>{t("plainHttp")}</p>}
       <p>

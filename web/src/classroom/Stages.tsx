@@ -1,12 +1,12 @@
 /** A world on a canvas, and all stages as tiles. */
 
 import { useCallback, useEffect, useRef, useState } from "react";
-import type { PupilRow, Wall, WallAnswer, WallWorld } from "../generated/classroom";
+import type { MatView, PupilRow, Wall, WallAnswer, WallWorld } from "../generated/classroom";
 import { Stream } from "./ask";
 import { Avatar } from "./Avatar";
 import { boxOf, type Box, type Cars, columnsFor, decodeWall, drawWorld, inksOf, Tiles } from "./drawing";
 import css from "./class.module.css";
-import { useTexts } from "./texts";
+import { useSentences, useTexts } from "./texts";
 
 interface CanvasProps {
   world: WallWorld;
@@ -77,6 +77,26 @@ function Tile({ world, pupil, tiles }: { world: WallWorld; pupil: PupilRow; tile
   );
 }
 
+const SHARED = "";
+
+/** The shared mat, which leads to its own page. */
+function MatTile({ world, mat, tiles }: { world: WallWorld; mat: MatView; tiles: Tiles }) {
+  const t = useTexts();
+  const inLanguage = useSentences();
+  const ready = useCallback((draw: ((cars: Cars) => void) | null) => tiles.ready(SHARED, draw), [tiles]);
+  return (
+    <li className={css.tile}>
+      <a href="/mat">
+        <WorldCanvas world={world} label={t("matTitle")} onReady={ready} />
+        <span className={css.tileName}>
+          <b>{t("matTitle")}</b>
+          <span>{inLanguage(mat.title)}</span>
+        </span>
+      </a>
+    </li>
+  );
+}
+
 /** In how many columns all tiles fit at the largest, while the page's size changes. */
 function useColumns(tiles: number): { list: React.RefObject<HTMLUListElement | null>; columns: number } {
   const list = useRef<HTMLUListElement>(null);
@@ -99,8 +119,8 @@ function useColumns(tiles: number): { list: React.RefObject<HTMLUListElement | n
   return { list, columns };
 }
 
-/** All stages; `pupils` are those of the class, in the order in which they joined. */
-export function AllStages({ pupils }: { pupils: readonly PupilRow[] }) {
+/** All stages, the shared mat first; `pupils` are those of the class, in the order in which they joined. */
+export function AllStages({ pupils, mat }: { pupils: readonly PupilRow[]; mat: MatView }) {
   const t = useTexts();
   const [wall, setWall] = useState<Wall | null>(null);
   const [tiles] = useState(() => new Tiles());
@@ -116,7 +136,7 @@ export function AllStages({ pupils }: { pupils: readonly PupilRow[] }) {
       onBytes: (bytes) => {
         const picture = decodeWall(bytes);
         if (picture?.number === listed?.number)
-          picture?.worlds.forEach((cars, place) => tiles.show(listed!.worlds[place]?.pupil ?? "", cars));
+          picture?.worlds.forEach((cars, place) => tiles.show(listed!.worlds[place]?.pupil ?? SHARED, cars));
         // The answer says that there is time for the next picture.
         requestAnimationFrame(() => stream.send({}));
       },
@@ -124,12 +144,14 @@ export function AllStages({ pupils }: { pupils: readonly PupilRow[] }) {
     });
     return () => stream.close();
   }, [tiles]);
-  const { list, columns } = useColumns(wall?.worlds.length ?? 0);
   const byId = new Map(pupils.map((pupil) => [pupil.id, pupil]));
+  const shared = wall?.worlds.find((world) => world.pupil === SHARED);
   const shown = (wall?.worlds ?? []).filter((world) => byId.has(world.pupil));
-  if (wall && shown.length === 0) return <p className={css.notice}>{t("wallEmpty")}</p>;
+  const { list, columns } = useColumns(shown.length + (shared ? 1 : 0));
+  if (wall && shown.length === 0 && !shared) return <p className={css.notice}>{t("wallEmpty")}</p>;
   return (
     <ul ref={list} className={css.tiles} style={{ "--columns": columns } as React.CSSProperties}>
+      {shared && <MatTile world={shared} mat={mat} tiles={tiles} />}
       {shown.map((world) => (
         <Tile key={world.pupil} world={world} pupil={byId.get(world.pupil)!} tiles={tiles} />
       ))}

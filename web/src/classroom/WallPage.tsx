@@ -146,7 +146,7 @@ function TheWall() {
     return (
       <Frame title={titleOr(view?.title, t("wallTitle"))} tools={<b className={css.code}>{view?.code}</b>}>
         {view && !open && <p className={css.notice}>{t("linkLost")}</p>}
-        {view && <AllStages pupils={view.pupils} />}
+        {view && <AllStages pupils={view.pupils} mat={view.mat} />}
         {view?.pupils.length === 0 && <HowToJoin view={view} />}
       </Frame>
     );

@@ -220,6 +220,7 @@ export interface PupilView {
   hand: boolean;
   frozen: boolean;
   cable: number | null;
+  cable_use: "ending" | "free" | "sends";
   turns: CarTurn[];
   stopped: boolean;
   mat: MatView;
@@ -271,12 +272,14 @@ export interface ClassView {
   is: "class";
   title: string;
   code: string;
+  guessed: boolean;
   is_open: boolean;
   frozen: boolean;
   stuck_minutes: number;
   turn_s: number;
   pupils: PupilRow[];
   cable: string[];
+  cable_use: "ending" | "free" | "sends";
   turns: CarTurn[];
   stopped: boolean;
   mat: MatView;

@@ -88,13 +88,16 @@ function Mat({ view }: { view: PupilView }) {
 /** The queues for the cable and for the real cars. */
 function Queues({ view }: { view: PupilView }) {
   const { t } = useTranslation();
-  const { cable, turns, me } = view;
+  const { cable, cable_use, turns, me } = view;
   const wish = (wants: boolean) => void attemptInClass(() => askClass("cable", { wants }));
   return (
     <>
       <Button className={small} onPress={() => wish(cable === null)}>
         {cable === null ? t("pupil.cable") : cable === 0 ? t("pupil.cableYours") : t("pupil.cableWait", { count: cable })}
       </Button>
+      {cable === 0 && cable_use !== "free" && (
+        <span role="status">{t(cable_use === "ending" ? "pupil.cableEnding" : "pupil.cableSends")}</span>
+      )}
       {turns.map(({ car, driver, left_s, waiting }) => {
         const place = waiting.indexOf(me.id);
         const isIn = driver === me.id || place >= 0;

@@ -1,8 +1,8 @@
 """Pupils and the teacher as visitors of the studio, and as drivers of real cars: each has a shelf and turns."""
 
 import asyncio
-from collections.abc import Callable, Coroutine, Iterable
-from contextlib import AbstractAsyncContextManager
+from collections.abc import Callable, Coroutine, Iterable, Iterator
+from contextlib import AbstractAsyncContextManager, contextmanager
 from functools import partial
 from time import thread_time
 from typing import Any, Literal
@@ -109,7 +109,8 @@ class ClassVisitors(Visitors):
         """Answer one request of a visitor at a time, and one check: however many one sends, others wait for one."""
         return self._turns.setdefault((visitor, request == _CHECK), asyncio.Lock())
 
-    def virtual_car(self, connection: HTTPConnection, port: str) -> VirtualCar:
+    @contextmanager
+    def virtual_car(self, connection: HTTPConnection, port: str) -> Iterator[VirtualCar]:
         visitor = self.visitor(connection)
         if visitor != TEACHER:
             if self._room.frozen:
@@ -118,7 +119,16 @@ class ClassVisitors(Visitors):
                 self._room.check_cable(visitor)
         if visitor not in self._cars:
             self._cars[visitor] = VirtualCar(self._running.folder.virtual_car(visitor))
-        return self._cars[visitor]
+        if port == VIRTUAL:
+            yield self._cars[visitor]
+            return
+        self._room.begin_transfer(visitor, self._running.now_s())
+        self._running.show_changes()
+        try:
+            yield self._cars[visitor]
+        finally:
+            self._room.end_transfer(visitor)
+            self._running.show_changes()
 
 
 class TurnFleet(Fleet):

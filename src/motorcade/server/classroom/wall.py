@@ -111,7 +111,7 @@ class WallPictures:
                 continue
             self._last[place] = moment
             cars = world.playback.world.cars
-            shown = min(cars, MOST_CARS_SHOWN)
+            shown = min(cars, MOST_CARS_SHOWN) if world.pupil else cars
             parts.append(_PLACE.pack(place, shown, t_ms) + first_cars(moment, cars, shown))
         return _NUMBER.pack(self._number) + b"".join(parts) if parts else b""
 
@@ -191,7 +191,8 @@ class Walls:
         def show() -> Awaitable[None]:
             return self._show(socket, page, lambda: wall.answers(self._running.now_s()), PICTURE_EVERY_S)
 
-        await page.serve(DrawnWall, drawn, [show])
+        # The parade goes on although nobody has opened its own page.
+        await page.serve(DrawnWall, drawn, [show, lambda: self._worlds.run_unshown(self._mat.session, PICTURE_EVERY_S)])
 
     async def watch(self, socket: WebSocket) -> None:
         """Serve a page that looks on at one pupil's world; it follows the pupil from world to world."""

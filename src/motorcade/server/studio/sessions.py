@@ -169,6 +169,17 @@ class PageWorlds:
             if session.page is page:
                 session.page = None
 
+    async def run_unshown(self, session: PageWorld, every_s: float) -> None:
+        """Advance a shared world while no page has it, for those who look on; until the task is cancelled."""
+        clock = self._settings.clock
+        while True:
+            async with session.lock:
+                if session.page is None and session.wait_s(clock()) is not None:
+                    await session.in_thread(partial(_advance, session, clock))
+                    # An earlier page's picture is older than the world.
+                    session.sent.pop(bytes, None)
+            await asyncio.sleep(every_s)
+
     async def _serve(
         self, session: PageWorld, page: PageSocket, handle: Callable[[WorldMessage], Awaitable[None]]
     ) -> None:

@@ -69,8 +69,9 @@ class VirtualCar:
             self._lock.release()
 
 
-# Returns the simulated car of who asks; raises MotorcadeError where they may not upload to the port of that name.
-Admit = Callable[[WebSocket, str], VirtualCar]
+# Gives the simulated car of who asks while the transfer runs; raises MotorcadeError where they may not use the port of
+# that name.
+Admit = Callable[[WebSocket, str], AbstractContextManager[VirtualCar]]
 
 
 class Uploads:
@@ -87,10 +88,10 @@ class Uploads:
         async def transfer(order: UploadOrder) -> Outcome:
             profile = check_order(order)
             try:
-                car = self._admit(socket, order.port)
-                async with _sender(socket) as report:
-                    work = partial(self._transfer, order, profile, report, car)
-                    return await to_thread.run_sync(work, limiter=self._workers)
+                with self._admit(socket, order.port) as car:
+                    async with _sender(socket) as report:
+                        work = partial(self._transfer, order, profile, report, car)
+                        return await to_thread.run_sync(work, limiter=self._workers)
             except MotorcadeError as problem:
                 return failed(problem, order.port)
 

@@ -1,7 +1,7 @@
 """Who visits a studio, and what each visitor may do."""
 
 from collections.abc import Iterable
-from contextlib import AbstractAsyncContextManager, nullcontext
+from contextlib import AbstractAsyncContextManager, AbstractContextManager, nullcontext
 from pathlib import Path
 
 from starlette.requests import HTTPConnection
@@ -57,6 +57,9 @@ class Visitors:
         """Keep a request back while others of the same visitor are to be answered before; here none is."""
         return nullcontext()
 
-    def virtual_car(self, connection: HTTPConnection, port: str) -> VirtualCar:
-        """The simulated car of a visitor. Raises MotorcadeError where the visitor may not upload to ``port``."""
-        return self._car
+    def virtual_car(self, connection: HTTPConnection, port: str) -> AbstractContextManager[VirtualCar]:
+        """Give the simulated car of a visitor while a transfer through ``port`` runs.
+
+        Raises MotorcadeError where the visitor may not use that port.
+        """
+        return nullcontext(self._car)
