@@ -53,6 +53,19 @@ def test_the_documents_example_is_built_by_keyboard_alone(open_page, example_wor
     studio.expect_words(example_words)
 
 
+def test_the_program_stays_in_view_beside_an_open_drawer(show) -> None:
+    studio = show(EXAMPLE)
+    first, drawer = studio.block("leader", "left"), studio.editor("leader").get_by_role("treeitem", name="Drive")
+    before = studio.box(first)
+    drawer.click()
+    option = studio.box(studio.editor("leader").get_by_role("option").first)
+    assert studio.box(first)["x"] > option["x"] + option["width"]
+    studio.page.keyboard.press("Escape")
+    expect(studio.editor("leader").get_by_role("option")).to_have_count(0)
+    # The outline of what has the focus belongs to the box.
+    assert studio.box(first)["x"] == pytest.approx(before["x"], abs=10)
+
+
 def test_the_first_block_that_comes_by_keyboard_hangs_under_the_hat(open_page) -> None:
     studio = open_page()
     press_until_at(studio, "Tab", "treeitem", "Drive")

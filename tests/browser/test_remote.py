@@ -165,7 +165,7 @@ def test_the_page_asks_for_a_name_once_and_others_see_who_drives(drive) -> None:
     asked = driver.page.get_by_label(driver.say("yourName"))
     asked.fill("<b>小林")
     driver.button("keepName").click()
-    expect(driver.page.get_by_text("Choose another one in the settings")).to_be_visible()
+    expect(driver.page.get_by_text("emoji and other signs may not")).to_be_visible()
     expect(asked).not_to_be_visible()
     driver.page.locator("summary").click()
     asked.fill("小林")

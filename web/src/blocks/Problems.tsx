@@ -1,11 +1,22 @@
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
+import type { Diagnostic } from "../api/types";
 import { inLanguage } from "../i18n";
 import { useStudio } from "../state/studio";
 import { Icon } from "../ui/icons";
 import { MendButtons } from "./MendButtons";
 import { showBlock } from "./workspaces";
 import css from "./blocks.module.css";
+
+/** The diagnostics, those with the same sentence and no other button together. */
+function bySentence(diagnostics: readonly Diagnostic[]): Diagnostic[][] {
+  const groups = new Map<string, Diagnostic[]>();
+  diagnostics.forEach((each, index) => {
+    const key = each.editor && !each.mends?.length ? `${each.code} ${inLanguage(each.sentence)}` : String(index);
+    groups.set(key, [...(groups.get(key) ?? []), each]);
+  });
+  return [...groups.values()];
+}
 
 /** What the compiler says of the blocks, each with a link to its block. */
 export function Problems() {
@@ -14,24 +25,27 @@ export function Problems() {
   if (!diagnostics?.length) return null;
   return (
     <ul className={css.diagnostics} aria-label={t("words.diagnostics")}>
-      {diagnostics.map((diagnostic, index) => {
-        const { code, severity, sentence, path, block, editor } = diagnostic;
-        return (
-        <li key={`${code} ${path} ${index}`} data-severity={severity}>
-          <Icon name={severity} />
-          {block && editor ? (
-            <Button className={css.diagnostic} onPress={() => showBlock(editor, block)}>
-              <b>{t(`editors.${editor}`)}</b> {inLanguage(sentence)}
-            </Button>
-          ) : (
-            <span className={css.diagnostic}>
-              {editor && <b>{t(`editors.${editor}`)}</b>} {inLanguage(sentence)}
-            </span>
-          )}
-          <MendButtons diagnostic={diagnostic} />
+      {bySentence(diagnostics).map((group, index) => (
+        <li key={`${group[0]!.code} ${group[0]!.path} ${index}`} data-severity={group[0]!.severity}>
+          <Icon name={group[0]!.severity} />
+          <span>
+            {group.map(({ path, block, editor, sentence }, at) => {
+              const name = editor && <b>{t(`editors.${editor}`)}</b>;
+              const last = at === group.length - 1 && inLanguage(sentence);
+              return block && editor ? (
+                <Button key={path} className={css.diagnostic} onPress={() => showBlock(editor, block)}>
+                  {name} {last}
+                </Button>
+              ) : (
+                <span key={path}>
+                  {name} {last}
+                </span>
+              );
+            })}
+          </span>
+          <MendButtons diagnostic={group[0]!} />
         </li>
-        );
-      })}
+      ))}
     </ul>
   );
 }

@@ -9,7 +9,7 @@ import { useSettings } from "../state/settings";
 import { levelText } from "./figures";
 import { IconField, iconOf } from "./icons";
 import { SecondsField, SpeedField, speedsOf } from "./fields";
-import { pictureAbove } from "./flyoutPictures";
+import { pictureAbove } from "./drawers";
 
 type Option = [string, string];
 type Field = Record<string, unknown>;

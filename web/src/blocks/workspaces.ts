@@ -6,7 +6,7 @@ import { EDITORS, type EditorName, type WorkspaceState } from "../api/types";
 import { useSettings, type ThemeName } from "../state/settings";
 import { useStudio } from "../state/studio";
 import { hatOf, toolboxOf } from "./definitions";
-import { registerPictures } from "./flyoutPictures";
+import { DRAWER_PLUGINS, registerPictures } from "./drawers";
 
 const live = new Map<EditorName, Blockly.WorkspaceSvg>();
 
@@ -33,6 +33,7 @@ export function createWorkspace(host: HTMLElement, editor: EditorName): Blockly.
     toolbox: toolboxOf(editor),
     theme: themeOf(useSettings.getState().theme),
     renderer: "zelos",
+    plugins: DRAWER_PLUGINS,
     media: `${import.meta.env.BASE_URL}assets/blockly/`,
     sounds: false,
     trashcan: true,
