@@ -54,6 +54,12 @@ def test_three_clicks_of_a_first_visit_lead_to_a_swarm_in_step(open_page) -> Non
     expect(studio.page.get_by_text("12 followers drive forward")).to_be_visible()
     # The last digit of the header says that the followers' words have tags.
     studio.expect_words(["02040101", "65800000", "6c800000", "e5800000", "e5000000", "e4800000", "ec800000"])
+    # Undo takes back what the tour placed.
+    forward = {editor: studio.block(editor, "forward") for editor in ("leader", "followers")}
+    for leaders, followers in ((1, 0), (0, 0)):
+        studio.undo()
+        expect(forward["leader"]).to_have_count(leaders)
+        expect(forward["followers"]).to_have_count(followers)
     studio.page.reload()
     studio.wait_until_ready()
     expect(studio.page.get_by_role("button", name="Skip the tour")).to_have_count(0)

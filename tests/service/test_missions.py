@@ -1,6 +1,7 @@
 """Missions for the page: requests, goals while a world is played, and the stars of an owner."""
 
 import json
+from copy import deepcopy
 
 import pytest
 
@@ -14,6 +15,7 @@ from motorcade.program.blocks import blocks_of
 from motorcade.server.studio.library import FolderStorage
 from motorcade.server.studio.simulation import build_world
 from motorcade.service.messages import Capabilities, MissionChoice
+from motorcade.service.programs import error_answer
 from motorcade.service.requests import Context, respond
 from motorcade.service.world_messages import Goals, Move, Play, Reset, Seek, SetWorld, Shown, State, Step
 from motorcade.service.world_session import WorldSession
@@ -110,6 +112,55 @@ def test_what_is_not_valid_is_refused_with_a_sentence(ask, name, message, code):
         ask(name, message)
     assert caught.value.code == code
     assert all(caught.value.sentence(language) for language in languages())
+
+
+def _changed(document, *path, to):
+    document = deepcopy(document)
+    place = document
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = to
+    return document
+
+
+ZONE = {"name": "home", "centre_m": [1, 1], "radius_m": 0.2}
+
+
+@pytest.mark.parametrize(
+    ("path", "to", "english", "chinese"),
+    [
+        (("zone", 0, "name"), "", "Zone 1 has no name. Give it one.", "第 1 个区域没有名称。请给它取一个名称。"),
+        (("zone",), [ZONE, ZONE], "'Name of the zone' of zone 2 is home", "第 2 个区域的“区域名称”"),
+        (("goal", 0, "zone"), "none", "'Zone' of goal 1 is", "第 1 个目标的“区域”"),
+        (("goal", 0, "star"), 4, "'For which star' of goal 1 is 4", "第 1 个目标的“哪颗星”"),
+        (("goal", 0, "share"), 7, "'Which part of them' of goal 1 is 7", "第 1 个目标的“其中多少”"),
+        (("seconds",), 0, "'Seconds' is 0", "“秒数”"),
+        (
+            ("goal", 0),
+            {"kind": "all-by", "goal": 9, "seconds": 1},
+            "'Goal number' of goal 1 must",
+            "第 1 个目标的“目标编号”",
+        ),
+        (("goal", 0), {"kind": "stopped-by-voice"}, "Goal 1 needs a voice", "第 1 个目标需要"),
+        (("mat", "car"), [{"at_m": [0.5, 0.5]}], "No car on the mat leads", "场地上没有主机"),
+    ],
+)
+def test_a_fault_of_a_draft_is_told_in_the_words_of_its_editor(ask, path, to, english, chinese):
+    document = _changed(
+        {
+            **built_in_mission(NAME).document,
+            "zone": [ZONE],
+            "goal": [{"kind": "in-zone", "zone": "home"}],
+        },
+        *path,
+        to=to,
+    )
+    with pytest.raises(MotorcadeError) as caught:
+        ask("mission", {"document": document})
+    said = error_answer(caught.value).sentence
+    assert english in said["en"]
+    assert chinese in said["zh"]
+    assert "[" not in said["en"]
 
 
 def test_a_forbidden_kind_of_block_earns_no_star(ask):

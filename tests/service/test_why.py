@@ -16,7 +16,9 @@ from motorcade import Followers, Program, World, led, wait
 from motorcade import forward as ahead
 from motorcade.config.profile import built_in_profile
 from motorcade.locales import languages
+from motorcade.mats import Mat, Pose, Starts
 from motorcade.program.blocks import blocks_of
+from motorcade.service.in_the_way import Obstacle, in_the_way
 from motorcade.service.messages import Blocks, Capabilities
 from motorcade.service.programs import compile_blocks
 from motorcade.service.requests import Context, respond
@@ -174,6 +176,39 @@ def test_what_is_taken_away_is_not_in_the_way(kind, aside, away, others):
     after = played(cured(given, 0, found), before.now_ms)
     assert cause(after, 0).code == "why-leads"
     assert _x_m(after) > _x_m(before) + 0.01
+
+
+@given(
+    st.sampled_from(["wall", "disc", "polygon", "car"]),
+    st.integers(1, 39),
+    st.integers(0, 359),
+    st.integers(0, 180),
+    st.integers(-60, 60),
+)
+def test_only_what_stands_ahead_is_in_the_way(kind, depth_mm, heading_deg, side_deg, behind_deg):
+    """A car whose body overlaps a thing behind it or beside it drives away from it; one ahead holds it."""
+    radius_m = 0.05
+
+    def found(direction_deg):
+        angle = math.radians(heading_deg + direction_deg)
+        to_x, to_y = math.cos(angle), math.sin(angle)
+        near_m = radius_m - depth_mm / 1000
+        at_x, at_y = 2 + near_m * to_x, 2 + near_m * to_y
+        one, two = (at_x - to_y, at_y + to_x), (at_x + to_y, at_y - to_x)
+        things = {
+            "wall": {"walls": ((*one, *two),)},
+            "disc": {"discs": ((2 + (near_m + 0.3) * to_x, 2 + (near_m + 0.3) * to_y, 0.3),)},
+            "polygon": {"polygons": ((one, two, (at_x + 2 * to_x, at_y + 2 * to_y)),)},
+            "car": {},
+        }
+        mat = Mat("one thing", Starts.of([Pose(2, 2)], [True]), **things[kind])
+        other = (2 + (near_m + radius_m) * to_x, 2 + (near_m + radius_m) * to_y)
+        places = ((2, other[0]), (2, other[1])) if kind == "car" else ((2,), (2,))
+        return in_the_way(mat, 0, *places, math.radians(heading_deg), radius_m)
+
+    assert found(180 + behind_deg) is None
+    assert found(side_deg if side_deg > 60 else 90) is None
+    assert found(behind_deg * 0.9) == Obstacle(kind, 1 if kind == "car" else 0)
 
 
 def _x_m(studio):

@@ -311,7 +311,9 @@ def _listen(host: str, port: int, token: str) -> socket.socket:
     except MotorcadeError as problem:
         if problem.code != "port-taken":
             raise
-        raise MotorcadeError("studio-port-taken", port=port, url=url_of(host, port, token)) from None
+        # At 'all addresses' no page can be opened; this computer is one of them.
+        here = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
+        raise MotorcadeError("studio-port-taken", port=port, url=url_of(here, port, token)) from None
 
 
 def open_browser(url: str) -> None:

@@ -17,7 +17,7 @@ A file has these parts:
 import json
 import locale
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -51,11 +51,23 @@ def text(part: str, key: str, details: Mapping[str, Any], language: str) -> str:
 
 def error_sentence(code: str, details: Mapping[str, Any], language: str, audience: str = "") -> str:
     """Return the sentence of an error; see `motorcade.errors.MotorcadeError.sentence`."""
+    if audience:
+        details = {
+            name: _ForAudience(value, audience) if hasattr(value, "code") else value for name, value in details.items()
+        }
     if audience and code in catalogue(FIRST).get(audience, {}).get("errors", {}):
         for each in (language, FIRST):
             if sentence := catalogue(each).get(audience, {}).get("errors", {}).get(code):
                 return str(sentence).format(**{name: _in_language(value, each) for name, value in details.items()})
     return text("errors", code, details, language)
+
+
+def page_text(path: Sequence[str], language: str) -> str:
+    """Return a text of the page by its keys; an empty one where there is none."""
+    found: Any = catalogue(language)["page"]
+    for key in path:
+        found = found.get(key, "") if isinstance(found, dict) else ""
+    return found if isinstance(found, str) else ""
 
 
 def command_line_text(key: str, language: str, **details: Any) -> str:
@@ -74,6 +86,17 @@ def system_language() -> str:
         if system.lower().startswith((language, catalogue(language)["english_name"].lower())):
             return language
     return FIRST
+
+
+class _ForAudience:
+    """An error inside another one's sentence, which is for the same audience."""
+
+    def __init__(self, problem: Any, audience: str) -> None:
+        self._problem, self._audience = problem, audience
+
+    def sentence(self, language: str) -> str:
+        """The sentence of the error."""
+        return str(self._problem.sentence(language, self._audience))
 
 
 def _in_language(value: Any, language: str) -> Any:

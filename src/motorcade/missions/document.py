@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from motorcade.config.check import Fault, Text, check, load
-from motorcade.config.files import Kind, parse, read_text
+from motorcade.config.files import Kind, parse, place_text, read_text
 from motorcade.config.profile import Profile, built_in_profile
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.locales import FIRST, languages
 from motorcade.mats.document import check_mat, mat_of
 from motorcade.mats.model import Corners, Disc, Mat
 from motorcade.mats.schema import FORMAT as MAT_FORMAT
+from motorcade.missions.places import place_in_words
 from motorcade.missions.schema import GOALS, PATHS, goal_schema, mission_schema
 from motorcade.program.model import FORMAT as PROGRAM_FORMAT
 from motorcade.program.model import Program, program_from_dict, read_program
@@ -184,9 +185,11 @@ class _Reading:
     def __init__(self, name: str, text: str | None, reader: Reader | None) -> None:
         self._name, self._text, self._reader = name, text, reader
         self._file = _called(name)
+        # The page's editor has no file.
+        self._is_draft = name == OWN and text is None
 
     def mission(self, document: Any) -> Mission:
-        checked = load(document, mission_schema(), self._file, self._text)
+        checked = self._load(document)
         name = self._wording(checked["name"], ("name",))
         self._check_size(checked)
         mat = mat_of({"format": MAT_FORMAT, "name": name.sentence()} | checked["mat"], self._file)
@@ -214,8 +217,31 @@ class _Reading:
             **programs,
         )
 
+    def _load(self, document: Any) -> dict[str, Any]:
+        if not self._is_draft:
+            return load(document, mission_schema(), self._file, self._text)  # type: ignore[no-any-return]
+        checked, faults = check(document, mission_schema())
+        if faults:
+            raise self._error(faults[0])
+        return checked  # type: ignore[no-any-return]
+
     def _fault(self, code: str, place: tuple[str | int, ...], value: Text = "", allowed: Text = "") -> MotorcadeError:
-        return Fault(code, place, value, allowed).error(self._file, self._text)
+        return self._error(Fault(code, place, value, allowed))
+
+    def _error(self, fault: Fault) -> MotorcadeError:
+        """The error of a fault; of a draft, in the words of the page's editor."""
+        problem = fault.error(self._file, self._text)
+        words = place_in_words(fault.place) if self._is_draft else None
+        if words is None:
+            return problem
+        match fault.place:
+            case ("zone", int(number), "name") if str(fault.value).strip('" ') == "":
+                return MotorcadeError("mission-zone-nameless", number=number + 1)
+        return MotorcadeError(problem.code, **{**problem.details, "place": words})
+
+    def _place_of(self, place: tuple[str | int, ...], *more: str) -> Text:
+        whole = (*place, *more)
+        return (place_in_words(whole) if self._is_draft else None) or place_text(whole)
 
     def _wording(self, texts: str | Sentence, place: tuple[str | int, ...]) -> Wording:
         if isinstance(texts, str):
@@ -238,7 +264,7 @@ class _Reading:
         values, faults = check(goal, goal_schema(goal["kind"]))
         if faults:
             first = faults[0]
-            raise first._replace(place=(*place, *first.place)).error(self._file, self._text)
+            raise self._error(first._replace(place=(*place, *first.place)))
         if kind.one_of and not any(key in values for key in kind.one_of):
             raise self._fault("no-key", place, allowed=", ".join(kind.one_of))
         if "zone" in values and values["zone"] not in zones:
@@ -264,7 +290,7 @@ class _Reading:
             return tuple(who)
         found = tuple(car for car in cars if who == "all" or (car in leaders) == (who == "leader"))
         if not found:
-            raise MotorcadeError("mission-without-cars", file=self._file, place=f"goal[{place[1]}].who", who=who)
+            raise MotorcadeError("mission-without-cars", file=self._file, place=self._place_of(place, "who"), who=who)
         return found
 
     def _check_goals(self, goals: tuple[Goal, ...], mat: Mat) -> None:
@@ -274,11 +300,11 @@ class _Reading:
             raise MotorcadeError("mission-without-leader", file=self._file)
         for number, goal in enumerate(goals):
             if goal.kind == "stopped-by-voice" and not any(voice.word == "stop" for voice in mat.voices):
-                raise MotorcadeError("mission-without-voice", file=self._file, place=f"goal[{number}]")
+                raise MotorcadeError("mission-without-voice", file=self._file, place=self._place_of(("goal", number)))
             if goal.kind == "all-by":
                 other = goals[goal.values["goal"] - 1] if goal.values["goal"] <= len(goals) else None
                 if other is None or other.values.get("at") == "always" or not _is_reached(other.kind):
-                    place = f"goal[{number}].goal"
+                    place = self._place_of(("goal", number), "goal")
                     raise MotorcadeError("mission-goal-not-reached", file=self._file, place=place)
 
     def _check_size(self, checked: dict[str, Any]) -> None:

@@ -88,6 +88,16 @@ def test_a_used_port_is_refused_with_a_sentence(studio):
     assert said.startswith(f"port {studio.port} is taken. Perhaps the studio runs already: open {studio.url}")
 
 
+@pytest.mark.parametrize(("host", "page"), [("0.0.0.0", "http://127.0.0.1:{}/"), ("::", "http://[::1]:{}/")])
+def test_a_used_port_at_all_addresses_names_a_page_that_can_be_opened(tmp_path, host, page):
+    with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as other:
+        other.bind((host, 0))
+        other.listen()
+        port = other.getsockname()[1]
+        said = refusal(2, "studio", "--host", host, "--port", port, "--no-browser", "--library", tmp_path)
+    assert f"open {page.format(port)}" in said
+
+
 @pytest.mark.parametrize("host", ["no.such.host.invalid", "", "a b", "192.0.2.1", "\N{PILE OF POO}" * 64])
 def test_an_address_of_another_computer_is_refused_with_a_sentence(host):
     said = refusal(2, "studio", "--host", host, "--port", "0", "--no-browser")

@@ -4,8 +4,10 @@ import os
 import unicodedata
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Thread
 
 import pytest
+from filelock import FileLock
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -231,3 +233,31 @@ def test_an_owner_stores_a_bounded_number_of_bytes(tmp_path, begins_again):
     assert refusal(save, library, "b", "x" * 41) == "library-full"
     save(library, "b", "x" * 40)
     assert names(library) == ["b"]
+
+
+def test_two_servers_that_store_stars_at_the_same_time_lose_none(tmp_path, monkeypatch):
+    """The second one begins while the first, which has read what there is, writes."""
+    one, other = FolderStorage(tmp_path), FolderStorage(tmp_path)
+    second = Thread(target=other.add_stars, args=("", "herd", [3]))
+    write = library_module.replace_file
+
+    def while_another_writes(file, data):
+        monkeypatch.setattr(library_module, "replace_file", write)
+        second.start()
+        # It ends only without a lock.
+        second.join(0.2)
+        write(file, data)
+
+    monkeypatch.setattr(library_module, "replace_file", while_another_writes)
+    one.add_stars("", "square", [1])
+    second.join()
+    assert one.stars("") == {"square": [1], "herd": [3]}
+    assert one.list("") == []
+
+
+def test_a_lock_that_nobody_gives_back_is_told(tmp_path, monkeypatch):
+    monkeypatch.setattr(library_module, "LONGEST_WAIT_S", 0)
+    with FileLock(tmp_path / library_module.STARS_LOCK), pytest.raises(MotorcadeError) as caught:
+        FolderStorage(tmp_path).add_stars("", "square", [1])
+    assert caught.value.code == "cant-save"
+    assert caught.value.sentence("zh")

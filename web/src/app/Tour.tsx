@@ -1,8 +1,9 @@
 import { useEffect, useState } from "react";
 import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
+import { alterBlocks } from "../blocks/rows";
 import { playWhenReady } from "../mat/actions";
-import { FIRST_STEPS, FIRST_SWARM, loadProject } from "../projects/project";
+import { FIRST_STEPS, FIRST_SWARM } from "../projects/project";
 import { IconButton } from "../ui/controls";
 import { useSettings } from "../state/settings";
 import { useStudio } from "../state/studio";
@@ -14,18 +15,15 @@ const STEPS = ["blocks", "followers", "drive"] as const;
 /** What the page lights up at each step. */
 const PLACES = { blocks: "blocks", followers: "blocks", drive: "stage" } as const;
 
-/** Give a program to whoever has none, so that the tour has something to show. */
-function provide(program: typeof FIRST_STEPS, isMissing: boolean): void {
-  const { name, profile, mat, rangeMm } = useStudio.getState();
-  if (isMissing) loadProject({ ...program, name, profile, mat, range_mm: rangeMm });
+/** Give blocks to whoever has none, so that the tour has something to show; undo takes them back. */
+function first(): void {
+  if ((useStudio.getState().compiled?.states ?? 0) === 0) alterBlocks(FIRST_STEPS.leader, FIRST_STEPS.followers);
 }
-
-const first = () => provide(FIRST_STEPS, (useStudio.getState().compiled?.states ?? 0) === 0);
 
 /** Only where the leader's two blocks are the tour's own: other programs stay as they are. */
 function swarm(): void {
   const { leader, followers } = useStudio.getState();
-  provide(FIRST_SWARM, followers === null && JSON.stringify(leader).includes("first-forward"));
+  if (followers === null && JSON.stringify(leader).includes("first-forward")) alterBlocks(FIRST_SWARM.leader, FIRST_SWARM.followers);
   if (useStudio.getState().followers !== null) useStudio.setState({ editor: "followers" });
 }
 

@@ -11,10 +11,11 @@ import { useStudio } from "../state/studio";
 import { Divider } from "../ui/areas";
 import { IconButton } from "../ui/controls";
 import { Icon } from "../ui/icons";
-import { collectEdits, noteEdit } from "../words/compiling";
+import { noteEdit } from "../words/compiling";
 import { Mistake } from "./Mistake";
 import { forgetMarks, markDiagnostics, markRunning } from "./marks";
-import { createWorkspace, disposeWorkspace, emptyState, fill, findBlocks, read, revealBlock, showBlock, workspaceOf } from "./workspaces";
+import { parkFollowers, recordFollowers, unparkFollowers } from "./rows";
+import { createWorkspace, disposeWorkspace, fill, findBlocks, read, revealBlock, showBlock, workspaceOf } from "./workspaces";
 import css from "./blocks.module.css";
 import areas from "../ui/areas.module.css";
 import { classes } from "../ui/classes";
@@ -127,29 +128,15 @@ function SearchBar({ editor, onClose }: { editor: EditorName; onClose: () => voi
   );
 }
 
-/** Put the followers' blocks aside: only the leader is programmed. */
-function parkFollowers(): void {
-  collectEdits();
-  useStudio.setState(({ followers }) => ({ followers: null, parkedFollowers: followers, editor: "leader" }));
-}
-
-function unparkFollowers(): void {
-  const { followers, parkedFollowers } = useStudio.getState();
-  if (followers !== null) return;
-  useStudio.setState({ followers: parkedFollowers ?? emptyState("followers"), parkedFollowers: null, editor: "followers" });
-}
-
 function addFollowers(): void {
   unparkFollowers();
-  record({ key: "followers on", undo: parkFollowers, redo: unparkFollowers });
-  endEdit();
+  recordFollowers(true);
 }
 
 function dropFollowers(): void {
   const hasSteps = (workspaceOf("followers")?.getAllBlocks(false).length ?? 0) > 1;
   parkFollowers();
-  record({ key: "followers off", undo: unparkFollowers, redo: parkFollowers });
-  endEdit();
+  recordFollowers(false);
   if (hasSteps) notify(i18next.t("editors.dropped"), "info", { label: i18next.t("editors.bringBack"), run: addFollowers });
 }
 

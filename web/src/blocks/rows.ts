@@ -2,10 +2,11 @@
 
 import * as Blockly from "blockly/core";
 import type { EditorName, WorkspaceState } from "../api/types";
+import { endEdit, record } from "../state/history";
 import { useStudio } from "../state/studio";
 import { collectEdits, noteEdit } from "../words/compiling";
 import { hatOf } from "./definitions";
-import { read, workspaceOf } from "./workspaces";
+import { emptyState, workspaceOf } from "./workspaces";
 
 type State = Blockly.serialization.blocks.State;
 
@@ -46,7 +47,7 @@ function replaceRow(connection: Blockly.Connection, first: State | undefined): v
   for (const { state, block: present } of wanted) {
     for (let off = at.targetBlock(); off && !off.isEnabled(); off = at.targetBlock()) at = off.nextConnection!;
     const alone = { ...state, next: undefined };
-    const block = present ?? Blockly.serialization.blocks.append(alone, at.getSourceBlock().workspace);
+    const block = present ?? Blockly.serialization.blocks.append(alone, at.getSourceBlock().workspace, { recordUndo: true });
     if (at.targetBlock() !== block) {
       if (present) block.unplug(true);
       at.connect(block.previousConnection!);
@@ -76,6 +77,28 @@ export function alterBlocks(leader: WorkspaceState, followers: WorkspaceState | 
   if (followers && before) alterEditor("followers", followers);
   Blockly.Events.setGroup(group);
   collectEdits();
-  if (followers && !before) useStudio.setState({ followers, parkedFollowers: null });
-  if (!followers && before) useStudio.setState({ parkedFollowers: workspaceOf("followers") ? read("followers") : before, followers: null });
+  if (Boolean(followers) === Boolean(before)) return;
+  if (followers) useStudio.setState({ followers, parkedFollowers: null });
+  else parkFollowers();
+  recordFollowers(Boolean(followers));
+}
+
+/** Put the followers' blocks aside: only the leader is programmed. */
+export function parkFollowers(): void {
+  collectEdits();
+  useStudio.setState(({ followers }) => ({ followers: null, parkedFollowers: followers, editor: "leader" }));
+}
+
+export function unparkFollowers(): void {
+  const { followers, parkedFollowers } = useStudio.getState();
+  if (followers !== null) return;
+  useStudio.setState({ followers: parkedFollowers ?? emptyState("followers"), parkedFollowers: null, editor: "followers" });
+}
+
+/** Note for undo that the followers are programmed from now on, or no longer. */
+export function recordFollowers(on: boolean): void {
+  const [undo, redo] = on ? [parkFollowers, unparkFollowers] : [unparkFollowers, parkFollowers];
+  endEdit();
+  record({ key: "followers", undo, redo });
+  endEdit();
 }

@@ -1,4 +1,4 @@
-import { useEffect } from "react";
+import { useEffect, useMemo } from "react";
 import { useTranslation } from "react-i18next";
 import { inLanguage } from "../i18n";
 import { useSettings } from "../state/settings";
@@ -9,6 +9,7 @@ import { ToolButton } from "./fields";
 import { ZoneGrips } from "../missions/ZoneGrips";
 import { MatCanvas } from "./MatCanvas";
 import { Narration } from "./Narration";
+import { carBeside } from "./room";
 import type { Session } from "./session";
 import { choose, useMat } from "./store";
 import { Sound } from "./sound";
@@ -68,7 +69,10 @@ function Notice({ session }: { session: Session }) {
   const isLost = link === "lost" || link === "elsewhere";
   const isStarting = useStudio(({ service }) => service === "starting");
   const waiting = isStarting ? t("server.starting") : isLost ? t(`mat.link.${link}`) : null;
-  const text = waiting ?? (problem && inLanguage(problem.sentence));
+  const mat = useStudio((studio) => studio.mat);
+  const beside = useMemo(() => carBeside(mat), [mat]);
+  const warning = beside === null ? null : t("mat.carBeside", { car: beside });
+  const text = waiting ?? (problem ? inLanguage(problem.sentence) : warning);
   return (
     <div role="status">
       {text && (

@@ -1,9 +1,10 @@
 import { describe, expect, it } from "vitest";
 import { between, boxOf, fitted, framed, isWellFramed, panned, scaleBar, toScreen, toWorld, zoomed } from "./camera";
+import { boxAt, discAt, touchesMat } from "../missions/draft";
 import type { Mat } from "./document";
 import { Motion } from "./carLayer";
 import { gripAt, type Sight } from "./pointer";
-import { freePoint, hasRoomForCar, hasRoomForPiece } from "./room";
+import { carBeside, freePoint, hasRoomForCar, hasRoomForPiece } from "./room";
 import { eyeBehind, lensOf, scaleAt, seen } from "./perspective";
 import { heardIn, starNotes } from "./sound";
 import { pictureOf } from "./testPictures";
@@ -78,6 +79,20 @@ describe("the camera", () => {
   it("goes from one view to another evenly", () => {
     expect(between({ x: 0, y: 0, scale: 100 }, { x: 2, y: 4, scale: 400 }, 0.5)).toEqual({ x: 1, y: 2, scale: 200 });
   });
+});
+
+it("the first car that stands beside its mat is named", () => {
+  const beside = (...car: [number, number][]) => carBeside({ format: "motorcade-mat/1", name: "", size_m: [2, 1], car: car.map((at_m) => ({ at_m })) });
+  expect(beside([0, 0], [2, 1])).toBeNull();
+  expect(beside([1, 1], [50, 0.5], [0, -9])).toBe(1);
+  expect(carBeside({ format: "motorcade-mat/1", name: "", car: [{ at_m: [900, 0] }] })).toBeNull();
+});
+
+it("a zone of which a part lies on the mat is on it", () => {
+  const touches = (x: number, y: number) => [boxAt("home", x, y), discAt("home", x, y)].map((zone) => touchesMat({ size_m: [2, 1] } as unknown as Mat, zone));
+  expect(touches(1, 0.5)).toEqual([true, true]);
+  expect(touches(-0.1, 1.1)).toEqual([true, true]);
+  for (const [x, y] of [[-0.5, 0.5], [2.5, 0.5], [1, -0.5], [1, 30]] as const) expect(touches(x, y)).toEqual([false, false]);
 });
 
 describe("room", () => {

@@ -43,6 +43,12 @@ export function distanceToPiece(kind: FurnitureKind, piece: Piece, point: Point)
   return Math.min(...corners_m.map((corner, k) => distanceToLine(corner, corners_m[(k + 1) % corners_m.length]!, point)));
 }
 
+/** The first car that stands beside its mat, which is allowed where the edge is open; null where none does. */
+export function carBeside(mat: Mat): number | null {
+  const car = (mat.car ?? []).findIndex(({ at_m }) => !isOnMat(mat, at_m, 0));
+  return car < 0 ? null : car;
+}
+
 function isOnMat({ size_m }: Mat, [x, y]: Point, air: number): boolean {
   return !size_m || (x >= air && y >= air && x <= size_m[0] - air && y <= size_m[1] - air);
 }

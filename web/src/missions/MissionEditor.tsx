@@ -21,6 +21,7 @@ import {
   reshapedZone,
   saveDraft,
   saveToLibrary,
+  touchesMat,
   tryDraft,
 } from "./draft";
 import buttons from "../ui/buttons.module.css";
@@ -102,6 +103,7 @@ function ZoneLine({ draft, place, zone }: { draft: Draft; place: number; zone: M
     const goals = draft.goals.map((goal) => (goal.zone === zone.name ? { ...goal, zone: name } : goal));
     editDraft({ zones: draft.zones.with(place, { ...zone, name, title: { en: name, zh: name } }), goals }, `zone name ${place}`);
   };
+  const isBeside = useStudio(({ mat }) => !touchesMat(mat, zone));
   const reshape = (changes: Parameters<typeof reshapedZone>[1]) => change(reshapedZone(zone, changes));
   return (
     <div className={css.row} role="group" aria-label={zone.name}>
@@ -114,6 +116,11 @@ function ZoneLine({ draft, place, zone }: { draft: Draft; place: number; zone: M
       <Quantity label={t("missions.width")} value={width} least={0.05} onChange={(value) => reshape({ width: value })} />
       {!zone.centre_m && <Quantity label={t("missions.height")} value={height} least={0.05} onChange={(value) => reshape({ height: value })} />}
       <ToolButton icon="trash" label={t("missions.removeZone", { name: zone.name })} onPress={() => editDraft({ zones: draft.zones.toSpliced(place, 1) })} />
+      {isBeside && (
+        <p role="status" className={css.warning}>
+          {t("missions.zoneBeside")}
+        </p>
+      )}
     </div>
   );
 }

@@ -104,6 +104,12 @@ export function boxOf({ corners_m, centre_m, radius_m }: MissionZone): [number, 
   return [Math.min(...x), Math.min(...y), Math.max(...x) - Math.min(...x), Math.max(...y) - Math.min(...y)];
 }
 
+/** Whether a part of a zone lies on the mat; a mat without a size has no end. */
+export function touchesMat({ size_m }: Mat, zone: MissionZone): boolean {
+  const [left, bottom, width, height] = boxOf(zone);
+  return !size_m || (left < size_m[0] && bottom < size_m[1] && left + width > 0 && bottom + height > 0);
+}
+
 const SMALLEST_M = 0.05;
 
 /** Move or stretch a zone; all its corners keep their places within it. */

@@ -12,7 +12,8 @@ import unicodedata
 from hashlib import sha256
 from pathlib import Path
 from stat import S_ISREG
-from threading import Lock
+
+from filelock import FileLock
 
 from motorcade.config.files import disk_reason, replace_file
 from motorcade.errors import MotorcadeError
@@ -33,6 +34,9 @@ DELETED = "deleted"
 OWNERS = "owners"
 # The stars of missions that an owner has earned.
 STARS = "missions.json"
+STARS_LOCK = ".missions.lock"
+# For another process that writes stars; longer than any disk takes.
+LONGEST_WAIT_S = 10
 _ENDING = ".motorcade.json"
 _DIGITS = 6
 # Characters that some file system refuses or treats specially; the dot because for Windows "con.x" is a device.
@@ -51,7 +55,6 @@ class FolderStorage(Storage):
         self._folder = folder
         self._limits = limits
         self._used_bytes: dict[str, int] = {}
-        self._stars_lock = Lock()
 
     def write_version(
         self, owner: str, name: str, data: bytes, base: int | None = None, saved_at_s: float | None = None
@@ -134,18 +137,20 @@ class FolderStorage(Storage):
         return stars_in(document.get("stars")) if isinstance(document, dict) else {}
 
     def add_stars(self, owner: str, mission: str, stars: "list[int]") -> "list[int]":
-        with self._stars_lock:
-            before = self.stars(owner)
-            earned = united_stars(before, mission, stars)
-            if earned == before.get(mission, []):
-                return earned
-            folder = self._owner_folder(owner)
-            text = json.dumps({"format": "motorcade-stars/1", "stars": before | {mission: earned}}, indent=1) + "\n"
-            try:
-                folder.mkdir(parents=True, exist_ok=True)
-                replace_file(folder / STARS, text.encode())
-            except OSError as problem:
-                raise _disk_error("cant-save", problem) from None
+        """One at a time among all threads and processes: whoever read before another wrote would lose its stars."""
+        folder = self._owner_folder(owner)
+        if not stars:
+            return self.stars(owner).get(mission, [])
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with FileLock(folder / STARS_LOCK, timeout=LONGEST_WAIT_S):
+                before = self.stars(owner)
+                earned = united_stars(before, mission, stars)
+                if earned != before.get(mission, []):
+                    text = json.dumps({"format": "motorcade-stars/1", "stars": before | {mission: earned}}, indent=1)
+                    replace_file(folder / STARS, f"{text}\n".encode())
+        except OSError as problem:
+            raise _disk_error("cant-save", problem) from None
         return earned
 
     def _owner_folder(self, owner: str) -> Path:
