@@ -21,7 +21,7 @@ def test_followers_receive_words_and_turn(open_page) -> None:
     expect(studio.page.get_by_text("1 follower turns right")).to_be_visible()
     studio.choose_car(1)
     expect(studio.page.get_by_text("Heard last: B5000000 from car 0")).to_be_visible()
-    expect(studio.page.get_by_text("Stands at x 2.00 m, y 1.00 m")).to_be_visible()
+    expect(studio.page.get_by_text("At x 2.00 m, y 1.00 m")).to_be_visible()
 
 
 def test_ticking_the_box_opens_the_followers_editor_and_sends_them_words(open_page) -> None:

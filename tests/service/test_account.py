@@ -21,9 +21,10 @@ from motorcade.engine.showing import NO_INDEX
 from motorcade.locales import catalogue, languages
 from motorcade.mats import Pose
 from motorcade.server.studio.simulation import ServerWorld
-from motorcade.service.world_messages import Move, Reset, Seek, Speak, Step
+from motorcade.service.world_messages import Move, Reset, Seek, Speak, Step, Watch
 from motorcade.service.world_session import WorldSession
 from motorcade.words.image import bytes_to_words
+from motorcade.words.infrared import tag_of, word_of
 from support.page_account import PageAccount, WorldOnPage, claims_of
 from support.plain_world import PlainWorld
 from support.soak import SOAK
@@ -31,6 +32,7 @@ from support.worlds import Case, cases
 
 EVERY_MS = 100
 LATELY_MS, RECENT_MS, THOUGHTS_FROM_MS = 5000, 4000, 1500
+MOST_THOUGHTS = 5
 LEVELS = ("start", "words")
 ACTIVITIES = {0: "forward", 1: "left", 2: "right"}
 # So many stored moments are looked at in each run of the quick profile; all of them in `make soak`.
@@ -117,22 +119,48 @@ class Look:
         self.silent = {"lost"} if level == "start" else set()
         on_page.page.do(level=level)
 
+    def watch(self, car: int) -> None:
+        """Choose the car whose details are compared."""
+        self.car = car
+        self.on_page.page.do(choose=car)
+        self.on_page.send(Watch(car))
+
     def compare(self, truth: Truth, t_ms: int) -> None:
-        told = self.on_page.page.ask(self.language, lanes=True)
+        told = self.on_page.page.ask(self.language)
         assert told["tMs"] == t_ms
         if t_ms:
             assert claims_of(told["caption"], self.language) == _without(truth.claims, self.silent)
         self._announced(told["announced"], truth)
         self._indices(truth)
-        self._thoughts(told["thoughts"], truth, t_ms)
-        for car, lane in enumerate(told["lanes"]):
-            self._lane(car, lane, t_ms)
+        self._thoughts(told["thoughts"], truth, t_ms, told["past"])
+        self._details(told["details"], truth, t_ms)
+        self._lane(told["lane"], t_ms)
 
     def _announced(self, sentence: str, truth: Truth) -> None:
         """Right after another world begins, the sentence for screen readers speaks of that one."""
         if self.on_page.picture.flags & 2:
             claims = {key: min(count, 1) if key == "lost" else count for key, count in truth.claims.items()}
             assert claims_of(sentence, self.language) == _without(claims, self.silent)
+
+    def _details(self, details: dict[str, Any], truth: Truth, t_ms: int) -> None:
+        """What stands beside the stage of the chosen car."""
+        word, happened = truth.words[self.car], Counter(self.witness.happened(0, t_ms, self.car))
+        assert details["car"] == self.car
+        assert details["word"] == (None if word is None else f"{word:08x}")
+        assert details["runs"] == truth.running[self.car]
+        assert (details["frames"], details["heard"]) == (happened[FRAME, ""], happened[HEARD, ""])
+        assert details["lost"] == {why: happened[LOST, why] for why in LOSS_REASONS[1:]}
+        heard = [
+            (at_ms, bits, sender)
+            for at_ms, whose, kind, _, bits, sender in self.witness.plain.events
+            if (whose, kind) == (self.car, HEARD) and at_ms < t_ms
+        ]
+        last = details["last_frame"]
+        assert (last is None) == (not heard)
+        if last:
+            at_ms, bits, sender = heard[-1]
+            assert (last["t_ms"], last["car"], last["tag"]) == (at_ms, sender, tag_of(bits))
+            assert last["word"] == f"{word_of(bits):08x}"
 
     def _indices(self, truth: Truth) -> None:
         """The stage's colours, the legend and the glowing blocks follow from the index of each car's word."""
@@ -144,7 +172,7 @@ class Look:
             # A follower may hold a word whose bits flipped on the way.
             assert shown == (truth.words[car] if truth.words[car] in words[1:] else None)
 
-    def _thoughts(self, thoughts: list[tuple[int, str]], truth: Truth, t_ms: int) -> None:
+    def _thoughts(self, thoughts: list[tuple[int, str]], truth: Truth, t_ms: int, past: bool) -> None:
         texts = catalogue(self.language)["page"]["mat"]["thoughts"]
         names = {text: name for name, text in texts.items()}
         assert t_ms >= THOUGHTS_FROM_MS or not thoughts
@@ -154,17 +182,28 @@ class Look:
             for car in range(len(plain.boards))
             if any(kind == FRAME for kind, _ in self.witness.happened(t_ms - RECENT_MS, t_ms, car))
         }
+        has_heard = {
+            car
+            for car in range(len(plain.boards))
+            if any(kind == HEARD for kind, _ in self.witness.happened(t_ms - RECENT_MS, t_ms, car))
+        }
+        wonder = {
+            car
+            for car, board in enumerate(plain.boards)
+            if not truth.running[car] and (board.is_leader or car not in has_heard)
+        }
+        if past and t_ms >= THOUGHTS_FROM_MS:
+            assert len(thoughts) == min(len(wonder), MOST_THOUGHTS)
+        assert {car for car, text in thoughts if not names[text].startswith("blocked")} <= wonder
         for car, text in thoughts:
             mine = Counter(self.witness.happened(t_ms - RECENT_MS, t_ms, car))
             name = names[text]
             if name in ("blocked", "blockedByCar"):
                 continue
-            assert not truth.running[car]
             if name == "noProgram":
                 assert truth.no_program[car]
                 continue
             assert not plain.boards[car].is_leader
-            assert not any(kind == HEARD for kind, _ in mine)
             range_um = self.range_mm * 1000
             near = [k for k in sent - {car} if _squared(truth, k, car) <= (range_um + 2) ** 2]
             far = [k for k in sent - {car} if _squared(truth, k, car) > (range_um - 2) ** 2]
@@ -180,16 +219,16 @@ class Look:
     def range_mm(self) -> int:
         return self.witness.plain.profile.infrared.range_mm
 
-    def _lane(self, car: int, lane: dict[str, Any], t_ms: int) -> None:
+    def _lane(self, lane: dict[str, Any], t_ms: int) -> None:
         """The lane of the timeline: the word at the shown moment, and a mark wherever something happened."""
         running = None
         for at_ms, whose, kind, _, word, _ in self.witness.plain.events:
-            if whose == car and at_ms < t_ms:
+            if whose == self.car and at_ms < t_ms:
                 running = None if kind == OVER else word if KINDS[kind] in ("state", "start") else running
         assert lane["word"] == running
         for name, kind in (("frame", FRAME), ("heard", HEARD), ("lost", LOST)):
             assert lane[name] == sorted(
-                {t for t, whose, each, *_ in self.witness.plain.events if (whose, each) == (car, kind)}
+                {t for t, whose, each, *_ in self.witness.plain.events if (whose, each) == (self.car, kind)}
             )
 
 
@@ -227,6 +266,7 @@ def test_all_that_the_page_says_is_true_at_each_moment(
         driven = DrivenCars()
         on_page, witness = begun(each, session, page, driven), Witness(each, each.seed)
         look = Look(on_page, witness, language, level)
+        look.watch(data.draw(st.integers(0, len(each.mat.starts) - 1)))
         look.compare(witness.stored[0], 0)
         for _ in range(data.draw(st.integers(1, 3))):
             if (change := data.draw(changes(len(each.mat.starts)))) is not None:
@@ -245,6 +285,7 @@ def test_all_that_the_page_says_is_true_at_each_moment(
         if data.draw(st.booleans()):
             # A page that is loaded again.
             on_page.take(session.connect())
+            look.watch(look.car)
             look.compare(witness.truth(), witness.plain.now_ms)
 
 

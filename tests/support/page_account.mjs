@@ -1,8 +1,8 @@
 // Draws what the page says about a world, without a browser: it runs the page's own sources in Node.
 //
 // It reads one JSON object a line from stdin. {answer}: a message of the service, as text; {bytes}: a picture, as
-// base64; {words}: the compiled words of the program; {level, range_mm}: settings; {choose}: a car or null.
-// {ask: language, pixels}: write one line to stdout: what the page says now.
+// base64; {level}, {range_mm}: settings; {choose}: a car. {ask: language}: write one line to stdout: what the page says
+// now; of the timeline, the lane of the chosen car.
 
 import { createInterface } from "node:readline";
 import { dirname, join } from "node:path";
@@ -74,17 +74,18 @@ function laneOf(car, tMs, nowMs) {
   return { word: span?.word ?? null, frame: at(Mark.frame), heard: at(Mark.heard), lost: at(Mark.lost) };
 }
 
-async function told({ ask, lanes }) {
+async function told({ ask }) {
   changeLanguage(ask);
   await new Promise((done) => setTimeout(done));
   flushSync(() => undefined);
-  const { hello, state, tMs, past } = useMat.getState();
+  const { chosen, state, tMs, past, details } = useMat.getState();
   const [caption, announced] = ["p[data-text]", "p[aria-live]"].map((name) => host.querySelector(name));
   return {
     caption: caption?.getAttribute("data-text") ?? "",
     announced: announced?.textContent ?? "",
     thoughts: [...host.querySelectorAll("[data-car]")].map((each) => [Number(each.dataset.car), each.textContent]),
-    lanes: lanes ? Array.from({ length: hello.cars }, (_, car) => laneOf(car, tMs, state.t_ms)) : [],
+    lane: laneOf(chosen.car, tMs, state.t_ms),
+    details,
     tMs,
     past,
   };
@@ -95,6 +96,7 @@ for await (const line of createInterface({ input: process.stdin })) {
   if (order.answer) flushSync(() => stream.onMessage(order.answer));
   if (order.bytes) flushSync(() => stream.onMessage(Uint8Array.from(Buffer.from(order.bytes, "base64")).buffer));
   if (order.level) flushSync(() => useSettings.setState({ level: order.level }));
+  if ("choose" in order) useMat.setState({ chosen: { car: order.choose }, details: null });
   if ("range_mm" in order) useStudio.setState({ rangeMm: order.range_mm });
   if (order.ask) process.stdout.write(`${JSON.stringify(await told(order))}\n`);
 }

@@ -11,9 +11,10 @@ import struct
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from motorcade.engine.events import LOST
-from motorcade.engine.showing import EVENT_BYTES
+from motorcade.engine.showing import CAR_BYTES, EVENT_BYTES
 
 PICTURE = 1
 # A picture's flags.
@@ -29,6 +30,8 @@ MOST_EVENT_BYTES = 12 << 20
 PAST_BYTES = (MOST_MOMENT_BYTES, MOST_EVENT_BYTES)
 # The approximate size in Python of an object without content.
 _OBJECT_BYTES = 128
+# As in a picture: time, car, kind, reason, word, and other.
+_EVENT = struct.Struct("<IIBBxxII")
 _TIME = struct.Struct("<I")
 _KIND = struct.Struct("<8xB11x")
 _HEADER = struct.Struct("<BBHIIIII")
@@ -39,6 +42,31 @@ def pack_picture(number: int, flags: int, t_ms: int, cars: int, lost: int, momen
     events = events[-MOST_EVENTS * EVENT_BYTES :]
     count = len(events) // EVENT_BYTES
     return _HEADER.pack(PICTURE, flags, 0, number & 0xFFFFFFFF, t_ms, cars, count, lost) + moment + events
+
+
+def index_and_flags(moment: bytes, cars: int, car: int) -> tuple[int, int]:
+    """Return two columns of a moment for a car: the index of its word, and its flags."""
+    index = int.from_bytes(moment[12 * cars + 2 * car :][:2], "little")
+    return index, moment[(CAR_BYTES - 1) * cars + car]
+
+
+class StoredEvent(NamedTuple):
+    """An event of a car; kind and reason are indices of `motorcade.engine.events`."""
+
+    t_ms: int
+    car: int
+    kind: int
+    why: int
+    word: int
+    other: int
+
+
+class StoredMoment(NamedTuple):
+    """A moment of the past, and all stored events of one car, also those of later."""
+
+    t_ms: int
+    moment: bytes
+    events: list[StoredEvent]
 
 
 class History:
@@ -116,6 +144,10 @@ class History:
             if size >= most * EVENT_BYTES:
                 break
         return b"".join(batches)[-most * EVENT_BYTES :]
+
+    def events_of(self, car: int) -> list[StoredEvent]:
+        """The events of a car, by time."""
+        return [StoredEvent._make(row) for batch in self._events for row in _EVENT.iter_unpack(batch) if row[1] == car]
 
     def events(self) -> list[bytes]:
         """All rows, in batches."""

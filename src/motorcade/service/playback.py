@@ -13,6 +13,7 @@ from motorcade.service.history import (
     MOST_EVENTS,
     PAST,
     History,
+    StoredMoment,
     pack_picture,
 )
 from motorcade.service.messages import MatDocument
@@ -71,6 +72,9 @@ class SimulatedWorld(Protocol):
 
     def details(self, car: int) -> CarDetails:
         """The details of a car."""
+
+    def details_then(self, car: int, then: StoredMoment) -> CarDetails:
+        """The details of a car at a moment of the past; ``why`` is of the present."""
 
     def counts(self) -> dict[str, int]:
         """What has happened since the beginning, by name."""
@@ -285,8 +289,13 @@ class Playback:
         return self.world.referee.goals(self._shown_ms) if self.world.referee else None
 
     def car(self) -> CarDetails | None:
-        """The details of the watched car in the present; None where none is watched."""
-        return None if self._watched is None else self.world.details(self._watched)
+        """The details of the watched car at the shown time, why in the present; None where none is watched."""
+        if self._watched is None:
+            return None
+        if self._shown_ms is None:
+            return self.world.details(self._watched)
+        then = StoredMoment(*self._history.moment_at(self._shown_ms), self._history.events_of(self._watched))
+        return self.world.details_then(self._watched, then)
 
     def events(self) -> list[bytes]:
         """All stored rows of events, in batches."""

@@ -1,16 +1,23 @@
 """A world that a page plays (`motorcade.service.playback.SimulatedWorld`), wherever its kernels run."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeVar
 
+from msgspec import structs
+
 from motorcade.car.brain import HOLDS, RUNNING, SLOT, STARTED_MS, WORD
 from motorcade.config.profile import Profile
+from motorcade.engine.events import FRAME as SENT
+from motorcade.engine.events import HEARD, LOSS_REASONS, LOST, START, STATE
 from motorcade.engine.pictures import Near, Pictures
+from motorcade.engine.showing import NO_INDEX, RUNS
 from motorcade.engine.simulation import Simulation
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.mats import Mat, Pose, check_mat
 from motorcade.mats.document import mat_of
+from motorcade.service.history import StoredMoment, index_and_flags
 from motorcade.service.in_the_way import Obstacle, in_the_way
 from motorcade.service.messages import MatDocument, sentences
 from motorcade.service.missions import chosen_mission
@@ -20,7 +27,7 @@ from motorcade.service.referee import Referee
 from motorcade.service.why import Facts, Sender, why
 from motorcade.service.world_messages import CarDetails, Hello, ReceivedFrame, SetWorld, Why
 from motorcade.words.formats import CONTROL, FRAME
-from motorcade.words.image import parse_image_bytes, words_to_bytes
+from motorcade.words.image import bytes_to_words, parse_image_bytes, words_to_bytes
 from motorcade.words.infrared import word_of
 from motorcade.words.ticks import elapsed_ms
 
@@ -110,6 +117,30 @@ class StudioWorld(SimulatedWorld):
         reason = Why(phrase.key, sentences(phrase), phrase.details.get("car"), cure, value)
         return CarDetails(car=car, **self._word_of(car), **counted, why=reason)
 
+    def details_then(self, car: int, then: StoredMoment) -> CarDetails:
+        now = self.details(car)
+        before = [event for event in then.events if event.t_ms < then.t_ms]
+        after = Counter((event.kind, event.why) for event in then.events if event.t_ms >= then.t_ms)
+        begun = next((event for event in reversed(before) if event.kind in (STATE, START)), None)
+        heard = next((event for event in reversed(before) if event.kind == HEARD), None)
+        index, flags = index_and_flags(then.moment, self.cars, car)
+        runs = bool(flags & RUNS)
+        word = begun.word if begun else None
+        # With several images the index may be of another one than the first.
+        if index != NO_INDEX and len(self._world.images) == 1:
+            word = bytes_to_words(self._world.images[0])[index]
+        return structs.replace(
+            now,
+            **_shown_word(word if runs or not now.leads else None),
+            index=index,
+            runs=runs,
+            since_ms=elapsed_ms(then.t_ms, begun.t_ms) if begun else None,
+            frames=now.frames - after[SENT, 0],
+            heard=now.heard - after[HEARD, 0],
+            lost={why: now.lost[why] - after[LOST, k] for k, why in enumerate(LOSS_REASONS) if why},
+            last_frame=_received(heard.word, heard.other, heard.t_ms) if heard else None,
+        )
+
     def _facts(self, car: int, counted: dict[str, Any]) -> Facts:
         """What `why` needs to know of a car."""
         senders, listeners = self._pictures.nearest(car)
@@ -158,8 +189,7 @@ class StudioWorld(SimulatedWorld):
         holds = bool(runs if is_leader else held)
         return {
             "leads": is_leader,
-            "word": f"{word:08x}" if holds else None,
-            "values": CONTROL.decode(word)._asdict() if holds else None,
+            **_shown_word(word if holds else None),
             "index": self._pictures.index_of(car),
             "runs": bool(runs),
             "since_ms": elapsed_ms(self.now_ms, started_ms) if holds else None,
@@ -168,9 +198,7 @@ class StudioWorld(SimulatedWorld):
     def _counted(self, car: int) -> dict[str, Any]:
         """The frames that a car sent, received and lost, and the last one that it received."""
         counted = self._pictures.counted(car)
-        on_air = FRAME.decode(counted.last_word)
-        shown = f"{word_of(counted.last_word):08x}"
-        last = ReceivedFrame(shown, on_air.tag, on_air.check, counted.last_sender, counted.last_ms)
+        last = _received(counted.last_word, counted.last_sender, counted.last_ms)
         return {
             "frames": counted.frames,
             "heard": counted.heard,
@@ -192,6 +220,19 @@ class StudioWorld(SimulatedWorld):
         radius_m = self.profile.body.diameter_mm / 2000
         range_m = self.profile.infrared.range_mm / 1000
         return Hello(session, resumed, self.cars, self.leads(), self.tick_ms, radius_m, range_m)
+
+
+def _shown_word(word: int | None) -> dict[str, Any]:
+    """A word as a page shows it, and by fields."""
+    return {
+        "word": None if word is None else f"{word:08x}",
+        "values": None if word is None else CONTROL.decode(word)._asdict(),
+    }
+
+
+def _received(bits: int, sender: int, t_ms: int) -> ReceivedFrame:
+    on_air = FRAME.decode(bits)
+    return ReceivedFrame(f"{word_of(bits):08x}", on_air.tag, on_air.check, sender, t_ms)
 
 
 def _senders(cars: list[Near]) -> tuple[Sender, ...]:

@@ -168,7 +168,7 @@ class Why(Struct):
 class CarDetails(_WorldAnswer, tag="car"):
     """The details of the watched car: the word that it executes or holds, and its counts since the beginning.
 
-    ``why`` says why it does what it does.
+    All are of the shown time, but ``why``: it says why the car does what it does at present.
     """
 
     car: int

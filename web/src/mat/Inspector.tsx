@@ -1,7 +1,8 @@
+import i18next from "i18next";
 import { Button, Input, Label, Link, NumberField } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { CompiledWord } from "../api/types";
-import { type CarDetails, type LossReason, LOSS_REASONS } from "../api/world";
+import { type CarDetails, type LossReason, LOSS_REASONS, NO_INDEX } from "../api/world";
 import { FORMATS } from "../generated/steps";
 import { useStudio, useWords } from "../state/studio";
 import { bitsOf, colourOf, fieldMeaning, groupOf, valueOf } from "../words/bits";
@@ -112,7 +113,9 @@ const MOST_NAMED = 12;
 function DrivenCars({ session, car }: { session: Session; car: number | null }) {
   const { t } = useTranslation();
   const driven = useMat(({ state }) => state?.driven ?? NONE);
-  if (!driven.length) return null;
+  // They are those of the present.
+  const past = useMat((now) => now.past);
+  if (!driven.length || past) return null;
   const named = driven.slice(0, MOST_NAMED).join(", ") + (driven.length > MOST_NAMED ? " …" : "");
   return (
     <p>
@@ -132,7 +135,7 @@ function Place() {
   const pose = useMat((now) => now.pose);
   if (!pose) return null;
   const metres = (value: number) => value.toFixed(2);
-  return <p >{t("mat.place", { x: metres(pose.x_m), y: metres(pose.y_m), heading: pose.heading_deg })}</p>;
+  return <p>{t("mat.place", { x: metres(pose.x_m), y: metres(pose.y_m), heading: pose.heading_deg })}</p>;
 }
 
 function Details({ details }: { details: CarDetails }) {
@@ -152,7 +155,7 @@ function Details({ details }: { details: CarDetails }) {
       <p className={css.word}>
         <span className={css.swatch} style={{ background: colour === undefined ? "var(--quiet)" : hexColour(colour) }} />
         {word === null ? t("mat.noWord") : <code>{word.toUpperCase()}</code>}
-        {word !== null && <span>{details.runs ? t("mat.runs", { count: details.index }) : t("mat.over")}</span>}
+        {word !== null && <span>{wordText(details)}</span>}
       </p>
       {word !== null && values && <Fields hex={word} leads={details.leads} />}
       <dl className={css.counters}>
@@ -180,6 +183,12 @@ function Details({ details }: { details: CarDetails }) {
       )}
     </>
   );
+}
+
+/** Whether the word runs, and which of the program's it is; one that was damaged on the way is none of them. */
+function wordText({ runs, index }: CarDetails): string {
+  if (!runs) return i18next.t("mat.over");
+  return index === NO_INDEX ? i18next.t("mat.runsOther") : i18next.t("mat.runs", { count: index });
 }
 
 function Counter({ title, count }: { title: string; count: number }) {

@@ -234,7 +234,10 @@ export class Session {
     }
     const car = chosenCar();
     if (car !== null && car >= hello.cars) useMat.setState({ chosen: null, details: null });
-    else if (car !== null) this.watch();
+    else if (car !== null) {
+      useMat.setState({ details: null });
+      this.watch();
+    }
     // A canvas that is made only now must not draw the cars of the world before.
     if (this.picture?.cars !== hello.cars) this.picture = null;
     useMat.setState({ hello });

@@ -167,13 +167,13 @@ interface ToolsProps {
 export function TimelineTools({ session, spanMs, onSpan }: ToolsProps) {
   const { t } = useTranslation();
   const [kind, setKind] = useState<Jump>("word");
-  const [event, setEvent] = useState<CarEvent | null>(null);
+  const [found, setFound] = useState<{ event: CarEvent; run: number } | null>(null);
   const past = useMat((now) => now.past);
   const cars = useMat(({ hello }) => hello?.cars ?? 0);
   const tickMs = useMat(({ hello }) => hello?.tick_ms ?? 1);
   const jump = (forward: boolean) => {
     const to = jumpTo(session.events.of(chosenCar() ?? 0), kind, useMat.getState().tMs, forward);
-    setEvent(to);
+    setFound(to && { event: to, run: session.events.runs });
     if (to) session.seek(to.tMs);
   };
   return (
@@ -199,7 +199,7 @@ export function TimelineTools({ session, spanMs, onSpan }: ToolsProps) {
         <Downloads session={session} />
       </div>
       <p className={css.event} aria-live="polite">
-        {event && past ? <EventText event={event} /> : t("timeline.howTo")}
+        {found && past && found.run === session.events.runs ? <EventText event={found.event} /> : t("timeline.howTo")}
       </p>
     </div>
   );

@@ -24,6 +24,8 @@ export class EventStore {
   version = 0;
   /** All events from this time on are stored; some before may be missing. */
   knownFromMs = 0;
+  /** Counts the runs: the stored events are those of the last one. */
+  runs = 0;
 
   constructor(private readonly most = MOST_STORED) {
     this.rows = new Uint32Array(most * EVENT_COLUMNS);
@@ -37,6 +39,7 @@ export class EventStore {
   clear(cars: number): void {
     this.last = new Float64Array(cars).fill(NONE);
     this.taken = this.knownFromMs = 0;
+    this.runs += 1;
     this.version += 1;
   }
 
