@@ -1,52 +1,34 @@
 """A class in real browsers: a teacher's desk and wall, and pupils who join by a few taps."""
 
+import json
 import re
+from contextlib import suppress
+from time import monotonic
 
 import pytest
 from playwright.sync_api import expect
 from scripts.studio_process import project_link
 
+from motorcade.locales import catalogue
 from support.barriers import serious_barriers
 from support.class_page import PROJECT
-from support.class_visits import SIZES, class_room
+from support.class_visits import DRAWN, SIZES, class_room, expect_leaders
+from support.driven_car import DrivenCar
 from support.soak import SOAK
 from support.studio_page import PHONE
 from support.studio_programs import EXAMPLE
-
-# A picture of a canvas: whether it shows a car, and what, as short text.
-_DRAWN = """canvas => {
-  const { data, width } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
-  const leader = getComputedStyle(canvas).getPropertyValue("--leader").trim();
-  const [r, g, b] = [1, 3, 5].map(at => parseInt(leader.slice(at, at + 2), 16));
-  const columns = new Set();
-  for (let at = 0; at < data.length; at += 4)
-    if (data[at] === r && data[at + 1] === g && data[at + 2] === b) columns.add((at / 4) % width);
-  return [...columns].sort((one, other) => one - other);
-}"""
-
-
-def leaders_in(canvas) -> int:
-    """How many leaders a canvas shows, none above another."""
-    columns = canvas.evaluate(_DRAWN)
-    return sum(column - 1 not in columns for column in columns)
-
-
-def expect_leaders(canvas, count: int) -> None:
-    """Wait until a canvas shows so many leaders."""
-    expect(canvas).to_be_visible()
-    for _ in range(300):
-        if leaders_in(canvas) == count:
-            return
-        canvas.page.wait_for_timeout(100)
-    assert leaders_in(canvas) == count
 
 
 @pytest.fixture(scope="module")
 def room(browser, page_built, tmp_path_factory):
     """A class with a teacher and two pupils, who have a program: Mia with a phone, 小明 with a tablet in Chinese."""
-    with class_room(browser, tmp_path_factory.mktemp("class") / "class") as room:
+    folder = tmp_path_factory.mktemp("class") / "class"
+    with (
+        DrivenCar() as car,
+        class_room(browser, folder, "--car", f"red=127.0.0.1:{car.port}/{car.telemetry_port}") as room,
+    ):
         link = project_link(room.base, EXAMPLE, "Robot")
-        room.mia = room.pupil("Mia", link, size=PHONE, has_touch=True, is_mobile=True)
+        room.mia = room.pupil("Mia", link, size=PHONE, has_touch=True, is_mobile=True, sleeps=True)
         room.ming = room.pupil("小明", link, language="zh", theme="dark")
         yield room
 
@@ -161,10 +143,10 @@ def test_the_wall_shows_all_stages_also_those_that_stand_still(room, desk) -> No
     for pupil in ("Mia", "小明"):
         tile = wall.get_by_role("img", name=desk.say("class.stageOf", name=pupil), exact=True)
         expect_leaders(tile, 1)
-    before = tile.evaluate(_DRAWN)
+    before = tile.evaluate(DRAWN)
     room.ming.page.locator("#mat-play").click()
     wall.wait_for_function(
-        f"([canvas, before]) => ({_DRAWN})(canvas).join() !== before.join()", arg=[tile.element_handle(), before]
+        f"([canvas, before]) => ({DRAWN})(canvas).join() !== before.join()", arg=[tile.element_handle(), before]
     )
     room.ming.page.locator("#mat-play").click()
     wall.get_by_role("link").filter(has_text="Mia").click()
@@ -188,9 +170,104 @@ def test_the_shared_mat_shows_the_cars_of_both_pupils(room, desk) -> None:
     desk.button("class.pause", mat).click()
     expect(desk.button("class.play", mat)).to_be_visible()
     mat.close()
+    wall = desk.open("wall")
+    expect_leaders(wall.get_by_role("img", name=desk.say("class.matTitle"), exact=True), 2)
+    wall.close()
     desk.button("class.matClose").click()
     expect(desk.button("class.matOpen")).to_be_visible()
     expect(room.mia.button("pupil.matAgain")).to_have_count(0)
+
+
+def test_a_turn_at_the_cable_and_at_a_car_is_passed_on(room, desk) -> None:
+    mia, ming = room.mia, room.ming
+    part = desk.part("cars")
+    ming.button("pupil.cable").click()
+    expect(ming.button("pupil.cableYours")).to_be_visible()
+    mia.button("pupil.cable").tap()
+    expect(mia.button("pupil.cableWait", count=1)).to_be_visible()
+    desk.button("class.nextOne").click()
+    mia.button("pupil.cableYours").tap()
+    expect(part.get_by_text(desk.say("class.cableFree"))).to_be_visible()
+    ming.button("pupil.driveCar", car="red").click()
+    with ming.context.expect_page() as opened:
+        ming.bar.get_by_role("link").click()
+    mia.button("pupil.driveCar", car="red").tap()
+    expect(mia.bar).to_contain_text(mia.say("pupil.turnWait", count=1))
+    drive = opened.value
+    steer(drive, drive.get_by_role("status").filter(has_text=ming.say("remote.moving")))
+    desk.button("class.nextOne").click()
+    expect(mia.bar.get_by_role("link")).to_be_visible()
+    steer(drive, drive.get_by_text(catalogue("zh")["errors"]["not-your-turn"].replace("{car}", "red")))
+    drive.close()
+    mia.button("pupil.leaveCar", car="red").tap()
+    expect(part.get_by_text(desk.say("class.nobodyDrives"))).to_be_visible()
+
+
+def steer(page, shows) -> None:
+    """Hold a key until the page shows something: a car that stopped by itself wants the key to be let go."""
+    page.get_by_role("status").first.wait_for()
+    for _ in range(5):
+        page.keyboard.down("ArrowUp")
+        with suppress(AssertionError):
+            expect(shows.first).to_be_visible(timeout=3000)
+            page.keyboard.up("ArrowUp")
+            return
+        page.keyboard.up("ArrowUp")
+    expect(shows.first).to_be_visible()
+
+
+def test_a_pupil_sees_nothing_of_what_others_do(room) -> None:
+    ming = room.ming
+    ming.forgive("401")
+    for path in ("wall", "mat", "wall?pupil=01"):
+        page = ming.open(path)
+        expect(page.get_by_text(ming.say("class.projectorNeedsTeacher"))).to_be_visible()
+        assert page.get_by_role("img").count() == 0
+        page.close()
+    page = ming.open("desk")
+    expect(page.get_by_label(ming.say("class.password"))).to_be_visible()
+    assert "Mia" not in page.content()
+    page.goto(f"{room.base}?pupil=01")
+    expect(page.get_by_role("textbox").first).to_have_value("Robot")
+    page.close()
+    asked = ming.context.request.post(f"{room.base}api/desk/project", data={"pupil": "01", "name": ""})
+    assert asked.status == 401
+
+
+def test_the_teacher_looks_at_a_pupils_stage_and_at_what_the_pupil_works_on(room, desk) -> None:
+    row = desk.row("小明")
+    with desk.context.expect_page() as opened:
+        row.get_by_role("link").first.click()
+    expect_leaders(opened.value.get_by_role("img", name=desk.say("class.stageOf", name="小明"), exact=True), 1)
+    opened.value.close()
+    row.locator("summary").click()
+    row.get_by_role("button", name=desk.say("class.showProjects")).click()
+    with desk.context.expect_page() as opened:
+        row.get_by_role("link", name=desk.say("class.draft")).click()
+    looks = opened.value
+    expect(looks.get_by_text(desk.say("pupil.lookAbout"))).to_be_visible()
+    expect(looks.get_by_role("textbox").first).to_have_value("Robot")
+    looks.close()
+
+
+def test_the_qr_code_leads_to_the_address_that_the_teacher_chooses(room, desk) -> None:
+    # This computer may have one address only; which of several the server knows and shows first, others test.
+    found = desk.context.request.post(f"{room.base}api/desk/addresses").json()
+    both = [*found["addresses"], "http://10.0.0.7:7710/"]
+
+    def choose(route) -> None:
+        first = json.loads(route.request.post_data)["address"]
+        route.fulfill(json=found | {"addresses": sorted(both, key=first.__ne__), "qr_code": "<svg/>"})
+
+    desk.page.route("**/api/desk/addresses", lambda route: route.fulfill(json=found | {"addresses": both}))
+    desk.page.route("**/api/desk/choose-address", choose)
+    part = desk.part("class")
+    picture = part.get_by_role("img", name=desk.say("class.qrCode")).get_attribute("src")
+    part.get_by_text(both[1]).click()
+    expect(part.get_by_role("radio").first).to_have_accessible_name(both[1])
+    expect(part.get_by_role("radio").first).to_be_checked()
+    assert part.get_by_role("img", name=desk.say("class.qrCode")).get_attribute("src") != picture
+    desk.page.unroute_all()
 
 
 def tab_to(page, thing) -> None:
@@ -259,3 +336,61 @@ def test_no_page_of_the_class_has_barriers_or_is_too_wide(room, size, language, 
 def assert_clear(page) -> None:
     assert serious_barriers(page) == [], page.url
     assert page.evaluate("() => document.documentElement.scrollWidth <= innerWidth"), page.url
+
+
+def draft_name(room, pupil: str) -> str:
+    """The name of what the server holds as a pupil's draft."""
+    asked = room.teacher.context.request.post(f"{room.base}api/desk/project", data={"pupil": pupil, "name": ""})
+    return asked.json()["name"]
+
+
+def wait_until(room, is_so) -> None:
+    for _ in range(600):
+        if is_so():
+            return
+        room.teacher.page.wait_for_timeout(100)
+    assert is_so()
+
+
+def test_a_tablet_without_a_network_for_ten_minutes_loses_nothing(room, desk) -> None:
+    mia, page = room.mia, room.mia.page
+    mia.forgive("WebSocket", "ERR_INTERNET_DISCONNECTED")
+    mia.context.set_offline(True)
+    page.get_by_role("textbox").first.fill("Asleep")
+    # As a tablet that sleeps: what was due meanwhile happens once.
+    page.clock.fast_forward("10:00")
+    mia.context.set_offline(False)
+    wait_until(room, lambda: draft_name(room, "01") == "Asleep")
+    mia.button("pupil.raiseHand").tap()
+    desk.button("class.lowerHandOf", name="Mia").click()
+    expect(page.get_by_role("textbox").first).to_have_value("Asleep")
+
+
+@pytest.mark.parametrize("kill", range(10 if SOAK else 1))
+def test_after_the_server_was_killed_all_are_back_and_nothing_is_lost(room, desk, kill) -> None:
+    pupils = {"01": room.mia, "02": room.ming}
+    for visit in (*pupils.values(), desk):
+        visit.forgive("WebSocket", "ERR_CONNECTION")
+    lost = desk.page.get_by_text(desk.say("class.linkLost"))
+    names = {number: visit.page.get_by_role("textbox").first for number, visit in pupils.items()}
+    names["01"].fill(f"Before {kill}")
+    room.kill()
+    expect(lost).to_be_visible()
+    names["02"].fill(f"Meanwhile {kill}")
+    room.start_again()
+    began_s = monotonic()
+    expect(lost).to_have_count(0)
+    for name in ("Mia", "小明"):
+        expect(desk.row(name).and_(desk.page.locator(":not([data-away])"))).to_be_visible()
+    assert not SOAK or monotonic() - began_s < 5
+    after = {"01": f"Before {kill}", "02": f"Meanwhile {kill}"}
+    wait_until(room, lambda: {number: draft_name(room, number) for number in pupils} == after)
+    for number, visit in pupils.items():
+        play = visit.page.locator("#mat-play")
+        play.click()
+        expect(play).to_have_text(visit.say("mat.pause"))
+        play.click()
+        if SOAK:
+            visit.page.reload()
+            visit.wait_for_studio()
+        expect(names[number]).to_have_value(after[number])

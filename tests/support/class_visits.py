@@ -1,7 +1,8 @@
 """The pages of a class in real browsers: the teacher's and the pupils', each in a browser profile of its own."""
 
 import json
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import ExitStack, contextmanager
 from urllib.parse import urlsplit
 
 from playwright.sync_api import Browser, Locator, Page, expect
@@ -105,9 +106,11 @@ class Visit:
 
 
 class ClassRoom:
-    """A class in a process, its teacher, and the browsers of its pupils."""
+    """A class in a process, its teacher, and the browsers of its pupils; ``start`` starts a server at a port."""
 
-    def __init__(self, browser: Browser, told: dict):
+    def __init__(self, browser: Browser, start: Callable):
+        self._start = start
+        self.process, told = start(0)
         self.browser, self.told = browser, told
         self.base, self.code = told["addresses"][0], told["code"]
         self.visits: list[Visit] = []
@@ -116,11 +119,22 @@ class ClassRoom:
         self.visits.append(Visit(self.browser, self.base, **options))
         return self.visits[-1]
 
-    def pupil(self, name: str, link: str = "", **options) -> Visit:
-        """A visit of a pupil who is in, and has opened a link to a project."""
+    def pupil(self, name: str, link: str = "", sleeps: bool = False, **options) -> Visit:
+        """A visit of a pupil who is in, and has opened a link to a project; ``sleeps``: the page's clock can be set."""
         visit = self.visit(**options)
+        if sleeps:
+            visit.page.clock.install()
         visit.join(name, self.code, link)
         return visit
+
+    def kill(self) -> None:
+        """End the server at once, as a power cut does."""
+        self.process.kill()
+        self.process.wait()
+
+    def start_again(self) -> None:
+        """Start the server at the same address, and wait until it says so."""
+        self.process, _ = self._start(urlsplit(self.base).port)
 
     def close(self) -> None:
         """End all visits. Raises AssertionError where a page reported an error."""
@@ -130,11 +144,39 @@ class ClassRoom:
 
 
 @contextmanager
-def class_room(browser: Browser, folder):
-    """A class with a teacher, whose desk is open."""
-    with started(folder) as (_, told):
-        room = ClassRoom(browser, told)
+def class_room(browser: Browser, folder, *more: str):
+    """A class with a teacher, whose desk is open; ``more`` are further options of the command."""
+    with ExitStack() as stack:
+        room = ClassRoom(browser, lambda port: stack.enter_context(started(folder, port, *more)))
         room.teacher = room.visit(size=(1440, 900))
-        room.teacher.sign_in(told["desk"])
+        room.teacher.sign_in(room.told["desk"])
         yield room
         room.close()
+
+
+# A picture of a canvas: whether it shows a car, and what, as short text.
+DRAWN = """canvas => {
+  const { data, width } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  const leader = getComputedStyle(canvas).getPropertyValue("--leader").trim();
+  const [r, g, b] = [1, 3, 5].map(at => parseInt(leader.slice(at, at + 2), 16));
+  const columns = new Set();
+  for (let at = 0; at < data.length; at += 4)
+    if (data[at] === r && data[at + 1] === g && data[at + 2] === b) columns.add((at / 4) % width);
+  return [...columns].sort((one, other) => one - other);
+}"""
+
+
+def leaders_in(canvas: Locator) -> int:
+    """How many leaders a canvas shows, none above another."""
+    columns = canvas.evaluate(DRAWN)
+    return sum(column - 1 not in columns for column in columns)
+
+
+def expect_leaders(canvas: Locator, count: int) -> None:
+    """Wait until a canvas shows so many leaders."""
+    expect(canvas).to_be_visible()
+    for _ in range(300):
+        if leaders_in(canvas) == count:
+            return
+        canvas.page.wait_for_timeout(100)
+    assert leaders_in(canvas) == count
