@@ -270,6 +270,7 @@ def test_the_button_says_whether_it_adds_deletes_or_writes():
     assert said("Program([forward(1, seconds=2)])") == "delete it"
     assert said("Program([forwad(1)])") == "write 'forward'"
     assert said("Program([forward(1) forward(1)])") == "add ','"
+    assert said("Program([forward(1)，forward(1)])") == "write ','"
 
 
 def test_a_block_that_stands_in_a_wrong_place_is_moved_or_deleted():

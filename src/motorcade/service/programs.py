@@ -204,11 +204,11 @@ def _mend(mend: program_diagnostics.Mend, block: str | None, followers: Any) -> 
     shown = f"{value:g}" if isinstance(value, float) else str(value)
     key = _MENDS.get(mend.field, "mend-value")
     if mend.field == program_diagnostics.TEXT:
-        shown = shown.strip(" ,\n")
-        if not shown and value != ",":
+        shown = shown.strip(" ,\n") or shown
+        if not shown:
             key = "mend-delete"
         elif mend.span and mend.span[:2] == mend.span[2:]:
-            key, shown = "mend-add", shown or ","
+            key = "mend-add"
     elif mend.value is True:
         key = "mend-listen"
     sentence = messages.sentences(Phrase(key, value=shown))

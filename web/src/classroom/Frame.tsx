@@ -1,47 +1,16 @@
 /** What all pages of a class share: the frame, the settings, and how a refused request is told. */
 
 import { type ReactNode, useEffect, useId, useState } from "react";
-import { THEMES, type ThemeName, useSettings } from "../state/settings";
 import buttons from "../ui/buttons.module.css";
-import { Icon } from "../ui/icons";
+import { SettingsSheet } from "../ui/SettingsSheet";
 import { ClassError } from "./ask";
 import css from "./class.module.css";
-import { changeLanguage, type Key, LANGUAGES, nameOf, useLanguage, useSentences, useTexts } from "./texts";
+import { type Key, texts, useLanguage, useSentences, useTexts } from "./texts";
 
 function Settings() {
   const t = useTexts();
-  const language = useLanguage((state) => state.language);
-  const theme = useSettings((settings) => settings.theme);
-  const ids = [useId(), useId()];
-  return (
-    <details className={css.settings}>
-      <summary aria-label={t("settings")}>
-        <Icon name="settings" />
-      </summary>
-      <div className={css.settingsSheet}>
-        <label htmlFor={ids[0]}>{t("language")}</label>
-        <select id={ids[0]} value={language} onChange={(event) => changeLanguage(event.target.value)}>
-          {LANGUAGES.map((each) => (
-            <option key={each} value={each} lang={each}>
-              {nameOf(each)}
-            </option>
-          ))}
-        </select>
-        <label htmlFor={ids[1]}>{t("theme")}</label>
-        <select
-          id={ids[1]}
-          value={theme}
-          onChange={(event) => useSettings.setState({ theme: event.target.value as ThemeName })}
-        >
-          {THEMES.map((each) => (
-            <option key={each} value={each}>
-              {t(each)}
-            </option>
-          ))}
-        </select>
-      </div>
-    </details>
-  );
+  const labels = { settings: t("settings"), language: t("language"), theme: t("theme") };
+  return <SettingsSheet languages={texts} labels={labels} nameOfTheme={t} className={css.settings} />;
 }
 
 /** A title that may be empty or not known yet, or else another. */

@@ -6,7 +6,8 @@ import type { Sentence } from "../generated/messages";
 
 export type Key = keyof Texts;
 
-export const { LANGUAGES, useLanguage, startLanguages, changeLanguage, nameOf, useTexts } = plainTexts<Texts>(languages);
+export const texts = plainTexts<Texts>(languages);
+export const { useLanguage, startLanguages, useTexts } = texts;
 
 /** A function that gives a sentence of the server in the page's language. */
 export function useSentences(): (sentence: Sentence) => string {

@@ -1,13 +1,13 @@
-import { useEffect, useId, useState } from "react";
+import { useEffect, useState } from "react";
 import type { CarTelemetry } from "../generated/remote";
-import { THEMES, useSettings, type ThemeName } from "../state/settings";
+import { useSettings } from "../state/settings";
 import buttons from "../ui/buttons.module.css";
-import { Icon } from "../ui/icons";
+import { SettingsSheet } from "../ui/SettingsSheet";
 import { CarList, Notices, useCarName } from "./Cars";
 import { Controls, Stick, Stop } from "./Controls";
 import { address, link, useRemote } from "./link";
 import css from "./remote.module.css";
-import { changeLanguage, LANGUAGES, nameOf, useLanguage, useTexts } from "./texts";
+import { texts, useLanguage, useTexts } from "./texts";
 
 /** A car that receives nothing for longer has stopped by itself. */
 const WEAK_MS = 300;
@@ -93,39 +93,12 @@ function AskName() {
 
 function Settings() {
   const t = useTexts();
-  const language = useLanguage(({ language }) => language);
-  const theme = useSettings(({ theme }) => theme);
   const userName = useSettings(({ userName }) => userName);
-  const ids = [useId(), useId()];
+  const labels = { settings: t("settings"), language: t("languages"), theme: t("themes") };
   return (
-    <details className={css.settings}>
-      <summary aria-label={t("settings")}>
-        <Icon name="settings" />
-      </summary>
-      <div className={css.settingsSheet}>
-        <label htmlFor={ids[0]}>{t("languages")}</label>
-        <select id={ids[0]} value={language} onChange={(event) => changeLanguage(event.target.value)}>
-          {LANGUAGES.map((each) => (
-            <option key={each} value={each} lang={each}>
-              {nameOf(each)}
-            </option>
-          ))}
-        </select>
-        <label htmlFor={ids[1]}>{t("themes")}</label>
-        <select
-          id={ids[1]}
-          value={theme}
-          onChange={(event) => useSettings.setState({ theme: event.target.value as ThemeName })}
-        >
-          {THEMES.map((each) => (
-            <option key={each} value={each}>
-              {t(each)}
-            </option>
-          ))}
-        </select>
-        {userName !== null && <NameField />}
-      </div>
-    </details>
+    <SettingsSheet languages={texts} labels={labels} nameOfTheme={t}>
+      {userName !== null && <NameField />}
+    </SettingsSheet>
   );
 }
 

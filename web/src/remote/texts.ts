@@ -5,4 +5,5 @@ import { plainTexts } from "../i18n/plain";
 
 export type Key = keyof Texts;
 
-export const { LANGUAGES, useLanguage, startLanguages, changeLanguage, nameOf, useTexts } = plainTexts<Texts>(languages);
+export const texts = plainTexts<Texts>(languages);
+export const { useLanguage, startLanguages, useTexts } = texts;
