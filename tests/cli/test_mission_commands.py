@@ -90,7 +90,10 @@ def test_check_ends_with_1_where_no_star_is_earned(mission, tmp_path):
     assert json.loads(ran.out)["goals"][1]["why"].startswith("小车 在")
     forbidden = project(tmp_path, FORWARD, {"led": {"which": 0, "seconds": 1}})
     ran = run("check", mission, forbidden)
-    assert (ran.code, json.loads(ran.out)["goals"][0]["why"]) == (1, "the program uses led; allowed are drive, wait")
+    assert (ran.code, json.loads(ran.out)["goals"][0]["why"]) == (
+        1,
+        "the program uses light; allowed are driving, waiting",
+    )
 
 
 def test_check_takes_python_text_and_never_executes_it(mission, tmp_path):

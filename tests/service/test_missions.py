@@ -167,7 +167,8 @@ def test_a_forbidden_kind_of_block_earns_no_star(ask):
     mission = built_in_mission(NAME)
     checked = ask("missions/check", attempt(built_in_mission("lights-on").solution, id=NAME))
     assert checked["stars"] == []
-    assert checked["steps"]["en"].startswith("the program uses led, together; allowed are")
+    assert checked["steps"]["en"].startswith("the program uses light, steps at once; allowed are")
+    assert checked["steps"]["zh"].startswith("程序用了 灯、同时进行；允许的是 ")
     assert len(checked["goals"]) == len(mission.goals)
 
 

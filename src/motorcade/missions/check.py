@@ -1,6 +1,7 @@
 """Check a program against a mission: simulate it on every seed, and count the stars."""
 
 from collections.abc import Callable, Iterable, Iterator
+from functools import reduce
 from typing import Any, NamedTuple
 
 from motorcade.engine.events import COLUMNS
@@ -115,10 +116,19 @@ def steps_result(mission: Mission, program: Program | None) -> GoalResult | None
     used = [*_kinds_in(program.leader), *_kinds_in(program.followers.steps if program.followers else ())]
     others = sorted(set(used) - set(allowed))
     if others:
-        why = Phrase("goal-steps-not-allowed", used=", ".join(others), allowed=", ".join(allowed))
+        why = Phrase("goal-steps-not-allowed", used=_listed(others), allowed=_listed(allowed))
     else:
-        why = Phrase("goal-steps-allowed", allowed=", ".join(allowed))
+        why = Phrase("goal-steps-allowed", allowed=_listed(allowed))
     return GoalResult(STEPS, 1, not others, mission.seeds[0], 0, why)
+
+
+def _listed(kinds: Iterable[str]) -> Phrase:
+    """The names of kinds of steps, one after another."""
+    return reduce(lambda first, second: Phrase("listed", first=first, second=second), map(_name_of, kinds))
+
+
+def _name_of(kind: str) -> Phrase:
+    return Phrase(f"step-{kind}")
 
 
 def _kinds_in(steps: Iterable[Step]) -> Iterator[str]:
