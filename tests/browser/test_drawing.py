@@ -28,5 +28,6 @@ def test_a_thousand_followers_fit_on_the_mat(open_page) -> None:
     followers = studio.page.get_by_role("textbox", name="Followers")
     followers.fill("1000")
     followers.press("Enter")
+    expect(studio.page.get_by_text("1000 followers stand still")).to_be_visible()
     studio.play()
     expect(studio.block("followers", "right")).to_contain_class(RUNNING)

@@ -10,7 +10,6 @@ import { colourWords, hexColour } from "./colours";
 import type { Session } from "./session";
 import css from "./mat.module.css";
 
-const LEGEND_MS = 300;
 const MOST_COLOURS = 6;
 
 function heldWords(picture: Picture | null): string {
@@ -27,10 +26,9 @@ export function Legend({ session, words }: { session: Session; words: readonly C
   const { t } = useTranslation();
   const open = useSettings((settings) => settings.legend);
   const marksShow = useSettings((settings) => settings.level !== "start");
-  const [held, setHeld] = useState("");
+  const [held, setHeld] = useState(() => heldWords(session.picture));
   useEffect(() => {
-    const timer = setInterval(() => setHeld(heldWords(session.picture)), LEGEND_MS);
-    return () => clearInterval(timer);
+    return session.listen((picture) => setHeld(heldWords(picture)));
   }, [session]);
   const { strong } = colourWords(words);
   // A block may make several words.

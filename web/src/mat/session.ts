@@ -254,7 +254,8 @@ export class Session {
     const { compiled, running: before } = useStudio.getState();
     const running = runningBlocks(picture, compiled?.words ?? []);
     if (!sameRunning(running, before)) useStudio.setState({ running });
-    const wait = picture.past || picture.fresh ? 0 : this.shownAt + SHOW_EVERY_MS - performance.now();
+    const isJump = picture.past || picture.fresh || useMat.getState().past;
+    const wait = isJump ? 0 : this.shownAt + SHOW_EVERY_MS - performance.now();
     clearTimeout(this.showing);
     if (wait <= 0) this.show();
     else this.showing = setTimeout(() => this.show(), wait);
