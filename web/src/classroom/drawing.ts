@@ -186,7 +186,7 @@ export function drawWorld(
     const name = nameOf?.(k);
     if (!name) continue;
     context.fillStyle = inks.text;
-    context.font = `600 ${Math.max(12, r)}px system-ui, sans-serif`;
+    context.font = `600 ${Math.max(18, r)}px system-ui, sans-serif`;
     context.textAlign = "center";
     context.fillText(name, X(cars!.x[k]!), Y(cars!.y[k]!) - r * 1.5);
   }

@@ -16,6 +16,9 @@ export function secretOf(path: string, behind: string): string {
 /** The secret of this page's address. It is taken out of the address, so that no shared link and no history holds it. */
 export const secretInAddress = takeSecret();
 
+// Another secret on the same page, as from a QR code that is scanned again, begins anew.
+window.addEventListener("hashchange", () => secretOf(location.pathname, location.hash.slice(1)) && location.reload());
+
 function takeSecret(): string {
   const secret = secretOf(location.pathname, location.hash.slice(1));
   if (secret) history.replaceState(null, "", location.pathname + location.search);
