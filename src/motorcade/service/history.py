@@ -35,6 +35,8 @@ _EVENT = struct.Struct("<IIBBxxII")
 _TIME = struct.Struct("<I")
 _KIND = struct.Struct("<8xB11x")
 _HEADER = struct.Struct("<BBHIIIII")
+# Where the moment of a picture begins.
+HEADER_BYTES = _HEADER.size
 
 
 def pack_picture(number: int, flags: int, t_ms: int, cars: int, lost: int, moment: bytes, events: bytes) -> bytes:

@@ -18,6 +18,7 @@ from motorcade.server.classroom.shared_mat import SharedMat, described
 from motorcade.server.page_socket import PageSocket, refuse_page
 from motorcade.server.studio.driving import PageWorld
 from motorcade.server.studio.sessions import PageWorlds
+from motorcade.service.history import HEADER_BYTES
 from motorcade.service.messages import MatDocument
 from motorcade.service.playback import Playback
 from motorcade.service.world_messages import (
@@ -37,9 +38,9 @@ MOST_CARS_SHOWN = 60
 _MOST_UNDER_WAY = 2
 _NUMBER, _PLACE = struct.Struct("<I"), struct.Struct("<HHI")
 # The bytes of a car in each column of a moment (`motorcade.service.history`), and where a picture has its number, its
-# time, and the moment behind its header.
+# time.
 _WIDTHS = (4, 4, 4, 2, 1, 1, 1)
-_NUMBER_AT, _TIME_AT, _MOMENT_AT = 4, 8, 20
+_NUMBER_AT, _TIME_AT = 4, 8
 
 
 class ShownWorld(NamedTuple):
@@ -60,7 +61,7 @@ class ShownWorld(NamedTuple):
         if self.playback.playing or not isinstance(picture, bytes):
             return self.playback.newest()
         size = _moment_size(self.playback.world.cars)
-        return _NUMBER.unpack_from(picture, _TIME_AT)[0], picture[_MOMENT_AT : _MOMENT_AT + size]
+        return _NUMBER.unpack_from(picture, _TIME_AT)[0], picture[HEADER_BYTES : HEADER_BYTES + size]
 
     def described(self) -> WallWorld:
         """What the wall has to know before pictures."""
