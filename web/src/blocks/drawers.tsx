@@ -84,7 +84,9 @@ class Drawer extends Blockly.VerticalFlyout {
     super.hide();
     // A block that is being dragged keeps its place below the hand.
     const moveBack = () => this.moveBack();
-    if (Blockly.Gesture.inProgress()) addEventListener("pointerup", () => setTimeout(moveBack), { once: true });
+    // Blockly keeps the end of a gesture from bubbling.
+    const atItsEnd = { once: true, capture: true };
+    if (Blockly.Gesture.inProgress()) addEventListener("pointerup", () => setTimeout(moveBack), atItsEnd);
     else moveBack();
   }
 
