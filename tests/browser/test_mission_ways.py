@@ -139,6 +139,8 @@ class Keys(Hands):
             keyboard.press("Enter")
             expect(blocks.locator(".blocklyBlockCanvas .blocklyDraggable")).to_have_count(count + 1)
             block = blocks.locator(".blocklyBlockCanvas .blocklyDraggable").last
+            # Blockly moves the focus there a moment after the block.
+            expect(block.locator(":scope:focus, :focus")).to_have_count(1)
             for place, value in step.fields.items():
                 self.reach(block.locator(':scope > [role="button"]').nth(place), "ArrowRight")
                 keyboard.press("Enter")

@@ -11,6 +11,8 @@ _SERIOUS = """async () => (await axe.run()).violations
 
 def serious_barriers(page: Page) -> list[str]:
     """Each barrier on the page as it is now."""
+    # Blockly names a field anew with the picture that shows its new text.
+    page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
     # What fades in has not its own colours yet.
     page.evaluate("() => Promise.allSettled(document.getAnimations().map(({ finished }) => finished))")
     if not page.evaluate("() => 'axe' in window"):
