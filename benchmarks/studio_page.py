@@ -118,7 +118,7 @@ def edit_rows(browser: Browser, studio: StudioProcess) -> Rows:
     block = page.locator(".blocklyBlockCanvas .blocklyDraggable").filter(has_text="wait").last
     field = block.locator(":scope > [role=button]").bounding_box()
     for edit in range(WARM_EDITS + EDITS):
-        # By coordinates: finding the field among all blocks, or asking in each frame, would be work that no user causes.
+        # By coordinates: a search of the page, or a question in each frame, would be work that no user causes.
         page.mouse.click(field["x"] + field["width"] / 2, field["y"] + field["height"] / 2)
         page.keyboard.type("23"[edit % 2])
         page.keyboard.press("Enter")

@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import Locator, expect
 
 from motorcade.missions.document import missions
-from support.barriers import serious_barriers
+from support.barriers import serious_barriers, wait_for_picture
 from support.soak import SOAK
 from support.studio_page import PHONE, StudioPage
 
@@ -136,6 +136,7 @@ class Keys(Hands):
             for _ in range(step.block):
                 keyboard.press("ArrowDown")
             keyboard.press("Enter")
+            wait_for_picture(self.page)
             keyboard.press("Enter")
             expect(blocks.locator(".blocklyBlockCanvas .blocklyDraggable")).to_have_count(count + 1)
             block = blocks.locator(".blocklyBlockCanvas .blocklyDraggable").last
