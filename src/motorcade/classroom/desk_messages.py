@@ -27,6 +27,7 @@ from motorcade.service.messages import (
     Sentence,
     StoredProject,
 )
+from motorcade.service.missions import MissionZone
 
 
 class DeskAbout(Struct):
@@ -252,13 +253,17 @@ class ClassView(ClassAnswerBase, tag="class"):
 
 
 class WallWorld(Struct):
-    """A world on the wall: its mat, its leaders, and the radius of its cars; ``pupil`` is "" for the shared mat."""
+    """A world on the wall: its mat, its leaders, and the radius of its cars; ``pupil`` is "" for the shared mat.
+
+    ``zones`` are those of its mission.
+    """
 
     pupil: str
     mat: MatDocument
     leads: list[int]
     radius_m: float
     cars: int
+    zones: list[MissionZone]
 
 
 class Wall(ClassAnswerBase, tag="wall"):

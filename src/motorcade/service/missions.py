@@ -141,7 +141,7 @@ def list_missions(stars: Stars) -> list[MissionEntry]:
             stars=_stars_in(each),
             earned=stars.get(each.id, []),
             mat=each.mat_document,
-            zones=_zones(each),
+            zones=mission_zones(each),
         )
         for each in documents.missions()
     ]
@@ -168,7 +168,7 @@ def open_mission(choice: MissionChoice, stars: Stars) -> Mission:
         seed=mission.seeds[0],
         profile=document["profile"],
         mat=mission.mat_document,
-        zones=_zones(mission),
+        zones=mission_zones(mission),
         goals=[MissionGoal(goal.kind, goal.star, sentences(goal_phrase(goal, mission))) for goal in mission.goals],
         leader=leader,
         followers=followers,
@@ -230,7 +230,8 @@ def _has_followers(mission: documents.Mission) -> bool:
     return len(mission.mat.starts.leaders) < len(mission.mat.starts)
 
 
-def _zones(mission: documents.Mission) -> list[MissionZone]:
+def mission_zones(mission: documents.Mission) -> list[MissionZone]:
+    """The zones of a mission, as pages draw them."""
     return [
         MissionZone(zone.name, zone.title.texts, [[x, y] for x, y in zone.corners], None, None)
         if zone.corners

@@ -89,7 +89,7 @@ def test_the_wall_shows_all_worlds_and_what_changes_in_them(room, now):
 class StillWorld:
     """A world of one car, as the wall meets it; it is in play, and its newest moment is set by the test."""
 
-    cars, playing = 1, True
+    cars, playing, referee = 1, True, None
 
     def __init__(self):
         self.world = self
@@ -234,4 +234,7 @@ def test_a_mission_on_the_shared_mat_has_as_many_places_as_leaders(room):
     with room.teacher.open("desk/stream") as desk:
         view = desk.until("class")["mat"]
     assert (view["state"], view["mission"], view["places"]) == ("running", "follow-me", 1)
+    with room.teacher.open("desk/mat") as shown:
+        (world,) = shown.until("wall", lambda wall: wall["worlds"])["worlds"]
+    assert [zone["title"]["en"] for zone in world["zones"]] == ["the field"]
     assert room.teacher.ask("desk/end", password=PASSWORD) == {}

@@ -59,7 +59,7 @@ describe("the tiles of the wall", () => {
 });
 
 describe("what a small world shows", () => {
-  const world = (mat: object): WallWorld => ({ pupil: "a", mat, leads: [0], radius_m: 0.07, cars: 1 }) as WallWorld;
+  const world = (mat: object): WallWorld => ({ pupil: "a", mat, leads: [0], radius_m: 0.07, cars: 1, zones: [] }) as WallWorld;
   const cars = decodeWall(bytesOf(GOLDEN))!.worlds.get(0);
 
   it("is the whole mat where it has a size", () => {

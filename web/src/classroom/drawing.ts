@@ -2,10 +2,12 @@
 
 import { type Picture, Flag, NO_LED } from "../api/world";
 import type { WallWorld } from "../generated/classroom";
+import { inLanguage } from "../i18n";
 
 /** What the cars of one world show; the first columns of a picture. */
 export type Cars = Pick<Picture, "tMs" | "x" | "y" | "heading" | "led" | "flags" | "cars">;
 
+const ZONE_NAME_PX = 15;
 const HEAD_BYTES = 4;
 const WORLD_HEAD_BYTES = 8;
 const BYTES_A_CAR = 17;
@@ -157,6 +159,7 @@ export function drawWorld(
   context.clearRect(0, 0, width, height);
   context.fillStyle = inks.floor;
   context.fillRect(X(box.left), Y(box.top), (box.right - box.left) * scale, (box.top - box.bottom) * scale);
+  drawZones(context, world, X, Y, scale, inks);
   context.fillStyle = context.strokeStyle = inks.thing;
   context.lineWidth = Math.max(2, 0.02 * scale);
   context.beginPath();
@@ -190,6 +193,38 @@ export function drawWorld(
     context.textAlign = "center";
     context.fillText(name, X(cars!.x[k]!), Y(cars!.y[k]!) - r * 1.5);
   }
+}
+
+/** The zones of the world's mission: dashed outlines with their names, where there is room for these. */
+function drawZones(
+  context: CanvasRenderingContext2D,
+  world: WallWorld,
+  X: (x: number) => number,
+  Y: (y: number) => number,
+  scale: number,
+  inks: Inks,
+): void {
+  context.save();
+  context.strokeStyle = context.fillStyle = inks.beam;
+  context.lineWidth = 2;
+  context.setLineDash([8, 5]);
+  context.font = `600 ${ZONE_NAME_PX}px system-ui, sans-serif`;
+  context.textAlign = "center";
+  for (const { title, corners_m, centre_m, radius_m } of world.zones) {
+    const [xs, ys] = centre_m && radius_m !== null
+      ? [[centre_m[0]! - radius_m, centre_m[0]! + radius_m], [centre_m[1]!]]
+      : [corners_m.map(([x]) => x!), corners_m.map(([, y]) => y!)];
+    context.beginPath();
+    if (centre_m && radius_m !== null) context.arc(X(centre_m[0]!), Y(centre_m[1]!), radius_m * scale, 0, Math.PI * 2);
+    else corners_m.forEach(([x, y], k) => (k === 0 ? context.moveTo(X(x!), Y(y!)) : context.lineTo(X(x!), Y(y!))));
+    context.closePath();
+    context.stroke();
+    const [left, right, low, high] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
+    const name = inLanguage(title);
+    if (context.measureText(name).width > (right - left) * scale) continue;
+    context.fillText(name, X((left + right) / 2), Y((low + high) / 2) + ZONE_NAME_PX / 3);
+  }
+  context.restore();
 }
 
 function drawCar(

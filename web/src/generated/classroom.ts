@@ -1,6 +1,6 @@
 /** Messages of a class's pages and the server. Written by scripts/generate.py; don't edit. */
 
-import type { LibraryEntry, MatDocument, Mission, MissionChoice, Nothing, Project, Sentence, StoredProject } from "./messages";
+import type { LibraryEntry, MatDocument, Mission, MissionChoice, MissionZone, Nothing, Project, Sentence, StoredProject } from "./messages";
 
 /** What everybody may know before joining. */
 export interface ClassAbout {
@@ -317,6 +317,7 @@ export interface WallWorld {
   leads: number[];
   radius_m: number;
   cars: number;
+  zones: MissionZone[];
 }
 
 /** The page has drawn the last picture of the wall, and wants the next. */

@@ -1,11 +1,16 @@
 import { type ReactNode, useId } from "react";
-import type { plainTexts } from "../i18n/plain";
 import { THEMES, type ThemeName, useSettings } from "../state/settings";
 import { classes } from "./classes";
 import { Icon } from "./icons";
 import css from "./settings.module.css";
 
-type Languages = Pick<ReturnType<typeof plainTexts>, "LANGUAGES" | "useLanguage" | "changeLanguage" | "nameOf">;
+/** A page's languages, as `plainTexts` gives them. */
+interface Languages {
+  LANGUAGES: readonly string[];
+  useLanguage: (choose: (state: { language: string }) => string) => string;
+  changeLanguage: (language: string) => void;
+  nameOf: (language: string) => string;
+}
 
 interface SettingsSheetProps {
   languages: Languages;

@@ -12,7 +12,7 @@ from motorcade.errors import MotorcadeError, Phrase
 from motorcade.server.studio.driving import PageWorld
 from motorcade.server.studio.simulation import ServerWorld, build_world
 from motorcade.service.messages import MatDocument, MissionChoice, Sentence, sentences
-from motorcade.service.missions import chosen_mission
+from motorcade.service.missions import chosen_mission, mission_zones
 from motorcade.service.playback import Playback
 from motorcade.service.world_messages import SetWorld
 from motorcade.words.image import parse_image_bytes, words_to_bytes
@@ -59,7 +59,9 @@ def described(pupil: str, playback: Playback, mat: MatDocument) -> WallWorld:
     hello = playback.world.hello("", False)
     leads = [] if hello.leads is UNSET else hello.leads
     radius_m = 0.0 if hello.radius_m is UNSET else hello.radius_m
-    return WallWorld(pupil, mat, leads, radius_m, hello.cars)
+    referee = playback.world.referee
+    zones = mission_zones(referee.mission) if referee else []
+    return WallWorld(pupil, mat, leads, radius_m, hello.cars, zones)
 
 
 class SharedMat:
