@@ -6,6 +6,7 @@ import subprocess
 from pathlib import Path
 
 _QUIET = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "check": False}
+_SILENT = {**_QUIET, "stderr": subprocess.DEVNULL}
 
 
 def find_or_install(command: str, *packages: str) -> Path | None:
@@ -26,3 +27,19 @@ def install(*packages: str) -> None:
     apt_get = ["apt-get", "--quiet=2", "--option", "DPkg::Lock::Timeout=300"]
     for command in (["update"], ["install", "--yes", "--no-install-recommends", *packages]):
         subprocess.run([*apt_get, *command], env=environment, **_QUIET)
+
+
+def unpack(folder: Path, *packages: str) -> bool:
+    """Unpack Debian's ``packages`` into ``folder``, and say whether that worked; root isn't needed.
+
+    For servers: installed, they would start with the computer.
+    """
+    if not (shutil.which("apt-get") and shutil.which("dpkg-deb")):
+        return False
+    for package in packages:
+        fetched = subprocess.run(["apt-get", "--quiet=2", "download", package], cwd=folder, **_SILENT)
+        files = list(folder.glob(f"{package}_*.deb"))
+        if fetched.returncode or not files:
+            return False
+        subprocess.run(["dpkg-deb", "--extract", files[0], folder], **{**_SILENT, "check": True})
+    return True
