@@ -205,6 +205,14 @@ def test_help_is_in_the_language_of_the_option_or_the_system(monkeypatch):
     assert locales.catalogue("en")["help"]["plot"] not in shown
 
 
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_a_command_in_a_sentence_works_in_every_shell(language):
+    """Windows' cmd passes single quotes on to the program."""
+    text = (locales.FOLDER / f"{language}.json").read_text(encoding="utf-8")
+    assert 'pip install \\"motorcade[' in text
+    assert re.findall(r"pip install '[^']*'", text) == []
+
+
 def test_every_field_of_the_words_has_its_meaning_in_every_language():
     declared = {
         f"{word_format.name}.{field.name}": field.meaning for word_format in FORMATS for field in word_format.fields

@@ -48,7 +48,7 @@ def test_what_is_missing_is_named_with_its_extra() -> None:
     for ending in ("png", "mp4", "mcap", "parquet"):
         with started("simulate", str(PARADE), "--record", f"no-such-folder/run.{ending}") as process:
             said = process.stderr.read()
-        assert "pip install 'motorcade[sim]'" in said or "no-such-folder" in said
+        assert 'pip install "motorcade[sim]"' in said or "no-such-folder" in said
         assert "Traceback" not in said
 
 

@@ -168,4 +168,4 @@ def test_a_missing_library_is_named_with_the_command_that_installs_it(arguments,
     monkeypatch.setitem(sys.modules, missing, None)
     sentence = refusal(2, *(argument.format(folder=folder) for argument in arguments))
     assert f"needs {missing}" in sentence
-    assert sentence.endswith("pip install 'motorcade[sim]'")
+    assert sentence.endswith('pip install "motorcade[sim]"')

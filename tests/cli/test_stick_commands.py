@@ -167,7 +167,7 @@ def test_keys_need_a_terminal(command):
 def test_without_a_gamepads_library_the_sentence_says_what_is_missing(monkeypatch, tmp_path):
     serve = ("drive", "serve", "--port", "0", "--stick", "gamepad")
     monkeypatch.setitem(sys.modules, "sdl2", None)
-    assert "pip install 'motorcade[gamepad]'" in refusal(2, *serve)
+    assert 'pip install "motorcade[gamepad]"' in refusal(2, *serve)
     monkeypatch.delitem(sys.modules, "sdl2")
     (tmp_path / "sdl2.py").write_text("raise ImportError('could not find any library for SDL2')")
     monkeypatch.syspath_prepend(tmp_path)

@@ -263,7 +263,7 @@ def test_what_is_not_installed_is_named_with_its_command(spec, tmp_path, monkeyp
         monkeypatch.delitem(sys.modules, name)
     more = ("--scheduler", "tcp://127.0.0.1:1") if missing == "distributed" else ()
     sentence = refusal(2, "sweep", spec, "-o", tmp_path / "out.parquet", *more)
-    assert sentence == f"this needs {missing}: pip install 'motorcade[{extra}]'"
+    assert sentence == f'this needs {missing}: pip install "motorcade[{extra}]"'
 
 
 def test_the_command_line_starts_without_what_a_sweep_needs():

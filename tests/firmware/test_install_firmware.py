@@ -212,7 +212,7 @@ def test_without_mpremote_it_says_how_to_get_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "mpremote.transport", None)
     monkeypatch.delitem(sys.modules, "motorcade.firmware.board_prompt")
     monkeypatch.delitem(sys.modules, "motorcade.firmware.install")
-    assert "pip install 'motorcade[firmware]'" in refusal(2, "install-firmware", "--port", "P")
+    assert 'pip install "motorcade[firmware]"' in refusal(2, "install-firmware", "--port", "P")
 
 
 def test_a_failure_has_a_chinese_sentence(small_car):

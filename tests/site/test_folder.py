@@ -3,7 +3,9 @@
 import gzip
 import hashlib
 import json
+import os
 import re
+import shlex
 from base64 import b64encode
 
 import pytest
@@ -98,6 +100,13 @@ def test_the_command_writes_the_site(files, tmp_path):
     folder = tmp_path / "new" / "site"
     assert names_in(folder) == {LIST, *files}
     assert all((folder / name).read_bytes() == data for name, data in files.items())
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the shell of Windows")
+def test_the_command_to_try_the_site_fits_any_folder(files, tmp_path):
+    folder = tmp_path / "my pupils' site"
+    command = run("site", "-o", folder).out.rpartition(": ")[2]
+    assert shlex.split(command)[-2:] == ["--directory", str(folder)]
 
 
 def test_an_older_site_is_replaced_with_all_its_files(tmp_path):

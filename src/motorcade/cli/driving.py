@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from motorcade.cli.language import Language, translated
-from motorcade.cli.options import Json, needs_extra, print_json, print_lines, print_result, wants_json
+from motorcade.cli.options import Json, needs_extra, print_json, print_lines, print_result, quoted, wants_json
 from motorcade.errors import MotorcadeError, Phrase
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def _keys(
         return
     for file in made:
         print(file)
-    print(translated("keys-made", car=folder / "car-….pem", driver=folder / "driver-….pem"))
+    print(translated("keys-made", car=quoted(folder / "car-….pem"), driver=quoted(folder / "driver-….pem")))
 
 
 def _list_keys(folder: Path, as_json: bool) -> None:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -48,6 +49,15 @@ def wants_json(as_json: bool) -> bool:
 def print_json(data: Any) -> None:
     """Print a JSON document on standard output."""
     print_lines([json.dumps(data, ensure_ascii=False)])
+
+
+def quoted(path: Path) -> str:
+    """Return ``path`` as one argument of a command that a user types in this system's shell."""
+    if os.name != "nt":
+        return shlex.quote(str(path))
+    from subprocess import list2cmdline
+
+    return list2cmdline([str(path)])
 
 
 def print_result(data: Any, sentence: str, as_json: bool) -> None:

@@ -17,7 +17,7 @@ import typer
 
 from motorcade.cli.driving import address_of
 from motorcade.cli.language import Language, translated
-from motorcade.cli.options import Json, Output, TcpPortNumber, needs_extra, print_note, print_result
+from motorcade.cli.options import Json, Output, TcpPortNumber, needs_extra, print_note, print_result, quoted
 from motorcade.errors import MotorcadeError
 
 if TYPE_CHECKING:
@@ -239,7 +239,10 @@ def _site(output: Output, language: Language = "", as_json: Json = False) -> Non
     files = site_files()
     write_site(output, files)
     size = sum(map(len, files.values()))
-    sentence = translated("site-is-written", folder=output, files=len(files), megabytes=f"{size / 1e6:.1f}")
+    megabytes = f"{size / 1e6:.1f}"
+    sentence = translated(
+        "site-is-written", folder=output, argument=quoted(output), files=len(files), megabytes=megabytes
+    )
     print_result({"folder": str(output), "files": len(files), "bytes": size}, sentence, as_json)
 
 
