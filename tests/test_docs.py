@@ -12,6 +12,7 @@ from contextlib import ExitStack
 
 import pytest
 
+from motorcade.engine import linear_memory
 from motorcade.service.documents import example, examples, open_text
 from motorcade.service.messages import Blocks
 from motorcade.service.programs import compile_blocks
@@ -72,6 +73,12 @@ def test_every_key_of_a_profile_is_explained(page):
     keys += [f"{name}.{key}" for name, part in table.items() if isinstance(part, dict) for key in part]
     told = re.findall(r"^\| `([\w.]+)` \|", page.read_text(encoding="utf-8"), re.MULTILINE)
     assert told == keys
+
+
+@pytest.mark.parametrize("page", [DOCS / "benchmarks.md", DOCS / "benchmarks.zh.md"], ids=lambda page: page.name)
+def test_the_size_of_the_engine_is_that_of_its_file(page):
+    (told,) = re.findall(r"`engine\.wasm` \D*([\d,]+)", page.read_text(encoding="utf-8"))
+    assert int(told.replace(",", "")) == linear_memory.PATH.stat().st_size
 
 
 @pytest.fixture(scope="module")
