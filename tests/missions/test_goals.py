@@ -291,6 +291,17 @@ def test_while_a_run_goes_on_a_goal_is_open_or_holds():
     assert [state.progress for state in watch.states()] == ["met"] * 3
 
 
+@pytest.mark.parametrize("goal", [{"kind": "heard"}, {"kind": "in-step", "within_ms": 200}])
+def test_a_leader_that_sends_nothing_has_lost_only_once_it_drives(goal):
+    wanted = mission({"who": "followers", **goal})
+    watch = GoalWatch(wanted, compile_program(Program([wait(1)]), wanted.profile).image)
+    seen = []
+    for t_ms in (0, EVERY_MS):
+        watch.see(moment(t_ms))
+        seen.append(watch.states()[0].progress)
+    assert seen == ["open", "lost"]
+
+
 def test_every_goal_is_described_in_every_language():
     cars = {"who": "followers", "share": 0.5}
     goals = [

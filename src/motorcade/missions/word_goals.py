@@ -93,7 +93,8 @@ class SlotWatch(Watch):
         if self._slots.count and self._cars:
             return None
         why = Phrase("goal-no-words") if self._cars else Phrase("goal-no-followers")
-        return GoalState("lost", 0, 0, 0, why)
+        # Nobody has lost anything before they first play.
+        return GoalState("lost" if self._now_ms else "open", 0 if self._now_ms else None, 0, 0, why)
 
 
 class HeardWatch(SlotWatch):
