@@ -2,8 +2,9 @@
 
 import { NO_LED } from "../api/world";
 import { carColour, hexColour, LEDS } from "./colours";
+import { paintOrder, type SeenCar } from "./chaseOrder";
 import { ChasePen, DARK } from "./chasePen";
-import { type Solid, thingsSeen } from "./chaseThings";
+import { thingsSeen } from "./chaseThings";
 import type { Size } from "./camera";
 import type { Point } from "./document";
 import { type Mark, marksOf } from "./floorMarks";
@@ -43,9 +44,7 @@ export class ChasePainter {
       const corners = circleAt(x / 1000, y / 1000, 0, radiusMm / 1000);
       pen.line([...corners, ...corners.slice(0, 3)], sight.theme.ring, widthPx, alpha);
     }
-    const solids = [...thingsSeen(pen, sight), ...this.cars(sight)];
-    solids.sort((a, b) => b.ahead - a.ahead);
-    for (const { paint } of solids) paint();
+    for (const { paint } of paintOrder(eye, [...thingsSeen(pen, sight)], [...this.cars(sight)])) paint();
   }
 
   private paintSky({ theme, floor, contrast }: Sight, { width, height }: Size): void {
@@ -79,13 +78,13 @@ export class ChasePainter {
     }
   }
 
-  private *cars(sight: Sight): Generator<Solid> {
+  private *cars(sight: Sight): Generator<SeenCar> {
     const { drawn } = sight;
-    const near: Solid[] = [];
+    const near: SeenCar[] = [];
     for (let k = 0; k < drawn.x.length; k++) {
       const [x, y] = [drawn.x[k]!, drawn.y[k]!];
       const ahead = aheadOf(this.pen.eye, x, y);
-      if (ahead > 0.1 && ahead < FARTHEST_M) near.push({ ahead, paint: () => this.car(sight, k) });
+      if (ahead > 0.1 && ahead < FARTHEST_M) near.push({ ahead, at: [x, y], paint: () => this.car(sight, k) });
     }
     yield* near.length > MOST_CARS ? near.sort((a, b) => a.ahead - b.ahead).slice(0, MOST_CARS) : near;
   }

@@ -9,6 +9,7 @@ export const DARK = "#1b2330";
 export class ChasePen {
   eye: Eye = { x: 0, y: 0, heading: 0, highM: 1 };
   lens: Lens = { middle: 0, horizon: 0, focus: 1 };
+  private sheer = 1;
 
   constructor(readonly g: CanvasRenderingContext2D) {}
 
@@ -16,6 +17,13 @@ export class ChasePen {
   look(eye: Eye, size: Size): void {
     this.eye = eye;
     this.lens = lensOf(size);
+  }
+
+  /** Paint something so that what is behind it is seen, by a share of 0 (not seen itself) to 1. */
+  through(share: number, paint: () => void): void {
+    this.sheer = this.g.globalAlpha = share;
+    paint();
+    this.sheer = this.g.globalAlpha = 1;
   }
 
   /** Where a point is in the picture; empty where it isn't seen. */
@@ -38,10 +46,10 @@ export class ChasePen {
     if (points.length < 6) return [];
     this.trace(points);
     this.g.closePath();
-    this.g.globalAlpha = alpha;
+    this.g.globalAlpha = alpha * this.sheer;
     this.g.fillStyle = colour;
     this.g.fill();
-    this.g.globalAlpha = 1;
+    this.g.globalAlpha = this.sheer;
     return points;
   }
 
@@ -49,21 +57,21 @@ export class ChasePen {
     const points = seen(this.eye, this.lens, corners, false);
     if (points.length < 4) return;
     this.trace(points);
-    this.g.globalAlpha = alpha;
+    this.g.globalAlpha = alpha * this.sheer;
     this.g.strokeStyle = colour;
     this.g.lineWidth = widthPx;
     this.g.stroke();
-    this.g.globalAlpha = 1;
+    this.g.globalAlpha = this.sheer;
   }
 
   /** An upright or level face, darker by a share, with a rim where one is wanted. */
   side(corners: readonly number[], colour: string, rim: string | null, darker: number): void {
     if (!this.polygon(corners, colour).length) return;
     if (darker) {
-      this.g.globalAlpha = darker;
+      this.g.globalAlpha = darker * this.sheer;
       this.g.fillStyle = "#000";
       this.g.fill();
-      this.g.globalAlpha = 1;
+      this.g.globalAlpha = this.sheer;
     }
     this.g.strokeStyle = rim ?? "rgba(20,26,40,0.35)";
     this.g.lineWidth = rim ? 2 : 1;
@@ -111,10 +119,10 @@ export class ChasePen {
 
   glow(spot: readonly number[], radius: number, colour: string): void {
     for (const share of [1, 0.6]) {
-      this.g.globalAlpha = 0.25;
+      this.g.globalAlpha = 0.25 * this.sheer;
       this.mark(spot, radius * share, colour, null);
     }
-    this.g.globalAlpha = 1;
+    this.g.globalAlpha = this.sheer;
   }
 }
 

@@ -1,22 +1,20 @@
 /** Walls, obstacles and people as they are seen from behind a car. They look like what their floor says. */
 
+import { isBetween, type Solid, solidAt } from "./chaseOrder";
 import { type ChasePen, DARK } from "./chasePen";
 import { hexColour } from "./colours";
 import { type FloorName, type Mat, personAt, type Point } from "./document";
-import { aheadOf, circleAt } from "./perspective";
+import { carBefore, circleAt } from "./perspective";
 import type { Sight } from "./scene";
 import { BRICKS } from "./things";
-
-/** What stands on the floor; the farthest is painted first. */
-export interface Solid {
-  ahead: number;
-  paint: () => void;
-}
 
 const WALL_M = 0.1;
 const THING_M = 0.14;
 const HOUSE_M = 0.3;
 const PERSON_M = 0.9;
+const PERSON_RADIUS_M = 0.14;
+/** What would hide the car that is looked after is seen through. */
+const SHEER = 0.22;
 /** A long wall is drawn in parts, so that each is sorted by its own distance. */
 const PART_M = 0.5;
 const MOST_PARTS = 40;
@@ -98,23 +96,27 @@ const crate: Block = (pen, corners, colour, rim) => pen.prism(corners, THING_M, 
 export function* thingsSeen(pen: ChasePen, { mat, floor, theme, contrast, picture }: Sight): Generator<Solid> {
   if (!mat) return;
   const rim = contrast ? "#ffffff" : null;
-  const solid = (x: number, y: number, paint: () => void): Solid => ({ ahead: aheadOf(pen.eye, x, y), paint });
+  const chased = carBefore(pen.eye);
+  const solid = (at: Point, footprint: readonly Point[], paint: () => void): Solid => {
+    const sheer = isBetween(footprint, pen.eye, chased);
+    return solidAt(pen.eye, at, footprint, sheer ? () => pen.through(SHEER, paint) : paint);
+  };
   for (const { ends, inner } of wallsOf(mat)) {
     for (const [k, [a, b]] of partsOf(...ends, inner && floor === "table" ? 0.11 : PART_M).entries()) {
       const corners = [...a, 0, ...b, 0, ...b, WALL_M, ...a, WALL_M];
       const colour = inner && floor === "table" ? hexColour(BRICKS[k % BRICKS.length]!) : theme.wall;
-      yield solid((a[0] + b[0]) / 2, (a[1] + b[1]) / 2, () => pen.side(corners, colour, rim, 0));
+      yield solid(middleOf([a, b]), [a, b], () => pen.side(corners, colour, rim, 0));
     }
   }
   for (const { corners_m } of mat.polygon ?? []) {
-    yield solid(...middleOf(corners_m), () => (POLYGONS[floor] ?? crate)(pen, corners_m, theme.obstacle, rim));
+    yield solid(middleOf(corners_m), corners_m, () => (POLYGONS[floor] ?? crate)(pen, corners_m, theme.obstacle, rim));
   }
   for (const { centre_m, radius_m } of mat.disc ?? []) {
-    yield solid(...centre_m, () => (DISCS[floor] ?? drum)(pen, ...centre_m, radius_m, theme.obstacle, rim));
+    yield solid(centre_m, ringOf(...centre_m, radius_m, 8), () => (DISCS[floor] ?? drum)(pen, ...centre_m, radius_m, theme.obstacle, rim));
   }
   for (const person of mat.person ?? []) {
     const [x, y] = personAt(person, picture?.tMs ?? 0);
-    yield solid(x, y, () => paintPerson(pen, x, y, theme.person));
+    yield solid([x, y], ringOf(x, y, PERSON_RADIUS_M, 8), () => paintPerson(pen, x, y, theme.person));
   }
 }
 
@@ -127,7 +129,7 @@ function paintPerson(pen: ChasePen, x: number, y: number, colour: string): void 
   g.strokeStyle = DARK;
   g.lineWidth = Math.max(1, scale * 0.012);
   g.beginPath();
-  g.roundRect(px - 0.14 * scale, py - 0.68 * PERSON_M * scale, 0.28 * scale, 0.68 * PERSON_M * scale, 0.12 * scale);
+  g.roundRect(px - PERSON_RADIUS_M * scale, py - 0.68 * PERSON_M * scale, 2 * PERSON_RADIUS_M * scale, 0.68 * PERSON_M * scale, 0.12 * scale);
   g.fill();
   g.stroke();
   pen.dot(px, py - 0.84 * PERSON_M * scale, 0.14 * scale, colour, DARK);

@@ -1,11 +1,13 @@
 import { describe, expect, it } from "vitest";
 import { between, boxOf, fitted, framed, isWellFramed, panned, scaleBar, toScreen, toWorld, zoomed } from "./camera";
 import { boxAt, discAt, touchesMat } from "../missions/draft";
-import type { Mat } from "./document";
+import type { Mat, Point } from "./document";
 import { Motion } from "./carLayer";
 import { gripAt, type Sight } from "./pointer";
 import { carBeside, freePoint, hasRoomForCar, hasRoomForPiece } from "./room";
-import { eyeBehind, lensOf, scaleAt, seen } from "./perspective";
+import { ChasePen } from "./chasePen";
+import { isBetween, paintOrder, solidAt } from "./chaseOrder";
+import { carBefore, eyeBehind, lensOf, scaleAt, seen } from "./perspective";
 import { heardIn, starNotes } from "./sound";
 import { pictureOf } from "./testPictures";
 
@@ -251,6 +253,43 @@ describe("the view from behind a car", () => {
     expect(scaleAt(eye, lens, 2, 3)).toBeLessThan(scaleAt(eye, lens, 2, 2));
     expect(scaleAt(eye, lens, 2, 0)).toBe(0);
     expect(seen(eye, lens, [1.9, 0, 0, 2.1, 0, 0, 2, -1, 0])).toEqual([]);
+  });
+
+  it("paints a car before the wall that hides it and after the wall that it hides, wherever the wall's middle is", () => {
+    const order = (wall: [Point, Point], at: Point) => {
+      const painted: string[] = [];
+      const middle: Point = [(wall[0][0] + wall[1][0]) / 2, (wall[0][1] + wall[1][1]) / 2];
+      const things = [solidAt(eye, middle, wall, () => painted.push("wall"))];
+      for (const { paint } of paintOrder(eye, things, [{ ahead: at[1] - eye.y, at, paint: () => painted.push("car") }])) paint();
+      return painted.join(" ");
+    };
+    // The wall goes from near on the left to far on the right.
+    const wall: [Point, Point] = [[1.5, 1.2], [3, 4]];
+    expect(order(wall, [1.6, 2])).toBe("car wall");
+    expect(order(wall, [2.3, 2.65])).toBe("wall car");
+    expect(order(wall, [2, 9])).toBe("car wall");
+  });
+
+  it("sees through what would hide its car, and through nothing after it", () => {
+    const alphas: number[] = [];
+    const g = { globalAlpha: 1, beginPath() {}, lineTo() {}, closePath() {}, fill: () => alphas.push(g.globalAlpha) };
+    const pen = new ChasePen(g as unknown as CanvasRenderingContext2D);
+    pen.look(eye, SIZE);
+    const floor = () => pen.polygon([0, 2, 0, 4, 2, 0, 4, 3, 0, 0, 3, 0], "#fff", 0.5);
+    pen.through(0.2, floor);
+    floor();
+    expect(alphas).toEqual([0.1, 0.5]);
+  });
+
+  it("knows what stands between the camera and its car", () => {
+    const chased = carBefore(eye);
+    expect(chased[0]).toBeCloseTo(2);
+    expect(chased[1]).toBeCloseTo(1);
+    const house = (x: number, y: number): Point[] => [[x - 0.2, y - 0.2], [x + 0.2, y - 0.2], [x + 0.2, y + 0.2], [x - 0.2, y + 0.2]];
+    expect(isBetween([[1.5, 0.8], [2.5, 0.8]], eye, chased)).toBe(true);
+    expect(isBetween(house(eye.x, eye.y), eye, chased)).toBe(true);
+    expect(isBetween(house(2, 2), eye, chased)).toBe(false);
+    expect(isBetween(house(2.5, 0.8), eye, chased)).toBe(false);
   });
 
   it("cuts a shape off where it reaches behind the camera, and keeps its outline whole", () => {

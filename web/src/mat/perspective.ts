@@ -31,6 +31,11 @@ export function eyeBehind(x: number, y: number, heading: number): Eye {
   return { x: x - BEHIND_M * Math.cos(heading), y: y - BEHIND_M * Math.sin(heading), heading, highM: HIGH_M };
 }
 
+/** The car that the eye is behind. */
+export function carBefore({ x, y, heading }: Eye): [number, number] {
+  return [x + BEHIND_M * Math.cos(heading), y + BEHIND_M * Math.sin(heading)];
+}
+
 /** How far ahead of the eye a point of the floor is, in metres; negative behind it. */
 export function aheadOf(eye: Eye, x: number, y: number): number {
   return (x - eye.x) * Math.cos(eye.heading) + (y - eye.y) * Math.sin(eye.heading);
