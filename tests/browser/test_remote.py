@@ -49,7 +49,7 @@ class Remote:
     def drive_by(
         self, press: Callable[[], object], release: Callable[[], object], shows: Locator | None = None
     ) -> None:
-        """Holds something until the car drives: one that stopped by itself on a busy machine wants it to be let go."""
+        """Press something until the car drives: one that stopped by itself on a busy machine wants it to be let go."""
         drives = shows or self.page.get_by_role("status").filter(has_text=self.say("moving"))
         for _ in range(_TRIES):
             press()
@@ -237,9 +237,9 @@ def test_the_leader_of_a_swarm_is_driven_while_its_followers_hear_it(open_page) 
     remote.page.close()
     held = studio.page.get_by_text("Driven by hand; the program waits: 0, 1")
     expect(held).to_be_visible()
-    expect(held).to_be_visible()
-    studio.page.get_by_role("button", name="Let its program drive").click()
-    expect(studio.page.get_by_text("Driven by hand; the program waits: 1")).to_be_visible()
+    # The last push of the closed page may still be on its way, and take the car once more.
+    goes_on = studio.page.get_by_role("button", name="Let its program drive")
+    remote.drive_by(goes_on.click, lambda: None, studio.page.get_by_text("Driven by hand; the program waits: 1"))
     expect(held).to_be_hidden()
 
 
