@@ -79,13 +79,14 @@ function Work() {
   const compiled = useStudio((studio) => studio.compiled !== null);
   const shares = useSettings((settings) => settings.shares);
   const drawer = useSettings((settings) => settings.drawer.open);
+  const larger = useStudio((studio) => studio.larger);
   useEffect(openEditors, []);
   useEffect(() => {
     session.open();
     return () => session.close();
   }, [session]);
   return (
-    <main className={css.work} data-alone={alone ?? undefined} data-drawer={drawer || undefined} data-compiled={compiled || undefined} style={{ "--share": shares.blocks } as CSSProperties}>
+    <main className={css.work} data-alone={alone ?? undefined} data-drawer={drawer || undefined} data-larger={larger} data-compiled={compiled || undefined} style={{ "--share": shares.blocks } as CSSProperties}>
       <div className={css.blocks}>
         <MissionStrip session={session} />
         <Editors key={`${language} ${level}`} />

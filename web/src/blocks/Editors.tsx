@@ -144,6 +144,7 @@ function dropFollowers(): void {
 function EditorBar({ followed, onSearch }: { followed: boolean; onSearch: () => void }) {
   const { t } = useTranslation();
   const editor = useStudio((studio) => studio.editor);
+  const larger = useStudio((studio) => studio.larger);
   return (
     <div className={css.bar}>
       <ToggleButtonGroup
@@ -168,6 +169,13 @@ function EditorBar({ followed, onSearch }: { followed: boolean; onSearch: () => 
         {followed && editor === "followers" && <IconButton icon="trash" label={t("editors.leaderOnly")} onPress={dropFollowers} />}
         <IconButton icon="tidy" label={t("editors.tidy")} onPress={() => workspaceOf(editor)?.cleanUp()} />
         <IconButton icon="search" label={t("search.open")} onPress={onSearch} />
+        <span className={css.swap}>
+          <IconButton
+            icon={larger === "stage" ? "up" : "down"}
+            label={t(larger === "stage" ? "editors.largerBlocks" : "editors.largerStage")}
+            onPress={() => useStudio.setState({ larger: larger === "stage" ? "blocks" : "stage" })}
+          />
+        </span>
       </div>
     </div>
   );

@@ -47,6 +47,8 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
   const hints = useMission((now) => now.hints);
   const stars = [...new Set(mission.goals.map(({ star }) => star))].sort();
   const folded = useMission((now) => now.folded);
+  const told = useMission((now) => now.told);
+  const ended = useMission((now) => now.ended);
   const foldButton = useRef<HTMLButtonElement>(null);
   // The pressed button disappears, so the focus goes to what it has brought.
   const fold = (now: boolean) => {
@@ -66,6 +68,16 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
         <span className={css.unfold}>
           <IconButton icon="down" label={t("missions.showTask")} onPress={() => fold(false)} />
         </span>
+        {ended && (
+          <span className={css.story}>
+            <IconButton
+              icon={told ? "up" : "down"}
+              label={t(told ? "missions.hideStory" : "missions.showStory")}
+              aria-expanded={told}
+              onPress={() => useMission.setState({ told: !told })}
+            />
+          </span>
+        )}
         <Button className={classes(buttons.button, buttons.small)} onPress={() => openDialog("missions")}>
           {t("missions.map")}
         </Button>
@@ -76,7 +88,7 @@ function Task({ mission, session }: { mission: Mission; session: Session }) {
         )}
         <IconButton icon="close" label={t("missions.leave")} onPress={leaveMission} />
       </header>
-      <p>{inLanguage(mission.story)}</p>
+      {told && <p>{inLanguage(mission.story)}</p>}
       <ul className={css.goals} aria-label={t("missions.goals")}>
         {mission.goals.map((goal, k) => (
           <GoalLine key={k} goal={goal} now={goals?.goals[k]} checked={result?.goals[k]} seed={mission.seed} session={session} />

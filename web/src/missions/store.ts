@@ -24,9 +24,13 @@ interface Playing {
   result: MissionResult | null;
   /** Whether only the task's name shows, where the page is too small for task and blocks at once. */
   folded: boolean;
+  /** Whether the story shows: who has tried once knows it, and the blocks need the room. */
+  told: boolean;
+  /** Whether a run has ended. */
+  ended: boolean;
 }
 
-const NOTHING: Playing = { mission: null, tries: 0, hints: 0, result: null, folded: false };
+const NOTHING: Playing = { mission: null, tries: 0, hints: 0, result: null, folded: false, told: true, ended: false };
 /** From this many tries on hints can be read. */
 export const TRIES_BEFORE_HINTS = 2;
 
@@ -114,8 +118,11 @@ async function checkRun(mission: Mission): Promise<void> {
     const result = await api.checkMission({ mission: choiceOf(mission), leader, followers });
     if (useMission.getState().mission !== mission) return;
     const all = new Set(mission.goals.map(({ star }) => star));
-    const tries = useMission.getState().tries + (result.stars.length < all.size ? 1 : 0);
-    useMission.setState({ result, tries, mission, folded: false });
+    const { ended, tries: before } = useMission.getState();
+    const tries = before + (result.stars.length < all.size ? 1 : 0);
+    // Only the first end of a run folds the story; who shows it again keeps it.
+    const told = ended && useMission.getState().told;
+    useMission.setState({ result, tries, mission, folded: false, told, ended: true });
   });
 }
 

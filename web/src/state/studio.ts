@@ -48,6 +48,8 @@ export interface Studio {
   service: ServiceState;
   /** The editor that shows where there is no room for both. */
   editor: EditorName;
+  /** Which of the two is the larger one where the stage lies above the blocks. */
+  larger: "stage" | "blocks";
   /** The stage fills the page: for one, or with large labels for a class. */
   alone: "full" | "projector" | null;
   /** Sound in the projector view, which is silent unless somebody asks for it. */
@@ -84,6 +86,7 @@ export const useStudio = create<Studio>(() => ({
   running: new Map(),
   service: "ready",
   editor: "leader",
+  larger: "stage",
   alone: null,
   loudProjector: false,
 }));
