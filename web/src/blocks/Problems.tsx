@@ -30,8 +30,9 @@ export function Problems() {
           <Icon name={group[0]!.severity} />
           <span>
             {group.map(({ path, block, editor, sentence }, at) => {
-              const name = editor && <b>{t(`editors.${editor}`)}</b>;
-              const last = at === group.length - 1 && inLanguage(sentence);
+              const isLast = at === group.length - 1;
+              const name = editor && <b>{t(`editors.${editor}`) + (isLast ? "" : " ·")}</b>;
+              const last = isLast && inLanguage(sentence);
               return block && editor ? (
                 <Button key={path} className={css.diagnostic} onPress={() => showBlock(editor, block)}>
                   {name} {last}

@@ -272,7 +272,8 @@ describe("the view from behind a car", () => {
 
   it("sees through what would hide its car, and through nothing after it", () => {
     const alphas: number[] = [];
-    const g = { globalAlpha: 1, beginPath() {}, lineTo() {}, closePath() {}, fill: () => alphas.push(g.globalAlpha) };
+    const path = { beginPath: () => undefined, lineTo: () => undefined, closePath: () => undefined };
+    const g = { ...path, globalAlpha: 1, fill: () => alphas.push(g.globalAlpha) };
     const pen = new ChasePen(g as unknown as CanvasRenderingContext2D);
     pen.look(eye, SIZE);
     const floor = () => pen.polygon([0, 2, 0, 4, 2, 0, 4, 3, 0, 0, 3, 0], "#fff", 0.5);
