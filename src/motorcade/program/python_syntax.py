@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from motorcade.errors import Phrase
 from motorcade.program.diagnostics import Mend, ProgramError, Span, error
-from motorcade.program.syntax_mends import span_between, syntax_mends
+from motorcade.program.syntax_mends import syntax_mends
 
 # More than any program that fits into a car, with comments, needs; Python reads it within a second.
 MOST_CHARACTERS = 200_000
@@ -76,7 +76,7 @@ class Source:
 
     def span_between(self, start: int, end: int) -> Span:
         """The place of the characters from the one with the number ``start`` up to ``end``."""
-        return span_between(self._lines, start, end)
+        return Span(*self._place(start), *self._place(end))
 
     def extent(self, node: Any) -> tuple[int, int]:
         """The number of a node's first character, and of the one behind its last."""

@@ -40,11 +40,11 @@ def syntax_mends(text: str, reason: str, span: Span, sign: str = "") -> tuple[Me
         edited = text[:at] + new + text[end:]
         # One of several such characters is mended, although the others are wrong still.
         if reason == "python-bad-character" or is_python(edited):
-            return (Mend(TEXT, new, span_between(lines, at, end)),)
+            return (Mend(TEXT, new, _span_between(lines, at, end)),)
     return ()
 
 
-def span_between(lines: list[str], start: int, end: int) -> Span:
+def _span_between(lines: list[str], start: int, end: int) -> Span:
     """Return the place of the characters from ``start`` up to ``end``, which are numbered from 0 through all lines."""
     places = []
     for at in (start, end):
