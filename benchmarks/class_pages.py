@@ -6,8 +6,9 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
 
+from edits import EDIT_TIMES, NOTE_EDITS
 from playwright.async_api import Page, async_playwright
-from studio_page import EDIT_TIMES, FULL, INTERACTIVE, crowd
+from studio_page import FULL, INTERACTIVE, crowd
 
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 from scripts import chromium
@@ -43,6 +44,7 @@ class PupilsPage:
         # The words that an edit is waited for.
         await page.get_by_role("tab", name="Words", exact=True).click()
         await page.locator(".blocklyBlockCanvas .blocklyDraggable").filter(has_text="wait").last.wait_for()
+        await page.evaluate(NOTE_EDITS)
         await page.get_by_role("button", name="Play", exact=True).click()
 
     async def edit(self, every_s: float) -> None:
@@ -56,12 +58,12 @@ class PupilsPage:
             await asyncio.sleep(every_s)
 
     async def reset(self) -> None:
-        self._before = len(await self._page.evaluate(EDIT_TIMES))
+        self._before = len((await self._page.evaluate(EDIT_TIMES))["words"])
         self.pictures = 0
 
     async def edits_ms(self) -> list[float]:
-        """How long each edit took, from the change to the words in the page."""
-        return list(await self._page.evaluate(EDIT_TIMES))[self._before :]
+        """How long each edit took, from the key to the words in the page."""
+        return list((await self._page.evaluate(EDIT_TIMES))["words"])[self._before :]
 
 
 def prepare() -> Path:

@@ -1,6 +1,7 @@
 """Measure the studio's page: run it with ``python benchmarks/studio_page.py``.
 
-The heap is measured for a minute, or for ``--heap-minutes`` (the goal is for 10), each time after a forced collection.
+`edits` says how edits are timed. The heap is measured for a minute, or for ``--heap-minutes`` (the goal is for 10),
+each time after a forced collection.
 
 A headless Chromium visits a studio in a process of its own; both share the machine. It draws without a graphics
 processor, so it shows fewer pictures than a screen does.
@@ -11,8 +12,9 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from statistics import median, quantiles
+from statistics import median
 
+from edits import edit_rows
 from playwright.sync_api import Browser, CDPSession, sync_playwright
 from rich.console import Console
 from rich.table import Table
@@ -22,9 +24,8 @@ sys.path.append(str(Path(__file__).resolve().parents[1]))
 from scripts import chromium
 from scripts.studio_process import StudioProcess, build_page, project_link, running_studio
 
-VISITS, EDITS, WARM_EDITS, TIMED_S = 7, 60, 5, 5.0
+VISITS, TIMED_S = 7, 5.0
 # Cars on the stage, and how many pictures a second are wanted at least.
-POLL_MS = 100
 CROWDS = {13: 30, 100: 30, 1_000: 15}
 KB_GOAL, WORDS_GOAL_MS, PICTURE_GOAL_MS = 700, 60, 1000 / 30
 HEAP_GOAL_MB = 5
@@ -43,7 +44,6 @@ DRAWN = """milliseconds => new Promise(done => {
 })"""
 STAGE_SHARE = """() => { const { width, height } = document.querySelector("#stage").getBoundingClientRect()
     return (100 * width * height) / (innerWidth * innerHeight) }"""
-EDIT_TIMES = "() => performance.getEntriesByName('motorcade:edit-to-words').map(({ duration }) => duration)"
 
 Rows = Iterator[tuple[str, str, str, str]]
 
@@ -110,24 +110,10 @@ def load_rows(browser: Browser, studio: StudioProcess) -> Rows:
     yield f"time to interactive, {VISITS} visits", f"{median(times):.0f} ms ({min(times):.0f}–{max(times):.0f})", "", ""
 
 
-def edit_rows(browser: Browser, studio: StudioProcess) -> Rows:
+def words_rows(browser: Browser, studio: StudioProcess) -> Rows:
     visit = Visit(browser, project_link(studio.url, FULL))
-    page = visit.page
-    page.get_by_role("tab", name="Words", exact=True).click()
-    page.get_by_text("255 of 255").wait_for()
-    block = page.locator(".blocklyBlockCanvas .blocklyDraggable").filter(has_text="wait").last
-    field = block.locator(":scope > [role=button]").bounding_box()
-    for edit in range(WARM_EDITS + EDITS):
-        # By coordinates: a search of the page, or a question in each frame, would be work that no user causes.
-        page.mouse.click(field["x"] + field["width"] / 2, field["y"] + field["height"] / 2)
-        page.keyboard.type("23"[edit % 2])
-        page.keyboard.press("Enter")
-        page.wait_for_function(f"edits => ({EDIT_TIMES})().length === edits", arg=edit + 1, polling=POLL_MS)
-    times = page.evaluate(EDIT_TIMES)[-EDITS:]
+    yield from edit_rows(visit.page, WORDS_GOAL_MS)
     visit.close()
-    late = quantiles(times, n=20)[-1]
-    figure = f"{late:.0f} ms (median {median(times):.0f})"
-    yield "edit to words, 255 steps, p95", figure, f"≤ {WORDS_GOAL_MS} ms", result(late, WORDS_GOAL_MS, least=False)
 
 
 def picture_rows(browser: Browser, studio: StudioProcess) -> Rows:
@@ -199,7 +185,7 @@ def main() -> None:
     with sync_playwright() as playwright, tempfile.TemporaryDirectory() as folder:
         browser = playwright.chromium.launch(executable_path=path)
         with running_studio(Path(folder)) as studio:
-            for rows in (load_rows, size_rows, edit_rows, picture_rows):
+            for rows in (load_rows, size_rows, words_rows, picture_rows):
                 for row in rows(browser, studio):
                     table.add_row(*row)
             for row in heap_rows(browser, studio, heap_minutes):

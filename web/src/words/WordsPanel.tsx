@@ -1,10 +1,8 @@
-import { useEffect } from "react";
 import { Button, Label, Meter } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { Costliest, EditorName } from "../api/types";
 import { findText, showBlock } from "../blocks/workspaces";
 import { useStudio } from "../state/studio";
-import { measureEdit } from "./compiling";
 import { WordTable } from "./WordTable";
 import { classes } from "../ui/classes";
 import areas from "../ui/areas.module.css";
@@ -53,8 +51,6 @@ export function WordsPanel() {
   const compiled = useStudio((studio) => studio.compiled);
   const profile = useStudio((studio) => studio.profileFigures);
   const followed = useStudio((studio) => studio.followers !== null);
-
-  useEffect(measureEdit, [compiled]);
 
   return (
     <>

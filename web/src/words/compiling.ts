@@ -11,17 +11,10 @@ import { sharedWords } from "./bits";
 
 /** While an answer is awaited, edits are collected at least this often. */
 const COLLECT_MS = 200;
-/** The name under which the browser's performance tools list the times from edits to words. */
-const MEASURE = "motorcade:edit-to-words";
-const MOST_MEASURES = 500;
 
 let collecting: ReturnType<typeof setTimeout>;
 let underWay = false;
 let wanted = false;
-/** The time of the oldest edit that was not sent yet, and of the edit that the words in the store answer. */
-let editedAt: number | null = null;
-let answersEditOf: number | null = null;
-let firstEditAt = 0;
 /** The project whose blocks the editors were filled with. */
 let filled = 0;
 const edited = new Set<EditorName>();
@@ -29,7 +22,6 @@ const edited = new Set<EditorName>();
 /** Note that a block of the editor changed; edits that come while an answer is awaited are sent together after it. */
 export function noteEdit(editor: EditorName): void {
   if (edited.size === 0) {
-    firstEditAt = performance.now();
     // All events of one change come in one turn.
     if (!underWay) queueMicrotask(collectEdits);
     else collecting = setTimeout(collectEdits, COLLECT_MS);
@@ -47,7 +39,6 @@ export function collectEdits(): void {
   }
   edited.clear();
   if (Object.keys(changed).length === 0) return;
-  editedAt ??= firstEditAt;
   useStudio.setState(changed);
 }
 
@@ -78,14 +69,11 @@ async function compileNewest(): Promise<void> {
     if (filled !== useStudio.getState().generation) await editorsFilled();
     wanted = false;
     const { leader, followers, profile } = useStudio.getState();
-    const edit = editedAt;
-    editedAt = null;
     try {
       const answer = await api.compile({ leader, followers, profile });
       // Another project was opened meanwhile.
       if (filled !== useStudio.getState().generation) continue;
       const compiled = sharedAnswer(useStudio.getState().compiled, answer);
-      answersEditOf = edit;
       useStudio.setState({ compiled });
       markDiagnostics(compiled.diagnostics);
     } catch (error) {
@@ -101,14 +89,4 @@ export function compileEveryChange(): void {
     const changed = now.leader !== before.leader || now.followers !== before.followers || now.profile !== before.profile;
     if (changed || (before.service === "gone" && now.service !== "gone")) void compileNewest();
   });
-}
-
-/** To be called when the words of the newest edit are shown: it measures the time since the edit. */
-export function measureEdit(): void {
-  const start = answersEditOf;
-  answersEditOf = null;
-  if (start === null) return;
-  // The browser keeps each time until it is cleared.
-  if (performance.getEntriesByName(MEASURE).length >= MOST_MEASURES) performance.clearMeasures(MEASURE);
-  requestAnimationFrame(() => performance.measure(MEASURE, { start }));
 }
