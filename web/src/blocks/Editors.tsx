@@ -55,6 +55,12 @@ function Editor({ editor }: { editor: EditorName }) {
     const workspace = createWorkspace(host.current!, editor);
     const listener = (event: Blockly.Events.Abstract) => onEvent(editor, event);
     workspace.addChangeListener(listener);
+    // Blockly tells of what is typed only after the next picture. Its fields lie outside the editor.
+    const onInput = ({ target }: Event) => {
+      const typed = target instanceof Element && target.classList.contains("blocklyHtmlInput");
+      if (typed && Blockly.getMainWorkspace() === workspace) noteEdit(editor);
+    };
+    document.addEventListener("input", onInput);
     const resized = new ResizeObserver(() => Blockly.svgResize(workspace));
     resized.observe(host.current!);
     const unsubscribe = useStudio.subscribe((now, before) => {
@@ -63,6 +69,7 @@ function Editor({ editor }: { editor: EditorName }) {
     return () => {
       unsubscribe();
       resized.disconnect();
+      document.removeEventListener("input", onInput);
       disposeWorkspace(editor);
     };
   }, [editor]);

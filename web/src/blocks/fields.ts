@@ -61,7 +61,7 @@ export class SecondsField extends Blockly.FieldNumber {
     event.preventDefault();
     const next = Math.max(this.least, Math.round((Number(input.value) || 0) / this.step + way) * this.step);
     input.value = String(Math.min(next, this.getMax()));
-    input.dispatchEvent(new Event("input"));
+    input.dispatchEvent(new Event("input", { bubbles: true }));
   }
 }
 
