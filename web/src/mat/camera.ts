@@ -29,6 +29,8 @@ const OVER_PX = { left: 16, right: 60, top: 48, bottom: 76 };
 /** The air around the cars, in metres. */
 const AIR_M = 0.3;
 const ZONE_AIR_M = 0.15;
+/** A mat that takes little more room than what is to be seen is seen whole: so much smaller it is drawn then at most. */
+const WHOLE_MAT_SHARE = 0.8;
 /** How long a car is drawn: at most, and at least where there are so few cars. */
 const LONGEST_PX = 90;
 const SHORTEST_PX = 24;
@@ -89,6 +91,8 @@ export interface Cast {
   first: number;
   /** What should be seen too, where the cars are large enough then. */
   zones?: readonly Box[];
+  /** The mat, where it has a size. */
+  mat?: Box | null;
 }
 
 const grown = (box: Box, by: number): Box => ({ left: box.left - by, bottom: box.bottom - by, right: box.right + by, top: box.top + by });
@@ -96,12 +100,16 @@ const grown = (box: Box, by: number): Box => ({ left: box.left - by, bottom: box
 const around = (boxes: readonly Box[]): Box | null =>
   boxAround(boxes.flatMap(({ left, right }) => [left, right]), boxes.flatMap(({ bottom, top }) => [bottom, top]));
 
-/** The cars with air around them and, where all fit, the zones; null without cars. */
-function boxToFrame({ x, y, carM, zones = [] }: Cast, size: Size): Box | null {
+/** The cars with air around them and, where all fit, the zones, and the mat; null without cars. */
+function boxToFrame({ x, y, carM, zones = [], mat }: Cast, size: Size): Box | null {
   const cars = boxAround(x, y);
   if (!cars) return null;
+  const least = SHORTEST_PX / carM;
   const all = around([grown(cars, AIR_M), ...zones.map((each) => grown(each, ZONE_AIR_M))])!;
-  return fitted(all, size).scale >= SHORTEST_PX / carM ? all : grown(cars, AIR_M);
+  const { scale } = fitted(all, size);
+  if (scale < least) return grown(cars, AIR_M);
+  const whole = mat && around([cars, ...zones, mat]);
+  return whole && fitted(whole, size).scale >= Math.max(least, WHOLE_MAT_SHARE * scale) ? whole : all;
 }
 
 /** Frame the cars with air around them: large, but none so small that it can't be told what it does. */
@@ -146,11 +154,17 @@ export function isSame(a: Camera, b: Camera): boolean {
 
 /** The box around the mat; on an unbounded plane, around all cars and furniture. */
 export function boxOf(mat: Mat, x: ArrayLike<number>, y: ArrayLike<number>): Box {
-  if (mat.size_m) return { left: 0, bottom: 0, right: mat.size_m[0], top: mat.size_m[1] };
+  const sized = boxOfMat(mat);
+  if (sized) return sized;
   const points: Point[] = FURNITURE.flatMap((kind) => listOf(mat, kind).flatMap((piece) => handlesOf(kind, piece)));
   for (let k = 0; k < x.length; k++) points.push([x[k]!, y[k]!]);
   const box = boxAround(points.map(([px]) => px), points.map(([, py]) => py));
   return box ? grown(box, 0.5) : { left: -2, bottom: -1.5, right: 2, top: 1.5 };
+}
+
+/** The box around the mat; null for an unbounded plane. */
+export function boxOfMat({ size_m }: Mat): Box | null {
+  return size_m ? { left: 0, bottom: 0, right: size_m[0], top: size_m[1] } : null;
 }
 
 /** The box around a zone of a mission. */

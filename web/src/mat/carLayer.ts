@@ -2,7 +2,7 @@
 
 import { Container, Graphics, Sprite, type Texture } from "pixi.js";
 import { NO_LED, type Picture } from "../api/world";
-import { carColour, LEDS, type WordColours, type MatTheme } from "./colours";
+import { carColour, LEDS, plateColour, type WordColours, type MatTheme } from "./colours";
 import { LAMPS, numberTexture, TREADS, type Textures } from "./textures";
 
 /** The least size on the screen, so that cars stay visible on a large mat. */
@@ -11,8 +11,8 @@ const LOSS_SHOWN_MS = 500;
 const BLINK_MS = 180;
 /** More cars than these are drawn as simple sprites. */
 const MOST_RICH = 200;
-/** A car is numbered where its number can be read. */
-const NUMBERED_PX = 34;
+/** A car has a number plate where its number, or at least its colour, can be told. */
+const PLATE_PX = 26;
 /** Of the tread of a wheel, in half cars; wheels are that far from the middle of the car. */
 const TREAD = 0.195;
 const TRACK = 0.68;
@@ -179,9 +179,9 @@ export class CarLayer {
     if (!this.still) this.turnWheels(rig, at, half);
     const blinks = atMs < rig.blinksUntil;
     rig.face.texture = blinks ? this.textures.blink : this.textures.face;
-    const numbered = half * 2 * scale >= NUMBERED_PX && !this.leads.has(k);
+    const numbered = half * 2 * scale >= PLATE_PX && !this.leads.has(k);
     if (numbered && !rig.number) {
-      rig.number = rig.over.addChild(sized(numberTexture(k), 0.62));
+      rig.number = rig.over.addChild(sized(numberTexture(k, this.contrast ? "#ffffff" : plateColour(k)), 0.62));
       rig.number.position.set(-0.34, 0);
       // The world's y points up, that of a picture down.
       rig.number.scale.y *= -1;

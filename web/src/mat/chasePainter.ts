@@ -1,7 +1,7 @@
 /** Draw the view from behind a car: sky and floor, then what stands there, from the farthest to the nearest. */
 
 import { NO_LED } from "../api/world";
-import { carColour, hexColour, LEDS } from "./colours";
+import { carColour, hexColour, LEDS, plateColour } from "./colours";
 import { paintOrder, type SeenCar } from "./chaseOrder";
 import { ChasePen, DARK } from "./chasePen";
 import { thingsSeen } from "./chaseThings";
@@ -133,9 +133,7 @@ export class ChasePainter {
     g.font = `700 ${Math.round(px * 0.42)}px system-ui, sans-serif`;
     g.textAlign = "center";
     g.textBaseline = "middle";
-    g.lineWidth = Math.max(2, px * 0.1);
-    g.strokeStyle = "#ffffff";
-    g.strokeText(String(number), x, y);
+    this.pen.mark([x, y], 0.3 * px, plateColour(number), null);
     g.fillStyle = DARK;
     g.fillText(String(number), x, y);
   }

@@ -46,6 +46,12 @@ export function carColour(colours: WordColours, index: number, flags: number): n
   return (flags & Flag.runs ? colours.strong[index] : colours.pale[index]) ?? UNKNOWN;
 }
 
+/** The colour of a car's number plate, by which it is told from its neighbours; its body has that of its word. */
+export function plateColour(car: number): string {
+  // The golden angle: no two neighbours are alike, for any number of cars.
+  return `hsl(${(car * 137.5) % 360} 85% 80%)`;
+}
+
 /** `#rrggbb`. */
 export function hexColour(colour: number): string {
   return `#${colour.toString(16).padStart(6, "0")}`;

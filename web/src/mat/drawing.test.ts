@@ -78,6 +78,13 @@ describe("the camera", () => {
     expect(far.scale * 0.15).toBeCloseTo(90);
   });
 
+  it("shows a mat whole that takes little more room than its cars", () => {
+    const mat = (width: number) => ({ left: 0, bottom: 0, right: width, top: 2 });
+    const leftOf = (right: number) => toScreen(framed({ ...cast([1, 3], [1, 1]), mat: mat(right) }, SIZE)!, SIZE, [0, 0])[0];
+    expect(leftOf(3.2)).toBeGreaterThan(0);
+    expect(leftOf(9)).toBeLessThan(0);
+  });
+
   it("goes from one view to another evenly", () => {
     expect(between({ x: 0, y: 0, scale: 100 }, { x: 2, y: 4, scale: 400 }, 0.5)).toEqual({ x: 1, y: 2, scale: 200 });
   });

@@ -274,15 +274,13 @@ function person(g: CanvasRenderingContext2D) {
   g.fill();
 }
 
-/** A car's number, to be read on its roof; made when it is needed first. */
-export function numberTexture(number: number): Texture {
+/** A car's number on a plate on its roof; made when it is needed first. */
+export function numberTexture(number: number, plate: string): Texture {
   return draw((g) => {
-    g.font = `700 ${number > 99 ? 0.9 : 1.15}px system-ui, sans-serif`;
+    rounded(g, plate, [-0.94, -0.8, 1.88, 1.6], 0.5);
+    g.font = `700 ${number > 99 ? 0.8 : 1.05}px system-ui, sans-serif`;
     g.textAlign = "center";
     g.textBaseline = "middle";
-    g.lineWidth = 0.26;
-    g.strokeStyle = "#ffffff";
-    g.strokeText(String(number), 0, 0.06);
     g.fillStyle = DARK;
     g.fillText(String(number), 0, 0.06);
   }, 48);
