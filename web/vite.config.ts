@@ -3,6 +3,7 @@ import { createHash } from "node:crypto";
 import { readdirSync, readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { dirname, join, resolve } from "node:path";
+import { fileURLToPath } from "node:url";
 import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 
@@ -48,7 +49,9 @@ function blocklyMedia(): Plugin {
     apply: "build",
     generateBundle() {
       for (const file of readdirSync(media).filter((name) => !name.endsWith(".mp3"))) {
-        this.emitFile({ type: "asset", fileName: `assets/blockly/${file}`, source: readFileSync(join(media, file)) });
+        // Its bin and its buttons look like the page's.
+        const folder = file === "sprites.svg" ? fileURLToPath(new URL("src/blocks", import.meta.url)) : media;
+        this.emitFile({ type: "asset", fileName: `assets/blockly/${file}`, source: readFileSync(join(folder, file)) });
       }
     },
   };
