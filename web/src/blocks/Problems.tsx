@@ -2,6 +2,7 @@ import { Button } from "react-aria-components";
 import { useTranslation } from "react-i18next";
 import type { Diagnostic } from "../api/types";
 import { inLanguage } from "../i18n";
+import { useMat } from "../mat/store";
 import { useStudio } from "../state/studio";
 import { Icon } from "../ui/icons";
 import { MendButtons } from "./MendButtons";
@@ -22,10 +23,13 @@ function bySentence(diagnostics: readonly Diagnostic[]): Diagnostic[][] {
 export function Problems() {
   const { t } = useTranslation();
   const diagnostics = useStudio(({ compiled }) => compiled?.diagnostics);
-  if (!diagnostics?.length) return null;
+  // Until cars were to drive, nobody is warned that they have no blocks yet.
+  const isBegun = useMat(({ tMs }) => tMs > 0);
+  const shown = diagnostics?.filter(({ code }) => isBegun || code !== "empty-program");
+  if (!shown?.length) return null;
   return (
     <ul className={css.diagnostics} aria-label={t("words.diagnostics")}>
-      {bySentence(diagnostics).map((group, index) => (
+      {bySentence(shown).map((group, index) => (
         <li key={`${group[0]!.code} ${group[0]!.path} ${index}`} data-severity={group[0]!.severity}>
           <Icon name={group[0]!.severity} />
           <span>
