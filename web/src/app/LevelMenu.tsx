@@ -20,11 +20,12 @@ function choose(level: Level): void {
 export function LevelMenu() {
   const { t } = useTranslation();
   const level = useSettings((settings) => settings.level);
+  const name = t("level.button", { level: t(`level.${level}`) });
   return (
     <MenuTrigger>
-      <Button className={classes(buttons.button, buttons.quietButton)} aria-label={t("level.button", { level: t(`level.${level}`) })}>
+      <Button className={classes(buttons.button, buttons.quietButton)} aria-label={name}>
         <Icon name="levels" />
-        <span className={css.buttonText}>{t(`level.${level}`)}</span>
+        <span className={css.buttonText}>{name}</span>
       </Button>
       <Popover className={controls.popover} placement="bottom end">
         <Menu

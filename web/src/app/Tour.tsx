@@ -42,11 +42,14 @@ export function Tour() {
     };
   }, [step, toured]);
 
-  if (toured) return null;
   const end = () => {
     useSettings.setState({ toured: true });
     setAt(0);
   };
+  // A mission says itself what is to be done.
+  useEffect(() => useStudio.subscribe(({ mission }) => mission && end()), []);
+
+  if (toured) return null;
   const next = () => {
     if (step === "blocks") first();
     if (step === "followers") swarm();
