@@ -13,13 +13,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motorcade import World
+from motorcade import Followers, Program, World, compile_program, forward
 from motorcade.boards.simulated_drive import DrivenCars
 from motorcade.car.brain import HOLDS, NO_LED, RUNNING, WORD
+from motorcade.config.profile import built_in_profile
 from motorcade.engine.events import FRAME, HEARD, KINDS, LOSS_REASONS, LOST, OVER
 from motorcade.engine.showing import NO_INDEX
 from motorcade.locales import catalogue, languages
-from motorcade.mats import Pose
+from motorcade.mats import Mat, Pose, Starts
 from motorcade.server.studio.simulation import ServerWorld
 from motorcade.service.world_messages import Move, Reset, Seek, Speak, Step, Watch
 from motorcade.service.world_session import WorldSession
@@ -101,7 +102,9 @@ class Witness:
         board = self.plain.boards[car]
         if car in self.plain.driven:
             return "driven" if any(self.plain.driven[car][:2]) else "still"
-        return ACTIVITIES[board.direction] if board.speed_level else "still"
+        if not board.speed_level:
+            return "still"
+        return "stuck" if board.direction == 0 and self.plain.is_stuck(car) else ACTIVITIES[board.direction]
 
     def happened(self, from_ms: int, before_ms: int, car: int | None = None) -> Iterator[tuple[int, str]]:
         """Kind and reason of what happened in a time, to all cars or to one."""
@@ -287,6 +290,28 @@ def test_all_that_the_page_says_is_true_at_each_moment(
             on_page.take(session.connect())
             look.watch(look.car)
             look.compare(witness.truth(), witness.plain.now_ms)
+
+
+def test_cars_that_something_stops_do_not_drive(page: PageAccount) -> None:
+    """A leader reaches the wall with one follower behind it; another one drives along a wall that it touches."""
+    program = compile_program(Program([forward(2, 3)], Followers([forward(2, 3)], accept_ir=True)))
+    poses = [Pose(1.0, 0.5, 0.0), Pose(0.75, 0.5, 0.0), Pose(0.2, 0.075, 0.0)]
+    mat = Mat("Walls", Starts.of(poses, [True, False, False]), 20, (1.5, 1.0), walled=True)
+    case = Case(mat, [program.image], built_in_profile("classroom"), 1)
+    session = WorldSession("any", make_world=lambda _: pytest.fail("no world is requested"))
+    on_page, witness = begun(case, session, page, DrivenCars()), Witness(case, 1)
+    look = Look(on_page, witness, "en", "start")
+    look.watch(0)
+    told = []
+    for _ in range(40):
+        on_page.send(Step(5))
+        witness.run(5)
+        look.compare(witness.truth(), witness.plain.now_ms)
+        told.append(claims_of(page.ask("en")["caption"], "en"))
+    stuck = [(claims.get("leaders.stuck", 0), claims.get("followers.stuck", 0)) for claims in told]
+    assert stuck[0] == (0, 0)
+    assert stuck[-1] == (1, 1)
+    assert all("followers.forward" in claims for claims in told[10:])
 
 
 def changes(cars: int) -> st.SearchStrategy[Any]:

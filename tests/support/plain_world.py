@@ -314,6 +314,14 @@ class PlainWorld:
         way = ahead * along[0] - aside * along[1], ahead * along[1] + aside * along[0]
         self.way[car] = tuple(math.floor(each + 0.5) for each in way)
 
+    def is_stuck(self, car: int) -> bool:
+        """Whether bodies and walls will take more than three quarters of its way from the car in the next tick."""
+        touching_ms = self.touching_ms
+        push_x, push_y = self._push(car)
+        self.touching_ms = touching_ms
+        way_x, way_y = self.way[car][0] / 4096, self.way[car][1] / 4096
+        return (way_x + push_x) * way_x + (way_y + push_y) * way_y < (way_x * way_x + way_y * way_y) / 4
+
     def _push(self, car: int) -> tuple[int, int]:
         if not self.mat.physics.collisions:
             return 0, 0

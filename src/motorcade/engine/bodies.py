@@ -230,8 +230,8 @@ def obstacle_ahead_mm(i: int, world: int, look_mm: int, arrays: Arrays) -> int:
 
 
 @in_kernel
-def keep_push(i: int, push_x: float, push_y: float, cars: Cars, rules: Rules) -> None:
-    """Keep the push until the cars move, limited so that the car goes no further than the fastest car drives."""
+def whole_push(i: int, push_x: float, push_y: float, cars: Cars, rules: Rules) -> tuple[int, int]:
+    """The push in whole µm, limited so that the car goes no further than the fastest car drives."""
     way_x = float(cars.way_x[i]) / (1 << WAY_BITS)
     way_y = float(cars.way_y[i]) / (1 << WAY_BITS)
     sum_x, sum_y = way_x + push_x, way_y + push_y
@@ -239,8 +239,13 @@ def keep_push(i: int, push_x: float, push_y: float, cars: Cars, rules: Rules) ->
     if length > rules.fastest:
         push_x = sum_x * rules.fastest / length - way_x
         push_y = sum_y * rules.fastest / length - way_y
-    whole_x = int(min(max(push_x, -_MOST_PUSH_UM), _MOST_PUSH_UM))
-    whole_y = int(min(max(push_y, -_MOST_PUSH_UM), _MOST_PUSH_UM))
+    return int(min(max(push_x, -_MOST_PUSH_UM), _MOST_PUSH_UM)), int(min(max(push_y, -_MOST_PUSH_UM), _MOST_PUSH_UM))
+
+
+@in_kernel
+def keep_push(i: int, push_x: float, push_y: float, cars: Cars, rules: Rules) -> None:
+    """Keep the push until the cars move."""
+    whole_x, whole_y = whole_push(i, push_x, push_y, cars, rules)
     cars.push[i] = (whole_x & 0xFFFF) << 16 | (whole_y & 0xFFFF)
 
 

@@ -111,6 +111,26 @@ def look_around(i: int, look: float, arrays: Arrays, now: Now) -> tuple[int, flo
 
 
 @in_kernel
+def is_stuck(i: int, tick: int, arrays: Arrays) -> bool:
+    """Whether what car ``i`` of the only world touches will take more than three quarters of its way in this tick.
+
+    It looks only where something may be near: elsewhere nothing pushes the car.
+    """
+    cars, rules = arrays.cars, arrays.rules
+    push_x, push_y = 0.0, 0.0
+    if others_due(cars.clear[i], tick):
+        _, _, _, push_x, push_y = bodies.others_near(i, 0, 0.0, cars, arrays.cells, rules)
+    if place_due(cars.clear[i], tick):
+        _, _, _, push_x, push_y = bodies.place_near(i, 0.0, push_x, push_y, cars, arrays.place, rules)
+    if push_x == 0.0 and push_y == 0.0:
+        return False
+    whole_x, whole_y = bodies.whole_push(i, push_x, push_y, cars, rules)
+    way_x, way_y, _ = bodies.way_of(i, cars, rules)
+    along = way_x * (way_x + whole_x) + way_y * (way_y + whole_y)
+    return 4.0 * along < way_x * way_x + way_y * way_y
+
+
+@in_kernel
 def push(i: int, push_x: float, push_y: float, arrays: Arrays, now: Now) -> None:
     """Store a push until the cars move, and count the time in which the car touches something."""
     if push_x != 0.0 or push_y != 0.0:

@@ -77,7 +77,7 @@ class Pictures:
 
     def _pack(self, purpose: int) -> None:
         world = self._world
-        arguments = purpose, world.state, world.arrays().rules, world.read_moment(), self._tally, self._picture
+        arguments = purpose, world.tick, world.arrays(), world.read_moment(), self._tally, self._picture
         world.runner.now.call("pack_picture", 1, *arguments)
 
     def counted(self, car: int) -> CarTally:

@@ -8,18 +8,19 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from motorcade.car.brain import HOLDS, RUNNING, SLOT, STATE, WORD, lit_led
-from motorcade.engine import bicycle, channel, events
+from motorcade.engine import bicycle, channel, clearance, events
 from motorcade.engine.geometry import FULL_TURN
 from motorcade.engine.marking import in_kernel
 from motorcade.engine.state import Arrays, Bytes, Cars, Driven, Floats, Ints, Rules, Singles, Words
 from motorcade.words.ticks import TICKS_MASK, reached
 
 # A car's flags in a picture: its word runs; its frame is on the air; it lost, or received, a frame since the moment
-# before.
+# before; it is to drive forward, and what it touches lets it go no further.
 RUNS = 1
 SENDS = 2
 LOST = 4
 HEARD = 8
+STUCK = 16
 # The index of a car that executes or holds none of the image's words.
 NO_INDEX = 0xFFFF
 # The bytes of a car in a picture, of an event there, and the numbers of an event there.
@@ -115,13 +116,16 @@ def moment_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
 def picture_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
     """Make the kernel ``pack_picture``."""
 
-    def pack_picture(purpose: int, cars: Cars, rules: Rules, shown: Shown, tally: Tally, picture: Picture) -> None:
-        """Write the columns of a picture of the only world, after ``read_moment``; take the marks of its purpose.
+    def pack_picture(purpose: int, tick: int, arrays: Arrays, shown: Shown, tally: Tally, picture: Picture) -> None:
+        """Write the columns of a picture of the only world before a tick, after ``read_moment``.
+
+        The marks of the purpose are taken with it.
 
         Where the image has a follower's word more than once, the index is that of the one that the leader with the
         lowest number sent last.
         """
         _ = fingerprint
+        cars, rules = arrays.cars, arrays.rules
         count = shown.x_m.shape[0]
         first, image, slot = count, 0, 0
         for i in range(count):
@@ -143,7 +147,9 @@ def picture_kernel(fingerprint: str, prange: Any) -> Callable[..., None]:
             picture.index[k] = index
             picture.wheels[k] = shown.wheels[k]
             picture.led[k] = shown.led[k]
-            picture.flags[k] = shown.runs[k] * RUNS | shown.sends[k] * SENDS | tally.marks[purpose, k]
+            drives = 0 < int(shown.wheels[k]) < 1 << 2
+            stuck = STUCK if drives and clearance.is_stuck(i, tick, arrays) else 0
+            picture.flags[k] = shown.runs[k] * RUNS | shown.sends[k] * SENDS | stuck | tally.marks[purpose, k]
             tally.marks[purpose, k] = 0
 
     return pack_picture

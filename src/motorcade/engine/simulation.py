@@ -120,6 +120,11 @@ class Simulation:
         self._taken: list[list[bytes]] = [[] for _ in self.seeds]
 
     @property
+    def tick(self) -> int:
+        """How many ticks have passed since the world began."""
+        return self._tick
+
+    @property
     def now_ms(self) -> int:
         """The simulated time in ms."""
         return self._tick * self.tick_ms & TICKS_MASK

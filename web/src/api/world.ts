@@ -40,7 +40,7 @@ export const NO_LED = 4;
 export const LATELY_S = 5;
 /** Where more events happened since the picture before, a picture has the newest of them. */
 export const MOST_EVENTS = 4000;
-export const Flag = { runs: 1, sends: 2, lost: 4, heard: 8 } as const;
+export const Flag = { runs: 1, sends: 2, lost: 4, heard: 8, stuck: 16 } as const;
 export const EVENT_COLUMNS = 5;
 /** `kind` holds the kind in its lowest byte and the reason in the one above. */
 export const EventColumn = { tMs: 0, car: 1, kind: 2, word: 3, other: 4 } as const;

@@ -1,11 +1,12 @@
 /** What the cars do at the moment of a picture: in numbers, and as a sentence. */
 
 import i18next from "i18next";
-import { LATELY_S, NO_LED, type Picture } from "../api/world";
+import { Flag, LATELY_S, NO_LED, type Picture } from "../api/world";
 
 /** `driven` is a car that somebody drives, in any direction. */
 const DIRECTIONS = ["forward", "left", "right", "driven"] as const;
-type Activity = (typeof DIRECTIONS)[number] | "still";
+/** `stuck` is to drive forward, and touches what lets it go no further. */
+type Activity = (typeof DIRECTIONS)[number] | "stuck" | "still";
 
 export interface Summary {
   leaders: Record<Activity, number>;
@@ -15,16 +16,17 @@ export interface Summary {
   lost: number;
 }
 
-function activityOf(wheels: number): Activity {
+function activityOf(wheels: number, flags: number): Activity {
+  if (flags & Flag.stuck) return "stuck";
   return wheels & 3 ? (DIRECTIONS[wheels >> 2] ?? "still") : "still";
 }
 
-const noCars = (): Record<Activity, number> => ({ forward: 0, left: 0, right: 0, driven: 0, still: 0 });
+const noCars = (): Record<Activity, number> => ({ forward: 0, left: 0, right: 0, driven: 0, stuck: 0, still: 0 });
 
 export function summarize(picture: Picture, leads: ReadonlySet<number>): Summary {
   const summary: Summary = { leaders: noCars(), followers: noCars(), lit: 0, lost: picture.lost };
   for (let k = 0; k < picture.cars; k++) {
-    summary[leads.has(k) ? "leaders" : "followers"][activityOf(picture.wheels[k]!)] += 1;
+    summary[leads.has(k) ? "leaders" : "followers"][activityOf(picture.wheels[k]!, picture.flags[k]!)] += 1;
     if (picture.led[k]! < NO_LED) summary.lit += 1;
   }
   return summary;

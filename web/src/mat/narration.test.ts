@@ -12,8 +12,8 @@ const SUMMARY = summarize(
 );
 
 it("counts what leaders and followers do", () => {
-  expect(SUMMARY.leaders).toEqual({ forward: 1, left: 0, right: 0, driven: 0, still: 0 });
-  expect(SUMMARY.followers).toEqual({ forward: 3, left: 1, right: 0, driven: 0, still: 1 });
+  expect(SUMMARY.leaders).toEqual({ forward: 1, left: 0, right: 0, driven: 0, stuck: 0, still: 0 });
+  expect(SUMMARY.followers).toEqual({ forward: 3, left: 1, right: 0, driven: 0, stuck: 0, still: 1 });
   expect(SUMMARY.lit).toBe(1);
 });
 
