@@ -66,6 +66,21 @@ def test_the_program_stays_in_view_beside_an_open_drawer(show) -> None:
     assert studio.box(first)["x"] == pytest.approx(before["x"], abs=10)
 
 
+def test_blocks_that_are_tapped_go_to_the_end_of_the_program(open_page) -> None:
+    studio = open_page()
+    for drawer, block in (("drive", "wait"), ("drive", "wait"), ("order", "repeat")):
+        studio.editor("leader").get_by_role("treeitem", name=studio.say(f"drawers.{drawer}")).click()
+        option = studio.editor("leader").get_by_role("option", name=block).first
+        # Beside its fields, which a tap would open.
+        option.click(position={"x": 12, "y": 12})
+        expect(option).to_have_count(0)
+    studio.expect_words(["02000000", "60800000", "60800000"])
+    # Without its empty block.
+    studio.undo()
+    studio.undo()
+    studio.expect_words(["01000000", "60800000"])
+
+
 def test_the_first_block_that_comes_by_keyboard_hangs_under_the_hat(open_page) -> None:
     studio = open_page()
     press_until_at(studio, "Tab", "treeitem", "Drive")

@@ -65,13 +65,42 @@ class PictureInflater extends Blockly.LabelFlyoutInflater {
   }
 }
 
-/** While a drawer is open, the program is moved out from under it, so that a block can be put there. */
+/** Blockly keeps the end of a gesture from bubbling. */
+function afterGesture(act: () => void): void {
+  const ended = new AbortController();
+  for (const end of ["pointerup", "pointercancel"]) {
+    const once = () => {
+      ended.abort();
+      setTimeout(act);
+    };
+    addEventListener(end, once, { capture: true, signal: ended.signal });
+  }
+}
+
+/**
+ * While a drawer is open, the program is moved out from under it, so that a block can be put there. A block that is only
+ * tapped goes to the end of the program.
+ */
 class Drawer extends Blockly.VerticalFlyout {
   private moved: { from: number; to: number } | null = null;
+  /** The blocks that were in the program when the drawer was opened. */
+  private known: ReadonlySet<string> = new Set();
+
+  /** All that follows from a tap, or from a drag, is undone together. */
+  override createDom(tagName: Parameters<Blockly.VerticalFlyout["createDom"]>[0]): SVGElement {
+    const svg = super.createDom(tagName);
+    const begin = () => {
+      Blockly.Events.setGroup(true);
+      afterGesture(() => Blockly.Events.setGroup(false));
+    };
+    svg.addEventListener("pointerdown", begin, { capture: true });
+    return svg;
+  }
 
   override show(contents: Parameters<Blockly.VerticalFlyout["show"]>[0]): void {
     super.show(contents);
     const program = this.targetWorkspace;
+    this.known = new Set(program.getAllBlocks(false).map(({ id }) => id));
     const left = program.getBlocksBoundingBox().left * program.scale + program.scrollX;
     const covered = this.getWidth() + BESIDE_PX - left;
     if (covered <= 0 || !program.getAllBlocks(false).length) return;
@@ -81,21 +110,37 @@ class Drawer extends Blockly.VerticalFlyout {
   }
 
   override hide(): void {
+    const isHand = Blockly.Gesture.inProgress();
+    const isTapped = this.isVisible() && isHand && this.appendTapped();
     super.hide();
     // A block that is being dragged keeps its place below the hand.
-    const moveBack = () => this.moveBack();
-    // Blockly keeps the end of a gesture from bubbling.
-    const atItsEnd = { once: true, capture: true };
-    if (Blockly.Gesture.inProgress()) addEventListener("pointerup", () => setTimeout(moveBack), atItsEnd);
-    else moveBack();
+    if (isTapped || !isHand) this.moveBack(isTapped);
+    else afterGesture(() => this.moveBack(false));
   }
 
-  /** Move the program back, unless somebody scrolled it meanwhile. */
-  private moveBack(): void {
+  /** Put blocks that were only tapped, and so have no place yet, below the last one under the hat; whether there are any. */
+  private appendTapped(): boolean {
+    const program = this.targetWorkspace;
+    const tapped = program.getTopBlocks(false).filter((block) => !this.known.has(block.id) && !block.isDragging());
+    const hat = program.getTopBlocks(false).find((block) => !block.previousConnection);
+    for (const block of tapped) {
+      const end = hat?.lastConnectionInStack(true);
+      if (!end || !block.previousConnection || !end.getConnectionChecker().canConnect(end, block.previousConnection, false)) continue;
+      end.connect(block.previousConnection);
+      // Once the program is back in its place.
+      setTimeout(() => {
+        if (!block.isDisposed()) program.scrollBoundsIntoView(block.getBoundingRectangleWithoutChildren());
+      });
+    }
+    return tapped.length > 0;
+  }
+
+  /** Move the program back, unless somebody scrolled it meanwhile; Blockly itself scrolls to a block that was tapped. */
+  private moveBack(isScrolled: boolean): void {
     if (!this.moved || this.isVisible() || !this.targetWorkspace.rendered) return;
     const { from, to } = this.moved;
     this.moved = null;
-    if (this.targetWorkspace.scrollX === to) this.targetWorkspace.scroll(from, this.targetWorkspace.scrollY);
+    if (isScrolled || this.targetWorkspace.scrollX === to) this.targetWorkspace.scroll(from, this.targetWorkspace.scrollY);
   }
 }
 
