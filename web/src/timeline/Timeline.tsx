@@ -67,7 +67,8 @@ function Lanes({ session, words, spanMs, cars }: LanesProps) {
       painted = what;
       const g = sharpContext(element, width, height);
       const visible = Array.from({ length: rows.count }, (_, row) => rows.first + row).filter((car) => car < cars);
-      const view = { window: shown.current, nowMs, shownMs: tMs, cars: visible, offsetPx: rows.offsetPx, chosen: chosenCar(), colourOf };
+      const present = { window: shown.current, nowMs, shownMs: tMs, chosen: chosenCar() };
+      const view = { ...present, cars: visible, offsetPx: rows.offsetPx, colourOf, forgotten: t("timeline.forgotten") };
       paint(g, width, height, view, session.events, look);
     };
     draw();
@@ -80,7 +81,7 @@ function Lanes({ session, words, spanMs, cars }: LanesProps) {
       clearInterval(timer);
       end();
     };
-  }, [session, words, spanMs, rows, cars]);
+  }, [session, words, spanMs, rows, cars, t]);
 
   useEffect(() => {
     const element = scroller.current!;

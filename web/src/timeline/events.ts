@@ -69,9 +69,9 @@ export class EventStore {
     }
   }
 
-  /** The time of the oldest stored event. */
-  get earliestMs(): number {
-    return this.taken ? this.row((this.taken - this.count) % this.most).tMs : 0;
+  /** No event before this time is stored, though there were some; 0 where all are. */
+  get forgottenUntilMs(): number {
+    return this.knownFromMs > 0 && this.taken ? this.row((this.taken - this.count) % this.most).tMs : 0;
   }
 
   /** The rows of all stored events, oldest first, as bytes. */

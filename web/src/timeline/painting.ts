@@ -29,6 +29,8 @@ export interface View {
   offsetPx: number;
   chosen: number | null;
   colourOf: (word: number) => string;
+  /** What is written where events are no longer stored. */
+  forgotten: string;
 }
 
 export function lookOf(element: HTMLElement): Look {
@@ -65,6 +67,7 @@ export function paint(g: CanvasRenderingContext2D, width: number, height: number
     g.fillStyle = look.line;
     g.fillRect(0, top + LANE_PX - 1, width, 1);
   });
+  paintForgotten(g, x(Math.min(store.forgottenUntilMs, view.window.endMs)), height, view.forgotten, look);
   g.restore();
   paintMoment(g, x(view.shownMs), height, look);
 }
@@ -74,6 +77,14 @@ function tint(g: CanvasRenderingContext2D, colour: string, x: number, y: number,
   g.fillStyle = colour;
   g.fillRect(x, y, width, height);
   g.globalAlpha = 1;
+}
+
+/** Lanes are empty there, though something may have happened. */
+function paintForgotten(g: CanvasRenderingContext2D, end: number, height: number, text: string, look: Look) {
+  if (end <= 0) return;
+  tint(g, look.text, 0, AXIS_PX, end, height - AXIS_PX);
+  g.fillStyle = look.quiet;
+  g.fillText(text, 8, AXIS_PX + LANE_PX / 2, Math.max(0, end - 16));
 }
 
 function paintAxis(g: CanvasRenderingContext2D, width: number, height: number, window: Window, x: (ms: number) => number, look: Look) {

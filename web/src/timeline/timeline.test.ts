@@ -30,13 +30,14 @@ describe("the event store", () => {
     const store = new EventStore(4);
     for (let t = 0; t < 10; t++) taken(store, [[t, t % 2, "heard"]]);
     expect(store.count).toBe(4);
-    expect(store.earliestMs).toBe(6);
+    expect(store.forgottenUntilMs).toBe(6);
     expect(times(store.of(0))).toEqual([8, 6]);
     expect(times(store.of(1))).toEqual([9, 7]);
   });
 
   it("begins anew with the world, and learns nothing from the past", () => {
     const store = taken(new EventStore(), [[5, 0, "heard"]]);
+    expect(store.forgottenUntilMs).toBe(0);
     expect(times(taken(store, [[1, 0, "heard"]], { past: true }).of(0))).toEqual([5]);
     expect(times(taken(store, [[1, 0, "heard"]], { fresh: true }).of(0))).toEqual([1]);
   });
