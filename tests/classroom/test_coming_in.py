@@ -129,11 +129,20 @@ def test_wrong_numbers_are_shown_to_the_teacher_and_bounded():
         refused("wrong-number", room.come_back, "Mia", wrong, "d", "guesser", 0.0)
     refused("too-many-attempts", room.come_back, "Mia", room.pupil("01").number, "d", "guesser", 1.0)
     assert row(room, "01").wrong_numbers == 5
+    room.come_back("Ben", room.pupil("02").number, "e", "guesser", 1.0)
     refused("wrong-number", room.come_back, "Nobody", "0000", "d", "another", 1.0)
     room.come_back("Mia", room.pupil("01").number, "d", "mia's other tablet", 1.0)
     before = room.pupil("01").number
     assert room.reset_number("01").number != before
     assert row(room, "01").wrong_numbers == 0
+
+
+def test_who_guesses_by_name_after_name_has_twenty_guesses():
+    room = with_pupils("Mia")
+    for number in range(20):
+        refused("wrong-number", room.come_back, f"Pupil {number}", "0000", "d", "guesser", 0.0)
+    refused("too-many-attempts", room.come_back, "Mia", room.pupil("01").number, "d", "guesser", 299.0)
+    room.come_back("Mia", room.pupil("01").number, "d", "guesser", 300.0)
 
 
 def test_a_pupil_has_at_most_eight_devices_and_the_oldest_is_signed_out():

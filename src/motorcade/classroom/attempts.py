@@ -60,6 +60,27 @@ class Attempts:
         self._all_s.append(now_s)
 
 
+class NumberAttempts:
+    """Count wrong personal numbers in five minutes: of one address for one name, and of one address for all names.
+
+    Tablets behind one router have the same address: five wrong numbers for one name keep nobody else out there.
+    """
+
+    def __init__(self) -> None:
+        self._for_one_name = Attempts(5, 30, 300.0)
+        self._for_all_names = Attempts(20, 60, 300.0)
+
+    def check(self, who: str, name: str, now_s: float) -> None:
+        """Raise MotorcadeError, with the seconds to wait, where ``who`` has made too many."""
+        self._for_one_name.check(f"{who} {name}", now_s)
+        self._for_all_names.check(who, now_s)
+
+    def add(self, who: str, name: str, now_s: float) -> None:
+        """Count a wrong number for a name."""
+        self._for_one_name.add(f"{who} {name}", now_s)
+        self._for_all_names.add(who, now_s)
+
+
 class Guesses:
     """Tell when so many wrong attempts were made, by whomever, that somebody guesses. Nobody has to wait.
 

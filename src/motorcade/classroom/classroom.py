@@ -6,7 +6,7 @@ Times are seconds of any clock that never goes back. What has to survive the ser
 from collections.abc import Callable, Iterable, Sequence
 from hmac import compare_digest
 
-from motorcade.classroom.attempts import Attempts, Guesses
+from motorcade.classroom.attempts import Attempts, Guesses, NumberAttempts
 from motorcade.classroom.desk_messages import ClassSettings
 from motorcade.classroom.messages import AVATARS, News, Self
 from motorcade.classroom.names import (
@@ -72,7 +72,7 @@ class Classroom:
         self._by_device = {device: pupil.id for pupil in record.pupils for device in pupil.devices}
         self._wrong_codes = Guesses(MOST_WRONG_CODES, 3600.0)
         self._joined = Attempts(_MOST_OF_AN_ADDRESS, 2 * MOST_PUPILS, 600.0, "too-many-joined")
-        self._numbers = Attempts(5, 30, 300.0)
+        self._numbers = NumberAttempts()
         self._passwords = Attempts(5, 30, 60.0)
 
     # Coming in.
@@ -118,14 +118,14 @@ class Classroom:
     def come_back(self, typed_name: str, typed: str, device: str, who: str, now_s: float) -> Pupil:
         """Let a pupil in at another device, by name and number. Raises MotorcadeError.
 
-        Wrong numbers are counted for each pupil and guesser, so a guesser doesn't lock the pupil out elsewhere. A name
-        that nobody has is refused with the same error.
+        Five wrong numbers for one name, from one address, keep that address from that name for some minutes; others
+        come in there, unless twenty were wrong. A name that nobody has is refused with the same error.
         """
         alike = likeness(typed_name[:200])
         pupil = next((each for each in self.record.pupils if likeness(each.name) == alike), None)
-        self._numbers.check(who, now_s)
+        self._numbers.check(who, alike, now_s)
         if pupil is None or not compare_digest(typed_number(typed).encode(), pupil.number.encode()):
-            self._numbers.add(who, now_s)
+            self._numbers.add(who, alike, now_s)
             if pupil:
                 self.presence[pupil.id].wrong_numbers += 1
                 self.changes += 1
