@@ -96,6 +96,23 @@ def test_check_ends_with_1_where_no_star_is_earned(mission, tmp_path):
     )
 
 
+@pytest.mark.parametrize(
+    ("place", "notes"),
+    [
+        ("centre_m = [1, 0]", []),
+        ("centre_m = [2.4, 0]", []),
+        ("centre_m = [2.5, 0]", ["motorcade: Zone 'box' is beside the mat. Move it onto the mat."]),
+        ("at_m = [0, -0.1]", ["motorcade: Car 0 stands beside the mat. Move it onto the mat."]),
+    ],
+)
+def test_check_names_what_lies_beside_the_mat(tmp_path, place, notes):
+    path = tmp_path / "beside.toml"
+    key = place.partition(" ")[0]
+    text = MISSION.replace(f"{key} = [0, 0]", place).replace("[[mat.car]]", "[mat]\nsize_m = [2, 1]\n\n[[mat.car]]")
+    path.write_text(text, encoding="utf-8")
+    assert run("check", path, "solution").err.splitlines() == notes
+
+
 def test_check_takes_python_text_and_never_executes_it(mission, tmp_path):
     text = tmp_path / "leave.py"
     text.write_text("from motorcade import *\nprogram = Program([forward(3)])\nif __name__ == '__main__':\n    1 / 0\n")

@@ -11,6 +11,7 @@ from motorcade.cli.options import (
     is_project,
     needs_extra,
     print_json,
+    print_note,
     print_table,
     python_in,
     read_file,
@@ -69,6 +70,8 @@ def _check(
         except (MotorcadeError, OSError) as problem:
             reason = problem if isinstance(problem, MotorcadeError) else problem.strerror or problem
             raise MotorcadeError("mission-program-not-valid", file=program, reason=reason) from None
+    for note in wanted.beside_mat():
+        print_note(note.sentence(current_language()))
     if wants_json(as_json):
         print_json(result.to_dict(current_language()))
     else:

@@ -61,6 +61,12 @@ class Zone:
     corners: Corners = ()
     disc: Disc = (0.0, 0.0, 0.0)
 
+    def box(self) -> tuple[float, float, float, float]:
+        """Left, bottom, right and top."""
+        x, y, radius = self.disc
+        across, up = [[corner[axis] for corner in self.corners] or [middle] for axis, middle in enumerate((x, y))]
+        return min(across) - radius, min(up) - radius, max(across) + radius, max(up) + radius
+
 
 @dataclass(frozen=True, slots=True)
 class Goal:
@@ -129,6 +135,25 @@ class Mission:
     def zone(self, name: str) -> Zone:
         """The zone with a name."""
         return next(zone for zone in self.zones if zone.name == name)
+
+    def beside_mat(self) -> list[Phrase]:
+        """The zones and cars that lie beside the mat; nothing where it has no end. A mission may have such."""
+        if self.mat.size_m is None:
+            return []
+        width, height = self.mat.size_m
+        starts = zip(self.mat.starts.x_m, self.mat.starts.y_m, strict=True)
+        outside = [(zone, zone.box()) for zone in self.zones]
+        zones = [
+            Phrase("mission-zone-beside", name=zone.title)
+            for zone, (left, bottom, right, top) in outside
+            if left >= width or bottom >= height or right <= 0 or top <= 0
+        ]
+        cars = [
+            Phrase("mission-car-beside", car=number)
+            for number, (x, y) in enumerate(starts)
+            if not (0 <= x <= width and 0 <= y <= height)
+        ]
+        return zones + cars
 
 
 def read_mission(path: Path) -> Mission:
