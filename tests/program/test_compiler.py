@@ -336,7 +336,7 @@ def test_a_duration_that_cannot_be_is_said_with_its_neighbours(profile: Profile,
 def test_steps_without_a_dwell_in_common_are_said_to_disagree() -> None:
     profile = replace(CLASSROOM, durations_ms=(0, 400, 600, 1000), dwell_ms=(400, 600, *CLASSROOM.dwell_ms[2:]))
     (diagnostic,) = compile_program(Program([wait(1)], [led(0, 0.4), led(1, 0.6)]), profile).diagnostics
-    assert (diagnostic.code, diagnostic.path) == ("dwell-not-expressible", "followers.steps")
+    assert (diagnostic.code, diagnostic.path) == ("dwell-not-expressible", "followers.steps[0]")
     assert "in common" in diagnostic.sentence()
     assert "0.4, 0.6" in diagnostic.sentence("zh")
 

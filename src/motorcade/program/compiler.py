@@ -17,6 +17,7 @@ from motorcade.program.expansion import (
     literal_round,
     longest_dwell_ms,
 )
+from motorcade.program.fitting_lengths import lengths_that_fit, longest_block, not_expressible_together
 from motorcade.program.model import Followers, Program
 from motorcade.program.parts import MOST_PIECES, control_word, durations_in, slice_of, to_ms
 from motorcade.program.steps import RepeatStep, Step
@@ -82,6 +83,7 @@ class _Leader:
     def __init__(self, steps: Sequence[Step], profile: Profile):
         self.words: list[int] = []
         self.origins: list[tuple[str, str | None]] = []
+        self._steps = steps
         self._levels_ms = profile.durations_ms
         self._expander = Expander(profile, leads=True)
         row = self._expander.expand(steps, "leader", accept_ir=False, forward=True)
@@ -104,7 +106,7 @@ class _Leader:
     def _add(self, item: Item, levels: dict[int, int]) -> None:
         pieces = cut_for_leader(item, self._levels_ms)
         if pieces is None:
-            self.diagnostics.append(self._expander.not_expressible_together(item))
+            self.diagnostics.append(not_expressible_together(item, self._steps, self._levels_ms))
             return
         begin_ms = 0
         for length_ms in pieces or (0,):
@@ -182,12 +184,12 @@ class _Followers:
         if found is None:
             item = next((item for item in row.items if not can_be_sent(item, self._profile, self._tagged)), None)
             if item is None:
-                self._no_dwell("followers.steps", None, Phrase("steps-disagree"))
+                reason = Phrase("steps-disagree")
+            elif any(item.durations_ms):
+                reason = Phrase("step-not-a-dwell", seconds=f"{item.total_ms / 1000:g}")
             else:
-                seconds = f"{item.total_ms / 1000:g}"
-                takes_time = any(item.durations_ms)
-                reason = Phrase("step-not-a-dwell", seconds=seconds) if takes_time else Phrase("step-takes-no-time")
-                self._no_dwell(item.path, item.id, reason)
+                reason = Phrase("step-takes-no-time")
+            self._no_common_dwell(row.items, followers, item, reason)
         return found
 
     def _literal_round(self, items: list[Item], dwell_seconds: float) -> Round | None:
@@ -205,6 +207,16 @@ class _Followers:
             self._no_dwell(item.path, item.id, reason, *mends)
             return None
         return found
+
+    def _no_common_dwell(self, items: list[Item], followers: Followers, wrong: Item | None, reason: Phrase) -> None:
+        """Add the error for steps that no dwell fits, about the block where one other duration would mend it."""
+        fitting = lengths_that_fit(items, self._profile, self._tagged)
+        for item in items if wrong is None else [wrong]:
+            block = longest_block(followers.steps, item) if item.path in fitting else None
+            if block:
+                self._no_dwell(*block, reason, *(Mend("seconds", each / 1000) for each in fitting[item.path]))
+                return
+        self._no_dwell(*((wrong.path, wrong.id) if wrong else ("followers.steps", None)), reason)
 
     def _no_dwell(self, path: str, step_id: str | None, reason: object, *mends: Mend) -> None:
         problem = error("dwell-not-expressible", path, step_id, reason=reason, dwells=self._dwells)

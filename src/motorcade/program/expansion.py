@@ -55,8 +55,6 @@ from motorcade.words.formats import CONTROL
 _MOTOR_ENABLE = CONTROL.field("motor_enable").word_mask
 _MOTOR_SPEED = CONTROL.field("motor_speed").word_mask
 _VOICE = CONTROL.field("voice").word_mask
-# A together of three blocks may have no length above its own that fits, so the search stops after so many tries.
-_MOST_TRIES = 100
 
 
 class Item(NamedTuple):
@@ -174,32 +172,9 @@ class Expander:
     def not_expressible(self, seconds: float, path: str, step_id: str | None) -> Diagnostic:
         """Return the Diagnostic for a duration that no levels add up to; it names the nearest possible ones."""
         below, above = nearest_sums(seconds, self._levels_ms)
-        problem = error(
-            "duration-not-expressible", path, step_id, seconds=f"{seconds:g}", nearest=_either(below, above)
-        )
+        problem = error("duration-not-expressible", path, step_id, seconds=f"{seconds:g}", nearest=either(below, above))
         # 0 s is possible, yet nobody means it who writes half a second.
         return problem.mended_by(*(Mend("seconds", each) for each in (below, above) if 0 < each <= LONGEST_S))
-
-    def not_expressible_together(self, item: Item) -> Diagnostic:
-        """Return the same for a together whose blocks are possible only alone: the nearest for its longest block."""
-
-        def fits(seconds: float) -> bool:
-            total_ms = round(seconds * 1000)
-            durations_ms = tuple(
-                total_ms if duration == item.total_ms else min(duration, total_ms) for duration in item.durations_ms
-            )
-            return cut(durations_ms, self._levels_ms[1:], self._levels_ms) is not None
-
-        seconds = item.total_ms / 1000
-        below, above = nearest_sums(seconds, self._levels_ms)
-        while not fits(below):
-            below, _ = nearest_sums(below, self._levels_ms)
-        for _ in range(_MOST_TRIES):
-            if fits(above):
-                break
-            _, above = nearest_sums(above, self._levels_ms)
-        nearest = _either(below, above) if fits(above) else Phrase("some-seconds", first=f"{below:g}")
-        return error("duration-not-expressible", item.path, item.id, seconds=f"{seconds:g}", nearest=nearest)
 
 
 def cut_for_leader(item: Item, levels_ms: tuple[int, ...]) -> tuple[int, ...] | None:
@@ -207,7 +182,8 @@ def cut_for_leader(item: Item, levels_ms: tuple[int, ...]) -> tuple[int, ...] | 
     return cut(item.durations_ms, levels_ms[1:], levels_ms)
 
 
-def _either(below: float, above: float) -> Phrase:
+def either(below: float, above: float) -> Phrase:
+    """One of two durations, in seconds."""
     return Phrase("seconds-or-seconds", first=f"{below:g}", second=f"{above:g}")
 
 
