@@ -3,6 +3,7 @@
 import ast
 import json
 import re
+from functools import cache
 from pathlib import Path
 from string import Formatter
 
@@ -26,13 +27,13 @@ DIAGNOSTICS = {"error", "warning"}
 HOME_OF_DIAGNOSTICS = "motorcade.program.diagnostics"
 
 
-def parsed_files():
+@cache
+def trees():
+    """The parsed files. Not at import: every process that runs tests imports this file, and one runs its tests."""
     return {file: ast.parse(file.read_text(encoding="utf-8")) for file in FILES if file.name != "outcomes.py"}
 
 
-TREES = parsed_files()
-
-
+@cache
 def error_classes():
     """MotorcadeError and the names of all its subclasses; the second value: those with a constructor of their own."""
     bases = {
@@ -40,7 +41,7 @@ def error_classes():
             {base.id for base in node.bases if isinstance(base, ast.Name)},
             any(isinstance(each, ast.FunctionDef) and each.name == "__init__" for each in node.body),
         )
-        for tree in TREES.values()
+        for tree in trees().values()
         for node in ast.walk(tree)
         if isinstance(node, ast.ClassDef)
     }
@@ -51,15 +52,16 @@ def error_classes():
     return names, {name for name in names - {"MotorcadeError"} if bases[name][1]}
 
 
-ERRORS, WITH_CONSTRUCTOR = error_classes()
-# Which part of the catalogue the first argument of a call names.
-PARTS = dict.fromkeys((ERRORS | DIAGNOSTICS) - WITH_CONSTRUCTOR, "errors")
-PARTS |= {
-    "Phrase": "phrases",
-    "picture_text": "phrases",
-    "command_line_text": "command_line",
-    "translated": "command_line",
-}
+@cache
+def parts():
+    """Which part of the catalogue the first argument of a call names."""
+    errors, with_constructor = error_classes()
+    return dict.fromkeys((errors | DIAGNOSTICS) - with_constructor, "errors") | {
+        "Phrase": "phrases",
+        "picture_text": "phrases",
+        "command_line_text": "command_line",
+        "translated": "command_line",
+    }
 
 
 def pattern_of(node):
@@ -88,28 +90,30 @@ def calls_in(tree):
     modules = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
     others = set() if HOME_OF_DIAGNOSTICS in modules else DIAGNOSTICS
     for node in ast.walk(tree):
-        if isinstance(node, ast.ClassDef) and node.name in ERRORS:
+        if isinstance(node, ast.ClassDef) and node.name in error_classes()[0]:
             for each in ast.walk(node):
                 if isinstance(each, ast.Call) and ast.unparse(each.func) == "super().__init__" and each.args:
                     yield "errors", each
-        elif isinstance(node, ast.Call) and node.args and (name := getattr(node.func, "id", "")) in set(PARTS) - others:
-            yield PARTS[name], node
+        elif (
+            isinstance(node, ast.Call) and node.args and (name := getattr(node.func, "id", "")) in set(parts()) - others
+        ):
+            yield parts()[name], node
 
 
+@cache
 def calls():
     """Of each key that a call writes out: file and line, part of the catalogue, key, and the names of the details.
 
     The names are None where the call passes more than it writes out.
     """
-    for file, tree in TREES.items():
+    found = set()
+    for file, tree in trees().items():
         for part, call in calls_in(tree):
             names = {keyword.arg for keyword in call.keywords}
             for key in constants_in(call.args[0]):
                 place = f"{file.relative_to(SOURCE)}:{call.lineno}"
-                yield place, part, key, None if None in names else frozenset(names)
-
-
-CALLS = sorted(set(calls()), key=lambda call: call[:3])
+                found.add((place, part, key, None if None in names else frozenset(names)))
+    return sorted(found, key=lambda call: call[:3])
 
 
 def placeholders(sentence):
@@ -120,7 +124,7 @@ def placeholders(sentence):
 def test_every_key_in_the_code_has_a_text_in_every_language(part):
     missing = [
         (place, key, language)
-        for place, its_part, key, _ in CALLS
+        for place, its_part, key, _ in calls()
         for language in LANGUAGES
         if its_part == part and key not in locales.catalogue(language)[part]
     ]
@@ -131,7 +135,7 @@ def test_every_key_in_the_code_has_a_text_in_every_language(part):
 def test_the_details_of_a_call_fill_every_placeholder(part):
     wrong = [
         (place, key, sorted(needed - given))
-        for place, its_part, key, given in CALLS
+        for place, its_part, key, given in calls()
         if its_part == part and given is not None and key in locales.catalogue("en")[part]
         for needed in [placeholders(locales.catalogue("en")[part][key])]
         if needed - given
@@ -142,13 +146,13 @@ def test_the_details_of_a_call_fill_every_placeholder(part):
 def test_every_text_is_used():
     constants = {
         node.value
-        for tree in TREES.values()
+        for tree in trees().values()
         for node in ast.walk(tree)
         if isinstance(node, ast.Constant) and isinstance(node.value, str)
     }
     patterns = [
         pattern_of(call.args[0])
-        for tree in TREES.values()
+        for tree in trees().values()
         for _, call in calls_in(tree)
         if isinstance(call.args[0], (ast.JoinedStr, ast.BinOp))
     ]

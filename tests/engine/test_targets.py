@@ -18,6 +18,7 @@ from motorcade.engine.targets import NAMES, Name
 from motorcade.engine.webassembly import WebAssemblyKernels
 from motorcade.engine.world import World
 from motorcade.errors import MotorcadeError
+from support.soak import SOAK
 from support.worlds import ROAMING, Case, cases, contents, crowd, digest, go, ran
 
 FEW = settings(max_examples=max(settings().max_examples // 5, 1))
@@ -76,7 +77,11 @@ def test_any_number_of_threads_gives_the_same_bits_as_webassembly() -> None:
     assert len(set(by_threads[0])) == 6
 
 
-@pytest.mark.parametrize("kind", ["one", "many", "large"])
+# To compile kernels for several threads takes half a minute each; two threads of a large world are tried below.
+test_any_number_of_threads_gives_the_same_bits_as_webassembly.__test__ = SOAK
+
+
+@pytest.mark.parametrize("kind", ["one", "many", "large"] if SOAK else ["one", "large"])
 def test_native_kernels_take_over_without_a_change_of_a_bit(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     background = Background(worth_car_steps=0)
     monkeypatch.setattr(choice, "background", background)

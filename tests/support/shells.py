@@ -20,10 +20,9 @@ SERVER_ALONE = {
     "the page that drives the cars of a world": ("test_the_leader_of_a_swarm_is_driven_while_its_followers_hear_it",),
 }
 
-# What `make test` runs against the site too: storage, a world with its goals, and bytes of a port. Each test waits for
-# Python to start, so they are few. `test_same_bits.py`, `test_site.py` and `test_offline.py` know the site alone.
+# What `make test` runs against the site too: a world with its goals and its stars, and bytes of a port. Each test waits
+# for Python to start, so they are few. `test_same_bits.py`, `test_site.py` and `test_offline.py` know the site alone.
 QUICK = (
-    "test_every_saved_version_can_be_opened",
     "test_a_mission_is_played_by_keyboard_until_it_has_all_stars",
     "test_a_serial_port_of_the_browser_works_both_ways",
 )
