@@ -1,6 +1,7 @@
 """The layout of the package: which part imports which, and how large files and functions are."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -67,12 +68,16 @@ def name_of(file):
 
 
 NAMES = {name_of(file): file for file in FILES}
-TREES = {name: ast.parse(file.read_text(encoding="utf-8")) for name, file in NAMES.items()}
+
+
+@cache
+def tree_of(name):
+    return ast.parse(NAMES[name].read_text(encoding="utf-8"))
 
 
 def imported_by(name):
     """What a file imports of the package, such as ``words.image`` or ``car.loop.Car``; inside functions too."""
-    for node in ast.walk(TREES[name]):
+    for node in ast.walk(tree_of(name)):
         if isinstance(node, ast.ImportFrom):
             assert node.level == 0, "imports here are absolute"
             full = [f"{node.module}.{alias.name}" for alias in node.names]
@@ -151,7 +156,7 @@ def test_a_function_has_few_parameters(name):
     """A command of the command line has one for each of its options, and doesn't count."""
     too_many = [
         f"{name}.{node.name}"
-        for node in ast.walk(TREES[name])
+        for node in ast.walk(tree_of(name))
         if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))
         and len(parameters_of(node)) > MOST_PARAMETERS
         and "typer." not in ast.unparse(node.args)

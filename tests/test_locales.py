@@ -94,10 +94,10 @@ def calls_in(tree):
             for each in ast.walk(node):
                 if isinstance(each, ast.Call) and ast.unparse(each.func) == "super().__init__" and each.args:
                     yield "errors", each
-        elif (
-            isinstance(node, ast.Call) and node.args and (name := getattr(node.func, "id", "")) in set(parts()) - others
-        ):
-            yield parts()[name], node
+        elif isinstance(node, ast.Call) and node.args:
+            name = getattr(node.func, "id", "")
+            if name in set(parts()) - others:
+                yield parts()[name], node
 
 
 @cache
