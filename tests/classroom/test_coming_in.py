@@ -8,8 +8,10 @@ from motorcade.classroom.attempts import Attempts, guesser
 from motorcade.classroom.classroom import MOST_PUPILS, MOST_WRONG_CODES
 from motorcade.classroom.desk_messages import ClassSettings
 from motorcade.classroom.names import CODE_CHARACTERS, MOST_OF_A_NAME, checked_name, likeness, typed_code
+from motorcade.classroom.passwords import LEAST_OF_A_PASSWORD
 from motorcade.classroom.views import class_view
 from motorcade.errors import MotorcadeError
+from motorcade.locales import catalogue, languages
 from support.classrooms import BUS, MAT, a_class, refused, row, with_pupils
 
 
@@ -170,6 +172,11 @@ def test_names_that_look_alike_are_taken(first, second):
     room = with_pupils(first)
     refused("nickname-taken", room.join, second, BUS, "d", 0.0)
     room.rename("01", second)
+
+
+def test_the_page_says_how_long_a_password_has_to_be():
+    for language in languages():
+        assert f"{LEAST_OF_A_PASSWORD} " in catalogue(language)["page"]["class"]["passwordHint"]
 
 
 @pytest.mark.parametrize("name", ["", "   ", "\n", "\u200b"])

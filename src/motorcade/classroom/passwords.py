@@ -5,7 +5,7 @@ from hmac import compare_digest
 
 from motorcade.errors import MotorcadeError
 
-LEAST_OF_A_PASSWORD, MOST_OF_A_PASSWORD = 6, 200
+LEAST_OF_A_PASSWORD, MOST_OF_A_PASSWORD = 8, 200
 # 16 MiB and some 50 ms for each attempt (RFC 7914, section 2).
 _COST, _BLOCK, _PARALLEL = 1 << 14, 8, 1
 _KIND = "scrypt"

@@ -178,7 +178,8 @@ def test_stars_are_counted_for_the_desk(tmp_path):
 
 def test_all_work_is_collected_with_an_overview(room):
     mia, ben = room.join("Mia"), room.join("小明")
-    mia.save("Robot <3")
+    for name in ("Robot <3", "robot _3", "con", "draft"):
+        mia.save(name)
     mia.ask("class/draft/write", name="x", project={"leader": {}})
     ben.save("舞蹈")
     answer = room.teacher.client.get("/api/desk/work.zip?language=zh")
@@ -187,8 +188,11 @@ def test_all_work_is_collected_with_an_overview(room):
         page = archive.read("overview.html").decode()
         projects = [name for name in names if name.endswith(".motorcade.json")]
         assert all(json.loads(archive.read(name))["format"] for name in projects)
-    assert len(projects) == 3
-    assert {name.partition("/")[0].partition("-")[0] for name in projects} == {"01 Mia", "02 小明"}
+    files = {"robot _3", "Robot _3 2", "_con", "draft 2", "draft"}
+    assert {name.removesuffix(".motorcade.json") for name in projects} == {
+        *(f"01 Mia/{name}" for name in files),
+        "02 小明/舞蹈",
+    }
     assert "Robot &lt;3" in page
     assert "Robot <3" not in page
     assert "舞蹈" in page

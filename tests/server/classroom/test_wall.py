@@ -224,6 +224,20 @@ def test_a_hundred_cars_meet_on_the_shared_mat(room, now):
         assert len(driven.moment.x_m) == 100
 
 
+def test_names_stay_at_their_cars_when_a_pupil_is_removed_while_the_mat_runs(room):
+    mia, ben = room.join("Mia"), room.join("Ben")
+    assert room.teacher.ask("desk/mat/open", followers=1, places=2) == {}
+    for pupil in (mia, ben):
+        assert pupil.ask("class/mat", image=image(forward(1))) == {}
+    assert room.teacher.ask("desk/mat/start") == {}
+    assert room.teacher.ask("desk/remove", pupil=mia.id) == {}
+    with room.teacher.open("desk/stream") as desk:
+        assert desk.until("class")["mat"]["entries"] == [mia.id, ben.id]
+    assert room.teacher.ask("desk/mat/start") == {}
+    with room.teacher.open("desk/stream") as desk:
+        assert desk.until("class")["mat"]["entries"] == [ben.id]
+
+
 def test_a_mission_on_the_shared_mat_has_as_many_places_as_leaders(room):
     mia, ben = room.join("Mia"), room.join("Ben")
     assert room.teacher.ask("desk/mat/open", mission={"id": "no-such"}) == "no-mission"

@@ -74,6 +74,8 @@ class SharedMat:
     def __init__(self) -> None:
         self.session = PageWorld(_KEY, _KEY, _MOST_CARS, CapacityLimiter(1))
         self._images: dict[str, bytes] = {}
+        # Whose leaders drive, in their order, also of pupils who have left since.
+        self._started: list[str] = []
         self._mission: MissionChoice | None = None
         self._title: Sentence = {}
         self._places = self._followers = 0
@@ -84,7 +86,7 @@ class SharedMat:
         over = self._is_running and self._is_over()
         state: Any = "over" if over else "running" if self._is_running else "collecting" if self._is_open else "closed"
         mission = (self._mission.id or "own") if self._mission else None
-        return MatView(state, mission, self._title, self._places, list(self._images))
+        return MatView(state, mission, self._title, self._places, self._started or list(self._images))
 
     def wall(self) -> Wall:
         """Return the mat as a page has to know it before pictures of the world; without one while nothing runs."""
@@ -145,6 +147,7 @@ class SharedMat:
         async with session.lock:
             world = await session.in_thread(partial(build_world, message, session.control.boards, _MOST_CARS, images))
             session.mat = document
+            self._started = list(self._images)
             self._begin(world)
 
     def _begin(self, world: ServerWorld) -> None:
@@ -163,7 +166,7 @@ class SharedMat:
 
     def close(self) -> None:
         """Clear the mat: programs and world are gone."""
-        self._images = {}
+        self._images, self._started = {}, []
         self._places, self._title, self._mission = 0, {}, None
         self._is_open = self._is_running = False
         if self.session.playback:

@@ -1,9 +1,11 @@
 """Collect the work of a class: one ZIP file with a folder for each pupil, and a page that lists all."""
 
+import re
 import zipfile
 from collections.abc import Iterable
 from html import escape
-from pathlib import PurePosixPath
+from itertools import chain, count
+from pathlib import PurePosixPath, PureWindowsPath
 from typing import BinaryIO, NamedTuple
 from urllib.parse import quote
 
@@ -11,12 +13,13 @@ from motorcade.classroom.messages import Draft
 from motorcade.classroom.record import Pupil
 from motorcade.errors import MotorcadeError, Phrase
 from motorcade.server.classroom.folder import ClassFolder
-from motorcade.server.studio.library import folder_of
 from motorcade.service.documents import project_text
 from motorcade.service.messages import LibraryEntry, decode
 from motorcade.service.missions import list_missions
 
 _ENDING = ".motorcade.json"
+# What Windows allows in no name of a file.
+_FORBIDDEN = re.compile(r'[<>:"/\\|?*\x00-\x1f]')
 _STYLE = (
     "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}"
     "table{border-collapse:collapse;width:100%}th,td{border:1px solid #999;padding:.4rem .6rem;text-align:left;"
@@ -45,15 +48,15 @@ def write_work(file: BinaryIO, folder: ClassFolder, pupils: Iterable[Pupil], tit
 
 
 def _add(archive: zipfile.ZipFile, folder: ClassFolder, pupil: Pupil) -> _Work:
-    place = f"{pupil.id} {_file_name(pupil.name)}"
-    projects = []
+    place = f"{pupil.id} {_file_name(pupil.name, set())}"
+    projects, taken = [], {"draft"}
     for entry in folder.list(pupil.id):
         try:
             data = folder.read(pupil.id, entry.name)
         except MotorcadeError:
             projects.append((entry, ""))
             continue
-        name = f"{_file_name(entry.name)}{_ENDING}"
+        name = f"{_file_name(entry.name, taken)}{_ENDING}"
         archive.writestr(f"{place}/{name}", data)
         projects.append((entry, name))
     return _Work(pupil, place, projects, _add_draft(archive, folder, pupil, place), folder.stars(pupil.id))
@@ -72,9 +75,18 @@ def _add_draft(archive: zipfile.ZipFile, folder: ClassFolder, pupil: Pupil, plac
     return name
 
 
-def _file_name(name: str) -> str:
-    """A name that every file system allows, with the digest that makes it unlike all others."""
-    return folder_of(name)
+def _file_name(name: str, taken: set[str]) -> str:
+    """A name that every file system allows, as near to ``name`` as possible; unlike those taken, to which it is added.
+
+    A project that is opened from such a file gets its name.
+    """
+    allowed = _FORBIDDEN.sub("_", name).strip(". ") or "_"
+    if PureWindowsPath(allowed).is_reserved():
+        allowed = f"_{allowed}"
+    wishes = chain([allowed], (f"{allowed} {number}" for number in count(2)))
+    found = next(each for each in wishes if each.casefold() not in taken)
+    taken.add(found.casefold())
+    return found
 
 
 def overview(works: Iterable[_Work], title: str, language: str) -> str:
