@@ -24,6 +24,7 @@ SOURCES = {
     "unreached.py": "",
     "elsewhere/__init__.py": "",
     "deep/texts/en.json": "{}",
+    "deep/__pycache__/kernel.nbc": "",
     "elsewhere/texts/en.json": "{}",
 }
 NOT_REACHED = {"for_types.py", "unreached.py", "elsewhere/__init__.py"}

@@ -70,6 +70,9 @@ def _data_files(package: Path) -> Iterator[Path]:
     """Yield the data of the packages that are reached: files beside their modules, and folders without modules."""
     for folder in {file.parent for file in reached_modules(package)}:
         for path in folder.iterdir():
+            # Python's and Numba's caches of this computer.
+            if path.name == "__pycache__":
+                continue
             if path.is_file():
                 files = [path]
             else:
